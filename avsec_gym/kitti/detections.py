@@ -1,0 +1,91 @@
+"""A detector's result folder, as OpenPCDet, mmdetection3d and KITTI's server use it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import DataError
+from avsec_gym.kitti.label_folders import check_id, frame_ids
+from avsec_gym.kitti.labels import read_detections
+
+
+class DetectionFolder:
+    """Result files named by frame, such as ``000107.txt``.
+
+    Args:
+        path: The folder that holds the files, or the one above it where they lie in ``data/``.
+
+    Raises:
+        DataError: There is no such folder, or no result file in it.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        given = Path(path)
+        for folder in (given, given / "data"):
+            if folder == given or folder.is_dir():
+                self.folder = folder
+                self._ids = frame_ids(folder, ".txt")
+                if self._ids:
+                    return
+        raise DataError(
+            "The folder holds no result files.",
+            path=given,
+            remedy="Expected are files such as 000107.txt, here or in the subfolder data/.",
+        )
+
+    def ids(self) -> list[str]:
+        """The frames that have a file, sorted."""
+        return list(self._ids)
+
+    def read(self, ids: Iterable[str] | None = None) -> tuple[dict[str, Boxes3D], list[str]]:
+        """Detections of the frames asked for.
+
+        Args:
+            ids: Frames; all that have a file if None.
+
+        Returns:
+            Boxes by id in the order asked for, and the ids that have no file: a detector that
+            found nothing often writes none, so these count as empty, and the caller reports them.
+
+        Raises:
+            DataError: A file is broken, or none of the frames asked for has a file.
+        """
+        wanted = self._ids if ids is None else [check_id(id) for id in ids]
+        there = set(self._ids)
+        missing = [id for id in dict.fromkeys(wanted) if id not in there]
+        if wanted and len(missing) == len(set(wanted)):
+            raise DataError(
+                f"None of the {len(missing)} frames asked for has a result file.",
+                path=self.folder,
+                remedy=f"The folder begins with {self._ids[0]}, frames asked for with "
+                f"{missing[0]}: is it the result of another split?",
+            )
+        found = {
+            id: read_detections(self.folder / f"{id}.txt") if id in there else Boxes3D.empty()
+            for id in wanted
+        }
+        return found, missing
+
+
+def above(boxes: Boxes3D, threshold: float) -> Boxes3D:
+    """The boxes whose score is at least the threshold."""
+    return boxes[boxes.score >= threshold]
+
+
+def default_score_threshold(scores: ArrayLike) -> float:
+    """The threshold for all of a detector's scores when the user gives none.
+
+    Returns:
+        0.3 where every score can be a probability, 0 where scores have no bounds.
+
+    Example:
+        >>> default_score_threshold([0.2, 0.9]), default_score_threshold([0.2, 4.1])
+        (0.3, 0.0)
+    """
+    values = np.asarray(scores, float)
+    return 0.3 if ((values >= 0) & (values <= 1)).all() else 0.0

@@ -1,0 +1,80 @@
+"""Small text files: read with suspicion, written in one piece."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import stat
+from pathlib import Path
+
+from avsec_gym.errors import DataError
+
+MAX_BYTES = 16 * 2**20
+"""KITTI's text files have a few kilobytes; what is larger than this is something else."""
+
+
+def read_text(path: str | Path) -> str:
+    """The text of a small UTF-8 file.
+
+    Raises:
+        DataError: No such file, not a regular file, not readable, too large, or not UTF-8.
+    """
+    try:
+        status = os.stat(path)
+        if not stat.S_ISREG(status.st_mode):
+            raise DataError("This is not a file.", path=path, remedy="Name a text file.")
+        if status.st_size > MAX_BYTES:
+            raise DataError(
+                f"A text file of {status.st_size} bytes cannot be one of KITTI's.",
+                path=path,
+                remedy=f"Such files have a few kilobytes; at most {MAX_BYTES} are read.",
+            )
+        with open(path, "rb", buffering=0) as file:
+            content = file.read()
+    except FileNotFoundError as error:
+        raise DataError(
+            "There is no such file.", path=path, remedy="Check the path and the download."
+        ) from error
+    except (OSError, ValueError) as error:
+        raise DataError(
+            f"The file cannot be read ({error}).", path=path, remedy="Check path and permissions."
+        ) from error
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise DataError(
+            f"The byte 0x{content[error.start]:02x} is not UTF-8 text.",
+            path=path,
+            line=content.count(b"\n", 0, error.start) + 1,
+            remedy="The file may be binary, compressed or damaged; fetch it again.",
+        ) from error
+
+
+def write_text(path: str | Path, text: str, *, overwrite: bool = False) -> None:
+    """Write a file whole or not at all; folders above it are made where they lack.
+
+    Raises:
+        DataError: The file exists and `overwrite` is false, or the place cannot be written.
+    """
+    path = Path(path)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
+    try:
+        if path.exists() and not overwrite:
+            raise DataError(
+                "This file exists and is left as it is.",
+                path=path,
+                remedy="Choose another place, or ask for overwriting.",
+            )
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            with open(temporary, "x", encoding="utf-8", newline="\n") as file:
+                file.write(text)
+            os.replace(temporary, path)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as error:
+        raise DataError(
+            f"The file cannot be written ({error}).",
+            path=path,
+            remedy="Check the folder's permissions and the free space.",
+        ) from error

@@ -1,0 +1,212 @@
+"""The planner's own collision test: the ego rectangle against obstacles and road edge, in numba.
+
+The verdict on a planned trajectory is not taken here but with shapely (`avsec_gym.metrics`), so
+that planner and judge cannot share a bug.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.geometry import Floats
+from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
+from avsec_gym.scenario.shapes import Rectangle
+
+
+class World(NamedTuple):
+    """What a planner must not touch, laid out for the kernels.
+
+    Every obstacle is a set of convex pieces that share its motion; here each piece is a row.
+    """
+
+    vertices: Floats
+    """Convex pieces in their obstacle's frame, counter-clockwise, shape (N, K, 2)."""
+    corners: NDArray[np.int64]
+    """Vertices in use, shape (N,); a single one is a disc."""
+    radius: Floats
+    """Radius of discs, 0 for polygons, shape (N,)."""
+    reach: Floats
+    """Largest distance of a piece from its obstacle's origin, shape (N,)."""
+    poses: Floats
+    """x, y, cos, sin of the heading, shape (N, T, 4)."""
+    steps: NDArray[np.int64]
+    """Known states, shape (N,)."""
+    first_step: NDArray[np.int64]
+    """Time step of the first state, shape (N,)."""
+    static: NDArray[np.bool_]
+    """Present at every time, shape (N,)."""
+    edges: Floats
+    """Road edge, x1, y1, x2, y2, shape (M, 4); none: the ground is free everywhere."""
+
+
+def world_of(scenario: PlanningScenario) -> World:
+    """The obstacles and the road edge of a scenario."""
+    return obstacle_world(scenario.obstacles, scenario.road.edges)
+
+
+def obstacle_world(obstacles: Obstacles, edges: Floats) -> World:
+    """Lay obstacles out for the kernels.
+
+    Args:
+        obstacles: N obstacles.
+        edges: Road edge, shape (M, 4).
+    """
+    owner: NDArray[np.int64]
+    if all(type(shape) is Rectangle for shape in obstacles.shapes):
+        owner = np.arange(len(obstacles))
+        vertices, corners, radius = _rectangle_pieces(obstacles.shapes)  # type: ignore[arg-type]
+    else:
+        pieces = [shape.convex_pieces() for shape in obstacles.shapes]
+        owner = np.repeat(np.arange(len(pieces)), [len(p) for p in pieces])
+        flat = [piece for group in pieces for piece in group]
+        corners = np.array([len(piece.vertices) for piece in flat], np.int64)
+        vertices = np.zeros((len(flat), int(corners.max(initial=4)), 2))
+        for row, piece in enumerate(flat):
+            vertices[row, : corners[row]] = piece.vertices
+        radius = np.array([piece.radius for piece in flat])
+    poses = obstacles.poses[owner]
+    reach = np.hypot(vertices[..., 0], vertices[..., 1]).max(axis=1, initial=0.0) + radius
+    return World(
+        vertices=vertices,
+        corners=corners,
+        radius=radius,
+        reach=reach,
+        poses=np.concatenate(
+            [poses[..., :2], np.cos(poses[..., 2:]), np.sin(poses[..., 2:])], axis=-1
+        ),
+        steps=obstacles.steps[owner],
+        first_step=obstacles.first_step[owner],
+        static=obstacles.static[owner],
+        edges=edges,
+    )
+
+
+def _rectangle_pieces(
+    shapes: tuple[Rectangle, ...],
+) -> tuple[Floats, NDArray[np.int64], Floats]:
+    data = np.array([(s.length, s.width, s.x, s.y, s.heading) for s in shapes]).reshape(-1, 5)
+    along = 0.5 * data[:, :1] * np.array([1.0, -1.0, -1.0, 1.0])
+    across = 0.5 * data[:, 1:2] * np.array([1.0, 1.0, -1.0, -1.0])
+    cos, sin = np.cos(data[:, 4:]), np.sin(data[:, 4:])
+    x = data[:, 2:3] + cos * along - sin * across
+    y = data[:, 3:4] + sin * along + cos * across
+    return np.stack([x, y], -1), np.full(len(shapes), 4, np.int64), np.zeros(len(shapes))
+
+
+@numba.njit(nogil=True, cache=True)
+def collides(
+    x: float,
+    y: float,
+    cos: float,
+    sin: float,
+    half_length: float,
+    half_width: float,
+    step: int,
+    world: World,
+) -> bool:
+    """Whether a rectangle centred on (x, y) touches an obstacle at a time step or the road edge.
+
+    Beyond an obstacle's last known state that state is kept; before its first it is absent, unless
+    it is static.
+    """
+    own_reach = np.sqrt(half_length * half_length + half_width * half_width)
+    for i in range(world.poses.shape[0]):
+        t = 0
+        if not world.static[i]:
+            t = min(step - world.first_step[i], world.steps[i] - 1)
+            if t < 0:
+                continue
+        ox, oy = world.poses[i, t, 0] - x, world.poses[i, t, 1] - y
+        reach = own_reach + world.reach[i]
+        if ox * ox + oy * oy > reach * reach:
+            continue
+        # The obstacle's frame as the ego vehicle sees it.
+        px, py = cos * ox + sin * oy, cos * oy - sin * ox
+        oc, os = world.poses[i, t, 2], world.poses[i, t, 3]
+        rc, rs = cos * oc + sin * os, cos * os - sin * oc
+        if _touches_piece(px, py, rc, rs, half_length, half_width, i, world):
+            return True
+    if world.edges.shape[0] == 0:
+        return False
+    return _leaves_road(x, y, cos, sin, half_length, half_width, world.edges)
+
+
+@numba.njit(nogil=True, cache=True)
+def _touches_piece(
+    px: float,
+    py: float,
+    rc: float,
+    rs: float,
+    half_length: float,
+    half_width: float,
+    i: int,
+    world: World,
+) -> bool:
+    """Separating axes between the axis-aligned ego rectangle and convex piece i placed at px, py."""
+    count = world.corners[i]
+    if count == 1:
+        vx, vy = world.vertices[i, 0, 0], world.vertices[i, 0, 1]
+        dx = max(abs(px + rc * vx - rs * vy) - half_length, 0.0)
+        dy = max(abs(py + rs * vx + rc * vy) - half_width, 0.0)
+        return dx * dx + dy * dy <= world.radius[i] ** 2
+    low_x, high_x, low_y, high_y = np.inf, -np.inf, np.inf, -np.inf
+    for k in range(count):
+        vx, vy = world.vertices[i, k, 0], world.vertices[i, k, 1]
+        qx, qy = px + rc * vx - rs * vy, py + rs * vx + rc * vy
+        low_x, high_x = min(low_x, qx), max(high_x, qx)
+        low_y, high_y = min(low_y, qy), max(high_y, qy)
+    if low_x > half_length or high_x < -half_length or low_y > half_width or high_y < -half_width:
+        return False
+    for k in range(count):
+        ax, ay = world.vertices[i, k, 0], world.vertices[i, k, 1]
+        following = k + 1 if k + 1 < count else 0
+        ex, ey = world.vertices[i, following, 0] - ax, world.vertices[i, following, 1] - ay
+        # The edge's outward normal, turned into the ego frame, and its distance from the ego.
+        nx, ny = rc * ey + rs * ex, rs * ey - rc * ex
+        qx, qy = px + rc * ax - rs * ay, py + rs * ax + rc * ay
+        nearest = half_length * abs(nx) + half_width * abs(ny)
+        if nx * qx + ny * qy + nearest < 0.0:
+            return False
+    return True
+
+
+@numba.njit(nogil=True, cache=True)
+def _leaves_road(
+    x: float,
+    y: float,
+    cos: float,
+    sin: float,
+    half_length: float,
+    half_width: float,
+    edges: Floats,
+) -> bool:
+    """Whether an edge crosses the rectangle, or its centre lies outside the closed edge."""
+    inside = False
+    for i in range(edges.shape[0]):
+        x1, y1, x2, y2 = edges[i, 0] - x, edges[i, 1] - y, edges[i, 2] - x, edges[i, 3] - y
+        if (y1 > 0.0) != (y2 > 0.0) and x1 + (x2 - x1) * y1 / (y1 - y2) > 0.0:
+            inside = not inside
+        ax, ay = cos * x1 + sin * y1, cos * y1 - sin * x1
+        bx, by = cos * x2 + sin * y2, cos * y2 - sin * x2
+        # Clip the segment to the rectangle (Liang and Barsky); what is left touches it.
+        first, last = 0.0, 1.0
+        dx, dy = bx - ax, by - ay
+        for axis in range(2):
+            start = ax if axis == 0 else ay
+            change = dx if axis == 0 else dy
+            half = half_length if axis == 0 else half_width
+            if change == 0.0:
+                if abs(start) > half:
+                    last = -1.0
+                continue
+            enter, leave = (-half - start) / change, (half - start) / change
+            if enter > leave:
+                enter, leave = leave, enter
+            first, last = max(first, enter), min(last, leave)
+        if first <= last:
+            return True
+    return not inside

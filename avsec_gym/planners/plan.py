@@ -1,0 +1,79 @@
+"""`Plan`: what a motion planner answers, and why it found nothing where it did not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from avsec_gym.geometry import Floats
+
+
+class Status(StrEnum):
+    """How a search ended."""
+
+    FOUND = "found"
+    EXHAUSTED = "exhausted"
+    """Nothing is left to try: no sequence of the primitives reaches the goal."""
+    LIMIT = "limit"
+    """The node or time limit was reached first."""
+
+
+class Reason(StrEnum):
+    """Why there is no trajectory."""
+
+    START_OCCUPIED = "start_occupied"
+    """The ego vehicle overlaps something it believes in before it moves."""
+    GOAL_OCCUPIED = "goal_occupied"
+    """Believed objects cover the goal region for the whole time that the goal allows."""
+    UNREACHABLE = "unreachable"
+    """The goal region has room, but no primitive sequence leads there: at this resolution."""
+    LIMIT = "limit"
+    """The node or time limit was reached first."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A planner's answer to one scenario.
+
+    Args:
+        status: How the search ended.
+        trajectory: x, y of the vehicle's centre (m), velocity (m/s), heading, steering angle (rad)
+            at every time step from the start, shape (T, 5); None where nothing was found.
+        first_step: Time step of the trajectory's first state.
+        cost: Time from start to goal, s; nan where nothing was found.
+        expanded: Nodes taken from the queue that were not goals; the start counts as one.
+        seconds: What the search took.
+        reason: Why nothing was found; None where something was.
+        goal_occupied: Seconds of the goal's time window in which believed objects leave no room
+            in the goal region; nan unless nothing was found.
+        tree: Node states as centres x, y and their parents' numbers, shape (N, 3), where asked for.
+    """
+
+    status: Status
+    trajectory: Floats | None = None
+    first_step: int = 0
+    cost: float = float("nan")
+    expanded: int = 0
+    seconds: float = 0.0
+    reason: Reason | None = None
+    goal_occupied: float = float("nan")
+    tree: Floats | None = None
+
+    @property
+    def found(self) -> bool:
+        """Whether there is a trajectory."""
+        return self.trajectory is not None
+
+    @property
+    def explanation(self) -> str:
+        """One sentence for people."""
+        if self.found:
+            return f"reached the goal after {self.cost:.1f} s ({self.expanded} nodes)"
+        why = {
+            Reason.START_OCCUPIED: "the ego vehicle overlaps an object at the start",
+            Reason.GOAL_OCCUPIED: f"the goal region is occupied for all its {self.goal_occupied:.1f} s",
+            Reason.UNREACHABLE: "no sequence of motion primitives reaches the goal"
+            f" (it is occupied for {self.goal_occupied:.1f} s)",
+            Reason.LIMIT: f"the limit was reached after {self.expanded} nodes",
+        }
+        return why[self.reason] if self.reason else self.status.value

@@ -1,0 +1,117 @@
+"""Motion primitives in CommonRoad's XML format (commonroad-search reads and writes it)."""
+
+from __future__ import annotations
+
+import os
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+
+from avsec_gym.errors import DataError
+from avsec_gym.planners.primitives import MotionPrimitives
+from avsec_gym.planners.vehicle import BMW_320I
+
+_FIELDS = ("x", "y", "velocity", "orientation", "steering_angle")
+_DECIMAL_SECOND = 0.1
+
+
+def read_primitives(path: str | Path) -> MotionPrimitives:
+    """Read a primitive file; repeated (initial, final) pairs count once.
+
+    The length of a primitive is the number of its states: ``Duration`` says 5 deciseconds even
+    where a primitive was cut short.
+
+    Raises:
+        DataError: The file is not such XML, names another vehicle, or holds a broken trajectory.
+    """
+    path = Path(path)
+    try:
+        root = ElementTree.parse(path).getroot()
+    except OSError as error:
+        raise DataError(f"cannot be read ({error.strerror}).", path=path) from error
+    except ElementTree.ParseError as error:
+        raise DataError(
+            f"this is not XML ({error}).", path=path, line=error.position[0], remedy=_REMEDY
+        ) from error
+    vehicle = (root.findtext("VehicleType") or "").strip()
+    if vehicle != BMW_320I.name:
+        raise DataError(
+            f"these are primitives of the vehicle {vehicle or '(none named)'!r}.",
+            path=path,
+            remedy=f"Only {BMW_320I.name} can be driven.",
+        )
+    trajectories, seen = [], set()
+    for number, node in enumerate(root.iterfind("Trajectories/Trajectory"), start=1):
+        try:
+            states = [_state(node.find("Initial"))]
+            states += [_state(state) for state in node.iterfind("Path/State")]
+            states.append(_state(node.find("Final")))
+        except (TypeError, ValueError, AttributeError) as error:
+            raise DataError(
+                f"trajectory {number} is broken ({error}).", path=path, remedy=_REMEDY
+            ) from error
+        if not np.isfinite(states).all():
+            raise DataError(
+                f"trajectory {number} holds a value that is not finite.", path=path, remedy=_REMEDY
+            )
+        identity = (len(states), *states[0], *states[-1])
+        if identity not in seen:
+            seen.add(identity)
+            trajectories.append(states)
+    if not trajectories:
+        raise DataError("the file holds no trajectory.", path=path, remedy=_REMEDY)
+    longest = max(len(states) for states in trajectories)
+    return MotionPrimitives(
+        states=np.array(
+            [states + [states[-1]] * (longest - len(states)) for states in trajectories]
+        ),
+        steps=np.array([len(states) - 1 for states in trajectories]),
+        vehicle=BMW_320I,
+        dt=_DECIMAL_SECOND,
+        name=path.stem,
+    )
+
+
+def write_primitives(
+    primitives: MotionPrimitives, path: str | Path, *, overwrite: bool = False
+) -> None:
+    """Write a primitive file; `read_primitives` reads the same numbers back.
+
+    Raises:
+        DataError: The file exists.
+    """
+    path = Path(path)
+    if path.exists() and not overwrite:
+        raise DataError("the file exists.", path=path, remedy="Name another, or allow overwriting.")
+    root = ElementTree.Element("MotionPrimitiveFile")
+    ElementTree.SubElement(root, "VehicleType").text = primitives.vehicle.name
+    all_nodes = ElementTree.SubElement(root, "Trajectories")
+    for states, steps in zip(primitives.states, primitives.steps.tolist(), strict=True):
+        node = ElementTree.SubElement(all_nodes, "Trajectory")
+        ElementTree.SubElement(node, "Duration", unit="deci-second").text = str(steps)
+        _add_state(node, "Initial", states[0], 0)
+        _add_state(node, "Final", states[steps], steps)
+        way = ElementTree.SubElement(node, "Path")
+        for step in range(1, steps):
+            _add_state(way, "State", states[step], step)
+    ElementTree.indent(root)
+    partial = path.with_suffix(f".{os.getpid()}.part")
+    ElementTree.ElementTree(root).write(partial, encoding="utf-8", xml_declaration=True)
+    os.replace(partial, path)
+
+
+_REMEDY = "Write it as commonroad-search's motion primitive generator does."
+
+
+def _state(node: ElementTree.Element | None) -> list[float]:
+    if node is None:
+        raise ValueError("Initial or Final is missing")
+    return [float(node.findtext(name) or f"no {name}") for name in _FIELDS]
+
+
+def _add_state(parent: ElementTree.Element, tag: str, state: np.ndarray, step: int) -> None:
+    node = ElementTree.SubElement(parent, tag)
+    for name, value in zip(_FIELDS, state.tolist(), strict=True):
+        ElementTree.SubElement(node, name).text = repr(value)
+    ElementTree.SubElement(node, "time_step").text = str(step)

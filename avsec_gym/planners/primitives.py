@@ -1,0 +1,182 @@
+"""Motion primitives: short drivable pieces that a planner strings together.
+
+A primitive starts at the origin with heading 0, at one point of a grid of speeds and steering
+angles, and ends, at constant acceleration and steering rate, at another.  One primitive may follow
+another where speed and steering angle meet.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import Floats
+from avsec_gym.planners.vehicle import BMW_320I, Vehicle, is_feasible, simulate
+
+_MEETING_TOLERANCE = 0.01
+"""Speeds (m/s) and steering angles (rad) that differ by less are the same (commonroad-search)."""
+
+
+class PrimitiveArrays(NamedTuple):
+    """What the search kernel reads."""
+
+    states: Floats
+    """Rear-axle x, y, velocity, heading, steering angle: shape (P, T + 1, 5)."""
+    steps: NDArray[np.int64]
+    """Number of states after the first, shape (P,)."""
+    successors: NDArray[np.int64]
+    """Primitives that may follow, all lists joined."""
+    first_successor: NDArray[np.int64]
+    """Where each primitive's list begins, shape (P + 1,)."""
+    end_class: NDArray[np.int64]
+    """Primitives with equal numbers are followed by the same ones, shape (P,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class MotionPrimitives:
+    """A set of motion primitives of one vehicle.
+
+    Args:
+        states: Rear-axle x, y (m), velocity (m/s), heading, steering angle (rad),
+            shape (P, T + 1, 5); rows after a shorter primitive's end repeat its last state.
+        steps: Number of states after the first, shape (P,).
+        vehicle: Whose.
+        dt: Seconds in a time step.
+        name: For messages and reports.
+    """
+
+    states: Floats
+    steps: NDArray[np.int64]
+    vehicle: Vehicle = BMW_320I
+    dt: float = 0.1
+    name: str = "primitives"
+
+    def __len__(self) -> int:
+        return len(self.states)
+
+    @property
+    def ends(self) -> Floats:
+        """The last state of each, shape (P, 5)."""
+        return self.states[np.arange(len(self)), self.steps]
+
+    @cached_property
+    def follows(self) -> NDArray[np.bool_]:
+        """Whether primitive j may follow primitive i, shape (P, P)."""
+        ends, starts = self.ends, self.states[:, 0]
+        return (np.abs(ends[:, None, 2] - starts[None, :, 2]) < _MEETING_TOLERANCE) & (
+            np.abs(ends[:, None, 4] - starts[None, :, 4]) < _MEETING_TOLERANCE
+        )
+
+    @cached_property
+    def endless(self) -> NDArray[np.bool_]:
+        """Whether some chain of primitives can go on for ever after each, shape (P,)."""
+        alive = np.ones(len(self), bool)
+        while True:
+            still_alive = alive & (self.follows & alive).any(axis=1)
+            if (still_alive == alive).all():
+                return alive
+            alive = still_alive
+
+    @cached_property
+    def arrays(self) -> PrimitiveArrays:
+        """The same, laid out for the search kernel."""
+        counts = self.follows.sum(axis=1)
+        _, end_class = np.unique(self.follows, axis=0, return_inverse=True)
+        return PrimitiveArrays(
+            states=np.ascontiguousarray(self.states),
+            steps=np.ascontiguousarray(self.steps),
+            successors=np.nonzero(self.follows)[1].astype(np.int64),
+            first_successor=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+            end_class=end_class.reshape(-1).astype(np.int64),
+        )
+
+    def nearest_speed(self, velocity: float, *, endless_only: bool = False) -> float:
+        """The start speed in the set that is nearest to a velocity; the first among equals."""
+        speeds = self.states[self.endless if endless_only else slice(None), 0, 2]
+        if not len(speeds):
+            raise ConfigurationError(f"{self.name}: no primitive can be continued")
+        return float(speeds[np.argmin(np.abs(speeds - velocity))])
+
+    def starting_at(
+        self, velocity: float, steering_angle: float = 0.0, *, endless_only: bool = False
+    ) -> NDArray[np.int64]:
+        """Primitives that begin at a speed and steering angle, in the set's order."""
+        starts = self.states[:, 0]
+        fits = (np.abs(starts[:, 2] - velocity) < _MEETING_TOLERANCE) & (
+            np.abs(starts[:, 4] - steering_angle) < _MEETING_TOLERANCE
+        )
+        return np.nonzero(fits & self.endless if endless_only else fits)[0]
+
+
+def generate_primitives(
+    speeds: tuple[float, ...],
+    *,
+    vehicle: Vehicle = BMW_320I,
+    steering_angles: int = 13,
+    duration: float = 0.5,
+    dt: float = 0.1,
+    extra_start_speeds: tuple[float, ...] = (),
+) -> MotionPrimitives:
+    """Every feasible primitive between the points of a grid.
+
+    Args:
+        speeds: Grid of speeds, m/s.
+        vehicle: Whose limits hold.
+        steering_angles: Number of angles from the vehicle's one lock to the other; odd.
+        duration: Seconds.
+        dt: Seconds in a time step.
+        extra_start_speeds: Speeds off the grid from which primitives lead, wheels straight, onto it.
+
+    Returns:
+        The set, sorted by start speed, start angle, end speed, end angle.
+
+    Raises:
+        ConfigurationError: The grid makes no primitive.
+
+    Example:
+        >>> street = generate_primitives((6.0,))
+        >>> len(street), street.states.shape[1]
+        (19, 6)
+    """
+    if steering_angles < 1 or steering_angles % 2 == 0:
+        raise ConfigurationError(f"steering_angles is an odd number, got {steering_angles}")
+    limit = vehicle.max_steering_angle
+    angles = np.linspace(-limit, limit, steering_angles) if steering_angles > 1 else np.zeros(1)
+    angles[steering_angles // 2] = 0.0
+    grid = [(v, s) for v in sorted(set(speeds)) for s in angles]
+    starts = np.array(grid + [(v, 0.0) for v in sorted(set(extra_start_speeds) - set(speeds))])
+    steps = round(duration / dt)
+    start, end = (
+        array.reshape(-1, 2)
+        for array in np.broadcast_arrays(starts[:, None, :], np.array(grid)[None, :, :])
+    )
+    acceleration = (end[:, 0] - start[:, 0]) / (steps * dt)
+    steering_rate = (end[:, 1] - start[:, 1]) / (steps * dt)
+    state = np.zeros((len(start), 5))
+    state[:, 2], state[:, 4] = start[:, 0], start[:, 1]
+    states = simulate(vehicle, state, acceleration, steering_rate, steps, dt)
+    # Land on the grid exactly, so that primitives meet without drift.
+    states[:, -1, 2], states[:, -1, 4] = end[:, 0], end[:, 1]
+    states = states[is_feasible(vehicle, states, acceleration, steering_rate)]
+    if not len(states):
+        raise ConfigurationError(f"no motion primitive is feasible between the speeds {speeds}")
+    return MotionPrimitives(
+        states=states,
+        steps=np.full(len(states), steps),
+        vehicle=vehicle,
+        dt=dt,
+        name=f"{vehicle.name} {'/'.join(f'{v:g}' for v in sorted(set(speeds)))} m/s",
+    )
+
+
+@lru_cache(maxsize=64)
+def standard_primitives(
+    speeds: tuple[float, ...], extra_start_speeds: tuple[float, ...] = ()
+) -> MotionPrimitives:
+    """`generate_primitives` with its defaults, made once in a process."""
+    return generate_primitives(speeds, extra_start_speeds=extra_start_speeds)

@@ -1,0 +1,129 @@
+"""From detected boxes to a planning scenario (thesis, section 5.3; the authors' conversion)."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.geometry import Floats
+from avsec_gym.scenario.constraints import RoadType, driving_constraints
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.planning_scenario import (
+    EgoState,
+    Goal,
+    Obstacles,
+    PlanningScenario,
+    Road,
+    straight_lanes,
+)
+from avsec_gym.scenario.shapes import Rectangle
+
+OBSTACLE_CATEGORIES = ("Car", "Van", "Truck", "Misc")
+"""KITTI's classes that become obstacles; pedestrians and cyclists do not, as with the authors."""
+
+LANE_WIDTH = 3.5
+GOAL_DISTANCE = 15.0
+GOAL_LENGTH = 5.0
+GOAL_HEADING = 0.5
+GOAL_STEPS = (4, 30)
+TIME_STEP = 0.1
+_LANES = 27
+"""As many as on the authors' map: the road edge never binds."""
+
+
+def build_planning_scenario(
+    boxes: Boxes3D,
+    *,
+    road_type: RoadType = RoadType.STREET,
+    intention: Intention = Intention.STRAIGHT,
+    speeds: Floats | None = None,
+    start_speed: float | None = None,
+    id: str = "scenario",
+) -> PlanningScenario:
+    """The problem that the motion planner gets: start, goal, lanes and obstacles.
+
+    Args:
+        boxes: What is believed to be there; classes that are no obstacles are left out.
+        road_type: Selects speeds and motion primitives.
+        intention: Which lane the goal lies in.
+        speeds: Speed of each box along its heading, m/s, shape (N,); None: all stand.
+        start_speed: The ego vehicle's; None takes the road type's.
+        id: Names the scenario.
+    """
+    constraints = driving_constraints(road_type)
+    return PlanningScenario(
+        id=id,
+        start=EgoState(velocity=constraints.start_speed if start_speed is None else start_speed),
+        goals=(goal_of(road_type, intention),),
+        road=straight_road(),
+        obstacles=obstacles_of(boxes, speeds),
+        dt=TIME_STEP,
+        road_type=RoadType(road_type),
+        intention=Intention(intention),
+    )
+
+
+def goal_of(road_type: RoadType, intention: Intention) -> Goal:
+    """The goal region 15 m ahead in the lane that the intention names."""
+    return Goal(
+        steps=GOAL_STEPS,
+        region=(
+            Rectangle(
+                GOAL_LENGTH,
+                LANE_WIDTH,
+                GOAL_DISTANCE,
+                LANE_WIDTH * Intention(intention).lanes_to_the_left,
+            ),
+        ),
+        heading=(-GOAL_HEADING, GOAL_HEADING),
+        velocity=driving_constraints(road_type).goal_velocity,
+    )
+
+
+@lru_cache(maxsize=1)
+def straight_road() -> Road:
+    """The authors' map: 27 straight lanes, the ego vehicle in the middle one."""
+    return Road(straight_lanes(_LANES, LANE_WIDTH))
+
+
+def obstacles_of(boxes: Boxes3D, speeds: Floats | None = None) -> Obstacles:
+    """The boxes that count as obstacles, driving at constant velocity.
+
+    Args:
+        boxes: N boxes.
+        speeds: m/s, shape (N,); None: all stand.
+    """
+    keep = is_obstacle(boxes)
+    return Obstacles.rectangles(
+        boxes.poses[keep],
+        boxes.length[keep],
+        boxes.width[keep],
+        None if speeds is None else np.asarray(speeds, float)[keep],
+        dt=TIME_STEP,
+        last_step=GOAL_STEPS[1],
+    )
+
+
+def is_obstacle(boxes: Boxes3D) -> NDArray[np.bool_]:
+    """Which boxes belong to a class that becomes an obstacle, shape (N,)."""
+    return np.isin(boxes.category, OBSTACLE_CATEGORIES)
+
+
+def draw_speeds(moving: NDArray[np.bool_], road_type: RoadType, seed: int, key: int) -> Floats:
+    """Speeds of the moving objects, drawn once per object from the scenario's seed.
+
+    Args:
+        moving: Which objects move, shape (N,).
+        road_type: Gives the range to draw from, uniformly.
+        seed: The experiment's seed.
+        key: The scenario's own number, so that scenarios draw independently.
+
+    Returns:
+        m/s, shape (N,); 0 for those that stand.
+    """
+    low, high = driving_constraints(road_type).others_speed
+    drawn = np.random.default_rng([seed, key]).uniform(low, high, len(moving))
+    return np.where(moving, drawn, 0.0)

@@ -1,0 +1,185 @@
+"""Street scenes: parked rows, standing and flowing traffic, side streets, quiet streets.
+
+The numbers are choices calibrated on aggregate statistics of KITTI's labels and of the labelled
+driving-safety scenarios; `docs/layouts.md` compares the outcome.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from avsec_gym.scenario.layout_dimensions import CategoryMix
+from avsec_gym.scenario.layout_people import place_people
+from avsec_gym.scenario.layout_road import Placed, Road, join, place_freely, place_row
+
+_PARKED = CategoryMix(Car=0.885, Van=0.085, Misc=0.022, Truck=0.008)
+_FLOWING = CategoryMix(Car=0.90, Van=0.07, Misc=0.015, Truck=0.015)
+
+_PARKED_SHARE, _FLOWING_SHARE = 319 / 432, 69 / 432
+"""Of the street scenes; the rest has no cars at all."""
+
+
+def street(rng: np.random.Generator) -> tuple[Road, Placed]:
+    """Draw one street: with parked rows, with flowing traffic, or quiet (people only).
+
+    The shares are those of the labelled scenarios.  Nothing but people moves beside parked rows:
+    there all traffic stands, as those scenarios have it.
+    """
+    kind = rng.random()
+    if kind < _PARKED_SHARE:
+        return _residential(rng)
+    if kind < _PARKED_SHARE + _FLOWING_SHARE:
+        return _flowing(rng)
+    road = _road(rng, (0.0, 3.5))
+    kerb = 3.0 + 2.0 * rng.random()
+    return road, place_people(rng, kerb, kerb, likely=1.0, more=0.5)
+
+
+def _residential(rng: np.random.Generator) -> tuple[Road, Placed]:
+    """Parked rows on one or both sides, perhaps standing traffic and side streets."""
+    sight = 24.0 + 40.0 * rng.beta(1.3, 1.6)
+    fullness = rng.beta(0.9, 1.5)
+    right = 2.45 + 0.45 * rng.standard_exponential()
+    wide = rng.random() < 0.55
+    left = 5.1 + 1.4 * rng.random() if wide else 2.7 + 0.9 * rng.random()
+    at_right_angle = rng.random(2) < (0.10, 0.38 if wide else 0.05)
+    has_row = rng.random(2) < (0.70, 0.72)
+    starts = -3.0 + 14.0 * rng.standard_exponential(2) * (1.0 - 0.7 * fullness)
+    road = _road(rng, (0.0, 0.55 * left) if wide else (0.0,))
+
+    parts = []
+    for has, line, start, angled, backwards in zip(
+        has_row, (-right, left), starts, at_right_angle, (0.08, 0.72), strict=True
+    ):
+        if has:
+            centre = float(np.sign(line)) * (abs(line) + (1.7 if angled else 0.0))
+            parts.append(
+                place_row(
+                    rng,
+                    _PARKED,
+                    start=float(start),
+                    end=sight,
+                    left=centre,
+                    gap=0.35 if angled else 0.55,
+                    fullness=fullness,
+                    lull=20.0,
+                    backwards=0.5 if angled else backwards,
+                    side_by_side=bool(angled),
+                    jitter=0.3 if angled else 0.16,
+                )
+            )
+    parts.append(_standing_traffic(rng, sight, 0.5 * left if wide else None))
+    parts.append(_side_street(rng, right, left))
+    if rng.random() < 0.22:
+        parts.append(_car_park(rng, right, left, sight))
+    parts.append(place_people(rng, right, left, likely=0.30, more=0.45))
+    return road, join(parts)
+
+
+def _flowing(rng: np.random.Generator) -> tuple[Road, Placed]:
+    """A wider street with vehicles ahead and oncoming ones, few of them parked."""
+    oncoming = 3.2 + 1.5 * rng.random() if rng.random() < 0.35 else 8.5 + 4.0 * rng.random()
+    road = _road(rng, (0.0, oncoming))
+    parts = [
+        place_row(
+            rng,
+            _FLOWING,
+            start=7.0 + 22.0 * rng.random(),
+            end=66.0,
+            left=0.7 * rng.standard_normal() + 0.4,
+            gap=5.0,
+            fullness=0.1,
+            lull=26.0,
+            moving=True,
+        ),
+        place_row(
+            rng,
+            _FLOWING,
+            start=8.0,
+            end=66.0,
+            left=oncoming,
+            gap=5.0,
+            fullness=0.15,
+            lull=24.0,
+            backwards=1.0,
+            jitter=0.35,
+            moving=True,
+        ),
+    ]
+    kerb = 3.0 + 1.2 * rng.random()
+    if rng.random() < 0.30:
+        parts.append(
+            place_row(
+                rng,
+                _PARKED,
+                start=2.0 + 20.0 * rng.random(),
+                end=45.0,
+                left=-kerb,
+                gap=0.8,
+                fullness=0.5,
+                lull=14.0,
+                backwards=0.1,
+            )
+        )
+    parts.append(_side_street(rng, kerb, oncoming + 2.0))
+    parts.append(place_people(rng, kerb + 1.0, oncoming + 2.0, likely=0.35, more=0.35))
+    return road, join(parts)
+
+
+def _standing_traffic(rng: np.random.Generator, sight: float, oncoming: float | None) -> Placed:
+    """Vehicles that wait in the lanes: a short queue ahead, a stopped oncoming one."""
+    ahead = int(rng.integers(1, 4)) if rng.random() < 0.13 else 0
+    against = int(rng.random() < 0.25) if oncoming is not None else 0
+    along = np.concatenate(
+        [
+            8.0 + 22.0 * rng.random() + np.cumsum(8.0 + 6.0 * rng.standard_exponential(ahead)),
+            10.0 + (sight - 10.0) * rng.random(against),
+        ]
+    )
+    left = np.repeat([0.2, oncoming or 0.0], [ahead, against]) + 0.4 * rng.standard_normal(
+        ahead + against
+    )
+    heading = np.repeat([0.0, np.pi], [ahead, against]) + 0.04 * rng.standard_normal(len(along))
+    return place_freely(rng, _PARKED, along, left, heading, np.zeros(len(along), bool))
+
+
+def _side_street(rng: np.random.Generator, right: float, left: float) -> Placed:
+    """Vehicles that stand across, at the mouths of side streets and in drives."""
+    count = int(rng.poisson(0.32))
+    along = 10.0 + 45.0 * rng.random(count)
+    on_left = rng.random(count) < 0.6
+    beside = 4.0 + 10.0 * rng.random(count)
+    lateral = np.where(on_left, left + beside, -right - beside)
+    heading = rng.choice([-0.5, 0.5], count) * np.pi + 0.22 * rng.standard_normal(count)
+    return place_freely(rng, _PARKED, along, lateral, heading, np.zeros(count, bool))
+
+
+def _car_park(rng: np.random.Generator, right: float, left: float, sight: float) -> Placed:
+    """A further row away from the road, along it or at a right angle."""
+    angled = rng.random() < 0.55
+    away = 5.5 + 8.0 * rng.random()
+    return place_row(
+        rng,
+        _PARKED,
+        start=8.0 + 25.0 * rng.random(),
+        end=sight,
+        left=left + away if rng.random() < 0.55 else -right - away,
+        gap=0.5,
+        fullness=0.75,
+        lull=12.0,
+        backwards=0.4,
+        side_by_side=angled,
+        jitter=0.25,
+    )
+
+
+def _road(rng: np.random.Generator, lane_offsets: tuple[float, ...]) -> Road:
+    """A mostly straight street that the ego vehicle mostly follows."""
+    turning, bending = rng.random(2)
+    heading, curvature = rng.standard_normal(2)
+    return Road(
+        heading=float(heading) * (0.016 if turning < 0.8 else 0.13),
+        curvature=float(curvature) * (0.0006 if bending < 0.75 else 0.006),
+        lane_offsets=tuple(float(offset) for offset in lane_offsets),
+    )
+

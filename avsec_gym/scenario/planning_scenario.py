@@ -1,0 +1,237 @@
+"""`PlanningScenario`: everything a motion planner is told (thesis, section 5.3.1).
+
+A scenario is written in one plane frame (metres, radians, x forward and y left of the ego vehicle
+where it was built from a KITTI frame) and in time steps of ``dt`` seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from avsec_gym.geometry import Floats
+from avsec_gym.scenario.constraints import RoadType
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.shapes import Rectangle, Shape
+
+
+@dataclass(frozen=True)
+class EgoState:
+    """The ego vehicle's state s = (p, v, phi, omega) at the start; the position is its centre."""
+
+    x: float = 0.0
+    y: float = 0.0
+    velocity: float = 0.0
+    heading: float = 0.0
+    steering_angle: float = 0.0
+    step: int = 0
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A goal region: the vehicle's centre within a region, its state within intervals."""
+
+    steps: tuple[int, int]
+    """First and last time step."""
+    region: tuple[Shape, ...] | None = None
+    """The centre lies in one of these; None: anywhere."""
+    heading: tuple[float, float] | None = None
+    velocity: tuple[float, float] | None = None
+    lanelets: tuple[int, ...] = ()
+    """The lanelets that the region stands for, where a file gave it that way."""
+
+
+@dataclass(frozen=True)
+class Lanelet:
+    """A piece of lane between two bounds, in driving direction."""
+
+    id: int
+    left: tuple[tuple[float, float], ...]
+    right: tuple[tuple[float, float], ...]
+    predecessors: tuple[int, ...] = ()
+    successors: tuple[int, ...] = ()
+    adjacent_left: tuple[int, bool] | None = None
+    """Id of the neighbour and whether it runs in the same direction."""
+    adjacent_right: tuple[int, bool] | None = None
+    types: tuple[str, ...] = ()
+
+    def polygon(self) -> shapely.Polygon:
+        """The lanelet's area."""
+        return shapely.Polygon([*self.left, *reversed(self.right)])
+
+
+@dataclass(frozen=True)
+class Road:
+    """The lanelets; without any, the ground is free everywhere."""
+
+    lanelets: tuple[Lanelet, ...] = ()
+
+    @cached_property
+    def area(self) -> shapely.Geometry:
+        """Union of the lanelets, exactly as given: gaps between them stay gaps."""
+        return shapely.union_all([lanelet.polygon() for lanelet in self.lanelets])
+
+    @cached_property
+    def edges(self) -> Floats:
+        """The road edge as segments x1, y1, x2, y2, shape (M, 4), collinear ones merged."""
+        if not self.lanelets:
+            return np.zeros((0, 4))
+        boundary = shapely.boundary(shapely.simplify(self.area, 0.0))
+        segments = []
+        for line in shapely.get_parts(shapely.line_merge(boundary)):
+            points = np.array(line.coords)
+            segments.append(np.hstack([points[:-1], points[1:]]))
+        return np.vstack(segments)
+
+
+@dataclass(frozen=True)
+class Obstacles:
+    """N obstacles as arrays; a static one has one pose.
+
+    Args:
+        ids: Shape (N,), unique.
+        categories: CommonRoad obstacle types such as ``car`` and ``parkedVehicle``, shape (N,).
+        shapes: In the obstacle's own frame, N of them.
+        poses: Shape (N, T, 3); row i is valid up to ``steps[i]`` and repeats its last pose after.
+        speeds: Shape (N, T), m/s along the heading.
+        steps: Number of known states, shape (N,); 1 with ``static`` set where it never moves.
+        first_step: Time step of the first state, shape (N,).
+        static: Shape (N,).
+    """
+
+    ids: NDArray[np.int64]
+    categories: NDArray[np.str_]
+    shapes: tuple[Shape, ...]
+    poses: Floats
+    speeds: Floats
+    steps: NDArray[np.int64]
+    first_step: NDArray[np.int64]
+    static: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.shapes)
+
+    @classmethod
+    def rectangles(
+        cls,
+        poses: Floats,
+        length: Floats,
+        width: Floats,
+        speed: Floats | None = None,
+        *,
+        dt: float = 0.1,
+        last_step: int = 0,
+        first_id: int = 1000,
+    ) -> Obstacles:
+        """Rectangles that stand, or drive at constant velocity along their heading.
+
+        Args:
+            poses: At step 0, shape (N, 3).
+            length: Shape (N,).
+            width: Shape (N,).
+            speed: Shape (N,); 0 stands.  None: all stand.
+            dt: Seconds in a time step.
+            last_step: Moving ones are predicted up to this step.
+            first_id: Ids count upwards from here.
+        """
+        count = len(poses)
+        speed = np.zeros(count) if speed is None else np.asarray(speed, float)
+        static = speed == 0
+        horizon = 1 if static.all() else last_step + 1
+        travelled = speed[:, None] * dt * np.arange(horizon)
+        track = np.repeat(np.asarray(poses, float)[:, None, :], horizon, axis=1)
+        track[..., 0] += travelled * np.cos(track[..., 2])
+        track[..., 1] += travelled * np.sin(track[..., 2])
+        return cls(
+            ids=first_id + np.arange(count),
+            categories=np.where(static, "parkedVehicle", "car"),
+            shapes=tuple(
+                Rectangle(a, b) for a, b in zip(length.tolist(), width.tolist(), strict=True)
+            ),
+            poses=track,
+            speeds=np.repeat(speed[:, None], horizon, axis=1),
+            steps=np.where(static, 1, horizon),
+            first_step=np.zeros(count, np.int64),
+            static=static,
+        )
+
+    @classmethod
+    def none(cls) -> Obstacles:
+        """An empty road."""
+        return cls.rectangles(np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+
+    def pose_index(self, step: int) -> NDArray[np.int64]:
+        """Row of `poses` that holds at a time step; -1 before an obstacle appears.
+
+        The last known state is kept for ever, as commonroad-search keeps it.
+        """
+        index = np.minimum(step - self.first_step, self.steps - 1)
+        return np.where(self.static, 0, np.where(index < 0, -1, index))
+
+    def polygons(self, step: int) -> NDArray[np.object_]:
+        """Occupied areas at a time step as shapely geometries, shape (N,); None where absent."""
+        index = self.pose_index(step)
+        areas = np.empty(len(self), object)
+        for i, shape in enumerate(self.shapes):
+            if index[i] < 0:
+                continue
+            x, y, heading = self.poses[i, index[i]]
+            cos, sin = np.cos(heading), np.sin(heading)
+            areas[i] = shapely.transform(
+                shape.polygon(),
+                lambda p, c=cos, s=sin, o=(x, y): p @ np.array([[c, s], [-s, c]]) + o,
+            )
+        return areas
+
+
+@dataclass(frozen=True)
+class PlanningScenario:
+    """A planning problem: start, goals, road and obstacles."""
+
+    id: str
+    start: EgoState
+    goals: tuple[Goal, ...]
+    road: Road = field(default_factory=Road)
+    obstacles: Obstacles = field(default_factory=Obstacles.none)
+    dt: float = 0.1
+    road_type: RoadType | None = None
+    intention: Intention | None = None
+
+    def with_obstacles(self, obstacles: Obstacles) -> PlanningScenario:
+        """The same problem among other obstacles."""
+        return replace(self, obstacles=obstacles)
+
+    @property
+    def last_step(self) -> int:
+        """The latest time step that any goal accepts."""
+        return max(goal.steps[1] for goal in self.goals)
+
+
+def straight_lanes(
+    count: int, width: float = 3.5, start: float = -10.0, end: float = 130.0
+) -> tuple[Lanelet, ...]:
+    """Parallel straight lanes along x, centred on y = 0, numbered from right to left.
+
+    Args:
+        count: Number of lanes; odd, so that one is centred on the ego vehicle.
+        width: Metres.
+        start: x where the lanes begin.
+        end: x where they end.
+    """
+    offsets: Sequence[float] = [(i - count / 2) * width for i in range(count + 1)]
+    return tuple(
+        Lanelet(
+            id=i + 1,
+            left=((start, offsets[i + 1]), (end, offsets[i + 1])),
+            right=((start, offsets[i]), (end, offsets[i])),
+            adjacent_left=(i + 2, True) if i + 1 < count else None,
+            adjacent_right=(i, True) if i > 0 else None,
+            types=("urban",),
+        )
+        for i in range(count)
+    )

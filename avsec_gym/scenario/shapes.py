@@ -1,0 +1,101 @@
+"""Plane shapes of obstacles and goal regions: what CommonRoad knows, with convex pieces for search."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from avsec_gym.geometry import Floats, rectangle_corners
+
+
+@dataclass(frozen=True, slots=True)
+class Rectangle:
+    """A rectangle in its owner's frame (metres, radians)."""
+
+    length: float
+    width: float
+    x: float = 0.0
+    y: float = 0.0
+    heading: float = 0.0
+
+    def polygon(self) -> shapely.Polygon:
+        """The shape in its own frame."""
+        return shapely.Polygon(self.corners())
+
+    def corners(self) -> Floats:
+        """Corners, counter-clockwise, shape (4, 2)."""
+        pose = np.array([self.x, self.y, self.heading])
+        return rectangle_corners(pose, np.array(self.length), np.array(self.width))
+
+    def convex_pieces(self) -> list[Piece]:
+        """The rectangle itself."""
+        return [Piece(self.corners(), 0.0)]
+
+
+@dataclass(frozen=True, slots=True)
+class Disc:
+    """A disc in its owner's frame (metres)."""
+
+    radius: float
+    x: float = 0.0
+    y: float = 0.0
+
+    def polygon(self) -> shapely.Polygon:
+        """The disc as a 256-gon that lies outside it by at most 0.01 % of the radius."""
+        circumscribed = self.radius / np.cos(np.pi / 256)
+        return shapely.Point(self.x, self.y).buffer(circumscribed, quad_segs=64)
+
+    def convex_pieces(self) -> list[Piece]:
+        """A point with a radius."""
+        return [Piece(np.array([[self.x, self.y]]), self.radius)]
+
+
+@dataclass(frozen=True, slots=True)
+class Polygon:
+    """A simple polygon in its owner's frame (metres)."""
+
+    vertices: tuple[tuple[float, float], ...]
+
+    def polygon(self) -> shapely.Polygon:
+        """The shape in its own frame."""
+        return shapely.Polygon(self.vertices)
+
+    def convex_pieces(self) -> list[Piece]:
+        """The polygon if it is convex, else triangles that tile it."""
+        polygon = shapely.orient_polygons(self.polygon())
+        ring = np.array(polygon.exterior.coords)[:-1]
+        if np.isclose(polygon.convex_hull.area, polygon.area, rtol=1e-12):
+            return [Piece(ring, 0.0)]
+        triangles = shapely.constrained_delaunay_triangles(polygon)
+        return [
+            Piece(np.array(shapely.orient_polygons(part).exterior.coords)[:-1], 0.0)
+            for part in triangles.geoms
+        ]
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Several shapes that one obstacle consists of."""
+
+    shapes: tuple[Rectangle | Disc | Polygon, ...]
+
+    def polygon(self) -> shapely.Geometry:
+        """The union in the obstacle's frame."""
+        return shapely.union_all([shape.polygon() for shape in self.shapes])
+
+    def convex_pieces(self) -> list[Piece]:
+        """The pieces of all members."""
+        return [piece for shape in self.shapes for piece in shape.convex_pieces()]
+
+
+Shape = Rectangle | Disc | Polygon | Group
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A convex polygon, counter-clockwise (K, 2), or one point with a radius."""
+
+    vertices: Floats
+    radius: float
