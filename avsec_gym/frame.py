@@ -60,7 +60,7 @@ class Calibration:
                 raise ConfigurationError(f"{name} holds a value that is not finite")
             rotation = array[:, :3]
             if name != "projections" and not (
-                np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-2)
+                np.abs(rotation @ rotation.T - np.eye(3)).max() < 1e-2
                 and np.linalg.det(rotation) > 0
             ):
                 raise ConfigurationError(f"the left 3x3 part of {name} is not a rotation")
@@ -151,7 +151,7 @@ class SensorFrame:
     Args:
         id: Such as ``000107``.
         calibration: Of the whole rig.
-        images: By camera: arrays, or functions that load them.
+        images: By camera; `LazyImages` where they are to be loaded on demand.
         scan: The LiDAR's points, or a function that loads them; None without LiDAR.
         previous: Earlier frames, the latest first.
         origin: The folder that it was read from, for messages.
@@ -159,16 +159,10 @@ class SensorFrame:
 
     id: str
     calibration: Calibration
-    images: Mapping[int, Image] | Mapping[int, Image | Callable[[], Image]] = field(
-        default_factory=dict
-    )
+    images: Mapping[int, Image] = field(default_factory=dict)
     scan: Points | Callable[[], Points] | None = field(default=None, repr=False)
     previous: tuple[SensorFrame, ...] = field(default=(), repr=False)
     origin: Path | None = None
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.images, LazyImages):
-            object.__setattr__(self, "images", LazyImages(self.images))
 
     def image(self, camera: int = 2) -> Image:
         """A camera's image, shape (H, W, 3).
@@ -183,9 +177,7 @@ class SensorFrame:
                 path=self.origin,
                 remedy=f"KITTI's layout keeps them in image_{camera}/.",
             )
-        image = self.images[camera]
-        assert not callable(image)
-        return image
+        return self.images[camera]
 
     @property
     def has_points(self) -> bool:
@@ -216,11 +208,11 @@ class SensorFrame:
         """
         one, two = self.image(left), self.image(right)
         if one.shape != two.shape:
-            assert isinstance(self.images, LazyImages)
+            path = self.images.path(right) if isinstance(self.images, LazyImages) else None
             raise DataError(
                 f"Frame {self.id}: camera {left} has {_size(one)} pixels, camera {right} "
                 f"{_size(two)}.",
-                path=self.images.path(right) or self.origin,
+                path=path or self.origin,
                 remedy="Both images of a rectified pair have one size; fetch them again.",
             )
         calibration = self.calibration
@@ -230,8 +222,9 @@ class SensorFrame:
 
     def with_image(self, camera: int, image: Image) -> SensorFrame:
         """The same moment with another image in one camera."""
-        assert isinstance(self.images, LazyImages)
-        return replace(self, images=self.images.replaced(camera, image))
+        if isinstance(self.images, LazyImages):
+            return replace(self, images=self.images.replaced(camera, image))
+        return replace(self, images={**self.images, camera: image})
 
     def with_points(self, points: Points) -> SensorFrame:
         """The same moment with another scan."""
@@ -239,9 +232,14 @@ class SensorFrame:
 
 
 class LazyImages(Mapping[int, Image]):
-    """Images by camera, each loaded when first asked for."""
+    """Images by camera, each loaded when first asked for.
 
-    def __init__(self, sources: Mapping[int, Image] | Mapping[int, Image | Callable[[], Image]]):
+    Args:
+        sources: By camera, an image or a function that loads it; one that has a `path` is named
+            by it in errors.
+    """
+
+    def __init__(self, sources: Mapping[int, Image | Callable[[], Image]]) -> None:
         self._sources: dict[int, Image | Callable[[], Image]] = dict(sources)
         self._loaded: dict[int, Image] = {}
 
@@ -265,7 +263,8 @@ class LazyImages(Mapping[int, Image]):
 
     def path(self, camera: int) -> Path | None:
         """The file of a camera's image, if it comes from one."""
-        return getattr(self._sources[camera], "path", None)
+        path: Path | None = getattr(self._sources[camera], "path", None)
+        return path
 
     def replaced(self, camera: int, image: Image) -> LazyImages:
         """Another image in one camera; what is loaded stays loaded."""

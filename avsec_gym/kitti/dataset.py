@@ -8,7 +8,7 @@ from pathlib import Path
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
-from avsec_gym.frame import Calibration, SensorFrame
+from avsec_gym.frame import Calibration, LazyImages, SensorFrame
 from avsec_gym.kitti.calibration import read_calibration
 from avsec_gym.kitti.label_folders import check_id, frame_ids
 from avsec_gym.kitti.labels import read_labels
@@ -18,7 +18,7 @@ from avsec_gym.kitti.splits import RawOrigin, read_raw_mapping, read_split
 SUFFIXES = {"label_2": ".txt", "calib": ".txt", "velodyne": ".bin"}
 """Folders of the layout besides ``image_N`` and ``prev_N``, whose files are ``.png``."""
 
-_IMAGES = re.compile(r"(image|prev)_([0-9]{1,2})")
+_IMAGES = re.compile(r"(image|prev)_([0-9]|[1-9][0-9])")
 
 
 class KittiObject:
@@ -57,7 +57,7 @@ class KittiObject:
             having: Only those that have a file in each of these folders, such as ``image_3``.
 
         Raises:
-            DataError: The split, or a folder of `having`, is not there.
+            DataError: The split, or a folder of `having`, is not there, or no frame at all.
         """
         if split is not None:
             path = self._find(f"ImageSets/{split}.txt", "the splits, ImageSets/")
@@ -69,6 +69,12 @@ class KittiObject:
                 if not name.startswith("prev_")
             ]
             result = sorted(set().union(*every))
+            if not result:
+                raise DataError(
+                    "No file here is named as a frame of the object benchmark.",
+                    path=self.folder,
+                    remedy="Frames have six digits, such as label_2/000107.txt.",
+                )
         for name in having:
             there = set(frame_ids(self.folder / name, file_suffix(name)))
             result = [id for id in result if id in there]
@@ -98,12 +104,14 @@ class KittiObject:
             earlier = self._images("prev", f"{id}_{step:02d}.png")
             if earlier:
                 previous.append(
-                    SensorFrame(f"{id}_{step:02d}", calibration, earlier, origin=self.folder)
+                    SensorFrame(
+                        f"{id}_{step:02d}", calibration, LazyImages(earlier), origin=self.folder
+                    )
                 )
         return SensorFrame(
             id,
             calibration,
-            images,
+            LazyImages(images),
             ScanFile(scan) if scan.is_file() else None,
             tuple(previous),
             self.folder,

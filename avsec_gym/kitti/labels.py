@@ -125,11 +125,10 @@ def _is_suspicious(text: str) -> bool:
 def _plausible(names: list[str], values: Floats) -> bool:
     if not names:
         return True
-    real = len(names) - names.count(DONT_CARE)
-    return bool(
-        np.abs(values).max() <= LARGEST_NUMBER  # False for NaN.
-        and np.count_nonzero(values[:, _DIMENSIONS] > 0) == 3 * real
-    )
+    if not np.abs(values).max() <= LARGEST_NUMBER:  # Also false for NaN.
+        return False
+    smallest = values[:, _DIMENSIONS].min(axis=1).tolist()
+    return all(size > 0 or name == DONT_CARE for size, name in zip(smallest, names, strict=True))
 
 
 def _check_line(line: str, path: str | Path, number: int, columns: int, blank_lines: bool) -> None:
@@ -228,12 +227,12 @@ def _write(path: str | Path, boxes: Boxes3D, columns: int, overwrite: bool) -> N
 def _lines(boxes: Boxes3D, columns: int) -> Iterable[str]:
     count = len(boxes)
     unknown = {"truncation": -1.0, "occlusion": -1.0, "alpha": -10.0, "box2d": -1.0}
-    parts = [
-        np.full((count, 4 if name == "box2d" else 1), placeholder)
-        if (value := getattr(boxes, name)) is None
-        else value.reshape(count, -1)
-        for name, placeholder in unknown.items()
-    ]
+    parts = []
+    for name, placeholder in unknown.items():
+        width, value = 4 if name == "box2d" else 1, getattr(boxes, name)
+        if value is None:
+            value = np.full(count * width, placeholder)
+        parts.append(value.reshape(count, width))
     parts += [boxes.dimensions, boxes.location, boxes.rotation_y[:, None], boxes.score[:, None]]
     short = columns == _LABEL_COLUMNS
     rows = np.hstack(parts)[:, : columns - 1].tolist()

@@ -138,7 +138,9 @@ def _read(path: str | Path) -> bytes:
     try:
         size = os.stat(path).st_size
         if size > 8 * MAX_PIXELS:
-            raise DataError(f"An image of {size} bytes is larger than any.", path=path)
+            raise DataError(
+                f"An image of {size} bytes is larger than any.", path=path, remedy=_AGAIN
+            )
         with open(path, "rb") as file:
             return file.read()
     except OSError as error:

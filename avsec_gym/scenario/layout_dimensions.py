@@ -106,4 +106,4 @@ def draw_dimensions(rng: np.random.Generator, codes: Codes) -> Floats:
     beyond = rng.random(len(codes))[:, None] >= _CUMULATIVE[codes]
     body = _BODY[_FIRST_BODY[codes] + beyond.sum(axis=1)]
     sizes = body[:, :3] + body[:, 3:] * rng.standard_normal((len(codes), 3))
-    return np.minimum(np.maximum(sizes, _SMALLEST[codes]), _LARGEST[codes])
+    return np.asarray(np.clip(sizes, _SMALLEST[codes], _LARGEST[codes]))

@@ -11,19 +11,19 @@ import numpy as np
 from avsec_gym.scenario.layout_dimensions import CategoryMix
 from avsec_gym.scenario.layout_road import Placed, Road, join, place_freely, place_row
 
-_FLOWING = CategoryMix(Car=0.74, Truck=0.17, Van=0.08, Misc=0.01)
-_QUEUE = CategoryMix(Car=0.76, Van=0.14, Misc=0.085, Truck=0.015)
+_FLOWING = CategoryMix(Car=0.73, Truck=0.175, Van=0.085, Misc=0.01)
+_QUEUE = CategoryMix(Car=0.73, Van=0.14, Misc=0.115, Truck=0.015)
 _CYCLIST = CategoryMix(Cyclist=0.85, Pedestrian=0.15)
 
-_QUEUE_SHARE = 0.28
+_QUEUE_SHARE = 0.30
 _LANE_WIDTH = 3.75
 
 
 def highway(rng: np.random.Generator) -> tuple[Road, Placed]:
-    """Draw one highway: free flow with oncoming traffic, or a queue beside the ego vehicle's lane."""
+    """Draw one highway: free flow with oncoming traffic, or queues beside the ego vehicle."""
     queue = rng.random() < _QUEUE_SHARE
-    first = 4.1 + 0.7 * rng.random()
-    oncoming = 11.0 + 6.0 * rng.random()
+    first = 3.8 + 1.2 * rng.random()
+    oncoming = 10.6 + 3.6 * rng.random()
     shift = 0.4 + 0.3 * rng.standard_normal()
     bending = rng.random() < 0.30 and not queue
     heading, curvature = rng.standard_normal(2)
@@ -39,60 +39,60 @@ def highway(rng: np.random.Generator) -> tuple[Road, Placed]:
     else:
         parts += [
             _lane_ahead(rng, shift + side, likely)
-            for side, likely in ((_LANE_WIDTH, 0.22), (-_LANE_WIDTH, 0.18))
+            for side, likely in ((_LANE_WIDTH, 0.14), (-_LANE_WIDTH, 0.24))
         ]
-    if rng.random() < (0.12 if queue else 0.72):
+    if rng.random() < (0.12 if queue else 0.85):
         parts += [
             place_row(
                 rng,
                 _FLOWING,
-                start=8.0,
+                start=-8.0,
                 end=77.0,
                 left=oncoming + lane,
                 gap=7.0,
                 fullness=0.0,
-                lull=48.0,
+                lull=38.0,
                 backwards=1.0,
                 jitter=0.35,
                 moving=True,
             )
-            for lane in (0.0, _LANE_WIDTH)
+            for lane in (0.0, _LANE_WIDTH)[: 1 + int(rng.random() < 0.5)]
         ]
     if rng.random() < 0.12:
         parts.append(_beside_the_road(rng))
     return road, join(parts)
 
 
-def _lane_ahead(rng: np.random.Generator, left: float, likely: float = 0.85) -> Placed:
+def _lane_ahead(rng: np.random.Generator, left: float, likely: float = 0.96) -> Placed:
     """A lane of the ego vehicle's direction, vehicles at highway distances."""
     empty = rng.random() >= likely
     return place_row(
         rng,
         _FLOWING,
-        start=6.0 + 34.0 * rng.random(),
+        start=-1.0 + 24.0 * rng.random(),
         end=0.0 if empty else 77.0,
         left=left,
         gap=8.0,
         fullness=0.0,
-        lull=30.0,
+        lull=24.0,
         jitter=0.25,
         moving=True,
     )
 
 
 def _queues(rng: np.random.Generator, first: float) -> list[Placed]:
-    """One or two lanes to the left in which the traffic stands."""
-    lanes = 1 + int(rng.random() < 0.75)
+    """One to three lanes to the left in which the traffic stands."""
+    lanes = int(rng.choice([1, 2, 3], p=[0.1, 0.55, 0.35]))
     return [
         place_row(
             rng,
             _QUEUE,
-            start=-2.0 + 10.0 * rng.random(),
-            end=30.0 + 40.0 * rng.random(),
+            start=-5.0 + 12.0 * rng.random(),
+            end=38.0 + 34.0 * rng.random(),
             left=first + 3.6 * lane,
-            gap=1.8,
-            fullness=0.75,
-            lull=10.0,
+            gap=2.4,
+            fullness=0.88,
+            lull=9.0,
             jitter=0.22,
         )
         for lane in range(lanes)

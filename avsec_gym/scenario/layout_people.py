@@ -35,26 +35,26 @@ def place_people(
 
 def _group(rng: np.random.Generator, right: float, left: float) -> Placed:
     """One to several people close to each other, walking along the pavement or across the road."""
-    size = 1 + int(rng.poisson(3.5 if rng.random() < 0.14 else 0.5))
-    along = 5.0 + 4.5 * rng.gamma(2.6) + 1.6 * rng.standard_normal(size)
-    if rng.random() < 0.25:
+    size = 1 + int(rng.poisson(9.0 if rng.random() < 0.20 else 0.12))
+    along = 3.0 + 7.5 * rng.gamma(1.7) + 2.2 * rng.standard_normal(size)
+    if rng.random() < 0.28:
         centre = -right + (right + left) * rng.random()
         heading = rng.choice([-0.5, 0.5]) * np.pi
     else:
-        beside = 1.6 + 2.0 * rng.random()
+        beside = 0.4 + 1.2 * rng.random()
         centre = left + beside if rng.random() < 0.45 else -right - beside
         heading = rng.choice([0.0, np.pi])
-    lateral = centre + 0.9 * rng.standard_normal(size)
+    lateral = centre + 1.1 * rng.standard_normal(size)
     facing = heading + 0.3 * rng.standard_normal(size)
     return place_freely(rng, _WALKING, along, lateral, facing, rng.random(size) < 0.8)
 
 
 def _riders(rng: np.random.Generator, right: float, left: float) -> Placed:
     """Cyclists at the edge of the road or on a path beside it."""
-    count = int(rng.poisson(0.30)) if rng.random() < 0.6 else 0
-    along = 6.0 + 46.0 * rng.random(count)
+    count = int(rng.poisson(0.44)) if rng.random() < 0.6 else 0
+    along = 5.0 + 45.0 * rng.beta(1.0, 1.5, count)
     on_left = rng.random(count) < 0.4
-    beside = np.where(rng.random(count) < 0.35, -1.2, 1.7 + 1.5 * rng.random(count))
+    beside = np.where(rng.random(count) < 0.35, -1.2, 1.2 + 1.5 * rng.random(count))
     lateral = np.where(on_left, left + beside, -right - beside)
     facing = np.where(rng.random(count) < np.where(on_left, 0.7, 0.25), np.pi, 0.0)
     facing += 0.15 * rng.standard_normal(count)

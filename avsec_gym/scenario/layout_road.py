@@ -51,6 +51,10 @@ class Placed(NamedTuple):
     dimensions: Floats
     moving: NDArray[np.bool_]
 
+    def first(self, count: int) -> Placed:
+        """The first objects of them."""
+        return Placed(*[column[:count] for column in self])  # type: ignore[arg-type]
+
 
 def join(parts: Sequence[Placed]) -> Placed:
     """All objects of some groups in their order."""
@@ -68,11 +72,11 @@ def place_row(
     fullness: float,
     lull: float,
     backwards: float = 0.0,
-    side_by_side: bool = False,
+    angle: float = 0.0,
     jitter: float = 0.15,
     moving: bool = False,
 ) -> Placed:
-    """Objects one behind the other (or, parked at a right angle, side by side) along the road.
+    """Objects along the road: one behind the other or, in parking bays, side by side.
 
     Args:
         rng: The source of chance.
@@ -84,33 +88,31 @@ def place_row(
         fullness: Probability that a neighbour follows at once; otherwise a lull comes between.
         lull: Mean length of a lull, metres.
         backwards: Share that faces against the ego vehicle's direction.
-        side_by_side: Whether the objects stand at a right angle to the road.
+        angle: Of a parking bay to the road, radians; then the objects stand side by side.
         jitter: Standard deviation of the distance from the row's line, metres.
         moving: The flag of all of them.
 
     Returns:
         The objects in order; possibly none.
     """
-    count = 2 + int(max(end - start, 0.0) / (2.5 if side_by_side else 5.0))
+    count = 2 + int(max(end - start, 0.0) / (5.0 if angle == 0.0 else 2.5))
     codes = mix.draw(rng, count)
     dimensions = draw_dimensions(rng, codes)
-    extent = dimensions[:, 1] if side_by_side else dimensions[:, 2]
+    extent = dimensions[:, 2] if angle == 0.0 else dimensions[:, 1] / abs(np.sin(angle))
     spaces = gap * (1.0 + rng.standard_exponential(count))
     spaces += lull * rng.standard_exponential(count) * (rng.random(count) > fullness)
     along = start + np.cumsum(spaces + extent) - 0.5 * extent
-    heading = np.where(rng.random(count) < backwards, np.pi, 0.0)
-    if side_by_side:
-        heading += 0.5 * np.pi
+    heading = np.where(rng.random(count) < backwards, np.pi, 0.0) + angle
     scatter = rng.standard_normal((2, count))
     row = Placed(
         along,
         left + jitter * scatter[0],
-        heading + (0.06 if side_by_side else 0.025) * scatter[1],
+        heading + (0.025 if angle == 0.0 else 0.06) * scatter[1],
         codes,
         dimensions,
         np.full(count, moving),
     )
-    return Placed(*(column[: int(np.searchsorted(along, end))] for column in row))
+    return row.first(int(along.searchsorted(end)))
 
 
 def place_freely(

@@ -8,15 +8,20 @@ from __future__ import annotations
 
 import numpy as np
 
+from avsec_gym.geometry import Floats
 from avsec_gym.scenario.layout_dimensions import CategoryMix
 from avsec_gym.scenario.layout_people import place_people
 from avsec_gym.scenario.layout_road import Placed, Road, join, place_freely, place_row
 
-_PARKED = CategoryMix(Car=0.885, Van=0.085, Misc=0.022, Truck=0.008)
+_PARKED = CategoryMix(Car=0.885, Van=0.08, Misc=0.025, Truck=0.01)
 _FLOWING = CategoryMix(Car=0.90, Van=0.07, Misc=0.015, Truck=0.015)
 
 _PARKED_SHARE, _FLOWING_SHARE = 319 / 432, 69 / 432
 """Of the street scenes; the rest has no cars at all."""
+
+_ROWS = ((0,), (1,), (0, 1))
+_ROW_SHARES = (0.22, 0.24, 0.54)
+"""Parked rows on the right only, on the left only, on both sides."""
 
 
 def street(rng: np.random.Generator) -> tuple[Road, Placed]:
@@ -31,48 +36,45 @@ def street(rng: np.random.Generator) -> tuple[Road, Placed]:
     if kind < _PARKED_SHARE + _FLOWING_SHARE:
         return _flowing(rng)
     road = _road(rng, (0.0, 3.5))
-    kerb = 3.0 + 2.0 * rng.random()
-    return road, place_people(rng, kerb, kerb, likely=1.0, more=0.5)
+    kerb = 2.0 + 2.5 * rng.random()
+    return road, place_people(rng, kerb, kerb, likely=1.0, more=0.42)
 
 
 def _residential(rng: np.random.Generator) -> tuple[Road, Placed]:
     """Parked rows on one or both sides, perhaps standing traffic and side streets."""
-    sight = 24.0 + 40.0 * rng.beta(1.3, 1.6)
-    fullness = rng.beta(0.9, 1.5)
-    right = 2.45 + 0.45 * rng.standard_exponential()
+    sight = 26.0 + 42.0 * rng.beta(1.1, 1.7)
+    fullness = rng.beta(0.75, 0.6)
+    right = 2.35 + 0.5 * rng.standard_exponential()
     wide = rng.random() < 0.55
-    left = 5.1 + 1.4 * rng.random() if wide else 2.7 + 0.9 * rng.random()
-    at_right_angle = rng.random(2) < (0.10, 0.38 if wide else 0.05)
-    has_row = rng.random(2) < (0.70, 0.72)
-    starts = -3.0 + 14.0 * rng.standard_exponential(2) * (1.0 - 0.7 * fullness)
+    left = 4.8 + 1.9 * rng.random() if wide else 2.5 + 1.1 * rng.random()
+    angles = _bay_angles(rng, 0.13, 0.34 if wide else 0.05)
+    rows = _ROWS[int(rng.choice(3, p=_ROW_SHARES))]
+    starts = np.where(rng.random(2) < 0.80, -9.0 + 6.0 * rng.random(2), 22.0 * rng.random(2))
     road = _road(rng, (0.0, 0.55 * left) if wide else (0.0,))
 
     parts = []
-    for has, line, start, angled, backwards in zip(
-        has_row, (-right, left), starts, at_right_angle, (0.08, 0.72), strict=True
-    ):
-        if has:
-            centre = float(np.sign(line)) * (abs(line) + (1.7 if angled else 0.0))
-            parts.append(
-                place_row(
-                    rng,
-                    _PARKED,
-                    start=float(start),
-                    end=sight,
-                    left=centre,
-                    gap=0.35 if angled else 0.55,
-                    fullness=fullness,
-                    lull=20.0,
-                    backwards=0.5 if angled else backwards,
-                    side_by_side=bool(angled),
-                    jitter=0.3 if angled else 0.16,
-                )
+    for side in rows:
+        line, angle = (-right, left)[side], float(angles[side])
+        parts.append(
+            place_row(
+                rng,
+                _PARKED,
+                start=float(starts[side]),
+                end=sight,
+                left=line + np.sign(line) * 1.5 * abs(np.sin(angle)),
+                gap=0.55 if angle == 0.0 else 0.35,
+                fullness=fullness,
+                lull=25.0,
+                backwards=(0.10, 0.76)[side] if angle == 0.0 else 0.45,
+                angle=angle,
+                jitter=0.16 if angle == 0.0 else 0.3,
             )
+        )
     parts.append(_standing_traffic(rng, sight, 0.5 * left if wide else None))
     parts.append(_side_street(rng, right, left))
-    if rng.random() < 0.22:
+    if rng.random() < 0.28:
         parts.append(_car_park(rng, right, left, sight))
-    parts.append(place_people(rng, right, left, likely=0.30, more=0.45))
+    parts.append(place_people(rng, right, left, likely=0.26, more=0.28))
     return road, join(parts)
 
 
@@ -122,7 +124,7 @@ def _flowing(rng: np.random.Generator) -> tuple[Road, Placed]:
             )
         )
     parts.append(_side_street(rng, kerb, oncoming + 2.0))
-    parts.append(place_people(rng, kerb + 1.0, oncoming + 2.0, likely=0.35, more=0.35))
+    parts.append(place_people(rng, kerb + 1.0, oncoming + 2.0, likely=0.30, more=0.2))
     return road, join(parts)
 
 
@@ -145,7 +147,7 @@ def _standing_traffic(rng: np.random.Generator, sight: float, oncoming: float | 
 
 def _side_street(rng: np.random.Generator, right: float, left: float) -> Placed:
     """Vehicles that stand across, at the mouths of side streets and in drives."""
-    count = int(rng.poisson(0.32))
+    count = int(rng.poisson(0.5))
     along = 10.0 + 45.0 * rng.random(count)
     on_left = rng.random(count) < 0.6
     beside = 4.0 + 10.0 * rng.random(count)
@@ -156,7 +158,7 @@ def _side_street(rng: np.random.Generator, right: float, left: float) -> Placed:
 
 def _car_park(rng: np.random.Generator, right: float, left: float, sight: float) -> Placed:
     """A further row away from the road, along it or at a right angle."""
-    angled = rng.random() < 0.55
+    angle = 0.5 * np.pi if rng.random() < 0.45 else 0.0
     away = 5.5 + 8.0 * rng.random()
     return place_row(
         rng,
@@ -165,12 +167,20 @@ def _car_park(rng: np.random.Generator, right: float, left: float, sight: float)
         end=sight,
         left=left + away if rng.random() < 0.55 else -right - away,
         gap=0.5,
-        fullness=0.75,
+        fullness=0.82,
         lull=12.0,
         backwards=0.4,
-        side_by_side=angled,
+        angle=angle,
         jitter=0.25,
     )
+
+
+def _bay_angles(rng: np.random.Generator, right: float, left: float) -> Floats:
+    """How the cars of the two rows park: along the road (0), across it, or slanted."""
+    bays = rng.random(2) < (right, left)
+    slanted = rng.random(2) < 0.40
+    slant = rng.choice([-1.0, 1.0]) * (0.72 + 0.12 * rng.standard_normal(2))
+    return np.where(bays, np.where(slanted, slant, 0.5 * np.pi), 0.0)
 
 
 def _road(rng: np.random.Generator, lane_offsets: tuple[float, ...]) -> Road:
@@ -182,4 +192,3 @@ def _road(rng: np.random.Generator, lane_offsets: tuple[float, ...]) -> Road:
         curvature=float(curvature) * (0.0006 if bending < 0.75 else 0.006),
         lane_offsets=tuple(float(offset) for offset in lane_offsets),
     )
-

@@ -34,9 +34,9 @@ _CAMERA_HEIGHT = 1.65
 _EGO_SIZE = (5.0, 2.3)
 _CLEARANCE = 0.1
 _SMALLEST_IN_IMAGE = (6.0, 14.0)
-_LARGEST_TRUNCATION = 0.985
+_LARGEST_TRUNCATION = 0.997
 _OCCLUSION_STEPS = (0.15, 0.60)
-_HIDDEN = 0.93
+_HIDDEN = 0.6
 _CLUTTER = 0.20
 _CLUTTER_FROM = 10.0
 _UNKNOWN_OCCLUSION = np.array([0.025, 0.17, 0.16, 0.09, 0.01, 0.16])
@@ -159,7 +159,7 @@ def _labels(
     kept, distance = kept[order], distance[order]
     covered = covered_shares(box2d[kept])
     occlusion = _occlusion_levels(rng, covered, distance, placed.codes[kept])
-    visible = covered < _HIDDEN
+    visible = covered < _HIDDEN + (1.0 - _HIDDEN) * rng.random(len(covered))
     kept = kept[visible]
     return Boxes3D(
         location=location[kept],

@@ -88,6 +88,14 @@ class Road:
             segments.append(np.hstack([points[:-1], points[1:]]))
         return np.vstack(segments)
 
+    @cached_property
+    def centre_segments(self) -> tuple[Floats, Floats]:
+        """Starts and ends of the lanelets' centre lines, each of shape (S, 2)."""
+        lines = [0.5 * (np.array(lane.left) + np.array(lane.right)) for lane in self.lanelets]
+        if not lines:
+            return np.zeros((0, 2)), np.zeros((0, 2))
+        return np.vstack([line[:-1] for line in lines]), np.vstack([line[1:] for line in lines])
+
 
 @dataclass(frozen=True)
 class Obstacles:

@@ -1,0 +1,242 @@
+"""The main job: success, collision and safe-driving rates of a set of scenes.
+
+Thesis, section 5.4: every scene is driven with every intention, once with the ground truth as the
+planner's input and once with a detector's boxes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.kitti.detections import above, default_score_threshold
+from avsec_gym.metrics.paired import paired_differences
+from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
+from avsec_gym.pipeline import drive
+from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene import Motion, Scene
+from avsec_gym.scenario.scene_sets import WITHOUT_CARS, SceneSet
+
+GROUND_TRUTH, DETECTIONS = "ground_truth", "detections"
+"""Inputs of the planner."""
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Detected:
+    """A detector's boxes for a set of scenes.
+
+    Args:
+        boxes: By scene id; a scene without an entry has no detections.
+        threshold: Boxes with lower scores are dropped; None: 0.3 where all scores are
+            probabilities, else 0.
+        missing: Scenes that the detector's folder has no file for.
+    """
+
+    boxes: Mapping[str, Boxes3D]
+    threshold: float | None = None
+    missing: tuple[str, ...] = ()
+
+    @property
+    def score_threshold(self) -> float:
+        """The threshold in use."""
+        if self.threshold is not None:
+            return self.threshold
+        return default_score_threshold(self.all_scores)
+
+    @property
+    def all_scores(self) -> np.ndarray:
+        """Every score, shape (K,)."""
+        return np.concatenate([boxes.score for boxes in self.boxes.values()] or [np.zeros(0)])
+
+    def kept(self, threshold: float | None = None) -> dict[str, Boxes3D]:
+        """The boxes at or above a threshold; None: the one in use."""
+        limit = self.score_threshold if threshold is None else threshold
+        return {id: above(boxes, limit) for id, boxes in self.boxes.items()}
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One row of the thesis' tables."""
+
+    planner: str
+    intention: str
+    input: str
+
+
+@dataclass(frozen=True, eq=False)
+class DrivingSafety:
+    """Records of all cells, and the figures that follow from them."""
+
+    scenes: SceneSet
+    records: dict[Cell, list[SafetyRecord]]
+    settings: dict[str, Any] = field(default_factory=dict)
+
+    def rates(self, cell: Cell, keep: Callable[[Scene], bool] = lambda scene: True) -> SafetyRates:
+        """The rates of one cell, over the scenes that are kept."""
+        pairs = zip(self.scenes.scenes, self.records[cell], strict=True)
+        return SafetyRates.of(record for scene, record in pairs if keep(scene))
+
+    def flips(self, planner: str, intention: str) -> list[tuple[Scene, SafetyRecord, SafetyRecord]]:
+        """Scenes that are safe with the ground truth and unsafe with the detections."""
+        truth = self.records[Cell(planner, intention, GROUND_TRUTH)]
+        detected = self.records[Cell(planner, intention, DETECTIONS)]
+        return [
+            (scene, one, two)
+            for scene, one, two in zip(self.scenes.scenes, truth, detected, strict=True)
+            if one.safe and not two.safe
+        ]
+
+    def to_json(self) -> dict[str, Any]:
+        """Everything but the single records."""
+        groups = sorted({scene.group for scene in self.scenes.scenes})
+        by_group = [
+            {"group": group, **_named(cell), **self.rates(cell, _in(group)).to_json()}
+            for cell in self.records
+            for group in groups
+        ]
+        if WITHOUT_CARS in groups:
+            by_group += [
+                {"group": f"all but {WITHOUT_CARS}", **_named(cell), **rates.to_json()}
+                for cell in self.records
+                for rates in [self.rates(cell, lambda scene: scene.group != WITHOUT_CARS)]
+            ]
+        return {
+            "rates": [{**_named(cell), **self.rates(cell).to_json()} for cell in self.records],
+            "rates_by_group": by_group,
+            "differences": self.differences(),
+            "flips": [
+                {
+                    "planner": cell.planner,
+                    "intention": cell.intention,
+                    "scenario": scene.id,
+                    "outcome": detected.outcome,
+                    "reason": detected.reason,
+                }
+                for cell in self.records
+                if cell.input == DETECTIONS
+                for scene, _, detected in self.flips(cell.planner, cell.intention)
+            ],
+            "scenario_set": self.scenes.name,
+            "remarks": list(self.scenes.remarks),
+            "settings": self.settings,
+        }
+
+    def differences(self) -> list[dict[str, Any]]:
+        """Detections minus ground truth for each planner and intention, and all intentions pooled."""
+        rows: list[dict[str, Any]] = []
+        pooled: dict[str, tuple[list[SafetyRecord], list[SafetyRecord]]] = {}
+        for cell, records in self.records.items():
+            truth = self.records.get(Cell(cell.planner, cell.intention, GROUND_TRUTH))
+            if cell.input != DETECTIONS or truth is None:
+                continue
+            first, second = pooled.setdefault(cell.planner, ([], []))
+            first += truth
+            second += records
+            rows.append(
+                {
+                    "planner": cell.planner,
+                    "intention": cell.intention,
+                    **paired_differences(truth, records),
+                }
+            )
+        for planner, (first, second) in pooled.items():
+            rows.append(
+                {"planner": planner, "intention": "all", **paired_differences(first, second)}
+            )
+        return rows
+
+
+def driving_safety(
+    scenes: SceneSet,
+    *,
+    planners: Sequence[Algorithm] = (Algorithm.ASTAR,),
+    intentions: Sequence[Intention] = tuple(Intention),
+    detected: Detected | None = None,
+    truth_motion: Motion = Motion.TRUTH,
+    detected_motion: Motion = Motion.STATIC,
+    on_progress: Progress = lambda done, total: None,
+) -> DrivingSafety:
+    """Drive every scene.
+
+    Args:
+        scenes: Which.
+        planners: Which search algorithms.
+        intentions: Where to go.
+        detected: A detector's boxes; None: the ground truth is the only input.
+        truth_motion: What the planner knows of motion when it plans on the ground truth.
+        detected_motion: The same for detections.
+        on_progress: Told how many of how many drives are done.
+    """
+    inputs: list[tuple[str, Mapping[str, Boxes3D] | None, Motion]] = [
+        (GROUND_TRUTH, None, truth_motion)
+    ]
+    if detected is not None:
+        inputs.append((DETECTIONS, detected.kept(), detected_motion))
+    records: dict[Cell, list[SafetyRecord]] = {}
+    total = len(scenes) * len(planners) * len(intentions) * len(inputs)
+    for algorithm in planners:
+        for intention in intentions:
+            for name, boxes, motion in inputs:
+                cell = Cell(str(algorithm), str(intention), name)
+                records[cell] = []
+                for record in _drives(scenes.scenes, algorithm, intention, boxes, motion):
+                    records[cell].append(record)
+                    on_progress(sum(map(len, records.values())), total)
+    settings: dict[str, Any] = {"motion": {GROUND_TRUTH: str(truth_motion)}}
+    if detected is not None:
+        settings["motion"][DETECTIONS] = str(detected_motion)
+        settings["score_threshold"] = detected.score_threshold
+        settings["frames_without_detections"] = list(detected.missing)
+    return DrivingSafety(scenes, records, settings)
+
+
+def threshold_sweep(
+    scenes: SceneSet,
+    detected: Detected,
+    thresholds: Iterable[float],
+    *,
+    algorithm: Algorithm = Algorithm.ASTAR,
+    intentions: Sequence[Intention] = tuple(Intention),
+    motion: Motion = Motion.STATIC,
+) -> list[dict[str, Any]]:
+    """The rates with detections at several score thresholds."""
+    return [
+        {
+            "score_threshold": float(threshold),
+            "planner": str(algorithm),
+            "intention": str(intention),
+            **SafetyRates.of(
+                _drives(scenes.scenes, algorithm, intention, detected.kept(threshold), motion)
+            ).to_json(),
+        }
+        for threshold in thresholds
+        for intention in intentions
+    ]
+
+
+def _drives(
+    scenes: Iterable[Scene],
+    algorithm: Algorithm,
+    intention: Intention,
+    boxes: Mapping[str, Boxes3D] | None,
+    motion: Motion,
+) -> Iterable[SafetyRecord]:
+    planner, nothing = MotionPrimitivePlanner(algorithm), Boxes3D.empty()
+    for scene in scenes:
+        believed = None if boxes is None else boxes.get(scene.id, nothing)
+        yield drive(scene, intention, believed, motion=motion, planner=planner).record
+
+
+def _named(cell: Cell) -> dict[str, str]:
+    return {"planner": cell.planner, "intention": cell.intention, "input": cell.input}
+
+
+def _in(group: str) -> Callable[[Scene], bool]:
+    return lambda scene: scene.group == group

@@ -1,0 +1,92 @@
+"""Which of KITTI's layouts a folder has, told by the names in it."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+
+from avsec_gym.errors import DataError
+from avsec_gym.kitti.dataset import layout_folders
+from avsec_gym.kitti.label_folders import frame_ids
+from avsec_gym.kitti.text_files import read_text
+
+
+class Layout(StrEnum):
+    """What a folder was recognised as."""
+
+    OBJECT = "object"
+    DETECTIONS = "detections"
+    LABELS = "labels"
+    RAW = "raw"
+    TRACKING = "tracking"
+    STEREO = "stereo"
+    UNKNOWN = "unknown"
+
+    @property
+    def description(self) -> str:
+        """One sentence for people."""
+        return _DESCRIPTIONS[self]
+
+
+_DESCRIPTIONS = {
+    Layout.OBJECT: "This is KITTI's object layout.",
+    Layout.DETECTIONS: "This is a detector's result folder.",
+    Layout.LABELS: "This is a label folder; name the folder above training/ to check all of it.",
+    Layout.RAW: "This looks like KITTI raw, which this check does not read.",
+    Layout.TRACKING: "This looks like KITTI tracking, which this check does not read.",
+    Layout.STEREO: "This looks like KITTI stereo or flow, which this check does not read.",
+    Layout.UNKNOWN: "This is none of KITTI's layouts; expected is the folder that holds "
+    "training/ with label_2/, calib/, image_2/ and so on, or a folder with result files such "
+    "as 000107.txt.",
+}
+
+_SIGNS = {
+    Layout.RAW: ("calib_cam_to_cam.txt", "*_sync", "*_extract", "velodyne_points", "image_02/data"),
+    Layout.TRACKING: ("label_02", "image_02", "training/label_02", "training/image_02"),
+    Layout.STEREO: ("disp_*", "colored_0", "training/disp_*", "training/colored_0"),
+}
+
+
+def recognise(root: Path) -> Layout:
+    """The layout of a folder.
+
+    Raises:
+        DataError: There is no such folder.
+    """
+    if not root.is_dir():
+        raise DataError("There is no such folder.", path=root, remedy="Check the path.")
+    text_folder = text_file_folder(root)
+    if text_folder is not None:
+        return _labels_or_detections(text_folder)
+    for layout, signs in _SIGNS.items():
+        if any(next(root.glob(sign), None) for sign in signs):
+            return layout
+    if next(root.glob("*_*_*/calib_cam_to_cam.txt"), None):
+        return Layout.RAW
+    return Layout.OBJECT if object_folders(root) else Layout.UNKNOWN
+
+
+def object_folders(root: Path) -> list[Path]:
+    """The folders with object data: ``training`` and ``testing``, or the root itself."""
+    halves = [root / half for half in ("training", "testing") if layout_folders(root / half)]
+    return halves or ([root] if layout_folders(root) else [])
+
+
+def text_file_folder(root: Path) -> Path | None:
+    """The folder with files such as ``000107.txt``: the root or its ``data/``."""
+    for folder in (root, root / "data"):
+        if folder.is_dir() and frame_ids(folder, ".txt"):
+            return folder
+    return None
+
+
+def _labels_or_detections(folder: Path) -> Layout:
+    """Told by the columns of the first line in any file, results where all are empty."""
+    for id in frame_ids(folder, ".txt"):
+        try:
+            words = read_text(folder / f"{id}.txt").split("\n", 1)[0].split()
+        except DataError:
+            continue
+        if words:
+            return Layout.LABELS if len(words) == 15 else Layout.DETECTIONS
+    return Layout.DETECTIONS

@@ -1,0 +1,194 @@
+"""Driving-safety records and the thesis' three rates (section 5.3.2).
+
+    m_suc = k_trj / k_dts      m_cls = k_cls / k_trj      m_saf = (k_trj - k_cls) / k_dts
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.metrics.trajectory_cost import path_length, travel_time
+from avsec_gym.metrics.verdict import first_contact
+from avsec_gym.planners.plan import Plan
+from avsec_gym.planners.vehicle import BMW_320I, Vehicle
+from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
+
+SAFE, COLLISION, UNPLANNED = "safe", "collision", "unplanned"
+"""Outcomes."""
+
+
+@dataclass(frozen=True)
+class SafetyRecord:
+    """What became of one scenario."""
+
+    scenario: str
+    intention: str
+    outcome: str
+    """``safe``, ``collision`` or ``unplanned``."""
+    cost: float
+    """Time to the goal, s; nan if unplanned."""
+    expanded: int
+    path_length: float
+    """m; nan if unplanned."""
+    travel_time: float
+    """s; nan if unplanned."""
+    reason: str | None = None
+    """Why nothing was planned."""
+    goal_occupied: float = float("nan")
+    """Seconds of the goal's time window without room in it; nan if planned."""
+    collision_time: float = float("nan")
+    """s after the start; nan without a collision."""
+    collision_object: int | None = None
+    """Row of the touched object among the ground truth's obstacles."""
+
+    @property
+    def planned(self) -> bool:
+        """A trajectory was found, whether it collides or not."""
+        return self.outcome != UNPLANNED
+
+    @property
+    def collision(self) -> bool:
+        """The trajectory touches something real."""
+        return self.outcome == COLLISION
+
+    @property
+    def safe(self) -> bool:
+        """Planned and free of collisions."""
+        return self.outcome == SAFE
+
+    def to_json(self) -> dict[str, Any]:
+        """All fields; what is not a number becomes None."""
+        return {
+            name: None if isinstance(value, float) and math.isnan(value) else value
+            for name, value in asdict(self).items()
+        }
+
+
+def judge(
+    plan: Plan, scenario: PlanningScenario, truth: Obstacles, vehicle: Vehicle = BMW_320I
+) -> SafetyRecord:
+    """Hold a plan against what is really there.
+
+    Args:
+        plan: What the planner answered.
+        scenario: What it was asked.
+        truth: The real obstacles.
+        vehicle: Who drives.
+    """
+    intention = "" if scenario.intention is None else str(scenario.intention)
+    if plan.trajectory is None:
+        return SafetyRecord(
+            scenario.id,
+            intention,
+            UNPLANNED,
+            cost=math.nan,
+            expanded=plan.expanded,
+            path_length=math.nan,
+            travel_time=math.nan,
+            reason=None if plan.reason is None else str(plan.reason),
+            goal_occupied=plan.goal_occupied,
+        )
+    contact = first_contact(plan.trajectory, truth, vehicle, plan.first_step)
+    return SafetyRecord(
+        scenario.id,
+        intention,
+        SAFE if contact is None else COLLISION,
+        cost=plan.cost,
+        expanded=plan.expanded,
+        path_length=path_length(plan.trajectory),
+        travel_time=travel_time(plan.trajectory, scenario.dt),
+        collision_time=(
+            math.nan if contact is None else (contact.step - plan.first_step) * scenario.dt
+        ),
+        collision_object=None if contact is None else contact.obstacle,
+    )
+
+
+@dataclass(frozen=True)
+class SafetyRates:
+    """The three rates over a set of scenarios, each with its 95 % Wilson interval."""
+
+    scenarios: int
+    """k_dts"""
+    planned: int
+    """k_trj"""
+    collisions: int
+    """k_cls"""
+    failures: dict[str, int]
+    """Unplanned scenarios by reason."""
+    mean_path_length: float
+    """m, over planned scenarios; nan without any."""
+    mean_travel_time: float
+    """s, over planned scenarios; nan without any."""
+
+    @classmethod
+    def of(cls, records: Iterable[SafetyRecord]) -> SafetyRates:
+        """Count records."""
+        records = list(records)
+        planned = [record for record in records if record.planned]
+        return cls(
+            scenarios=len(records),
+            planned=len(planned),
+            collisions=sum(record.collision for record in planned),
+            failures=dict(
+                sorted(Counter(str(r.reason) for r in records if not r.planned).items())
+            ),
+            mean_path_length=_mean([record.path_length for record in planned]),
+            mean_travel_time=_mean([record.travel_time for record in planned]),
+        )
+
+    @property
+    def success_rate(self) -> float:
+        """m_suc; nan without scenarios."""
+        return _share(self.planned, self.scenarios)
+
+    @property
+    def collision_rate(self) -> float:
+        """m_cls; nan where nothing was planned."""
+        return _share(self.collisions, self.planned)
+
+    @property
+    def safe_driving_rate(self) -> float:
+        """m_saf; nan without scenarios."""
+        return _share(self.planned - self.collisions, self.scenarios)
+
+    def to_json(self) -> dict[str, Any]:
+        """Rates as fractions with intervals; a rate without cases is None."""
+        safe = self.planned - self.collisions
+        return {
+            "scenarios": self.scenarios,
+            "success_rate": _number(self.success_rate),
+            "success_rate_interval": _interval(self.planned, self.scenarios),
+            "collision_rate": _number(self.collision_rate),
+            "collision_rate_interval": _interval(self.collisions, self.planned),
+            "safe_driving_rate": _number(self.safe_driving_rate),
+            "safe_driving_rate_interval": _interval(safe, self.scenarios),
+            "planned": self.planned,
+            "collisions": self.collisions,
+            "failures": self.failures,
+            "mean_path_length": _number(self.mean_path_length),
+            "mean_travel_time": _number(self.mean_travel_time),
+        }
+
+
+def _mean(values: list[float]) -> float:
+    return float(np.mean(values)) if values else math.nan
+
+
+def _share(part: int, whole: int) -> float:
+    return part / whole if whole else math.nan
+
+
+def _number(value: float) -> float | None:
+    return None if math.isnan(value) else value
+
+
+def _interval(successes: int, cases: int) -> list[float] | None:
+    return list(wilson_interval(successes, cases)) if cases else None

@@ -1,0 +1,76 @@
+"""What a trajectory costs: length and time as the authors measure them, and CommonRoad's SM1."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from avsec_gym.geometry import Floats, wrap_angle
+from avsec_gym.scenario.planning_scenario import PlanningScenario, Road
+
+_SM1 = {"acceleration": 50, "steering_angle": 50, "steering_rate": 50, "length": 1, "speed": 20}
+_SM1_HEADING = 50
+
+
+def path_length(trajectory: Floats) -> float:
+    """Sum of the distances between successive states, m.
+
+    Args:
+        trajectory: Shape (T, 5), x and y first.
+    """
+    return float(np.linalg.norm(np.diff(trajectory[:, :2], axis=0), axis=1).sum())
+
+
+def travel_time(trajectory: Floats, dt: float) -> float:
+    """Time from the first to the last state, s."""
+    return (len(trajectory) - 1) * dt
+
+
+def sm1_cost(trajectory: Floats, scenario: PlanningScenario) -> float:
+    """CommonRoad's cost function SM1 (after Magdici and Althoff, "Fail-safe motion planning").
+
+    Weighted sum of integrals over time (Simpson's rule): 50 each for squared acceleration, steering
+    angle, steering rate and heading against the lane, 20 for the squared distance to the goal's
+    lowest speed, 1 for the path length.
+
+    Args:
+        trajectory: Shape (T, 5); centre x, y, velocity, heading, steering angle.
+        scenario: Its goal gives the speed to keep, its road the lanes' directions.
+    """
+    from scipy.integrate import simpson
+
+    velocity, heading, steering = trajectory[:, 2], trajectory[:, 3], trajectory[:, 4]
+    wanted = [goal.velocity[0] for goal in scenario.goals if goal.velocity]
+    terms = {
+        "acceleration": np.diff(velocity) ** 2 / scenario.dt**2,
+        "steering_angle": steering**2,
+        "steering_rate": np.diff(steering) ** 2 / scenario.dt**2,
+        "length": velocity,
+        "speed": (min(wanted) - velocity) ** 2 if wanted else np.zeros_like(velocity),
+    }
+    lane = lane_heading(trajectory[:, :2], scenario.road)
+    cost = _SM1_HEADING * simpson(wrap_angle(heading - lane) ** 2, dx=scenario.dt)
+    for name, weight in _SM1.items():
+        if len(terms[name]) > 1:
+            cost += weight * simpson(terms[name], dx=scenario.dt)
+    return float(cost)
+
+
+def lane_heading(points: Floats, road: Road) -> Floats:
+    """Direction of the nearest lane's centre line at each point; 0 where there is no road.
+
+    Args:
+        points: Shape (T, 2).
+        road: The lanelets.
+
+    Returns:
+        Radians, shape (T,).
+    """
+    starts, ends = road.centre_segments
+    if not len(starts):
+        return np.zeros(len(points))
+    along = ends - starts
+    relative = points[:, None, :] - starts
+    share = np.clip((relative * along).sum(-1) / (along**2).sum(-1), 0.0, 1.0)
+    distance = np.linalg.norm(relative - share[..., None] * along, axis=-1)
+    nearest = along[np.argmin(distance, axis=1)]
+    return np.arctan2(nearest[:, 1], nearest[:, 0])

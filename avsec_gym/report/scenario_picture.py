@@ -1,0 +1,222 @@
+"""One picture of a drive: lanes, objects believed and real, search tree, trajectory, verdict."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from avsec_gym.geometry import Floats
+from avsec_gym.metrics.safety import COLLISION, SAFE
+from avsec_gym.metrics.verdict import footprints
+from avsec_gym.pipeline import Drive
+from avsec_gym.planners.vehicle import BMW_320I, Vehicle
+from avsec_gym.scenario.planning_scenario import Obstacles
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+INK, ROAD, LANE, GOAL = "#22303c", "#eef1f3", "#ffffff", "#f0c419"
+REAL, BELIEVED, EGO, TREE = "#8795a1", "#d1495b", "#1b7fbd", "#7fb2d6"
+_VERDICT = {SAFE: ("safe", "#2a8f5b"), COLLISION: ("collision", "#c1272d")}
+_VIEW = (-9.0, 34.0, -11.5, 11.5)
+"""x from, x to, y from, y to; metres around the start, in its frame."""
+
+
+def draw_drive(drive: Drive, *, vehicle: Vehicle = BMW_320I, title: str | None = None) -> Figure:
+    """The whole picture with its legend.
+
+    Args:
+        drive: What happened; its plan shows a search tree where it kept one.
+        vehicle: Who drove.
+        title: Above the verdict; None: scenario and intention.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.2, 5.6), dpi=110, facecolor="white")
+    axes = figure.add_axes((0.02, 0.11, 0.96, 0.77))
+    draw_into(axes, drive, vehicle=vehicle)
+    word, colour = _VERDICT.get(drive.record.outcome, ("no plan", "#b8860b"))
+    problem = drive.problem
+    if title is None:
+        title = f"{problem.id} · {problem.intention or ''} · {problem.road_type or ''}".strip(" ·")
+    figure.text(0.02, 0.945, title, size=13, weight="bold", color=INK, va="center")
+    figure.text(
+        0.98, 0.945, word.upper(), size=13, weight="bold", color=colour, va="center", ha="right"
+    )
+    figure.text(0.02, 0.9, _sentence(drive), size=9.5, color=INK, va="center")
+    _legend(axes, figure, drive)
+    return figure
+
+
+def draw_into(axes: Axes, drive: Drive, *, vehicle: Vehicle = BMW_320I) -> None:
+    """Draw the scene into given axes, x forward to the right, y left upwards."""
+    from matplotlib.collections import LineCollection, PolyCollection
+
+    problem, plan = drive.problem, drive.plan
+    start = problem.start
+    axes.set_facecolor("#dfe4e8" if problem.road.lanelets else ROAD)
+    lanes = [np.array([*lane.left, *reversed(lane.right)]) for lane in problem.road.lanelets]
+    axes.add_collection(PolyCollection(lanes, facecolor=ROAD, edgecolor=LANE, lw=1.6, zorder=1))
+    for goal in problem.goals:
+        for shape in goal.region or ():
+            _fill(axes, shape.polygon(), GOAL, alpha=0.35, zorder=2, edge=GOAL)
+    if plan.tree is not None and len(plan.tree) > 1:
+        parents = plan.tree[1:, 2].astype(int)
+        lines = np.stack([plan.tree[parents, :2], plan.tree[1:, :2]], axis=1)
+        axes.add_collection(LineCollection(lines, colors=TREE, lw=0.7, alpha=0.7, zorder=3))
+    _obstacles(axes, drive.truth, fill=REAL, edge=INK, style="-", last_step=_last_step(drive))
+    if not _same(drive.truth, problem.obstacles):
+        _obstacles(
+            axes, problem.obstacles, fill="none", edge=BELIEVED, style="--", last_step=start.step
+        )
+    if plan.trajectory is not None:
+        corners = footprints(plan.trajectory, vehicle)
+        axes.add_collection(
+            PolyCollection(corners[1:], facecolor=EGO, edgecolor="none", alpha=0.05, zorder=5)
+        )
+        axes.plot(plan.trajectory[:, 0], plan.trajectory[:, 1], color=EGO, lw=2.2, zorder=7)
+        last = corners[-1:]
+        axes.add_collection(
+            PolyCollection(last, facecolor="none", edgecolor=EGO, lw=1.4, zorder=7)
+        )
+    own = footprints(np.array([[start.x, start.y, 0.0, start.heading, 0.0]]), vehicle)
+    axes.add_collection(PolyCollection(own, facecolor=EGO, edgecolor=INK, lw=1.0, zorder=8))
+    if drive.record.collision and plan.trajectory is not None:
+        step = round(drive.record.collision_time / problem.dt)
+        axes.plot(
+            *plan.trajectory[step, :2], marker="X", ms=15, mfc="#c1272d", mec="white", zorder=9
+        )
+    cos, sin = abs(np.cos(start.heading)), abs(np.sin(start.heading))
+    x1, x2, y1, y2 = _VIEW if cos >= sin else (_VIEW[2], _VIEW[3], _VIEW[0], _VIEW[1])
+    axes.set_xlim(start.x + x1, start.x + x2)
+    axes.set_ylim(start.y + y1, start.y + y2)
+    axes.set_aspect("equal")
+    axes.set_xticks([])
+    axes.set_yticks([])
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    _scale_bar(axes)
+
+
+def save_picture(figure: Figure, path: str | Path) -> None:
+    """Write a PNG, whole or not at all."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
+    figure.savefig(partial, format="png")
+    os.replace(partial, path)
+
+
+def picture_array(figure: Figure) -> NDArray[np.uint8]:
+    """The picture as an RGB array, shape (H, W, 3)."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
+def _sentence(drive: Drive) -> str:
+    if not drive.record.collision:
+        return drive.plan.explanation
+    name = drive.truth.categories[drive.record.collision_object or 0]
+    return (
+        f"{drive.plan.explanation}, but touches a real object ({name}) after"
+        f" {drive.record.collision_time:.1f} s"
+    )
+
+
+def _last_step(drive: Drive) -> int:
+    trajectory = drive.plan.trajectory
+    if trajectory is None:
+        return drive.problem.last_step
+    return drive.plan.first_step + len(trajectory) - 1
+
+
+def _obstacles(
+    axes: Axes, obstacles: Obstacles, *, fill: str, edge: str, style: str, last_step: int
+) -> None:
+    later = obstacles.polygons(last_step)
+    for i, area in enumerate(obstacles.polygons(0)):
+        if area is None:
+            continue
+        _fill(axes, area, fill, alpha=0.95, zorder=4 if fill != "none" else 6, edge=edge, ls=style)
+        if not obstacles.static[i] and later[i] is not None and fill != "none":
+            _fill(axes, later[i], fill, alpha=0.25, zorder=4, edge=edge, ls=":")
+            one, two = area.centroid, later[i].centroid
+            arrow = {"arrowstyle": "-|>", "color": INK, "lw": 1.2, "shrinkA": 0, "shrinkB": 0}
+            axes.annotate(
+                "", (two.x, two.y), (one.x, one.y), arrowprops=arrow, zorder=6, annotation_clip=True
+            )
+
+
+def _fill(
+    axes: Axes,
+    area: shapely.Geometry,
+    colour: str,
+    *,
+    alpha: float,
+    zorder: int,
+    edge: str,
+    ls: str = "-",
+) -> None:
+    for part in shapely.get_parts(area):
+        points: Floats = np.array(part.exterior.coords)
+        axes.fill(
+            points[:, 0],
+            points[:, 1],
+            facecolor=colour,
+            edgecolor=edge,
+            alpha=alpha,
+            lw=1.3 if colour == "none" else 0.9,
+            ls=ls,
+            zorder=zorder,
+        )
+
+
+def _same(one: Obstacles, two: Obstacles) -> bool:
+    return (
+        len(one) == len(two)
+        and one.shapes == two.shapes
+        and bool(np.allclose(one.poses[:, 0], two.poses[:, 0]))
+    )
+
+
+def _scale_bar(axes: Axes) -> None:
+    (x1, _), (y1, _) = axes.get_xlim(), axes.get_ylim()
+    axes.plot([x1 + 1, x1 + 6], [y1 + 1, y1 + 1], color=INK, lw=2, zorder=10)
+    axes.text(x1 + 3.5, y1 + 1.35, "5 m", ha="center", size=8.5, color=INK, zorder=10)
+
+
+def _legend(axes: Axes, figure: Figure, drive: Drive) -> None:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    entries: list[Any] = [
+        Patch(facecolor=EGO, edgecolor=INK, label="ego vehicle"),
+        Line2D([], [], color=EGO, lw=2.2, label="planned trajectory"),
+        Patch(facecolor=GOAL, alpha=0.5, label="goal region"),
+        Patch(facecolor=REAL, edgecolor=INK, label="real object"),
+    ]
+    if not _same(drive.truth, drive.problem.obstacles):
+        entries.append(
+            Patch(facecolor="none", edgecolor=BELIEVED, ls="--", label="believed object")
+        )
+    if drive.plan.tree is not None:
+        entries.append(Line2D([], [], color=TREE, lw=1, label="search tree"))
+    figure.legend(
+        handles=entries,
+        loc="lower center",
+        ncol=len(entries),
+        frameon=False,
+        fontsize=9,
+        labelcolor=INK,
+        bbox_to_anchor=(0.5, 0.015),
+        columnspacing=1.4,
+    )

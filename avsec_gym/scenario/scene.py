@@ -1,0 +1,115 @@
+"""A scene: what is really around the ego vehicle, before anybody perceives or plans anything."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.geometry import Floats, bird_eye_iou
+from avsec_gym.scenario.builder import build_planning_scenario, draw_speeds, obstacles_of
+from avsec_gym.scenario.constraints import RoadType, driving_constraints
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
+
+
+class Motion(StrEnum):
+    """What the planner takes as moving."""
+
+    STATIC = "static"
+    """Nothing: it plans as if every object stood."""
+    TRUTH = "truth"
+    """The objects that really move, at their real speeds; a detected object has the flag and the
+    speed of the true object that it overlaps most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A labelled frame of one traffic situation.
+
+    Args:
+        id: Names it, such as ``000107``.
+        boxes: Ground truth with ``moving`` flags.
+        road_type: Street or highway.
+        seed: The experiment's seed; speeds of moving objects are drawn from it.
+        number: The scene's own number, so that scenes draw independently of each other.
+        group: A subset that the scene belongs to, such as ``dynamic street``.
+        draw_start_speed: Draw the ego vehicle's start speed from the thesis' range (and plan with
+            primitives that start there) instead of taking the authors' 6 or 11 m/s.
+    """
+
+    id: str
+    boxes: Boxes3D
+    road_type: RoadType = RoadType.STREET
+    seed: int = 0
+    number: int = 0
+    group: str = ""
+    draw_start_speed: bool = False
+    speeds: Floats = field(init=False)
+    """Speed of each object along its heading, m/s, shape (N,)."""
+
+    def __post_init__(self) -> None:
+        moving = np.zeros(len(self.boxes), bool) if self.boxes.moving is None else self.boxes.moving
+        object.__setattr__(
+            self, "speeds", draw_speeds(moving, self.road_type, self.seed, self.number)
+        )
+
+    @property
+    def start_speed(self) -> float:
+        """The ego vehicle's speed at the start, m/s."""
+        constraints = driving_constraints(self.road_type)
+        if not self.draw_start_speed:
+            return constraints.start_speed
+        generator = np.random.default_rng([self.seed, self.number, 1])
+        return float(generator.uniform(*constraints.start_speed_range))
+
+    def truth(self) -> Obstacles:
+        """The real obstacles, moving ones moving: what a verdict is taken against."""
+        return obstacles_of(self.boxes, self.speeds)
+
+    def problem(
+        self,
+        intention: Intention,
+        believed: Boxes3D | None = None,
+        motion: Motion = Motion.TRUTH,
+    ) -> PlanningScenario:
+        """What the planner is asked when perception believes in certain boxes.
+
+        Args:
+            intention: Where to go.
+            believed: Detected boxes; None: the ground truth.
+            motion: What the planner knows of motion.
+        """
+        boxes = self.boxes if believed is None else believed
+        speeds = None
+        if motion == Motion.TRUTH:
+            speeds = self.speeds if believed is None else self.speeds_of(believed)
+        return build_planning_scenario(
+            boxes,
+            road_type=self.road_type,
+            intention=intention,
+            speeds=speeds,
+            start_speed=self.start_speed,
+            id=self.id,
+        )
+
+    def speeds_of(self, detected: Boxes3D) -> Floats:
+        """Speeds of the true objects that detected boxes overlap most, m/s, shape (M,).
+
+        A box that overlaps nothing stands.
+        """
+        if not len(self.boxes) or not len(detected) or not self.speeds.any():
+            return np.zeros(len(detected))
+        sizes = np.stack([self.boxes.length, self.boxes.width], axis=1)
+        real: NDArray[np.bool_] = (sizes > 0).all(axis=1)
+        overlap = bird_eye_iou(
+            detected.poses,
+            np.stack([detected.length, detected.width], axis=1),
+            self.boxes.poses[real],
+            sizes[real],
+        )
+        best = overlap.argmax(axis=1)
+        return np.where(overlap.max(axis=1) > 0, self.speeds[real][best], 0.0)

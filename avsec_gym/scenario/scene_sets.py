@@ -1,0 +1,241 @@
+"""Sets of scenes: the thesis' 600 labelled scenarios, any label folder, or procedural layouts."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.kitti.label_folders import frame_ids
+from avsec_gym.kitti.labels import read_labels
+from avsec_gym.scenario.constraints import RoadType
+from avsec_gym.scenario.layouts import generate_layouts
+from avsec_gym.scenario.scene import Scene
+
+STATIC_STREET, DYNAMIC_STREET, DYNAMIC_HIGHWAY, WITHOUT_CARS = (
+    "static street",
+    "dynamic street",
+    "dynamic highway",
+    "without cars",
+)
+"""Groups of the labelled scenarios."""
+
+_PARTS = (
+    ("static_label", None, STATIC_STREET, RoadType.STREET),
+    ("dynamic_label", "dynamic_annotation", DYNAMIC_STREET, RoadType.STREET),
+    ("road_dynamic_label", "road_dynamic_annotation", DYNAMIC_HIGHWAY, RoadType.HIGHWAY),
+    ("nocar", None, WITHOUT_CARS, RoadType.STREET),
+)
+_FLAGS = {"n": (False, False), "0": (True, False), "1": (True, True), "-1": (True, True)}
+"""Flag -> (is an obstacle, moves)."""
+
+
+@dataclass(frozen=True)
+class SceneSet:
+    """Scenes in order of their ids, and what was noticed while reading them."""
+
+    name: str
+    scenes: tuple[Scene, ...]
+    remarks: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.scenes)
+
+    def limited(self, count: int | None) -> SceneSet:
+        """The first scenes only."""
+        return self if count is None else replace(self, scenes=self.scenes[:count])
+
+
+def labelled_scenarios(root: str | Path, *, seed: int = 0) -> SceneSet:
+    """The labelled scenarios of the thesis' authors.
+
+    Args:
+        root: Folder with ``static_label``, ``dynamic_label`` and ``dynamic_annotation``,
+            ``road_dynamic_label`` and ``road_dynamic_annotation``, ``nocar``; parts may be absent.
+        seed: Moving objects draw their speeds from it.
+
+    Raises:
+        DataError: No part is there, or a file is broken.
+    """
+    root = Path(root)
+    scenes, remarks = [], []
+    for labels, annotations, group, road_type in _PARTS:
+        folder = root / labels
+        if not folder.is_dir():
+            continue
+        for id in frame_ids(folder, ".txt"):
+            boxes = read_labels(folder / f"{id}.txt", keep_dont_care=True)
+            flags = root / annotations / f"{id}.txt" if annotations else None
+            if flags is not None:
+                boxes, remark = flagged(boxes, flags)
+                remarks += [remark] if remark else []
+            scenes.append(_scene(id, boxes, road_type, seed, group))
+    if not scenes:
+        raise DataError(
+            "none of the labelled scenarios' folders is here.",
+            path=root,
+            remedy=f"Expected one of {', '.join(part[0] for part in _PARTS)}.",
+        )
+    return SceneSet(root.name, tuple(sorted(scenes, key=lambda scene: scene.id)), tuple(remarks))
+
+
+def label_folder(
+    folder: str | Path,
+    *,
+    flags: str | Path | None = None,
+    ids: Sequence[str] | None = None,
+    road_type: RoadType = RoadType.STREET,
+    seed: int = 0,
+) -> SceneSet:
+    """Scenes of any folder of KITTI label files; everything stands unless flags say otherwise.
+
+    Args:
+        folder: Holds ``000123.txt`` files.
+        flags: Folder with files of the same names: a line for each label line from the top, ``n``
+            (no obstacle), ``0`` (stands), ``1`` or ``-1`` (moves).
+        ids: Which frames; None: all.
+        road_type: Of every frame.
+        seed: Moving objects draw their speeds from it.
+
+    Raises:
+        DataError: A file is missing or broken, or the folder holds no label file.
+    """
+    folder, scenes, remarks = Path(folder), [], []
+    for id in frame_ids(folder, ".txt") if ids is None else ids:
+        boxes = read_labels(folder / f"{id}.txt", keep_dont_care=True)
+        if flags is not None and (Path(flags) / f"{id}.txt").is_file():
+            boxes, remark = flagged(boxes, Path(flags) / f"{id}.txt")
+            remarks += [remark] if remark else []
+        scenes.append(_scene(id, boxes, road_type, seed, str(road_type)))
+    return SceneSet(folder.name, tuple(scenes), tuple(remarks))
+
+
+def procedural_scenes(count: int = 200, *, seed: int = 0) -> SceneSet:
+    """The embedded default: seeded KITTI-like layouts, streets and highways."""
+    return SceneSet(
+        f"layouts-{seed}",
+        tuple(
+            Scene(
+                layout.id,
+                layout.boxes,
+                layout.road_type,
+                seed=seed,
+                number=layout.index,
+                group=str(layout.road_type),
+            )
+            for layout in generate_layouts(count, seed)
+        ),
+    )
+
+
+def scene_set(
+    name: str | Path, *, kitti: str | Path | None = None, seed: int = 0, count: int | None = None
+) -> SceneSet:
+    """The set that a name or a folder stands for.
+
+    Args:
+        name: ``layouts``; a folder of the labelled scenarios; a folder of label files (with flags
+            in a folder ``flags`` inside or beside it); or a text file with one frame id a line, of
+            the KITTI root.
+        kitti: Root of the KITTI object data, for a list of ids.
+        seed: Of speeds and layouts.
+        count: How many scenes; None: all (200 layouts).
+
+    Raises:
+        ConfigurationError: The name means nothing.
+        DataError: A file is missing or broken.
+    """
+    path = Path(name)
+    if str(name) == "layouts":
+        return procedural_scenes(200 if count is None else count, seed=seed)
+    if path.is_file() and kitti is not None:
+        from avsec_gym.kitti import KittiObject, read_split
+
+        ids = read_split(path)[:count]
+        return kitti_scenes(KittiObject(kitti), ids, seed=seed)
+    if not path.is_dir():
+        raise ConfigurationError(
+            f"there is no scenario set {str(name)!r}: name a folder of labels, a list of frame ids"
+            " beside --kitti, or 'layouts'"
+        )
+    if any((path / part[0]).is_dir() for part in _PARTS):
+        return labelled_scenarios(path, seed=seed).limited(count)
+    labels = next((path / sub for sub in ("label_2", "labels") if (path / sub).is_dir()), path)
+    flags = next(
+        (f for f in (path / "flags", path.parent / "flags") if f.is_dir() and f != labels), None
+    )
+    return label_folder(labels, flags=flags, seed=seed).limited(count)
+
+
+def kitti_scenes(data: object, ids: Sequence[str], *, seed: int = 0) -> SceneSet:
+    """Frames of the KITTI object data, every object standing.
+
+    Args:
+        data: A `KittiObject`.
+        ids: Which frames.
+        seed: Kept with the scenes.
+    """
+    scenes = [
+        _scene(id, data.labels(id), RoadType.STREET, seed, str(RoadType.STREET))  # type: ignore[attr-defined]
+        for id in ids
+    ]
+    return SceneSet("kitti", tuple(scenes))
+
+
+def flagged(boxes: Boxes3D, path: Path) -> tuple[Boxes3D, str | None]:
+    """Boxes with moving flags, those flagged ``n`` dropped.
+
+    Flags align with the label lines from the top; a missing flag is ``n``, a surplus one is
+    dropped.
+
+    Args:
+        boxes: All lines of the label file.
+        path: The flag file.
+
+    Returns:
+        The boxes, and a remark where the lengths differ.
+
+    Raises:
+        DataError: The file is missing, or a flag is none of n, 0, 1, -1.
+    """
+    try:
+        words = path.read_text("ascii").split("\n")
+    except (OSError, UnicodeDecodeError) as error:
+        raise DataError(
+            f"the moving flags cannot be read ({error}).",
+            path=path,
+            remedy="Each label file of this folder needs a flag file of the same name.",
+        ) from error
+    while words and not words[-1].strip():
+        words.pop()
+    remark = None
+    if len(words) != len(boxes):
+        remark = (
+            f"{path.parent.name}/{path.name}: {len(words)} flags for {len(boxes)} labels;"
+            " missing ones count as n, surplus ones are dropped"
+        )
+    keep, moving = np.zeros(len(boxes), bool), np.zeros(len(boxes), bool)
+    for i, word in enumerate(words):
+        if word.strip() not in _FLAGS:
+            raise DataError(
+                f"{word.strip()!r} is no moving flag.",
+                path=path,
+                line=i + 1,
+                remedy="A flag is n (no obstacle), 0 (stands), 1 or -1 (moves).",
+            )
+        if i < len(boxes):
+            keep[i], moving[i] = _FLAGS[word.strip()]
+    return replace(boxes, moving=moving)[keep], remark
+
+
+def _scene(id: str, boxes: Boxes3D, road_type: RoadType, seed: int, group: str) -> Scene:
+    if boxes.moving is None:
+        boxes = replace(boxes, moving=np.zeros(len(boxes), bool))
+    boxes = boxes[boxes.category != "DontCare"]
+    digits = re.sub(r"\D", "", id)
+    return Scene(id, boxes, road_type, seed, int(digits or 0), group)

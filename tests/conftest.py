@@ -1,0 +1,17 @@
+"""Fixtures for every test."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+SHARED = Path(__file__).resolve().parents[2] / "shared"
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """Real data that may not be copied into the repository; tests skip where it is absent."""
+    if not (SHARED / "kitti").is_dir():
+        pytest.skip("real KITTI data is not here (../shared, beside the repository)")
+    return SHARED

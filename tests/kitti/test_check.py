@@ -1,0 +1,137 @@
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from avsec_gym.errors import DataError
+from avsec_gym.kitti.check import check_object_root
+from avsec_gym.kitti.layouts import Layout
+
+
+def test_what_is_there(object_root: Path) -> None:
+    steps: list[tuple[int, int]] = []
+    report = check_object_root(object_root, on_progress=lambda *step: steps.append(step))
+    assert report.ok
+    assert report.layout is Layout.OBJECT
+    parts = {part.folder: part for part in report.parts}
+    assert parts["training/label_2"].objects == {"Car": 2, "DontCare": 2, "Van": 2}
+    assert parts["training/image_2"].image_sizes == {"4x3": 2}
+    assert parts["training/velodyne"].files == 1
+    assert steps == [(i, 10) for i in range(1, 11)]
+    assert json.loads(json.dumps(report.to_json()))["layout"] == "object"
+
+
+def test_what_is_missing(object_root: Path) -> None:
+    (object_root / "training" / "calib" / "000003.txt").unlink()
+    gaps = {(gap.has, gap.lacks): gap for gap in check_object_root(object_root).gaps}
+    assert gaps["training/label_2", "training/calib"].examples == ("000003",)
+    assert "training/image_2", "training/velodyne" in gaps
+    assert "such as 000003" in str(gaps["training/image_2", "training/image_3"])
+
+
+def test_what_is_broken_and_it_goes_on(object_root: Path, png: Callable[..., bytes]) -> None:
+    folder = object_root / "training"
+    (folder / "label_2" / "000000.txt").write_text("Car 0.00 1\n")
+    (folder / "calib" / "000000.txt").write_text("")
+    (folder / "image_2" / "000003.png").write_bytes(png(4, 3)[:-5])
+    (folder / "image_3" / "000000.png").write_bytes(png(5, 3))
+    (folder / "velodyne" / "000000.bin").write_bytes(bytes(17))
+    (object_root / "ImageSets" / "val.txt").write_text("000003\n000003\n")
+    (folder / "label_2" / ".DS_Store").write_text("")
+    report = check_object_root(object_root)
+    assert not report.ok
+    names = sorted(Path(str(broken.path)).relative_to(object_root) for broken in report.broken)
+    assert [str(name) for name in names] == [
+        "ImageSets/val.txt",
+        "training/calib/000000.txt",
+        "training/image_2/000003.png",
+        "training/image_3/000000.png",
+        "training/label_2/000000.txt",
+        "training/velodyne/000000.bin",
+    ]
+    assert all(broken.remedy for broken in report.broken)
+    assert any(":1: " in str(broken) for broken in report.broken)
+    assert any(".DS_Store" in note for note in report.notes)
+    json.dumps(report.to_json())
+
+
+def test_deep_reads_the_pixels(object_root: Path) -> None:
+    path = object_root / "training" / "image_2" / "000000.png"
+    content = bytearray(path.read_bytes())
+    content[45] ^= 255
+    path.write_bytes(content)
+    assert check_object_root(object_root).ok
+    assert [b.path for b in check_object_root(object_root, deep=True).broken] == [str(path)]
+
+
+def test_a_result_folder(tmp_path: Path) -> None:
+    line = "Car -1 -1 0 217.9 184.4 276.4 209.9 1.51 1.62 4.09 -23.3 2.28 46.5 1.6 0.5"
+    (tmp_path / "data").mkdir()
+    (tmp_path / "data" / "000001.txt").write_text("\n")
+    (tmp_path / "data" / "000002.txt").write_text(line)
+    (tmp_path / "data" / "000003.txt").write_text(line + " 7")
+    report = check_object_root(tmp_path)
+    assert report.layout is Layout.DETECTIONS
+    assert report.parts[0].files == 3
+    assert report.parts[0].objects == {"Car": 1}
+    assert [broken.line for broken in report.broken] == [1]
+
+
+def test_a_label_folder_is_told_from_results(object_root: Path) -> None:
+    report = check_object_root(object_root / "training" / "label_2")
+    assert report.layout is Layout.LABELS
+    assert report.ok
+
+
+def test_a_testing_half_needs_no_labels(object_root: Path) -> None:
+    (object_root / "training").rename(object_root / "testing")
+    report = check_object_root(object_root)
+    assert not any("label_2" in gap.lacks for gap in report.gaps)
+    assert {part.folder.split("/")[0] for part in report.parts} == {"testing"}
+
+
+@pytest.mark.parametrize(
+    ("name", "layout"),
+    [
+        ("2011_09_26/calib_cam_to_cam.txt", Layout.RAW),
+        ("training/label_02/0000.txt", Layout.TRACKING),
+        ("training/disp_occ_0/000000_10.png", Layout.STEREO),
+        ("photos/cat.png", Layout.UNKNOWN),
+    ],
+)
+def test_other_layouts_are_recognised(tmp_path: Path, name: str, layout: Layout) -> None:
+    (tmp_path / name).parent.mkdir(parents=True)
+    (tmp_path / name).touch()
+    report = check_object_root(tmp_path)
+    assert report.layout is layout
+    assert not report.ok
+    assert report.notes == (layout.description,)
+
+
+def test_the_folder_above_is_put_right(object_root: Path) -> None:
+    report = check_object_root(object_root.parent)
+    assert report.layout is Layout.UNKNOWN
+    assert any("object/" in note for note in report.notes)
+    with pytest.raises(DataError, match="no such folder"):
+        check_object_root(object_root / "absent")
+
+
+def test_empty_folders_are_not_ok(tmp_path: Path) -> None:
+    assert not check_object_root(tmp_path).ok
+    (tmp_path / "training" / "label_2").mkdir(parents=True)
+    report = check_object_root(tmp_path)
+    assert not report.ok
+    assert "training/label_2 holds no frames." in report.notes
+
+
+def test_real_data(shared: Path) -> None:
+    report = check_object_root(shared / "kitti/object", deep=True)
+    assert report.ok
+    assert {part.folder: part.files for part in report.parts}["training/calib"] == 7481
+    kitti = shared / "kitti"
+    layouts = {name: check_object_root(kitti / name).layout for name in ("raw", "tracking")}
+    assert layouts == {"raw": Layout.RAW, "tracking": Layout.TRACKING}
+    assert check_object_root(shared / "detections/point_gnn").parts[0].objects == {"Car": 2520}

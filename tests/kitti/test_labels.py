@@ -1,0 +1,285 @@
+from __future__ import annotations
+
+import contextlib
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.kitti.label_folders import read_label_folder
+from avsec_gym.kitti.labels import (
+    read_detections,
+    read_labels,
+    write_detections,
+    write_labels,
+)
+
+GOOD = "Car 0.00 1 -1.85 733.06 182.54 934.34 317.95 1.45 1.49 3.79 2.73 1.60 9.79 -1.58"
+DONT_CARE = "DontCare -1 -1 -10 579.44 175.79 595.04 188.10 -1 -1 -1 -1000 -1000 -1000 -10"
+
+
+def write(folder: Path, content: str | bytes) -> Path:
+    path = folder / "000107.txt"
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    return path
+
+
+def test_columns_go_where_kitti_says(tmp_path: Path) -> None:
+    boxes = read_labels(write(tmp_path, GOOD + "\n"))
+    assert boxes.category.tolist() == ["Car"]
+    assert boxes.truncation is not None
+    assert boxes.truncation.tolist() == [0.0]
+    assert boxes.occlusion is not None
+    assert boxes.occlusion.tolist() == [1.0]
+    assert boxes.alpha is not None
+    assert boxes.alpha.tolist() == [-1.85]
+    assert boxes.box2d is not None
+    assert boxes.box2d.tolist() == [[733.06, 182.54, 934.34, 317.95]]
+    assert boxes.dimensions.tolist() == [[1.45, 1.49, 3.79]]
+    assert boxes.location.tolist() == [[2.73, 1.60, 9.79]]
+    assert boxes.rotation_y.tolist() == [-1.58]
+    assert boxes.score.tolist() == [1.0]
+    assert boxes.length.tolist() == [3.79]
+
+
+def test_dont_care_is_dropped_unless_every_line_is_wanted(tmp_path: Path) -> None:
+    path = write(tmp_path, f"{DONT_CARE}\n{GOOD}\n{DONT_CARE}\n")
+    assert read_labels(path).category.tolist() == ["Car"]
+    kept = read_labels(path, keep_dont_care=True)
+    assert kept.category.tolist() == ["DontCare", "Car", "DontCare"]
+    assert kept.location[0].tolist() == [-1000.0] * 3
+
+
+def test_no_lines_are_no_objects(tmp_path: Path) -> None:
+    for content in ("", "\n", f"{DONT_CARE}\n"):
+        assert len(read_labels(write(tmp_path, content))) == 0
+    assert len(read_detections(write(tmp_path, "\n\n"))) == 0
+
+
+def test_harmless_variations_are_read(tmp_path: Path) -> None:
+    plain = read_labels(write(tmp_path, GOOD + "\n"))
+    for content in (
+        GOOD,
+        GOOD + "\r\n",
+        GOOD + " \n\n",
+        GOOD.replace(" ", "\t"),
+        GOOD.replace("1.45", "1.45e0"),
+    ):
+        boxes = read_labels(write(tmp_path, content))
+        assert boxes.dimensions.tolist() == plain.dimensions.tolist()
+    for name in ("Traffic_cone", "Straßenbahn", "Van-2_0", "bus_1_2"):
+        boxes = read_labels(write(tmp_path, GOOD.replace("Car", name)))
+        assert boxes.category.tolist() == [name]
+
+
+def test_results_as_detectors_write_them(tmp_path: Path) -> None:
+    line = GOOD.replace("0.00 1 -1.85", "-1 -1 0")
+    boxes = read_detections(write(tmp_path, f"{line} 172.5 \n\n{line} -3e-2\n{DONT_CARE} 1\n\n\n"))
+    assert boxes.score.tolist() == [172.5, -0.03]
+    assert boxes.occlusion is not None
+    assert boxes.occlusion.tolist() == [-1, -1]
+
+
+BROKEN = {
+    "three columns": ("Car 0.00 1", 1, "15 columns, this one has 3"),
+    "cut off": (f"{GOOD}\n{GOOD[:40]}", 2, "cut off"),
+    "a result": (f"{GOOD} 0.97", 1, "detector's result"),
+    "a tracking label": (f"0 -1 {GOOD}", 1, "tracking"),
+    "surplus columns": (f"{GOOD} 0.9 7 8", 1, "surplus"),
+    "blank line inside": (f"{GOOD}\n\n{GOOD}", 2, "blank line"),
+    "not a number": (GOOD.replace("9.79", "9,79"), 1, "Column 14 holds '9,79'"),
+    "grouped digits": (GOOD.replace("733.06", "7_33.06"), 1, "not a number"),
+    "other digits": (GOOD.replace("9.79", "٩"), 1, "not a number"),
+    "hexadecimal": (GOOD.replace("9.79", "0x10"), 1, "not a number"),
+    "nan": (f"{GOOD}\n{GOOD.replace('9.79', 'nan')}", 2, "not finite"),
+    "infinite": (GOOD.replace("9.79", "-inf"), 1, "not finite"),
+    "overflow": (GOOD.replace("9.79", "1e999"), 1, "not finite"),
+    "absurd": (GOOD.replace("9.79", "1e7"), 1, "too large"),
+    "flat": (GOOD.replace("1.45", "0.00"), 1, "positive sizes"),
+    "negative size": (f"{DONT_CARE}\n{GOOD.replace('3.79', '-3.79')}", 2, "positive sizes"),
+    "sizes only in 2D": (f"{GOOD.replace('1.45 1.49 3.79', '-1 -1 -1')}", 1, "positive sizes"),
+    "size hidden by a DontCare": (
+        f"{DONT_CARE.replace('-1 -1 -1 -1000', '1 1 1 -1000')}\n"
+        f"{GOOD.replace('1.45 1.49 3.79', '-1 -1 -1')}",
+        2,
+        "positive sizes",
+    ),
+    "number as category": (GOOD.replace("Car", "0.0"), 1, "not a word"),
+    "control byte": (GOOD + "\n" + GOOD.replace("Car", "C\x07ar"), 2, "unprintable"),
+    "NUL bytes": ("\0" * 40, 1, "unprintable"),
+    "byte order mark": ("\ufeff" + GOOD, 1, "byte order mark"),
+    "odd blank": (GOOD.replace(" ", "\u00a0", 1), 1, "unprintable"),
+    "not UTF-8": (f"{GOOD}\n".encode() + b"Caf\xe9", 2, "0xe9"),
+    "gzip": (b"\x1f\x8b\x08\x00", 1, "not UTF-8"),
+}
+
+
+@pytest.mark.parametrize(("content", "line", "message"), BROKEN.values(), ids=BROKEN.keys())
+def test_a_broken_label_is_named(
+    tmp_path: Path, content: str | bytes, line: int, message: str
+) -> None:
+    path = write(tmp_path, content)
+    with pytest.raises(DataError) as caught:
+        read_labels(path)
+    assert str(caught.value).startswith(f"{path}:{line}: ")
+    assert message in str(caught.value)
+    assert caught.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("content", "line", "message"),
+    [
+        (f"{GOOD} 0.9\n{GOOD}\n", 2, "ground truth"),
+        (f"{GOOD} 0.9 7\n", 1, "16 columns, this one has 17"),
+        (f"\n{GOOD} nan\n", 2, "not finite"),
+        (f"\n{GOOD} x\n", 2, "Column 16"),
+    ],
+)
+def test_a_broken_result_is_named(tmp_path: Path, content: str, line: int, message: str) -> None:
+    path = write(tmp_path, content)
+    with pytest.raises(DataError) as caught:
+        read_detections(path)
+    assert str(caught.value).startswith(f"{path}:{line}: ")
+    assert message in str(caught.value)
+    assert caught.value.remedy
+
+
+def test_what_is_no_text_file_is_refused(tmp_path: Path) -> None:
+    with (tmp_path / "large.txt").open("wb") as file:
+        file.truncate(2**30)
+    for path in (tmp_path / "absent.txt", tmp_path, tmp_path / "large.txt", "nul\0byte"):
+        with pytest.raises(DataError) as caught:
+            read_labels(path)
+        assert caught.value.path == str(path)
+        assert caught.value.remedy
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    st.text()
+    | st.lists(
+        st.lists(
+            st.sampled_from(["Car", "DontCare", "1.5", "-1", "nan", "1e999", "1_0", "٣", "\x1c"]),
+            min_size=13,
+            max_size=17,
+        ).map(" ".join)
+    ).map("\n".join)
+    | st.binary()
+)
+@example("\x0b").via("whitespace for split(), not for a text file")
+def test_any_content_gives_boxes_or_a_data_error(tmp_path: Path, content: str | bytes) -> None:
+    if isinstance(content, str):
+        content = content.encode("utf-8", "surrogatepass")
+    path = write(tmp_path, content)
+    for read in (read_labels, read_detections):
+        with contextlib.suppress(DataError):
+            boxes = read(path)
+            assert np.isfinite(boxes.location).all()
+            assert (boxes.dimensions > 0).all()
+
+
+@st.composite
+def random_boxes(draw: st.DrawFn) -> Boxes3D:
+    count = draw(st.integers(0, 4))
+
+    def array(*tail: int, smallest: float = -1e6) -> np.ndarray:
+        size = count * math.prod(tail)
+        number = st.floats(smallest, 1e6)
+        return np.array(draw(st.lists(number, min_size=size, max_size=size))).reshape(count, *tail)
+
+    return Boxes3D(
+        location=array(3),
+        dimensions=array(3, smallest=1e-9),
+        rotation_y=array(),
+        score=array(),
+        category=np.array([draw(st.sampled_from(["Car", "Van", "Cone"])) for _ in range(count)]),
+        box2d=array(4),
+        truncation=array(),
+        occlusion=array(),
+        alpha=array(),
+    )
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(random_boxes())
+def test_written_boxes_come_back(tmp_path: Path, boxes: Boxes3D) -> None:
+    path = tmp_path / "boxes.txt"
+    fields = set(Boxes3D.__dataclass_fields__) - {"score", "moving"}
+    for writer, reader in ((write_labels, read_labels), (write_detections, read_detections)):
+        writer(path, boxes, overwrite=True)
+        again = reader(path)
+        for name in fields:
+            np.testing.assert_array_equal(getattr(again, name), getattr(boxes, name), err_msg=name)
+    np.testing.assert_array_equal(again.score, boxes.score)
+
+
+def test_unknown_fields_become_placeholders(tmp_path: Path) -> None:
+    path = tmp_path / "000000.txt"
+    write_detections(
+        path,
+        Boxes3D([[1, 2, 3.25]], [[1, 2, 4]], [0.1], [0.7], ["Car"]),  # type: ignore[arg-type]
+    )
+    assert path.read_text() == (
+        "Car -1 -1 -10 -1.0 -1.0 -1.0 -1.0 1.0 2.0 4.0 1.0 2.0 3.25 0.1 0.7\n"
+    )
+
+
+def test_nothing_is_overwritten_unasked_and_nothing_bad_is_written(tmp_path: Path) -> None:
+    path = write(tmp_path, GOOD + "\n")
+    boxes = read_labels(path)
+    with pytest.raises(DataError, match="exists"):
+        write_labels(path, Boxes3D.empty())
+    assert path.read_text() == GOOD + "\n"
+    new = tmp_path / "sub" / "000001.txt"
+    for bad in ("two words", "line\nbreak", "", "3D"):
+        with pytest.raises(ConfigurationError):
+            write_labels(new, _with(boxes, category=np.array([bad])))
+    with pytest.raises(DataError, match="positive"):
+        write_labels(new, _with(boxes, dimensions=np.zeros((1, 3))))
+    assert [entry.name for entry in tmp_path.rglob("*")] == ["000107.txt"]
+
+
+def _with(boxes: Boxes3D, **changes: np.ndarray) -> Boxes3D:
+    columns = {name: getattr(boxes, name) for name in boxes.__dataclass_fields__}
+    return Boxes3D(**(columns | changes))
+
+
+def test_kittis_own_labels_come_out_byte_for_byte(shared: Path, tmp_path: Path) -> None:
+    folder = shared / "kitti/object/training/label_2"
+    labels = read_label_folder(folder, keep_dont_care=True)
+    assert len(labels) == 7481
+    for id in [*list(labels)[::200], "000107", "000124"]:
+        write_labels(tmp_path / f"{id}.txt", labels[id], overwrite=True)
+        assert (tmp_path / f"{id}.txt").read_bytes() == (folder / f"{id}.txt").read_bytes()
+
+
+def test_kittis_labels_agree_with_a_hand_parse(shared: Path) -> None:
+    folder = shared / "kitti/object/training/label_2"
+    labels = read_label_folder(folder)
+    names = np.concatenate([boxes.category for boxes in labels.values()])
+    assert len(names) == 40570
+    assert (names == "Car").sum() == 28742
+    for id, boxes in list(labels.items())[::100]:
+        lines = [line.split() for line in (folder / f"{id}.txt").read_text().splitlines()]
+        real = [line for line in lines if line[0] != "DontCare"]
+        assert boxes.category.tolist() == [line[0] for line in real]
+        assert boxes.location.tolist() == [[float(x) for x in line[11:14]] for line in real]
+        assert boxes.dimensions.tolist() == [[float(x) for x in line[8:11]] for line in real]
+        assert boxes.rotation_y.tolist() == [float(line[14]) for line in real]
+
+
+def test_a_label_folder_says_which_frame_is_missing(object_root: Path) -> None:
+    folder = object_root / "training" / "label_2"
+    assert list(read_label_folder(folder)) == ["000000", "000003"]
+    assert list(read_label_folder(folder, ["000003"])) == ["000003"]
+    with pytest.raises(DataError, match=r"000004\.txt"):
+        read_label_folder(folder, ["000003", "000004"])
+    with pytest.raises(ConfigurationError):
+        read_label_folder(folder, ["../000003"])
+    with pytest.raises(DataError, match="no such folder"):
+        read_label_folder(folder / "absent")
