@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +43,7 @@ _STYLE: dict[Any, Any] = {
     "xtick.labelsize": 8.5,
     "ytick.labelsize": 8.5,
 }
-_NAMES = {"Person_sitting": "Sitting person"}
+_NAMES = {"Person_sitting": "Sitting"}
 
 
 def draw(result: Mapping[str, Any], ours: Sample, kitti: Sample, path: Path) -> Path:
@@ -61,9 +61,8 @@ def draw(result: Mapping[str, Any], ours: Sample, kitti: Sample, path: Path) -> 
     import matplotlib.pyplot as plt
 
     with plt.rc_context(_STYLE):
-        figure, panels = plt.subplot_mosaic(
-            [row.split() for row in _PANELS], figsize=(14, 15.5), empty_sentinel="."
-        )
+        layout: list[Any] = [row.split() for row in _PANELS]
+        figure, panels = plt.subplot_mosaic(layout, figsize=(14, 15.5), empty_sentinel=".")
         figure.subplots_adjust(
             left=0.045, right=0.985, top=0.895, bottom=0.03, wspace=0.2, hspace=0.52
         )
@@ -192,16 +191,20 @@ def _objects(axes: Any, result: Mapping[str, Any]) -> None:
                 fontsize=7,
                 color=ink,
             )
-    axes.set_yticks([])
-    axes.spines["left"].set_visible(False)
-    for y, name in zip(place, CATEGORIES, strict=True):
-        axes.text(0.99 * widest, y, _NAMES.get(name, name), ha="right", va="center", fontsize=8.5)
-    axes.texts[-len(CATEGORIES)].set_color("white")
+    _name_rows(axes, CATEGORIES)
     axes.set_xlim(0, 1.15 * widest)
-    axes.invert_yaxis()
     numbers = result["quantities"]["category"]
     note = f"total variation {numbers['distance']:.2g}  (yardstick {numbers['yardstick']:.2g})"
     _title(axes, "Objects per frame", note)
+
+
+def _name_rows(axes: Any, names: Sequence[str]) -> None:
+    """Categories as row labels, with room for them to the left."""
+    axes.set_yticks(range(len(names)), [_NAMES.get(name, name) for name in names])
+    axes.tick_params(axis="y", length=0)
+    axes.invert_yaxis()
+    place = axes.get_position()
+    axes.set_position([place.x0 + 0.05, place.y0, place.width - 0.05, place.height])
 
 
 def _sizes(axes: Any, sizes: Mapping[str, Any]) -> None:
@@ -213,9 +216,7 @@ def _sizes(axes: Any, sizes: Mapping[str, Any]) -> None:
                 low, middle, high = sizes[source][name]["length"]
                 axes.plot([low, high], [place + shift] * 2, color=colour, linewidth=3, alpha=0.6)
                 axes.plot(middle, place + shift, "o", color=colour, markersize=6)
-    axes.set_yticks(range(len(names)), [_NAMES.get(name, name) for name in names])
-    axes.tick_params(axis="y", length=0)
-    axes.invert_yaxis()
+    _name_rows(axes, names)
     axes.set_xlim(left=0)
     _title(axes, "Length by category (m)", "median and the middle 80 %; trams are not generated")
 
@@ -230,5 +231,5 @@ def _goals(axes: Any, road_type: str, shares: Mapping[str, Any]) -> None:
     axes.set_xticks(range(len(names)), names)
     axes.tick_params(axis="x", length=0)
     axes.set_ylim(0, 12)
-    apart = f"grey: the labelled scenarios; at most {np.abs(mine - real).max():.1f} points apart"
+    apart = f"grey: labelled scenarios; at most {np.abs(mine - real).max():.1f} points apart"
     _title(axes, f"Occupied goals, {road_type} (%)", apart if known else "no scenarios given")

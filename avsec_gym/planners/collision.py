@@ -14,7 +14,11 @@ from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
 from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
-from avsec_gym.scenario.shapes import Rectangle
+from avsec_gym.scenario.shapes import Rectangle, members
+
+
+_ROUNDING = 4e-15
+"""Shapes that touch but for rounding touch (m, and m2 in the separating-axis test)."""
 
 
 class World(NamedTuple):
@@ -24,21 +28,23 @@ class World(NamedTuple):
     """
 
     vertices: Floats
-    """Convex pieces in their obstacle's frame, counter-clockwise, shape (N, K, 2)."""
+    """Convex pieces about their shape's centre, counter-clockwise, shape (N, K, 2)."""
     corners: NDArray[np.int64]
     """Vertices in use, shape (N,); a single one is a disc."""
     radius: Floats
     """Radius of discs, 0 for polygons, shape (N,)."""
     reach: Floats
-    """Largest distance of a piece from its obstacle's origin, shape (N,)."""
+    """Largest distance of a piece from its shape's centre, shape (N,)."""
     poses: Floats
-    """x, y, cos, sin of the heading, shape (N, T, 4)."""
+    """x, y of the shape's centre, cos, sin of the heading, shape (N, T, 4)."""
     steps: NDArray[np.int64]
     """Known states, shape (N,)."""
     first_step: NDArray[np.int64]
     """Time step of the first state, shape (N,)."""
     static: NDArray[np.bool_]
     """Present at every time, shape (N,)."""
+    last_step: NDArray[np.int64]
+    """Last time step at which a moving one is there, its last state kept until then, shape (N,)."""
     edges: Floats
     """Road edge, x1, y1, x2, y2, shape (M, 4); none: the ground is free everywhere."""
 
@@ -46,6 +52,14 @@ class World(NamedTuple):
 def world_of(scenario: PlanningScenario) -> World:
     """The obstacles and the road edge of a scenario."""
     return obstacle_world(scenario.obstacles, scenario.road.edges)
+
+
+def vanishing(world: World) -> World:
+    """The same world, but a moving obstacle is gone after its last known state.
+
+    That is how commonroad-drivability-checker, and so commonroad-search, sees it.
+    """
+    return world._replace(last_step=world.first_step + world.steps - 1)
 
 
 def obstacle_world(obstacles: Obstacles, edges: Floats) -> World:
@@ -58,16 +72,21 @@ def obstacle_world(obstacles: Obstacles, edges: Floats) -> World:
     owner: NDArray[np.int64]
     if all(type(shape) is Rectangle for shape in obstacles.shapes):
         owner = np.arange(len(obstacles))
-        vertices, corners, radius = _rectangle_pieces(obstacles.shapes)  # type: ignore[arg-type]
+        vertices, corners, radius, centres = _rectangle_pieces(obstacles.shapes)  # type: ignore[arg-type]
     else:
-        pieces = [shape.convex_pieces() for shape in obstacles.shapes]
-        owner = np.repeat(np.arange(len(pieces)), [len(p) for p in pieces])
-        flat = [piece for group in pieces for piece in group]
-        corners = np.array([len(piece.vertices) for piece in flat], np.int64)
+        flat = [
+            (i, piece, member.centre)
+            for i, shape in enumerate(obstacles.shapes)
+            for member in members(shape)
+            for piece in member.convex_pieces()
+        ]
+        owner = np.array([i for i, _, _ in flat], np.int64)
+        corners = np.array([len(piece.vertices) for _, piece, _ in flat], np.int64)
+        centres = np.array([centre for _, _, centre in flat]).reshape(-1, 2)
         vertices = np.zeros((len(flat), int(corners.max(initial=4)), 2))
-        for row, piece in enumerate(flat):
-            vertices[row, : corners[row]] = piece.vertices
-        radius = np.array([piece.radius for piece in flat])
+        for row, (_, piece, centre) in enumerate(flat):
+            vertices[row, : corners[row]] = piece.vertices - np.array(centre)
+        radius = np.array([piece.radius for _, piece, _ in flat])
     poses = obstacles.poses[owner]
     reach = np.hypot(vertices[..., 0], vertices[..., 1]).max(axis=1, initial=0.0) + radius
     return World(
@@ -76,25 +95,40 @@ def obstacle_world(obstacles: Obstacles, edges: Floats) -> World:
         radius=radius,
         reach=reach,
         poses=np.concatenate(
-            [poses[..., :2], np.cos(poses[..., 2:]), np.sin(poses[..., 2:])], axis=-1
+            [
+                poses[..., :2] + centres[:, None, :],
+                np.cos(poses[..., 2:]),
+                np.sin(poses[..., 2:]),
+            ],
+            axis=-1,
         ),
         steps=obstacles.steps[owner],
         first_step=obstacles.first_step[owner],
         static=obstacles.static[owner],
+        last_step=np.full(len(owner), np.iinfo(np.int64).max),
         edges=edges,
     )
 
 
+def within_reach(world: World, x: float, y: float, distance: float) -> World:
+    """The world without the pieces that stay farther from a point than a distance."""
+    away = np.hypot(world.poses[..., 0] - x, world.poses[..., 1] - y).min(axis=1, initial=np.inf)
+    near = away <= distance + world.reach
+    if near.all():
+        return world
+    return World(*(column[near] for column in world[:-1]), world.edges)
+
+
 def _rectangle_pieces(
     shapes: tuple[Rectangle, ...],
-) -> tuple[Floats, NDArray[np.int64], Floats]:
+) -> tuple[Floats, NDArray[np.int64], Floats, Floats]:
     data = np.array([(s.length, s.width, s.x, s.y, s.heading) for s in shapes]).reshape(-1, 5)
     along = 0.5 * data[:, :1] * np.array([1.0, -1.0, -1.0, 1.0])
     across = 0.5 * data[:, 1:2] * np.array([1.0, 1.0, -1.0, -1.0])
     cos, sin = np.cos(data[:, 4:]), np.sin(data[:, 4:])
-    x = data[:, 2:3] + cos * along - sin * across
-    y = data[:, 3:4] + sin * along + cos * across
-    return np.stack([x, y], -1), np.full(len(shapes), 4, np.int64), np.zeros(len(shapes))
+    vertices = np.stack([cos * along - sin * across, sin * along + cos * across], -1)
+    count = len(shapes)
+    return vertices, np.full(count, 4, np.int64), np.zeros(count), data[:, 2:4]
 
 
 @numba.njit(nogil=True, cache=True)
@@ -118,7 +152,7 @@ def collides(
         t = 0
         if not world.static[i]:
             t = min(step - world.first_step[i], world.steps[i] - 1)
-            if t < 0:
+            if t < 0 or step > world.last_step[i]:
                 continue
         ox, oy = world.poses[i, t, 0] - x, world.poses[i, t, 1] - y
         reach = own_reach + world.reach[i]
@@ -159,7 +193,12 @@ def _touches_piece(
         qx, qy = px + rc * vx - rs * vy, py + rs * vx + rc * vy
         low_x, high_x = min(low_x, qx), max(high_x, qx)
         low_y, high_y = min(low_y, qy), max(high_y, qy)
-    if low_x > half_length or high_x < -half_length or low_y > half_width or high_y < -half_width:
+    if (
+        low_x > half_length + _ROUNDING
+        or high_x < -half_length - _ROUNDING
+        or low_y > half_width + _ROUNDING
+        or high_y < -half_width - _ROUNDING
+    ):
         return False
     for k in range(count):
         ax, ay = world.vertices[i, k, 0], world.vertices[i, k, 1]
@@ -169,7 +208,7 @@ def _touches_piece(
         nx, ny = rc * ey + rs * ex, rs * ey - rc * ex
         qx, qy = px + rc * ax - rs * ay, py + rs * ax + rc * ay
         nearest = half_length * abs(nx) + half_width * abs(ny)
-        if nx * qx + ny * qy + nearest < 0.0:
+        if nx * qx + ny * qy + nearest < -_ROUNDING:
             return False
     return True
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numba
 import numpy as np
+import shapely
 
 from avsec_gym.errors import PlanningError
 from avsec_gym.geometry import Floats
 from avsec_gym.planners.collision import World, collides
-from avsec_gym.planners.search import GoalArrays, reaches
+from avsec_gym.planners.search import GoalArrays
 from avsec_gym.planners.vehicle import Vehicle
 from avsec_gym.scenario.planning_scenario import Goal
 from avsec_gym.scenario.shapes import Disc, Shape
@@ -18,6 +21,7 @@ _SPACING = 0.25
 _HEADINGS = 5
 
 
+@lru_cache(maxsize=1024)
 def goal_arrays(goals: tuple[Goal, ...]) -> GoalArrays:
     """Lay goals out for the kernel.
 
@@ -54,7 +58,7 @@ def goal_arrays(goals: tuple[Goal, ...]) -> GoalArrays:
     )
 
 
-def occupied_steps(goals: GoalArrays, world: World, vehicle: Vehicle) -> int:
+def occupied_steps(goals: tuple[Goal, ...], world: World, vehicle: Vehicle) -> int:
     """Time steps of the goals' windows in which the vehicle fits nowhere in a goal region.
 
     Places are tried on a grid of 0.25 m and five headings, so a shorter gap counts as none.
@@ -62,68 +66,48 @@ def occupied_steps(goals: GoalArrays, world: World, vehicle: Vehicle) -> int:
     Returns:
         A number of steps; 0 where a goal asks for no region.
     """
-    if goals.anywhere.any():
+    if any(goal.region is None for goal in goals):
         return 0
-    first, last = int(goals.steps[:, 0].min()), int(goals.steps[:, 1].max())
-    places = np.vstack([_places(box) for box in goals.boxes])
-    inside = [
-        any(
-            goals.heading[g, 1] >= 0 and _reaches_somehow(x, y, g, goals)
-            for g in range(len(goals.steps))
-        )
-        for x, y in places
-    ]
-    places = places[np.array(inside, bool)]
-    headings = np.unique(
-        np.concatenate(
-            [low + np.linspace(0, min(width, 2 * np.pi), _HEADINGS) for low, width in goals.heading]
-        )
+    places = _places(goals)
+    first, last = min(goal.steps[0] for goal in goals), max(goal.steps[1] for goal in goals)
+    standing = bool(world.static.all())
+    full = _full_steps(
+        places, world, vehicle.length / 2, vehicle.width / 2, first, first if standing else last
     )
-    if world.static.all():
-        full = _full_steps(
-            places, headings, goals, world, vehicle.length / 2, vehicle.width / 2, first, first
-        )
-        return full * (last - first + 1)
-    return int(
-        _full_steps(places, headings, goals, world, vehicle.length / 2, vehicle.width / 2, first, last)
-    )
+    return full * (last - first + 1) if standing else full
 
 
-def _reaches_somehow(x: float, y: float, g: int, goals: GoalArrays) -> bool:
-    velocity = max(goals.velocity[g, 0], min(goals.velocity[g, 1], 0.0))
-    return bool(reaches(x, y, goals.heading[g, 0], velocity, int(goals.steps[g, 0]), goals))
-
-
-def _places(box: Floats) -> Floats:
-    x1, x2, y1, y2 = box
-    x = np.linspace(x1, x2, max(2, int(np.ceil((x2 - x1) / _SPACING)) + 1))
-    y = np.linspace(y1, y2, max(2, int(np.ceil((y2 - y1) / _SPACING)) + 1))
-    return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+@lru_cache(maxsize=256)
+def _places(goals: tuple[Goal, ...]) -> Floats:
+    """Poses to try in the goal regions, shape (M, 3)."""
+    poses = []
+    for goal in goals:
+        x1, x2, y1, y2 = _box(goal.region)
+        x = np.linspace(x1, x2, max(2, int(np.ceil((x2 - x1) / _SPACING)) + 1))
+        y = np.linspace(y1, y2, max(2, int(np.ceil((y2 - y1) / _SPACING)) + 1))
+        grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        area = shapely.union_all([shape.polygon() for shape in goal.region or ()])
+        inside = grid[shapely.intersects_xy(area.buffer(1e-9), grid[:, 0], grid[:, 1])]
+        low, high = goal.heading or (0.0, 2 * np.pi)
+        for heading in np.linspace(low, high, _HEADINGS):
+            poses.append(np.column_stack([inside, np.full(len(inside), heading)]))
+    # The middle heading is the likeliest to fit.
+    return np.vstack(sorted(poses, key=lambda block: abs(block[0, 2]) if len(block) else 0.0))
 
 
 @numba.njit(nogil=True, cache=True)
 def _full_steps(
-    places: Floats,
-    headings: Floats,
-    goals: GoalArrays,
-    world: World,
-    half_length: float,
-    half_width: float,
-    first: int,
-    last: int,
+    places: Floats, world: World, half_length: float, half_width: float, first: int, last: int
 ) -> int:
     full = 0
     for step in range(first, last + 1):
         room = False
-        for h in range(headings.shape[0]):
-            cos, sin = np.cos(headings[h]), np.sin(headings[h])
-            for p in range(places.shape[0]):
-                if not collides(
-                    places[p, 0], places[p, 1], cos, sin, half_length, half_width, step, world
-                ):
-                    room = True
-                    break
-            if room:
+        for p in range(places.shape[0]):
+            cos, sin = np.cos(places[p, 2]), np.sin(places[p, 2])
+            if not collides(
+                places[p, 0], places[p, 1], cos, sin, half_length, half_width, step, world
+            ):
+                room = True
                 break
         if not room:
             full += 1

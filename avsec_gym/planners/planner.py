@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avsec_gym.errors import PlanningError
 from avsec_gym.geometry import Floats
 from avsec_gym.planners import search as kernel
-from avsec_gym.planners.collision import World, collides, world_of
+from avsec_gym.planners.collision import World, collides, vanishing, within_reach, world_of
 from avsec_gym.planners.goal import goal_arrays, occupied_steps
 from avsec_gym.planners.plan import Plan, Reason, Status
 from avsec_gym.planners.primitives import MotionPrimitives, standard_primitives
+from avsec_gym.planners.reachability import reach_table
+from avsec_gym.planners.vehicle import Vehicle
 from avsec_gym.scenario.constraints import RoadType, driving_constraints
 from avsec_gym.scenario.planning_scenario import PlanningScenario
+
+_EXPANSIONS_AT_A_TIME = 20_000
+"""Between two looks at the clock."""
+_NO_TABLE = np.zeros((0, 1, 6))
 
 
 class Algorithm(StrEnum):
@@ -67,11 +76,16 @@ class MotionPrimitivePlanner:
     algorithm: Algorithm = Algorithm.ASTAR
     mode: Mode = Mode.COMPLETE
     primitives: MotionPrimitives | None = None
-    node_limit: int = 500_000
+    node_limit: int = 200_000
     time_limit: float = 30.0
 
     def plan(
-        self, scenario: PlanningScenario, *, world: World | None = None, keep_tree: bool = False
+        self,
+        scenario: PlanningScenario,
+        *,
+        world: World | None = None,
+        keep_tree: bool = False,
+        explain: bool = True,
     ) -> Plan:
         """Find a trajectory.
 
@@ -79,6 +93,7 @@ class MotionPrimitivePlanner:
             scenario: What the planner believes.
             world: The scenario's obstacles and road edge where they are laid out already.
             keep_tree: Return the nodes as well, for pictures.
+            explain: Find out why, where nothing is found.
 
         Raises:
             PlanningError: The problem has no goal, or no primitive starts at the start speed.
@@ -91,29 +106,34 @@ class MotionPrimitivePlanner:
                 f"{scenario.id}: time steps of {scenario.dt} s, but the primitives of"
                 f" {primitives.name} have {primitives.dt} s"
             )
-        world = world_of(scenario) if world is None else world
         goals = goal_arrays(scenario.goals)
         vehicle, start = primitives.vehicle, scenario.start
-        speed = primitives.nearest_speed(start.velocity, endless_only=reference)
         # commonroad-search starts with straight wheels whatever the file says.
         steering = 0.0 if reference else start.steering_angle
-        root = primitives.starting_at(speed, steering, endless_only=reference)
+        speed, root = _starting(primitives, start.velocity, steering, reference)
         if not len(root):
             raise PlanningError(
                 f"{scenario.id}: no primitive of {primitives.name} starts at {speed:g} m/s with a"
                 f" steering angle of {steering:g} rad"
             )
         limits = _limits(primitives)
-        rear = np.array(
-            [
-                start.x - vehicle.rear_axle * np.cos(start.heading),
-                start.y - vehicle.rear_axle * np.sin(start.heading),
-                start.heading,
-            ]
-        )
+        horizon = max(0, scenario.last_step - start.step)
+        if world is None:
+            world = world_of(scenario)
+        if reference:
+            world = vanishing(world)
+        else:
+            distance = horizon * limits.step_distance + vehicle.length
+            world = within_reach(world, start.x, start.y, distance)
+        reach = _NO_TABLE if reference else reach_table(primitives, horizon)
         at_goal = kernel.reaches(start.x, start.y, start.heading, speed, start.step, goals)
+        rear = (
+            start.x - vehicle.rear_axle * math.cos(start.heading),
+            start.y - vehicle.rear_axle * math.sin(start.heading),
+            start.heading,
+        )
         state = _start_state(rear, speed, start.step, 0 if at_goal else -1)
-        outcome, status = kernel.PAUSED, Status.LIMIT
+        outcome = kernel.PAUSED
         while outcome == kernel.PAUSED:
             left = self.node_limit - int(state.counters[2])
             if left <= 0 or time.perf_counter() - begun > self.time_limit:
@@ -123,9 +143,10 @@ class MotionPrimitivePlanner:
                 primitives.arrays,
                 goals,
                 limits,
+                reach,
                 world,
                 state,
-                min(left, 50_000),
+                min(left, _EXPANSIONS_AT_A_TIME),
                 self.algorithm == Algorithm.GBFS,
                 reference,
             )
@@ -137,32 +158,25 @@ class MotionPrimitivePlanner:
             node = int(state.counters[3])
             return Plan(
                 Status.FOUND,
-                trajectory=_trajectory(node, state, primitives, start.steering_angle),
+                trajectory=kernel.trajectory_to(
+                    node, primitives.arrays, limits, state, start.steering_angle
+                ),
                 first_step=start.step,
                 cost=float(state.elapsed[node]),
                 expanded=expanded,
                 seconds=time.perf_counter() - begun,
                 tree=tree,
             )
-        if outcome == kernel.EXHAUSTED:
-            status = Status.EXHAUSTED
+        status = Status.EXHAUSTED if outcome == kernel.EXHAUSTED else Status.LIMIT
         seconds = time.perf_counter() - begun
-        occupied = occupied_steps(goals, world, vehicle)
-        window = int(goals.steps[:, 1].max() - goals.steps[:, 0].min()) + 1
-        half = vehicle.length / 2, vehicle.width / 2
-        if collides(
-            start.x, start.y, np.cos(start.heading), np.sin(start.heading), *half, start.step, world
-        ):
-            reason = Reason.START_OCCUPIED
-        elif occupied == window:
-            reason = Reason.GOAL_OCCUPIED
-        else:
-            reason = Reason.LIMIT if status == Status.LIMIT else Reason.UNREACHABLE
+        if not explain:
+            return Plan(status, expanded=expanded, seconds=seconds, tree=tree)
+        occupied = occupied_steps(scenario.goals, world, vehicle)
         return Plan(
             status,
             expanded=expanded,
             seconds=seconds,
-            reason=reason,
+            reason=_reason(status, scenario, world, vehicle, occupied),
             goal_occupied=occupied * scenario.dt,
             tree=tree,
         )
@@ -183,6 +197,29 @@ def _road_type_by_speed(velocity: float) -> RoadType:
     )
 
 
+def _reason(
+    status: Status, scenario: PlanningScenario, world: World, vehicle: Vehicle, occupied: int
+) -> Reason:
+    start = scenario.start
+    cos, sin = math.cos(start.heading), math.sin(start.heading)
+    half_length, half_width = vehicle.length / 2, vehicle.width / 2
+    if collides(start.x, start.y, cos, sin, half_length, half_width, start.step, world):
+        return Reason.START_OCCUPIED
+    window = scenario.last_step - min(goal.steps[0] for goal in scenario.goals) + 1
+    if occupied == window:
+        return Reason.GOAL_OCCUPIED
+    return Reason.LIMIT if status == Status.LIMIT else Reason.UNREACHABLE
+
+
+@lru_cache(maxsize=256)
+def _starting(
+    primitives: MotionPrimitives, velocity: float, steering_angle: float, reference: bool
+) -> tuple[float, NDArray[np.int64]]:
+    speed = primitives.nearest_speed(velocity, endless_only=reference)
+    return speed, primitives.starting_at(speed, steering_angle, endless_only=reference)
+
+
+@lru_cache(maxsize=64)
 def _limits(primitives: MotionPrimitives) -> kernel.Limits:
     vehicle = primitives.vehicle
     heading = primitives.states[..., 3]
@@ -195,11 +232,10 @@ def _limits(primitives: MotionPrimitives) -> kernel.Limits:
         centre_offset=vehicle.rear_axle,
         dt=primitives.dt,
         step_distance=float(np.linalg.norm(np.diff(centre, axis=1), axis=-1).max()),
-        step_heading=float(np.abs(np.diff(heading, axis=1)).max()),
     )
 
 
-def _start_state(rear: Floats, speed: float, step: int, goal_index: int) -> kernel.SearchState:
+def _start_state(rear: tuple[float, float, float], speed: float, step: int, goal_index: int) -> kernel.SearchState:
     state = _empty_state(nodes=1024, table=2048)
     state.pose[0] = rear
     state.elapsed[0], state.velocity[0] = 0.0, speed
@@ -236,31 +272,6 @@ def _grown(state: kernel.SearchState, primitives: MotionPrimitives) -> kernel.Se
     new.counters[:] = state.counters
     kernel.rehash(primitives.arrays, state, new)
     return new
-
-
-def _trajectory(
-    node: int, state: kernel.SearchState, primitives: MotionPrimitives, steering: float
-) -> Floats:
-    chain = []
-    while node > 0:
-        chain.append(node)
-        node = int(state.parent[node])
-    x, y, heading = state.pose[0]
-    rows = [np.array([[x, y, state.velocity[0], heading, steering]])]
-    for child in reversed(chain):
-        x, y, heading = state.pose[state.parent[child]]
-        primitive = int(state.primitive[child])
-        steps = int(state.step[child] - state.step[state.parent[child]])
-        part = primitives.states[primitive, 1 : steps + 1].copy()
-        cos, sin = np.cos(heading), np.sin(heading)
-        part[:, :2] = part[:, :2] @ np.array([[cos, sin], [-sin, cos]]) + (x, y)
-        part[:, 3] += heading
-        rows.append(part)
-    states = np.vstack(rows)
-    offset = primitives.vehicle.rear_axle
-    states[:, 0] += offset * np.cos(states[:, 3])
-    states[:, 1] += offset * np.sin(states[:, 3])
-    return states
 
 
 def _tree(state: kernel.SearchState, limits: kernel.Limits) -> Floats:

@@ -35,6 +35,10 @@ class PrimitiveArrays(NamedTuple):
     """Where each primitive's list begins, shape (P + 1,)."""
     end_class: NDArray[np.int64]
     """Primitives with equal numbers are followed by the same ones, shape (P,)."""
+    cos: Floats
+    """Of the headings, shape (P, T + 1)."""
+    sin: Floats
+    """Of the headings, shape (P, T + 1)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +97,8 @@ class MotionPrimitives:
             successors=np.nonzero(self.follows)[1].astype(np.int64),
             first_successor=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
             end_class=end_class.reshape(-1).astype(np.int64),
+            cos=np.cos(self.states[..., 3]),
+            sin=np.sin(self.states[..., 3]),
         )
 
     def nearest_speed(self, velocity: float, *, endless_only: bool = False) -> float:

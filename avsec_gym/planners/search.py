@@ -67,8 +67,6 @@ class Limits(NamedTuple):
     dt: float
     step_distance: float
     """No primitive moves the centre farther than this in one time step."""
-    step_heading: float
-    """No primitive turns farther than this in one time step."""
 
 
 class SearchState(NamedTuple):
@@ -100,6 +98,7 @@ def search(
     primitives: PrimitiveArrays,
     goals: GoalArrays,
     limits: Limits,
+    reach: Floats,
     world: World,
     state: SearchState,
     budget: int,
@@ -113,6 +112,7 @@ def search(
         primitives: The set.
         goals: At least one.
         limits: Vehicle and heuristic bounds.
+        reach: Table of `avsec_gym.planners.reachability`; without rows, the bounds are used alone.
         world: What must not be touched.
         state: Nodes so far; node 0 is the start and, at first, the only one in the queue.
         budget: Most expansions in this call.
@@ -146,7 +146,16 @@ def search(
         if node == 0:
             for k in range(root.shape[0]):
                 _add_child(
-                    node, root[k], primitives, goals, limits, world, state, greedy, reference
+                    node,
+                    root[k],
+                    primitives,
+                    goals,
+                    limits,
+                    reach,
+                    world,
+                    state,
+                    greedy,
+                    reference,
                 )
         else:
             own = state.primitive[node]
@@ -157,6 +166,7 @@ def search(
                     primitives,
                     goals,
                     limits,
+                    reach,
                     world,
                     state,
                     greedy,
@@ -172,6 +182,7 @@ def _add_child(
     primitives: PrimitiveArrays,
     goals: GoalArrays,
     limits: Limits,
+    reach: Floats,
     world: World,
     state: SearchState,
     greedy: bool,
@@ -179,7 +190,7 @@ def _add_child(
 ) -> None:
     """Drive a primitive from a node; keep where it ends unless it collides or comes too late."""
     x0, y0, heading0 = state.pose[node, 0], state.pose[node, 1], state.pose[node, 2]
-    cos0, sin0 = np.cos(heading0), np.sin(heading0)
+    cos0, sin0 = turn(heading0, reference)
     start_step = state.step[node]
     count = primitives.steps[primitive]
     x, y, heading, velocity = x0, y0, heading0, state.velocity[node]
@@ -189,7 +200,8 @@ def _add_child(
         x, y = cos0 * px - sin0 * py + x0, sin0 * px + cos0 * py + y0
         heading = heading0 + primitives.states[primitive, j, 3]
         velocity = primitives.states[primitive, j, 2]
-        cos, sin = np.cos(heading), np.sin(heading)
+        pc, ps = primitives.cos[primitive, j], primitives.sin[primitive, j]
+        cos, sin = cos0 * pc - sin0 * ps, sin0 * pc + cos0 * ps
         cx, cy = x + limits.centre_offset * cos, y + limits.centre_offset * sin
         step = start_step + j
         if collides(
@@ -212,15 +224,23 @@ def _add_child(
     elapsed = state.elapsed[node] + driven * limits.dt
     cx = x + limits.centre_offset * np.cos(heading)
     cy = y + limits.centre_offset * np.sin(heading)
+    key = 0.0
     if reference:
         h = 0.0 if goal_index >= 0 else _time_to_aim(cx, cy, velocity, step, goals)
         key = (h if greedy else elapsed + h) * 10000.0
     else:
-        h = 0.0 if goal_index >= 0 else _steps_to_goal(cx, cy, heading, step, goals, limits)
-        if h == np.inf:
-            return
-        # Whole steps decide; among equals, the nearer to the goal comes first.
-        key = h if greedy else step + np.ceil(h - 1e-9) + 0.5 * h / (1.0 + h)
+        distance = _distance_to_goals(cx, cy, goals)
+        needed = 0.0
+        if goal_index < 0:
+            follow = primitives.end_class[primitive]
+            needed = _steps_to_goal(x, y, heading, step, follow, distance, goals, limits, reach)
+            if needed == np.inf:
+                return
+        if greedy:
+            key = 0.0 if goal_index >= 0 else distance
+        else:
+            # Whole steps decide; among equals, the one nearer to the goal comes first.
+            key = step + needed + 0.5 * distance / (1.0 + distance)
     new = state.counters[0]
     state.counters[0] += 1
     state.pose[new, 0], state.pose[new, 1], state.pose[new, 2] = x, y, heading
@@ -228,6 +248,19 @@ def _add_child(
     state.parent[new], state.primitive[new] = node, primitive
     state.step[new], state.goal_index[new] = step, goal_index
     _push(state, key, new)
+
+
+@numba.njit(nogil=True, cache=True)
+def turn(heading: float, reference: bool) -> tuple[float, float]:
+    """Cosine and sine by which a primitive is turned into its place.
+
+    Up to 0.05 rad commonroad-io takes 1 and the angle, and so reference mode does.
+    """
+    if reference:
+        heading = np.fmod(heading, 2.0 * np.pi)
+        if abs(heading) <= 0.05:
+            return 1.0, heading
+    return np.cos(heading), np.sin(heading)
 
 
 @numba.njit(nogil=True, cache=True)
@@ -285,29 +318,89 @@ def _time_to_aim(x: float, y: float, velocity: float, step: int, goals: GoalArra
 
 
 @numba.njit(nogil=True, cache=True)
-def _steps_to_goal(
-    x: float, y: float, heading: float, step: int, goals: GoalArrays, limits: Limits
-) -> float:
-    """Time steps that any way to any goal needs at least; inf where all come too late."""
+def _distance_to_goals(x: float, y: float, goals: GoalArrays) -> float:
+    """Distance of the centre to the nearest goal's box."""
     best = np.inf
     for g in range(goals.steps.shape[0]):
-        needed = 0.0
-        if not goals.anywhere[g]:
-            box = goals.boxes[g]
-            distance = _distance_to_box(x, y, box[0], box[1], box[2], box[3])
-            if distance > 0.0:
-                needed = distance / limits.step_distance if limits.step_distance > 0.0 else np.inf
-        turned = (heading - goals.heading[g, 0]) % (2.0 * np.pi)
-        if turned > goals.heading[g, 1]:
-            gap = min(turned - goals.heading[g, 1], 2.0 * np.pi - turned)
-            turning = gap / limits.step_heading if limits.step_heading > 0.0 else np.inf
-            needed = max(needed, turning)
-        needed = max(needed, float(goals.steps[g, 0] - step))
-        # A goal state lies after this node.
-        needed = max(needed, 1.0)
-        if step + np.ceil(needed - 1e-9) <= goals.steps[g, 1]:
-            best = min(best, needed)
+        box = goals.boxes[g]
+        best = min(best, _distance_to_box(x, y, box[0], box[1], box[2], box[3]))
     return best
+
+
+@numba.njit(nogil=True, cache=True)
+def _steps_to_goal(
+    x: float,
+    y: float,
+    heading: float,
+    step: int,
+    follow: int,
+    distance: float,
+    goals: GoalArrays,
+    limits: Limits,
+    reach: Floats,
+) -> float:
+    """Time steps that any way from a rear-axle pose to any goal needs at least.
+
+    Whole steps; inf where every goal comes too late.  ``distance`` is the centre's to the nearest
+    goal.
+    """
+    nearest = 1.0
+    if distance > 0.0:
+        nearest = np.inf
+        if limits.step_distance > 0.0:
+            nearest = max(1.0, np.ceil(distance / limits.step_distance - 1e-9))
+    best = np.inf
+    cos, sin = np.cos(heading), np.sin(heading)
+    for g in range(goals.steps.shape[0]):
+        soonest = max(nearest, float(goals.steps[g, 0] - step))
+        latest = goals.steps[g, 1] - step
+        if soonest > latest or soonest >= best:
+            continue
+        if reach.shape[0] == 0:
+            best = soonest
+            continue
+        for j in range(int(soonest), latest + 1):
+            if j >= best:
+                break
+            if _may_reach(x, y, heading, cos, sin, reach[follow, j], g, goals):
+                best = float(j)
+    return best
+
+
+@numba.njit(nogil=True, cache=True)
+def _may_reach(
+    x: float,
+    y: float,
+    heading: float,
+    cos: float,
+    sin: float,
+    bounds: Floats,
+    g: int,
+    goals: GoalArrays,
+) -> bool:
+    """Whether a box around reachable places, turned by a heading, meets a goal's box."""
+    if bounds[0] > bounds[1]:
+        return False
+    turned = (heading + bounds[4] - goals.heading[g, 0]) % (2.0 * np.pi)
+    if turned > goals.heading[g, 1] and turned + bounds[5] - bounds[4] < 2.0 * np.pi:
+        return False
+    if goals.anywhere[g]:
+        return True
+    box = goals.boxes[g]
+    gx, gy = 0.5 * (box[0] + box[1]) - x, 0.5 * (box[2] + box[3]) - y
+    goal_x, goal_y = 0.5 * (box[1] - box[0]), 0.5 * (box[3] - box[2])
+    bx, by = 0.5 * (bounds[0] + bounds[1]), 0.5 * (bounds[2] + bounds[3])
+    half_x, half_y = 0.5 * (bounds[1] - bounds[0]), 0.5 * (bounds[3] - bounds[2])
+    c, s = abs(cos), abs(sin)
+    small = 1e-9
+    # Separating axes: the node's two, then the world's two.
+    if abs(cos * gx + sin * gy - bx) > half_x + c * goal_x + s * goal_y + small:
+        return False
+    if abs(cos * gy - sin * gx - by) > half_y + s * goal_x + c * goal_y + small:
+        return False
+    if abs(gx - (cos * bx - sin * by)) > goal_x + c * half_x + s * half_y + small:
+        return False
+    return abs(gy - (sin * bx + cos * by)) <= goal_y + s * half_x + c * half_y + small
 
 
 @numba.njit(nogil=True, cache=True)
@@ -400,3 +493,45 @@ def rehash(primitives: PrimitiveArrays, old: SearchState, new: SearchState) -> N
             while new.table[slot] >= 0:
                 slot = (slot + 1) & mask
             new.table[slot] = node
+
+
+@numba.njit(nogil=True, cache=True)
+def trajectory_to(
+    node: int,
+    primitives: PrimitiveArrays,
+    limits: Limits,
+    state: SearchState,
+    steering_angle: float,
+) -> Floats:
+    """States from the start to a node as centre x, y, velocity, heading, steering angle.
+
+    Args:
+        node: Where the way ends.
+        primitives: The set.
+        limits: For the offset from the rear axle to the centre.
+        state: The nodes.
+        steering_angle: At the start.
+
+    Returns:
+        Shape (T, 5).
+    """
+    states = np.empty((state.step[node] - state.step[0] + 1, 5))
+    child = node
+    while state.parent[child] >= 0:
+        parent = state.parent[child]
+        x, y, heading = state.pose[parent, 0], state.pose[parent, 1], state.pose[parent, 2]
+        cos, sin = np.cos(heading), np.sin(heading)
+        before = state.step[parent] - state.step[0]
+        for j in range(1, state.step[child] - state.step[parent] + 1):
+            own = primitives.states[state.primitive[child], j]
+            row = states[before + j]
+            row[0], row[1] = cos * own[0] - sin * own[1] + x, sin * own[0] + cos * own[1] + y
+            row[2], row[3], row[4] = own[2], heading + own[3], own[4]
+        child = parent
+    row = states[0]
+    row[0], row[1], row[3] = state.pose[0, 0], state.pose[0, 1], state.pose[0, 2]
+    row[2], row[4] = state.velocity[0], steering_angle
+    for t in range(states.shape[0]):
+        states[t, 0] += limits.centre_offset * np.cos(states[t, 3])
+        states[t, 1] += limits.centre_offset * np.sin(states[t, 3])
+    return states

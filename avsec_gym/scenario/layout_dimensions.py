@@ -31,13 +31,14 @@ _BODIES: Mapping[str, tuple[tuple[float, ...], ...]] = {
         (0.43, 2.52, 2.04, 5.87, 0.21, 0.14, 0.51),
     ),
     "Truck": (
-        (0.93, 3.19, 2.59, 9.62, 0.41, 0.20, 2.33),
+        (0.34, 3.00, 2.50, 7.30, 0.40, 0.20, 0.80),
+        (0.59, 3.30, 2.64, 11.0, 0.38, 0.18, 0.90),
         (0.07, 4.04, 2.52, 16.5, 0.04, 0.04, 0.15),
     ),
     "Misc": (
         (0.67, 1.52, 1.15, 2.09, 0.40, 0.40, 0.46),
-        (0.25, 2.38, 2.14, 4.83, 0.60, 0.16, 1.10),
-        (0.08, 3.68, 2.62, 12.1, 0.20, 0.05, 0.46),
+        (0.27, 2.38, 2.14, 4.70, 0.60, 0.16, 1.00),
+        (0.06, 3.68, 2.62, 12.1, 0.20, 0.05, 0.46),
     ),
     "Pedestrian": ((1.0, 1.76, 0.66, 0.84, 0.11, 0.14, 0.23),),
     "Cyclist": ((1.0, 1.74, 0.60, 1.76, 0.09, 0.12, 0.18),),
@@ -106,4 +107,4 @@ def draw_dimensions(rng: np.random.Generator, codes: Codes) -> Floats:
     beyond = rng.random(len(codes))[:, None] >= _CUMULATIVE[codes]
     body = _BODY[_FIRST_BODY[codes] + beyond.sum(axis=1)]
     sizes = body[:, :3] + body[:, 3:] * rng.standard_normal((len(codes), 3))
-    return np.asarray(np.clip(sizes, _SMALLEST[codes], _LARGEST[codes]))
+    return np.asarray(np.minimum(np.maximum(sizes, _SMALLEST[codes]), _LARGEST[codes]))

@@ -82,7 +82,7 @@ def _lane_ahead(rng: np.random.Generator, left: float, likely: float = 0.96) -> 
 
 def _queues(rng: np.random.Generator, first: float) -> list[Placed]:
     """One to three lanes to the left in which the traffic stands."""
-    lanes = int(rng.choice([1, 2, 3], p=[0.1, 0.55, 0.35]))
+    lanes = 1 + int(np.searchsorted((0.1, 0.65), rng.random()))
     return [
         place_row(
             rng,

@@ -39,11 +39,11 @@ def _group(rng: np.random.Generator, right: float, left: float) -> Placed:
     along = 3.0 + 7.5 * rng.gamma(1.7) + 2.2 * rng.standard_normal(size)
     if rng.random() < 0.28:
         centre = -right + (right + left) * rng.random()
-        heading = rng.choice([-0.5, 0.5]) * np.pi
+        heading = -0.5 * np.pi if rng.random() < 0.5 else 0.5 * np.pi
     else:
         beside = 0.4 + 1.2 * rng.random()
         centre = left + beside if rng.random() < 0.45 else -right - beside
-        heading = rng.choice([0.0, np.pi])
+        heading = np.pi if rng.random() < 0.5 else 0.0
     lateral = centre + 1.1 * rng.standard_normal(size)
     facing = heading + 0.3 * rng.standard_normal(size)
     return place_freely(rng, _WALKING, along, lateral, facing, rng.random(size) < 0.8)

@@ -51,9 +51,9 @@ class Placed(NamedTuple):
     dimensions: Floats
     moving: NDArray[np.bool_]
 
-    def first(self, count: int) -> Placed:
-        """The first objects of them."""
-        return Placed(*[column[:count] for column in self])  # type: ignore[arg-type]
+    def pick(self, which: slice | NDArray[np.bool_]) -> Placed:
+        """Some of the objects."""
+        return Placed(*[column[which] for column in self])  # type: ignore[arg-type]
 
 
 def join(parts: Sequence[Placed]) -> Placed:
@@ -107,12 +107,12 @@ def place_row(
     row = Placed(
         along,
         left + jitter * scatter[0],
-        heading + (0.025 if angle == 0.0 else 0.06) * scatter[1],
+        heading + (0.030 if angle == 0.0 else 0.06) * scatter[1],
         codes,
         dimensions,
         np.full(count, moving),
     )
-    return row.first(int(along.searchsorted(end)))
+    return row.pick(slice(int(along.searchsorted(end))))
 
 
 def place_freely(

@@ -20,8 +20,8 @@ _PARKED_SHARE, _FLOWING_SHARE = 319 / 432, 69 / 432
 """Of the street scenes; the rest has no cars at all."""
 
 _ROWS = ((0,), (1,), (0, 1))
-_ROW_SHARES = (0.22, 0.24, 0.54)
-"""Parked rows on the right only, on the left only, on both sides."""
+_ROW_STEPS = (0.22, 0.48)
+"""Parked rows on the right only (22 %), on the left only (26 %), or on both sides."""
 
 
 def street(rng: np.random.Generator) -> tuple[Road, Placed]:
@@ -43,12 +43,12 @@ def street(rng: np.random.Generator) -> tuple[Road, Placed]:
 def _residential(rng: np.random.Generator) -> tuple[Road, Placed]:
     """Parked rows on one or both sides, perhaps standing traffic and side streets."""
     sight = 26.0 + 42.0 * rng.beta(1.1, 1.7)
-    fullness = rng.beta(0.75, 0.6)
+    fullness = rng.beta(0.62, 0.48)
     right = 2.35 + 0.5 * rng.standard_exponential()
     wide = rng.random() < 0.55
     left = 4.8 + 1.9 * rng.random() if wide else 2.5 + 1.1 * rng.random()
     angles = _bay_angles(rng, 0.13, 0.34 if wide else 0.05)
-    rows = _ROWS[int(rng.choice(3, p=_ROW_SHARES))]
+    rows = _ROWS[int(np.searchsorted(_ROW_STEPS, rng.random()))]
     starts = np.where(rng.random(2) < 0.80, -9.0 + 6.0 * rng.random(2), 22.0 * rng.random(2))
     road = _road(rng, (0.0, 0.55 * left) if wide else (0.0,))
 
@@ -64,8 +64,8 @@ def _residential(rng: np.random.Generator) -> tuple[Road, Placed]:
                 left=line + np.sign(line) * 1.5 * abs(np.sin(angle)),
                 gap=0.55 if angle == 0.0 else 0.35,
                 fullness=fullness,
-                lull=25.0,
-                backwards=(0.10, 0.76)[side] if angle == 0.0 else 0.45,
+                lull=30.0,
+                backwards=(0.12, 0.86)[side] if angle == 0.0 else 0.45,
                 angle=angle,
                 jitter=0.16 if angle == 0.0 else 0.3,
             )
@@ -152,7 +152,9 @@ def _side_street(rng: np.random.Generator, right: float, left: float) -> Placed:
     on_left = rng.random(count) < 0.6
     beside = 4.0 + 10.0 * rng.random(count)
     lateral = np.where(on_left, left + beside, -right - beside)
-    heading = rng.choice([-0.5, 0.5], count) * np.pi + 0.22 * rng.standard_normal(count)
+    heading = np.where(rng.random(count) < 0.5, -0.5, 0.5) * np.pi + 0.22 * rng.standard_normal(
+        count
+    )
     return place_freely(rng, _PARKED, along, lateral, heading, np.zeros(count, bool))
 
 
@@ -179,7 +181,7 @@ def _bay_angles(rng: np.random.Generator, right: float, left: float) -> Floats:
     """How the cars of the two rows park: along the road (0), across it, or slanted."""
     bays = rng.random(2) < (right, left)
     slanted = rng.random(2) < 0.40
-    slant = rng.choice([-1.0, 1.0]) * (0.72 + 0.12 * rng.standard_normal(2))
+    slant = np.where(rng.random() < 0.5, -1.0, 1.0) * (0.72 + 0.12 * rng.standard_normal(2))
     return np.where(bays, np.where(slanted, slant, 0.5 * np.pi), 0.0)
 
 
@@ -188,7 +190,7 @@ def _road(rng: np.random.Generator, lane_offsets: tuple[float, ...]) -> Road:
     turning, bending = rng.random(2)
     heading, curvature = rng.standard_normal(2)
     return Road(
-        heading=float(heading) * (0.016 if turning < 0.8 else 0.13),
+        heading=float(heading) * (0.024 if turning < 0.8 else 0.13),
         curvature=float(curvature) * (0.0006 if bending < 0.75 else 0.006),
         lane_offsets=tuple(float(offset) for offset in lane_offsets),
     )

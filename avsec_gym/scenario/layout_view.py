@@ -49,8 +49,8 @@ def project_boxes(location: Floats, dimensions: Floats, rotation_y: Floats) -> I
     corners = box_corners(location, dimensions, rotation_y)
     first, second = corners[:, _EDGES[:, 0]], corners[:, _EDGES[:, 1]]
     fall = second[..., 2] - first[..., 2]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.nan_to_num(np.clip((_NEAR - first[..., 2]) / fall, 0.0, 1.0))
+    crosses = (first[..., 2] < _NEAR) != (second[..., 2] < _NEAR)
+    share = np.where(crosses, (_NEAR - first[..., 2]) / np.where(crosses, fall, 1.0), 0.0)
     points = np.concatenate([corners, first + (second - first) * share[..., None]], axis=1)
     seen = points[..., 2] >= _NEAR - 1e-9
     depth = np.where(seen, points[..., 2], 1.0)
@@ -59,11 +59,11 @@ def project_boxes(location: Floats, dimensions: Floats, rotation_y: Floats) -> I
     high = np.where(seen[..., None], pixels, -np.inf).max(axis=1)
     limit = np.array(IMAGE_SIZE) - 1.0
     box2d = np.concatenate([np.clip(low, 0.0, limit), np.clip(high, 0.0, limit)], axis=1)
-    area = np.prod(box2d[:, 2:] - box2d[:, :2], axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        inside = np.nan_to_num(area / np.prod(high - low, axis=1))
     hidden = ~seen.any(axis=1)
     box2d[hidden] = 0.0
+    area = (box2d[:, 2] - box2d[:, 0]) * (box2d[:, 3] - box2d[:, 1])
+    extent = np.where(hidden[:, None], 1.0, high - low)
+    inside = area / (extent[:, 0] * extent[:, 1])
     truncation = np.where(hidden, 1.0, np.clip(1.0 - inside, 0.0, 1.0))
     truncation[truncation < 1e-9] = 0.0
     return ImageBoxes(box2d, truncation)

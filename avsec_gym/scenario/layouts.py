@@ -75,7 +75,7 @@ def generate_layout(seed: int, road_type: RoadType | None = None) -> Layout:
         ConfigurationError: The seed is negative.
 
     Example:
-        >>> layout = generate_layout(123)
+        >>> layout = generate_layout(123, RoadType.STREET)
         >>> layout.id
         'street-000123'
     """
@@ -140,6 +140,8 @@ def _labels(
 ) -> Boxes3D:
     """Everything that the camera sees and that does not collide, from near to far."""
     poses = road.poses(placed.along, placed.left, placed.heading)
+    near_view = (poses[:, 0] > -9.0) & (np.abs(poses[:, 1]) < poses[:, 0] + 18.0)
+    placed, poses = placed.pick(near_view), poses[near_view]
     location, rotation_y = ego_to_camera(poses, 0.0)
     location[:, 1] = ground[0] + ground[1] * location[:, 0] + ground[2] * location[:, 2]
     box2d, truncation = project_boxes(location, placed.dimensions, rotation_y)

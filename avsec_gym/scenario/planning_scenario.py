@@ -17,7 +17,11 @@ from numpy.typing import NDArray
 from avsec_gym.geometry import Floats
 from avsec_gym.scenario.constraints import RoadType
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.shapes import Rectangle, Shape
+from avsec_gym.scenario.shapes import Rectangle, Shape, placed
+
+
+_SLIT = 1e-9
+"""Metres: narrower gaps between the sections of a road are no gaps."""
 
 
 @dataclass(frozen=True)
@@ -73,8 +77,14 @@ class Road:
 
     @cached_property
     def area(self) -> shapely.Geometry:
-        """Union of the lanelets, exactly as given: gaps between them stay gaps."""
-        return shapely.union_all([lanelet.polygon() for lanelet in self.lanelets])
+        """Union of the road's sections, exactly as given: gaps between them stay gaps.
+
+        A section is a lanelet with its neighbours; as in commonroad-drivability-checker only its
+        outer bounds count, so that bounds between neighbours may be sampled differently.
+        """
+        sections = shapely.make_valid(np.array(_sections(self.lanelets), object))
+        # Slits that only rounding made are closed.
+        return shapely.union_all(sections, grid_size=_SLIT if len(sections) > 1 else None)
 
     @cached_property
     def edges(self) -> Floats:
@@ -95,6 +105,39 @@ class Road:
         if not lines:
             return np.zeros((0, 2)), np.zeros((0, 2))
         return np.vstack([line[:-1] for line in lines]), np.vstack([line[1:] for line in lines])
+
+
+def _sections(lanelets: tuple[Lanelet, ...]) -> list[shapely.Polygon]:
+    """Areas of lanelets side by side, each from its rightmost to its leftmost bound."""
+    known, covered, areas = {lanelet.id: lanelet for lanelet in lanelets}, set(), []
+
+    def walk(lanelet: Lanelet, forward: bool, to_the_left: bool) -> list[tuple[Lanelet, bool]]:
+        """The lanelet and its neighbours on one side; forward: runs in the walk's direction."""
+        row = [(lanelet, forward)]
+        while True:
+            neighbour = lanelet.adjacent_left if forward == to_the_left else lanelet.adjacent_right
+            if neighbour is None or neighbour[0] not in known or len(row) > len(known):
+                return row
+            lanelet, forward = known[neighbour[0]], forward == neighbour[1]
+            row.append((lanelet, forward))
+
+    for lanelet in lanelets:
+        if lanelet.id in covered:
+            continue
+        rightmost, forward = walk(lanelet, True, to_the_left=False)[-1]
+        row = walk(rightmost, forward, to_the_left=True)
+        covered.update(member.id for member, _ in row)
+        bounds = [
+            (member.right, member.left) if forward else (member.left[::-1], member.right[::-1])
+            for member, forward in row
+        ]
+        starts = [point for right, left in bounds for point in (right[0], left[0])]
+        ends = [point for right, left in reversed(bounds) for point in (left[-1], right[-1])]
+        leftmost, rightmost_bound = bounds[-1][1], bounds[0][0]
+        areas.append(
+            shapely.Polygon([*starts, *leftmost[1:-1], *ends, *rightmost_bound[-2:0:-1]])
+        )
+    return areas
 
 
 @dataclass(frozen=True)
@@ -186,14 +229,8 @@ class Obstacles:
         index = self.pose_index(step)
         areas = np.empty(len(self), object)
         for i, shape in enumerate(self.shapes):
-            if index[i] < 0:
-                continue
-            x, y, heading = self.poses[i, index[i]]
-            cos, sin = np.cos(heading), np.sin(heading)
-            areas[i] = shapely.transform(
-                shape.polygon(),
-                lambda p, c=cos, s=sin, o=(x, y): p @ np.array([[c, s], [-s, c]]) + o,
-            )
+            if index[i] >= 0:
+                areas[i] = placed(shape, self.poses[i, index[i]])
         return areas
 
 

@@ -20,6 +20,11 @@ class Rectangle:
     y: float = 0.0
     heading: float = 0.0
 
+    @property
+    def centre(self) -> tuple[float, float]:
+        """What the shape turns about."""
+        return self.x, self.y
+
     def polygon(self) -> shapely.Polygon:
         """The shape in its own frame."""
         return shapely.Polygon(self.corners())
@@ -42,6 +47,11 @@ class Disc:
     x: float = 0.0
     y: float = 0.0
 
+    @property
+    def centre(self) -> tuple[float, float]:
+        """What the shape turns about."""
+        return self.x, self.y
+
     def polygon(self) -> shapely.Polygon:
         """The disc as a 256-gon that lies outside it by at most 0.01 % of the radius."""
         circumscribed = self.radius / np.cos(np.pi / 256)
@@ -57,6 +67,12 @@ class Polygon:
     """A simple polygon in its owner's frame (metres)."""
 
     vertices: tuple[tuple[float, float], ...]
+
+    @property
+    def centre(self) -> tuple[float, float]:
+        """What the shape turns about: its centroid."""
+        centroid = self.polygon().centroid
+        return centroid.x, centroid.y
 
     def polygon(self) -> shapely.Polygon:
         """The shape in its own frame."""
@@ -91,6 +107,34 @@ class Group:
 
 
 Shape = Rectangle | Disc | Polygon | Group
+
+
+def members(shape: Shape) -> tuple[Rectangle | Disc | Polygon, ...]:
+    """The simple shapes that a shape consists of."""
+    return shape.shapes if isinstance(shape, Group) else (shape,)
+
+
+def placed(shape: Shape, pose: Floats) -> shapely.Geometry:
+    """The area that an obstacle of a shape covers at a pose.
+
+    As in commonroad-io, each simple shape turns about its own centre, not about the obstacle's
+    origin: a centre off the origin is shifted, never turned.
+
+    Args:
+        shape: In the obstacle's own frame.
+        pose: x, y, heading.
+    """
+    x, y, heading = pose
+    turn = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
+    areas = []
+    for member in members(shape):
+        centre = np.array(member.centre)
+        areas.append(
+            shapely.transform(
+                member.polygon(), lambda p, c=centre: (p - c) @ turn + c + np.array([x, y])
+            )
+        )
+    return areas[0] if len(areas) == 1 else shapely.union_all(areas)
 
 
 @dataclass(frozen=True, slots=True)
