@@ -39,9 +39,7 @@ class DataError(AvsecError):
         return (_rebuild_data_error, (self.problem, self.path, self.line, self.remedy))
 
 
-def _rebuild_data_error(
-    problem: str, path: str | None, line: int | None, remedy: str
-) -> DataError:
+def _rebuild_data_error(problem: str, path: str | None, line: int | None, remedy: str) -> DataError:
     return DataError(problem, path=path, line=line, remedy=remedy)
 
 

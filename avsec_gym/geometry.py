@@ -76,7 +76,9 @@ def rectangle_corners(poses: ArrayLike, length: ArrayLike, width: ArrayLike) -> 
     return np.stack([x, y], axis=-1)
 
 
-def rectangle_polygons(poses: ArrayLike, length: ArrayLike, width: ArrayLike) -> NDArray[np.object_]:
+def rectangle_polygons(
+    poses: ArrayLike, length: ArrayLike, width: ArrayLike
+) -> NDArray[np.object_]:
     """`rectangle_corners` as shapely polygons, shape (...)."""
     return np.asarray(shapely.polygons(rectangle_corners(poses, length, width)))
 

@@ -1,0 +1,1 @@
+"""What an attacker does to sensors, images or detections: one attack, one file."""

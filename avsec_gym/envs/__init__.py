@@ -1,0 +1,1 @@
+"""Gymnasium environments: one class, one short file; its docstring is its web page."""

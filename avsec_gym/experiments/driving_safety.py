@@ -129,7 +129,7 @@ class DrivingSafety:
         }
 
     def differences(self) -> list[dict[str, Any]]:
-        """Detections minus ground truth for each planner and intention, and all intentions pooled."""
+        """Detections minus ground truth by planner and intention, and all intentions pooled."""
         rows: list[dict[str, Any]] = []
         pooled: dict[str, tuple[list[SafetyRecord], list[SafetyRecord]]] = {}
         for cell, records in self.records.items():

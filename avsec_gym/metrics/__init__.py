@@ -1,0 +1,1 @@
+"""Verdicts on planned trajectories and the rates that follow from them."""

@@ -1,6 +1,6 @@
 """Driving-safety records and the thesis' three rates (section 5.3.2).
 
-    m_suc = k_trj / k_dts      m_cls = k_cls / k_trj      m_saf = (k_trj - k_cls) / k_dts
+m_suc = k_trj / k_dts      m_cls = k_cls / k_trj      m_saf = (k_trj - k_cls) / k_dts
 """
 
 from __future__ import annotations
@@ -137,9 +137,7 @@ class SafetyRates:
             scenarios=len(records),
             planned=len(planned),
             collisions=sum(record.collision for record in planned),
-            failures=dict(
-                sorted(Counter(str(r.reason) for r in records if not r.planned).items())
-            ),
+            failures=dict(sorted(Counter(str(r.reason) for r in records if not r.planned).items())),
             mean_path_length=_mean([record.path_length for record in planned]),
             mean_travel_time=_mean([record.travel_time for record in planned]),
         )

@@ -59,9 +59,7 @@ def first_contact(
     poses = truth.poses[np.arange(len(truth)), index]
     reach = np.array([_reach(shape) for shape in truth.shapes])
     own_reach = 0.5 * np.hypot(vehicle.length, vehicle.width)
-    apart = np.hypot(
-        poses[..., 0] - trajectory[:, None, 0], poses[..., 1] - trajectory[:, None, 1]
-    )
+    apart = np.hypot(poses[..., 0] - trajectory[:, None, 0], poses[..., 1] - trajectory[:, None, 1])
     t, i = np.nonzero(present & (apart <= reach + own_reach + 1e-6))
     if not len(t):
         return None

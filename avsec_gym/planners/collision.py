@@ -142,7 +142,7 @@ def collides(
     step: int,
     world: World,
 ) -> bool:
-    """Whether a rectangle centred on (x, y) touches an obstacle at a time step or the road edge.
+    """Whether a rectangle centred on (x, y) touches an obstacle at a time step or leaves the road.
 
     Beyond an obstacle's last known state that state is kept; before its first it is absent, unless
     it is static.
@@ -223,7 +223,7 @@ def _leaves_road(
     half_width: float,
     edges: Floats,
 ) -> bool:
-    """Whether an edge crosses the rectangle, or its centre lies outside the closed edge."""
+    """Whether an edge cuts into the rectangle, or its centre lies outside; touching is allowed."""
     inside = False
     for i in range(edges.shape[0]):
         x1, y1, x2, y2 = edges[i, 0] - x, edges[i, 1] - y, edges[i, 2] - x, edges[i, 3] - y
@@ -231,7 +231,7 @@ def _leaves_road(
             inside = not inside
         ax, ay = cos * x1 + sin * y1, cos * y1 - sin * x1
         bx, by = cos * x2 + sin * y2, cos * y2 - sin * x2
-        # Clip the segment to the rectangle (Liang and Barsky); what is left touches it.
+        # Clip the segment to the rectangle (Liang and Barsky); what is left cuts into it.
         first, last = 0.0, 1.0
         dx, dy = bx - ax, by - ay
         for axis in range(2):
@@ -239,13 +239,13 @@ def _leaves_road(
             change = dx if axis == 0 else dy
             half = half_length if axis == 0 else half_width
             if change == 0.0:
-                if abs(start) > half:
+                if abs(start) >= half:
                     last = -1.0
                 continue
             enter, leave = (-half - start) / change, (half - start) / change
             if enter > leave:
                 enter, leave = leave, enter
             first, last = max(first, enter), min(last, leave)
-        if first <= last:
+        if first < last:
             return True
     return not inside

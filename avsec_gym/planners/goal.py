@@ -1,24 +1,42 @@
-"""Goal regions for the search kernel, and how long believed objects leave no room in them."""
+"""Goal regions, laid out for the search kernel, and the goal test."""
 
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numba
 import numpy as np
-import shapely
+from numpy.typing import NDArray
 
 from avsec_gym.errors import PlanningError
 from avsec_gym.geometry import Floats
-from avsec_gym.planners.collision import World, collides
-from avsec_gym.planners.search import GoalArrays
-from avsec_gym.planners.vehicle import Vehicle
 from avsec_gym.scenario.planning_scenario import Goal
 from avsec_gym.scenario.shapes import Disc, Shape
 
-_SPACING = 0.25
-"""Metres between the places that are tried when a goal region is searched for room."""
-_HEADINGS = 5
+class GoalArrays(NamedTuple):
+    """Goal regions, laid out for the kernel; one row of `pieces` for each convex piece."""
+
+    steps: NDArray[np.int64]
+    """First and last time step, shape (G, 2)."""
+    heading: Floats
+    """Start of the interval and its width, shape (G, 2); a width of 2 pi or more is any heading."""
+    velocity: Floats
+    """Interval, shape (G, 2)."""
+    anywhere: NDArray[np.bool_]
+    """No region is asked for, shape (G,)."""
+    vertices: Floats
+    """Convex pieces, counter-clockwise, shape (Q, K, 2)."""
+    corners: NDArray[np.int64]
+    """Vertices in use, shape (Q,); a single one is a disc."""
+    radius: Floats
+    """Shape (Q,)."""
+    owner: NDArray[np.int64]
+    """Goal that each piece belongs to, shape (Q,)."""
+    boxes: Floats
+    """x_min, x_max, y_min, y_max of each goal's region, shape (G, 4)."""
+    aim: Floats
+    """The box that reference mode steers for, shape (4,)."""
 
 
 @lru_cache(maxsize=1024)
@@ -53,68 +71,48 @@ def goal_arrays(goals: tuple[Goal, ...]) -> GoalArrays:
         corners=corners,
         radius=np.array([piece.radius for _, piece in pieces]),
         owner=np.array([g for g, _ in pieces], np.int64),
-        boxes=np.array([_box(goal.region) for goal in goals]),
+        boxes=np.array([region_box(goal.region) for goal in goals]),
         aim=_aim(goals[0]),
     )
 
 
-def occupied_steps(goals: tuple[Goal, ...], world: World, vehicle: Vehicle) -> int:
-    """Time steps of the goals' windows in which the vehicle fits nowhere in a goal region.
-
-    Places are tried on a grid of 0.25 m and five headings, so a shorter gap counts as none.
-
-    Returns:
-        A number of steps; 0 where a goal asks for no region.
-    """
-    if any(goal.region is None for goal in goals):
-        return 0
-    places = _places(goals)
-    first, last = min(goal.steps[0] for goal in goals), max(goal.steps[1] for goal in goals)
-    standing = bool(world.static.all())
-    full = _full_steps(
-        places, world, vehicle.length / 2, vehicle.width / 2, first, first if standing else last
-    )
-    return full * (last - first + 1) if standing else full
-
-
-@lru_cache(maxsize=256)
-def _places(goals: tuple[Goal, ...]) -> Floats:
-    """Poses to try in the goal regions, shape (M, 3)."""
-    poses = []
-    for goal in goals:
-        x1, x2, y1, y2 = _box(goal.region)
-        x = np.linspace(x1, x2, max(2, int(np.ceil((x2 - x1) / _SPACING)) + 1))
-        y = np.linspace(y1, y2, max(2, int(np.ceil((y2 - y1) / _SPACING)) + 1))
-        grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-        area = shapely.union_all([shape.polygon() for shape in goal.region or ()])
-        inside = grid[shapely.intersects_xy(area.buffer(1e-9), grid[:, 0], grid[:, 1])]
-        low, high = goal.heading or (0.0, 2 * np.pi)
-        for heading in np.linspace(low, high, _HEADINGS):
-            poses.append(np.column_stack([inside, np.full(len(inside), heading)]))
-    # The middle heading is the likeliest to fit.
-    return np.vstack(sorted(poses, key=lambda block: abs(block[0, 2]) if len(block) else 0.0))
+@numba.njit(nogil=True, cache=True)
+def reaches(
+    x: float, y: float, heading: float, velocity: float, step: int, goals: GoalArrays
+) -> bool:
+    """Whether a vehicle with its centre at (x, y) is in a goal region; borders belong to it."""
+    for g in range(goals.steps.shape[0]):
+        if step < goals.steps[g, 0] or step > goals.steps[g, 1]:
+            continue
+        if velocity < goals.velocity[g, 0] or velocity > goals.velocity[g, 1]:
+            continue
+        turned = (heading - goals.heading[g, 0]) % (2.0 * np.pi)
+        if turned > goals.heading[g, 1]:
+            continue
+        if goals.anywhere[g]:
+            return True
+        for q in range(goals.owner.shape[0]):
+            if goals.owner[q] == g and _in_piece(x, y, q, goals):
+                return True
+    return False
 
 
 @numba.njit(nogil=True, cache=True)
-def _full_steps(
-    places: Floats, world: World, half_length: float, half_width: float, first: int, last: int
-) -> int:
-    full = 0
-    for step in range(first, last + 1):
-        room = False
-        for p in range(places.shape[0]):
-            cos, sin = np.cos(places[p, 2]), np.sin(places[p, 2])
-            if not collides(
-                places[p, 0], places[p, 1], cos, sin, half_length, half_width, step, world
-            ):
-                room = True
-                break
-        if not room:
-            full += 1
-    return full
+def _in_piece(x: float, y: float, q: int, goals: GoalArrays) -> bool:
+    count = goals.corners[q]
+    if count == 1:
+        dx, dy = x - goals.vertices[q, 0, 0], y - goals.vertices[q, 0, 1]
+        return np.sqrt(dx * dx + dy * dy) <= goals.radius[q]
+    for k in range(count):
+        following = k + 1 if k + 1 < count else 0
+        ax, ay = goals.vertices[q, k, 0], goals.vertices[q, k, 1]
+        ex, ey = goals.vertices[q, following, 0] - ax, goals.vertices[q, following, 1] - ay
+        if ex * (y - ay) - ey * (x - ax) < 0.0:
+            return False
+    return True
 
 
-def _box(region: tuple[Shape, ...] | None) -> tuple[float, float, float, float]:
+def region_box(region: tuple[Shape, ...] | None) -> tuple[float, float, float, float]:
     if region is None:
         return (-np.inf, np.inf, -np.inf, np.inf)
     points = np.vstack(
@@ -135,6 +133,6 @@ def _aim(goal: Goal) -> Floats:
         return np.zeros(4)
     first = goal.region[0]
     if len(goal.region) == 1 and not isinstance(first, Disc) and not goal.lanelets:
-        return np.array(_box(goal.region))
+        return np.array(region_box(goal.region))
     centre = first.polygon().centroid
     return np.array([centre.x, centre.x, centre.y, centre.y])

@@ -7,26 +7,33 @@ import time
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import lru_cache
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.errors import PlanningError
 from avsec_gym.geometry import Floats
-from avsec_gym.planners import search as kernel
 from avsec_gym.planners.collision import World, collides, vanishing, within_reach, world_of
-from avsec_gym.planners.goal import goal_arrays, occupied_steps
+from avsec_gym.planners.estimates import Limits
+from avsec_gym.planners.goal import GoalArrays, goal_arrays, reaches
+from avsec_gym.planners.goal_room import occupied_steps
 from avsec_gym.planners.plan import Plan, Reason, Status
 from avsec_gym.planners.primitives import MotionPrimitives, standard_primitives
 from avsec_gym.planners.reachability import reach_table
-from avsec_gym.planners.vehicle import Vehicle
-from avsec_gym.scenario.constraints import RoadType, driving_constraints
+from avsec_gym.planners.search import EXHAUSTED, FOUND, PAUSED, search
+from avsec_gym.planners.search_state import SearchState, begin, grown, new_state, trajectory_to
+from avsec_gym.planners.vehicle import BMW_320I, Vehicle
+from avsec_gym.scenario.constraints import driving_constraints
 from avsec_gym.scenario.planning_scenario import PlanningScenario
 
 _EXPANSIONS_AT_A_TIME = 20_000
 """Between two looks at the clock."""
+_NODES = 1024
+"""Room at first."""
 _NO_TABLE = np.zeros((0, 1, 6))
+_WIDE_SPEED, _WIDE_STEP = 20.0, 2.0
+"""Highest and spacing of the speeds where no road type says which, m/s."""
 
 
 class Algorithm(StrEnum):
@@ -99,67 +106,44 @@ class MotionPrimitivePlanner:
             PlanningError: The problem has no goal, or no primitive starts at the start speed.
         """
         begun = time.perf_counter()
-        reference = self.mode == Mode.REFERENCE
-        primitives = self._primitives_for(scenario)
-        if abs(primitives.dt - scenario.dt) > 1e-9:
-            raise PlanningError(
-                f"{scenario.id}: time steps of {scenario.dt} s, but the primitives of"
-                f" {primitives.name} have {primitives.dt} s"
-            )
-        goals = goal_arrays(scenario.goals)
-        vehicle, start = primitives.vehicle, scenario.start
-        # commonroad-search starts with straight wheels whatever the file says.
-        steering = 0.0 if reference else start.steering_angle
-        speed, root = _starting(primitives, start.velocity, steering, reference)
-        if not len(root):
-            raise PlanningError(
-                f"{scenario.id}: no primitive of {primitives.name} starts at {speed:g} m/s with a"
-                f" steering angle of {steering:g} rad"
-            )
-        limits = _limits(primitives)
-        horizon = max(0, scenario.last_step - start.step)
+        setup = search_setup(self, scenario)
+        primitives, start = setup.primitives, scenario.start
         if world is None:
             world = world_of(scenario)
-        if reference:
+        if self.mode == Mode.REFERENCE:
             world = vanishing(world)
         else:
-            distance = horizon * limits.step_distance + vehicle.length
+            distance = setup.horizon * setup.limits.step_distance + primitives.vehicle.length
             world = within_reach(world, start.x, start.y, distance)
-        reach = _NO_TABLE if reference else reach_table(primitives, horizon)
-        at_goal = kernel.reaches(start.x, start.y, start.heading, speed, start.step, goals)
-        rear = (
-            start.x - vehicle.rear_axle * math.cos(start.heading),
-            start.y - vehicle.rear_axle * math.sin(start.heading),
-            start.heading,
-        )
-        state = _start_state(rear, speed, start.step, 0 if at_goal else -1)
-        outcome = kernel.PAUSED
-        while outcome == kernel.PAUSED:
+        state = new_state(_NODES, 2 * _NODES)
+        begin(state, setup.start, setup.speed, start.step, setup.at_goal)
+        outcome = PAUSED
+        while outcome == PAUSED:
             left = self.node_limit - int(state.counters[2])
             if left <= 0 or time.perf_counter() - begun > self.time_limit:
                 break
-            outcome = kernel.search(
-                root,
+            outcome = search(
+                setup.root,
                 primitives.arrays,
-                goals,
-                limits,
-                reach,
+                setup.goals,
+                setup.limits,
+                setup.reach,
                 world,
                 state,
                 min(left, _EXPANSIONS_AT_A_TIME),
                 self.algorithm == Algorithm.GBFS,
-                reference,
+                self.mode == Mode.REFERENCE,
             )
-            if outcome == kernel.PAUSED:
-                state = _grown(state, primitives)
-        tree = _tree(state, limits) if keep_tree else None
+            if outcome == PAUSED:
+                state = grown(state, primitives.arrays)
+        tree = _tree(state, setup.limits) if keep_tree else None
         expanded = int(state.counters[2])
-        if outcome == kernel.FOUND:
+        if outcome == FOUND:
             node = int(state.counters[3])
             return Plan(
                 Status.FOUND,
                 trajectory=kernel.trajectory_to(
-                    node, primitives.arrays, limits, state, start.steering_angle
+                    node, primitives.arrays, limits, state, steering, reference
                 ),
                 first_step=start.step,
                 cost=float(state.elapsed[node]),
@@ -167,34 +151,90 @@ class MotionPrimitivePlanner:
                 seconds=time.perf_counter() - begun,
                 tree=tree,
             )
-        status = Status.EXHAUSTED if outcome == kernel.EXHAUSTED else Status.LIMIT
+        status = Status.EXHAUSTED if outcome == EXHAUSTED else Status.LIMIT
         seconds = time.perf_counter() - begun
         if not explain:
             return Plan(status, expanded=expanded, seconds=seconds, tree=tree)
-        occupied = occupied_steps(scenario.goals, world, vehicle)
+        occupied = occupied_steps(scenario.goals, world, primitives.vehicle)
         return Plan(
             status,
             expanded=expanded,
             seconds=seconds,
-            reason=_reason(status, scenario, world, vehicle, occupied),
+            reason=_reason(status, scenario, world, primitives.vehicle, occupied),
             goal_occupied=occupied * scenario.dt,
             tree=tree,
         )
 
-    def _primitives_for(self, scenario: PlanningScenario) -> MotionPrimitives:
-        if self.primitives is not None:
-            return self.primitives
-        road_type = scenario.road_type or _road_type_by_speed(scenario.start.velocity)
-        grid = driving_constraints(road_type).primitive_speeds
-        extra = () if scenario.start.velocity in grid else (scenario.start.velocity,)
-        return standard_primitives(grid, extra)
+
+class SearchSetup(NamedTuple):
+    """What the search kernel needs of a problem besides its obstacles."""
+
+    primitives: MotionPrimitives
+    root: NDArray[np.int64]
+    """Primitives that may follow the start."""
+    goals: GoalArrays
+    limits: Limits
+    reach: Floats
+    start: Floats
+    """Rear-axle x, y, heading."""
+    speed: float
+    """The speed that the primitives start with, m/s."""
+    horizon: int
+    """Steps from the start to the end of the last goal's time window."""
+    at_goal: bool
+    """The start is a goal state already."""
 
 
-def _road_type_by_speed(velocity: float) -> RoadType:
-    """The road type whose start speed is nearer."""
-    return min(
-        RoadType, key=lambda road: abs(driving_constraints(road).start_speed - velocity)
+def search_setup(planner: MotionPrimitivePlanner, scenario: PlanningScenario) -> SearchSetup:
+    """Prepare a search.
+
+    Raises:
+        PlanningError: The problem has no goal, or no primitive starts at the start speed.
+    """
+    reference = planner.mode == Mode.REFERENCE
+    primitives = planner.primitives or suitable_primitives(scenario)
+    if abs(primitives.dt - scenario.dt) > 1e-9:
+        raise PlanningError(
+            f"{scenario.id}: time steps of {scenario.dt} s, but the primitives of"
+            f" {primitives.name} have {primitives.dt} s"
+        )
+    goals, start = goal_arrays(scenario.goals), scenario.start
+    # commonroad-search starts with straight wheels whatever the file says.
+    steering = 0.0 if reference else start.steering_angle
+    speed, root = _starting(primitives, start.velocity, steering, reference)
+    if not len(root):
+        raise PlanningError(
+            f"{scenario.id}: no primitive of {primitives.name} starts at {speed:g} m/s with a"
+            f" steering angle of {steering:g} rad"
+        )
+    horizon, offset = max(0, scenario.last_step - start.step), primitives.vehicle.rear_axle
+    x, y = start.x - offset * math.cos(start.heading), start.y - offset * math.sin(start.heading)
+    return SearchSetup(
+        primitives=primitives,
+        root=root,
+        goals=goals,
+        limits=_limits(primitives),
+        reach=_NO_TABLE if reference else reach_table(primitives, horizon),
+        start=np.array([x, y, start.heading]),
+        speed=speed,
+        horizon=horizon,
+        at_goal=reaches(start.x, start.y, start.heading, speed, start.step, goals),
     )
+
+
+def suitable_primitives(scenario: PlanningScenario) -> MotionPrimitives:
+    """The generated set for a scenario's road type, or one of all speeds where it has none.
+
+    Where the start speed lies off the grid, primitives that lead onto it are added.
+    """
+    start = scenario.start.velocity
+    if scenario.road_type is not None:
+        grid = driving_constraints(scenario.road_type).primitive_speeds
+    else:
+        wanted = [start, *(goal.velocity[0] for goal in scenario.goals if goal.velocity)]
+        fastest = min(BMW_320I.max_velocity, max(_WIDE_SPEED, *wanted))
+        grid = tuple(np.arange(0.0, fastest + _WIDE_STEP, _WIDE_STEP).tolist())
+    return standard_primitives(grid, () if start in grid else (start,))
 
 
 def _reason(
@@ -220,13 +260,13 @@ def _starting(
 
 
 @lru_cache(maxsize=64)
-def _limits(primitives: MotionPrimitives) -> kernel.Limits:
+def _limits(primitives: MotionPrimitives) -> Limits:
     vehicle = primitives.vehicle
     heading = primitives.states[..., 3]
     centre = primitives.states[..., :2] + vehicle.rear_axle * np.stack(
         [np.cos(heading), np.sin(heading)], axis=-1
     )
-    return kernel.Limits(
+    return Limits(
         half_length=vehicle.length / 2,
         half_width=vehicle.width / 2,
         centre_offset=vehicle.rear_axle,
@@ -235,46 +275,7 @@ def _limits(primitives: MotionPrimitives) -> kernel.Limits:
     )
 
 
-def _start_state(rear: tuple[float, float, float], speed: float, step: int, goal_index: int) -> kernel.SearchState:
-    state = _empty_state(nodes=1024, table=2048)
-    state.pose[0] = rear
-    state.elapsed[0], state.velocity[0] = 0.0, speed
-    state.parent[0], state.primitive[0] = -1, -1
-    state.step[0], state.goal_index[0] = step, goal_index
-    state.key[0], state.item[0] = 0.0, 0
-    state.counters[:] = (1, 1, 0, -1, 0)
-    return state
-
-
-def _empty_state(nodes: int, table: int) -> kernel.SearchState:
-    return kernel.SearchState(
-        pose=np.empty((nodes, 3)),
-        elapsed=np.empty(nodes),
-        velocity=np.empty(nodes),
-        parent=np.empty(nodes, np.int64),
-        primitive=np.empty(nodes, np.int64),
-        step=np.empty(nodes, np.int64),
-        goal_index=np.empty(nodes, np.int64),
-        key=np.empty(nodes),
-        item=np.empty(nodes, np.int64),
-        table=np.full(table, -1, np.int64),
-        counters=np.zeros(5, np.int64),
-    )
-
-
-def _grown(state: kernel.SearchState, primitives: MotionPrimitives) -> kernel.SearchState:
-    used = int(state.counters[0])
-    new = _empty_state(nodes=2 * len(state.parent), table=2 * len(state.table))
-    for name in ("pose", "elapsed", "velocity", "parent", "primitive", "step", "goal_index"):
-        getattr(new, name)[:used] = getattr(state, name)[:used]
-    queued = int(state.counters[1])
-    new.key[:queued], new.item[:queued] = state.key[:queued], state.item[:queued]
-    new.counters[:] = state.counters
-    kernel.rehash(primitives.arrays, state, new)
-    return new
-
-
-def _tree(state: kernel.SearchState, limits: kernel.Limits) -> Floats:
+def _tree(state: SearchState, limits: Limits) -> Floats:
     used = int(state.counters[0])
     pose = state.pose[:used]
     offset = limits.centre_offset

@@ -82,9 +82,7 @@ def draw_into(axes: Axes, drive: Drive, *, vehicle: Vehicle = BMW_320I) -> None:
         )
         axes.plot(plan.trajectory[:, 0], plan.trajectory[:, 1], color=EGO, lw=2.2, zorder=7)
         last = corners[-1:]
-        axes.add_collection(
-            PolyCollection(last, facecolor="none", edgecolor=EGO, lw=1.4, zorder=7)
-        )
+        axes.add_collection(PolyCollection(last, facecolor="none", edgecolor=EGO, lw=1.4, zorder=7))
     own = footprints(np.array([[start.x, start.y, 0.0, start.heading, 0.0]]), vehicle)
     axes.add_collection(PolyCollection(own, facecolor=EGO, edgecolor=INK, lw=1.0, zorder=8))
     if drive.record.collision and plan.trajectory is not None:

@@ -1,0 +1,1 @@
+"""Planning scenarios: intentions, driving constraints, scenes, sets of them, CommonRoad files."""

@@ -352,7 +352,5 @@ def _commonroad_obstacle(obstacles: Obstacles, i: int) -> Any:
         )
         for t in range(1, int(obstacles.steps[i]))
     ]
-    prediction = (
-        TrajectoryPrediction(Trajectory(first + 1, states), shape) if states else None
-    )
+    prediction = TrajectoryPrediction(Trajectory(first + 1, states), shape) if states else None
     return DynamicObstacle(number, kind, shape, initial, prediction)

@@ -59,7 +59,7 @@ def project_boxes(location: Floats, dimensions: Floats, rotation_y: Floats) -> I
     high = np.where(seen[..., None], pixels, -np.inf).max(axis=1)
     limit = np.array(IMAGE_SIZE) - 1.0
     box2d = np.concatenate([np.clip(low, 0.0, limit), np.clip(high, 0.0, limit)], axis=1)
-    hidden = ~seen.any(axis=1)
+    hidden = np.asarray(~seen.any(axis=1))
     box2d[hidden] = 0.0
     area = (box2d[:, 2] - box2d[:, 0]) * (box2d[:, 3] - box2d[:, 1])
     extent = np.where(hidden[:, None], 1.0, high - low)

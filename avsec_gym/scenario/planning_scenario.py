@@ -19,7 +19,6 @@ from avsec_gym.scenario.constraints import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.shapes import Rectangle, Shape, placed
 
-
 _SLIT = 1e-9
 """Metres: narrower gaps between the sections of a road are no gaps."""
 
@@ -83,8 +82,11 @@ class Road:
         outer bounds count, so that bounds between neighbours may be sampled differently.
         """
         sections = shapely.make_valid(np.array(_sections(self.lanelets), object))
-        # Slits that only rounding made are closed.
-        return shapely.union_all(sections, grid_size=_SLIT if len(sections) > 1 else None)
+        area = shapely.union_all(sections)
+        if len(sections) == 1:
+            return area
+        # Close the slits that only rounding made.
+        return area.buffer(_SLIT / 2, join_style="mitre").buffer(-_SLIT / 2, join_style="mitre")
 
     @cached_property
     def edges(self) -> Floats:
@@ -134,9 +136,7 @@ def _sections(lanelets: tuple[Lanelet, ...]) -> list[shapely.Polygon]:
         starts = [point for right, left in bounds for point in (right[0], left[0])]
         ends = [point for right, left in reversed(bounds) for point in (left[-1], right[-1])]
         leftmost, rightmost_bound = bounds[-1][1], bounds[0][0]
-        areas.append(
-            shapely.Polygon([*starts, *leftmost[1:-1], *ends, *rightmost_bound[-2:0:-1]])
-        )
+        areas.append(shapely.Polygon([*starts, *leftmost[1:-1], *ends, *rightmost_bound[-2:0:-1]]))
     return areas
 
 

@@ -64,13 +64,13 @@ def labelled_scenarios(root: str | Path, *, seed: int = 0) -> SceneSet:
     """
     root = Path(root)
     scenes, remarks = [], []
-    for labels, annotations, group, road_type in _PARTS:
+    for labels, notes, group, road_type in _PARTS:
         folder = root / labels
         if not folder.is_dir():
             continue
         for id in frame_ids(folder, ".txt"):
             boxes = read_labels(folder / f"{id}.txt", keep_dont_care=True)
-            flags = root / annotations / f"{id}.txt" if annotations else None
+            flags = root / notes / f"{id}.txt" if notes else None
             if flags is not None:
                 boxes, remark = flagged(boxes, flags)
                 remarks += [remark] if remark else []

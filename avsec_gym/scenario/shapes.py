@@ -1,4 +1,4 @@
-"""Plane shapes of obstacles and goal regions: what CommonRoad knows, with convex pieces for search."""
+"""Plane shapes of obstacles and goal regions, and their convex pieces for the search."""
 
 from __future__ import annotations
 

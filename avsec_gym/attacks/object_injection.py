@@ -1,0 +1,136 @@
+"""Attacks on the detections themselves: ghost objects put in, real objects hidden.
+
+The strongest thing that an attack on perception can bring about, without the perception: boxes
+appear where nothing is (as under the thesis' patch and perturbation attacks, figures 5.4 and 5.5)
+or real ones are missed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import Floats, ego_to_camera
+
+GHOST_DIMENSIONS = (1.53, 1.63, 3.88)
+"""Height, width, length of a ghost: KITTI's mean car."""
+
+_CAMERA_HEIGHT = 1.65
+
+
+@dataclass(frozen=True)
+class GhostRange:
+    """Where ghosts may stand; the attacker's actions in [-1, 1] scale linearly to it.
+
+    Ghosts begin far enough ahead that they never overlap the ego vehicle at the start.
+    """
+
+    x: tuple[float, float] = (5.0, 30.0)
+    """Metres ahead."""
+    y: tuple[float, float] = (-8.0, 8.0)
+    """Metres to the left."""
+    heading: tuple[float, float] = (-np.pi, np.pi)
+
+    def __post_init__(self) -> None:
+        for low, high in (self.x, self.y, self.heading):
+            if not low < high:
+                raise ConfigurationError(f"a range of ghosts runs upwards, got {self}")
+
+    def decode(self, actions: Floats) -> tuple[NDArray[np.bool_], Floats]:
+        """Actions to ghosts.
+
+        Args:
+            actions: on/off, x, y, heading of each, in [-1, 1], shape (..., 4).
+
+        Returns:
+            Which are on (above 0), shape (...), and poses in the ego frame, shape (..., 3).
+        """
+        actions = np.clip(np.asarray(actions, float), -1.0, 1.0)
+        low = np.array([self.x[0], self.y[0], self.heading[0]])
+        high = np.array([self.x[1], self.y[1], self.heading[1]])
+        return actions[..., 0] > 0, low + 0.5 * (actions[..., 1:] + 1.0) * (high - low)
+
+    def encode(self, on: NDArray[np.bool_], poses: Floats) -> Floats:
+        """The inverse of `decode`, shape (..., 4)."""
+        low = np.array([self.x[0], self.y[0], self.heading[0]])
+        high = np.array([self.x[1], self.y[1], self.heading[1]])
+        scaled = 2.0 * (np.asarray(poses, float) - low) / (high - low) - 1.0
+        return np.concatenate([np.where(on, 1.0, -1.0)[..., None], scaled], axis=-1)
+
+
+def inject_ghosts(boxes: Boxes3D, poses: Floats, score: float = 1.0) -> Boxes3D:
+    """Detections with ghost cars added at the end.
+
+    Args:
+        boxes: What is detected without the attack.
+        poses: Ego-frame x, y (m), heading (rad), shape (G, 3).
+        score: The confidence that the ghosts are detected with.
+    """
+    poses = np.asarray(poses, float).reshape(-1, 3)
+    location, rotation_y = ego_to_camera(poses, _CAMERA_HEIGHT)
+    count = len(poses)
+    ghosts = Boxes3D(
+        location=location,
+        dimensions=np.tile(GHOST_DIMENSIONS, (count, 1)),
+        rotation_y=rotation_y,
+        score=np.full(count, score),
+        category=np.full(count, "Car"),
+        moving=np.zeros(count, bool),
+    )
+    return Boxes3D.concatenate([boxes, ghosts])
+
+
+def hide_objects(boxes: Boxes3D, hidden: NDArray[np.intp]) -> Boxes3D:
+    """Detections without some of them.
+
+    Args:
+        boxes: What is detected without the attack.
+        hidden: Rows to drop; rows beyond the end are ignored.
+    """
+    keep = np.ones(len(boxes), bool)
+    keep[[row for row in np.unique(hidden) if 0 <= row < len(boxes)]] = False
+    return boxes[keep]
+
+
+@dataclass(frozen=True)
+class RandomGhosts:
+    """The baseline attacker: ghosts at random places until the drive is unsafe.
+
+    Args:
+        ghosts: How many at once.
+        queries: How many attempts.
+        range: Where they may stand.
+    """
+
+    ghosts: int = 2
+    queries: int = 10
+    range: GhostRange = GhostRange()
+
+    def attack(
+        self, boxes: Boxes3D, is_unsafe: Callable[[Boxes3D], bool], seed: int
+    ) -> tuple[Boxes3D, int]:
+        """Try random places.
+
+        Args:
+            boxes: What is detected without the attack.
+            is_unsafe: Queries the victim: whether the drive on these detections is unsafe.
+            seed: Of the places.
+
+        Returns:
+            The last attacked detections, and the number of queries spent.
+        """
+        generator = np.random.default_rng(seed)
+        attacked = boxes
+        for query in range(1, self.queries + 1):
+            actions = generator.uniform(-1.0, 1.0, (self.ghosts, 4))
+            actions[:, 0] = 1.0
+            _, poses = self.range.decode(actions)
+            attacked = inject_ghosts(boxes, poses)
+            if is_unsafe(attacked):
+                return attacked, query
+        return attacked, self.queries

@@ -1,0 +1,156 @@
+"""Many planning problems in one call of the search kernel: what vectorised environments stand on.
+
+All problems share start, goal and primitives; they differ in their obstacles, which are rectangles.
+The answers are those of `MotionPrimitivePlanner` in complete mode, node for node.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.geometry import Floats
+from avsec_gym.planners.collision import World
+from avsec_gym.planners.estimates import Limits
+from avsec_gym.planners.goal import GoalArrays
+from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner, search_setup
+from avsec_gym.planners.primitives import PrimitiveArrays
+from avsec_gym.planners.search import FOUND, PAUSED, search
+from avsec_gym.planners.search_state import begin, grown, new_state, trajectory_to
+from avsec_gym.scenario.planning_scenario import PlanningScenario
+
+
+class RectangleTracks(NamedTuple):
+    """Rectangles of B problems on their way, N for each; those far away fill up the rows."""
+
+    half_sizes: Floats
+    """Half length and half width, shape (B, N, 2)."""
+    poses: Floats
+    """x, y, cos, sin of the heading at steps 0..T-1, the last one kept after, (B, N, T, 4)."""
+
+
+class BatchPlans(NamedTuple):
+    """Answers to B problems."""
+
+    found: NDArray[np.bool_]
+    """Shape (B,)."""
+    lengths: NDArray[np.int64]
+    """Number of states; 0 where nothing was found, shape (B,)."""
+    trajectories: Floats
+    """Centre x, y, velocity, heading, steering angle, shape (B, T, 5); rows beyond the length
+    repeat the last state."""
+    cost: Floats
+    """Seconds to the goal; nan where nothing was found, shape (B,)."""
+    expanded: NDArray[np.int64]
+    """Shape (B,)."""
+
+
+def plan_batch(
+    planner: MotionPrimitivePlanner, problem: PlanningScenario, tracks: RectangleTracks
+) -> BatchPlans:
+    """Plan B problems that differ in their obstacles only.
+
+    Args:
+        planner: A planner in complete mode; its node limit holds for each problem.
+        problem: Start, goal and road of all; its obstacles are not looked at.
+        tracks: The obstacles, from time step 0 on.
+    """
+    setup = search_setup(planner, problem)
+    return BatchPlans(
+        *_search_all(
+            setup.root,
+            setup.primitives.arrays,
+            setup.goals,
+            setup.limits,
+            setup.reach,
+            problem.road.edges,
+            tracks,
+            setup.start,
+            setup.speed,
+            problem.start.step,
+            setup.at_goal,
+            problem.start.steering_angle,
+            planner.node_limit,
+            planner.algorithm == Algorithm.GBFS,
+            setup.horizon + 1,
+        )
+    )
+
+
+@numba.njit(nogil=True, cache=True)
+def _search_all(
+    root: NDArray[np.int64],
+    primitives: PrimitiveArrays,
+    goals: GoalArrays,
+    limits: Limits,
+    reach: Floats,
+    edges: Floats,
+    tracks: RectangleTracks,
+    start: Floats,
+    speed: float,
+    first_step: int,
+    at_goal: bool,
+    steering_angle: float,
+    node_limit: int,
+    greedy: bool,
+    longest: int,
+) -> tuple[NDArray[np.bool_], NDArray[np.int64], Floats, Floats, NDArray[np.int64]]:
+    count, rows, known = tracks.poses.shape[0], tracks.poses.shape[1], tracks.poses.shape[2]
+    found, lengths = np.zeros(count, np.bool_), np.zeros(count, np.int64)
+    trajectories = np.zeros((count, longest, 5))
+    cost, expanded = np.full(count, np.nan), np.zeros(count, np.int64)
+    state = new_state(1024, 2048)
+    vertices, reaches_to = np.empty((rows, 4, 2)), np.empty(rows)
+    corners, radius = np.full(rows, 4), np.zeros(rows)
+    steps, begin = np.full(rows, known), np.zeros(rows, np.int64)
+    last_step = np.full(rows, np.iinfo(np.int64).max)
+    static = np.zeros(rows, np.bool_)
+    for b in range(count):
+        for i in range(rows):
+            half_length, half_width = tracks.half_sizes[b, i, 0], tracks.half_sizes[b, i, 1]
+            for k in range(4):
+                vertices[i, k, 0] = half_length if k == 0 or k == 3 else -half_length
+                vertices[i, k, 1] = half_width if k < 2 else -half_width
+            reaches_to[i] = np.sqrt(half_length**2 + half_width**2)
+        world = World(
+            vertices,
+            corners,
+            radius,
+            reaches_to,
+            tracks.poses[b],
+            steps,
+            begin,
+            static,
+            last_step,
+            edges,
+        )
+        begin(state, start, speed, first_step, at_goal)
+        outcome = PAUSED
+        while outcome == PAUSED and state.counters[2] < node_limit:
+            outcome = search(
+                root,
+                primitives,
+                goals,
+                limits,
+                reach,
+                world,
+                state,
+                node_limit - state.counters[2],
+                greedy,
+                False,
+            )
+            if outcome == PAUSED:
+                state = grown(state, primitives)
+        expanded[b] = state.counters[2]
+        if outcome == FOUND:
+            node = state.counters[3]
+            driven = trajectory_to(
+                node, primitives, limits.centre_offset, state, steering_angle
+            )
+            found[b], lengths[b], cost[b] = True, driven.shape[0], state.elapsed[node]
+            trajectories[b, : driven.shape[0]] = driven
+            trajectories[b, driven.shape[0] :] = driven[-1]
+    return found, lengths, trajectories, cost, expanded

@@ -1,0 +1,127 @@
+"""Heuristics: how far it is to the goal at least (complete mode) or about (reference mode)."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from avsec_gym.geometry import Floats
+from avsec_gym.planners.goal import GoalArrays
+
+
+class Limits(NamedTuple):
+    """The ego vehicle and what bounds the heuristic."""
+
+    half_length: float
+    half_width: float
+    centre_offset: float
+    """From the rear axle to the centre, along the heading."""
+    dt: float
+    step_distance: float
+    """No primitive moves the centre farther than this in one time step."""
+
+
+@numba.njit(nogil=True, cache=True)
+def _distance_to_box(x: float, y: float, x1: float, x2: float, y1: float, y2: float) -> float:
+    dx = 0.0 if x1 <= x <= x2 else min(abs(x1 - x), abs(x2 - x))
+    dy = 0.0 if y1 <= y <= y2 else min(abs(y1 - y), abs(y2 - y))
+    return np.sqrt(dx * dx + dy * dy)
+
+
+@numba.njit(nogil=True, cache=True)
+def time_to_aim(x: float, y: float, velocity: float, step: int, goals: GoalArrays) -> float:
+    """commonroad-search's heuristic: seconds to the first goal's box at the present speed."""
+    if goals.anywhere[0]:
+        return float(goals.steps[0, 0] - step)
+    if abs(velocity) <= 1e-8:
+        return np.inf
+    aim = goals.aim
+    return _distance_to_box(x, y, aim[0], aim[1], aim[2], aim[3]) / velocity
+
+
+@numba.njit(nogil=True, cache=True)
+def distance_to_goals(x: float, y: float, goals: GoalArrays) -> float:
+    """Distance of the centre to the nearest goal's box."""
+    best = np.inf
+    for g in range(goals.steps.shape[0]):
+        box = goals.boxes[g]
+        best = min(best, _distance_to_box(x, y, box[0], box[1], box[2], box[3]))
+    return best
+
+
+@numba.njit(nogil=True, cache=True)
+def steps_to_goal(
+    x: float,
+    y: float,
+    heading: float,
+    step: int,
+    follow: int,
+    distance: float,
+    goals: GoalArrays,
+    limits: Limits,
+    reach: Floats,
+) -> float:
+    """Time steps that any way from a rear-axle pose to any goal needs at least.
+
+    Whole steps; inf where every goal comes too late.  ``distance`` is the centre's to the nearest
+    goal.
+    """
+    nearest = 1.0
+    if distance > 0.0:
+        nearest = np.inf
+        if limits.step_distance > 0.0:
+            nearest = max(1.0, np.ceil(distance / limits.step_distance - 1e-9))
+    best = np.inf
+    cos, sin = np.cos(heading), np.sin(heading)
+    for g in range(goals.steps.shape[0]):
+        soonest = max(nearest, float(goals.steps[g, 0] - step))
+        latest = goals.steps[g, 1] - step
+        if soonest > latest or soonest >= best:
+            continue
+        if reach.shape[0] == 0:
+            best = soonest
+            continue
+        for j in range(int(soonest), latest + 1):
+            if j >= best:
+                break
+            if _may_reach(x, y, heading, cos, sin, reach[follow, j], g, goals):
+                best = float(j)
+    return best
+
+
+@numba.njit(nogil=True, cache=True)
+def _may_reach(
+    x: float,
+    y: float,
+    heading: float,
+    cos: float,
+    sin: float,
+    bounds: Floats,
+    g: int,
+    goals: GoalArrays,
+) -> bool:
+    """Whether a box around reachable places, turned by a heading, meets a goal's box."""
+    if bounds[0] > bounds[1]:
+        return False
+    turned = (heading + bounds[4] - goals.heading[g, 0]) % (2.0 * np.pi)
+    if turned > goals.heading[g, 1] and turned + bounds[5] - bounds[4] < 2.0 * np.pi:
+        return False
+    if goals.anywhere[g]:
+        return True
+    box = goals.boxes[g]
+    gx, gy = 0.5 * (box[0] + box[1]) - x, 0.5 * (box[2] + box[3]) - y
+    goal_x, goal_y = 0.5 * (box[1] - box[0]), 0.5 * (box[3] - box[2])
+    bx, by = 0.5 * (bounds[0] + bounds[1]), 0.5 * (bounds[2] + bounds[3])
+    half_x, half_y = 0.5 * (bounds[1] - bounds[0]), 0.5 * (bounds[3] - bounds[2])
+    c, s = abs(cos), abs(sin)
+    small = 1e-9
+    # Separating axes: the node's two, then the world's two.
+    if abs(cos * gx + sin * gy - bx) > half_x + c * goal_x + s * goal_y + small:
+        return False
+    if abs(cos * gy - sin * gx - by) > half_y + s * goal_x + c * goal_y + small:
+        return False
+    if abs(gx - (cos * bx - sin * by)) > goal_x + c * half_x + s * half_y + small:
+        return False
+    return abs(gy - (sin * bx + cos * by)) <= goal_y + s * half_x + c * half_y + small

@@ -1,0 +1,119 @@
+"""Names for detectors, attacks, planners and validators, open to third parties.
+
+A package adds its own by an entry point of the group ``avsec_gym.plugins`` that names a function
+without arguments, which calls `register`.  Wherever this project takes one of these parts, it takes
+a name, a dictionary of a name and its arguments, or the object itself.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping
+from enum import StrEnum
+from functools import lru_cache
+from importlib import import_module, metadata
+from typing import Any
+
+from avsec_gym.errors import ConfigurationError
+
+_LOG = logging.getLogger(__name__)
+_GROUP = "avsec_gym.plugins"
+
+
+class Kind(StrEnum):
+    """What can be registered."""
+
+    DETECTOR = "detector"
+    ATTACK = "attack"
+    PLANNER = "planner"
+    VALIDATOR = "validator"
+
+
+_BUILT_IN = {
+    (Kind.PLANNER, "astar"): ("avsec_gym.planners.planner:MotionPrimitivePlanner", {}),
+    (Kind.PLANNER, "gbfs"): (
+        "avsec_gym.planners.planner:MotionPrimitivePlanner",
+        {"algorithm": "gbfs"},
+    ),
+    (Kind.ATTACK, "random_ghosts"): ("avsec_gym.attacks.object_injection:RandomGhosts", {}),
+}
+_REGISTERED: dict[tuple[Kind, str], Callable[..., Any]] = {}
+
+
+def register(kind: Kind | str, name: str, factory: Callable[..., Any]) -> None:
+    """Give a factory a name.
+
+    Args:
+        kind: Detector, attack, planner or validator.
+        name: How users ask for it.
+        factory: Makes the object from keyword arguments.
+
+    Raises:
+        ConfigurationError: The name is taken, or the kind is unknown.
+    """
+    key = (_kind(kind), name)
+    if key in _BUILT_IN or key in _REGISTERED:
+        raise ConfigurationError(f"there is a {key[0]} named {name!r} already: choose another name")
+    _REGISTERED[key] = factory
+
+
+def make(kind: Kind | str, what: Any) -> Any:
+    """The object that a name, a dictionary or an object stands for.
+
+    Args:
+        kind: Detector, attack, planner or validator.
+        what: ``"astar"``, ``{"name": "astar", "node_limit": 1000}``, or a live object, which is
+            returned as it is.
+
+    Raises:
+        ConfigurationError: Nothing has that name, or the arguments do not fit.
+
+    Example:
+        >>> make("planner", {"name": "gbfs", "node_limit": 1000}).node_limit
+        1000
+    """
+    kind = _kind(kind)
+    if isinstance(what, str):
+        name, arguments = what, {}
+    elif isinstance(what, Mapping):
+        if "name" not in what:
+            raise ConfigurationError(f"a {kind} given as a dictionary needs a 'name', got {what!r}")
+        name = str(what["name"])
+        arguments = {key: value for key, value in what.items() if key != "name"}
+    else:
+        return what
+    _load_plugins()
+    try:
+        if (kind, name) in _REGISTERED:
+            return _REGISTERED[kind, name](**arguments)
+        if (kind, name) in _BUILT_IN:
+            path, defaults = _BUILT_IN[kind, name]
+            module, attribute = path.split(":")
+            return getattr(import_module(module), attribute)(**(defaults | arguments))
+    except TypeError as error:
+        raise ConfigurationError(f"the {kind} {name!r} cannot be made: {error}") from error
+    raise ConfigurationError(f"there is no {kind} named {name!r}; known: {', '.join(names(kind))}")
+
+
+def names(kind: Kind | str) -> list[str]:
+    """Every registered name of a kind, sorted."""
+    kind = _kind(kind)
+    _load_plugins()
+    return sorted(name for known, name in [*_BUILT_IN, *_REGISTERED] if known == kind)
+
+
+def _kind(kind: Kind | str) -> Kind:
+    try:
+        return Kind(kind)
+    except ValueError:
+        raise ConfigurationError(f"{kind!r} is no kind of part; known: {', '.join(Kind)}") from None
+
+
+@lru_cache(maxsize=1)
+def _load_plugins() -> None:
+    for entry_point in metadata.entry_points(group=_GROUP):
+        try:
+            entry_point.load()()
+        except Exception as error:
+            # A broken plug-in must not take the others, or this project, with it.
+            _LOG.warning("the plug-in %s could not be loaded: %r", entry_point.name, error)
