@@ -72,7 +72,7 @@ def plan_batch(
             setup.speed,
             problem.start.step,
             setup.at_goal,
-            problem.start.steering_angle,
+            setup.steering_angle,
             planner.node_limit,
             planner.algorithm == Algorithm.GBFS,
             setup.horizon + 1,
@@ -148,7 +148,7 @@ def _search_all(
         if outcome == FOUND:
             node = state.counters[3]
             driven = trajectory_to(
-                node, primitives, limits.centre_offset, state, steering_angle
+                node, primitives, limits.centre_offset, state, steering_angle, False
             )
             found[b], lengths[b], cost[b] = True, driven.shape[0], state.elapsed[node]
             trajectories[b, : driven.shape[0]] = driven

@@ -142,8 +142,13 @@ class MotionPrimitivePlanner:
             node = int(state.counters[3])
             return Plan(
                 Status.FOUND,
-                trajectory=kernel.trajectory_to(
-                    node, primitives.arrays, limits, state, steering, reference
+                trajectory=trajectory_to(
+                    node,
+                    primitives.arrays,
+                    setup.limits.centre_offset,
+                    state,
+                    setup.steering_angle,
+                    self.mode == Mode.REFERENCE,
                 ),
                 first_step=start.step,
                 cost=float(state.elapsed[node]),
@@ -179,6 +184,8 @@ class SearchSetup(NamedTuple):
     """Rear-axle x, y, heading."""
     speed: float
     """The speed that the primitives start with, m/s."""
+    steering_angle: float
+    """The steering angle that they start with, rad."""
     horizon: int
     """Steps from the start to the end of the last goal's time window."""
     at_goal: bool
@@ -217,6 +224,7 @@ def search_setup(planner: MotionPrimitivePlanner, scenario: PlanningScenario) ->
         reach=_NO_TABLE if reference else reach_table(primitives, horizon),
         start=np.array([x, y, start.heading]),
         speed=speed,
+        steering_angle=steering,
         horizon=horizon,
         at_goal=reaches(start.x, start.y, start.heading, speed, start.step, goals),
     )

@@ -24,7 +24,7 @@ from avsec_gym.planners.collision import World, collides
 from avsec_gym.planners.estimates import Limits, distance_to_goals, steps_to_goal, time_to_aim
 from avsec_gym.planners.goal import GoalArrays, reaches
 from avsec_gym.planners.primitives import PrimitiveArrays
-from avsec_gym.planners.search_state import SearchState, pop, push, seen_before
+from avsec_gym.planners.search_state import SearchState, pop, push, seen_before, turn
 
 PAUSED, FOUND, EXHAUSTED = 0, 1, 2
 """What `search` returns."""
@@ -187,16 +187,3 @@ def _add_child(
     state.parent[new], state.primitive[new] = node, primitive
     state.step[new], state.goal_index[new] = step, goal_index
     push(state, key, new)
-
-
-@numba.njit(nogil=True, cache=True)
-def turn(heading: float, reference: bool) -> tuple[float, float]:
-    """Cosine and sine by which a primitive is turned into its place.
-
-    Up to 0.05 rad commonroad-io takes 1 and the angle, and so reference mode does.
-    """
-    if reference:
-        heading = np.fmod(heading, 2.0 * np.pi)
-        if abs(heading) <= 0.05:
-            return 1.0, heading
-    return np.cos(heading), np.sin(heading)

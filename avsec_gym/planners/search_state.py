@@ -184,6 +184,19 @@ def _same_state(one: int, two: int, primitives: PrimitiveArrays, state: SearchSt
 
 
 @numba.njit(nogil=True, cache=True)
+def turn(heading: float, reference: bool) -> tuple[float, float]:
+    """Cosine and sine by which a primitive is turned into its place.
+
+    Up to 0.05 rad commonroad-io takes 1 and the angle, and so reference mode does.
+    """
+    if reference:
+        heading = np.fmod(heading, 2.0 * np.pi)
+        if abs(heading) <= 0.05:
+            return 1.0, heading
+    return np.cos(heading), np.sin(heading)
+
+
+@numba.njit(nogil=True, cache=True)
 def trajectory_to(
     node: int,
     primitives: PrimitiveArrays,
