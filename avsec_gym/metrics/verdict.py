@@ -12,6 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats, rectangle_corners, rectangle_polygons
 from avsec_gym.planners.vehicle import Vehicle
@@ -58,17 +59,57 @@ def first_contact(
     index = np.where(truth.static, 0, np.maximum(index, 0))
     poses = truth.poses[np.arange(len(truth)), index]
     reach = np.array([_reach(shape) for shape in truth.shapes])
-    own_reach = 0.5 * np.hypot(vehicle.length, vehicle.width)
-    apart = np.hypot(poses[..., 0] - trajectory[:, None, 0], poses[..., 1] - trajectory[:, None, 1])
-    t, i = np.nonzero(present & (apart <= reach + own_reach + 1e-6))
+    own = trajectory[:, [0, 1, 3]]
+    near = _may_touch(own[:, None], vehicle.length, vehicle.width, poses, reach)
+    t, i = np.nonzero(present & near)
     if not len(t):
         return None
-    footprints = rectangle_polygons(trajectory[:, [0, 1, 3]], vehicle.length, vehicle.width)
-    touching = shapely.intersects(footprints[t], _placed(truth.shapes, i, poses[t, i]))
+    footprints = rectangle_polygons(own[t], vehicle.length, vehicle.width)
+    touching = shapely.intersects(footprints, _placed(truth.shapes, i, poses[t, i]))
     if not touching.any():
         return None
     first = int(np.argmax(touching))
     return Contact(int(steps[t[first]]), int(i[first]))
+
+
+def batch_collides(
+    trajectories: Floats, poses: Floats, half_sizes: Floats, vehicle: Vehicle
+) -> NDArray[np.bool_]:
+    """Whether trajectories touch rectangles: `first_contact` for many scenarios at once.
+
+    Args:
+        trajectories: Shape (B, T, 5), from time step 0 on; shorter ones repeat their last state.
+        poses: x, y, cos, sin of the headings of N rectangles at the same steps, (B, N, T, 4).
+        half_sizes: Half length and half width, shape (B, N, 2).
+        vehicle: Its size.
+
+    Returns:
+        Shape (B,).
+    """
+    own = trajectories[:, None, :, [0, 1, 3]]
+    reach = np.hypot(half_sizes[..., 0], half_sizes[..., 1])[..., None]
+    b, i, t = np.nonzero(_may_touch(own, vehicle.length, vehicle.width, poses, reach))
+    if not len(b):
+        return np.zeros(len(trajectories), bool)
+    footprints = rectangle_polygons(trajectories[b, t][:, [0, 1, 3]], vehicle.length, vehicle.width)
+    pose, half = poses[b, i, t], half_sizes[b, i]
+    heading = np.arctan2(pose[:, 3], pose[:, 2])
+    others = rectangle_polygons(
+        np.column_stack([pose[:, :2], heading]), 2 * half[:, 0], 2 * half[:, 1]
+    )
+    touching = b[shapely.intersects(footprints, others)]
+    return np.isin(np.arange(len(trajectories)), touching)
+
+
+def _may_touch(
+    own: Floats, length: float, width: float, poses: Floats, reach: Floats
+) -> NDArray[np.bool_]:
+    """False where a disc around an object stays clear of the vehicle: no need to ask shapely."""
+    dx, dy = poses[..., 0] - own[..., 0], poses[..., 1] - own[..., 1]
+    cos, sin = np.cos(own[..., 2]), np.sin(own[..., 2])
+    ahead, aside = np.abs(cos * dx + sin * dy), np.abs(cos * dy - sin * dx)
+    small = 1e-6
+    return (ahead <= 0.5 * length + reach + small) & (aside <= 0.5 * width + reach + small)
 
 
 def _placed(shapes: tuple[Shape, ...], which: np.ndarray, poses: Floats) -> np.ndarray:

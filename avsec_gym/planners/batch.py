@@ -105,7 +105,7 @@ def _search_all(
     state = new_state(1024, 2048)
     vertices, reaches_to = np.empty((rows, 4, 2)), np.empty(rows)
     corners, radius = np.full(rows, 4), np.zeros(rows)
-    steps, begin = np.full(rows, known), np.zeros(rows, np.int64)
+    steps, first = np.full(rows, known), np.zeros(rows, np.int64)
     last_step = np.full(rows, np.iinfo(np.int64).max)
     static = np.zeros(rows, np.bool_)
     for b in range(count):
@@ -122,7 +122,7 @@ def _search_all(
             reaches_to,
             tracks.poses[b],
             steps,
-            begin,
+            first,
             static,
             last_step,
             edges,

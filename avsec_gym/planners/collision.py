@@ -17,10 +17,6 @@ from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
 from avsec_gym.scenario.shapes import Rectangle, members
 
 
-_ROUNDING = 4e-15
-"""Shapes that touch but for rounding touch (m, and m2 in the separating-axis test)."""
-
-
 class World(NamedTuple):
     """What a planner must not touch, laid out for the kernels.
 
@@ -142,7 +138,7 @@ def collides(
     step: int,
     world: World,
 ) -> bool:
-    """Whether a rectangle centred on (x, y) touches an obstacle at a time step or leaves the road.
+    """Whether a rectangle centred on (x, y) touches an obstacle at a time step or the road edge.
 
     Beyond an obstacle's last known state that state is kept; before its first it is absent, unless
     it is static.
@@ -193,12 +189,7 @@ def _touches_piece(
         qx, qy = px + rc * vx - rs * vy, py + rs * vx + rc * vy
         low_x, high_x = min(low_x, qx), max(high_x, qx)
         low_y, high_y = min(low_y, qy), max(high_y, qy)
-    if (
-        low_x > half_length + _ROUNDING
-        or high_x < -half_length - _ROUNDING
-        or low_y > half_width + _ROUNDING
-        or high_y < -half_width - _ROUNDING
-    ):
+    if low_x > half_length or high_x < -half_length or low_y > half_width or high_y < -half_width:
         return False
     for k in range(count):
         ax, ay = world.vertices[i, k, 0], world.vertices[i, k, 1]
@@ -208,7 +199,7 @@ def _touches_piece(
         nx, ny = rc * ey + rs * ex, rs * ey - rc * ex
         qx, qy = px + rc * ax - rs * ay, py + rs * ax + rc * ay
         nearest = half_length * abs(nx) + half_width * abs(ny)
-        if nx * qx + ny * qy + nearest < -_ROUNDING:
+        if nx * qx + ny * qy + nearest < 0.0:
             return False
     return True
 
@@ -223,7 +214,7 @@ def _leaves_road(
     half_width: float,
     edges: Floats,
 ) -> bool:
-    """Whether an edge cuts into the rectangle, or its centre lies outside; touching is allowed."""
+    """Whether an edge touches the rectangle, or its centre lies outside the closed edge."""
     inside = False
     for i in range(edges.shape[0]):
         x1, y1, x2, y2 = edges[i, 0] - x, edges[i, 1] - y, edges[i, 2] - x, edges[i, 3] - y
@@ -231,7 +222,7 @@ def _leaves_road(
             inside = not inside
         ax, ay = cos * x1 + sin * y1, cos * y1 - sin * x1
         bx, by = cos * x2 + sin * y2, cos * y2 - sin * x2
-        # Clip the segment to the rectangle (Liang and Barsky); what is left cuts into it.
+        # Clip the segment to the rectangle (Liang and Barsky); what is left touches it.
         first, last = 0.0, 1.0
         dx, dy = bx - ax, by - ay
         for axis in range(2):
@@ -239,13 +230,13 @@ def _leaves_road(
             change = dx if axis == 0 else dy
             half = half_length if axis == 0 else half_width
             if change == 0.0:
-                if abs(start) >= half:
+                if abs(start) > half:
                     last = -1.0
                 continue
             enter, leave = (-half - start) / change, (half - start) / change
             if enter > leave:
                 enter, leave = leave, enter
             first, last = max(first, enter), min(last, leave)
-        if first < last:
+        if first <= last:
             return True
     return not inside

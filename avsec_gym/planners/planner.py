@@ -83,7 +83,7 @@ class MotionPrimitivePlanner:
     algorithm: Algorithm = Algorithm.ASTAR
     mode: Mode = Mode.COMPLETE
     primitives: MotionPrimitives | None = None
-    node_limit: int = 200_000
+    node_limit: int = 100_000
     time_limit: float = 30.0
 
     def plan(

@@ -35,7 +35,7 @@ _FLAGS = {"n": (False, False), "0": (True, False), "1": (True, True), "-1": (Tru
 """Flag -> (is an obstacle, moves)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SceneSet:
     """Scenes in order of their ids, and what was noticed while reading them."""
 

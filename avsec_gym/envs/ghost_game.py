@@ -1,0 +1,292 @@
+"""The game behind `avsec/GhostObject-v0`, for any number of episodes side by side.
+
+An episode is one scene with one intention that is driven safely without an attack.  Each query
+changes the detections, plans on them and takes the verdict against the truth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.attacks.object_injection import GHOST_DIMENSIONS, GhostRange
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import Floats
+from avsec_gym.metrics.safety import COLLISION, SAFE, UNPLANNED
+from avsec_gym.metrics.verdict import batch_collides
+from avsec_gym.planners.batch import RectangleTracks, plan_batch
+from avsec_gym.planners.planner import Mode, MotionPrimitivePlanner
+from avsec_gym.planners.vehicle import BMW_320I
+from avsec_gym.registry import Kind, make
+from avsec_gym.scenario.builder import GOAL_STEPS
+from avsec_gym.scenario.constraints import RoadType
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.planning_scenario import PlanningScenario
+from avsec_gym.scenario.scene import Motion, Scene
+from avsec_gym.scenario.scene_sets import SceneSet, scene_set
+
+OUTCOMES = (SAFE, COLLISION, UNPLANNED)
+FAR = 1e7
+"""Metres; where obstacles are put that are not there."""
+NEAREST = 32
+"""Objects that an observation tells of."""
+FEATURES = 8
+"""Of each object: present, x, y, cos, sin of the heading, length, width, moving."""
+
+_TIME_STEPS = GOAL_STEPS[1] + 1
+_SCALE = np.array([1.0, 50.0, 20.0, 1.0, 1.0, 10.0, 4.0, 1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Round:
+    """One scene with one intention, laid out for planning and judging."""
+
+    scene: Scene
+    intention: Intention
+    problem: PlanningScenario
+    poses: Floats
+    """Real obstacles from near to far, x, y, cos, sin at every time step, shape (N, T, 4)."""
+    believed: Floats
+    """The same as the planner believes them to move, shape (N, T, 4)."""
+    half_sizes: Floats
+    """Shape (N, 2)."""
+    features: Floats
+    """The observation's part on start, goal and objects."""
+
+
+class GhostGame:
+    """Rules and scenes.
+
+    Args:
+        scenarios: What `avsec_gym.scenario.scene_sets.scene_set` takes: a name or folder, or a
+            dictionary of its arguments; or a live `SceneSet`.
+        planner: The victim's motion planner: a name, a dictionary or a live one.
+        ghosts: Ghost objects that an action can place.
+        hides: Real objects that an action can hide.
+        motion: What the planner knows of motion.
+
+    Raises:
+        ConfigurationError: There is nothing to place or hide, the set is empty or unknown, or the
+            planner does not plan in batches.
+    """
+
+    def __init__(
+        self,
+        scenarios: Any = "layouts",
+        planner: Any = "astar",
+        ghosts: int = 2,
+        hides: int = 0,
+        motion: Motion | str = Motion.TRUTH,
+    ) -> None:
+        if ghosts < 0 or hides < 0 or ghosts + hides == 0:
+            raise ConfigurationError(
+                f"an attacker places ghosts or hides objects, got ghosts={ghosts}, hides={hides}"
+            )
+        victim = make(Kind.PLANNER, planner)
+        if not isinstance(victim, MotionPrimitivePlanner) or victim.mode != Mode.COMPLETE:
+            raise ConfigurationError(
+                "the ghost-object environment plans in batches: its planner is a"
+                f" MotionPrimitivePlanner in complete mode, got {planner!r}"
+            )
+        self.scenes = _scenes(scenarios)
+        self.victim = victim
+        self.ghosts, self.hides = ghosts, hides
+        self.motion = _motion(motion)
+        self.range = GhostRange()
+        self._ids = {scene.id: index for index, scene in enumerate(self.scenes.scenes)}
+        self._rounds: dict[tuple[int, Intention], Round] = {}
+        self._safe: dict[tuple[int, Intention], bool] = {}
+
+    @property
+    def action_size(self) -> int:
+        """Four numbers for each ghost, one for each object to hide."""
+        return 4 * self.ghosts + self.hides
+
+    @property
+    def observation_size(self) -> int:
+        """Start, goal, objects, and the last query."""
+        return 8 + FEATURES * NEAREST + 5 + 5 * self.ghosts + self.hides
+
+    def draw(self, generator: np.random.Generator, options: dict[str, Any] | None) -> Round:
+        """A round that is driven safely without an attack, or the one that options ask for.
+
+        Raises:
+            ConfigurationError: No scene has the id, no such intention, or no round is safe.
+        """
+        options = options or {}
+        unknown = set(options) - {"scenario", "intention"}
+        if unknown:
+            raise ConfigurationError(f"reset knows the options scenario and intention, got {unknown}")
+        intentions = list(Intention)
+        if options.get("intention") is not None:
+            try:
+                intentions = [Intention(options["intention"])]
+            except ValueError:
+                raise ConfigurationError(
+                    f"an intention is one of {[str(i) for i in Intention]},"
+                    f" got {options['intention']!r}"
+                ) from None
+        wanted = options.get("scenario")
+        if wanted is not None:
+            index = self._index(str(wanted))
+            return self.round(index, intentions[int(generator.integers(len(intentions)))])
+        for _ in range(50 * len(self.scenes)):
+            index = int(generator.integers(len(self.scenes)))
+            intention = intentions[int(generator.integers(len(intentions)))]
+            if self.is_safe(index, intention):
+                return self.round(index, intention)
+        raise ConfigurationError(
+            f"no scene of {self.scenes.name} is driven safely without an attack: nothing to attack"
+        )
+
+    def round(self, index: int, intention: Intention) -> Round:
+        """The round of one scene and intention."""
+        key = (index, intention)
+        if key not in self._rounds:
+            self._rounds[key] = _round(self.scenes.scenes[index], intention, self.motion)
+        return self._rounds[key]
+
+    def is_safe(self, index: int, intention: Intention) -> bool:
+        """Whether a round is driven safely without an attack."""
+        key = (index, intention)
+        if key not in self._safe:
+            idle = np.full((1, self.action_size), -1.0)
+            outcome, *_ = self.play([self.round(index, intention)], idle)
+            self._safe[key] = OUTCOMES[int(outcome[0])] == SAFE
+        return self._safe[key]
+
+    def play(
+        self, rounds: list[Round], actions: Floats
+    ) -> tuple[NDArray[np.int64], Floats, NDArray[np.int64], NDArray[np.int64]]:
+        """One query in each round.
+
+        Args:
+            rounds: B rounds.
+            actions: Shape (B, action_size), in [-1, 1].
+
+        Returns:
+            Row of `OUTCOMES`, seconds to the goal (nan if unplanned), ghosts placed, objects
+            hidden; each of shape (B,).
+        """
+        count = len(rounds)
+        on, ghosts = self.range.decode(actions[:, : 4 * self.ghosts].reshape(count, -1, 4))
+        hidden = self.hidden(actions[:, 4 * self.ghosts :])
+        rows = max(len(r.half_sizes) for r in rounds)
+        half_sizes = np.zeros((count, rows + self.ghosts, 2))
+        real = np.full((count, rows, _TIME_STEPS, 4), FAR)
+        tracks = np.full((count, rows + self.ghosts, _TIME_STEPS, 4), FAR)
+        hides = np.zeros(count, np.int64)
+        for b, r in enumerate(rounds):
+            n = len(r.half_sizes)
+            half_sizes[b, :n], real[b, :n], tracks[b, :n] = r.half_sizes, r.poses, r.believed
+            if self.hides:
+                gone = np.unique(hidden[b][(hidden[b] >= 0) & (hidden[b] < n)])
+                tracks[b, gone] = FAR
+                hides[b] = len(gone)
+        half_sizes[:, rows:] = 0.5 * np.array([GHOST_DIMENSIONS[2], GHOST_DIMENSIONS[1]])
+        tracks[:, rows:, :, :2] = np.where(on[..., None], ghosts[..., :2], FAR)[:, :, None]
+        tracks[:, rows:, :, 2] = np.cos(ghosts[..., 2])[..., None]
+        tracks[:, rows:, :, 3] = np.sin(ghosts[..., 2])[..., None]
+        outcome = np.full(count, 2)
+        cost = np.full(count, np.nan)
+        kinds = np.array([3 * _ROAD_TYPES[r.scene.road_type] + _INTENTIONS[r.intention] for r in rounds])
+        for kind in np.unique(kinds):
+            which = np.nonzero(kinds == kind)[0]
+            plans = plan_batch(
+                self.victim,
+                rounds[which[0]].problem,
+                RectangleTracks(half_sizes[which], tracks[which]),
+            )
+            planned = which[plans.found]
+            cost[which] = plans.cost
+            collided = batch_collides(
+                plans.trajectories[plans.found], real[planned], half_sizes[planned, :rows], BMW_320I
+            )
+            outcome[planned] = np.where(collided, 1, 0)
+        return outcome, cost, on.sum(axis=1), hides
+
+    def hidden(self, actions: Floats) -> NDArray[np.int64]:
+        """Which of the nearest objects each action hides; -1: none.
+
+        Args:
+            actions: In [-1, 1], shape (B, hides): 33 equal parts, the first for none.
+        """
+        part = np.floor(0.5 * (np.clip(actions, -1, 1) + 1.0) * (NEAREST + 1)).astype(np.int64)
+        return np.minimum(part, NEAREST) - 1
+
+    def _index(self, id: str) -> int:
+        if id not in self._ids:
+            raise ConfigurationError(
+                f"{self.scenes.name} has no scene {id!r}; the first is {self.scenes.scenes[0].id!r}"
+            )
+        return self._ids[id]
+
+
+_ROAD_TYPES = {RoadType.STREET: 0, RoadType.HIGHWAY: 1}
+_INTENTIONS = {intention: i for i, intention in enumerate(Intention)}
+
+
+@lru_cache(maxsize=16)
+def _named_scenes(arguments: tuple[tuple[str, Any], ...]) -> SceneSet:
+    return scene_set(**dict(arguments))
+
+
+def _scenes(scenarios: Any) -> SceneSet:
+    if isinstance(scenarios, SceneSet):
+        return scenarios
+    arguments = {"name": scenarios} if isinstance(scenarios, str) else dict(scenarios)
+    try:
+        scenes = _named_scenes(tuple(sorted(arguments.items())))
+    except TypeError as error:
+        raise ConfigurationError(f"these are no arguments of a scene set: {error}") from error
+    if not len(scenes):
+        raise ConfigurationError(f"the scene set {scenes.name} is empty")
+    return scenes
+
+
+def _motion(motion: Motion | str) -> Motion:
+    try:
+        return Motion(motion)
+    except ValueError:
+        raise ConfigurationError(
+            f"motion is one of {[str(m) for m in Motion]}, got {motion!r}"
+        ) from None
+
+
+def _round(scene: Scene, intention: Intention, motion: Motion) -> Round:
+    problem, truth = scene.problem(intention, motion=motion), scene.truth()
+    order = np.argsort(np.hypot(*truth.poses[:, 0, :2].T), kind="stable")
+    half_sizes = 0.5 * np.array([(s.length, s.width) for s in truth.shapes]).reshape(-1, 2)[order]  # type: ignore[union-attr]
+    poses = _every_step(truth.poses[order])
+    moving = ~truth.static[order]
+    start, goal = problem.start, problem.goals[0].region[0]  # type: ignore[index]
+    head = [start.velocity / 15.0, float(scene.road_type == RoadType.HIGHWAY)]
+    head += [float(intention == each) for each in Intention]
+    head += [goal.x / 50.0, goal.y / 20.0, min(1.0, len(order) / NEAREST)]  # type: ignore[union-attr]
+    rows = np.zeros((NEAREST, FEATURES))
+    seen = min(NEAREST, len(order))
+    rows[:seen, 0] = 1.0
+    rows[:seen, 1:5] = poses[:seen, 0]
+    rows[:seen, 5:7] = 2.0 * half_sizes[:seen]
+    rows[:seen, 7] = moving[:seen]
+    return Round(
+        scene,
+        intention,
+        problem,
+        poses,
+        _every_step(problem.obstacles.poses[order]),
+        half_sizes,
+        np.concatenate([head, np.clip(rows / _SCALE, -1.0, 1.0).ravel()]),
+    )
+
+
+def _every_step(poses: Floats) -> Floats:
+    track = np.repeat(poses[:, -1:], _TIME_STEPS, axis=1)
+    track[:, : poses.shape[1]] = poses[:, :_TIME_STEPS]
+    return np.concatenate(
+        [track[..., :2], np.cos(track[..., 2:]), np.sin(track[..., 2:])], axis=-1
+    )

@@ -1,0 +1,42 @@
+"""The catalogue of environments: id, entry points, arguments, longest episode."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import gymnasium as gym
+
+
+@dataclass(frozen=True)
+class EnvironmentEntry:
+    """One environment of the catalogue."""
+
+    id: str
+    entry_point: str
+    max_episode_steps: int
+    vector_entry_point: str | None = None
+    kwargs: dict[str, Any] = field(default_factory=dict)
+
+
+CATALOGUE = (
+    EnvironmentEntry(
+        id="avsec/GhostObject-v0",
+        entry_point="avsec_gym.envs.ghost_object:GhostObjectEnv",
+        max_episode_steps=10,
+        vector_entry_point="avsec_gym.envs.ghost_object_vector:GhostObjectVectorEnv",
+    ),
+)
+
+
+def register_environments() -> None:
+    """Make every environment of the catalogue known to Gymnasium; a second call changes nothing."""
+    for entry in CATALOGUE:
+        if entry.id not in gym.registry:
+            gym.register(
+                id=entry.id,
+                entry_point=entry.entry_point,
+                max_episode_steps=entry.max_episode_steps,
+                vector_entry_point=entry.vector_entry_point,
+                kwargs=dict(entry.kwargs),
+            )

@@ -1,0 +1,105 @@
+"""Primitive files: lossless, and clear about what is broken."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from avsec_gym.errors import DataError
+from avsec_gym.planners.primitive_files import read_primitives, write_primitives
+from avsec_gym.planners.primitives import MotionPrimitives, generate_primitives
+
+
+@pytest.fixture
+def written(tmp_path: Path) -> Path:
+    path = tmp_path / "set.xml"
+    write_primitives(generate_primitives((6.0,), steering_angles=5), path)
+    return path
+
+
+def test_what_is_written_is_read(tmp_path: Path) -> None:
+    primitives = generate_primitives((11.0, 13.0))
+    write_primitives(primitives, tmp_path / "set.xml")
+    again = read_primitives(tmp_path / "set.xml")
+    np.testing.assert_array_equal(again.states, primitives.states)
+    np.testing.assert_array_equal(again.steps, primitives.steps)
+    assert again.name == "set"
+    assert list(tmp_path.iterdir()) == [tmp_path / "set.xml"]
+
+
+def test_short_primitives_keep_their_length(tmp_path: Path) -> None:
+    full = generate_primitives((6.0,), steering_angles=5)
+    states = full.states.copy()
+    states[0, 3:] = states[0, 2]
+    steps = full.steps.copy()
+    steps[0] = 2
+    write_primitives(MotionPrimitives(states, steps), tmp_path / "set.xml")
+    again = read_primitives(tmp_path / "set.xml")
+    np.testing.assert_array_equal(again.states, states)
+    np.testing.assert_array_equal(again.steps, steps)
+    np.testing.assert_array_equal(again.ends[0], states[0, 2])
+
+
+def test_repeated_trajectories_count_once(written: Path) -> None:
+    text = written.read_text()
+    count = len(read_primitives(written))
+    first = re.search(r"<Trajectory>.*?</Trajectory>", text, re.S)
+    assert first is not None
+    written.write_text(text.replace(first[0], first[0] * 3, 1))
+    assert len(read_primitives(written)) == count
+
+
+def test_nothing_is_overwritten_unasked(written: Path) -> None:
+    before = written.read_bytes()
+    with pytest.raises(DataError, match="exists"):
+        write_primitives(generate_primitives((8.0,)), written)
+    assert written.read_bytes() == before
+    write_primitives(generate_primitives((8.0,)), written, overwrite=True)
+    assert written.read_bytes() != before
+
+
+@pytest.mark.parametrize(
+    ("pattern", "replacement", "message"),
+    [
+        (r"\Z", None, "not XML"),
+        (r"(?s).*", "", "not XML"),
+        (r"(?s).*", "x,y\n1,2\n", "not XML"),
+        (r"(?s).*", "<a/>", "none named"),
+        ("BMW_320i", "FORD_ESCORT", "FORD_ESCORT"),
+        (r"(?s)<Trajectory>.*</Trajectory>", "", "no trajectory"),
+        (r"(?s)<Final>.*?</Final>", "", "trajectory 1 is broken"),
+        (r"<velocity>[^<]*</velocity>", "<velocity>fast</velocity>", "trajectory 1 is broken"),
+        (r"<x>[^<]*</x>", "", "trajectory 1 is broken"),
+        (r"<y>[^<]*</y>", "<y>nan</y>", "not finite"),
+        (r"<y>[^<]*</y>", "<y>1e999</y>", "not finite"),
+    ],
+)
+def test_broken_files_are_named(
+    written: Path, pattern: str, replacement: str | None, message: str
+) -> None:
+    text = written.read_text()
+    broken = text[: len(text) // 2] if replacement is None else re.sub(pattern, replacement, text, count=1)
+    written.write_text(broken)
+    with pytest.raises(DataError, match=message) as caught:
+        read_primitives(written)
+    assert str(written) in str(caught.value)
+
+
+def test_missing_file_and_folder(tmp_path: Path) -> None:
+    for path in (tmp_path / "absent.xml", tmp_path):
+        with pytest.raises(DataError, match="cannot be read"):
+            read_primitives(path)
+
+
+def test_shared_files(shared: Path) -> None:
+    folder = shared / "planning" / "primitives"
+    sizes = {path.name: len(read_primitives(path)) for path in folder.glob("*.xml")}
+    assert len(sizes) == 3
+    assert sizes["street_v6_sa7.xml"] < sizes["highway_v11_13_sa7.xml"] + 1
+    for path in folder.glob("*.xml"):
+        primitives = read_primitives(path)
+        assert (primitives.steps >= 1).all()
+        assert (primitives.steps <= 5).all()
