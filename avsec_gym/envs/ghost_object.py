@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import gymnasium as gym
@@ -254,5 +255,5 @@ def _picture(game: GhostGame, round: Round, action: NDArray[np.float64]) -> NDAr
     gone = nearest[hidden[(hidden >= 0) & (hidden < len(nearest))]]
     believed = inject_ghosts(hide_objects(scene.boxes, gone), poses[on])
     problem = scene.problem(round.intention, believed, game.motion)
-    plan, truth = game.victim.plan(problem, keep_tree=True), scene.truth()
+    plan, truth = replace(game.victim, keep_tree=True).plan(problem), scene.truth()
     return picture_array(draw_drive(Drive(problem, plan, truth, judge(plan, problem, truth))))

@@ -71,6 +71,7 @@ class MotionPrimitivePlanner:
             primitives that lead onto its grid where the start speed lies off it.
         node_limit: Most nodes to expand.
         time_limit: Most seconds to search.
+        keep_tree: Return the nodes with every plan, for pictures.
 
     Example:
         >>> from avsec_gym.scenario.builder import build_planning_scenario
@@ -85,13 +86,13 @@ class MotionPrimitivePlanner:
     primitives: MotionPrimitives | None = None
     node_limit: int = 100_000
     time_limit: float = 30.0
+    keep_tree: bool = False
 
     def plan(
         self,
         scenario: PlanningScenario,
         *,
         world: World | None = None,
-        keep_tree: bool = False,
         explain: bool = True,
     ) -> Plan:
         """Find a trajectory.
@@ -99,7 +100,6 @@ class MotionPrimitivePlanner:
         Args:
             scenario: What the planner believes.
             world: The scenario's obstacles and road edge where they are laid out already.
-            keep_tree: Return the nodes as well, for pictures.
             explain: Find out why, where nothing is found.
 
         Raises:
@@ -136,7 +136,7 @@ class MotionPrimitivePlanner:
             )
             if outcome == PAUSED:
                 state = grown(state, primitives.arrays)
-        tree = _tree(state, setup.limits) if keep_tree else None
+        tree = _tree(state, setup.limits) if self.keep_tree else None
         expanded = int(state.counters[2])
         if outcome == FOUND:
             node = int(state.counters[3])

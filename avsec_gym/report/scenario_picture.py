@@ -218,3 +218,28 @@ def _legend(axes: Axes, figure: Figure, drive: Drive) -> None:
         bbox_to_anchor=(0.5, 0.015),
         columnspacing=1.4,
     )
+
+
+def draw_sheet(drives: list[Drive], *, vehicle: Vehicle = BMW_320I) -> Figure:
+    """Several drives on one sheet, two in a row, each with its verdict."""
+    from matplotlib.figure import Figure
+
+    rows = -(-len(drives) // 2)
+    figure = Figure(figsize=(11.0, 3.35 * rows + 0.35), dpi=110, facecolor="white")
+    for index, drive in enumerate(drives):
+        bottom = 1 - (index // 2 + 1) * 0.94 / rows
+        axes = figure.add_axes((0.01 + 0.5 * (index % 2), bottom, 0.48, 0.84 / rows))
+        draw_into(axes, drive, vehicle=vehicle)
+        word, colour = _VERDICT.get(drive.record.outcome, ("no plan", "#b8860b"))
+        problem = drive.problem
+        attacked = "" if _same(drive.truth, problem.obstacles) else " · attacked detections"
+        axes.set_title(
+            f"{problem.id} · {problem.intention}{attacked}",
+            loc="left",
+            size=10.5,
+            color=INK,
+            weight="bold",
+        )
+        axes.set_title(word.upper(), loc="right", size=10.5, color=colour, weight="bold")
+    _legend(figure.axes[-1], figure, drives[-1])
+    return figure

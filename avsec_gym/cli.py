@@ -1,0 +1,73 @@
+"""The command line: `avsec COMMAND`; `avsec COMMAND --help` tells units and defaults.
+
+Exit codes: 0 done, 1 bad data, 2 bad usage, 3 done in part (something was skipped and reported).
+"""
+
+from __future__ import annotations
+
+import logging
+import sys
+from collections.abc import Sequence
+from typing import Annotated
+
+import tyro
+
+from avsec_gym.commands import console
+from avsec_gym.commands.data import DataCheck
+from avsec_gym.commands.demo import Demo
+from avsec_gym.commands.draw import Draw
+from avsec_gym.commands.evaluate import Evaluate
+from avsec_gym.commands.plan import PlanFiles
+from avsec_gym.errors import AvsecError, ConfigurationError
+
+_Check = Annotated[DataCheck, tyro.conf.subcommand("check")]
+_NoCommand = Annotated[None, tyro.conf.subcommand("help", description="This text.")]
+
+Command = (
+    Annotated[Demo, tyro.conf.subcommand("demo")]
+    | Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
+    | Annotated[PlanFiles, tyro.conf.subcommand("plan")]
+    | Annotated[Draw, tyro.conf.subcommand("draw")]
+    | Annotated[DataCheck, tyro.conf.subcommand("data")]
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run a command and leave with its exit code."""
+    sys.exit(run(sys.argv[1:] if arguments is None else arguments))
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run a command.
+
+    Args:
+        arguments: As on the command line, without the program's name.
+
+    Returns:
+        The exit code.
+    """
+    logging.basicConfig(format="avsec: %(message)s", level=logging.WARNING)
+    arguments = list(arguments) or ["--help"]
+    if arguments[:2] == ["data", "check"]:
+        # `data` has one verb so far; the subcommand stands for both words.
+        arguments = ["data", *arguments[2:]]
+    try:
+        command = tyro.cli(
+            Command,  # type: ignore[arg-type]
+            prog="avsec",
+            description="Does a self-driving car still drive safely under attack?",
+            args=arguments,
+            config=(tyro.conf.OmitArgPrefixes, tyro.conf.FlagCreatePairsOff),
+        )
+        return command.run()  # type: ignore[attr-defined, no-any-return]
+    except ConfigurationError as error:
+        console.complain(error)
+        return console.BAD_USAGE
+    except AvsecError as error:
+        console.complain(error)
+        return console.BAD_DATA
+    except BrokenPipeError:
+        return console.DONE
+    except KeyboardInterrupt:
+        console.say("avsec: stopped")
+        return 130

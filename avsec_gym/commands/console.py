@@ -1,0 +1,116 @@
+"""What commands share: progress, tables, JSON and exit codes."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from avsec_gym.errors import AvsecError
+
+DONE, BAD_DATA, BAD_USAGE, DONE_IN_PART = 0, 1, 2, 3
+"""Exit codes."""
+
+
+def print_json(value: Any) -> None:
+    """Write one JSON document to standard output."""
+    sys.stdout.write(json.dumps(value, indent=1, allow_nan=False) + "\n")
+
+
+def print_json_line(value: Any) -> None:
+    """Write one JSON line to standard output, at once."""
+    sys.stdout.write(json.dumps(value, allow_nan=False) + "\n")
+    sys.stdout.flush()
+
+
+def say(text: str) -> None:
+    """A remark for people, on standard error."""
+    sys.stderr.write(text + "\n")
+
+
+def complain(error: AvsecError) -> None:
+    """An error for people, on standard error."""
+    say(f"avsec: {error}")
+
+
+class Progress:
+    """Tells on standard error how far a job is and how long it still takes, after two seconds."""
+
+    def __init__(self, what: str) -> None:
+        self._what = what
+        self._begun = time.monotonic()
+        self._bar: Any = None
+        self._task: Any = None
+        self._shown = 0.0
+
+    def __call__(self, done: int, total: int) -> None:
+        """So much of so much is done."""
+        now = time.monotonic()
+        if now - self._begun < 2.0 or now - self._shown < 0.1:
+            return
+        self._shown = now
+        if not sys.stderr.isatty():
+            if self._bar is None:
+                self._bar = now
+            elif now - self._bar > 10.0:
+                self._bar = now
+                left = (now - self._begun) / max(done, 1) * (total - done)
+                say(f"{self._what}: {done} of {total}, about {left:.0f} s left")
+            return
+        if self._bar is None:
+            from rich.console import Console
+            from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+            from rich.progress import Progress as Bar
+
+            self._bar = Bar(
+                TextColumn("{task.description}"),
+                BarColumn(),
+                MofNCompleteColumn(),
+                TimeRemainingColumn(),
+                console=Console(stderr=True),
+                transient=True,
+            )
+            self._bar.start()
+            self._task = self._bar.add_task(self._what)
+        self._bar.update(self._task, completed=done, total=total)
+
+    def close(self) -> None:
+        """Take the bar away."""
+        if self._task is not None:
+            self._bar.stop()
+
+
+@contextmanager
+def progress(what: str) -> Iterator[Progress]:
+    """A `Progress` that goes away in the end."""
+    shown = Progress(what)
+    try:
+        yield shown
+    finally:
+        shown.close()
+
+
+def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
+    """A table for people, on standard output; names left, numbers right."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", title_style="bold", header_style="bold")
+    for index, column in enumerate(columns):
+        numeric = bool(rows) and all(row[index][:1] in "0123456789-–+" for row in rows)
+        table.add_column(column, justify="right" if numeric else "left")
+    for row in rows:
+        table.add_row(*row)
+    width = None if sys.stdout.isatty() else 140
+    Console(width=width).print(table)
+
+
+def percent(rate: float | None, interval: list[float] | None = None) -> str:
+    """A rate for people: ``94.0 (91.8–95.6)``; a dash where there is no case."""
+    if rate is None:
+        return "–"
+    text = f"{100 * rate:.1f}"
+    return text if interval is None else f"{text} ({100 * interval[0]:.1f}–{100 * interval[1]:.1f})"

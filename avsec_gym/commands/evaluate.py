@@ -1,0 +1,224 @@
+"""`avsec evaluate`: the thesis' three driving-safety rates."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from avsec_gym.commands import console
+from avsec_gym.errors import ConfigurationError, DataError
+
+if TYPE_CHECKING:
+    from avsec_gym.experiments.driving_safety import Detected, DrivingSafety
+    from avsec_gym.scenario.scene_sets import SceneSet
+
+
+@dataclass(frozen=True)
+class Evaluate:
+    """Success, collision and safe-driving rate with ground truth, and with a detector's results."""
+
+    kitti: Path | None = None
+    """Root of the KITTI object data (the folder that holds `training`)."""
+    scenarios: str | None = None
+    """Which scenes: a folder of the labelled scenarios, a folder of KITTI label files (with a
+    folder `flags`), a list of frame ids (with --kitti), or `layouts`.  Default: every labelled
+    frame of --kitti; without it, `layouts`."""
+    detections: Path | None = None
+    """A detector's KITTI result folder; its boxes are what the planner believes."""
+    planner: Literal["astar", "gbfs", "all"] = "astar"
+    """Which search."""
+    intention: Literal["left", "straight", "right", "all"] = "all"
+    """Where to go."""
+    score_threshold: float | None = None
+    """Detections below are dropped.  Default: 0.3 where all scores are probabilities, else 0."""
+    motion: Literal["static", "truth"] | None = None
+    """What the planner takes as moving: nothing, or what really moves.  Default: truth with ground
+    truth in, static with detections."""
+    seed: int = 0
+    """Moving objects draw their speeds from it; so do procedural layouts."""
+    draw_start_speed: bool = False
+    """Draw the start speed from the thesis' range instead of the authors' 6 and 11 m/s."""
+    limit: int | None = None
+    """Only the first scenes (of `layouts`: how many; default 200)."""
+    sweep: int = 0
+    """Report the rates at so many score thresholds as well (quantiles of the scores)."""
+    out: Path | None = None
+    """Folder for evaluation.json, a CSV of all records, and pictures of what became unsafe."""
+    pictures: int = 24
+    """Most pictures in --out."""
+    json: bool = False
+    """Print JSON instead of tables."""
+
+    def run(self) -> int:
+        """Do it; the exit code."""
+        from avsec_gym.experiments.driving_safety import driving_safety
+        from avsec_gym.planners.planner import Algorithm
+        from avsec_gym.scenario.intention import Intention
+        from avsec_gym.scenario.scene import Motion
+
+        if self.limit is not None and self.limit < 1:
+            raise ConfigurationError(f"--limit is 1 or more, got {self.limit}")
+        if self.out is not None and (self.out / "evaluation.json").exists():
+            raise DataError(
+                "an evaluation is here already.",
+                path=self.out,
+                remedy="Name another folder with --out; nothing is overwritten.",
+            )
+        scenes = self._scenes()
+        detected = self._detected(scenes)
+        known = None if self.motion is None else Motion(self.motion)
+        with console.progress("driving") as shown:
+            result = driving_safety(
+                scenes,
+                planners=tuple(Algorithm) if self.planner == "all" else (Algorithm(self.planner),),
+                intentions=(
+                    tuple(Intention) if self.intention == "all" else (Intention(self.intention),)
+                ),
+                detected=detected,
+                truth_motion=known or Motion.TRUTH,
+                detected_motion=known or Motion.STATIC,
+                on_progress=shown,
+            )
+        report = result.to_json()
+        report["settings"]["seed"] = self.seed
+        if self.sweep and detected is not None:
+            report["sweep"] = self._sweep(scenes, detected)
+        if self.out is not None:
+            self._write(result, report, detected)
+        if self.json:
+            console.print_json(report)
+        else:
+            _show(report)
+        return console.DONE_IN_PART if detected is not None and detected.missing else console.DONE
+
+    def _scenes(self) -> SceneSet:
+        from dataclasses import replace
+
+        from avsec_gym.kitti.dataset import KittiObject
+        from avsec_gym.scenario.scene_sets import kitti_scenes, scene_set
+
+        data = None if self.kitti is None else KittiObject(self.kitti)
+        if self.scenarios is not None:
+            scenes = scene_set(self.scenarios, kitti=self.kitti, seed=self.seed, count=self.limit)
+        elif data is not None:
+            scenes = kitti_scenes(data, data.ids(having=("label_2",))[: self.limit], seed=self.seed)
+        else:
+            scenes = scene_set("layouts", seed=self.seed, count=self.limit)
+        if not len(scenes):
+            raise DataError(
+                "there is no scene to drive.",
+                path=self.scenarios or self.kitti,
+                remedy="Name a folder with label files.",
+            )
+        if self.draw_start_speed:
+            drawn = tuple(replace(scene, draw_start_speed=True) for scene in scenes.scenes)
+            scenes = replace(scenes, scenes=drawn)
+        return scenes
+
+    def _detected(self, scenes: SceneSet) -> Detected | None:
+        from avsec_gym.experiments.driving_safety import Detected
+        from avsec_gym.kitti.detections import DetectionFolder
+
+        if self.detections is None:
+            if self.score_threshold is not None or self.sweep:
+                raise ConfigurationError("--score-threshold and --sweep belong to --detections")
+            return None
+        ids = [scene.id for scene in scenes.scenes]
+        boxes, missing = DetectionFolder(self.detections).read(ids)
+        if missing:
+            names = ", ".join(missing[:5]) + (" ..." if len(missing) > 5 else "")
+            console.say(
+                f"avsec: {self.detections}: {len(missing)} of {len(ids)} frames have no file and"
+                f" count as without detections: {names}"
+            )
+        return Detected(boxes, self.score_threshold, tuple(missing))
+
+    def _sweep(self, scenes: SceneSet, detected: Detected) -> list[dict[str, Any]]:
+        import numpy as np
+
+        from avsec_gym.experiments.driving_safety import threshold_sweep
+        from avsec_gym.planners.planner import Algorithm
+        from avsec_gym.scenario.intention import Intention
+        from avsec_gym.scenario.scene import Motion
+
+        quantiles = np.linspace(0, 1, self.sweep, endpoint=False)
+        return threshold_sweep(
+            scenes,
+            detected,
+            np.quantile(detected.all_scores, quantiles),
+            algorithm=Algorithm("astar" if self.planner == "all" else self.planner),
+            intentions=tuple(Intention)
+            if self.intention == "all"
+            else (Intention(self.intention),),
+            motion=Motion(self.motion or "static"),
+        )
+
+    def _write(
+        self, result: DrivingSafety, report: dict[str, Any], detected: Detected | None
+    ) -> None:
+        from avsec_gym.experiments.driving_safety_files import write_pictures, write_records
+
+        assert self.out is not None
+        self.out.mkdir(parents=True, exist_ok=True)
+        write_records(result, self.out / "records.csv")
+        with console.progress("drawing") as shown:
+            write_pictures(result, detected, self.out / "pictures", self.pictures, shown)
+        partial = self.out / f".evaluation.{os.getpid()}.part"
+        partial.write_text(json.dumps(report, indent=1, allow_nan=False) + "\n")
+        os.replace(partial, self.out / "evaluation.json")
+
+
+def _show(report: dict[str, Any]) -> None:
+    rates = report["rates"]
+    console.print_table(
+        f"{report['scenario_set']}: {rates[0]['scenarios']} scenarios, % and 95 % Wilson intervals",
+        [
+            "planner",
+            "intention",
+            "input",
+            "success",
+            "collision",
+            "safe driving",
+            "no plan because",
+        ],
+        [
+            [
+                row["planner"],
+                row["intention"],
+                row["input"].replace("_", " "),
+                *(
+                    percent
+                    for name in ("success_rate", "collision_rate", "safe_driving_rate")
+                    for percent in [console.percent(row[name], row[f"{name}_interval"])]
+                ),
+                ", ".join(f"{name} {count}" for name, count in row["failures"].items()),
+            ]
+            for row in rates
+        ],
+    )
+    if report["differences"]:
+        console.print_table(
+            "detections minus ground truth, percentage points, 95 % paired bootstrap intervals",
+            ["planner", "intention", "safe driving", "became unsafe", "became safe", "McNemar p"],
+            [
+                [
+                    row["planner"],
+                    row["intention"],
+                    console.percent(row["safe_driving_rate"], row["safe_driving_rate_interval"]),
+                    str(row["became_unsafe"]),
+                    str(row["became_safe"]),
+                    f"{row['mcnemar_p']:.2g}",
+                ]
+                for row in report["differences"]
+            ],
+        )
+    for row in report.get("sweep", []):
+        console.say(
+            f"score >= {row['score_threshold']:.3g}, {row['intention']}: safe driving"
+            f" {console.percent(row['safe_driving_rate'])} %"
+        )
+    for remark in report["remarks"]:
+        console.say(f"note: {remark}")

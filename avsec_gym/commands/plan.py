@@ -1,0 +1,140 @@
+"""`avsec plan`: plans CommonRoad files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
+
+from avsec_gym.commands import console
+from avsec_gym.errors import AvsecError, ConfigurationError
+
+if TYPE_CHECKING:
+    from avsec_gym.planners.plan import Plan
+    from avsec_gym.scenario.planning_scenario import PlanningScenario
+
+
+@dataclass(frozen=True)
+class PlanFiles:
+    """Plan CommonRoad files: a trajectory, or the reason why there is none."""
+
+    files: Annotated[tuple[Path, ...], tyro.conf.Positional]
+    """CommonRoad XML files, or folders of them."""
+    primitives: Path | None = None
+    """Motion primitives in CommonRoad's XML format; default: generated for each file."""
+    planner: Literal["astar", "gbfs"] = "astar"
+    """A* or greedy best-first search."""
+    mode: Literal["complete", "reference"] = "complete"
+    """complete: always ends, with a certificate; reference: commonroad-search's search, node for
+    node."""
+    node_limit: int = 100_000
+    """Most nodes to expand for a file."""
+    time_limit: float = 30.0
+    """Most seconds for a file."""
+    pictures: Path | None = None
+    """Folder for a PNG of each file."""
+    json: bool = False
+    """A JSON line for each file: file, status, found, cost (s), expanded, seconds without
+    loading."""
+
+    def run(self) -> int:
+        """Do it; the exit code."""
+        from avsec_gym.planners.planner import Algorithm, Mode, MotionPrimitivePlanner
+        from avsec_gym.planners.primitive_files import read_primitives
+        from avsec_gym.scenario.commonroad import read_commonroad
+
+        if self.node_limit < 1 or self.time_limit <= 0:
+            raise ConfigurationError("--node-limit and --time-limit are above 0")
+        files = _expand(self.files)
+        planner = MotionPrimitivePlanner(
+            Algorithm(self.planner),
+            Mode(self.mode),
+            None if self.primitives is None else read_primitives(self.primitives),
+            self.node_limit,
+            self.time_limit,
+            keep_tree=self.pictures is not None,
+        )
+        rows, skipped, warm = [], 0, False
+        with console.progress("planning") as shown:
+            for number, file in enumerate(files, start=1):
+                try:
+                    scenario = read_commonroad(file)
+                    if not warm:
+                        # Loading the compiled search is no part of any file's time.
+                        planner.plan(scenario)
+                        warm = True
+                    plan = planner.plan(scenario)
+                except AvsecError as error:
+                    skipped += 1
+                    console.complain(error)
+                    row = {
+                        "file": file.name,
+                        "status": "error",
+                        "found": False,
+                        "error": str(error),
+                    }
+                else:
+                    row = _row(file, plan)
+                    if self.pictures is not None:
+                        _draw(scenario, plan, self.pictures / f"{file.stem}.png")
+                rows.append(row)
+                if self.json:
+                    console.print_json_line(row)
+                shown(number, len(files))
+        if not self.json:
+            console.print_table(f"{self.planner}, {self.mode}", _COLUMNS, [_cells(r) for r in rows])
+        if skipped == len(files):
+            return console.BAD_DATA
+        return console.DONE_IN_PART if skipped else console.DONE
+
+
+_COLUMNS = ["file", "status", "cost [s]", "expanded", "time [ms]", "why not"]
+
+
+def _row(file: Path, plan: Plan) -> dict[str, Any]:
+    return {
+        "file": file.name,
+        "status": str(plan.status),
+        "found": plan.found,
+        # Sums of time steps, without the noise of adding tenths.
+        "cost": round(plan.cost, 9) if plan.found else None,
+        "expanded": plan.expanded,
+        "seconds": plan.seconds,
+        "reason": None if plan.reason is None else str(plan.reason),
+        "goal_occupied": None if plan.found else plan.goal_occupied,
+    }
+
+
+def _cells(row: dict[str, Any]) -> list[str]:
+    if row["status"] == "error":
+        return [row["file"], "error", "–", "–", "–", row["error"]]
+    return [
+        row["file"],
+        row["status"],
+        "–" if row["cost"] is None else f"{row['cost']:.1f}",
+        str(row["expanded"]),
+        f"{1000 * row['seconds']:.2f}",
+        row["reason"] or "",
+    ]
+
+
+def _expand(files: tuple[Path, ...]) -> list[Path]:
+    found: list[Path] = []
+    for file in files:
+        found += sorted(file.glob("*.xml")) if file.is_dir() else [file]
+    if not found:
+        raise ConfigurationError(
+            "name at least one CommonRoad XML file, or a folder that holds one"
+        )
+    return found
+
+
+def _draw(scenario: PlanningScenario, plan: Plan, path: Path) -> None:
+    from avsec_gym.metrics.safety import judge
+    from avsec_gym.pipeline import Drive
+    from avsec_gym.report.scenario_picture import draw_drive, save_picture
+
+    record = judge(plan, scenario, scenario.obstacles)
+    save_picture(draw_drive(Drive(scenario, plan, scenario.obstacles, record)), path)

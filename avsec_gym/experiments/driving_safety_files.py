@@ -1,0 +1,82 @@
+"""What a driving-safety experiment leaves behind: records as CSV, pictures of what went wrong."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.experiments.driving_safety import DETECTIONS, Detected, DrivingSafety
+from avsec_gym.metrics.safety import SafetyRecord
+from avsec_gym.pipeline import Drive, drive
+from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner
+from avsec_gym.report.scenario_picture import draw_drive, save_picture
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene import Motion, Scene
+
+
+def write_records(result: DrivingSafety, path: Path) -> None:
+    """One row for each planner, input, intention and scene."""
+    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
+    with partial.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["planner", "input", "group", *SafetyRecord.__dataclass_fields__])
+        for cell, records in result.records.items():
+            for scene, record in zip(result.scenes.scenes, records, strict=True):
+                writer.writerow([cell.planner, cell.input, scene.group, *record.to_json().values()])
+    os.replace(partial, path)
+
+
+def write_pictures(
+    result: DrivingSafety,
+    detected: Detected | None,
+    folder: Path,
+    most: int,
+    on_progress: Callable[[int, int], None] = lambda done, total: None,
+) -> list[Path]:
+    """Pictures of the scenes that detections made unsafe; without detections, of unsafe ones.
+
+    Args:
+        result: The experiment.
+        detected: The detections that it was made with.
+        folder: Where to; made if need be.
+        most: How many at most, spread over the cells.
+        on_progress: Told how many of how many are done.
+
+    Returns:
+        The files.
+    """
+    wanted: list[tuple[Scene, str, str]] = []
+    for cell, records in result.records.items():
+        if detected is not None and cell.input == DETECTIONS:
+            flips = result.flips(cell.planner, cell.intention)
+            wanted += [(scene, cell.planner, cell.intention) for scene, _, _ in flips]
+        elif detected is None:
+            pairs = zip(result.scenes.scenes, records, strict=True)
+            wanted += [(s, cell.planner, cell.intention) for s, r in pairs if not r.safe]
+    spread = max(1, -(-len(wanted) // most)) if most else 1
+    chosen = wanted[::spread][:most]
+    boxes = {} if detected is None else detected.kept()
+    motion = Motion(result.settings["motion"]["ground_truth" if detected is None else DETECTIONS])
+    files = []
+    for number, (scene, planner, intention) in enumerate(chosen, start=1):
+        believed = None if detected is None else boxes.get(scene.id, Boxes3D.empty())
+        shown = drive_with_tree(scene, Intention(intention), believed, motion, Algorithm(planner))
+        files.append(folder / f"{scene.id}_{intention}_{planner}.png")
+        save_picture(draw_drive(shown), files[-1])
+        on_progress(number, len(chosen))
+    return files
+
+
+def drive_with_tree(
+    scene: Scene,
+    intention: Intention,
+    believed: Boxes3D | None,
+    motion: Motion,
+    algorithm: Algorithm = Algorithm.ASTAR,
+) -> Drive:
+    """A drive whose plan kept its search tree, for a picture."""
+    planner = MotionPrimitivePlanner(algorithm, keep_tree=True)
+    return drive(scene, intention, believed, motion=motion, planner=planner)

@@ -1,0 +1,84 @@
+"""Ghost-object attacks on a set of scenes: the rates without and with the attack.
+
+Every scene and intention that is driven safely without an attack is attacked by `RandomGhosts`;
+the others stay as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from avsec_gym.attacks.object_injection import RandomGhosts
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.metrics.paired import paired_differences
+from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
+from avsec_gym.pipeline import drive
+from avsec_gym.planners.planner import MotionPrimitivePlanner
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene import Scene
+from avsec_gym.scenario.scene_sets import SceneSet
+
+
+@dataclass(frozen=True, eq=False)
+class AttackedDrive:
+    """One scene and intention, without and with the attack."""
+
+    scene: Scene
+    intention: Intention
+    clean: SafetyRecord
+    attacked: SafetyRecord
+    believed: Boxes3D
+    """The last attacked detections."""
+    queries: int
+
+
+def ghost_attack(
+    scenes: SceneSet,
+    *,
+    attack: RandomGhosts | None = None,
+    intentions: Sequence[Intention] = tuple(Intention),
+    on_progress: Callable[[int, int], None] = lambda done, total: None,
+) -> list[AttackedDrive]:
+    """Attack every scene with every intention.
+
+    Args:
+        scenes: Which.
+        attack: The attacker; None: two ghosts, ten queries.
+        intentions: Where to go.
+        on_progress: Told how many of how many drives are done.
+    """
+    attack = RandomGhosts() if attack is None else attack
+    planner, drives = MotionPrimitivePlanner(), []
+    total = len(scenes) * len(intentions)
+    for turn, intention in enumerate(intentions):
+        for scene in scenes.scenes:
+            clean = drive(scene, intention, planner=planner).record
+            attacked, believed, queries = clean, scene.boxes, 0
+            if clean.safe:
+
+                def query(
+                    boxes: Boxes3D, scene: Scene = scene, intention: Intention = intention
+                ) -> bool:
+                    return not drive(scene, intention, boxes, planner=planner).record.safe
+
+                seed = 3 * scene.number + turn
+                believed, queries = attack.attack(scene.boxes, query, seed)
+                attacked = drive(scene, intention, believed, planner=planner).record
+            drives.append(AttackedDrive(scene, intention, clean, attacked, believed, queries))
+            on_progress(len(drives), total)
+    return drives
+
+
+def summary(drives: Sequence[AttackedDrive]) -> dict[str, Any]:
+    """Rates by intention and input, and their paired differences."""
+    rates, differences = [], []
+    for intention in dict.fromkeys(each.intention for each in drives):
+        own = [each for each in drives if each.intention == intention]
+        clean, attacked = [each.clean for each in own], [each.attacked for each in own]
+        for name, records in (("ground_truth", clean), ("ghost_attack", attacked)):
+            row = {"planner": "astar", "intention": str(intention), "input": name}
+            rates.append({**row, **SafetyRates.of(records).to_json()})
+        differences.append({"intention": str(intention), **paired_differences(clean, attacked)})
+    return {"rates": rates, "differences": differences}

@@ -1,0 +1,158 @@
+"""Reference mode expands what commonroad-search expands.
+
+The numbers in `EXPECTED` were obtained by running commonroad-search (course fork 2022/23) with
+commonroad-drivability-checker 2025.4.0 on the very files that `write_case` writes.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from avsec_gym.planners.planner import MotionPrimitivePlanner
+from avsec_gym.planners.primitive_files import read_primitives
+from avsec_gym.planners.primitives import MotionPrimitives, generate_primitives
+from avsec_gym.scenario.commonroad import read_commonroad, write_commonroad
+from avsec_gym.scenario.planning_scenario import (
+    EgoState,
+    Goal,
+    Lanelet,
+    Obstacles,
+    PlanningScenario,
+    Road,
+    straight_lanes,
+)
+from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle, Shape
+
+STREET = (6.0, 8.0)
+ALGORITHMS = ("astar", "gbfs")
+
+
+def boxes(*rows: tuple[float, float, float, float, float, float]) -> Obstacles:
+    """Rows of x, y, heading, length, width, speed."""
+    data = np.array(rows, float).reshape(-1, 6)
+    return Obstacles.rectangles(data[:, :3], data[:, 3], data[:, 4], data[:, 5], last_step=30)
+
+
+def shaped(obstacles: Obstacles, *shapes: Shape) -> Obstacles:
+    return replace(obstacles, shapes=shapes)
+
+
+def cases() -> dict[str, PlanningScenario]:
+    """Scenarios that each turn on one habit of commonroad-search."""
+    road = Road(straight_lanes(3, 3.5, -10.0, 60.0))
+    region = (Rectangle(5.0, 3.5, 15.0, 3.5),)
+    goal = Goal((4, 30), region, (-0.5, 0.5), (6.0, 8.0))
+    plain = PlanningScenario("plain", EgoState(velocity=6.3), (goal,), road)
+    # The bound between two neighbours is sampled differently on its two sides.
+    left = ((-10.0, 1.75), (10.0, 1.8), (60.0, 1.75))
+    right = ((-10.0, 1.75), (25.0, 1.7), (60.0, 1.75))
+    sloppy = Road(
+        (
+            Lanelet(1, left, ((-10.0, -1.75), (60.0, -1.75)), adjacent_left=(2, True)),
+            Lanelet(2, ((-10.0, 5.25), (60.0, 5.25)), right, adjacent_right=(1, True)),
+        )
+    )
+    turned = boxes((9.0, 1.0, 0.8, 4, 2, 0), (14.0, -1.5, -0.6, 4, 2, 0))
+    car = boxes((7.0, 3.5, 0.0, 4.0, 1.8, 2.0))
+    return {
+        "plain": plain,
+        "boxes": replace(plain, obstacles=boxes((9, 2.6, 0.3, 4, 1.8, 0), (10, -2.2, 0, 4, 1.8, 0))),
+        "blocked": replace(plain, obstacles=boxes((12, 3.5, 0, 8, 3.5, 0))),
+        "moving": replace(plain, obstacles=car),
+        "car gone after its last state": replace(
+            plain, obstacles=replace(car, steps=np.array([8]), speeds=car.speeds * 0)
+        ),
+        "car that appears late": replace(plain, obstacles=replace(car, first_step=np.array([12]))),
+        "small heading": replace(
+            plain,
+            start=EgoState(0.3, -0.2, 6.0, 0.04),
+            obstacles=boxes((10.0, 2.2, 0.0, 4.0, 1.0, 0.0)),
+        ),
+        "shapes turn about their own centres": replace(
+            plain,
+            obstacles=shaped(
+                turned,
+                Group((Rectangle(3.0, 1.0, 0.5, 1.0, 0.4), Disc(0.5, -1.0, 0.6))),
+                Polygon(((0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (2.0, 2.0), (2.0, 1.0), (0.0, 1.0))),
+            ),
+        ),
+        "neighbours sampled differently": replace(plain, road=sloppy),
+        "disc goal": replace(plain, goals=(replace(goal, region=(Disc(1.6, 15.0, 2.5),)),)),
+        "goal anywhere": replace(plain, goals=(Goal((12, 20), None, (0.2, 0.5)),)),
+        "two goals, one a lanelet": replace(
+            plain, goals=(Goal((25, 30), (Polygon(((10, 1.75), (60, 1.75), (60, 5), (10, 5.25))),)), goal)
+        ),
+        "late start": replace(
+            plain, start=EgoState(velocity=6.0, step=3), goals=(replace(goal, steps=(20, 40)),)
+        ),
+        "narrow road": replace(
+            plain, road=Road(straight_lanes(1, 2.2, -10, 60)), goals=(Goal((4, 30), (Disc(2.0, 15.0),)),)
+        ),
+    }
+
+
+def write_case(name: str, folder: Path) -> Path:
+    path = folder / "case.xml"
+    write_commonroad(cases()[name], path)
+    return path
+
+
+# For each case: cost in s (None: nothing found) and nodes expanded, by A* and by GBFS.
+EXPECTED: dict[str, tuple[tuple[float | None, int], tuple[float | None, int]]] = {}
+
+
+@pytest.mark.parametrize("name", EXPECTED)
+def test_files_of_our_own(name: str, tmp_path: Path) -> None:
+    scenario = read_commonroad(write_case(name, tmp_path))
+    for algorithm, (cost, expanded) in zip(ALGORITHMS, EXPECTED[name], strict=True):
+        planner = MotionPrimitivePlanner(algorithm, "reference", generate_primitives(STREET))
+        plan = planner.plan(scenario)
+        assert (round(plan.cost, 6) if plan.found else None, plan.expanded) == (cost, expanded)
+
+
+def test_pruned_and_truncated_primitives(tmp_path: Path) -> None:
+    """Dead ends are no starts, yet they still follow others."""
+    full = generate_primitives((6.0,))
+    keep = np.abs(full.states[:, 0, 4]) < 0.3
+    primitives = MotionPrimitives(full.states[keep], full.steps[keep])
+    assert not primitives.endless.all() or primitives.follows.any()
+    plan = MotionPrimitivePlanner("astar", "reference", primitives).plan(cases()["plain"])
+    assert plan.expanded > 0
+
+
+def expected_rows(shared: Path, file: str) -> list[dict[str, object]]:
+    return list(json.loads((shared / "planning" / file).read_text()))
+
+
+@pytest.mark.parametrize(
+    ("expected", "folder"),
+    [("expected_commonroad_search.json", "scenarios"), ("expected_wide.json", "scenarios_wide")],
+)
+def test_shared_files(shared: Path, expected: str, folder: str) -> None:
+    sets = {path.stem: read_primitives(path) for path in (shared / "planning/primitives").glob("*.xml")}
+    wide = next(primitives for name, primitives in sets.items() if name.startswith("V_"))
+    rows = expected_rows(shared, expected)
+    for row in rows:
+        file = str(row["file"])
+        primitives = (
+            wide
+            if folder == "scenarios_wide"
+            else sets["highway_v11_13_sa7" if "_11_13_" in file else "street_v6_sa7"]
+        )
+        planner = MotionPrimitivePlanner(
+            str(row["planner"]), "reference", primitives, node_limit=20_000
+        )
+        plan = planner.plan(read_commonroad(shared / "planning" / folder / file))
+        if row["status"] == "timeout":
+            assert plan.status == "limit", file
+            continue
+        assert plan.found == row["found"], file
+        assert plan.expanded == row["expanded"], file
+        if plan.found:
+            assert plan.cost == pytest.approx(row["cost"]), file
+    assert len(rows) in (48, 24)
