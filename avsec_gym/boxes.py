@@ -84,13 +84,11 @@ class Boxes3D:
 
     def __getitem__(self, index: Any) -> Boxes3D:
         """The boxes picked by a mask, a slice or an integer array."""
-        return Boxes3D(
-            **{
-                field.name: None if value is None else value[index]
-                for field in fields(self)
-                for value in [getattr(self, field.name)]
-            }
-        )
+        picked: dict[str, Any] = {}
+        for field in fields(self):
+            value = getattr(self, field.name)
+            picked[field.name] = None if value is None else value[index]
+        return Boxes3D(**picked)
 
     @classmethod
     def concatenate(cls, parts: Iterable[Boxes3D]) -> Boxes3D:
@@ -98,7 +96,7 @@ class Boxes3D:
         parts = list(parts)
         if not parts:
             return cls.empty()
-        columns = {}
+        columns: dict[str, Any] = {}
         for field in fields(cls):
             values = [getattr(part, field.name) for part in parts]
             known = all(value is not None for value in values)

@@ -53,13 +53,13 @@ def run(arguments: Sequence[str]) -> int:
         arguments = ["data", *arguments[2:]]
     try:
         command = tyro.cli(
-            Command,  # type: ignore[arg-type]
+            Command,
             prog="avsec",
             description="Does a self-driving car still drive safely under attack?",
             args=arguments,
             config=(tyro.conf.OmitArgPrefixes, tyro.conf.FlagCreatePairsOff),
         )
-        return command.run()  # type: ignore[attr-defined, no-any-return]
+        return command.run()
     except ConfigurationError as error:
         console.complain(error)
         return console.BAD_USAGE

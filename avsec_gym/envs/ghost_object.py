@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -72,7 +72,8 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     * v0: first.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["rgb_array", "human"], "render_fps": 4}
+    metadata: dict[str, Any] = {  # noqa: RUF012 - as Gymnasium declares it
+        "render_modes": ["rgb_array", "human"], "render_fps": 4}
 
     def __init__(
         self,
@@ -134,7 +135,7 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             self._info(outcome, cost, placed, gone),
         )
 
-    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> NDArray[np.uint8] | None:
         """The scene as it is, as it is believed to be, and the drive that follows."""
         if self.render_mode is None or self._round is None:
             return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -37,7 +37,7 @@ class GhostObjectVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], N
         render_mode: Only None.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {
+    metadata: dict[str, Any] = {  # noqa: RUF012 - as Gymnasium declares it
         "render_modes": [],
         "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
@@ -102,7 +102,7 @@ class GhostObjectVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], N
             nothing, np.full(self.num_envs, np.nan), np.zeros(self.num_envs, int), 0
         )
 
-    def step(
+    def step(  # type: ignore[override]
         self, actions: NDArray[np.float32]
     ) -> tuple[
         NDArray[np.float32],

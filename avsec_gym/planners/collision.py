@@ -6,7 +6,7 @@ that planner and judge cannot share a bug.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -112,7 +112,9 @@ def within_reach(world: World, x: float, y: float, distance: float) -> World:
     near = away <= distance + world.reach
     if near.all():
         return world
-    return World(*(column[near] for column in world[:-1]), world.edges)
+    rows: dict[str, Any] = {name: column[near] for name, column in world._asdict().items()
+                            if name != "edges"}
+    return World(**rows, edges=world.edges)
 
 
 def _rectangle_pieces(

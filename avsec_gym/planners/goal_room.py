@@ -41,7 +41,7 @@ def occupied_steps(goals: tuple[Goal, ...], world: World, vehicle: Vehicle) -> i
 @lru_cache(maxsize=256)
 def _places(goals: tuple[Goal, ...]) -> Floats:
     """Poses to try in the goal regions, shape (M, 3)."""
-    poses = []
+    poses: list[Floats] = []
     for goal in goals:
         x1, x2, y1, y2 = region_box(goal.region)
         x = np.linspace(x1, x2, max(2, int(np.ceil((x2 - x1) / _SPACING)) + 1))
@@ -50,10 +50,11 @@ def _places(goals: tuple[Goal, ...]) -> Floats:
         area = shapely.union_all([shape.polygon() for shape in goal.region or ()])
         inside = grid[shapely.intersects_xy(area.buffer(1e-9), grid[:, 0], grid[:, 1])]
         low, high = goal.heading or (0.0, 2 * np.pi)
-        for heading in np.linspace(low, high, _HEADINGS):
+        # The middle heading is the likeliest to fit: it comes first.
+        headings = np.linspace(low, high, _HEADINGS)
+        for heading in headings[np.argsort(np.abs(headings - headings.mean()), kind="stable")]:
             poses.append(np.column_stack([inside, np.full(len(inside), heading)]))
-    # The middle heading is the likeliest to fit.
-    return np.vstack(sorted(poses, key=lambda block: abs(block[0, 2]) if len(block) else 0.0))
+    return np.vstack(poses)
 
 
 @numba.njit(nogil=True, cache=True)

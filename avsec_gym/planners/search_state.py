@@ -167,7 +167,7 @@ def _hash(node: int, primitives: PrimitiveArrays, state: SearchState) -> int:
         value ^= np.uint64(np.int64(np.rint(state.pose[node, k] / _QUANTUM)))
         value *= np.uint64(0x9E3779B97F4A7C15)
         value ^= value >> np.uint64(29)
-    return np.int64(value >> np.uint64(1))
+    return int(value >> np.uint64(1))
 
 
 @numba.njit(nogil=True, cache=True)

@@ -69,7 +69,7 @@ def draw_into(axes: Axes, drive: Drive, *, vehicle: Vehicle = BMW_320I) -> None:
     if plan.tree is not None and len(plan.tree) > 1:
         parents = plan.tree[1:, 2].astype(int)
         lines = np.stack([plan.tree[parents, :2], plan.tree[1:, :2]], axis=1)
-        axes.add_collection(LineCollection(lines, colors=TREE, lw=0.7, alpha=0.7, zorder=3))
+        axes.add_collection(LineCollection(list(lines), colors=TREE, lw=0.7, alpha=0.7, zorder=3))
     _obstacles(axes, drive.truth, fill=REAL, edge=INK, style="-", last_step=_last_step(drive))
     if not _same(drive.truth, problem.obstacles):
         _obstacles(
@@ -78,13 +78,15 @@ def draw_into(axes: Axes, drive: Drive, *, vehicle: Vehicle = BMW_320I) -> None:
     if plan.trajectory is not None:
         corners = footprints(plan.trajectory, vehicle)
         axes.add_collection(
-            PolyCollection(corners[1:], facecolor=EGO, edgecolor="none", alpha=0.05, zorder=5)
+            PolyCollection(list(corners[1:]), facecolor=EGO, edgecolor="none", alpha=0.05, zorder=5)
         )
         axes.plot(plan.trajectory[:, 0], plan.trajectory[:, 1], color=EGO, lw=2.2, zorder=7)
         last = corners[-1:]
-        axes.add_collection(PolyCollection(last, facecolor="none", edgecolor=EGO, lw=1.4, zorder=7))
+        axes.add_collection(
+            PolyCollection(list(last), facecolor="none", edgecolor=EGO, lw=1.4, zorder=7)
+        )
     own = footprints(np.array([[start.x, start.y, 0.0, start.heading, 0.0]]), vehicle)
-    axes.add_collection(PolyCollection(own, facecolor=EGO, edgecolor=INK, lw=1.0, zorder=8))
+    axes.add_collection(PolyCollection(list(own), facecolor=EGO, edgecolor=INK, lw=1.0, zorder=8))
     if drive.record.collision and plan.trajectory is not None:
         step = round(drive.record.collision_time / problem.dt)
         axes.plot(
@@ -115,7 +117,7 @@ def picture_array(figure: Figure) -> NDArray[np.uint8]:
     """The picture as an RGB array, shape (H, W, 3)."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-    canvas = FigureCanvasAgg(figure)
+    canvas: Any = FigureCanvasAgg(figure)
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())[..., :3].copy()
 

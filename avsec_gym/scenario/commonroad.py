@@ -155,6 +155,12 @@ def to_commonroad(scenario: PlanningScenario) -> tuple[Any, Any]:
     lanelets = []
     for lanelet in scenario.road.lanelets:
         left, right = np.array(lanelet.left), np.array(lanelet.right)
+        if left.shape != right.shape:
+            raise DataError(
+                f"lanelet {lanelet.id} has {len(left)} points on its left bound and {len(right)}"
+                " on its right; CommonRoad pairs them.",
+                remedy="Sample both bounds equally often.",
+            )
         lanelets.append(
             CommonRoadLanelet(
                 left,

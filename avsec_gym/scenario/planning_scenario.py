@@ -111,7 +111,9 @@ class Road:
 
 def _sections(lanelets: tuple[Lanelet, ...]) -> list[shapely.Polygon]:
     """Areas of lanelets side by side, each from its rightmost to its leftmost bound."""
-    known, covered, areas = {lanelet.id: lanelet for lanelet in lanelets}, set(), []
+    known = {lanelet.id: lanelet for lanelet in lanelets}
+    covered: set[int] = set()
+    areas = []
 
     def walk(lanelet: Lanelet, forward: bool, to_the_left: bool) -> list[tuple[Lanelet, bool]]:
         """The lanelet and its neighbours on one side; forward: runs in the walk's direction."""

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import Floats, bird_eye_iou
@@ -104,7 +103,7 @@ class Scene:
         if not len(self.boxes) or not len(detected) or not self.speeds.any():
             return np.zeros(len(detected))
         sizes = np.stack([self.boxes.length, self.boxes.width], axis=1)
-        real: NDArray[np.bool_] = (sizes > 0).all(axis=1)
+        real = np.all(sizes > 0, axis=1)
         overlap = bird_eye_iou(
             detected.poses,
             np.stack([detected.length, detected.width], axis=1),

@@ -49,20 +49,27 @@ def cases() -> dict[str, PlanningScenario]:
     goal = Goal((4, 30), region, (-0.5, 0.5), (6.0, 8.0))
     plain = PlanningScenario("plain", EgoState(velocity=6.3), (goal,), road)
     # The bound between two neighbours is sampled differently on its two sides.
-    left = ((-10.0, 1.75), (10.0, 1.8), (60.0, 1.75))
-    right = ((-10.0, 1.75), (25.0, 1.7), (60.0, 1.75))
+    left, right = (
+        ((-10.0, 1.75), (middle, 1.75 + bulge), (60.0, 1.75))
+        for middle, bulge in ((10.0, 0.05), (25.0, -0.05))
+    )
+    low, high = (((-10.0, y), (30.0, y), (60.0, y)) for y in (-1.75, 5.25))
     sloppy = Road(
         (
-            Lanelet(1, left, ((-10.0, -1.75), (60.0, -1.75)), adjacent_left=(2, True)),
-            Lanelet(2, ((-10.0, 5.25), (60.0, 5.25)), right, adjacent_right=(1, True)),
+            Lanelet(1, left, low, adjacent_left=(2, True)),
+            Lanelet(2, high, right, adjacent_right=(1, True)),
         )
     )
-    turned = boxes((9.0, 1.0, 0.8, 4, 2, 0), (14.0, -1.5, -0.6, 4, 2, 0))
+    turned = boxes((9.0, 3.0, 0.8, 4, 2, 0), (9.0, -3.5, -0.6, 4, 2, 0))
     car = boxes((7.0, 3.5, 0.0, 4.0, 1.8, 2.0))
     return {
         "plain": plain,
         "boxes": replace(plain, obstacles=boxes((9, 2.6, 0.3, 4, 1.8, 0), (10, -2.2, 0, 4, 1.8, 0))),
-        "blocked": replace(plain, obstacles=boxes((12, 3.5, 0, 8, 3.5, 0))),
+        "blocked": replace(
+            plain,
+            road=Road(straight_lanes(1, 3.5, -10, 60)),
+            obstacles=boxes((14.0, 0.0, 0.0, 1.0, 3.5, 0.0)),
+        ),
         "moving": replace(plain, obstacles=car),
         "car gone after its last state": replace(
             plain, obstacles=replace(car, steps=np.array([8]), speeds=car.speeds * 0)
