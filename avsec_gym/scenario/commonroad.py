@@ -9,6 +9,8 @@ from __future__ import annotations
 import json
 import os
 import warnings
+from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +44,7 @@ def read_commonroad(path: str | Path, problem_id: int | None = None) -> Planning
     Raises:
         DataError: The file is not CommonRoad XML, or uses something that cannot be planned with.
     """
+    _import_quietly()
     from commonroad.common.file_reader import CommonRoadFileReader
 
     path = Path(path)
@@ -111,6 +114,7 @@ def write_commonroad(
     Raises:
         DataError: The file exists.
     """
+    _import_quietly()
     from commonroad.common.file_writer import CommonRoadFileWriter, OverwriteExistingFile
     from commonroad.scenario.scenario import Tag
 
@@ -143,6 +147,7 @@ def write_commonroad(
 
 def to_commonroad(scenario: PlanningScenario) -> tuple[Any, Any]:
     """The scenario as commonroad-io's ``Scenario`` and ``PlanningProblemSet``."""
+    _import_quietly()
     from commonroad.common.util import AngleInterval, Interval
     from commonroad.planning.goal import GoalRegion
     from commonroad.planning.planning_problem import PlanningProblem, PlanningProblemSet
@@ -212,6 +217,15 @@ def to_commonroad(scenario: PlanningScenario) -> tuple[Any, Any]:
         GoalRegion(goal_states, of_lanelets or None),
     )
     return document, PlanningProblemSet([problem])
+
+
+@cache
+def _import_quietly() -> None:
+    """commonroad-io's protobuf warns as it is imported, of what users cannot mend."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        import_module("commonroad.common.file_reader")
+        import_module("commonroad.common.file_writer")
 
 
 def _notes(source: str | None) -> dict[str, Any]:

@@ -10,10 +10,10 @@ import shapely
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import rectangle_polygons
 from avsec_gym.scenario.constraints import RoadType
-from avsec_gym.scenario.layout_dimensions import CATEGORIES, CategoryMix, draw_dimensions
-from avsec_gym.scenario.layout_road import Road, place_row
-from avsec_gym.scenario.layout_view import covered_shares, project_boxes, without_overlaps
 from avsec_gym.scenario.layouts import Layout, generate_layout, generate_layouts, layout_by_id
+from avsec_gym.scenario.layouts.dimensions import CATEGORIES, CategoryMix, draw_dimensions
+from avsec_gym.scenario.layouts.road import Road, place_row
+from avsec_gym.scenario.layouts.view import covered_shares, project_boxes, without_overlaps
 
 OBSTACLES = ("Car", "Van", "Truck", "Misc")
 COLUMNS = (

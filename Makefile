@@ -1,0 +1,37 @@
+# Everything sets itself up: a first `make demo` or `make test` builds .venv with pip.
+PYTHON ?= python3
+BIN := .venv/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+
+.PHONY: demo test lint bench docs clean
+
+demo: .venv/installed
+	$(BIN)/avsec demo
+
+test: .venv/installed
+	$(BIN)/python -m pytest -n 2 --dist loadfile
+
+lint: .venv/installed
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+bench: .venv/installed
+	$(BIN)/python benchmarks/ghost_object.py
+	$(BIN)/python benchmarks/evaluate.py
+	$(BIN)/python benchmarks/layouts.py
+
+# Figures and results that the documentation shows; those on KITTI need KITTI=... SCENARIOS=... DETECTIONS=...
+docs: .venv/installed
+	PYTHON=$(BIN)/python KITTI="$(KITTI)" SCENARIOS="$(SCENARIOS)" DETECTIONS="$(DETECTIONS)" sh docs/make_results.sh
+
+clean:
+	rm -rf .venv
+
+# torch comes first and by itself: pinned, pip takes the CPU build where one is offered.
+.venv/installed: pyproject.toml constraints.txt
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "avsec-gym needs Python 3.11 or newer: make PYTHON=python3.11 ...")'
+	$(PYTHON) -m venv .venv
+	$(PIP) install --quiet "$$(grep '^torch==' constraints.txt)" -c constraints.txt
+	$(PIP) install --quiet -e '.[dev,view]' -c constraints.txt
+	touch $@
