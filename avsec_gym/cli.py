@@ -20,9 +20,6 @@ from avsec_gym.commands.evaluate import Evaluate
 from avsec_gym.commands.plan import PlanFiles
 from avsec_gym.errors import AvsecError, ConfigurationError
 
-_Check = Annotated[DataCheck, tyro.conf.subcommand("check")]
-_NoCommand = Annotated[None, tyro.conf.subcommand("help", description="This text.")]
-
 Command = (
     Annotated[Demo, tyro.conf.subcommand("demo")]
     | Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
@@ -68,6 +65,10 @@ def run(arguments: Sequence[str]) -> int:
         return console.BAD_DATA
     except BrokenPipeError:
         return console.DONE
+    except OSError as error:
+        # Places that cannot be read or written; the message of the system names them.
+        console.say(f"avsec: {error}. Check the path, its permissions and the free space.")
+        return console.BAD_DATA
     except KeyboardInterrupt:
         console.say("avsec: stopped")
         return 130

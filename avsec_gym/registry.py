@@ -10,7 +10,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 from enum import StrEnum
-from functools import lru_cache
 from importlib import import_module, metadata
 from typing import Any
 
@@ -38,6 +37,7 @@ _BUILT_IN = {
     (Kind.ATTACK, "random_ghosts"): ("avsec_gym.attacks.object_injection:RandomGhosts", {}),
 }
 _REGISTERED: dict[tuple[Kind, str], Callable[..., Any]] = {}
+_PLUGINS_LOADED = False
 
 
 def register(kind: Kind | str, name: str, factory: Callable[..., Any]) -> None:
@@ -109,8 +109,12 @@ def _kind(kind: Kind | str) -> Kind:
         raise ConfigurationError(f"{kind!r} is no kind of part; known: {', '.join(Kind)}") from None
 
 
-@lru_cache(maxsize=1)
 def _load_plugins() -> None:
+    global _PLUGINS_LOADED
+    if _PLUGINS_LOADED:
+        return
+    # Before loading: a plug-in may itself ask for names.
+    _PLUGINS_LOADED = True
     for entry_point in metadata.entry_points(group=_GROUP):
         try:
             entry_point.load()()

@@ -1,7 +1,7 @@
 """Train a ghost-object attacker with PPO and compare it with random search on held-out layouts.
 
-    python examples/train_ghost_attacker.py                    # about a minute on two cores
-    python examples/train_ghost_attacker.py --steps 4096 --held-out 50
+python examples/train_ghost_attacker.py                    # about a minute on two cores
+python examples/train_ghost_attacker.py --steps 4096 --held-out 50
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ or real ones are missed.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,7 +50,7 @@ class GhostRange:
         Returns:
             Which are on (above 0), shape (...), and poses in the ego frame, shape (..., 3).
         """
-        actions = np.clip(np.asarray(actions, float), -1.0, 1.0)
+        actions = np.maximum(np.minimum(np.asarray(actions, float), 1.0), -1.0)
         low = np.array([self.x[0], self.y[0], self.heading[0]])
         high = np.array([self.x[1], self.y[1], self.heading[1]])
         return actions[..., 0] > 0, low + 0.5 * (actions[..., 1:] + 1.0) * (high - low)
@@ -112,7 +112,7 @@ class RandomGhosts:
     range: GhostRange = GhostRange()
 
     def attack(
-        self, boxes: Boxes3D, is_unsafe: Callable[[Boxes3D], bool], seed: int
+        self, boxes: Boxes3D, is_unsafe: Callable[[Boxes3D], bool], seed: int | Sequence[int]
     ) -> tuple[Boxes3D, int]:
         """Try random places.
 

@@ -96,14 +96,17 @@ def progress(what: str) -> Iterator[Progress]:
 def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
     """A table for people, on standard output; names left, numbers right."""
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
+    # Units in square brackets, and folders so named, are no markup.
+    title = escape(title)
     table = Table(title=title, title_justify="left", title_style="bold", header_style="bold")
     for index, column in enumerate(columns):
         numeric = bool(rows) and all(row[index][:1] in "0123456789-–+" for row in rows)
-        table.add_column(column, justify="right" if numeric else "left")
+        table.add_column(escape(column), justify="right" if numeric else "left")
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*map(escape, row))
     width = None if sys.stdout.isatty() else 140
     Console(width=width).print(table)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -61,6 +62,14 @@ class Evaluate:
 
         if self.limit is not None and self.limit < 1:
             raise ConfigurationError(f"--limit is 1 or more, got {self.limit}")
+        if self.sweep < 0 or self.pictures < 0:
+            raise ConfigurationError("--sweep and --pictures are 0 or more")
+        if self.score_threshold is not None and not math.isfinite(self.score_threshold):
+            raise ConfigurationError(
+                f"--score-threshold is a finite number, got {self.score_threshold}"
+            )
+        if self.out is not None and self.out.exists() and not self.out.is_dir():
+            raise DataError("this is a file.", path=self.out, remedy="Name a folder with --out.")
         if self.out is not None and (self.out / "evaluation.json").exists():
             raise DataError(
                 "an evaluation is here already.",

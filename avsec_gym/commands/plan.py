@@ -45,7 +45,7 @@ class PlanFiles:
         from avsec_gym.planners.primitive_files import read_primitives
         from avsec_gym.scenario.commonroad import read_commonroad
 
-        if self.node_limit < 1 or self.time_limit <= 0:
+        if self.node_limit < 1 or not self.time_limit > 0:
             raise ConfigurationError("--node-limit and --time-limit are above 0")
         files = _expand(self.files)
         planner = MotionPrimitivePlanner(
@@ -73,6 +73,9 @@ class PlanFiles:
                         "file": file.name,
                         "status": "error",
                         "found": False,
+                        "cost": None,
+                        "expanded": None,
+                        "seconds": None,
                         "error": str(error),
                     }
                 else:

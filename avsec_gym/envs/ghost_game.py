@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,12 @@ from avsec_gym.geometry import Floats
 from avsec_gym.metrics.safety import COLLISION, SAFE, UNPLANNED
 from avsec_gym.metrics.verdict import batch_collides
 from avsec_gym.planners.batch import RectangleTracks, plan_batch
-from avsec_gym.planners.planner import Mode, MotionPrimitivePlanner
+from avsec_gym.planners.planner import (
+    Mode,
+    MotionPrimitivePlanner,
+    SearchSetup,
+    search_setup,
+)
 from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.registry import Kind, make
 from avsec_gym.scenario.builder import GOAL_STEPS
@@ -45,17 +51,22 @@ _SCALE = np.array([1.0, 50.0, 20.0, 1.0, 1.0, 10.0, 4.0, 1.0])
 class Round:
     """One scene with one intention, laid out for planning and judging."""
 
+    index: int
+    """The scene's place in its set."""
     scene: Scene
     intention: Intention
     problem: PlanningScenario
     poses: Floats
-    """Real obstacles from near to far, x, y, cos, sin at every time step, shape (N, T, 4)."""
+    """Real obstacles from near to far, x, y, cos, sin at every time step, shape (N, T, 4);
+    T is 1 where nothing moves."""
     believed: Floats
     """The same as the planner believes them to move, shape (N, T, 4)."""
     half_sizes: Floats
     """Shape (N, 2)."""
     features: Floats
     """The observation's part on start, goal and objects."""
+    kind: tuple[Any, ...]
+    """Rounds of one kind differ in their obstacles only."""
 
 
 class GhostGame:
@@ -100,6 +111,7 @@ class GhostGame:
         self._ids = {scene.id: index for index, scene in enumerate(self.scenes.scenes)}
         self._rounds: dict[tuple[int, Intention], Round] = {}
         self._safe: dict[tuple[int, Intention], bool] = {}
+        self._setups: dict[tuple[Any, ...], SearchSetup] = {}
 
     @property
     def action_size(self) -> int:
@@ -120,7 +132,9 @@ class GhostGame:
         options = options or {}
         unknown = set(options) - {"scenario", "intention"}
         if unknown:
-            raise ConfigurationError(f"reset knows the options scenario and intention, got {unknown}")
+            raise ConfigurationError(
+                f"reset knows the options scenario and intention, got {unknown}"
+            )
         intentions = list(Intention)
         if options.get("intention") is not None:
             try:
@@ -147,7 +161,7 @@ class GhostGame:
         """The round of one scene and intention."""
         key = (index, intention)
         if key not in self._rounds:
-            self._rounds[key] = _round(self.scenes.scenes[index], intention, self.motion)
+            self._rounds[key] = _round(index, self.scenes.scenes[index], intention, self.motion)
         return self._rounds[key]
 
     def is_safe(self, index: int, intention: Intention) -> bool:
@@ -174,40 +188,63 @@ class GhostGame:
         """
         count = len(rounds)
         on, ghosts = self.range.decode(actions[:, : 4 * self.ghosts].reshape(count, -1, 4))
-        hidden = self.hidden(actions[:, 4 * self.ghosts :])
-        rows = max(len(r.half_sizes) for r in rounds)
-        half_sizes = np.zeros((count, rows + self.ghosts, 2))
-        real = np.full((count, rows, _TIME_STEPS, 4), FAR)
-        tracks = np.full((count, rows + self.ghosts, _TIME_STEPS, 4), FAR)
+        hidden = self.hidden(actions[:, 4 * self.ghosts :]) if self.hides else None
+        outcome, cost = np.full(count, 2), np.full(count, np.nan)
         hides = np.zeros(count, np.int64)
-        for b, r in enumerate(rounds):
-            n = len(r.half_sizes)
-            half_sizes[b, :n], real[b, :n], tracks[b, :n] = r.half_sizes, r.poses, r.believed
-            if self.hides:
-                gone = np.unique(hidden[b][(hidden[b] >= 0) & (hidden[b] < n)])
-                tracks[b, gone] = FAR
-                hides[b] = len(gone)
+        alike: dict[tuple[Any, ...], list[int]] = {}
+        for b, each in enumerate(rounds):
+            alike.setdefault(each.kind, []).append(b)
+        for kind, members in alike.items():
+            group = [rounds[b] for b in members]
+            half_sizes, tracks, real = self._lay_out(group, on[members], ghosts[members])
+            if hidden is not None:
+                for row, (b, each) in enumerate(zip(members, group, strict=True)):
+                    gone = np.unique(hidden[b][(hidden[b] >= 0) & (hidden[b] < len(each.poses))])
+                    tracks[row, gone, :, :2] = FAR
+                    hides[b] = len(gone)
+            plans = plan_batch(
+                self._setup(kind, group[0].problem),
+                group[0].problem.road.edges,
+                RectangleTracks(half_sizes, tracks),
+            )
+            planned = np.array(members)[plans.found]
+            cost[planned] = plans.cost[plans.found]
+            collided = batch_collides(
+                plans.trajectories[plans.found],
+                plans.lengths[plans.found],
+                real[plans.found],
+                half_sizes[plans.found, : real.shape[1]],
+                BMW_320I,
+            )
+            outcome[planned] = np.where(collided, 1, 0)
+        return outcome, cost, on.sum(axis=1), hides
+
+    def _lay_out(
+        self, group: list[Round], on: NDArray[np.bool_], ghosts: Floats
+    ) -> tuple[Floats, Floats, Floats]:
+        """Half sizes, what is believed (ghosts last) and what is real, padded with far objects."""
+        rows = max(len(each.poses) for each in group)
+        steps = max(each.poses.shape[1] for each in group)
+        half_sizes = np.zeros((len(group), rows + self.ghosts, 2))
+        tracks = np.full((len(group), rows + self.ghosts, steps, 4), FAR)
+        real = np.full((len(group), rows, steps, 4), FAR)
+        for b, each in enumerate(group):
+            n = len(each.poses)
+            half_sizes[b, :n], real[b, :n], tracks[b, :n] = (
+                each.half_sizes,
+                each.poses,
+                each.believed,
+            )
         half_sizes[:, rows:] = 0.5 * np.array([GHOST_DIMENSIONS[2], GHOST_DIMENSIONS[1]])
         tracks[:, rows:, :, :2] = np.where(on[..., None], ghosts[..., :2], FAR)[:, :, None]
         tracks[:, rows:, :, 2] = np.cos(ghosts[..., 2])[..., None]
         tracks[:, rows:, :, 3] = np.sin(ghosts[..., 2])[..., None]
-        outcome = np.full(count, 2)
-        cost = np.full(count, np.nan)
-        kinds = np.array([3 * _ROAD_TYPES[r.scene.road_type] + _INTENTIONS[r.intention] for r in rounds])
-        for kind in np.unique(kinds):
-            which = np.nonzero(kinds == kind)[0]
-            plans = plan_batch(
-                self.victim,
-                rounds[which[0]].problem,
-                RectangleTracks(half_sizes[which], tracks[which]),
-            )
-            planned = which[plans.found]
-            cost[which] = plans.cost
-            collided = batch_collides(
-                plans.trajectories[plans.found], real[planned], half_sizes[planned, :rows], BMW_320I
-            )
-            outcome[planned] = np.where(collided, 1, 0)
-        return outcome, cost, on.sum(axis=1), hides
+        return half_sizes, tracks, real
+
+    def _setup(self, kind: tuple[Any, ...], problem: PlanningScenario) -> SearchSetup:
+        if kind not in self._setups:
+            self._setups[kind] = search_setup(self.victim, problem)
+        return self._setups[kind]
 
     def hidden(self, actions: Floats) -> NDArray[np.int64]:
         """Which of the nearest objects each action hides; -1: none.
@@ -226,10 +263,6 @@ class GhostGame:
         return self._ids[id]
 
 
-_ROAD_TYPES = {RoadType.STREET: 0, RoadType.HIGHWAY: 1}
-_INTENTIONS = {intention: i for i, intention in enumerate(Intention)}
-
-
 @lru_cache(maxsize=16)
 def _named_scenes(arguments: tuple[tuple[str, Any], ...]) -> SceneSet:
     return scene_set(**dict(arguments))
@@ -237,12 +270,14 @@ def _named_scenes(arguments: tuple[tuple[str, Any], ...]) -> SceneSet:
 
 def _scenes(scenarios: Any) -> SceneSet:
     if isinstance(scenarios, SceneSet):
-        return scenarios
-    arguments = {"name": scenarios} if isinstance(scenarios, str) else dict(scenarios)
-    try:
-        scenes = _named_scenes(tuple(sorted(arguments.items())))
-    except TypeError as error:
-        raise ConfigurationError(f"these are no arguments of a scene set: {error}") from error
+        scenes = scenarios
+    else:
+        try:
+            named = isinstance(scenarios, (str, Path))
+            arguments = {"name": str(scenarios)} if named else dict(scenarios)
+            scenes = _named_scenes(tuple(sorted(arguments.items())))
+        except (TypeError, ValueError) as error:
+            raise ConfigurationError(f"these are no arguments of a scene set: {error}") from error
     if not len(scenes):
         raise ConfigurationError(f"the scene set {scenes.name} is empty")
     return scenes
@@ -257,12 +292,14 @@ def _motion(motion: Motion | str) -> Motion:
         ) from None
 
 
-def _round(scene: Scene, intention: Intention, motion: Motion) -> Round:
+def _round(index: int, scene: Scene, intention: Intention, motion: Motion) -> Round:
     problem, truth = scene.problem(intention, motion=motion), scene.truth()
     order = np.argsort(np.hypot(*truth.poses[:, 0, :2].T), kind="stable")
     half_sizes = 0.5 * np.array([(s.length, s.width) for s in truth.shapes]).reshape(-1, 2)[order]  # type: ignore[union-attr]
-    poses = _every_step(truth.poses[order])
     moving = ~truth.static[order]
+    # Where nothing moves, one time step stands for all.
+    steps = _TIME_STEPS if moving.any() else 1
+    poses = _tracks(truth.poses[order], steps)
     start, goal = problem.start, problem.goals[0].region[0]  # type: ignore[index]
     head = [start.velocity / 15.0, float(scene.road_type == RoadType.HIGHWAY)]
     head += [float(intention == each) for each in Intention]
@@ -274,19 +311,20 @@ def _round(scene: Scene, intention: Intention, motion: Motion) -> Round:
     rows[:seen, 5:7] = 2.0 * half_sizes[:seen]
     rows[:seen, 7] = moving[:seen]
     return Round(
+        index,
         scene,
         intention,
         problem,
         poses,
-        _every_step(problem.obstacles.poses[order]),
+        _tracks(problem.obstacles.poses[order], steps),
         half_sizes,
         np.concatenate([head, np.clip(rows / _SCALE, -1.0, 1.0).ravel()]),
+        kind=(scene.road_type, intention, start.velocity, steps),
     )
 
 
-def _every_step(poses: Floats) -> Floats:
-    track = np.repeat(poses[:, -1:], _TIME_STEPS, axis=1)
-    track[:, : poses.shape[1]] = poses[:, :_TIME_STEPS]
-    return np.concatenate(
-        [track[..., :2], np.cos(track[..., 2:]), np.sin(track[..., 2:])], axis=-1
-    )
+def _tracks(poses: Floats, steps: int) -> Floats:
+    """x, y, cos, sin at so many time steps, the last known pose kept."""
+    track = np.repeat(poses[:, -1:], steps, axis=1)
+    track[:, : poses.shape[1]] = poses[:, :steps]
+    return np.concatenate([track[..., :2], np.cos(track[..., 2:]), np.sin(track[..., 2:])], axis=-1)

@@ -45,8 +45,8 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     `GhostRange.encode` and `decode` convert ghosts.
 
     ## Reward
-    1 when the drive becomes unsafe (collision, or no plan), less 0.02 for the query and 0.02 for
-    each ghost placed and each object hidden.
+    1 when the safe drive becomes unsafe (collision, or no plan), less 0.02 for the query and 0.02
+    for each ghost placed and each object hidden.
 
     ## Episode end
     Terminated when the drive became unsafe; truncated after `queries` steps.
@@ -66,14 +66,17 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     * `price=0.02`
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 
-    `reset(options={"scenario": id, "intention": "left"})` picks a scene, safe or not.
+    `reset(options={"scenario": id, "intention": "left"})` picks a scene, safe or not; where the
+    drive is unsafe without an attack, there is no success to be had.
 
     ## Versions
     * v0: first.
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012 - as Gymnasium declares it
-        "render_modes": ["rgb_array", "human"], "render_fps": 4}
+        "render_modes": ["rgb_array", "human"],
+        "render_fps": 4,
+    }
 
     def __init__(
         self,
@@ -91,10 +94,13 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
                 f"render_mode is None or one of {self.metadata['render_modes']},"
                 f" got {render_mode!r}"
             )
+        check_queries(queries)
         self.game = GhostGame(scenarios, planner, ghosts, hides, motion)
         self.queries, self.price, self.render_mode = queries, price, render_mode
         self.action_space = gym.spaces.Box(-1.0, 1.0, (self.game.action_size,), np.float32)
-        self.observation_space = gym.spaces.Box(-1.0, 1.0, (self.game.observation_size,), np.float32)
+        self.observation_space = gym.spaces.Box(
+            -1.0, 1.0, (self.game.observation_size,), np.float32
+        )
         self._round: Round | None = None
         self._action = np.full(self.game.action_size, -1.0)
         self._spent = 0
@@ -123,7 +129,7 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         outcome, cost = OUTCOMES[int(outcomes[0])], float(costs[0])
         placed, gone = int(ghosts[0]), int(hidden[0])
         self._spent += 1
-        success = outcome != SAFE
+        success = outcome != SAFE and self.game.is_safe(self._round.index, self._round.intention)
         reward = float(success) - self.price * (1 + placed + gone)
         if self.render_mode == "human":
             self.render()
@@ -132,7 +138,7 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             reward,
             success,
             not success and self._spent >= self._budget,
-            self._info(outcome, cost, placed, gone),
+            self._info(outcome, cost, placed, gone, success),
         )
 
     def render(self) -> NDArray[np.uint8] | None:
@@ -176,13 +182,15 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             self._action[None],
         )[0]
 
-    def _info(self, outcome: str | None, cost: float, ghosts: int, hidden: int) -> dict[str, Any]:
+    def _info(
+        self, outcome: str | None, cost: float, ghosts: int, hidden: int, success: bool = False
+    ) -> dict[str, Any]:
         assert self._round is not None
         return {
             "planned": outcome in ("safe", "collision"),
             "collision": outcome == "collision",
             "safe": outcome == "safe",
-            "is_success": outcome not in (None, "safe"),
+            "is_success": success,
             "cost": cost,
             "outcome": outcome or "reset",
             "scenario": self._round.scene.id,
@@ -191,6 +199,16 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             "ghosts": ghosts,
             "hidden": hidden,
         }
+
+
+def check_queries(queries: int | None) -> None:
+    """Refuse a budget of nothing.
+
+    Raises:
+        ConfigurationError: Fewer than one query.
+    """
+    if queries is not None and queries < 1:
+        raise ConfigurationError(f"queries is 1 or more, got {queries}")
 
 
 def observe(
@@ -219,8 +237,8 @@ def observe(
     out[:, :scene] = [r.features for r in rounds]
     asked = np.nonzero(outcomes >= 0)[0]
     out[asked, scene + outcomes[asked]] = 1.0
-    out[:, scene + 3] = np.clip(np.nan_to_num(costs) / 3.0, 0.0, 1.0)
-    out[:, scene + 4] = left
+    out[:, scene + 3] = np.where(np.isnan(costs), 0.0, np.minimum(costs / 3.0, 1.0))
+    out[:, scene + 4] = np.maximum(left, 0.0)
     ghosts = actions[:, : 4 * game.ghosts].reshape(len(rounds), -1, 4)
     last = out[:, scene + 5 : scene + 5 + 5 * game.ghosts].reshape(len(rounds), -1, 5)
     last[..., 0] = ghosts[..., 0] > 0
@@ -232,12 +250,15 @@ def observe(
 
 
 def _checked(action: Any, size: int) -> NDArray[np.float64]:
-    array = np.array(action, float)
+    try:
+        array = np.array(action, float)
+    except (TypeError, ValueError) as error:
+        raise ConfigurationError(f"an action is an array of numbers, got {action!r}") from error
     if array.shape != (size,) or not np.isfinite(array).all():
         raise ConfigurationError(
             f"an action has shape {(size,)} and finite values, got shape {array.shape}: {action!r}"
         )
-    return np.clip(array, -1.0, 1.0)
+    return np.maximum(np.minimum(array, 1.0), -1.0)
 
 
 def _picture(game: GhostGame, round: Round, action: NDArray[np.float64]) -> NDArray[np.uint8]:
@@ -249,9 +270,7 @@ def _picture(game: GhostGame, round: Round, action: NDArray[np.float64]) -> NDAr
     scene = round.scene
     on, poses = game.range.decode(action[: 4 * game.ghosts].reshape(-1, 4))
     obstacles = np.nonzero(is_obstacle(scene.boxes))[0]
-    nearest = obstacles[
-        np.argsort(np.hypot(*scene.boxes.poses[obstacles, :2].T), kind="stable")
-    ]
+    nearest = obstacles[np.argsort(np.hypot(*scene.boxes.poses[obstacles, :2].T), kind="stable")]
     hidden = game.hidden(action[None, 4 * game.ghosts :])[0]
     gone = nearest[hidden[(hidden >= 0) & (hidden < len(nearest))]]
     believed = inject_ghosts(hide_objects(scene.boxes, gone), poses[on])

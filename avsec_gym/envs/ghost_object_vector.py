@@ -11,13 +11,15 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from avsec_gym.envs.ghost_game import OUTCOMES, GhostGame, Round
-from avsec_gym.envs.ghost_object import QUERIES, observe
+from avsec_gym.envs.ghost_object import QUERIES, check_queries, observe
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.metrics.safety import SAFE
 from avsec_gym.scenario.scene import Motion
 
 
-class GhostObjectVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], NDArray[np.float64]]):
+class GhostObjectVectorEnv(
+    VectorEnv[NDArray[np.float32], NDArray[np.float32], NDArray[np.float64]]
+):
     """`GhostObjectEnv` many times over; see there.
 
     ``gym.make_vec("avsec/GhostObject-v0", num_envs=64)`` makes it.  An episode that has ended
@@ -56,9 +58,12 @@ class GhostObjectVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], N
         render_mode: str | None = None,
     ) -> None:
         if render_mode is not None:
-            raise ConfigurationError("many environments at once are not rendered: make a single one")
+            raise ConfigurationError(
+                "many environments at once are not rendered: make a single one"
+            )
         if num_envs < 1:
             raise ConfigurationError(f"num_envs is 1 or more, got {num_envs}")
+        check_queries(queries)
         self.game = GhostGame(scenarios, planner, ghosts, hides, motion)
         self.num_envs, self.price, self.render_mode = num_envs, price, render_mode
         self.queries = max_episode_steps if queries is None else min(queries, max_episode_steps)
@@ -83,7 +88,7 @@ class GhostObjectVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], N
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Begin all episodes, or those of ``options["reset_mask"]``."""
         options = dict(options or {})
-        mask = np.asarray(options.pop("reset_mask", np.ones(self.num_envs, bool)), bool)
+        mask = np.array(options.pop("reset_mask", np.ones(self.num_envs, bool)), bool)
         if seed is not None or not self._generators:
             given = seed if isinstance(seed, list) else self._seeds(seed)
             fresh = [gym.utils.seeding.np_random(each)[0] for each in given]
@@ -131,7 +136,7 @@ class GhostObjectVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], N
                 [self._rounds[i] for i in asked], self._actions[asked]
             )
         self._spent[asked] += 1
-        terminated = outcomes > OUTCOMES.index(SAFE)
+        terminated = (outcomes > OUTCOMES.index(SAFE)) & self._safe_before()
         truncated = ~terminated & ~begins & (self._spent >= self.queries)
         rewards = np.where(begins, 0.0, terminated - self.price * (1 + ghosts + hidden))
         self._ended = terminated | truncated
@@ -140,8 +145,11 @@ class GhostObjectVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], N
             rewards,
             terminated,
             truncated,
-            self._info(outcomes, costs, ghosts, hidden),
+            self._info(outcomes, costs, ghosts, hidden, terminated),
         )
+
+    def _safe_before(self) -> NDArray[np.bool_]:
+        return np.array([self.game.is_safe(r.index, r.intention) for r in self._rounds])
 
     def _seeds(self, seed: int | None) -> list[int | None]:
         return [None if seed is None else seed + i for i in range(self.num_envs)]
@@ -167,13 +175,14 @@ class GhostObjectVectorEnv(VectorEnv[NDArray[np.float32], NDArray[np.float32], N
         costs: NDArray[np.float64],
         ghosts: NDArray[np.int64],
         hidden: NDArray[np.int64] | int,
+        success: NDArray[np.bool_] | bool = False,
     ) -> dict[str, Any]:
         words = np.array([*OUTCOMES, "reset"], object)
         values = {
             "planned": (outcomes == 0) | (outcomes == 1),
             "collision": outcomes == 1,
             "safe": outcomes == 0,
-            "is_success": outcomes > 0,
+            "is_success": np.broadcast_to(success, self.num_envs).copy(),
             "cost": costs.copy(),
             "outcome": words[outcomes],
             "scenario": np.array([r.scene.id for r in self._rounds], object),

@@ -63,8 +63,8 @@ def ghost_attack(
                 ) -> bool:
                     return not drive(scene, intention, boxes, planner=planner).record.safe
 
-                seed = 3 * scene.number + turn
-                believed, queries = attack.attack(scene.boxes, query, seed)
+                seeds = (scene.seed, scene.number, turn)
+                believed, queries = attack.attack(scene.boxes, query, seeds)
                 attacked = drive(scene, intention, believed, planner=planner).record
             drives.append(AttackedDrive(scene, intention, clean, attacked, believed, queries))
             on_progress(len(drives), total)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from avsec_gym.geometry import Floats, rectangle_corners, rectangle_polygons
 from avsec_gym.planners.vehicle import Vehicle
 from avsec_gym.scenario.planning_scenario import Obstacles
-from avsec_gym.scenario.shapes import Rectangle, Shape
+from avsec_gym.scenario.shapes import Rectangle, Shape, members, placed
 
 
 @dataclass(frozen=True)
@@ -73,13 +73,19 @@ def first_contact(
 
 
 def batch_collides(
-    trajectories: Floats, poses: Floats, half_sizes: Floats, vehicle: Vehicle
+    trajectories: Floats,
+    lengths: NDArray[np.int64],
+    poses: Floats,
+    half_sizes: Floats,
+    vehicle: Vehicle,
 ) -> NDArray[np.bool_]:
     """Whether trajectories touch rectangles: `first_contact` for many scenarios at once.
 
     Args:
-        trajectories: Shape (B, T, 5), from time step 0 on; shorter ones repeat their last state.
-        poses: x, y, cos, sin of the headings of N rectangles at the same steps, (B, N, T, 4).
+        trajectories: Shape (B, T, 5), from time step 0 on.
+        lengths: Number of states of each; what stands behind them is not looked at, shape (B,).
+        poses: x, y, cos, sin of the headings of N rectangles at the same steps, (B, N, T, 4), or at
+            all of them, (B, N, 1, 4).
         half_sizes: Half length and half width, shape (B, N, 2).
         vehicle: Its size.
 
@@ -88,11 +94,13 @@ def batch_collides(
     """
     own = trajectories[:, None, :, [0, 1, 3]]
     reach = np.hypot(half_sizes[..., 0], half_sizes[..., 1])[..., None]
-    b, i, t = np.nonzero(_may_touch(own, vehicle.length, vehicle.width, poses, reach))
+    driven = (np.arange(trajectories.shape[1]) < np.asarray(lengths)[:, None])[:, None]
+    near = _may_touch(own, vehicle.length, vehicle.width, poses, reach)
+    b, i, t = np.nonzero(driven & near)
     if not len(b):
         return np.zeros(len(trajectories), bool)
     footprints = rectangle_polygons(trajectories[b, t][:, [0, 1, 3]], vehicle.length, vehicle.width)
-    pose, half = poses[b, i, t], half_sizes[b, i]
+    pose, half = poses[b, i, t if poses.shape[2] > 1 else 0], half_sizes[b, i]
     heading = np.arctan2(pose[:, 3], pose[:, 2])
     others = rectangle_polygons(
         np.column_stack([pose[:, :2], heading]), 2 * half[:, 0], 2 * half[:, 1]
@@ -122,28 +130,22 @@ def _placed(shapes: tuple[Shape, ...], which: np.ndarray, poses: Floats) -> np.n
     )[which]
     if not np.isnan(data).any() and not data[:, 2:].any():
         return rectangle_polygons(poses, data[:, 0], data[:, 1])
-    placed = np.empty(len(which), object)
-    for row, (shape, (x, y, heading)) in enumerate(
-        zip((shapes[i] for i in which), poses, strict=True)
-    ):
-        turn = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])
-        placed[row] = shapely.transform(
-            _polygon(shape), lambda points, turn=turn, at=(x, y): points @ turn + at
-        )
-    return placed
+    areas = np.empty(len(which), object)
+    for row, (i, pose) in enumerate(zip(which, poses, strict=True)):
+        areas[row] = placed(shapes[i], pose)
+    return areas
 
 
 @lru_cache(maxsize=1024)
-def _polygon(shape: Shape) -> shapely.Geometry:
-    return shape.polygon()
-
-
 def _reach(shape: Shape) -> float:
-    """Largest distance of a shape's points from its origin."""
+    """Largest distance of a shape's points from its obstacle's position, however it is turned."""
     if isinstance(shape, Rectangle) and shape.x == shape.y == 0.0:
         return 0.5 * float(np.hypot(shape.length, shape.width))
-    points = shapely.get_coordinates(_polygon(shape))
-    return float(np.hypot(points[:, 0], points[:, 1]).max())
+    largest = 0.0
+    for member in members(shape):
+        away = shapely.get_coordinates(member.polygon()) - member.centre
+        largest = max(largest, np.hypot(*member.centre) + np.hypot(*away.T).max())
+    return float(largest)
 
 
 def footprints(trajectory: Floats, vehicle: Vehicle) -> Floats:

@@ -16,11 +16,10 @@ from avsec_gym.geometry import Floats
 from avsec_gym.planners.collision import World
 from avsec_gym.planners.estimates import Limits
 from avsec_gym.planners.goal import GoalArrays
-from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner, search_setup
+from avsec_gym.planners.planner import SearchSetup
 from avsec_gym.planners.primitives import PrimitiveArrays
 from avsec_gym.planners.search import FOUND, PAUSED, search
 from avsec_gym.planners.search_state import begin, grown, new_state, trajectory_to
-from avsec_gym.scenario.planning_scenario import PlanningScenario
 
 
 class RectangleTracks(NamedTuple):
@@ -48,17 +47,14 @@ class BatchPlans(NamedTuple):
     """Shape (B,)."""
 
 
-def plan_batch(
-    planner: MotionPrimitivePlanner, problem: PlanningScenario, tracks: RectangleTracks
-) -> BatchPlans:
+def plan_batch(setup: SearchSetup, edges: Floats, tracks: RectangleTracks) -> BatchPlans:
     """Plan B problems that differ in their obstacles only.
 
     Args:
-        planner: A planner in complete mode; its node limit holds for each problem.
-        problem: Start, goal and road of all; its obstacles are not looked at.
+        setup: What the problems share; of a planner in complete mode.
+        edges: Road edge, shape (M, 4).
         tracks: The obstacles, from time step 0 on.
     """
-    setup = search_setup(planner, problem)
     return BatchPlans(
         *_search_all(
             setup.root,
@@ -66,15 +62,15 @@ def plan_batch(
             setup.goals,
             setup.limits,
             setup.reach,
-            problem.road.edges,
+            edges,
             tracks,
             setup.start,
             setup.speed,
-            problem.start.step,
+            setup.first_step,
             setup.at_goal,
             setup.steering_angle,
-            planner.node_limit,
-            planner.algorithm == Algorithm.GBFS,
+            setup.node_limit,
+            setup.greedy,
             setup.horizon + 1,
         )
     )
@@ -104,27 +100,39 @@ def _search_all(
     cost, expanded = np.full(count, np.nan), np.zeros(count, np.int64)
     state = new_state(1024, 2048)
     vertices, reaches_to = np.empty((rows, 4, 2)), np.empty(rows)
+    poses = np.empty((rows, known, 4))
     corners, radius = np.full(rows, 4), np.zeros(rows)
     steps, first = np.full(rows, known), np.zeros(rows, np.int64)
     last_step = np.full(rows, np.iinfo(np.int64).max)
     static = np.zeros(rows, np.bool_)
+    farthest = longest * limits.step_distance + 2.0 * limits.half_length
     for b in range(count):
+        near = 0
         for i in range(rows):
             half_length, half_width = tracks.half_sizes[b, i, 0], tracks.half_sizes[b, i, 1]
+            reaches_to[near] = np.sqrt(half_length**2 + half_width**2)
+            limit = farthest + reaches_to[near]
+            for t in range(known):
+                x, y = tracks.poses[b, i, t, 0] - start[0], tracks.poses[b, i, t, 1] - start[1]
+                if x * x + y * y <= limit * limit:
+                    break
+            else:
+                continue
             for k in range(4):
-                vertices[i, k, 0] = half_length if k == 0 or k == 3 else -half_length
-                vertices[i, k, 1] = half_width if k < 2 else -half_width
-            reaches_to[i] = np.sqrt(half_length**2 + half_width**2)
+                vertices[near, k, 0] = half_length if k == 0 or k == 3 else -half_length
+                vertices[near, k, 1] = half_width if k < 2 else -half_width
+            poses[near] = tracks.poses[b, i]
+            near += 1
         world = World(
-            vertices,
-            corners,
-            radius,
-            reaches_to,
-            tracks.poses[b],
-            steps,
-            first,
-            static,
-            last_step,
+            vertices[:near],
+            corners[:near],
+            radius[:near],
+            reaches_to[:near],
+            poses[:near],
+            steps[:near],
+            first[:near],
+            static[:near],
+            last_step[:near],
             edges,
         )
         begin(state, start, speed, first_step, at_goal)

@@ -112,8 +112,9 @@ def within_reach(world: World, x: float, y: float, distance: float) -> World:
     near = away <= distance + world.reach
     if near.all():
         return world
-    rows: dict[str, Any] = {name: column[near] for name, column in world._asdict().items()
-                            if name != "edges"}
+    rows: dict[str, Any] = {
+        name: column[near] for name, column in world._asdict().items() if name != "edges"
+    }
     return World(**rows, edges=world.edges)
 
 
@@ -178,7 +179,7 @@ def _touches_piece(
     i: int,
     world: World,
 ) -> bool:
-    """Separating axes between the axis-aligned ego rectangle and convex piece i placed at px, py."""
+    """Separating axes between the axis-aligned ego rectangle and piece i placed at px, py."""
     count = world.corners[i]
     if count == 1:
         vx, vy = world.vertices[i, 0, 0], world.vertices[i, 0, 1]

@@ -14,6 +14,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.scenario.planning_scenario import Goal
 from avsec_gym.scenario.shapes import Disc, Shape
 
+
 class GoalArrays(NamedTuple):
     """Goal regions, laid out for the kernel; one row of `pieces` for each convex piece."""
 
@@ -113,6 +114,7 @@ def _in_piece(x: float, y: float, q: int, goals: GoalArrays) -> bool:
 
 
 def region_box(region: tuple[Shape, ...] | None) -> tuple[float, float, float, float]:
+    """x_min, x_max, y_min, y_max of a region; everything where there is none."""
     if region is None:
         return (-np.inf, np.inf, -np.inf, np.inf)
     points = np.vstack(

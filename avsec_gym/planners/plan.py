@@ -71,7 +71,8 @@ class Plan:
             return f"reached the goal after {self.cost:.1f} s ({self.expanded} nodes)"
         why = {
             Reason.START_OCCUPIED: "the ego vehicle overlaps an object at the start",
-            Reason.GOAL_OCCUPIED: f"the goal region is occupied for all its {self.goal_occupied:.1f} s",
+            Reason.GOAL_OCCUPIED: "the goal region is occupied for all its"
+            f" {self.goal_occupied:.1f} s",
             Reason.UNREACHABLE: "no sequence of motion primitives reaches the goal"
             f" (it is occupied for {self.goal_occupied:.1f} s)",
             Reason.LIMIT: f"the limit was reached after {self.expanded} nodes",

@@ -131,7 +131,7 @@ class MotionPrimitivePlanner:
                 world,
                 state,
                 min(left, _EXPANSIONS_AT_A_TIME),
-                self.algorithm == Algorithm.GBFS,
+                setup.greedy,
                 self.mode == Mode.REFERENCE,
             )
             if outcome == PAUSED:
@@ -186,8 +186,12 @@ class SearchSetup(NamedTuple):
     """The speed that the primitives start with, m/s."""
     steering_angle: float
     """The steering angle that they start with, rad."""
+    first_step: int
+    """Time step of the start."""
     horizon: int
     """Steps from the start to the end of the last goal's time window."""
+    node_limit: int
+    greedy: bool
     at_goal: bool
     """The start is a goal state already."""
 
@@ -225,7 +229,10 @@ def search_setup(planner: MotionPrimitivePlanner, scenario: PlanningScenario) ->
         start=np.array([x, y, start.heading]),
         speed=speed,
         steering_angle=steering,
+        first_step=start.step,
         horizon=horizon,
+        node_limit=planner.node_limit,
+        greedy=planner.algorithm == Algorithm.GBFS,
         at_goal=reaches(start.x, start.y, start.heading, speed, start.step, goals),
     )
 

@@ -136,7 +136,7 @@ def generate_primitives(
         steering_angles: Number of angles from the vehicle's one lock to the other; odd.
         duration: Seconds.
         dt: Seconds in a time step.
-        extra_start_speeds: Speeds off the grid from which primitives lead, wheels straight, onto it.
+        extra_start_speeds: Speeds off the grid from which primitives lead onto it, wheels straight.
 
     Returns:
         The set, sorted by start speed, start angle, end speed, end angle.

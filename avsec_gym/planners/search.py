@@ -29,6 +29,7 @@ from avsec_gym.planners.search_state import SearchState, pop, push, seen_before,
 PAUSED, FOUND, EXHAUSTED = 0, 1, 2
 """What `search` returns."""
 
+
 @numba.njit(nogil=True, cache=True)
 def search(
     root: NDArray[np.int64],
@@ -143,9 +144,7 @@ def _add_child(
             cos, sin = np.cos(heading), np.sin(heading)
         cx, cy = x + limits.centre_offset * cos, y + limits.centre_offset * sin
         step = start_step + j
-        if collides(
-            cx, cy, cos, sin, limits.half_length, limits.half_width, step, world
-        ):
+        if collides(cx, cy, cos, sin, limits.half_length, limits.half_width, step, world):
             return
         if goal_index < 0 and reaches(cx, cy, heading, velocity, step, goals):
             goal_index = j

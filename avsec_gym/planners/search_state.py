@@ -106,6 +106,7 @@ def grown(state: SearchState, primitives: PrimitiveArrays) -> SearchState:
 
 @numba.njit(nogil=True, cache=True)
 def push(state: SearchState, key: float, node: int) -> None:
+    """Queue a node."""
     keys, items = state.key, state.item
     hole = state.counters[1]
     state.counters[1] += 1
@@ -120,6 +121,7 @@ def push(state: SearchState, key: float, node: int) -> None:
 
 @numba.njit(nogil=True, cache=True)
 def pop(state: SearchState) -> int:
+    """Take the node with the lowest key; among equals, the oldest."""
     keys, items = state.key, state.item
     top = items[0]
     state.counters[1] -= 1

@@ -3,7 +3,7 @@
 State: rear-axle position x, y (m), velocity v (m/s), heading psi (rad), steering angle delta (rad).
 Inputs: longitudinal acceleration a (m/s2) and steering rate (rad/s).
 
-    x' = v cos psi     y' = v sin psi     v' = a     psi' = v tan(delta) / (lf + lr)     delta' = rate
+    x' = v cos psi    y' = v sin psi    v' = a    psi' = v tan(delta) / (lf + lr)    delta' = rate
 
 Source: Althoff, Koschi and Manzinger, "CommonRoad: Composable benchmarks for motion planning on
 roads", IV 2017, and the vehicle models published with it (vehicle 2).

@@ -26,6 +26,8 @@ REAL, BELIEVED, EGO, TREE = "#8795a1", "#d1495b", "#1b7fbd", "#7fb2d6"
 _VERDICT = {SAFE: ("safe", "#2a8f5b"), COLLISION: ("collision", "#c1272d")}
 _VIEW = (-9.0, 34.0, -11.5, 11.5)
 """x from, x to, y from, y to; metres around the start, in its frame."""
+_MARGIN = 4.0
+"""Metres around a trajectory that leads farther."""
 
 
 def draw_drive(drive: Drive, *, vehicle: Vehicle = BMW_320I, title: str | None = None) -> Figure:
@@ -70,11 +72,10 @@ def draw_into(axes: Axes, drive: Drive, *, vehicle: Vehicle = BMW_320I) -> None:
         parents = plan.tree[1:, 2].astype(int)
         lines = np.stack([plan.tree[parents, :2], plan.tree[1:, :2]], axis=1)
         axes.add_collection(LineCollection(list(lines), colors=TREE, lw=0.7, alpha=0.7, zorder=3))
-    _obstacles(axes, drive.truth, fill=REAL, edge=INK, style="-", last_step=_last_step(drive))
+    steps = (start.step, _last_step(drive))
+    _obstacles(axes, drive.truth, fill=REAL, edge=INK, style="-", steps=steps)
     if not _same(drive.truth, problem.obstacles):
-        _obstacles(
-            axes, problem.obstacles, fill="none", edge=BELIEVED, style="--", last_step=start.step
-        )
+        _obstacles(axes, problem.obstacles, fill="none", edge=BELIEVED, style="--", steps=steps)
     if plan.trajectory is not None:
         corners = footprints(plan.trajectory, vehicle)
         axes.add_collection(
@@ -92,10 +93,9 @@ def draw_into(axes: Axes, drive: Drive, *, vehicle: Vehicle = BMW_320I) -> None:
         axes.plot(
             *plan.trajectory[step, :2], marker="X", ms=15, mfc="#c1272d", mec="white", zorder=9
         )
-    cos, sin = abs(np.cos(start.heading)), abs(np.sin(start.heading))
-    x1, x2, y1, y2 = _VIEW if cos >= sin else (_VIEW[2], _VIEW[3], _VIEW[0], _VIEW[1])
-    axes.set_xlim(start.x + x1, start.x + x2)
-    axes.set_ylim(start.y + y1, start.y + y2)
+    (x1, y1), (x2, y2) = _view(drive)
+    axes.set_xlim(x1, x2)
+    axes.set_ylim(y1, y2)
     axes.set_aspect("equal")
     axes.set_xticks([])
     axes.set_yticks([])
@@ -132,6 +132,18 @@ def _sentence(drive: Drive) -> str:
     )
 
 
+def _view(drive: Drive) -> tuple[Floats, Floats]:
+    """Lower left and upper right corner: what lies ahead of the start, and all of the drive."""
+    start = drive.problem.start
+    quarter = round(start.heading / (np.pi / 2)) * np.pi / 2
+    turn = np.array([[np.cos(quarter), np.sin(quarter)], [-np.sin(quarter), np.cos(quarter)]])
+    seen = np.array(_VIEW).reshape(2, 2).T @ turn + (start.x, start.y)
+    if drive.plan.trajectory is not None:
+        way = drive.plan.trajectory[:, :2]
+        seen = np.vstack([seen, way.min(axis=0) - _MARGIN, way.max(axis=0) + _MARGIN])
+    return seen.min(axis=0), seen.max(axis=0)
+
+
 def _last_step(drive: Drive) -> int:
     trajectory = drive.plan.trajectory
     if trajectory is None:
@@ -140,10 +152,13 @@ def _last_step(drive: Drive) -> int:
 
 
 def _obstacles(
-    axes: Axes, obstacles: Obstacles, *, fill: str, edge: str, style: str, last_step: int
+    axes: Axes, obstacles: Obstacles, *, fill: str, edge: str, style: str, steps: tuple[int, int]
 ) -> None:
-    later = obstacles.polygons(last_step)
-    for i, area in enumerate(obstacles.polygons(0)):
+    """Where they are at the first step, and where those that are drawn filled move to."""
+    first, later = obstacles.polygons(steps[0]), obstacles.polygons(steps[1])
+    for i in range(len(obstacles)):
+        # What appears on the way is drawn where it ends.
+        area = later[i] if first[i] is None else first[i]
         if area is None:
             continue
         _fill(axes, area, fill, alpha=0.95, zorder=4 if fill != "none" else 6, edge=edge, ls=style)

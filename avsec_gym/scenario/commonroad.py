@@ -1,14 +1,18 @@
 """Planning scenarios to and from CommonRoad XML, by way of commonroad-io.
 
 What `write_commonroad` writes, `read_commonroad` reads back bit for bit.  Road type, intention and
-the scenario's own id have no place in the format; they travel in its ``source`` attribute.
+the scenario's own id have no place in the format; they travel in its ``source`` attribute.  Only
+the rectangles and discs of moving obstacles that lie off the obstacle's origin become polygons,
+because commonroad-io writes them without their place.
 """
 
 from __future__ import annotations
 
 import json
+import math
 import os
 import warnings
+import xml.etree.ElementTree as ElementTree
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -73,17 +77,18 @@ def read_commonroad(path: str | Path, problem_id: int | None = None) -> Planning
             remedy="Add a planningProblem element, or name one that is there.",
         )
     problem = known[next(iter(known)) if problem_id is None else problem_id]
+    _check_elements(path, problem.planning_problem_id)
     notes = _notes(scenario.source)
     try:
         start = problem.initial_state
         return PlanningScenario(
             id=notes.get("id", path.stem),
             start=EgoState(
-                x=float(start.position[0]),
-                y=float(start.position[1]),
-                velocity=float(start.velocity),
-                heading=float(start.orientation),
-                steering_angle=float(notes.get("steering_angle", 0.0)),
+                x=_finite(start.position[0]),
+                y=_finite(start.position[1]),
+                velocity=_finite(start.velocity),
+                heading=_finite(start.orientation),
+                steering_angle=_finite(notes.get("steering_angle", 0.0)),
                 step=int(start.time_step),
             ),
             goals=_goals(problem.goal),
@@ -97,7 +102,7 @@ def read_commonroad(path: str | Path, problem_id: int | None = None) -> Planning
         raise DataError(
             f"a part of the scenario cannot be planned with ({error}).",
             path=path,
-            remedy="States need exact values; obstacles need a shape and a trajectory.",
+            remedy="States need exact, finite values; obstacles need a shape and a trajectory.",
         ) from error
 
 
@@ -238,6 +243,45 @@ def _notes(source: str | None) -> dict[str, Any]:
     return notes if isinstance(notes, dict) else {}
 
 
+def _check_elements(path: Path, problem_id: int) -> None:
+    """Find what commonroad-io passes over: a start without values, no goal, one id given twice.
+
+    Raises:
+        DataError: One of these.
+    """
+    root = ElementTree.parse(path).getroot()
+    ids = [child.get("id") for child in root if child.get("id") is not None]
+    twice = next((id for id in ids if ids.count(id) > 1), None)
+    if twice is not None:
+        raise DataError(
+            f"two elements have the id {twice}.", path=path, remedy="Give each an id of its own."
+        )
+    problem = root.find(f"planningProblem[@id='{problem_id}']")
+    if problem is None:
+        return
+    needed = ("position", "orientation", "velocity", "time")
+    missing = [name for name in needed if problem.find(f"initialState/{name}") is None]
+    if missing:
+        raise DataError(
+            f"the initial state of planning problem {problem_id} has no {missing[0]}.",
+            path=path,
+            remedy=f"An initial state has {', '.join(needed[:-1])} and {needed[-1]}.",
+        )
+    if problem.find("goalState") is None:
+        raise DataError(
+            f"planning problem {problem_id} has no goal.",
+            path=path,
+            remedy="Add a goalState element.",
+        )
+
+
+def _finite(value: Any) -> float:
+    number = float(value)
+    if not math.isfinite(number):
+        raise ValueError(f"the number {number} in it")
+    return number
+
+
 def _lanelet(lanelet: Any) -> Lanelet:
     def neighbour(id: int | None, same: bool | None) -> tuple[int, bool] | None:
         return None if id is None else (int(id), bool(same))
@@ -255,7 +299,7 @@ def _lanelet(lanelet: Any) -> Lanelet:
 
 
 def _points(vertices: Any) -> tuple[tuple[float, float], ...]:
-    return tuple((float(x), float(y)) for x, y in np.asarray(vertices)[:, :2])
+    return tuple((_finite(x), _finite(y)) for x, y in np.asarray(vertices)[:, :2])
 
 
 def _goals(region: Any) -> tuple[Goal, ...]:
@@ -275,8 +319,8 @@ def _goals(region: Any) -> tuple[Goal, ...]:
                     if isinstance(shape, Group)
                     else (shape,)
                 ),
-                heading=None if heading is None else (float(heading.start), float(heading.end)),
-                velocity=None if velocity is None else (float(velocity.start), float(velocity.end)),
+                heading=None if heading is None else (_finite(heading.start), _finite(heading.end)),
+                velocity=None if velocity is None else (_finite(velocity.start), _finite(velocity.end)),
                 lanelets=tuple(lanelets.get(i, ())),
             )
         )
@@ -287,10 +331,12 @@ def _shape(shape: Any) -> Shape:
     from commonroad.geometry import shape as commonroad
 
     if isinstance(shape, commonroad.Rectangle):
-        x, y = (float(value) for value in shape.center)
-        return Rectangle(float(shape.length), float(shape.width), x, y, float(shape.orientation))
+        x, y = (_finite(value) for value in shape.center)
+        return Rectangle(
+            _finite(shape.length), _finite(shape.width), x, y, _finite(shape.orientation)
+        )
     if isinstance(shape, commonroad.Circle):
-        return Disc(float(shape.radius), float(shape.center[0]), float(shape.center[1]))
+        return Disc(_finite(shape.radius), _finite(shape.center[0]), _finite(shape.center[1]))
     if isinstance(shape, commonroad.Polygon):
         points = _points(shape.vertices)
         return Polygon(points[:-1] if points[0] == points[-1] else points)
@@ -333,6 +379,8 @@ def _obstacles(scenario: Any) -> Obstacles:
         poses[i, :known] = [(*state.position[:2], state.orientation) for state in states]
         speeds[i, :known] = [getattr(state, "velocity", None) or 0.0 for state in states]
         poses[i, known:], speeds[i, known:] = poses[i, known - 1], speeds[i, known - 1]
+    if not (np.isfinite(poses).all() and np.isfinite(speeds).all()):
+        raise ValueError("a number that is not finite in an obstacle's states")
     return Obstacles(
         ids=np.array([obstacle.obstacle_id for obstacle, _, _ in rows]),
         categories=np.array([obstacle.obstacle_type.value for obstacle, _, _ in rows]),
@@ -345,13 +393,32 @@ def _obstacles(scenario: Any) -> Obstacles:
     )
 
 
+def _without_offsets(shape: Shape) -> Shape:
+    """The same shape in a form that commonroad-io can write for moving obstacles."""
+    if isinstance(shape, Group):
+        return Group(tuple(_without_offsets(part) for part in shape.shapes))  # type: ignore[misc]
+    if isinstance(shape, Polygon):
+        return shape
+    plain: Shape
+    if isinstance(shape, Rectangle):
+        plain = Rectangle(shape.length, shape.width)
+    else:
+        plain = Disc(shape.radius)
+    if shape == plain:
+        return shape
+    return Polygon(_points(shape.polygon().exterior.coords)[:-1])
+
+
 def _commonroad_obstacle(obstacles: Obstacles, i: int) -> Any:
     from commonroad.prediction.prediction import TrajectoryPrediction
     from commonroad.scenario.obstacle import DynamicObstacle, ObstacleType, StaticObstacle
     from commonroad.scenario.state import InitialState, KSState
     from commonroad.scenario.trajectory import Trajectory
 
-    first, shape = int(obstacles.first_step[i]), _commonroad_shape(obstacles.shapes[i])
+    first, shape = int(obstacles.first_step[i]), obstacles.shapes[i]
+    if not obstacles.static[i]:
+        shape = _without_offsets(shape)
+    shape = _commonroad_shape(shape)
     kind, number = ObstacleType(str(obstacles.categories[i])), int(obstacles.ids[i])
     x, y, heading = obstacles.poses[i, 0]
     initial = InitialState(

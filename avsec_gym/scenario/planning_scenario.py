@@ -19,7 +19,7 @@ from avsec_gym.scenario.constraints import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.shapes import Rectangle, Shape, placed
 
-_SLIT = 1e-9
+_SLIT = 3e-10
 """Metres: narrower gaps between the sections of a road are no gaps."""
 
 

@@ -8,6 +8,7 @@ from enum import StrEnum
 import numpy as np
 
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats, bird_eye_iou
 from avsec_gym.scenario.builder import build_planning_scenario, draw_speeds, obstacles_of
 from avsec_gym.scenario.constraints import RoadType, driving_constraints
@@ -51,6 +52,8 @@ class Scene:
     """Speed of each object along its heading, m/s, shape (N,)."""
 
     def __post_init__(self) -> None:
+        if self.seed < 0:
+            raise ConfigurationError(f"a seed is 0 or more, got {self.seed}")
         moving = np.zeros(len(self.boxes), bool) if self.boxes.moving is None else self.boxes.moving
         object.__setattr__(
             self, "speeds", draw_speeds(moving, self.road_type, self.seed, self.number)
@@ -98,7 +101,7 @@ class Scene:
     def speeds_of(self, detected: Boxes3D) -> Floats:
         """Speeds of the true objects that detected boxes overlap most, m/s, shape (M,).
 
-        A box that overlaps nothing stands.
+        A box that overlaps nothing stands; so does one whose own flag says it (a ghost).
         """
         if not len(self.boxes) or not len(detected) or not self.speeds.any():
             return np.zeros(len(detected))
@@ -111,4 +114,7 @@ class Scene:
             sizes[real],
         )
         best = overlap.argmax(axis=1)
-        return np.where(overlap.max(axis=1) > 0, self.speeds[real][best], 0.0)
+        moves = overlap.max(axis=1) > 0
+        if detected.moving is not None:
+            moves &= detected.moving
+        return np.where(moves, self.speeds[real][best], 0.0)

@@ -112,6 +112,12 @@ def label_folder(
             boxes, remark = flagged(boxes, Path(flags) / f"{id}.txt")
             remarks += [remark] if remark else []
         scenes.append(_scene(id, boxes, road_type, seed, str(road_type)))
+    if not scenes and ids is None:
+        raise DataError(
+            "the folder holds no label file.",
+            path=folder,
+            remedy="Label files are named by their frame, such as 000107.txt.",
+        )
     return SceneSet(folder.name, tuple(scenes), tuple(remarks))
 
 

@@ -1,0 +1,5 @@
+"""`python -m avsec_gym` is `avsec`."""
+
+from avsec_gym.cli import main
+
+main()
