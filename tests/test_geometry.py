@@ -67,9 +67,7 @@ def test_first_corner_is_front_left() -> None:
     np.testing.assert_allclose(corners[0], [-1.0, 2.0], atol=1e-12)
 
 
-@given(
-    hnp.arrays(float, 3, elements=coordinates), hnp.arrays(float, 3, elements=sizes), angles
-)
+@given(hnp.arrays(float, 3, elements=coordinates), hnp.arrays(float, 3, elements=sizes), angles)
 def test_box_corners_follow_kittis_formula(
     location: np.ndarray, dimensions: np.ndarray, rotation_y: float
 ) -> None:

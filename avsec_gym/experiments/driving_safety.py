@@ -17,7 +17,7 @@ from avsec_gym.kitti.detections import above, default_score_threshold
 from avsec_gym.metrics.paired import paired_differences
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.pipeline import drive
-from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner
+from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner, Planner
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.scenario.scene_sets import WITHOUT_CARS, SceneSet
@@ -97,7 +97,7 @@ class DrivingSafety:
         """Everything but the single records."""
         groups = sorted({scene.group for scene in self.scenes.scenes})
         by_group = [
-            {"group": group, **_named(cell), **self.rates(cell, _in(group)).to_json()}
+            {"group": group, **_named(cell), **self.rates(cell, in_group(group)).to_json()}
             for cell in self.records
             for group in groups
         ]
@@ -161,6 +161,7 @@ def driving_safety(
     detected: Detected | None = None,
     truth_motion: Motion = Motion.TRUTH,
     detected_motion: Motion = Motion.STATIC,
+    planner_of: Callable[[Algorithm], Planner] = MotionPrimitivePlanner,
     on_progress: Progress = lambda done, total: None,
 ) -> DrivingSafety:
     """Drive every scene.
@@ -172,6 +173,7 @@ def driving_safety(
         detected: A detector's boxes; None: the ground truth is the only input.
         truth_motion: What the planner knows of motion when it plans on the ground truth.
         detected_motion: The same for detections.
+        planner_of: Makes the planner of an algorithm.
         on_progress: Told how many of how many drives are done.
     """
     inputs: list[tuple[str, Mapping[str, Boxes3D] | None, Motion]] = [
@@ -186,7 +188,8 @@ def driving_safety(
             for name, boxes, motion in inputs:
                 cell = Cell(str(algorithm), str(intention), name)
                 records[cell] = []
-                for record in _drives(scenes.scenes, algorithm, intention, boxes, motion):
+                planner = planner_of(algorithm)
+                for record in _drives(scenes.scenes, planner, intention, boxes, motion):
                     records[cell].append(record)
                     on_progress(sum(map(len, records.values())), total)
     settings: dict[str, Any] = {"motion": {GROUND_TRUTH: str(truth_motion)}}
@@ -213,7 +216,13 @@ def threshold_sweep(
             "planner": str(algorithm),
             "intention": str(intention),
             **SafetyRates.of(
-                _drives(scenes.scenes, algorithm, intention, detected.kept(threshold), motion)
+                _drives(
+                    scenes.scenes,
+                    MotionPrimitivePlanner(algorithm),
+                    intention,
+                    detected.kept(threshold),
+                    motion,
+                )
             ).to_json(),
         }
         for threshold in thresholds
@@ -223,12 +232,12 @@ def threshold_sweep(
 
 def _drives(
     scenes: Iterable[Scene],
-    algorithm: Algorithm,
+    planner: Planner,
     intention: Intention,
     boxes: Mapping[str, Boxes3D] | None,
     motion: Motion,
 ) -> Iterable[SafetyRecord]:
-    planner, nothing = MotionPrimitivePlanner(algorithm), Boxes3D.empty()
+    nothing = Boxes3D.empty()
     for scene in scenes:
         believed = None if boxes is None else boxes.get(scene.id, nothing)
         yield drive(scene, intention, believed, motion=motion, planner=planner).record
@@ -238,5 +247,6 @@ def _named(cell: Cell) -> dict[str, str]:
     return {"planner": cell.planner, "intention": cell.intention, "input": cell.input}
 
 
-def _in(group: str) -> Callable[[Scene], bool]:
+def in_group(group: str) -> Callable[[Scene], bool]:
+    """Whether a scene belongs to a group."""
     return lambda scene: scene.group == group

@@ -42,5 +42,8 @@ def mcnemar_p(lost: int, gained: int) -> float:
         0.0391
     """
     changed = lost + gained
-    tail = sum(math.comb(changed, k) for k in range(min(lost, gained) + 1))
+    tail, ways = 0, 1
+    for k in range(min(lost, gained) + 1):
+        tail += ways
+        ways = ways * (changed - k) // (k + 1)
     return min(1.0, 2 * tail / 2**changed)

@@ -78,7 +78,7 @@ class MotionPrimitivePlanner:
         >>> from avsec_gym.boxes import Boxes3D
         >>> plan = MotionPrimitivePlanner().plan(build_planning_scenario(Boxes3D.empty()))
         >>> plan.status.value, round(plan.cost, 1)
-        ('found', 1.9)
+        ('found', 1.7)
     """
 
     algorithm: Algorithm = Algorithm.ASTAR

@@ -294,7 +294,7 @@ def _lanelet(lanelet: Any) -> Lanelet:
         successors=tuple(lanelet.successor),
         adjacent_left=neighbour(lanelet.adj_left, lanelet.adj_left_same_direction),
         adjacent_right=neighbour(lanelet.adj_right, lanelet.adj_right_same_direction),
-        types=tuple(sorted(kind.value for kind in lanelet.lanelet_type)),
+        types=tuple(sorted({kind.value for kind in lanelet.lanelet_type} - {"unknown"})),
     )
 
 
@@ -320,7 +320,9 @@ def _goals(region: Any) -> tuple[Goal, ...]:
                     else (shape,)
                 ),
                 heading=None if heading is None else (_finite(heading.start), _finite(heading.end)),
-                velocity=None if velocity is None else (_finite(velocity.start), _finite(velocity.end)),
+                velocity=None
+                if velocity is None
+                else (_finite(velocity.start), _finite(velocity.end)),
                 lanelets=tuple(lanelets.get(i, ())),
             )
         )

@@ -22,8 +22,8 @@ class Motion(StrEnum):
     STATIC = "static"
     """Nothing: it plans as if every object stood."""
     TRUTH = "truth"
-    """The objects that really move, at their real speeds; a detected object has the flag and the
-    speed of the true object that it overlaps most."""
+    """The objects that really move, as they really move; a detected object moves as the true object
+    that it overlaps most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,9 +99,14 @@ class Scene:
         )
 
     def speeds_of(self, detected: Boxes3D) -> Floats:
-        """Speeds of the true objects that detected boxes overlap most, m/s, shape (M,).
+        """How detected boxes move along their headings if they move like what they overlap most.
 
         A box that overlaps nothing stands; so does one whose own flag says it (a ghost).
+        Detectors know headings up to half a turn: a box that faces against its true object's way
+        drives backwards.
+
+        Returns:
+            m/s, shape (M,).
         """
         if not len(self.boxes) or not len(detected) or not self.speeds.any():
             return np.zeros(len(detected))
@@ -117,4 +122,6 @@ class Scene:
         moves = overlap.max(axis=1) > 0
         if detected.moving is not None:
             moves &= detected.moving
-        return np.where(moves, self.speeds[real][best], 0.0)
+        turned = detected.poses[:, 2] - self.boxes.poses[real][best, 2]
+        along = self.speeds[real][best] * np.where(np.cos(turned) < 0, -1.0, 1.0)
+        return np.where(moves, along, 0.0)

@@ -73,7 +73,7 @@ def curved(radius: float) -> PlanningScenario:
     )
 
 
-SCENARIOS = [built(seed) for seed in range(18)] + [curved(r) for r in (45.0, -45.0, 90.0)]
+SCENARIOS = [built(seed) for seed in range(20)] + [curved(r) for r in (45.0, -45.0, 90.0)]
 
 
 def judge(scenario: PlanningScenario, plan: Plan) -> dict[str, bool]:
@@ -124,14 +124,15 @@ def judge(scenario: PlanningScenario, plan: Plan) -> dict[str, bool]:
         }
 
 
-@pytest.mark.parametrize("scenario", SCENARIOS, ids=lambda scenario: scenario.id)
-def test_the_judge_accepts_the_trajectory(scenario: PlanningScenario) -> None:
-    for algorithm in ("astar", "gbfs"):
-        plan = MotionPrimitivePlanner(algorithm).plan(scenario)
-        if plan.found:
-            assert judge(scenario, plan) == dict.fromkeys(("start", "goal", "free", "feasible"), True)
-            assert plan.trajectory is not None
-            assert plan.trajectory[0, 2] == scenario.start.velocity
+@pytest.mark.parametrize("number", range(len(SCENARIOS)), ids=lambda n: SCENARIOS[n].id)
+def test_the_judge_accepts_the_trajectory(number: int) -> None:
+    scenario = SCENARIOS[number]
+    plan = MotionPrimitivePlanner(("astar", "gbfs")[number % 2]).plan(scenario)
+    if not plan.found:
+        pytest.skip(plan.explanation)
+    assert judge(scenario, plan) == dict.fromkeys(("start", "goal", "free", "feasible"), True)
+    assert plan.trajectory is not None
+    assert plan.trajectory[0, 2] == scenario.start.velocity
 
 
 def test_most_of_the_judged_scenarios_have_a_plan() -> None:

@@ -81,7 +81,11 @@ def test_broken_files_are_named(
     written: Path, pattern: str, replacement: str | None, message: str
 ) -> None:
     text = written.read_text()
-    broken = text[: len(text) // 2] if replacement is None else re.sub(pattern, replacement, text, count=1)
+    broken = (
+        text[: len(text) // 2]
+        if replacement is None
+        else re.sub(pattern, replacement, text, count=1)
+    )
     written.write_text(broken)
     with pytest.raises(DataError, match=message) as caught:
         read_primitives(written)

@@ -26,7 +26,9 @@ def rows(*ends: tuple[float, float, float, float]) -> MotionPrimitives:
     return MotionPrimitives(states, np.ones(len(ends), np.int64))
 
 
-@pytest.mark.parametrize(("speeds", "count"), [((6.0,), 19), ((6.0, 8.0), None), ((11.0, 13.0), None)])
+@pytest.mark.parametrize(
+    ("speeds", "count"), [((6.0,), 19), ((6.0, 8.0), None), ((11.0, 13.0), None)]
+)
 def test_generated_primitives_obey_physics(speeds: tuple[float, ...], count: int | None) -> None:
     primitives = generate_primitives(speeds)
     assert count is None or len(primitives) == count

@@ -64,7 +64,9 @@ def cases() -> dict[str, PlanningScenario]:
     car = boxes((7.0, 3.5, 0.0, 4.0, 1.8, 2.0))
     return {
         "plain": plain,
-        "boxes": replace(plain, obstacles=boxes((9, 2.6, 0.3, 4, 1.8, 0), (10, -2.2, 0, 4, 1.8, 0))),
+        "boxes": replace(
+            plain, obstacles=boxes((9, 2.6, 0.3, 4, 1.8, 0), (10, -2.2, 0, 4, 1.8, 0))
+        ),
         "blocked": replace(
             plain,
             road=Road(straight_lanes(1, 3.5, -10, 60)),
@@ -92,13 +94,16 @@ def cases() -> dict[str, PlanningScenario]:
         "disc goal": replace(plain, goals=(replace(goal, region=(Disc(1.6, 15.0, 2.5),)),)),
         "goal anywhere": replace(plain, goals=(Goal((3, 10)),)),
         "two goals, one a lanelet": replace(
-            plain, goals=(Goal((25, 30), (Polygon(((10, 1.75), (60, 1.75), (60, 5), (10, 5.25))),)), goal)
+            plain,
+            goals=(Goal((25, 30), (Polygon(((10, 1.75), (60, 1.75), (60, 5), (10, 5.25))),)), goal),
         ),
         "late start": replace(
             plain, start=EgoState(velocity=6.0, step=3), goals=(replace(goal, steps=(20, 40)),)
         ),
         "narrow road": replace(
-            plain, road=Road(straight_lanes(1, 2.2, -10, 60)), goals=(Goal((4, 30), (Disc(2.0, 15.0),)),)
+            plain,
+            road=Road(straight_lanes(1, 2.2, -10, 60)),
+            goals=(Goal((4, 30), (Disc(2.0, 15.0),)),),
         ),
     }
 
@@ -121,8 +126,8 @@ EXPECTED: dict[str, tuple[tuple[float | None, int], tuple[float | None, int]]] =
     "shapes turn about their own centres": ((1.7, 10), (1.7, 6)),
     "neighbours sampled differently": ((1.7, 16), (1.7, 4)),
     "disc goal": ((1.8, 4), (1.9, 4)),
-#DIFF goal anywhere astar {'status': 'timeout', 'expanded': 3655} limit 20000 nan
-#DIFF goal anywhere gbfs {'status': 'timeout', 'expanded': 4485} limit 20000 nan
+    # DIFF goal anywhere astar {'status': 'timeout', 'expanded': 3655} limit 20000 nan
+    # DIFF goal anywhere gbfs {'status': 'timeout', 'expanded': 4485} limit 20000 nan
     "goal anywhere": ((0.3, 1), (0.3, 1)),
     "two goals, one a lanelet": ((1.7, 70), (1.8, 9)),
     "late start": ((1.7, 16), (1.7, 4)),
@@ -178,7 +183,9 @@ def expected_rows(shared: Path, file: str) -> list[dict[str, object]]:
     [("expected_commonroad_search.json", "scenarios"), ("expected_wide.json", "scenarios_wide")],
 )
 def test_shared_files(shared: Path, expected: str, folder: str) -> None:
-    sets = {path.stem: read_primitives(path) for path in (shared / "planning/primitives").glob("*.xml")}
+    sets = {
+        path.stem: read_primitives(path) for path in (shared / "planning/primitives").glob("*.xml")
+    }
     wide = next(primitives for name, primitives in sets.items() if name.startswith("V_"))
     rows = expected_rows(shared, expected)
     for row in rows:

@@ -27,7 +27,7 @@ SMALL = 1e-6
 AXLE = 1.4227170936
 
 
-class TooClose(Exception):  # noqa: N818
+class TooClose(Exception):
     """Something only just touches: neither answer would be wrong."""
 
 
@@ -254,7 +254,11 @@ def test_trajectory_starts_at_the_start_and_ends_in_the_goal() -> None:
     np.testing.assert_allclose(plan.trajectory[0], [1.0, -0.5, 6.0, 0.1, 0.0])
     assert plan.first_step == 2
     assert len(plan.trajectory) == round(plan.cost / 0.1) + 1
-    x, y, *_, = plan.trajectory[-1]
+    (
+        x,
+        y,
+        *_,
+    ) = plan.trajectory[-1]
     assert 12.5 <= x <= 17.5
     assert 1.75 <= y <= 5.25
     # A car moves along its heading: no state jumps.
@@ -263,9 +267,7 @@ def test_trajectory_starts_at_the_start_and_ends_in_the_goal() -> None:
 
 
 def test_start_in_the_goal_costs_nothing() -> None:
-    plan = MotionPrimitivePlanner().plan(
-        lane_change(goals=(Goal((0, 9), (Rectangle(2.0, 2.0),)),))
-    )
+    plan = MotionPrimitivePlanner().plan(lane_change(goals=(Goal((0, 9), (Rectangle(2.0, 2.0),)),)))
     assert plan.found
     assert plan.cost == 0.0
     assert plan.expanded == 0
@@ -311,9 +313,7 @@ def test_node_limit() -> None:
 
 def test_time_limit() -> None:
     """Reference mode knows no horizon: a goal behind the car keeps it driving."""
-    scenario = lane_change(
-        road=Road(), goals=(Goal((4, 30), (Rectangle(1.0, 1.0, -50.0, 0.0),)),)
-    )
+    scenario = lane_change(road=Road(), goals=(Goal((4, 30), (Rectangle(1.0, 1.0, -50.0, 0.0),)),))
     planner = MotionPrimitivePlanner("gbfs", "reference", node_limit=10**8, time_limit=0.3)
     plan = planner.plan(scenario)
     assert plan.status == Status.LIMIT

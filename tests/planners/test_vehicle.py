@@ -72,7 +72,9 @@ def test_a_batch_is_its_members() -> None:
     a, rate = np.array([1.0, -2.0]), np.array([0.2, -0.1])
     together = simulate(BMW_320I, starts, a, rate, 5, 0.1)
     for i in range(2):
-        np.testing.assert_array_equal(together[i], simulate(BMW_320I, starts[i], a[i], rate[i], 5, 0.1))
+        np.testing.assert_array_equal(
+            together[i], simulate(BMW_320I, starts[i], a[i], rate[i], 5, 0.1)
+        )
 
 
 @pytest.mark.parametrize(

@@ -42,7 +42,8 @@ def polygons(draw: st.DrawFn) -> Polygon:
     turn = -2 * np.pi * np.arange(len(radii)) / len(radii)
     return Polygon(
         tuple(
-            (float(r * np.cos(a)), float(r * np.sin(a))) for r, a in zip(radii, turn, strict=True)
+            (round(float(r * np.cos(a)), 12), round(float(r * np.sin(a)), 12))
+            for r, a in zip(radii, turn, strict=True)
         )
     )
 
@@ -76,7 +77,9 @@ def obstacles(draw: st.DrawFn) -> Obstacles:
             speed[i, t] = speed[i, t - 1] if last else draw(speeds)
     return Obstacles(
         ids=np.arange(count) + 50,
-        categories=np.array([draw(st.sampled_from(["car", "parkedVehicle", "truck"])) for _ in static]),
+        categories=np.array(
+            [draw(st.sampled_from(["car", "parkedVehicle", "truck"])) for _ in static]
+        ),
         shapes=tuple(draw(obstacle_shapes if s else moving_shapes) for s in static),
         poses=poses,
         speeds=speed,
@@ -99,9 +102,7 @@ goals = st.builds(
 scenarios = st.builds(
     PlanningScenario,
     id=st.text(min_size=1, max_size=20, alphabet="abc 0_-äß\"<&>'"),
-    start=st.builds(
-        EgoState, numbers, numbers, speeds, angles, angles, st.integers(0, 10)
-    ),
+    start=st.builds(EgoState, numbers, numbers, speeds, angles, angles, st.integers(0, 10)),
     goals=st.lists(goals, min_size=1, max_size=3).map(tuple),
     road=st.builds(lambda n: Road(straight_lanes(n, 3.5, -10.1, 60.3)), st.sampled_from([1, 3])),
     obstacles=obstacles(),
@@ -145,9 +146,7 @@ def test_moving_shapes_off_the_origin_keep_their_area(
     scenario = replace(scenario, obstacles=replace(scenario.obstacles, shapes=shapes))
     write_commonroad(scenario, tmp_path / "x.xml")
     again = read_commonroad(tmp_path / "x.xml")
-    for one, two in zip(
-        scenario.obstacles.polygons(3), again.obstacles.polygons(3), strict=True
-    ):
+    for one, two in zip(scenario.obstacles.polygons(3), again.obstacles.polygons(3), strict=True):
         assert one.symmetric_difference(two).area < 1e-9
 
 
@@ -309,6 +308,7 @@ def test_notes_of_others_are_ignored(file: Path) -> None:
     assert read_commonroad(file).id == "simple"
 
 
+@pytest.mark.slow
 def test_shared_files(shared: Path) -> None:
     files = sorted((shared / "planning").glob("scenarios*/*.xml"))
     assert len(files) == 36

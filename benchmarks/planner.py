@@ -1,0 +1,223 @@
+"""Our planner and commonroad-search on the same files and primitives, in one run.
+
+    python benchmarks/planner.py --scenarios DIR --primitives XML [--pattern GLOB]
+        [--original PATH]
+
+``--original`` names a checkout of commonroad-search: the folder that holds ``SMP``.  Without it
+only ours is measured.  Prints a table on the error stream and JSON on the output.  What is timed is
+the search alone, on a scenario that is read and prepared: for the original ``execute_search`` with
+drawing switched off, for ours ``plan`` with everything it does.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import importlib
+import io
+import json
+import signal
+import statistics
+import sys
+import time
+import types
+import warnings
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+ALGORITHMS = ("astar", "gbfs")
+Row = dict[str, Any]
+
+
+def ours(primitives: Path, repeat: int) -> Callable[[Path, str], Row]:
+    """Plan with `MotionPrimitivePlanner`, the best of some runs."""
+    from avsec_gym.planners.collision import world_of
+    from avsec_gym.planners.planner import MotionPrimitivePlanner
+    from avsec_gym.planners.primitive_files import read_primitives
+    from avsec_gym.scenario.commonroad import read_commonroad
+
+    loaded = read_primitives(primitives)
+
+    def run(path: Path, algorithm: str) -> Row:
+        scenario = read_commonroad(path)
+        world = world_of(scenario)
+        planner = MotionPrimitivePlanner(algorithm, "reference", loaded, node_limit=20_000)
+        planner.plan(scenario, world=world, explain=False)
+        seconds = []
+        for _ in range(repeat):
+            begun = time.perf_counter()
+            plan = planner.plan(scenario, world=world, explain=False)
+            seconds.append(time.perf_counter() - begun)
+        return {
+            "status": plan.status.value,
+            "cost": round(plan.cost, 6) if plan.found else None,
+            "expanded": plan.expanded,
+            "seconds": min(seconds),
+        }
+
+    return run
+
+
+class TookTooLong(BaseException):
+    """Not an Exception, so that nothing in between catches it."""
+
+
+@contextlib.contextmanager
+def at_most(seconds: float) -> Iterator[None]:
+    """Interrupt what runs longer (main thread, POSIX)."""
+
+    def interrupt(*_: object) -> None:
+        raise TookTooLong
+
+    previous = signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, previous)
+
+
+def stand_in_for_notebooks() -> None:
+    """commonroad-search imports notebook widgets for its pictures; without them, empty modules."""
+
+    def nothing(*_: object, **__: object) -> None:
+        return None
+
+    for name, members in (
+        ("IPython", {}),
+        ("IPython.display", {"display": nothing}),
+        ("ipywidgets", {"widgets": types.ModuleType("ipywidgets")}),
+    ):
+        try:
+            importlib.import_module(name)
+        except ImportError:
+            module = types.ModuleType(name)
+            vars(module).update(members)
+            sys.modules[name] = module
+            if "." in name:
+                setattr(sys.modules[name.split(".")[0]], name.split(".")[1], module)
+    notebook: Any = types.ModuleType("tqdm.notebook")
+    notebook.tqdm = lambda items, *_, **__: items
+    sys.modules["tqdm.notebook"] = notebook
+
+
+def original(checkout: Path, primitives: Path, limit: float) -> Callable[[Path, str], Row]:
+    """Plan with commonroad-search's own classes, drawing switched off."""
+    sys.path.insert(0, str(checkout))
+    stand_in_for_notebooks()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        automata: Any = importlib.import_module("SMP.maneuver_automaton.maneuver_automaton")
+        searches: Any = importlib.import_module(
+            "SMP.motion_planner.search_algorithms.best_first_search"
+        )
+        reader: Any = importlib.import_module("commonroad.common.file_reader")
+        with contextlib.redirect_stdout(io.StringIO()):
+            automaton = automata.ManeuverAutomaton.generate_automaton(str(primitives))
+    searches.update_visualization = lambda **named: named["dict_node_status"]
+    searches.initial_visualization = lambda *_, **__: None
+    kinds = {"astar": searches.AStarSearch, "gbfs": searches.GreedyBestFirstSearch}
+
+    def run(path: Path, algorithm: str) -> Row:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            scenario, problems = reader.CommonRoadFileReader(str(path)).open()
+            problem = next(iter(problems.planning_problem_dict.values()))
+            planner = kinds[algorithm](scenario, problem, automaton)
+        planner.plot_solution = lambda **named: named["list_states_nodes"]
+        planner.plot_colliding_primitives = lambda **named: (
+            named["list_states_nodes"],
+            named["node_status"],
+        )
+        popped, pop = [0], planner.frontier.pop
+
+        def counted() -> Any:
+            popped[0] += 1
+            return pop()
+
+        planner.frontier.pop = counted
+        begun = time.perf_counter()
+        try:
+            with at_most(limit):
+                path_found, *_ = planner.execute_search()
+        except TookTooLong:
+            return {"status": "timeout", "cost": None, "expanded": popped[0], "seconds": limit}
+        seconds = time.perf_counter() - begun
+        found = path_found is not None
+        cost = None
+        if found:
+            steps = path_found[-1][-1].time_step - path_found[0][0].time_step
+            cost = round(steps * scenario.dt, 6)
+        return {
+            "status": "found" if found else "exhausted",
+            "cost": cost,
+            "expanded": popped[0] - found,
+            "seconds": seconds,
+        }
+
+    return run
+
+
+def summary(rows: list[Row]) -> Row:
+    """Totals over the rows that both finished."""
+    both = [r for r in rows if "original" in r and r["original"]["status"] != "timeout"]
+    mine = [r["ours"]["seconds"] for r in rows]
+    result: Row = {
+        "rows": len(rows),
+        "ours_seconds_total": sum(mine),
+        "ours_seconds_median": statistics.median(mine),
+    }
+    if not both:
+        return result
+    same = [
+        all(r["ours"][key] == r["original"][key] for key in ("status", "cost", "expanded"))
+        for r in both
+    ]
+    ratios = [r["original"]["seconds"] / r["ours"]["seconds"] for r in both]
+    total = sum(r["original"]["seconds"] for r in both) / sum(r["ours"]["seconds"] for r in both)
+    return result | {
+        "compared": len(both),
+        "same_nodes_and_cost": sum(same),
+        "original_timeouts": sum(r.get("original", {}).get("status") == "timeout" for r in rows),
+        "speed_ratio_median": statistics.median(ratios),
+        "speed_ratio_total": total,
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--scenarios", type=Path, required=True, help="folder of CommonRoad files")
+    parser.add_argument("--primitives", type=Path, required=True, help="motion primitives, XML")
+    parser.add_argument("--pattern", default="*.xml", help="which files (default %(default)s)")
+    parser.add_argument("--original", type=Path, help="checkout of commonroad-search")
+    parser.add_argument("--limit", type=float, default=10.0, help="seconds for the original")
+    parser.add_argument("--repeat", type=int, default=5, help="runs of ours, of which the best")
+    arguments = parser.parse_args()
+    files = sorted(arguments.scenarios.glob(arguments.pattern))
+    if not files:
+        parser.error(f"no {arguments.pattern} in {arguments.scenarios}")
+    planners = {"ours": ours(arguments.primitives, arguments.repeat)}
+    if arguments.original is not None:
+        planners["original"] = original(
+            arguments.original, arguments.primitives.resolve(), arguments.limit
+        )
+    rows: list[Row] = []
+    for path in files:
+        for algorithm in ALGORITHMS:
+            row: Row = {"file": path.name, "planner": algorithm}
+            for name, run in planners.items():
+                row[name] = run(path, algorithm)
+            rows.append(row)
+            cells = [
+                f"{name} {row[name]['status']:9} {row[name]['expanded']:6d} nodes"
+                f" {row[name]['seconds'] * 1e3:9.3f} ms"
+                for name in planners
+            ]
+            print(f"{path.name:28} {algorithm:5}  " + "   ".join(cells), file=sys.stderr)
+    print(json.dumps({"summary": summary(rows), "rows": rows}, indent=1))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,13 @@
+#!/bin/sh
+# Makes the pictures and results that the documentation shows.
+# Environment: PYTHON; for the parts on real data KITTI (object root), SCENARIOS, DETECTIONS.
+set -eu
+cd "$(dirname "$0")/.."
+PYTHON=${PYTHON:-python}
+"$PYTHON" -m avsec_gym demo --out runs/demo
+cp runs/demo/demo.png docs/images/demo.png
+[ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.layout_statistics \
+    --kitti "$KITTI" --scenarios "$SCENARIOS" --out docs/images
+[ -z "${DETECTIONS:-}" ] || "$PYTHON" -m avsec_gym.experiments.driving_safety_report \
+    --scenarios "$SCENARIOS" --detections "$DETECTIONS" --out docs/results
+"$PYTHON" benchmarks/report.py --out docs/results ${SCENARIOS:+--scenarios "$SCENARIOS"}

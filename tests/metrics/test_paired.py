@@ -1,0 +1,91 @@
+"""Paired differences and their bootstrap."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import binomtest
+
+from avsec_gym.metrics.paired import paired_differences
+from avsec_gym.metrics.safety import COLLISION, SAFE, UNPLANNED, SafetyRates, SafetyRecord
+
+
+def records(outcomes: list[str]) -> list[SafetyRecord]:
+    return [
+        SafetyRecord(f"{i:06d}", "left", outcome, math.nan, 0, math.nan, math.nan)
+        for i, outcome in enumerate(outcomes)
+    ]
+
+
+def random_outcomes(rng: np.random.Generator, count: int, shares: tuple[float, ...]) -> list[str]:
+    return rng.choice([SAFE, COLLISION, UNPLANNED], count, p=shares).tolist()
+
+
+def test_differences_are_those_of_the_rates() -> None:
+    rng = np.random.default_rng(0)
+    first = records(random_outcomes(rng, 200, (0.8, 0.1, 0.1)))
+    second = records(random_outcomes(rng, 200, (0.6, 0.2, 0.2)))
+    found = paired_differences(first, second)
+    one, two = SafetyRates.of(first), SafetyRates.of(second)
+    for name in ("success_rate", "collision_rate", "safe_driving_rate"):
+        assert found[name] == pytest.approx(getattr(two, name) - getattr(one, name), abs=1e-12)
+        low, high = found[f"{name}_interval"]
+        assert low < found[name] < high
+    lost = sum(a.safe and not b.safe for a, b in zip(first, second, strict=True))
+    gained = sum(b.safe and not a.safe for a, b in zip(first, second, strict=True))
+    assert (found["became_unsafe"], found["became_safe"]) == (lost, gained)
+    assert found["mcnemar_p"] == pytest.approx(binomtest(lost, lost + gained).pvalue)
+
+
+def test_pairing_narrows_the_interval() -> None:
+    """190 of 200 pairs agree: the difference is far surer than that of two independent samples."""
+    first = [SAFE] * 100 + [UNPLANNED] * 100
+    second = [SAFE] * 90 + [UNPLANNED] * 110
+    low, high = paired_differences(records(first), records(second))["safe_driving_rate_interval"]
+    spread = math.sqrt(0.05 * 0.95 / 200)
+    assert low == pytest.approx(-0.05 - 1.96 * spread, abs=0.012)
+    assert high == pytest.approx(-0.05 + 1.96 * spread, abs=0.012)
+
+
+def test_intervals_cover_the_true_difference() -> None:
+    rng, covered = np.random.default_rng(1), 0
+    for trial in range(200):
+        first = random_outcomes(rng, 120, (0.8, 0.1, 0.1))
+        turns = rng.random(120) < 0.1
+        second = [UNPLANNED if turn else word for word, turn in zip(first, turns, strict=True)]
+        found = paired_differences(records(first), records(second), resamples=1000, seed=trial)
+        low, high = found["safe_driving_rate_interval"]
+        covered += low <= -0.08 <= high
+    assert 0.88 <= covered / 200 <= 0.99
+
+
+def test_the_seed_decides() -> None:
+    rng = np.random.default_rng(2)
+    pair = [records(random_outcomes(rng, 50, (0.6, 0.2, 0.2))) for _ in range(2)]
+    assert paired_differences(*pair, seed=3) == paired_differences(*pair, seed=3)
+    assert paired_differences(*pair, seed=3) != paired_differences(*pair, seed=4)
+
+
+def test_equal_inputs_differ_by_nothing() -> None:
+    one = records([SAFE, COLLISION, UNPLANNED] * 10)
+    found = paired_differences(one, one)
+    assert found["safe_driving_rate"] == 0.0
+    assert found["safe_driving_rate_interval"] == [0.0, 0.0]
+    assert found["mcnemar_p"] == 1.0
+
+
+def test_without_plans_there_is_no_collision_rate() -> None:
+    found = paired_differences(records([UNPLANNED] * 5), records([UNPLANNED] * 4 + [SAFE]))
+    assert found["collision_rate"] is None
+    assert found["collision_rate_interval"] is None
+    assert found["success_rate"] == pytest.approx(0.2)
+
+
+def test_nothing_and_what_does_not_match() -> None:
+    assert paired_differences([], []) == {"scenarios": 0}
+    with pytest.raises(ValueError, match="same scenarios"):
+        paired_differences(records([SAFE]), records([SAFE, SAFE]))
+    with pytest.raises(ValueError, match="same scenarios"):
+        paired_differences(records([SAFE, SAFE]), records([SAFE, SAFE])[::-1])

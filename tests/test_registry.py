@@ -1,0 +1,154 @@
+"""Names, dictionaries and live objects; plug-ins that work and plug-ins that do not."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator
+from importlib import metadata
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from avsec_gym import registry
+from avsec_gym.attacks.object_injection import RandomGhosts
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.planners.planner import Algorithm, Mode, MotionPrimitivePlanner
+from avsec_gym.registry import Kind, make, names, register
+
+
+@pytest.fixture(autouse=True)
+def fresh(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Nothing that a test registers stays."""
+    monkeypatch.setattr(registry, "_REGISTERED", {})
+    monkeypatch.setattr(registry, "_PLUGINS_LOADED", False)
+    yield
+
+
+@pytest.fixture
+def plug_in(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Pretend that packages are installed which have these entry points."""
+
+    def install(**functions: Any) -> None:
+        def load(what: Any) -> Any:
+            if isinstance(what, Exception):
+                raise what
+            return what
+
+        points = [
+            SimpleNamespace(name=name, load=lambda what=what: load(what))
+            for name, what in functions.items()
+        ]
+
+        def entry_points(*, group: str) -> list[SimpleNamespace]:
+            return points if group == "avsec_gym.plugins" else []
+
+        monkeypatch.setattr(metadata, "entry_points", entry_points)
+
+    return install
+
+
+def test_by_name_by_dictionary_and_as_it_is() -> None:
+    assert make("planner", "astar") == MotionPrimitivePlanner()
+    assert make(Kind.PLANNER, "gbfs").algorithm == Algorithm.GBFS
+    given = make("planner", {"name": "astar", "node_limit": 7, "mode": "reference"})
+    assert (given.node_limit, given.mode) == (7, Mode.REFERENCE)
+    live = MotionPrimitivePlanner(node_limit=3)
+    assert make("planner", live) is live
+    assert make("attack", {"name": "random_ghosts", "ghosts": 5}) == RandomGhosts(ghosts=5)
+
+
+def test_the_dictionary_is_left_as_it_was() -> None:
+    asked = {"name": "astar", "node_limit": 7}
+    make("planner", asked)
+    assert asked == {"name": "astar", "node_limit": 7}
+
+
+def test_one_can_add_ones_own() -> None:
+    register("detector", "mine", lambda size=1: ("mine", size))
+    assert make("detector", "mine") == ("mine", 1)
+    assert make("detector", {"name": "mine", "size": 4}) == ("mine", 4)
+    assert names("detector") == ["mine"]
+    # The same name means something else for another kind.
+    register("validator", "mine", lambda: "another")
+    assert make("validator", "mine") == "another"
+
+
+@pytest.mark.parametrize("name", ["astar", "mine"])
+def test_a_name_is_given_once(name: str) -> None:
+    register("planner", "mine", lambda: 1)
+    with pytest.raises(ConfigurationError, match=f"named '{name}' already"):
+        register("planner", name, lambda: 2)
+    assert make("planner", "mine") == 1
+
+
+def test_unknown_names_list_the_known_ones() -> None:
+    register("planner", "rrt", lambda: 1)
+    with pytest.raises(ConfigurationError, match=r"no planner named 'dijkstra'.*astar, gbfs, rrt"):
+        make("planner", "dijkstra")
+    with pytest.raises(ConfigurationError, match="random_ghosts"):
+        make("attack", "")
+
+
+def test_unknown_kinds_list_the_known_ones() -> None:
+    with pytest.raises(ConfigurationError, match="detector, attack, planner, validator"):
+        make("camera", "astar")
+    with pytest.raises(ConfigurationError, match="no kind of part"):
+        register("camera", "mine", lambda: 1)
+
+
+def test_arguments_that_do_not_fit() -> None:
+    with pytest.raises(ConfigurationError, match="'astar' cannot be made: .*speed"):
+        make("planner", {"name": "astar", "speed": 3})
+    with pytest.raises(ConfigurationError, match="needs a 'name'"):
+        make("planner", {"node_limit": 3})
+
+
+def test_plug_ins_are_loaded_when_somebody_asks(plug_in: Callable[..., None]) -> None:
+    calls = []
+
+    def mine() -> None:
+        calls.append(1)
+        register("planner", "theirs", lambda: "planned")
+
+    plug_in(mine=mine)
+    assert not calls
+    assert names("planner") == ["astar", "gbfs", "theirs"]
+    assert make("planner", "theirs") == "planned"
+    assert calls == [1]
+
+
+def test_a_broken_plug_in_does_not_take_the_others_with_it(
+    plug_in: Callable[..., None], caplog: pytest.LogCaptureFixture
+) -> None:
+    def fails() -> None:
+        raise RuntimeError("half installed")
+
+    plug_in(
+        absent=ImportError("no such module"),
+        fails=fails,
+        wrong=5,
+        taken=lambda: register("planner", "astar", lambda: 1),
+        good=lambda: register("planner", "theirs", lambda: "planned"),
+    )
+    with caplog.at_level(logging.WARNING):
+        assert make("planner", "theirs") == "planned"
+    assert make("planner", "astar") == MotionPrimitivePlanner()
+    told = [record.getMessage() for record in caplog.records]
+    assert len(told) == 4
+    for name, message in zip(("absent", "fails", "wrong", "taken"), told, strict=True):
+        assert f"plug-in {name} " in message
+    assert "half installed" in told[1]
+
+
+def test_a_plug_in_may_ask_for_names_itself(plug_in: Callable[..., None]) -> None:
+    calls = []
+
+    def polite() -> None:
+        calls.append(1)
+        if "polite" not in names("planner"):
+            register("planner", "polite", lambda: make("planner", "astar"))
+
+    plug_in(polite=polite)
+    assert make("planner", "polite") == MotionPrimitivePlanner()
+    assert calls == [1]
