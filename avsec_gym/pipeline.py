@@ -16,6 +16,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.metrics.safety import SafetyRecord, judge
 from avsec_gym.planners.plan import Plan
 from avsec_gym.planners.planner import MotionPrimitivePlanner, Planner
+from avsec_gym.scenario.given_scene import GivenScene
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
 from avsec_gym.scenario.scene import Motion, Scene
@@ -34,7 +35,7 @@ class Drive:
 
 
 def drive(
-    scene: Scene,
+    scene: Scene | GivenScene,
     intention: Intention = Intention.STRAIGHT,
     believed: Boxes3D | None = None,
     *,
@@ -45,7 +46,7 @@ def drive(
 
     Args:
         scene: The real situation.
-        intention: Where to go.
+        intention: Where to go; a given scene has its own goal.
         believed: What perception reports; None: the truth.
         motion: What the planner knows of motion.
         planner: Any planner; None: A* over motion primitives.

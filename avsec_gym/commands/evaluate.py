@@ -25,7 +25,8 @@ class Evaluate:
     """Root of the KITTI object data (the folder that holds `training`)."""
     scenarios: str | None = None
     """Which scenes: a folder of the labelled scenarios, a folder of KITTI label files (with a
-    folder `flags`), a list of frame ids (with --kitti), or `layouts`.  Default: every labelled
+    folder `flags`), a folder of CommonRoad files (their own goals; --intention is not used), a
+    list of frame ids (with --kitti), or `layouts`.  Default: every labelled
     frame of --kitti; without it, `layouts`."""
     detections: Path | None = None
     """A detector's KITTI result folder; its boxes are what the planner believes."""
@@ -123,7 +124,7 @@ class Evaluate:
                 remedy="Name a folder with label files.",
             )
         if self.draw_start_speed:
-            drawn = tuple(replace(scene, draw_start_speed=True) for scene in scenes.scenes)
+            drawn = tuple(replace(scene, draw_start_speed=True) for scene in scenes.labelled)
             scenes = replace(scenes, scenes=drawn)
         return scenes
 

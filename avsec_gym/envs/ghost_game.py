@@ -108,7 +108,8 @@ class GhostGame:
         self.ghosts, self.hides = ghosts, hides
         self.motion = _motion(motion)
         self.range = GhostRange()
-        self._ids = {scene.id: index for index, scene in enumerate(self.scenes.scenes)}
+        self._labelled = self.scenes.labelled
+        self._ids = {scene.id: index for index, scene in enumerate(self._labelled)}
         self._rounds: dict[tuple[int, Intention], Round] = {}
         self._safe: dict[tuple[int, Intention], bool] = {}
         self._setups: dict[tuple[Any, ...], SearchSetup] = {}
@@ -161,7 +162,7 @@ class GhostGame:
         """The round of one scene and intention."""
         key = (index, intention)
         if key not in self._rounds:
-            self._rounds[key] = _round(index, self.scenes.scenes[index], intention, self.motion)
+            self._rounds[key] = _round(index, self._labelled[index], intention, self.motion)
         return self._rounds[key]
 
     def is_safe(self, index: int, intention: Intention) -> bool:
@@ -258,7 +259,7 @@ class GhostGame:
     def _index(self, id: str) -> int:
         if id not in self._ids:
             raise ConfigurationError(
-                f"{self.scenes.name} has no scene {id!r}; the first is {self.scenes.scenes[0].id!r}"
+                f"{self.scenes.name} has no scene {id!r}; the first is {self._labelled[0].id!r}"
             )
         return self._ids[id]
 

@@ -18,6 +18,7 @@ from avsec_gym.metrics.paired import paired_differences
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.pipeline import drive
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner, Planner
+from avsec_gym.scenario.given_scene import AS_GIVEN, GivenScene
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.scenario.scene_sets import WITHOUT_CARS, SceneSet
@@ -26,6 +27,7 @@ GROUND_TRUTH, DETECTIONS = "ground_truth", "detections"
 """Inputs of the planner."""
 
 Progress = Callable[[int, int], None]
+AnyScene = Scene | GivenScene
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,12 +80,16 @@ class DrivingSafety:
     records: dict[Cell, list[SafetyRecord]]
     settings: dict[str, Any] = field(default_factory=dict)
 
-    def rates(self, cell: Cell, keep: Callable[[Scene], bool] = lambda scene: True) -> SafetyRates:
+    def rates(
+        self, cell: Cell, keep: Callable[[AnyScene], bool] = lambda scene: True
+    ) -> SafetyRates:
         """The rates of one cell, over the scenes that are kept."""
         pairs = zip(self.scenes.scenes, self.records[cell], strict=True)
         return SafetyRates.of(record for scene, record in pairs if keep(scene))
 
-    def flips(self, planner: str, intention: str) -> list[tuple[Scene, SafetyRecord, SafetyRecord]]:
+    def flips(
+        self, planner: str, intention: str
+    ) -> list[tuple[AnyScene, SafetyRecord, SafetyRecord]]:
         """Scenes that are safe with the ground truth and unsafe with the detections."""
         truth = self.records[Cell(planner, intention, GROUND_TRUTH)]
         detected = self.records[Cell(planner, intention, DETECTIONS)]
@@ -181,12 +187,16 @@ def driving_safety(
     ]
     if detected is not None:
         inputs.append((DETECTIONS, detected.kept(), detected_motion))
+    given = any(isinstance(scene, GivenScene) for scene in scenes.scenes)
+    # Given scenes have a goal of their own: there is one way to go.
+    ways = [AS_GIVEN] if given else [str(intention) for intention in intentions]
     records: dict[Cell, list[SafetyRecord]] = {}
-    total = len(scenes) * len(planners) * len(intentions) * len(inputs)
+    total = len(scenes) * len(planners) * len(ways) * len(inputs)
     for algorithm in planners:
-        for intention in intentions:
+        for way in ways:
+            intention = Intention.STRAIGHT if given else Intention(way)
             for name, boxes, motion in inputs:
-                cell = Cell(str(algorithm), str(intention), name)
+                cell = Cell(str(algorithm), way, name)
                 records[cell] = []
                 planner = planner_of(algorithm)
                 for record in _drives(scenes.scenes, planner, intention, boxes, motion):
@@ -231,7 +241,7 @@ def threshold_sweep(
 
 
 def _drives(
-    scenes: Iterable[Scene],
+    scenes: Iterable[AnyScene],
     planner: Planner,
     intention: Intention,
     boxes: Mapping[str, Boxes3D] | None,
@@ -247,6 +257,6 @@ def _named(cell: Cell) -> dict[str, str]:
     return {"planner": cell.planner, "intention": cell.intention, "input": cell.input}
 
 
-def in_group(group: str) -> Callable[[Scene], bool]:
+def in_group(group: str) -> Callable[[AnyScene], bool]:
     """Whether a scene belongs to a group."""
     return lambda scene: scene.group == group

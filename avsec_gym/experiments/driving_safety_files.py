@@ -8,13 +8,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.driving_safety import DETECTIONS, Detected, DrivingSafety
+from avsec_gym.experiments.driving_safety import DETECTIONS, AnyScene, Detected, DrivingSafety
 from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.pipeline import Drive, drive
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner
 from avsec_gym.report.scenario_picture import draw_drive, save_picture
+from avsec_gym.scenario.given_scene import AS_GIVEN
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.scene import Motion, Scene
+from avsec_gym.scenario.scene import Motion
 
 
 def write_records(result: DrivingSafety, path: Path) -> None:
@@ -48,7 +49,7 @@ def write_pictures(
     Returns:
         The files.
     """
-    wanted: list[tuple[Scene, str, str]] = []
+    wanted: list[tuple[AnyScene, str, str]] = []
     for cell, records in result.records.items():
         if detected is not None and cell.input == DETECTIONS:
             flips = result.flips(cell.planner, cell.intention)
@@ -63,15 +64,16 @@ def write_pictures(
     files = []
     for number, (scene, planner, intention) in enumerate(chosen, start=1):
         believed = None if detected is None else boxes.get(scene.id, Boxes3D.empty())
-        shown = drive_with_tree(scene, Intention(intention), believed, motion, Algorithm(planner))
-        files.append(folder / f"{scene.id}_{intention}_{planner}.png")
+        way = Intention.STRAIGHT if intention == AS_GIVEN else Intention(intention)
+        shown = drive_with_tree(scene, way, believed, motion, Algorithm(planner))
+        files.append(folder / f"{scene.id}_{intention}_{planner}.png".replace(" ", "-"))
         save_picture(draw_drive(shown), files[-1])
         on_progress(number, len(chosen))
     return files
 
 
 def drive_with_tree(
-    scene: Scene,
+    scene: AnyScene,
     intention: Intention,
     believed: Boxes3D | None,
     motion: Motion,

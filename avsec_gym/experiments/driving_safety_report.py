@@ -17,6 +17,7 @@ import numpy as np
 from avsec_gym.experiments.driving_safety import (
     DETECTIONS,
     GROUND_TRUTH,
+    AnyScene,
     Cell,
     Detected,
     DrivingSafety,
@@ -32,7 +33,7 @@ from avsec_gym.planners.primitives import MotionPrimitives, generate_primitives
 from avsec_gym.scenario.constraints import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import PlanningScenario
-from avsec_gym.scenario.scene import Motion, Scene
+from avsec_gym.scenario.scene import Motion
 from avsec_gym.scenario.scene_sets import WITHOUT_CARS, SceneSet, labelled_scenarios
 
 BOTH = tuple(Algorithm)
@@ -62,7 +63,7 @@ def run(scenarios: Path, detections: Path) -> dict[str, Any]:
     main_job = driving_safety(scenes, planners=BOTH, detected=detected)
     unaware = driving_safety(scenes, planners=BOTH, truth_motion=Motion.STATIC)
     aware = driving_safety(scenes, detected=detected, detected_motion=Motion.TRUTH)
-    drawn = tuple(replace(scene, draw_start_speed=True) for scene in scenes.scenes)
+    drawn = tuple(replace(scene, draw_start_speed=True) for scene in scenes.labelled)
     start_speeds = driving_safety(replace(scenes, scenes=drawn), planners=BOTH)
     return {
         "scenarios": len(scenes),
@@ -95,7 +96,7 @@ def run(scenarios: Path, detections: Path) -> dict[str, Any]:
 
 
 def _rows(
-    result: DrivingSafety, name: str, keep: Callable[[Scene], bool] = lambda scene: True
+    result: DrivingSafety, name: str, keep: Callable[[AnyScene], bool] = lambda scene: True
 ) -> list[dict[str, Any]]:
     return [
         {

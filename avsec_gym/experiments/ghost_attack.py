@@ -53,7 +53,7 @@ def ghost_attack(
     planner, drives = MotionPrimitivePlanner(), []
     total = len(scenes) * len(intentions)
     for turn, intention in enumerate(intentions):
-        for scene in scenes.scenes:
+        for scene in scenes.labelled:
             clean = drive(scene, intention, planner=planner).record
             attacked, believed, queries = clean, scene.boxes, 0
             if clean.safe:

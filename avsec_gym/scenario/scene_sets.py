@@ -14,6 +14,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.kitti.label_folders import frame_ids
 from avsec_gym.kitti.labels import read_labels
 from avsec_gym.scenario.constraints import RoadType
+from avsec_gym.scenario.given_scene import GivenScene
 from avsec_gym.scenario.layouts import generate_layouts
 from avsec_gym.scenario.scene import Scene
 
@@ -40,11 +41,26 @@ class SceneSet:
     """Scenes in order of their ids, and what was noticed while reading them."""
 
     name: str
-    scenes: tuple[Scene, ...]
+    scenes: tuple[Scene | GivenScene, ...]
     remarks: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.scenes)
+
+    @property
+    def labelled(self) -> tuple[Scene, ...]:
+        """The scenes, which all have labelled objects.
+
+        Raises:
+            ConfigurationError: One is given as a finished planning problem.
+        """
+        scenes = tuple(scene for scene in self.scenes if isinstance(scene, Scene))
+        if len(scenes) < len(self.scenes):
+            raise ConfigurationError(
+                f"{self.name} holds planning problems of CommonRoad files; this needs scenes with"
+                " labelled objects, such as 'layouts' or a folder of KITTI labels"
+            )
+        return scenes
 
     def limited(self, count: int | None) -> SceneSet:
         """The first scenes only."""
@@ -139,6 +155,29 @@ def procedural_scenes(count: int = 200, *, seed: int = 0) -> SceneSet:
     )
 
 
+def commonroad_folder(folder: str | Path) -> SceneSet:
+    """Scenes that CommonRoad files give; broken files are left out and reported.
+
+    Raises:
+        DataError: No file can be read.
+    """
+    from avsec_gym.scenario.commonroad import read_commonroad
+
+    folder, scenes, remarks = Path(folder), [], []
+    for path in sorted(folder.glob("*.xml")):
+        try:
+            scenes.append(GivenScene(read_commonroad(path)))
+        except DataError as error:
+            remarks.append(f"left out: {error}")
+    if not scenes:
+        raise DataError(
+            "no CommonRoad file here can be read" + (f": {remarks[0]}" if remarks else "."),
+            path=folder,
+            remedy="Name a folder of CommonRoad 2020a XML files.",
+        )
+    return SceneSet(folder.name, tuple(scenes), tuple(remarks))
+
+
 def scene_set(
     name: str | Path, *, kitti: str | Path | None = None, seed: int = 0, count: int | None = None
 ) -> SceneSet:
@@ -146,8 +185,8 @@ def scene_set(
 
     Args:
         name: ``layouts``; a folder of the labelled scenarios; a folder of label files (with flags
-            in a folder ``flags`` inside or beside it); or a text file with one frame id a line, of
-            the KITTI root.
+            in a folder ``flags`` inside or beside it); a folder of CommonRoad files; or a text
+            file with one frame id a line, of the KITTI root.
         kitti: Root of the KITTI object data, for a list of ids.
         seed: Of speeds and layouts.
         count: How many scenes; None: all (200 layouts).
@@ -171,6 +210,8 @@ def scene_set(
         )
     if any((path / part[0]).is_dir() for part in _PARTS):
         return labelled_scenarios(path, seed=seed).limited(count)
+    if any(path.glob("*.xml")):
+        return commonroad_folder(path).limited(count)
     labels = next((path / sub for sub in ("label_2", "labels") if (path / sub).is_dir()), path)
     flags = next(
         (f for f in (path / "flags", path.parent / "flags") if f.is_dir() and f != labels), None

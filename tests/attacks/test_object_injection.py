@@ -18,10 +18,11 @@ from avsec_gym.attacks.object_injection import (
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import rectangle_polygons
-from avsec_gym.scenario.layouts import generate_layout
+from avsec_gym.scenario.layouts import generate_layouts
 
 UNIT = st.floats(-1, 1)
 EGO = shapely.box(-2.254, -0.805, 2.254, 0.805)
+REAL = max((layout.boxes for layout in generate_layouts(20)), key=len)
 
 
 @given(st.lists(st.tuples(UNIT, UNIT, UNIT, UNIT), min_size=1, max_size=5))
@@ -84,18 +85,17 @@ def test_ghosts_never_overlap_the_ego_vehicle_at_the_start(x: float, y: float, t
 
 
 def test_ghosts_come_last_and_the_others_stay() -> None:
-    real = generate_layout(7).boxes
-    attacked = inject_ghosts(real, np.array([[10.0, 1, 0], [20.0, 2, 1]]), score=0.9)
-    assert len(attacked) == len(real) + 2
-    np.testing.assert_array_equal(attacked.location[: len(real)], real.location)
-    np.testing.assert_array_equal(attacked.moving, [*real.moving, False, False])
+    attacked = inject_ghosts(REAL, np.array([[10.0, 1, 0], [20.0, 2, 1]]), score=0.9)
+    assert len(attacked) == len(REAL) + 2
+    np.testing.assert_array_equal(attacked.location[: len(REAL)], REAL.location)
+    np.testing.assert_array_equal(attacked.moving, [*REAL.moving, False, False])
     assert attacked.score[-2:].tolist() == [0.9, 0.9]
     assert attacked.category[-2:].tolist() == ["Car", "Car"]
-    assert len(inject_ghosts(real, np.zeros((0, 3)))) == len(real)
+    assert len(inject_ghosts(REAL, np.zeros((0, 3)))) == len(REAL)
 
 
 def test_ghosts_join_detections_that_know_nothing_of_motion() -> None:
-    detected = inject_ghosts(generate_layout(7).boxes, np.zeros((0, 3)))
+    detected = inject_ghosts(REAL, np.zeros((0, 3)))
     plain = Boxes3D(
         detected.location, detected.dimensions, detected.rotation_y, detected.score,
         detected.category,
@@ -106,36 +106,33 @@ def test_ghosts_join_detections_that_know_nothing_of_motion() -> None:
 
 
 def test_hidden_objects_are_gone() -> None:
-    real = generate_layout(7).boxes
-    assert len(real) > 3
-    left = hide_objects(real, np.array([0, 2, 2, -1, 999]))
-    np.testing.assert_array_equal(left.location, real.location[[1, *range(3, len(real))]])
-    assert len(hide_objects(real, np.array([], int))) == len(real)
+    left = hide_objects(REAL, np.array([0, 2, 2, -1, 999]))
+    np.testing.assert_array_equal(left.location, REAL.location[[1, *range(3, len(REAL))]])
+    assert len(hide_objects(REAL, np.array([], int))) == len(REAL)
     assert len(hide_objects(Boxes3D.empty(), np.array([0]))) == 0
 
 
 def test_the_random_attacker_asks_until_it_succeeds_or_its_budget_ends() -> None:
-    real, asked = generate_layout(7).boxes, []
+    asked = []
 
     def stubborn(boxes: Boxes3D) -> bool:
         asked.append(boxes)
         return False
 
-    attacked, queries = RandomGhosts(ghosts=3, queries=6).attack(real, stubborn, 0)
+    attacked, queries = RandomGhosts(ghosts=3, queries=6).attack(REAL, stubborn, 0)
     assert (queries, len(asked)) == (6, 6)
     assert attacked is asked[-1]
-    assert {len(boxes) for boxes in asked} == {len(real) + 3}
+    assert {len(boxes) for boxes in asked} == {len(REAL) + 3}
     assert len({boxes.location.tobytes() for boxes in asked}) == 6
 
     answers = iter([False, False, True])
-    attacked, queries = RandomGhosts().attack(real, lambda boxes: next(answers), 0)
+    attacked, queries = RandomGhosts().attack(REAL, lambda boxes: next(answers), 0)
     assert queries == 3
 
 
 def test_the_random_attacker_is_seeded() -> None:
-    real = generate_layout(7).boxes
     one, two, other, pair = (
-        RandomGhosts().attack(real, lambda boxes: True, seed)[0].location
+        RandomGhosts().attack(REAL, lambda boxes: True, seed)[0].location
         for seed in (1, 1, 2, (0, 1))
     )
     np.testing.assert_array_equal(one, two)

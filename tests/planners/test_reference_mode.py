@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -180,7 +181,10 @@ def expected_rows(shared: Path, file: str) -> list[dict[str, object]]:
 
 @pytest.mark.parametrize(
     ("expected", "folder"),
-    [("expected_commonroad_search.json", "scenarios"), ("expected_wide.json", "scenarios_wide")],
+    [
+        pytest.param("expected_commonroad_search.json", "scenarios", marks=pytest.mark.slow),
+        ("expected_wide.json", "scenarios_wide"),
+    ],
 )
 def test_shared_files(shared: Path, expected: str, folder: str) -> None:
     sets = {
@@ -188,6 +192,7 @@ def test_shared_files(shared: Path, expected: str, folder: str) -> None:
     }
     wide = next(primitives for name, primitives in sets.items() if name.startswith("V_"))
     rows = expected_rows(shared, expected)
+    read = cache(read_commonroad)
     for row in rows:
         file = str(row["file"])
         primitives = (
@@ -198,7 +203,7 @@ def test_shared_files(shared: Path, expected: str, folder: str) -> None:
         planner = MotionPrimitivePlanner(
             str(row["planner"]), "reference", primitives, node_limit=20_000
         )
-        plan = planner.plan(read_commonroad(shared / "planning" / folder / file))
+        plan = planner.plan(read(shared / "planning" / folder / file))
         if row["status"] == "timeout":
             assert plan.status == "limit", file
             continue

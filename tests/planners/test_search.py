@@ -28,7 +28,7 @@ AXLE = 1.4227170936
 
 
 class TooClose(Exception):
-    """Something only just touches: neither answer would be wrong."""
+    """Something only just touches: neither answer would be wrong, so choose another seed."""
 
 
 def brute_force(scenario: PlanningScenario, primitives: MotionPrimitives) -> float:
@@ -211,15 +211,12 @@ SETS = {
 
 
 @pytest.mark.parametrize("name", SETS)
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", [seed for seed in range(30) if seed != 6])
 def test_astar_finds_what_brute_force_finds(name: str, seed: int) -> None:
     """The same least cost, and exhausted exactly where no sequence leads to the goal."""
     primitives, speed, last = SETS[name]
     scenario = random_scenario(seed, speed, last)
-    try:
-        cost = brute_force(scenario, primitives)
-    except TooClose:
-        pytest.skip("something touches to within rounding")
+    cost = brute_force(scenario, primitives)
     astar = MotionPrimitivePlanner("astar", primitives=primitives).plan(scenario)
     gbfs = MotionPrimitivePlanner("gbfs", primitives=primitives).plan(scenario)
     if math.isinf(cost):
@@ -362,7 +359,7 @@ def test_reasons() -> None:
 
 
 def test_tree_is_a_tree() -> None:
-    plan = MotionPrimitivePlanner().plan(lane_change(), keep_tree=True)
+    plan = MotionPrimitivePlanner(keep_tree=True).plan(lane_change())
     assert plan.tree is not None
     np.testing.assert_allclose(plan.tree[0], [0, 0, -1], atol=1e-12)
     parents = plan.tree[1:, 2].astype(int)

@@ -114,13 +114,25 @@ def test_the_planner_is_told_of_motion_only_if_asked() -> None:
 def test_a_detected_object_moves_like_the_one_that_it_overlaps_most() -> None:
     real = boxes([[20, 0, 0], [23, 0, 0], [40, 0, 0]], [True, True, False])
     scene = Scene("a", real)
-    detected = boxes([[22.5, 0.1, np.pi], [20.1, 0, 0], [40, 0.2, 0], [60, 0, 0]], None)
+    detected = boxes([[22.5, 0.1, 0.1], [20.1, 0, 0], [40, 0.2, 0], [60, 0, 0]], None)
     first, second, _ = scene.speeds
     assert scene.speeds_of(detected).tolist() == [second, first, 0.0, 0.0]
     problem = scene.problem(Intention.STRAIGHT, detected, Motion.TRUTH)
     assert problem.obstacles.static.tolist() == [False, False, True, True]
     # It goes along its own, detected heading.
-    assert problem.obstacles.polygons(10)[0].centroid.x == pytest.approx(22.5 - second)
+    away = problem.obstacles.polygons(10)[0].centroid
+    assert (away.x, away.y) == (
+        pytest.approx(22.5 + second * np.cos(0.1)),
+        pytest.approx(0.1 + second * np.sin(0.1)),
+    )
+
+
+def test_a_box_that_faces_the_wrong_way_still_moves_the_right_way() -> None:
+    """Detectors know headings up to half a turn."""
+    scene = Scene("a", boxes([[20, 0, 0]], [True]))
+    problem = scene.problem(Intention.STRAIGHT, boxes([[20, 0, np.pi]], None), Motion.TRUTH)
+    moved = problem.obstacles.polygons(10)[0].centroid.x - 20
+    assert moved == pytest.approx(scene.speeds[0])
 
 
 def test_the_best_overlap_is_one_of_area_not_of_distance() -> None:

@@ -1,0 +1,373 @@
+"""What holds for every environment of the catalogue."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import warnings
+from collections.abc import Iterator
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from gymnasium.envs.registration import EnvSpec
+from gymnasium.utils.env_checker import check_env as gymnasium_check_env
+from stable_baselines3.common.env_checker import check_env as sb3_check_env
+
+import avsec_gym
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.registration import CATALOGUE, register_environments
+
+IDS = [entry.id for entry in CATALOGUE]
+every_id = pytest.mark.parametrize("id", IDS)
+
+COMMON_INFO = {
+    "planned": bool,
+    "collision": bool,
+    "safe": bool,
+    "is_success": bool,
+    "cost": float,
+    "outcome": str,
+    "scenario": str,
+    "intention": str,
+}
+RESERVED = {"episode", "final_obs", "final_info", "terminal_observation"}
+
+
+@pytest.fixture(params=IDS)
+def env(request: pytest.FixtureRequest) -> Iterator[gym.Env[Any, Any]]:
+    made = gym.make(request.param)
+    yield made
+    made.close()
+
+
+def play(env: gym.Env[Any, Any], seed: int, steps: int = 25) -> Iterator[Any]:
+    """Everything that comes out of some episodes with seeded random actions."""
+    generator = np.random.default_rng(seed)
+    observation, info = env.reset(seed=seed)
+    yield observation, info
+    for _ in range(steps):
+        action = generator.uniform(-1, 1, env.action_space.shape).astype(np.float32)
+        result = env.step(action)
+        yield result
+        if result[2] or result[3]:
+            yield env.reset()
+
+
+def digest(env: gym.Env[Any, Any], seed: int) -> str:
+    code = hashlib.sha256()
+    for parts in play(env, seed):
+        for part in parts:
+            code.update(part.tobytes() if isinstance(part, np.ndarray) else repr(part).encode())
+    return code.hexdigest()
+
+
+@every_id
+def test_gymnasiums_checker_has_nothing_to_say(
+    id: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also the human mode is tried, in a window that nobody sees."""
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    made = gym.make(id, disable_env_checker=True)
+    skip = "pygame" not in sys.modules and not _has_pygame()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        gymnasium_check_env(made.unwrapped, skip_render_check=skip)
+    made.close()
+
+
+def _has_pygame() -> bool:
+    import importlib.util
+
+    return importlib.util.find_spec("pygame") is not None
+
+
+@every_id
+def test_stable_baselines3s_checker_has_nothing_to_say(id: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sb3_check_env(gym.make(id))
+        sb3_check_env(gym.make(id, render_mode="rgb_array", disable_env_checker=True))
+
+
+@every_id
+def test_the_spec_survives_json(id: str) -> None:
+    made = gym.make(id)
+    spec = EnvSpec.from_json(made.spec.to_json())  # type: ignore[union-attr]
+    again = gym.make(spec)
+    assert digest(again, 3) == digest(made, 3)
+    json.loads(gym.spec(id).to_json())
+
+
+def test_the_same_seed_is_the_same_episode(env: gym.Env[Any, Any]) -> None:
+    first = digest(env, 5)
+    digest(env, 6)
+    assert digest(env, 5) == first
+    assert digest(gym.make(env.spec.id), 5) == first  # type: ignore[union-attr]
+    assert digest(env, 6) != first
+
+
+@every_id
+def test_another_process_plays_the_same_episode(id: str) -> None:
+    program = (
+        "import sys, gymnasium as gym; from tests.envs.test_catalogue import digest;"
+        "print(digest(gym.make(sys.argv[1]), 7))"
+    )
+    environment = os.environ | {"PYTHONHASHSEED": "12345"}
+    output = subprocess.run(
+        [sys.executable, "-c", program, id],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=environment,
+        cwd=os.path.dirname(os.path.dirname(os.path.dirname(__file__))),
+    ).stdout
+    assert output.strip() == digest(gym.make(id), 7)
+
+
+def test_info_has_fixed_keys_and_scalars(env: gym.Env[Any, Any]) -> None:
+    keys = None
+    for parts in play(env, 1):
+        info = parts[-1]
+        keys = keys or list(info)
+        assert list(info) == keys
+        assert not RESERVED & set(info)
+        assert not any(name.startswith("_") for name in info)
+        for name, value in info.items():
+            assert type(value) in (bool, int, float, str), (name, type(value))
+        for name, kind in COMMON_INFO.items():
+            assert type(info[name]) is kind, name
+        assert info["outcome"] in ("safe", "collision", "unplanned", "reset")
+        assert (info["outcome"] == "reset") == (len(parts) == 2)
+        assert info["safe"] == (info["outcome"] == "safe")
+        assert info["collision"] == (info["outcome"] == "collision")
+        assert info["planned"] == (info["safe"] or info["collision"])
+        assert np.isnan(info["cost"]) == (not info["planned"])
+        assert info["intention"] in ("left", "straight", "right")
+
+
+def test_what_a_step_returns_are_plain_types(env: gym.Env[Any, Any]) -> None:
+    endings = set()
+    for parts in play(env, 2, steps=60):
+        if len(parts) == 5:
+            _, reward, terminated, truncated, info = parts
+            assert type(reward) is float
+            assert type(terminated) is bool
+            assert type(truncated) is bool
+            assert terminated == info["is_success"]
+            endings.add((terminated, truncated))
+    assert {(False, False), (True, False)} <= endings
+
+
+def test_observations_are_finite_in_the_space_and_not_shared(env: gym.Env[Any, Any]) -> None:
+    seen: list[tuple[np.ndarray, np.ndarray]] = []
+    for parts in play(env, 3):
+        observation = parts[0]
+        assert env.observation_space.contains(observation)
+        assert np.isfinite(observation).all()
+        assert observation.flags.owndata or observation.base is not seen
+        seen.append((observation, observation.copy()))
+        observation_then = seen[-2:][0]
+        np.testing.assert_array_equal(*observation_then)
+    for i, (one, copy) in enumerate(seen):
+        np.testing.assert_array_equal(one, copy)
+        assert not any(np.shares_memory(one, other) for other, _ in seen[i + 1 :])
+
+
+def test_writing_into_what_one_got_changes_nothing(env: gym.Env[Any, Any]) -> None:
+    clean = digest(env, 4)
+    code = hashlib.sha256()
+    for parts in play(env, 4):
+        for part in parts:
+            code.update(part.tobytes() if isinstance(part, np.ndarray) else repr(part).encode())
+        parts[0][...] = 7.0
+        parts[-1].clear()
+    assert code.hexdigest() == clean
+
+
+@every_id
+def test_the_action_is_left_as_it_was(id: str) -> None:
+    made = gym.make(id)
+    made.reset(seed=0)
+    action = np.full(made.action_space.shape, 3.0, np.float32)  # type: ignore[arg-type]
+    made.step(action)
+    assert (action == 3.0).all()
+
+
+def test_registering_twice_is_harmless() -> None:
+    before = dict(gym.registry)
+    register_environments()
+    gym.register_envs(avsec_gym)
+    assert dict(gym.registry) == before
+
+
+@every_id
+def test_rendering_shows_something_and_changes_nothing(id: str) -> None:
+    plain, shown = gym.make(id), gym.make(id, render_mode="rgb_array")
+    for expected, parts in zip(play(plain, 8, 12), play(shown, 8, 12), strict=True):
+        picture = shown.render()
+        assert isinstance(picture, np.ndarray)
+        assert picture.dtype == np.uint8
+        assert picture.ndim == 3
+        assert picture.shape[2] == 3
+        assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
+        np.testing.assert_array_equal(expected[0], parts[0])
+        assert repr(expected[1:]) == repr(parts[1:])
+    np.testing.assert_array_equal(shown.render(), shown.render())
+    shown.close()
+
+
+@every_id
+def test_without_a_render_mode_nothing_heavy_is_loaded(id: str) -> None:
+    program = (
+        "import sys, gymnasium as gym; env = gym.make(f'avsec_gym:{sys.argv[1]}');"
+        "env.reset(seed=0); env.step(env.action_space.sample());"
+        "print([m for m in ('matplotlib', 'torch', 'pygame', 'stable_baselines3', 'cv2')"
+        " if m in sys.modules])"
+    )
+    output = subprocess.run(
+        [sys.executable, "-W", "error", "-c", program, id],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd="/",
+    ).stdout
+    assert output.strip() == "[]"
+
+
+def test_an_unknown_render_mode_is_refused() -> None:
+    for id in IDS:
+        with pytest.raises(ConfigurationError, match="rgb_array"):
+            gym.make(id, render_mode="ascii", disable_env_checker=True).unwrapped  # noqa: B018
+
+
+@every_id
+def test_wrong_actions_are_refused(id: str) -> None:
+    made = gym.make(id).unwrapped
+    made.reset(seed=0)
+    right = np.zeros(made.action_space.shape, np.float32)  # type: ignore[arg-type]
+    nan, infinite = right.copy(), right.copy()
+    nan[0], infinite[-1] = np.nan, np.inf
+    for wrong in (right[:-1], right[None], np.zeros(99), nan, infinite, None, "left", 0.0, [[1], 2]):
+        with pytest.raises(ConfigurationError, match="action"):
+            made.step(wrong)
+    assert made.step(right.tolist())[4]["outcome"] == "safe"
+
+
+@every_id
+def test_a_step_before_the_first_reset_is_refused(id: str) -> None:
+    made = gym.make(id, disable_env_checker=True)
+    with pytest.raises(gym.error.ResetNeeded):
+        made.step(made.action_space.sample())
+    with pytest.raises(gym.error.ResetNeeded):
+        made.unwrapped.step(made.action_space.sample())
+
+
+@every_id
+def test_options_pick_scenario_and_intention(id: str) -> None:
+    made = gym.make(id)
+    _, first = made.reset(seed=0)
+    chosen = {"scenario": first["scenario"], "intention": first["intention"]}
+    for seed in range(5):
+        _, info = made.reset(seed=seed, options=chosen)
+        assert {name: info[name] for name in chosen} == chosen
+    drawn = {
+        made.reset(seed=seed, options={"intention": "right"})[1]["intention"] for seed in range(9)
+    }
+    assert drawn == {"right"}
+    intentions = {
+        made.reset(seed=seed, options={"scenario": first["scenario"]})[1]["intention"]
+        for seed in range(20)
+    }
+    assert len(intentions) > 1
+
+
+@every_id
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"scenario": "no-such"}, "no-such"),
+        ({"intention": "up"}, "left.*straight.*right"),
+        ({"scene": "000107"}, "scenario and intention"),
+    ],
+)
+def test_wrong_options_are_refused(id: str, options: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        gym.make(id).reset(seed=0, options=options)
+
+
+@every_id
+@pytest.mark.parametrize("mode", ["sync", "vector_entry_point"])
+def test_many_at_once(id: str, mode: str) -> None:
+    vector = gym.make_vec(id, num_envs=3, vectorization_mode=mode)
+    observations, _ = vector.reset(seed=0)
+    assert vector.observation_space.contains(observations)
+    for _ in range(15):
+        observations, rewards, terminated, truncated, info = vector.step(
+            vector.action_space.sample()
+        )
+        assert vector.observation_space.contains(observations)
+        assert rewards.shape == terminated.shape == truncated.shape == (3,)
+        assert terminated.dtype == truncated.dtype == bool
+        assert set(COMMON_INFO) <= set(info)
+    vector.close()
+
+
+@every_id
+@pytest.mark.slow
+def test_many_at_once_in_processes_of_their_own(id: str) -> None:
+    vector = gym.make_vec(f"avsec_gym:{id}", num_envs=2, vectorization_mode="async")
+    alone = gym.make_vec(id, num_envs=2, vectorization_mode="sync")
+    for made in (vector, alone):
+        made.action_space.seed(1)
+    np.testing.assert_array_equal(vector.reset(seed=0)[0], alone.reset(seed=0)[0])
+    for _ in range(6):
+        actions = alone.action_space.sample()
+        for one, two in zip(vector.step(actions)[:4], alone.step(actions)[:4], strict=True):
+            np.testing.assert_array_equal(one, two)
+    vector.close()
+
+
+@every_id
+@pytest.mark.slow
+def test_sb3s_subprocesses_know_the_prefixed_id(id: str) -> None:
+    from stable_baselines3.common.env_util import make_vec_env
+    from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
+
+    kwargs = {"start_method": "spawn"}
+    many = make_vec_env(
+        f"avsec_gym:{id}", 2, seed=3, vec_env_cls=SubprocVecEnv, vec_env_kwargs=kwargs
+    )
+    alone = make_vec_env(id, 2, seed=3, vec_env_cls=DummyVecEnv)
+    try:
+        np.testing.assert_array_equal(many.reset(), alone.reset())
+        generator = np.random.default_rng(0)
+        for _ in range(12):
+            actions = generator.uniform(-1, 1, (2, *many.action_space.shape)).astype(np.float32)
+            one, two = many.step(actions), alone.step(actions)
+            for first, second in zip(one[:3], two[:3], strict=True):
+                np.testing.assert_array_equal(first, second)
+            for info, ended in zip(one[3], one[2], strict=True):
+                assert ("episode" in info) == bool(ended)
+    finally:
+        many.close()
+
+
+@every_id
+def test_the_prefixed_id_works_in_a_fresh_process(id: str) -> None:
+    program = (
+        "import sys, gymnasium as gym; assert 'avsec_gym' not in sys.modules;"
+        "env = gym.make(f'avsec_gym:{sys.argv[1]}'); print(env.reset(seed=0)[1]['outcome'])"
+    )
+    output = subprocess.run(
+        [sys.executable, "-W", "error", "-c", program, id],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd="/",
+    ).stdout
+    assert output.strip() == "reset"
