@@ -20,12 +20,8 @@ from avsec_gym.geometry import Floats
 from avsec_gym.metrics.safety import COLLISION, SAFE, UNPLANNED
 from avsec_gym.metrics.verdict import batch_collides
 from avsec_gym.planners.batch import RectangleTracks, plan_batch
-from avsec_gym.planners.planner import (
-    Mode,
-    MotionPrimitivePlanner,
-    SearchSetup,
-    search_setup,
-)
+from avsec_gym.planners.planner import Mode, MotionPrimitivePlanner, suitable_primitives
+from avsec_gym.planners.search import Problem
 from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.registry import Kind, make
 from avsec_gym.scenario.builder import GOAL_STEPS
@@ -112,7 +108,7 @@ class GhostGame:
         self._ids = {scene.id: index for index, scene in enumerate(self._labelled)}
         self._rounds: dict[tuple[int, Intention], Round] = {}
         self._safe: dict[tuple[int, Intention], bool] = {}
-        self._setups: dict[tuple[Any, ...], SearchSetup] = {}
+        self._problems: dict[tuple[Any, ...], Problem] = {}
 
     @property
     def action_size(self) -> int:
@@ -203,10 +199,13 @@ class GhostGame:
                     gone = np.unique(hidden[b][(hidden[b] >= 0) & (hidden[b] < len(each.poses))])
                     tracks[row, gone, :, :2] = FAR
                     hides[b] = len(gone)
+            problem = group[0].problem
             plans = plan_batch(
-                self._setup(kind, group[0].problem),
-                group[0].problem.road.edges,
+                self._problem(kind, problem),
+                problem.last_step - problem.start.step + 1,
+                problem.road.edges,
                 RectangleTracks(half_sizes, tracks),
+                self.victim.node_limit,
             )
             planned = np.array(members)[plans.found]
             cost[planned] = plans.cost[plans.found]
@@ -242,10 +241,11 @@ class GhostGame:
         tracks[:, rows:, :, 3] = np.sin(ghosts[..., 2])[..., None]
         return half_sizes, tracks, real
 
-    def _setup(self, kind: tuple[Any, ...], problem: PlanningScenario) -> SearchSetup:
-        if kind not in self._setups:
-            self._setups[kind] = search_setup(self.victim, problem)
-        return self._setups[kind]
+    def _problem(self, kind: tuple[Any, ...], scenario: PlanningScenario) -> Problem:
+        if kind not in self._problems:
+            primitives = self.victim.primitives or suitable_primitives(scenario)
+            self._problems[kind] = self.victim.problem(scenario, primitives)
+        return self._problems[kind]
 
     def hidden(self, actions: Floats) -> NDArray[np.int64]:
         """Which of the nearest objects each action hides; -1: none.

@@ -49,7 +49,8 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     for each ghost placed and each object hidden.
 
     ## Episode end
-    Terminated when the drive became unsafe; truncated after `queries` steps.
+    Terminated when the drive became unsafe; truncated after `max_episode_steps` (10) or `queries`
+    steps, whichever is less.
 
     ## Info
     `planned`, `collision`, `safe`, `is_success`, `cost` (planned time in s, nan if unplanned),
@@ -62,7 +63,8 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     * `planner="astar"`: or `"gbfs"`, or a dictionary such as `{"name": "astar", "node_limit": 99}`.
     * `ghosts=2`, `hides=0`: how many an action controls.
     * `motion="truth"`: what the planner knows of motion; `"static"`: it takes everything to stand.
-    * `queries=None`: the budget; None takes `max_episode_steps` (10).
+    * `queries=None`: the budget that the observation counts; None: 10.  Gymnasium does not tell an
+      environment of its `max_episode_steps`: for a budget of 20 pass both as 20.
     * `price=0.02`
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 
@@ -137,7 +139,7 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             self._observe(outcome, cost),
             reward,
             success,
-            not success and self._spent >= self._budget,
+            not success and self._ends_itself and self._spent >= self._budget,
             self._info(outcome, cost, placed, gone, success),
         )
 
@@ -161,15 +163,12 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     @property
     def _budget(self) -> int:
-        limit = self.spec.max_episode_steps if self.spec is not None else None
-        if self.queries is None:
-            return QUERIES if limit is None else limit
-        if limit is not None and self.queries > limit:
-            raise ConfigurationError(
-                f"queries={self.queries} is more than the episode's {limit} steps: pass"
-                f" max_episode_steps={self.queries} to gym.make instead"
-            )
-        return self.queries
+        return QUERIES if self.queries is None else self.queries
+
+    @property
+    def _ends_itself(self) -> bool:
+        """False where gym.make's time limit, which an environment is not told of, decides."""
+        return self.queries is not None or self.spec is None
 
     def _observe(self, outcome: str | None, cost: float) -> NDArray[np.float32]:
         assert self._round is not None

@@ -28,8 +28,8 @@ class GhostObjectVectorEnv(
 
     Args:
         num_envs: How many.
-        max_episode_steps: Queries of an episode.
-        queries: The same; the smaller one counts.
+        max_episode_steps: An episode's end.
+        queries: The budget that observations count (None: 10), and an end as well.
         scenarios: As of `GhostObjectEnv`, and so are the others.
         planner: The victim's.
         ghosts: How many an action controls.
@@ -66,7 +66,8 @@ class GhostObjectVectorEnv(
         check_queries(queries)
         self.game = GhostGame(scenarios, planner, ghosts, hides, motion)
         self.num_envs, self.price, self.render_mode = num_envs, price, render_mode
-        self.queries = max_episode_steps if queries is None else min(queries, max_episode_steps)
+        self.queries = QUERIES if queries is None else queries
+        self.longest = max_episode_steps if queries is None else min(queries, max_episode_steps)
         size = (self.game.action_size,)
         self.single_action_space = gym.spaces.Box(-1.0, 1.0, size, np.float32)
         self.single_observation_space = gym.spaces.Box(
@@ -137,7 +138,7 @@ class GhostObjectVectorEnv(
             )
         self._spent[asked] += 1
         terminated = (outcomes > OUTCOMES.index(SAFE)) & self._safe_before()
-        truncated = ~terminated & ~begins & (self._spent >= self.queries)
+        truncated = ~terminated & ~begins & (self._spent >= self.longest)
         rewards = np.where(begins, 0.0, terminated - self.price * (1 + ghosts + hidden))
         self._ended = terminated | truncated
         return (

@@ -14,12 +14,8 @@ from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
 from avsec_gym.planners.collision import World
-from avsec_gym.planners.estimates import Limits
-from avsec_gym.planners.goal import GoalArrays
-from avsec_gym.planners.planner import SearchSetup
-from avsec_gym.planners.primitives import PrimitiveArrays
-from avsec_gym.planners.search import FOUND, PAUSED, search
-from avsec_gym.planners.search_state import begin, grown, new_state, trajectory_to
+from avsec_gym.planners.search import FOUND, Problem, search_on, trajectory_to
+from avsec_gym.planners.search_state import new_state
 
 
 class RectangleTracks(NamedTuple):
@@ -47,53 +43,26 @@ class BatchPlans(NamedTuple):
     """Shape (B,)."""
 
 
-def plan_batch(setup: SearchSetup, edges: Floats, tracks: RectangleTracks) -> BatchPlans:
+def plan_batch(
+    problem: Problem, longest: int, edges: Floats, tracks: RectangleTracks, node_limit: int
+) -> BatchPlans:
     """Plan B problems that differ in their obstacles only.
 
     Args:
-        setup: What the problems share; of a planner in complete mode.
+        problem: What they share; not in reference mode.
+        longest: Most states of a trajectory.
         edges: Road edge, shape (M, 4).
         tracks: The obstacles, from time step 0 on.
+        node_limit: Most nodes to expand for each.
     """
-    return BatchPlans(
-        *_search_all(
-            setup.root,
-            setup.primitives.arrays,
-            setup.goals,
-            setup.limits,
-            setup.reach,
-            edges,
-            tracks,
-            setup.start,
-            setup.speed,
-            setup.first_step,
-            setup.at_goal,
-            setup.steering_angle,
-            setup.node_limit,
-            setup.greedy,
-            setup.horizon + 1,
-        )
-    )
+    return BatchPlans(*_search_all(problem, longest, edges, tracks, node_limit))
 
 
 @numba.njit(nogil=True, cache=True)
 def _search_all(
-    root: NDArray[np.int64],
-    primitives: PrimitiveArrays,
-    goals: GoalArrays,
-    limits: Limits,
-    reach: Floats,
-    edges: Floats,
-    tracks: RectangleTracks,
-    start: Floats,
-    speed: float,
-    first_step: int,
-    at_goal: bool,
-    steering_angle: float,
-    node_limit: int,
-    greedy: bool,
-    longest: int,
+    problem: Problem, longest: int, edges: Floats, tracks: RectangleTracks, node_limit: int
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64], Floats, Floats, NDArray[np.int64]]:
+    limits, start = problem.limits, problem.start
     count, rows, known = tracks.poses.shape[0], tracks.poses.shape[1], tracks.poses.shape[2]
     found, lengths = np.zeros(count, np.bool_), np.zeros(count, np.int64)
     trajectories = np.zeros((count, longest, 5))
@@ -135,29 +104,11 @@ def _search_all(
             last_step[:near],
             edges,
         )
-        begin(state, start, speed, first_step, at_goal)
-        outcome = PAUSED
-        while outcome == PAUSED and state.counters[2] < node_limit:
-            outcome = search(
-                root,
-                primitives,
-                goals,
-                limits,
-                reach,
-                world,
-                state,
-                node_limit - state.counters[2],
-                greedy,
-                False,
-            )
-            if outcome == PAUSED:
-                state = grown(state, primitives)
+        outcome, state = search_on(problem, world, state, node_limit)
         expanded[b] = state.counters[2]
         if outcome == FOUND:
             node = state.counters[3]
-            driven = trajectory_to(
-                node, primitives, limits.centre_offset, state, steering_angle, False
-            )
+            driven = trajectory_to(node, problem, state)
             found[b], lengths[b], cost[b] = True, driven.shape[0], state.elapsed[node]
             trajectories[b, : driven.shape[0]] = driven
             trajectories[b, driven.shape[0] :] = driven[-1]

@@ -7,30 +7,37 @@ import time
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import lru_cache
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avsec_gym.errors import PlanningError
 from avsec_gym.geometry import Floats
 from avsec_gym.planners.collision import World, collides, vanishing, within_reach, world_of
 from avsec_gym.planners.estimates import Limits
-from avsec_gym.planners.goal import GoalArrays, goal_arrays, reaches
+from avsec_gym.planners.goal import goal_arrays, reaches
 from avsec_gym.planners.goal_room import occupied_steps
 from avsec_gym.planners.plan import Plan, Reason, Status
 from avsec_gym.planners.primitives import MotionPrimitives, standard_primitives
 from avsec_gym.planners.reachability import reach_table
-from avsec_gym.planners.search import EXHAUSTED, FOUND, PAUSED, search
-from avsec_gym.planners.search_state import SearchState, begin, grown, new_state, trajectory_to
+from avsec_gym.planners.search import (
+    EXHAUSTED,
+    FOUND,
+    PAUSED,
+    Problem,
+    search,
+    solve,
+    trajectory_to,
+)
+from avsec_gym.planners.search_state import SearchState, begin, grown, new_state
 from avsec_gym.planners.vehicle import BMW_320I, Vehicle
 from avsec_gym.scenario.constraints import driving_constraints
-from avsec_gym.scenario.planning_scenario import PlanningScenario
+from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
 
-_EXPANSIONS_AT_A_TIME = 20_000
-"""Between two looks at the clock."""
-_NODES = 1024
-"""Room at first."""
+_NODES_AT_ONCE = 20_000
+"""Nodes to expand between two looks at the clock."""
+_ROOM = 4096
+"""Nodes to make room for where a tree is kept."""
 _NO_TABLE = np.zeros((0, 1, 6))
 _WIDE_SPEED, _WIDE_STEP = 20.0, 2.0
 """Highest and spacing of the speeds where no road type says which, m/s."""
@@ -106,134 +113,110 @@ class MotionPrimitivePlanner:
             PlanningError: The problem has no goal, or no primitive starts at the start speed.
         """
         begun = time.perf_counter()
-        setup = search_setup(self, scenario)
-        primitives, start = setup.primitives, scenario.start
+        primitives = self.primitives or suitable_primitives(scenario)
+        problem = self.problem(scenario, primitives)
+        start, vehicle = scenario.start, primitives.vehicle
         if world is None:
             world = world_of(scenario)
-        if self.mode == Mode.REFERENCE:
+        if problem.reference:
             world = vanishing(world)
         else:
-            distance = setup.horizon * setup.limits.step_distance + primitives.vehicle.length
+            horizon = max(0, scenario.last_step - start.step)
+            distance = horizon * problem.limits.step_distance + vehicle.length
             world = within_reach(world, start.x, start.y, distance)
-        state = new_state(_NODES, 2 * _NODES)
-        begin(state, setup.start, setup.speed, start.step, setup.at_goal)
-        outcome = PAUSED
-        while outcome == PAUSED:
-            left = self.node_limit - int(state.counters[2])
-            if left <= 0 or time.perf_counter() - begun > self.time_limit:
-                break
-            outcome = search(
-                setup.root,
-                primitives.arrays,
-                setup.goals,
-                setup.limits,
-                setup.reach,
-                world,
-                state,
-                min(left, _EXPANSIONS_AT_A_TIME),
-                setup.greedy,
-                self.mode == Mode.REFERENCE,
-            )
-            if outcome == PAUSED:
-                state = grown(state, primitives.arrays)
-        tree = _tree(state, setup.limits) if self.keep_tree else None
-        expanded = int(state.counters[2])
-        if outcome == FOUND:
-            node = int(state.counters[3])
-            return Plan(
-                Status.FOUND,
-                trajectory=trajectory_to(
-                    node,
-                    primitives.arrays,
-                    setup.limits.centre_offset,
-                    state,
-                    setup.steering_angle,
-                    self.mode == Mode.REFERENCE,
-                ),
-                first_step=start.step,
-                cost=float(state.elapsed[node]),
-                expanded=expanded,
-                seconds=time.perf_counter() - begun,
-                tree=tree,
-            )
-        status = Status.EXHAUSTED if outcome == EXHAUSTED else Status.LIMIT
+        tree = None
+        outcome, trajectory, cost, expanded = PAUSED, np.zeros((0, 5)), math.nan, 0
+        if not self.keep_tree:
+            first = min(self.node_limit, _NODES_AT_ONCE)
+            outcome, trajectory, cost, expanded = solve(problem, world, first)
+        if outcome == PAUSED and expanded < self.node_limit:
+            state = self._search_patiently(problem, world, begun)
+            expanded, node = int(state.counters[2]), int(state.counters[3])
+            outcome = FOUND if node >= 0 else EXHAUSTED if state.counters[1] == 0 else PAUSED
+            if outcome == FOUND:
+                trajectory = trajectory_to(node, problem, state)
+                cost = float(state.elapsed[node])
+            tree = _tree(state, problem.limits) if self.keep_tree else None
         seconds = time.perf_counter() - begun
+        if outcome == FOUND:
+            return Plan(Status.FOUND, trajectory, start.step, cost, expanded, seconds, tree=tree)
+        status = Status.EXHAUSTED if outcome == EXHAUSTED else Status.LIMIT
         if not explain:
             return Plan(status, expanded=expanded, seconds=seconds, tree=tree)
-        occupied = occupied_steps(scenario.goals, world, primitives.vehicle)
+        occupied = occupied_steps(scenario.goals, world, vehicle)
         return Plan(
             status,
             expanded=expanded,
             seconds=seconds,
-            reason=_reason(status, scenario, world, primitives.vehicle, occupied),
+            reason=_reason(status, scenario, world, vehicle, occupied),
             goal_occupied=occupied * scenario.dt,
             tree=tree,
         )
 
+    def problem(self, scenario: PlanningScenario, primitives: MotionPrimitives) -> Problem:
+        """What the search kernel needs to know of a scenario besides its obstacles.
 
-class SearchSetup(NamedTuple):
-    """What the search kernel needs of a problem besides its obstacles."""
+        Raises:
+            PlanningError: The scenario has no goal, or no primitive starts at its start speed.
+        """
+        if abs(primitives.dt - scenario.dt) > 1e-9:
+            raise PlanningError(
+                f"{scenario.id}: time steps of {scenario.dt} s, but the primitives of"
+                f" {primitives.name} have {primitives.dt} s"
+            )
+        try:
+            return _problem(self.algorithm, self.mode, primitives, scenario.start, scenario.goals)
+        except PlanningError as error:
+            raise PlanningError(f"{scenario.id}: {error}") from None
 
-    primitives: MotionPrimitives
-    root: NDArray[np.int64]
-    """Primitives that may follow the start."""
-    goals: GoalArrays
-    limits: Limits
-    reach: Floats
-    start: Floats
-    """Rear-axle x, y, heading."""
-    speed: float
-    """The speed that the primitives start with, m/s."""
-    steering_angle: float
-    """The steering angle that they start with, rad."""
-    first_step: int
-    """Time step of the start."""
-    horizon: int
-    """Steps from the start to the end of the last goal's time window."""
-    node_limit: int
-    greedy: bool
-    at_goal: bool
-    """The start is a goal state already."""
+    def _search_patiently(self, problem: Problem, world: World, begun: float) -> SearchState:
+        """Search from the start, looking at the clock now and then."""
+        state = new_state(_ROOM, 2 * _ROOM)
+        begin(state, problem.start, problem.speed, problem.step, problem.at_goal)
+        while True:
+            left = self.node_limit - int(state.counters[2])
+            if left <= 0 or time.perf_counter() - begun > self.time_limit:
+                return state
+            if search(problem, world, state, min(left, _NODES_AT_ONCE)) != PAUSED:
+                return state
+            state = grown(state, problem.primitives)
 
 
-def search_setup(planner: MotionPrimitivePlanner, scenario: PlanningScenario) -> SearchSetup:
-    """Prepare a search.
-
-    Raises:
-        PlanningError: The problem has no goal, or no primitive starts at the start speed.
-    """
-    reference = planner.mode == Mode.REFERENCE
-    primitives = planner.primitives or suitable_primitives(scenario)
-    if abs(primitives.dt - scenario.dt) > 1e-9:
-        raise PlanningError(
-            f"{scenario.id}: time steps of {scenario.dt} s, but the primitives of"
-            f" {primitives.name} have {primitives.dt} s"
-        )
-    goals, start = goal_arrays(scenario.goals), scenario.start
+@lru_cache(maxsize=4096)
+def _problem(
+    algorithm: Algorithm,
+    mode: Mode,
+    primitives: MotionPrimitives,
+    start: EgoState,
+    goals: tuple[Goal, ...],
+) -> Problem:
+    reference = mode == Mode.REFERENCE
     # commonroad-search starts with straight wheels whatever the file says.
     steering = 0.0 if reference else start.steering_angle
-    speed, root = _starting(primitives, start.velocity, steering, reference)
+    speed = primitives.nearest_speed(start.velocity, endless_only=reference)
+    root = primitives.starting_at(speed, steering, endless_only=reference)
     if not len(root):
         raise PlanningError(
-            f"{scenario.id}: no primitive of {primitives.name} starts at {speed:g} m/s with a"
-            f" steering angle of {steering:g} rad"
+            f"no primitive of {primitives.name} starts at {speed:g} m/s with a steering angle of"
+            f" {steering:g} rad"
         )
-    horizon, offset = max(0, scenario.last_step - start.step), primitives.vehicle.rear_axle
+    laid_out = goal_arrays(goals)
+    horizon = max(0, max(goal.steps[1] for goal in goals) - start.step)
+    offset = primitives.vehicle.rear_axle
     x, y = start.x - offset * math.cos(start.heading), start.y - offset * math.sin(start.heading)
-    return SearchSetup(
-        primitives=primitives,
+    return Problem(
         root=root,
-        goals=goals,
+        primitives=primitives.arrays,
+        goals=laid_out,
         limits=_limits(primitives),
         reach=_NO_TABLE if reference else reach_table(primitives, horizon),
         start=np.array([x, y, start.heading]),
         speed=speed,
         steering_angle=steering,
-        first_step=start.step,
-        horizon=horizon,
-        node_limit=planner.node_limit,
-        greedy=planner.algorithm == Algorithm.GBFS,
-        at_goal=reaches(start.x, start.y, start.heading, speed, start.step, goals),
+        step=start.step,
+        at_goal=bool(reaches(start.x, start.y, start.heading, speed, start.step, laid_out)),
+        greedy=algorithm == Algorithm.GBFS,
+        reference=reference,
     )
 
 
@@ -264,14 +247,6 @@ def _reason(
     if occupied == window:
         return Reason.GOAL_OCCUPIED
     return Reason.LIMIT if status == Status.LIMIT else Reason.UNREACHABLE
-
-
-@lru_cache(maxsize=256)
-def _starting(
-    primitives: MotionPrimitives, velocity: float, steering_angle: float, reference: bool
-) -> tuple[float, NDArray[np.int64]]:
-    speed = primitives.nearest_speed(velocity, endless_only=reference)
-    return speed, primitives.starting_at(speed, steering_angle, endless_only=reference)
 
 
 @lru_cache(maxsize=64)

@@ -15,6 +15,8 @@ can look at the clock, give it more, and go on.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
@@ -24,43 +26,97 @@ from avsec_gym.planners.collision import World, collides
 from avsec_gym.planners.estimates import Limits, distance_to_goals, steps_to_goal, time_to_aim
 from avsec_gym.planners.goal import GoalArrays, reaches
 from avsec_gym.planners.primitives import PrimitiveArrays
-from avsec_gym.planners.search_state import SearchState, pop, push, seen_before, turn
+from avsec_gym.planners.search_state import (
+    SearchState,
+    begin,
+    grown,
+    new_state,
+    pop,
+    push,
+    seen_before,
+    turn,
+)
 
 PAUSED, FOUND, EXHAUSTED = 0, 1, 2
 """What `search` returns."""
 
 
+class Problem(NamedTuple):
+    """Everything that a search needs to know but the obstacles."""
+
+    root: NDArray[np.int64]
+    """Primitives that may follow the start."""
+    primitives: PrimitiveArrays
+    goals: GoalArrays
+    limits: Limits
+    reach: Floats
+    """Table of `avsec_gym.planners.reachability`; without rows, other bounds are used alone."""
+    start: Floats
+    """Rear-axle x, y, heading, shape (3,)."""
+    speed: float
+    """The speed that the primitives start with, m/s."""
+    steering_angle: float
+    """The steering angle that they start with, rad."""
+    step: int
+    """Time step of the start."""
+    at_goal: bool
+    """The start is a goal state already."""
+    greedy: bool
+    """GBFS instead of A*."""
+    reference: bool
+    """See the module's docstring."""
+
+
 @numba.njit(nogil=True, cache=True)
-def search(
-    root: NDArray[np.int64],
-    primitives: PrimitiveArrays,
-    goals: GoalArrays,
-    limits: Limits,
-    reach: Floats,
-    world: World,
-    state: SearchState,
-    budget: int,
-    greedy: bool,
-    reference: bool,
-) -> int:
+def solve(problem: Problem, world: World, node_limit: int) -> tuple[int, Floats, float, int]:
+    """Search from the start to the end, or until a number of nodes is expanded.
+
+    Args:
+        problem: What is asked.
+        world: What must not be touched.
+        node_limit: Most expansions.
+
+    Returns:
+        PAUSED (at the limit), FOUND or EXHAUSTED; the trajectory, shape (T, 5), without rows where
+        nothing was found; the seconds that it takes; the number of nodes expanded.
+    """
+    state = new_state(1024, 2048)
+    outcome, state = search_on(problem, world, state, node_limit)
+    expanded = state.counters[2]
+    if outcome != FOUND:
+        return outcome, np.empty((0, 5)), np.nan, expanded
+    node = state.counters[3]
+    return outcome, trajectory_to(node, problem, state), state.elapsed[node], expanded
+
+
+@numba.njit(nogil=True, cache=True)
+def search_on(
+    problem: Problem, world: World, state: SearchState, node_limit: int
+) -> tuple[int, SearchState]:
+    """Begin in given memory, and search as `solve` does; the memory may have grown."""
+    begin(state, problem.start, problem.speed, problem.step, problem.at_goal)
+    outcome = PAUSED
+    while outcome == PAUSED and state.counters[2] < node_limit:
+        outcome = search(problem, world, state, node_limit - state.counters[2])
+        if outcome == PAUSED:
+            state = grown(state, problem.primitives)
+    return outcome, state
+
+
+@numba.njit(nogil=True, cache=True)
+def search(problem: Problem, world: World, state: SearchState, budget: int) -> int:
     """Expand up to ``budget`` nodes.
 
     Args:
-        root: Primitives that the start may be followed by.
-        primitives: The set.
-        goals: At least one.
-        limits: Vehicle and heuristic bounds.
-        reach: Table of `avsec_gym.planners.reachability`; without rows, the bounds are used alone.
+        problem: What is asked.
         world: What must not be touched.
-        state: Nodes so far; node 0 is the start and, at first, the only one in the queue.
+        state: Nodes so far; `begin` has put the start there.
         budget: Most expansions in this call.
-        greedy: GBFS instead of A*.
-        reference: See the module's docstring.
 
     Returns:
         PAUSED (out of budget, nodes or table: call again with more), FOUND or EXHAUSTED.
     """
-    counters = state.counters
+    counters, primitives, root = state.counters, problem.primitives, problem.root
     branching = root.shape[0]
     for i in range(primitives.steps.shape[0]):
         branching = max(
@@ -77,56 +133,27 @@ def search(
         if state.goal_index[node] >= 0:
             counters[3] = node
             return FOUND
-        if not reference and seen_before(node, primitives, state):
+        if not problem.reference and seen_before(node, primitives, state):
             continue
         counters[2] += 1
         budget -= 1
         if node == 0:
             for k in range(root.shape[0]):
-                _add_child(
-                    node,
-                    root[k],
-                    primitives,
-                    goals,
-                    limits,
-                    reach,
-                    world,
-                    state,
-                    greedy,
-                    reference,
-                )
+                _add_child(node, root[k], problem, world, state)
         else:
             own = state.primitive[node]
             for k in range(primitives.first_successor[own], primitives.first_successor[own + 1]):
-                _add_child(
-                    node,
-                    primitives.successors[k],
-                    primitives,
-                    goals,
-                    limits,
-                    reach,
-                    world,
-                    state,
-                    greedy,
-                    reference,
-                )
+                _add_child(node, primitives.successors[k], problem, world, state)
     return EXHAUSTED
 
 
 @numba.njit(nogil=True, cache=True)
 def _add_child(
-    node: int,
-    primitive: int,
-    primitives: PrimitiveArrays,
-    goals: GoalArrays,
-    limits: Limits,
-    reach: Floats,
-    world: World,
-    state: SearchState,
-    greedy: bool,
-    reference: bool,
+    node: int, primitive: int, problem: Problem, world: World, state: SearchState
 ) -> None:
     """Drive a primitive from a node; keep where it ends unless it collides or comes too late."""
+    primitives, goals, limits = problem.primitives, problem.goals, problem.limits
+    reference, greedy = problem.reference, problem.greedy
     x0, y0, heading0 = state.pose[node, 0], state.pose[node, 1], state.pose[node, 2]
     cos0, sin0 = turn(heading0, reference)
     start_step = state.step[node]
@@ -171,7 +198,9 @@ def _add_child(
         needed = 0.0
         if goal_index < 0:
             follow = primitives.end_class[primitive]
-            needed = steps_to_goal(x, y, heading, step, follow, distance, goals, limits, reach)
+            needed = steps_to_goal(
+                x, y, heading, step, follow, distance, goals, limits, problem.reach
+            )
             if needed == np.inf:
                 return
         if greedy:
@@ -186,3 +215,38 @@ def _add_child(
     state.parent[new], state.primitive[new] = node, primitive
     state.step[new], state.goal_index[new] = step, goal_index
     push(state, key, new)
+
+
+@numba.njit(nogil=True, cache=True)
+def trajectory_to(node: int, problem: Problem, state: SearchState) -> Floats:
+    """States from the start to a node as centre x, y, velocity, heading, steering angle.
+
+    Args:
+        node: Where the way ends.
+        problem: Whose primitives were driven.
+        state: The nodes.
+
+    Returns:
+        Shape (T, 5).
+    """
+    primitives, centre_offset = problem.primitives, problem.limits.centre_offset
+    states = np.empty((state.step[node] - state.step[0] + 1, 5))
+    child = node
+    while state.parent[child] >= 0:
+        parent = state.parent[child]
+        x, y, heading = state.pose[parent, 0], state.pose[parent, 1], state.pose[parent, 2]
+        cos, sin = turn(heading, problem.reference)
+        before = state.step[parent] - state.step[0]
+        for j in range(1, state.step[child] - state.step[parent] + 1):
+            own = primitives.states[state.primitive[child], j]
+            row = states[before + j]
+            row[0], row[1] = cos * own[0] - sin * own[1] + x, sin * own[0] + cos * own[1] + y
+            row[2], row[3], row[4] = own[2], heading + own[3], own[4]
+        child = parent
+    row = states[0]
+    row[0], row[1], row[3] = state.pose[0, 0], state.pose[0, 1], state.pose[0, 2]
+    row[2], row[4] = state.velocity[0], problem.steering_angle
+    for t in range(states.shape[0]):
+        states[t, 0] += centre_offset * np.cos(states[t, 3])
+        states[t, 1] += centre_offset * np.sin(states[t, 3])
+    return states

@@ -14,7 +14,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.envs.registration import EnvSpec
+from gymnasium.envs.registration import EnvSpec, load_env_creator
 from gymnasium.utils.env_checker import check_env as gymnasium_check_env
 from stable_baselines3.common.env_checker import check_env as sb3_check_env
 
@@ -169,10 +169,7 @@ def test_observations_are_finite_in_the_space_and_not_shared(env: gym.Env[Any, A
         observation = parts[0]
         assert env.observation_space.contains(observation)
         assert np.isfinite(observation).all()
-        assert observation.flags.owndata or observation.base is not seen
         seen.append((observation, observation.copy()))
-        observation_then = seen[-2:][0]
-        np.testing.assert_array_equal(*observation_then)
     for i, (one, copy) in enumerate(seen):
         np.testing.assert_array_equal(one, copy)
         assert not any(np.shares_memory(one, other) for other, _ in seen[i + 1 :])
@@ -208,7 +205,7 @@ def test_registering_twice_is_harmless() -> None:
 @every_id
 def test_rendering_shows_something_and_changes_nothing(id: str) -> None:
     plain, shown = gym.make(id), gym.make(id, render_mode="rgb_array")
-    for expected, parts in zip(play(plain, 8, 12), play(shown, 8, 12), strict=True):
+    for expected, parts in zip(play(plain, 8, 4), play(shown, 8, 4), strict=True):
         picture = shown.render()
         assert isinstance(picture, np.ndarray)
         assert picture.dtype == np.uint8
@@ -239,10 +236,11 @@ def test_without_a_render_mode_nothing_heavy_is_loaded(id: str) -> None:
     assert output.strip() == "[]"
 
 
-def test_an_unknown_render_mode_is_refused() -> None:
-    for id in IDS:
-        with pytest.raises(ConfigurationError, match="rgb_array"):
-            gym.make(id, render_mode="ascii", disable_env_checker=True).unwrapped  # noqa: B018
+@every_id
+def test_an_unknown_render_mode_is_refused(id: str) -> None:
+    make = load_env_creator(gym.spec(id).entry_point)  # type: ignore[arg-type]
+    with pytest.raises(ConfigurationError, match="rgb_array"):
+        make(render_mode="ascii")
 
 
 @every_id
@@ -349,8 +347,9 @@ def test_sb3s_subprocesses_know_the_prefixed_id(id: str) -> None:
         for _ in range(12):
             actions = generator.uniform(-1, 1, (2, *many.action_space.shape)).astype(np.float32)
             one, two = many.step(actions), alone.step(actions)
-            for first, second in zip(one[:3], two[:3], strict=True):
-                np.testing.assert_array_equal(first, second)
+            np.testing.assert_array_equal(one[0], two[0])
+            np.testing.assert_allclose(one[1], two[1], atol=1e-7)  # SB3's own has 32 bits.
+            np.testing.assert_array_equal(one[2], two[2])
             for info, ended in zip(one[3], one[2], strict=True):
                 assert ("episode" in info) == bool(ended)
     finally:

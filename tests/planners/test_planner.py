@@ -136,11 +136,6 @@ def test_the_judge_accepts_the_trajectory(number: int) -> None:
     assert plan.trajectory[0, 2] == scenario.start.velocity
 
 
-def test_most_of_the_judged_scenarios_have_a_plan() -> None:
-    found = [MotionPrimitivePlanner().plan(scenario).found for scenario in SCENARIOS]
-    assert sum(found) >= 15
-
-
 def test_default_primitives_follow_the_road_type() -> None:
     scenario = build_planning_scenario(Boxes3D.empty(), road_type=RoadType.HIGHWAY)
     plan = MotionPrimitivePlanner().plan(scenario)

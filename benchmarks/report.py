@@ -1,0 +1,102 @@
+"""Runs the benchmarks and writes docs/results/benchmarks.json and benchmarks.md.
+
+    python benchmarks/report.py [--out docs/results] [--scenarios DIR]
+        [--planning DIR --original PATH]
+
+``--scenarios`` adds the labelled KITTI scenarios; ``--planning`` a folder with ``scenarios/`` and
+``primitives/`` of CommonRoad files, ``--original`` a checkout of commonroad-search.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).parent
+PLANNER_SETS = (
+    ("*_6_8_*.xml", "street_v6_sa7.xml"),
+    ("*_11_13_*.xml", "highway_v11_13_sa7.xml"),
+)
+
+
+def run(script: str, *arguments: str) -> Any:
+    """One benchmark in a process of its own."""
+    command = [sys.executable, str(HERE / script), *arguments]
+    return json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE).stdout)
+
+
+def main() -> None:
+    """Run everything, write both files."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("docs/results"))
+    parser.add_argument("--scenarios")
+    parser.add_argument("--planning", type=Path)
+    parser.add_argument("--original")
+    options = parser.parse_args()
+    results: dict[str, Any] = {
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores, Python"
+        f" {platform.python_version()}",
+        "environment": run("ghost_object.py"),
+        "layouts": run("layouts.py"),
+        "evaluate": [run("evaluate.py")],
+    }
+    if options.scenarios:
+        results["evaluate"].append(run("evaluate.py", "--scenarios", options.scenarios))
+    if options.planning:
+        original = ["--original", options.original] if options.original else []
+        results["planner"] = [
+            run(
+                "planner.py",
+                "--scenarios",
+                str(options.planning / "scenarios"),
+                "--primitives",
+                str(options.planning / "primitives" / primitives),
+                "--pattern",
+                pattern,
+                *original,
+            )
+            for pattern, primitives in PLANNER_SETS
+        ]
+    options.out.mkdir(parents=True, exist_ok=True)
+    (options.out / "benchmarks.json").write_text(json.dumps(results, indent=1) + "\n")
+    (options.out / "benchmarks.md").write_text(page(results))
+
+
+def page(results: dict[str, Any]) -> str:
+    """The results as Markdown."""
+    environment = results["environment"]
+    lines = [
+        "# Benchmarks",
+        "",
+        f"On {results['machine']}; made by `python benchmarks/report.py`. Shared machines are noisy:"
+        " read these as orders of magnitude, and the ratios as ratios of one run.",
+        "",
+        "| what | measured |",
+        "| --- | --- |",
+        f"| `avsec/GhostObject-v0`, one core, random actions, resets included | "
+        f"{environment['single_steps_per_second']} steps/s |",
+        *(
+            f"| the same, {count} in a batch | {steps} steps/s |"
+            for count, steps in environment["batched_steps_per_second"].items()
+        ),
+        f"| procedural layouts, one core | {results['layouts']['layouts_per_second']} /s |",
+        *(
+            f"| `avsec evaluate`, {row['scenario_set']}: {row['drives']} drives, process start"
+            f" included, median of {row['runs']} | {row['median_seconds']} s |"
+            for row in results["evaluate"]
+        ),
+    ]
+    if "planner" in results:
+        lines += ["", "## The same files planned by commonroad-search, in the same run", ""]
+        lines += planner_table(results["planner"])
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,460 @@
+"""`avsec/GhostObject-v0`: its rules, and that both of its forms keep them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import avsec_gym  # noqa: F401
+from avsec_gym.attacks.object_injection import GhostRange, hide_objects, inject_ghosts
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.envs.ghost_object import GhostObjectEnv
+from avsec_gym.envs.ghost_object_vector import GhostObjectVectorEnv
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import ego_to_camera
+from avsec_gym.pipeline import drive
+from avsec_gym.planners.planner import MotionPrimitivePlanner
+from avsec_gym.scenario.builder import is_obstacle
+from avsec_gym.scenario.constraints import RoadType
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene import Motion, Scene
+from avsec_gym.scenario.scene_sets import SceneSet, procedural_scenes, scene_set
+
+ID = "avsec/GhostObject-v0"
+RANGE = GhostRange()
+
+
+def scene(
+    poses: list[list[float]], moving: list[bool] | None = None, id: str = "one", **fields: Any
+) -> Scene:
+    location, rotation_y = ego_to_camera(np.array(poses, float).reshape(-1, 3), 1.65)
+    count = len(rotation_y)
+    boxes = Boxes3D(
+        location=location,
+        dimensions=np.tile([1.5, 1.6, 4.0], (count, 1)),
+        rotation_y=rotation_y,
+        score=np.ones(count),
+        category=np.full(count, "Car"),
+        moving=np.array([False] * count if moving is None else moving, bool),
+    )
+    return Scene(id, boxes, **fields)
+
+
+def set_of(*scenes: Scene) -> SceneSet:
+    return SceneSet("hand-made", scenes)
+
+
+def action(*ghosts: tuple[float, float, float], size: int = 2, hide: tuple[float, ...] = ()) -> Any:
+    """Ghosts at x, y, heading; the others off."""
+    rows = np.full((size, 4), -1.0)
+    if ghosts:
+        rows[: len(ghosts)] = RANGE.encode(np.ones(len(ghosts), bool), np.array(ghosts))
+    return np.concatenate([rows.ravel(), hide])
+
+
+WALL = ((14.0, 0.0, np.pi / 2), (17.0, 0.0, np.pi / 2))
+"""Across the lane, in the goal of keeping the lane: no room for the car's centre is left... """
+
+
+def test_without_a_ghost_nothing_is_won() -> None:
+    """The reward cannot be had without changing what the car plans on."""
+    env = gym.make(ID)
+    for seed in range(40):
+        env.reset(seed=seed)
+        _, reward, terminated, _, info = env.step(action())
+        assert (info["outcome"], terminated, info["is_success"]) == ("safe", False, False)
+        assert reward == pytest.approx(-0.02)
+
+
+def test_ghosts_off_the_road_win_nothing_but_cost() -> None:
+    env = gym.make(ID, scenarios=set_of(scene([])))
+    env.reset(seed=0, options={"intention": "straight"})
+    _, reward, terminated, _, info = env.step(action((28.0, 8.0, 0.0), (29.0, -8.0, 0.0)))
+    assert (terminated, info["ghosts"], info["outcome"]) == (False, 2, "safe")
+    assert reward == pytest.approx(-0.06)
+
+
+def test_a_wall_of_ghosts_leaves_no_plan() -> None:
+    env = gym.make(ID, scenarios=set_of(scene([])), ghosts=4)
+    env.reset(seed=0, options={"intention": "straight"})
+    wall = [(9.0, y, np.pi / 2) for y in (-5.7, -1.9, 1.9, 5.7)]
+    _, reward, terminated, truncated, info = env.step(action(*wall, size=4))
+    assert (info["outcome"], info["is_success"], info["planned"]) == ("unplanned", True, False)
+    assert (terminated, truncated) == (True, False)
+    assert np.isnan(info["cost"])
+    assert reward == pytest.approx(1.0 - 0.02 * 5)
+
+
+def test_ghosts_in_the_goal_leave_no_plan() -> None:
+    env = gym.make(ID, scenarios=set_of(scene([])))
+    env.reset(seed=0, options={"intention": "straight"})
+    _, _, terminated, _, info = env.step(action((13.0, 0.0, 0.0), (17.0, 0.0, 0.0)))
+    assert (info["outcome"], terminated) == ("unplanned", True)
+
+
+def test_a_ghost_can_drive_the_car_into_what_it_takes_to_move() -> None:
+    """With motion="static" the planner does not know that a car comes along; ghosts lure it."""
+    found = set()
+    env = gym.make(ID, motion="static", scenarios={"name": "layouts", "count": 60, "seed": 2})
+    generator = np.random.default_rng(0)
+    for seed in range(30):
+        env.reset(seed=seed)
+        for _ in range(5):
+            _, _, terminated, _, info = env.step(generator.uniform(-1, 1, 8))
+            found.add(info["outcome"])
+            if terminated:
+                break
+    assert {"safe", "unplanned"} <= found
+
+
+def test_hiding_what_is_in_the_way_makes_a_collision() -> None:
+    """A car stands in the lane, ahead of the goal; the planner knows its way around it."""
+    blocked = set_of(scene([[8.0, 0.3, 0.0], [24.0, -6.0, 0.0]]))
+    env = gym.make(ID, scenarios=blocked, ghosts=1, hides=1)
+    env.reset(seed=0, options={"intention": "left"})
+    _, reward, terminated, _, info = env.step(action(size=1, hide=(-1.0,)))
+    assert (info["outcome"], info["hidden"]) == ("safe", 0)
+    assert reward == pytest.approx(-0.02)
+    # 33 equal parts: the second hides the nearest object, the third the other one.
+    _, reward, terminated, _, info = env.step(action(size=1, hide=(-1 + 5 / 33,)))
+    assert (info["outcome"], info["hidden"], terminated) == ("safe", 1, False)
+    assert reward == pytest.approx(-0.04)
+    _, reward, terminated, _, info = env.step(action(size=1, hide=(-1 + 3 / 33,)))
+    assert (info["outcome"], info["collision"], info["hidden"]) == ("collision", True, 1)
+    assert (terminated, info["is_success"]) == (True, True)
+    assert reward == pytest.approx(1.0 - 0.04)
+
+
+def test_hiding_what_is_not_there_is_free() -> None:
+    env = gym.make(ID, scenarios=set_of(scene([[8.0, 0.3, 0.0]])), ghosts=0, hides=3)
+    env.reset(seed=0, options={"intention": "left"})
+    _, reward, _, _, info = env.step(np.array([1.0, 0.5, -1.0]))
+    assert (info["hidden"], info["outcome"]) == (0, "safe")
+    assert reward == pytest.approx(-0.02)
+    # Twice the same object is one object.
+    nearest = -1 + 3 / 33
+    info = env.step(np.array([nearest, nearest, -1.0]))[4]
+    assert info["hidden"] == 1
+
+
+def test_the_price_is_an_argument() -> None:
+    env = gym.make(ID, scenarios=set_of(scene([])), price=0.1)
+    env.reset(seed=0)
+    assert env.step(action((29.0, 8.0, 0.0)))[1] == pytest.approx(-0.2)
+
+
+def test_a_scene_that_is_unsafe_by_itself_gives_no_success() -> None:
+    """A reward is for making a safe drive unsafe."""
+    wall = [[8.0, y, np.pi / 2] for y in np.arange(-40.0, 41.0, 3.9)]
+    scenes = set_of(scene([], id="free"), scene(wall, id="blocked"))
+    chosen = {"scenario": "blocked", "intention": "straight"}
+    env = gym.make(ID, scenarios=scenes)
+    assert {env.reset(seed=seed)[1]["scenario"] for seed in range(20)} == {"free"}
+    env.reset(options=chosen)
+    _, reward, terminated, _, info = env.step(action())
+    assert (info["outcome"], info["is_success"], terminated) == ("unplanned", False, False)
+    assert reward == pytest.approx(-0.02)
+    many = GhostObjectVectorEnv(2, scenarios=scenes)
+    many.reset(seed=0, options=chosen)
+    _, rewards, ended, _, infos = many.step(np.stack([action()] * 2))
+    assert infos["outcome"].tolist() == ["unplanned"] * 2
+    assert not ended.any()
+    assert not infos["is_success"].any()
+    np.testing.assert_allclose(rewards, -0.02)
+
+
+def nearest_first(boxes: Boxes3D) -> np.ndarray:
+    rows = np.nonzero(is_obstacle(boxes))[0]
+    return rows[np.argsort(np.hypot(*boxes.poses[rows, :2].T), kind="stable")]
+
+
+def compare_with_pipeline(scenes: SceneSet, motion: Motion, planner: str, seed: int) -> set[str]:
+    """Steps of the environment beside `drive` on the same attacked boxes."""
+    env = GhostObjectEnv(scenarios=scenes, planner=planner, ghosts=2, hides=2, motion=motion)
+    generator, outcomes = np.random.default_rng(seed), set()
+    for one in scenes.scenes:
+        for intention in Intention:
+            env.reset(options={"scenario": one.id, "intention": str(intention)})
+            for _ in range(2):
+                chosen = generator.uniform(-1, 1, 10)
+                chosen[8:] = generator.choice([-1, -1 + 3 / 33, -1 + 5 / 33], 2)
+                if generator.random() < 0.3 and len(one.boxes):
+                    # A ghost on top of a real object.
+                    onto = one.boxes.poses[generator.integers(len(one.boxes))] + 0.3
+                    chosen[:4] = np.clip(RANGE.encode(np.ones(1, bool), onto[None])[0], -1, 1)
+                info = env.step(chosen)[4]
+                on, poses = RANGE.decode(chosen[:8].reshape(2, 4))
+                hidden = np.array([i for i in env.game.hidden(chosen[8:]) if i >= 0], int)
+                rows = nearest_first(one.boxes)
+                gone = rows[hidden[hidden < len(rows)]]
+                believed = inject_ghosts(hide_objects(one.boxes, gone), poses[on])
+                expected = drive(
+                    one, intention, believed, motion=motion, planner=MotionPrimitivePlanner(planner)
+                ).record
+                assert info["outcome"] == expected.outcome, (one.id, intention)
+                np.testing.assert_equal(info["cost"], expected.cost)
+                assert info["ghosts"] == on.sum()
+                assert info["hidden"] == len(set(gone.tolist()))
+                outcomes.add(info["outcome"])
+    return outcomes
+
+
+@pytest.mark.parametrize("motion", list(Motion))
+@pytest.mark.parametrize("planner", ["astar", "gbfs"])
+def test_a_step_is_what_the_pipeline_does(motion: Motion, planner: str) -> None:
+    scenes = procedural_scenes(40, seed=3)
+    outcomes = compare_with_pipeline(scenes, motion, planner, 1)
+    assert outcomes == {"safe", "collision", "unplanned"}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("motion", list(Motion))
+def test_a_step_is_what_the_pipeline_does_on_real_scenes(shared: Path, motion: Motion) -> None:
+    every = scene_set(shared / "safety_scenarios")
+    moving = [one for one in every.scenes if one.boxes.moving is not None and one.speeds.any()]
+    outcomes = compare_with_pipeline(replace(every, scenes=tuple(moving[::2])), motion, "astar", 2)
+    assert outcomes == {"safe", "collision", "unplanned"}
+
+
+def test_a_car_that_comes_after_the_drives_end_is_no_collision() -> None:
+    """The drive ends in the goal, 15 m ahead, before the oncoming car is there."""
+    late = scene([[36.0, 0.0, np.pi]], [True], number=3)
+    for motion in Motion:
+        expected = drive(late, Intention.STRAIGHT, motion=motion).record
+        env = GhostObjectEnv(scenarios=set_of(late), motion=motion)
+        env.reset(options={"scenario": "one", "intention": "straight"})
+        assert env.step(action())[4]["outcome"] == expected.outcome == "safe"
+
+
+def test_what_moves_is_the_planners_business() -> None:
+    """A car crosses from the right and stands in the goal lane later: only one planner knows."""
+    scenes = set_of(scene([[9.0, -8.0, np.pi / 2]], [True], number=1))
+    outcomes = {}
+    for motion in ("static", "truth"):
+        env = GhostObjectEnv(scenarios=scenes, motion=motion)
+        env.reset(options={"scenario": "one", "intention": "straight"})
+        outcomes[motion] = env.step(action())[4]["outcome"]
+    assert outcomes["static"] == "collision"
+    assert outcomes["truth"] != "collision"
+
+
+@pytest.mark.parametrize("arguments", [{}, {"ghosts": 1, "hides": 2, "motion": "static"}])
+def test_the_vector_form_plays_what_single_ones_play(arguments: dict[str, Any]) -> None:
+    count, seed = 5, 11
+    many = gym.make_vec(
+        ID, num_envs=count, vectorization_mode="vector_entry_point", max_episode_steps=4,
+        **arguments,
+    )  # fmt: skip
+    singles = [gym.make(ID, max_episode_steps=4, **arguments) for _ in range(count)]
+    observations, infos = many.reset(seed=seed)
+    for i, env in enumerate(singles):
+        observation, info = env.reset(seed=seed + i)
+        np.testing.assert_array_equal(observations[i], observation)
+        same_info(infos, i, info)
+    generator, ended, ends = np.random.default_rng(0), [False] * count, set()
+    for _ in range(40):
+        actions = generator.uniform(-1.2, 1.2, many.action_space.shape).astype(np.float32)
+        observations, rewards, terminated, truncated, infos = many.step(actions)
+        for i, env in enumerate(singles):
+            if ended[i]:  # Autoreset mode NEXT_STEP: this action is not used.
+                (observation, info), ended[i] = env.reset(), False
+                expected: tuple[float, bool, bool] = (0.0, False, False)
+            else:
+                observation, *rest, info = env.step(actions[i])
+                expected = (rest[0], rest[1], rest[2] and not rest[1])
+                ended[i] = rest[1] or rest[2]
+            np.testing.assert_array_equal(observations[i], observation)
+            assert (rewards[i], terminated[i], truncated[i]) == expected
+            ends.add(expected[1:])
+            same_info(infos, i, info)
+    assert ends == {(False, False), (True, False), (False, True)}
+
+
+def same_info(infos: dict[str, Any], i: int, info: dict[str, Any]) -> None:
+    assert {name for name in infos if not name.startswith("_")} == set(info)
+    for name, value in info.items():
+        assert infos[f"_{name}"][i]
+        np.testing.assert_equal(infos[name][i], value)
+
+
+def test_the_vector_form_shares_no_arrays() -> None:
+    many = GhostObjectVectorEnv(3)
+    one, first = many.reset(seed=0)
+    copies = one.copy(), {name: value.copy() for name, value in first.items()}
+    two, _, _, _, second = many.step(np.full((3, 8), 0.9, np.float32))
+    assert not np.shares_memory(one, two)
+    np.testing.assert_array_equal(one, copies[0])
+    for name in first:
+        np.testing.assert_array_equal(first[name], copies[1][name])
+        assert not np.shares_memory(first[name], second[name])
+
+
+def test_the_vector_form_resets_only_what_a_mask_names() -> None:
+    many = GhostObjectVectorEnv(3)
+    many.reset(seed=0)
+    many.step(np.zeros((3, 8)))
+    before = [each.scene.id for each in many._rounds]
+    mask = np.array([False, True, False])
+    many.reset(seed=[None, 99, None], options={"reset_mask": mask})
+    assert many._spent.tolist() == [1, 0, 1]
+    after = [each.scene.id for each in many._rounds]
+    assert (after[0], after[2]) == (before[0], before[2])
+    assert after[1] == gym.make(ID).reset(seed=99)[1]["scenario"]
+    assert mask.tolist() == [False, True, False]
+
+
+def test_the_first_reset_takes_all_and_leaves_the_mask_alone() -> None:
+    mask = np.array([False, True])
+    many = GhostObjectVectorEnv(2)
+    assert many.reset(seed=0, options={"reset_mask": mask})[0].shape[0] == 2
+    assert mask.tolist() == [False, True]
+
+
+def test_wrong_actions_and_arguments_of_the_vector_form() -> None:
+    many = GhostObjectVectorEnv(2)
+    with pytest.raises(gym.error.ResetNeeded):
+        many.step(np.zeros((2, 8)))
+    many.reset(seed=0)
+    for wrong in (np.zeros(8), np.zeros((3, 8)), np.full((2, 8), np.nan), np.full((2, 8), np.inf)):
+        with pytest.raises(ConfigurationError, match="actions have shape"):
+            many.step(wrong)
+    with pytest.raises(ConfigurationError, match="1 or more"):
+        GhostObjectVectorEnv(0)
+    with pytest.raises(ConfigurationError, match="not rendered"):
+        GhostObjectVectorEnv(2, render_mode="rgb_array")
+
+
+def steps_until_the_end(env: gym.Env[Any, Any]) -> tuple[int, bool, bool]:
+    env.reset(seed=0)
+    for step in range(1, 50):
+        observation, _, terminated, truncated, info = env.step(action())
+        assert info["queries"] == step
+        if terminated or truncated:
+            return step, terminated, truncated
+        assert env.observation_space.contains(observation)
+    raise AssertionError("it never ends")
+
+
+def test_the_budget() -> None:
+    assert steps_until_the_end(gym.make(ID)) == (10, False, True)
+    assert steps_until_the_end(GhostObjectEnv()) == (10, False, True)
+    assert steps_until_the_end(gym.make(ID, queries=3)) == (3, False, True)
+    assert steps_until_the_end(gym.make(ID, max_episode_steps=25)) == (25, False, True)
+    assert steps_until_the_end(gym.make(ID, max_episode_steps=25, queries=12)) == (12, False, True)
+    assert steps_until_the_end(GhostObjectEnv(queries=30)) == (30, False, True)
+
+
+def test_more_queries_than_steps_are_refused() -> None:
+    with pytest.raises(ConfigurationError, match="max_episode_steps=20 to gym.make"):
+        gym.make(ID, queries=20).reset(seed=0)
+
+
+def test_the_share_of_queries_left_is_observed_and_stays_in_the_space() -> None:
+    env = GhostObjectEnv(queries=4)
+    observation, _ = env.reset(seed=0)
+    shares = [observation[8 + 32 * 8 + 4]]
+    for _ in range(12):  # Also of somebody who does not stop.
+        observation, *_ = env.step(action())
+        assert env.observation_space.contains(observation)
+        shares.append(observation[8 + 32 * 8 + 4])
+    assert shares == [1.0, 0.75, 0.5, 0.25] + [0.0] * 9
+
+
+def test_what_the_observation_tells() -> None:
+    one = scene([[20.0, -5.0, 0.5], [10.0, 4.0, 0.0]], [True, False], road_type=RoadType.HIGHWAY)
+    env = gym.make(ID, scenarios=set_of(one), hides=1)
+    observation, _ = env.reset(seed=0, options={"scenario": "one", "intention": "right"})
+    np.testing.assert_allclose(
+        observation[:8], [11 / 15, 1, 0, 0, 1, 15 / 50, -3.5 / 20, 2 / 32], atol=1e-6
+    )
+    objects = observation[8:264].reshape(32, 8)
+    near = [1, 10 / 50, 4 / 20, 1, 0, 0.4, 0.4, 0]
+    far = [1, 20 / 50, -5 / 20, np.cos(0.5), np.sin(0.5), 0.4, 0.4, 1]
+    np.testing.assert_allclose(objects[:2], [near, far], atol=1e-6)
+    assert not objects[2:].any()
+    last = observation[264:]
+    np.testing.assert_allclose(last[:5], [0, 0, 0, 0, 1])
+    asked = action((17.5, 4.0, np.pi / 2), size=2, hide=(-0.9,))
+    observation, _, _, _, info = env.step(asked)
+    last = observation[264:]
+    word = ["safe", "collision", "unplanned"].index(info["outcome"])
+    assert last[:3].tolist() == [float(word == i) for i in range(3)]
+    assert last[3] == pytest.approx(0 if np.isnan(info["cost"]) else info["cost"] / 3)
+    np.testing.assert_allclose(last[5:10], [1, 0, 0.5, 0, 1], atol=1e-6)
+    assert last[10] == 0
+    assert last[15] == pytest.approx(-0.9)
+
+
+def test_more_objects_than_the_observation_holds() -> None:
+    """All of them are planned around and judged; the 32 nearest are observed."""
+    crowd = [[9.0, y, 0.0] for y in np.arange(-60.0, 61.0, 2.0)]
+    crowded = set_of(scene([[100.0 + i, 30.0, 0.0] for i in range(40)]), scene(crowd, id="wall"))
+    env = GhostObjectEnv(scenarios=crowded)
+    observation, _ = env.reset(options={"scenario": "wall", "intention": "straight"})
+    assert env.observation_space.contains(observation)
+    assert observation[8:264].reshape(32, 8)[:, 0].all()
+    assert env.step(action())[4]["outcome"] == "unplanned"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"ghosts": 0}, "places ghosts or hides"),
+        ({"ghosts": -1, "hides": 3}, "places ghosts or hides"),
+        ({"scenarios": "no such set"}, "no such set"),
+        ({"scenarios": {"name": "layouts", "colour": 1}}, "colour"),
+        ({"scenarios": {"count": 3}}, "name"),
+        ({"scenarios": {"name": "layouts", "count": 0}}, "empty"),
+        ({"scenarios": {"name": "layouts", "seed": -1}}, "0 or more"),
+        ({"scenarios": SceneSet("nothing", ())}, "empty"),
+        ({"scenarios": None}, "scene set"),
+        ({"scenarios": 5}, "scene set"),
+        ({"planner": "dijkstra"}, "astar"),
+        ({"planner": {"name": "astar", "mode": "reference"}}, "complete mode"),
+        ({"planner": object()}, "MotionPrimitivePlanner"),
+        ({"motion": "classifier"}, "static.*truth"),
+        ({"queries": 0}, "1 or more"),
+        ({"queries": -3}, "1 or more"),
+    ],
+)
+@pytest.mark.parametrize("form", [GhostObjectEnv, GhostObjectVectorEnv])
+def test_wrong_arguments_are_refused(form: Any, arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        form(**arguments)
+
+
+def test_a_set_without_a_safe_drive_is_refused() -> None:
+    wall = [[8.0, y, np.pi / 2] for y in np.arange(-40.0, 41.0, 3.9)]
+    with pytest.raises(ConfigurationError, match="nothing to attack"):
+        GhostObjectEnv(scenarios=set_of(scene(wall))).reset(seed=0)
+
+
+def test_folders_and_live_parts_are_taken(tmp_path: Path) -> None:
+    label = "Car 0.00 0 0.00 1.00 1.00 9.00 9.00 1.50 1.60 4.00 -4.00 1.65 10.00 -1.57\n"
+    (tmp_path / "000007.txt").write_text(label)
+    for scenarios in (tmp_path, str(tmp_path), {"name": str(tmp_path)}, scene_set(tmp_path)):
+        env = GhostObjectEnv(scenarios=scenarios, planner=MotionPrimitivePlanner("gbfs"))
+        assert env.reset(seed=0)[1]["scenario"] == "000007"
+
+
+def test_drawn_start_speeds_are_planned_with() -> None:
+    """Scenes of one road type and intention may differ in their start speed."""
+    scenes = set_of(
+        *(scene([[20.0, 6.0, 0.0]], id=str(i), number=i, draw_start_speed=True) for i in range(3))
+    )
+    many = GhostObjectVectorEnv(3, scenarios=scenes)
+    costs = []
+    for one in scenes.scenes:
+        expected = drive(one, Intention.STRAIGHT).record.cost
+        _, _ = many.reset(seed=0, options={"scenario": one.id, "intention": "straight"})
+        np.testing.assert_allclose(many.step(np.stack([action()] * 3))[4]["cost"], expected)
+        costs.append(expected)
+    mixed = many.game.play(
+        [many.game.round(i, Intention.STRAIGHT) for i in range(3)], np.stack([action()] * 3)
+    )[1]
+    np.testing.assert_allclose(mixed, costs)
