@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: demo test lint bench docs clean
+.PHONY: demo test lint bench docs fresh clean
 
 demo: .venv/installed
 	$(BIN)/avsec demo
@@ -21,11 +21,16 @@ bench: .venv/installed
 	$(BIN)/python benchmarks/evaluate.py
 	$(BIN)/python benchmarks/layouts.py
 
-# Figures and results that the documentation shows; those on KITTI need KITTI=... SCENARIOS=... DETECTIONS=...
+# Figures and results that the documentation shows; docs/make_results.sh tells which variables
+# (KITTI, SCENARIOS, DETECTIONS, ...) bring in the parts on real data.
 docs: .venv/installed
-	PYTHON=$(BIN)/python KITTI="$(KITTI)" SCENARIOS="$(SCENARIOS)" DETECTIONS="$(DETECTIONS)" sh docs/make_results.sh
+	PYTHON=$(BIN)/python sh docs/make_results.sh
 
-clean:
+# Forget compiled numba kernels.
+fresh:
+	find avsec_gym -name __pycache__ -type d -prune -exec rm -rf {} +
+
+clean: fresh
 	rm -rf .venv
 
 # torch comes first and by itself: pinned, pip takes the CPU build where one is offered.

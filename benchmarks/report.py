@@ -3,8 +3,9 @@
     python benchmarks/report.py [--out docs/results] [--scenarios DIR]
         [--planning DIR --original PATH]
 
-``--scenarios`` adds the labelled KITTI scenarios; ``--planning`` a folder with ``scenarios/`` and
-``primitives/`` of CommonRoad files, ``--original`` a checkout of commonroad-search.
+``--scenarios`` adds the labelled KITTI scenarios; ``--planning`` a folder with ``scenarios/``,
+``scenarios_wide/`` and ``primitives/`` of CommonRoad files, ``--original`` a checkout of
+commonroad-search.
 """
 
 from __future__ import annotations
@@ -20,9 +21,14 @@ from typing import Any
 
 HERE = Path(__file__).parent
 PLANNER_SETS = (
-    ("*_6_8_*.xml", "street_v6_sa7.xml"),
-    ("*_11_13_*.xml", "highway_v11_13_sa7.xml"),
+    ("scenarios/*_6_8_*.xml", "street_v6_sa7.xml"),
+    ("scenarios/*_11_13_*.xml", "highway_v11_13_sa7.xml"),
+    (
+        "scenarios_wide/*.xml",
+        "V_0.0_20.0_Vstep_2.0_SA_-1.066_1.066_SAstep_0.18_T_0.5_Model_BMW_320i.xml",
+    ),
 )
+"""Files and motion primitives that belong together, below --planning."""
 
 
 def run(script: str, *arguments: str) -> Any:
@@ -54,7 +60,7 @@ def main() -> None:
             run(
                 "planner.py",
                 "--scenarios",
-                str(options.planning / "scenarios"),
+                str(options.planning),
                 "--primitives",
                 str(options.planning / "primitives" / primitives),
                 "--pattern",
@@ -74,7 +80,8 @@ def page(results: dict[str, Any]) -> str:
     lines = [
         "# Benchmarks",
         "",
-        f"On {results['machine']}; made by `python benchmarks/report.py`. Shared machines are noisy:"
+        f"On {results['machine']}; made by `python benchmarks/report.py`. Shared machines are"
+        " noisy:"
         " read these as orders of magnitude, and the ratios as ratios of one run.",
         "",
         "| what | measured |",
@@ -96,6 +103,32 @@ def page(results: dict[str, Any]) -> str:
         lines += ["", "## The same files planned by commonroad-search, in the same run", ""]
         lines += planner_table(results["planner"])
     return "\n".join(lines) + "\n"
+
+
+def planner_table(runs: list[dict[str, Any]]) -> list[str]:
+    """Ours and the original's, a row for each set of primitives."""
+    lines = [
+        "| primitives | rows | same nodes and cost | ours, median | original / ours, median"
+        " | total |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for (_, primitives), result in zip(PLANNER_SETS, runs, strict=True):
+        summary = result["summary"]
+        compared = summary.get("compared")
+        lines.append(
+            f"| {primitives} | {summary['rows']} | "
+            + (f"{summary['same_nodes_and_cost']} of {compared}" if compared else "–")
+            + f" | {1e6 * summary['ours_seconds_median']:.0f} µs | "
+            + (
+                f"{summary['speed_ratio_median']:.0f} | {summary['speed_ratio_total']:.0f} |"
+                if compared
+                else "– | – |"
+            )
+        )
+    timeouts = sum(result["summary"].get("original_timeouts", 0) for result in runs)
+    if timeouts:
+        lines += ["", f"Rows that commonroad-search did not finish in time: {timeouts}."]
+    return lines
 
 
 if __name__ == "__main__":

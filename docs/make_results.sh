@@ -1,6 +1,7 @@
 #!/bin/sh
 # Makes the pictures and results that the documentation shows.
-# Environment: PYTHON; for the parts on real data KITTI (object root), SCENARIOS, DETECTIONS.
+# Environment: PYTHON; for the parts on real data KITTI (object root), SCENARIOS, DETECTIONS; for the
+# planner's comparison PLANNING (CommonRoad files and primitives) and ORIGINAL (commonroad-search).
 set -eu
 cd "$(dirname "$0")/.."
 PYTHON=${PYTHON:-python}
@@ -10,4 +11,5 @@ cp runs/demo/demo.png docs/images/demo.png
     --kitti "$KITTI" --scenarios "$SCENARIOS" --out docs/images
 [ -z "${DETECTIONS:-}" ] || "$PYTHON" -m avsec_gym.experiments.driving_safety_report \
     --scenarios "$SCENARIOS" --detections "$DETECTIONS" --out docs/results
-"$PYTHON" benchmarks/report.py --out docs/results ${SCENARIOS:+--scenarios "$SCENARIOS"}
+"$PYTHON" benchmarks/report.py --out docs/results ${SCENARIOS:+--scenarios "$SCENARIOS"} \
+    ${PLANNING:+--planning "$PLANNING"} ${ORIGINAL:+--original "$ORIGINAL"}

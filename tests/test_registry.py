@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from importlib import metadata
 from types import SimpleNamespace
 from typing import Any
@@ -18,11 +18,10 @@ from avsec_gym.registry import Kind, make, names, register
 
 
 @pytest.fixture(autouse=True)
-def fresh(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def _fresh(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing that a test registers stays."""
     monkeypatch.setattr(registry, "_REGISTERED", {})
     monkeypatch.setattr(registry, "_PLUGINS_LOADED", False)
-    yield
 
 
 @pytest.fixture
@@ -98,7 +97,7 @@ def test_unknown_kinds_list_the_known_ones() -> None:
 
 
 def test_arguments_that_do_not_fit() -> None:
-    with pytest.raises(ConfigurationError, match="'astar' cannot be made: .*speed"):
+    with pytest.raises(ConfigurationError, match=r"'astar' cannot be made: .*speed"):
         make("planner", {"name": "astar", "speed": 3})
     with pytest.raises(ConfigurationError, match="needs a 'name'"):
         make("planner", {"node_limit": 3})

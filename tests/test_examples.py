@@ -1,0 +1,32 @@
+"""The examples run as their users run them, in a short form."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+@pytest.mark.slow
+def test_a_trained_attacker_beats_random_search_on_held_out_layouts() -> None:
+    command = [sys.executable, str(EXAMPLES / "train_ghost_attacker.py")]
+    command += ["--steps", "40000", "--held-out", "60"]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    result = json.loads(done.stdout)
+    assert result["ppo"]["success_rate"] > result["random"]["success_rate"] + 0.2
+    assert result["ppo"]["queries"] < result["random"]["queries"]
+    assert result["ppo"]["reward"] > result["random"]["reward"]
+
+
+def test_the_readmes_python_runs() -> None:
+    """The blocks of the first screen, as a newcomer copies them."""
+    text = (EXAMPLES.parent / "README.md").read_text()
+    blocks = [part.split("```")[0] for part in text.split("```python\n")[1:]]
+    assert len(blocks) == 2
+    for block in blocks:
+        subprocess.run([sys.executable, "-c", block], check=True, capture_output=True)
