@@ -1,0 +1,27 @@
+"""What reading and writing share: quiet imports of commonroad-io, and the mark of our own notes."""
+
+from __future__ import annotations
+
+import warnings
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+
+MARK = "avsec-gym "
+"""Begins the ``source`` attribute of files that this project wrote; JSON follows."""
+
+
+@cache
+def import_quietly() -> None:
+    """commonroad-io's protobuf warns as it is imported, of what users cannot mend."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        import_module("commonroad.common.file_reader")
+        import_module("commonroad.common.file_writer")
+
+
+def points_of(vertices: Any) -> tuple[tuple[float, float], ...]:
+    """Vertices as plain numbers; a third coordinate is dropped."""
+    return tuple((_finite(x), _finite(y)) for x, y in np.asarray(vertices)[:, :2])

@@ -1,0 +1,206 @@
+"""Planning scenarios to CommonRoad XML.
+
+What is written is read back bit for bit.  Only the rectangles and discs of moving obstacles that
+lie off the obstacle's origin become polygons, because commonroad-io writes them without their
+place.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.errors import DataError
+from avsec_gym.scenario.commonroad.format import MARK, import_quietly, points_of
+from avsec_gym.scenario.constraints import RoadType
+from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
+from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle, Shape
+
+_DECIMALS = 30
+"""Enough for every double that is not denormally small."""
+
+
+def write_commonroad(
+    scenario: PlanningScenario, path: str | Path, *, overwrite: bool = False
+) -> None:
+    """Write a scenario as CommonRoad 2020a XML.
+
+    Args:
+        scenario: What to write.
+        path: Where to; its folder must exist.
+        overwrite: Replace a file that is there.
+
+    Raises:
+        DataError: The file exists.
+    """
+    import_quietly()
+    from commonroad.common.file_writer import CommonRoadFileWriter, OverwriteExistingFile
+    from commonroad.scenario.scenario import Tag
+
+    path = Path(path)
+    if path.exists() and not overwrite:
+        raise DataError("the file exists.", path=path, remedy="Name another, or allow overwriting.")
+    notes: dict[str, Any] = {"id": scenario.id}
+    if scenario.road_type:
+        notes["road_type"] = str(scenario.road_type)
+    if scenario.intention:
+        notes["intention"] = str(scenario.intention)
+    if scenario.start.steering_angle:
+        notes["steering_angle"] = scenario.start.steering_angle
+    document, problems = to_commonroad(scenario)
+    highway = scenario.road_type == RoadType.HIGHWAY
+    partial = path.with_suffix(f".{os.getpid()}.part")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        CommonRoadFileWriter(
+            document,
+            problems,
+            author="avsec-gym",
+            affiliation="avsec-gym",
+            source=MARK + json.dumps(notes, sort_keys=True),
+            tags={Tag.HIGHWAY if highway else Tag.URBAN},
+            decimal_precision=_DECIMALS,
+        ).write_to_file(str(partial), OverwriteExistingFile.ALWAYS)
+    os.replace(partial, path)
+
+
+def to_commonroad(scenario: PlanningScenario) -> tuple[Any, Any]:
+    """The scenario as commonroad-io's ``Scenario`` and ``PlanningProblemSet``."""
+    import_quietly()
+    from commonroad.common.util import AngleInterval, Interval
+    from commonroad.planning.goal import GoalRegion
+    from commonroad.planning.planning_problem import PlanningProblem, PlanningProblemSet
+    from commonroad.scenario.lanelet import Lanelet as CommonRoadLanelet
+    from commonroad.scenario.lanelet import LaneletNetwork, LaneletType
+    from commonroad.scenario.scenario import Scenario, ScenarioID
+    from commonroad.scenario.state import CustomState, InitialState
+
+    document = Scenario(scenario.dt, ScenarioID.from_benchmark_id("ZAM_Avsec-1_1_T-1", "2020a"))
+    lanelets = []
+    for lanelet in scenario.road.lanelets:
+        left, right = np.array(lanelet.left), np.array(lanelet.right)
+        if left.shape != right.shape:
+            raise DataError(
+                f"lanelet {lanelet.id} has {len(left)} points on its left bound and {len(right)}"
+                " on its right; CommonRoad pairs them.",
+                remedy="Sample both bounds equally often.",
+            )
+        lanelets.append(
+            CommonRoadLanelet(
+                left,
+                0.5 * (left + right),
+                right,
+                lanelet.id,
+                predecessor=list(lanelet.predecessors),
+                successor=list(lanelet.successors),
+                adjacent_left=lanelet.adjacent_left[0] if lanelet.adjacent_left else None,
+                adjacent_left_same_direction=(
+                    lanelet.adjacent_left[1] if lanelet.adjacent_left else None
+                ),
+                adjacent_right=lanelet.adjacent_right[0] if lanelet.adjacent_right else None,
+                adjacent_right_same_direction=(
+                    lanelet.adjacent_right[1] if lanelet.adjacent_right else None
+                ),
+                lanelet_type={LaneletType(name) for name in lanelet.types},
+            )
+        )
+    document.add_objects(LaneletNetwork.create_from_lanelet_list(lanelets))
+    for i in range(len(scenario.obstacles)):
+        document.add_objects(_commonroad_obstacle(scenario.obstacles, i))
+    goal_states, of_lanelets = [], {}
+    for i, goal in enumerate(scenario.goals):
+        state: dict[str, Any] = {"time_step": Interval(*goal.steps)}
+        if goal.region is not None:
+            shape = goal.region[0] if len(goal.region) == 1 else Group(goal.region)  # type: ignore[arg-type]
+            state["position"] = _commonroad_shape(shape)
+        if goal.lanelets:
+            of_lanelets[i] = list(goal.lanelets)
+        if goal.heading is not None:
+            state["orientation"] = AngleInterval(*goal.heading)
+        if goal.velocity is not None:
+            state["velocity"] = Interval(*goal.velocity)
+        goal_states.append(CustomState(**state))
+    start = scenario.start
+    used = {*scenario.obstacles.ids.tolist(), *(lanelet.id for lanelet in scenario.road.lanelets)}
+    problem = PlanningProblem(
+        next(number for number in range(100, 10**9) if number not in used),
+        InitialState(
+            position=np.array([start.x, start.y]),
+            orientation=start.heading,
+            velocity=start.velocity,
+            time_step=start.step,
+            acceleration=0.0,
+            yaw_rate=0.0,
+            slip_angle=0.0,
+        ),
+        GoalRegion(goal_states, of_lanelets or None),
+    )
+    return document, PlanningProblemSet([problem])
+
+
+def _commonroad_shape(shape: Shape) -> Any:
+    from commonroad.geometry import shape as commonroad
+
+    if isinstance(shape, Rectangle):
+        centre = np.array([shape.x, shape.y])
+        return commonroad.Rectangle(shape.length, shape.width, centre, shape.heading)
+    if isinstance(shape, Disc):
+        return commonroad.Circle(shape.radius, np.array([shape.x, shape.y]))
+    if isinstance(shape, Polygon):
+        return commonroad.Polygon(np.array(shape.vertices))
+    return commonroad.ShapeGroup([_commonroad_shape(part) for part in shape.shapes])
+
+
+def _without_offsets(shape: Shape) -> Shape:
+    """The same shape in a form that commonroad-io can write for moving obstacles."""
+    if isinstance(shape, Group):
+        return Group(tuple(_without_offsets(part) for part in shape.shapes))  # type: ignore[misc]
+    if isinstance(shape, Polygon):
+        return shape
+    plain: Shape
+    if isinstance(shape, Rectangle):
+        plain = Rectangle(shape.length, shape.width)
+    else:
+        plain = Disc(shape.radius)
+    if shape == plain:
+        return shape
+    return Polygon(points_of(shape.polygon().exterior.coords)[:-1])
+
+
+def _commonroad_obstacle(obstacles: Obstacles, i: int) -> Any:
+    from commonroad.prediction.prediction import TrajectoryPrediction
+    from commonroad.scenario.obstacle import DynamicObstacle, ObstacleType, StaticObstacle
+    from commonroad.scenario.state import InitialState, KSState
+    from commonroad.scenario.trajectory import Trajectory
+
+    first, shape = int(obstacles.first_step[i]), obstacles.shapes[i]
+    if not obstacles.static[i]:
+        shape = _without_offsets(shape)
+    shape = _commonroad_shape(shape)
+    kind, number = ObstacleType(str(obstacles.categories[i])), int(obstacles.ids[i])
+    x, y, heading = obstacles.poses[i, 0]
+    initial = InitialState(
+        position=np.array([x, y]),
+        orientation=float(heading),
+        velocity=float(obstacles.speeds[i, 0]),
+        time_step=first,
+    )
+    if obstacles.static[i]:
+        return StaticObstacle(number, kind, shape, initial)
+    states = [
+        KSState(
+            position=obstacles.poses[i, t, :2].copy(),
+            orientation=float(obstacles.poses[i, t, 2]),
+            velocity=float(obstacles.speeds[i, t]),
+            steering_angle=0.0,
+            time_step=first + t,
+        )
+        for t in range(1, int(obstacles.steps[i]))
+    ]
+    prediction = TrajectoryPrediction(Trajectory(first + 1, states), shape) if states else None
+    return DynamicObstacle(number, kind, shape, initial, prediction)
