@@ -328,6 +328,18 @@ def test_tables_are_for_people(
         assert word in output
 
 
+def test_scenarios_from_commonroad_files(
+    problems: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (row,) = evaluated(capsys, "--scenarios", problems)["rates"]
+    assert (row["scenarios"], row["planned"], row["intention"]) == (3, 2, "as given")
+    broken = problems / "d_broken.xml"
+    broken.write_text("<commonRoad>")
+    report = evaluated(capsys, "--scenarios", problems, code=IN_PART)
+    assert report["rates"][0]["scenarios"] == 3
+    assert str(broken) in report["remarks"][0]
+
+
 def planned(capsys: pytest.CaptureFixture[str], *arguments: Any, code: int = DONE) -> list[Any]:
     assert ends(["plan", *arguments, "--json"]) == code
     return [as_json(line) for line in capsys.readouterr().out.splitlines()]

@@ -102,7 +102,8 @@ class Evaluate:
             console.print_json(report)
         else:
             _show(report)
-        return console.DONE_IN_PART if detected is not None and detected.missing else console.DONE
+        in_part = scenes.skipped or (detected is not None and detected.missing)
+        return console.DONE_IN_PART if in_part else console.DONE
 
     def _scenes(self) -> SceneSet:
         from dataclasses import replace

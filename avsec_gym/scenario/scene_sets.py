@@ -43,6 +43,8 @@ class SceneSet:
     name: str
     scenes: tuple[Scene | GivenScene, ...]
     remarks: tuple[str, ...] = ()
+    skipped: int = 0
+    """Files that were left out because they are broken; each has its remark."""
 
     def __len__(self) -> int:
         return len(self.scenes)
@@ -175,7 +177,7 @@ def commonroad_folder(folder: str | Path) -> SceneSet:
             path=folder,
             remedy="Name a folder of CommonRoad 2020a XML files.",
         )
-    return SceneSet(folder.name, tuple(scenes), tuple(remarks))
+    return SceneSet(folder.name, tuple(scenes), tuple(remarks), len(remarks))
 
 
 def scene_set(

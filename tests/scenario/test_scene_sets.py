@@ -6,6 +6,7 @@ import hashlib
 import subprocess
 import sys
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,9 @@ import pytest
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.kitti.labels import read_labels
+from avsec_gym.scenario.commonroad import write_commonroad
 from avsec_gym.scenario.constraints import RoadType
+from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene_sets import (
     DYNAMIC_HIGHWAY,
     DYNAMIC_STREET,
@@ -267,3 +270,21 @@ def test_labels_of_the_600_are_those_of_kitti(shared: Path) -> None:
     for scene in [each for each in scenes if each.group == STATIC_STREET][::40]:
         theirs = read_labels(shared / f"kitti/object/training/label_2/{scene.id}.txt")
         np.testing.assert_allclose(scene.boxes.location, theirs.location)
+
+
+def test_commonroad_files(tmp_path: Path) -> None:
+    for name in ("b", "a"):
+        scene = procedural_scenes(1, seed=3).scenes[0]
+        write_commonroad(replace(scene.problem(Intention.LEFT), id=name), tmp_path / f"{name}.xml")
+    scenes = scene_set(tmp_path)
+    assert [scene.id for scene in scenes.scenes] == ["a", "b"]
+    assert (scenes.skipped, scenes.remarks) == (0, ())
+    with pytest.raises(ConfigurationError, match="labelled objects"):
+        _ = scenes.labelled
+    (tmp_path / "b.xml").write_text("<commonRoad>")
+    scenes = scene_set(tmp_path)
+    assert (len(scenes), scenes.skipped) == (1, 1)
+    assert "b.xml" in scenes.remarks[0]
+    (tmp_path / "a.xml").write_text("")
+    with pytest.raises(DataError, match="no CommonRoad file"):
+        scene_set(tmp_path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from functools import cache
 from importlib import import_module
@@ -24,4 +25,16 @@ def import_quietly() -> None:
 
 def points_of(vertices: Any) -> tuple[tuple[float, float], ...]:
     """Vertices as plain numbers; a third coordinate is dropped."""
-    return tuple((_finite(x), _finite(y)) for x, y in np.asarray(vertices)[:, :2])
+    return tuple((finite(x), finite(y)) for x, y in np.asarray(vertices)[:, :2])
+
+
+def finite(value: Any) -> float:
+    """A plain number.
+
+    Raises:
+        ValueError: It is infinite or not a number.
+    """
+    number = float(value)
+    if not math.isfinite(number):
+        raise ValueError(f"the number {number} in it")
+    return number

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import warnings
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.errors import DataError
-from avsec_gym.scenario.commonroad.format import MARK, import_quietly, points_of
+from avsec_gym.scenario.commonroad.format import MARK, finite, import_quietly, points_of
 from avsec_gym.scenario.constraints import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import (
@@ -72,11 +71,11 @@ def read_commonroad(path: str | Path, problem_id: int | None = None) -> Planning
         return PlanningScenario(
             id=notes.get("id", path.stem),
             start=EgoState(
-                x=_finite(start.position[0]),
-                y=_finite(start.position[1]),
-                velocity=_finite(start.velocity),
-                heading=_finite(start.orientation),
-                steering_angle=_finite(notes.get("steering_angle", 0.0)),
+                x=finite(start.position[0]),
+                y=finite(start.position[1]),
+                velocity=finite(start.velocity),
+                heading=finite(start.orientation),
+                steering_angle=finite(notes.get("steering_angle", 0.0)),
                 step=int(start.time_step),
             ),
             goals=_goals(problem.goal),
@@ -136,13 +135,6 @@ def _check_elements(path: Path, problem_id: int) -> None:
         )
 
 
-def _finite(value: Any) -> float:
-    number = float(value)
-    if not math.isfinite(number):
-        raise ValueError(f"the number {number} in it")
-    return number
-
-
 def _lanelet(lanelet: Any) -> Lanelet:
     def neighbour(id: int | None, same: bool | None) -> tuple[int, bool] | None:
         return None if id is None else (int(id), bool(same))
@@ -176,10 +168,10 @@ def _goals(region: Any) -> tuple[Goal, ...]:
                     if isinstance(shape, Group)
                     else (shape,)
                 ),
-                heading=None if heading is None else (_finite(heading.start), _finite(heading.end)),
+                heading=None if heading is None else (finite(heading.start), finite(heading.end)),
                 velocity=None
                 if velocity is None
-                else (_finite(velocity.start), _finite(velocity.end)),
+                else (finite(velocity.start), finite(velocity.end)),
                 lanelets=tuple(lanelets.get(i, ())),
             )
         )
@@ -190,12 +182,10 @@ def _shape(shape: Any) -> Shape:
     from commonroad.geometry import shape as commonroad
 
     if isinstance(shape, commonroad.Rectangle):
-        x, y = (_finite(value) for value in shape.center)
-        return Rectangle(
-            _finite(shape.length), _finite(shape.width), x, y, _finite(shape.orientation)
-        )
+        x, y = (finite(value) for value in shape.center)
+        return Rectangle(finite(shape.length), finite(shape.width), x, y, finite(shape.orientation))
     if isinstance(shape, commonroad.Circle):
-        return Disc(_finite(shape.radius), _finite(shape.center[0]), _finite(shape.center[1]))
+        return Disc(finite(shape.radius), finite(shape.center[0]), finite(shape.center[1]))
     if isinstance(shape, commonroad.Polygon):
         points = points_of(shape.vertices)
         return Polygon(points[:-1] if points[0] == points[-1] else points)
