@@ -117,6 +117,17 @@ class DrivingSafety:
             "rates": [{**_named(cell), **self.rates(cell).to_json()} for cell in self.records],
             "rates_by_group": by_group,
             "differences": self.differences(),
+            "unplanned": [
+                {
+                    **_named(cell),
+                    "scenario": record.scenario,
+                    "reason": record.reason,
+                    "goal_occupied": record.goal_occupied,
+                }
+                for cell, records in self.records.items()
+                for record in records
+                if not record.planned
+            ],
             "flips": [
                 {
                     "planner": cell.planner,

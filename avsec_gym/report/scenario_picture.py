@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -128,7 +129,7 @@ def picture_array(figure: Figure) -> NDArray[np.uint8]:
 def _sentence(drive: Drive) -> str:
     if not drive.record.collision:
         return drive.plan.explanation
-    name = drive.truth.categories[drive.record.collision_object or 0]
+    name = _words(drive.truth.categories[drive.record.collision_object or 0])
     return (
         f"{drive.plan.explanation}, but touches a real object ({name}) after"
         f" {drive.record.collision_time:.1f} s"
@@ -145,6 +146,11 @@ def _view(drive: Drive) -> tuple[Floats, Floats]:
         way = drive.plan.trajectory[:, :2]
         seen = np.vstack([seen, way.min(axis=0) - _MARGIN, way.max(axis=0) + _MARGIN])
     return seen.min(axis=0), seen.max(axis=0)
+
+
+def _words(category: str) -> str:
+    """``parked vehicle`` for CommonRoad's ``parkedVehicle``."""
+    return re.sub("([A-Z])", r" \1", category).lower()
 
 
 def _last_step(drive: Drive) -> int:
@@ -169,9 +175,12 @@ def _obstacles(
             _fill(axes, later[i], fill, alpha=0.25, zorder=4, edge=edge, ls=":")
             one, two = area.centroid, later[i].centroid
             arrow = {"arrowstyle": "-|>", "color": INK, "lw": 1.2, "shrinkA": 0, "shrinkB": 0}
-            axes.annotate(
+            drawn = axes.annotate(
                 "", (two.x, two.y), (one.x, one.y), arrowprops=arrow, zorder=6, annotation_clip=True
             )
+            # Clipping by itself heeds the arrow's head only.
+            assert drawn.arrow_patch is not None
+            drawn.arrow_patch.set_clip_box(axes.bbox)
 
 
 def _fill(
@@ -254,7 +263,7 @@ def draw_sheet(drives: list[Drive], *, vehicle: Vehicle = BMW_320I) -> Figure:
         problem = drive.problem
         attacked = "" if _same(drive.truth, problem.obstacles) else " · attacked detections"
         axes.set_title(
-            f"{problem.id} · {problem.intention}{attacked}",
+            problem.id + (f" · {problem.intention}" if problem.intention else "") + attacked,
             loc="left",
             size=10.5,
             color=INK,

@@ -191,6 +191,16 @@ def test_the_same_drive_is_the_same_picture() -> None:
     np.testing.assert_array_equal(draw(colliding()), draw(colliding()))
 
 
+def test_an_arrow_stays_in_its_picture() -> None:
+    """One car comes from behind the view: nothing is drawn outside of the axes."""
+    figures = [
+        draw_drive(drive(scene([[x, 8.0, 0.0]], moving=True), Intention.STRAIGHT))
+        for x in (-20.0, 200.0)
+    ]
+    with_arrow, without = (picture_array(figure)[:, :18] for figure in figures)
+    np.testing.assert_array_equal(with_arrow, without)
+
+
 def test_a_sheet_of_several() -> None:
     drives = [drive(one, Intention.LEFT) for one in procedural_scenes(3).scenes]
     figure = draw_sheet([*drives, colliding()])
