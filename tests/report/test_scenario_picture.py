@@ -123,6 +123,10 @@ def test_a_turned_start_is_in_the_picture_as_a_whole(heading: float) -> None:
     assert low < y.min() < y.max() < high
     assert left < goal.x < right
     assert low < goal.y < high
+    if abs(np.sin(2 * heading)) < 0.3:
+        # What lies ahead is seen farther than what lies behind.
+        assert left < 100.0 + 30 * cos < right
+        assert low < -50.0 + 30 * sin < high
 
 
 def obstacles(*rows: tuple[object, float, bool, int]) -> Obstacles:
