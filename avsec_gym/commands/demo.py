@@ -81,7 +81,7 @@ def _draw(drives: list[AttackedDrive], folder: Path) -> list[Path]:
             shown = drive_with_tree(each.scene, each.intention, believed, Motion.TRUTH)
             all_drives.append(shown)
             files.append(folder / f"{each.scene.road_type}_{name}.png")
-            save_picture(draw_drive(shown), files[-1])
+            save_picture(draw_drive(shown), files[-1], overwrite=True)
     sheet = folder / "demo.png"
-    save_picture(draw_sheet(all_drives), sheet)
+    save_picture(draw_sheet(all_drives), sheet, overwrite=True)
     return [sheet, *files]

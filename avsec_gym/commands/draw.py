@@ -34,6 +34,8 @@ class Draw:
     """Of speeds and layouts."""
     out: Path | None = None
     """The PNG; default: named after scene and intention, in this folder."""
+    overwrite: bool = False
+    """Replace a file that is there."""
 
     def run(self) -> int:
         """Do it; the exit code."""
@@ -60,6 +62,6 @@ class Draw:
             known[self.scene], Intention(self.intention), believed, motion, Algorithm(self.planner)
         )
         path = self.out or Path(f"{self.scene}_{self.intention}.png")
-        save_picture(draw_drive(shown), path)
+        save_picture(draw_drive(shown), path, overwrite=self.overwrite)
         console.say(f"{path}: {shown.record.outcome}; {shown.plan.explanation}")
         return console.DONE

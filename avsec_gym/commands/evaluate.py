@@ -221,7 +221,7 @@ def _show(report: dict[str, Any]) -> None:
                     console.percent(row["safe_driving_rate"], row["safe_driving_rate_interval"]),
                     str(row["became_unsafe"]),
                     str(row["became_safe"]),
-                    f"{row['mcnemar_p']:.2g}",
+                    "–" if row["mcnemar_p"] is None else f"{row['mcnemar_p']:.2g}",
                 ]
                 for row in report["differences"]
             ],

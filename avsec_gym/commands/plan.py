@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from avsec_gym.commands import console
-from avsec_gym.errors import AvsecError, ConfigurationError
+from avsec_gym.errors import AvsecError, ConfigurationError, DataError
 
 if TYPE_CHECKING:
     from avsec_gym.planners.plan import Plan
@@ -35,6 +35,8 @@ class PlanFiles:
     """Most seconds for a file."""
     pictures: Path | None = None
     """Folder for a PNG of each file."""
+    overwrite: bool = False
+    """Replace pictures that are there."""
     json: bool = False
     """A JSON line for each file: file, status, found, cost (s), expanded, seconds without
     loading."""
@@ -48,6 +50,7 @@ class PlanFiles:
         if self.node_limit < 1 or not self.time_limit > 0:
             raise ConfigurationError("--node-limit and --time-limit are above 0")
         files = _expand(self.files)
+        self._check_pictures(files)
         planner = MotionPrimitivePlanner(
             Algorithm(self.planner),
             Mode(self.mode),
@@ -81,7 +84,7 @@ class PlanFiles:
                 else:
                     row = _row(file, plan)
                     if self.pictures is not None:
-                        _draw(scenario, plan, self.pictures / f"{file.stem}.png")
+                        _draw(scenario, plan, self.pictures / f"{file.stem}.png", self.overwrite)
                 rows.append(row)
                 if self.json:
                     console.print_json_line(row)
@@ -91,6 +94,19 @@ class PlanFiles:
         if skipped == len(files):
             return console.BAD_DATA
         return console.DONE_IN_PART if skipped else console.DONE
+
+    def _check_pictures(self, files: list[Path]) -> None:
+        """Refuse to lose a picture before anything is planned."""
+        if self.pictures is None:
+            return
+        names = [self.pictures / f"{file.stem}.png" for file in files]
+        if len(set(names)) < len(names):
+            raise ConfigurationError("two files have one name, and so would their pictures")
+        for name in names:
+            if name.exists() and not self.overwrite:
+                raise DataError(
+                    "the picture exists.", path=name, remedy="Name another folder, or --overwrite."
+                )
 
 
 _COLUMNS = ["file", "status", "cost [s]", "expanded", "time [ms]", "why not"]
@@ -134,10 +150,11 @@ def _expand(files: tuple[Path, ...]) -> list[Path]:
     return found
 
 
-def _draw(scenario: PlanningScenario, plan: Plan, path: Path) -> None:
+def _draw(scenario: PlanningScenario, plan: Plan, path: Path, overwrite: bool) -> None:
     from avsec_gym.metrics.safety import judge
     from avsec_gym.pipeline import Drive
     from avsec_gym.report.scenario_picture import draw_drive, save_picture
 
     record = judge(plan, scenario, scenario.obstacles)
-    save_picture(draw_drive(Drive(scenario, plan, scenario.obstacles, record)), path)
+    drive = Drive(scenario, plan, scenario.obstacles, record)
+    save_picture(draw_drive(drive), path, overwrite=overwrite)

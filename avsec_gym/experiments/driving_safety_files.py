@@ -67,7 +67,7 @@ def write_pictures(
         way = Intention.STRAIGHT if intention == AS_GIVEN else Intention(intention)
         shown = drive_with_tree(scene, way, believed, motion, Algorithm(planner))
         files.append(folder / f"{scene.id}_{intention}_{planner}.png".replace(" ", "-"))
-        save_picture(draw_drive(shown), files[-1])
+        save_picture(draw_drive(shown), files[-1], overwrite=True)
         on_progress(number, len(chosen))
     return files
 

@@ -148,7 +148,7 @@ def page(results: dict[str, Any]) -> str:
                     ),
                     str(row["became_unsafe"]),
                     str(row["became_safe"]),
-                    f"{row['mcnemar_p']:.1e}",
+                    "–" if row["mcnemar_p"] is None else f"{row['mcnemar_p']:.1e}",
                 ]
                 for row in results["differences"]
             ],

@@ -20,12 +20,13 @@ def paired_differences(
 ) -> dict[str, Any]:
     """How the rates of the same scenarios differ between two inputs, second minus first.
 
-    Intervals are 95 % percentile intervals of a bootstrap that draws scenarios, keeping pairs
-    together; ``mcnemar_p`` is McNemar's exact test on which scenarios were driven safely.
+    Intervals are 95 % percentile intervals of a bootstrap that draws scenarios, with all their
+    records and pairs together; ``mcnemar_p`` is McNemar's exact test on which scenarios were driven
+    safely, None where a scenario stands for several records, which depend on each other.
 
     Args:
-        first: Records, one for each scenario.
-        second: Records of the same scenarios in the same order.
+        first: Records.
+        second: Records of the same scenarios and intentions in the same order.
         resamples: Bootstrap samples.
         seed: Of the bootstrap.
 
@@ -40,13 +41,19 @@ def paired_differences(
         [3 * outcomes[a.outcome] + outcomes[b.outcome] for a, b in zip(first, second, strict=True)],
         int,
     )
-    counts = np.bincount(pairs, minlength=9)
-    total = int(counts.sum())
-    if total == 0:
+    if not len(pairs):
         return {"scenarios": 0}
-    draws = np.random.default_rng(seed).multinomial(total, counts / total, size=resamples)
-    observed, drawn = _rate_differences(counts[None]), _rate_differences(draws)
-    result: dict[str, Any] = {"scenarios": total}
+    _, scenario = np.unique([name for name, _ in names], return_inverse=True)
+    by_scenario = np.zeros((int(scenario.max()) + 1, 9), int)
+    np.add.at(by_scenario, (scenario, pairs), 1)
+    counts = by_scenario.sum(axis=0)
+    # Scenarios with equal outcomes are drawn together.
+    patterns, multiplicity = np.unique(by_scenario, axis=0, return_counts=True)
+    draws = np.random.default_rng(seed).multinomial(
+        len(by_scenario), multiplicity / len(by_scenario), size=resamples
+    )
+    observed, drawn = _rate_differences(counts[None]), _rate_differences(draws @ patterns)
+    result: dict[str, Any] = {"scenarios": len(pairs)}
     for name in observed:
         result[name] = _finite(float(observed[name][0]))
         sample = drawn[name][np.isfinite(drawn[name])]
@@ -56,7 +63,7 @@ def paired_differences(
     table = counts.reshape(3, 3)
     lost, gained = int(table[0, 1:].sum()), int(table[1:, 0].sum())
     result["became_unsafe"], result["became_safe"] = lost, gained
-    result["mcnemar_p"] = mcnemar_p(lost, gained)
+    result["mcnemar_p"] = mcnemar_p(lost, gained) if len(by_scenario) == len(pairs) else None
     return result
 
 

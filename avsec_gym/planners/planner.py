@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from avsec_gym.errors import PlanningError
+from avsec_gym.errors import ConfigurationError, PlanningError
 from avsec_gym.geometry import Floats
 from avsec_gym.planners.collision import World, collides, vanishing, within_reach, world_of
 from avsec_gym.planners.estimates import Limits
@@ -94,6 +94,22 @@ class MotionPrimitivePlanner:
     node_limit: int = 100_000
     time_limit: float = 30.0
     keep_tree: bool = False
+
+    def __post_init__(self) -> None:
+        for name, kind in (("algorithm", Algorithm), ("mode", Mode)):
+            value = getattr(self, name)
+            try:
+                object.__setattr__(self, name, kind(value))
+            except ValueError:
+                known = ", ".join(kind)
+                raise ConfigurationError(
+                    f"the planner's {name} is one of {known}, got {value!r}"
+                ) from None
+        if self.node_limit < 1 or not self.time_limit > 0:
+            raise ConfigurationError(
+                "a planner's limits are above 0, got"
+                f" node_limit={self.node_limit}, time_limit={self.time_limit}"
+            )
 
     def plan(
         self,

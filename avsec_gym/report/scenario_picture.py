@@ -11,6 +11,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.safety import COLLISION, SAFE
 from avsec_gym.metrics.verdict import footprints
@@ -105,9 +106,15 @@ def draw_into(axes: Axes, drive: Drive, *, vehicle: Vehicle = BMW_320I) -> None:
     _scale_bar(axes)
 
 
-def save_picture(figure: Figure, path: str | Path) -> None:
-    """Write a PNG, whole or not at all."""
+def save_picture(figure: Figure, path: str | Path, *, overwrite: bool = False) -> None:
+    """Write a PNG, whole or not at all; its folder is made if need be.
+
+    Raises:
+        DataError: The file exists.
+    """
     path = Path(path)
+    if path.exists() and not overwrite:
+        raise DataError("the file exists.", path=path, remedy="Name another, or use --overwrite.")
     path.parent.mkdir(parents=True, exist_ok=True)
     partial = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:

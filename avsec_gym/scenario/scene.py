@@ -10,7 +10,12 @@ import numpy as np
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats, bird_eye_iou
-from avsec_gym.scenario.builder import build_planning_scenario, draw_speeds, obstacles_of
+from avsec_gym.scenario.builder import (
+    build_planning_scenario,
+    draw_speeds,
+    is_obstacle,
+    obstacles_of,
+)
 from avsec_gym.scenario.constraints import RoadType, driving_constraints
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
@@ -111,7 +116,9 @@ class Scene:
         if not len(self.boxes) or not len(detected) or not self.speeds.any():
             return np.zeros(len(detected))
         sizes = np.stack([self.boxes.length, self.boxes.width], axis=1)
-        real = np.all(sizes > 0, axis=1)
+        real = is_obstacle(self.boxes) & np.all(sizes > 0, axis=1)
+        if not real.any():
+            return np.zeros(len(detected))
         overlap = bird_eye_iou(
             detected.poses,
             np.stack([detected.length, detected.width], axis=1),

@@ -163,12 +163,19 @@ def commonroad_folder(folder: str | Path) -> SceneSet:
     Raises:
         DataError: No file can be read.
     """
+    from avsec_gym.scenario.builder import TIME_STEP
     from avsec_gym.scenario.commonroad import read_commonroad
 
     folder, scenes, remarks = Path(folder), [], []
     for path in sorted(folder.glob("*.xml")):
         try:
-            scenes.append(GivenScene(read_commonroad(path)))
+            scenario = read_commonroad(path)
+            if abs(scenario.dt - TIME_STEP) > 1e-9:
+                raise DataError(
+                    f"its time steps have {scenario.dt} s, those of the planner {TIME_STEP} s.",
+                    path=path,
+                )
+            scenes.append(GivenScene(scenario))
         except DataError as error:
             remarks.append(f"left out: {error}")
     if not scenes:

@@ -89,3 +89,16 @@ def test_nothing_and_what_does_not_match() -> None:
         paired_differences(records([SAFE]), records([SAFE, SAFE]))
     with pytest.raises(ValueError, match="same scenarios"):
         paired_differences(records([SAFE, SAFE]), records([SAFE, SAFE])[::-1])
+
+
+def test_records_of_one_scenario_are_drawn_together() -> None:
+    """Three equal records a scenario are no more evidence than one."""
+    rng = np.random.default_rng(5)
+    first, second = (random_outcomes(rng, 150, (0.7, 0.2, 0.1)) for _ in range(2))
+    once = paired_differences(records(first), records(second))
+    thrice = paired_differences(records(first) * 3, records(second) * 3)
+    assert thrice["scenarios"] == 3 * once["scenarios"]
+    assert thrice["mcnemar_p"] is None
+    for name in ("success_rate", "collision_rate", "safe_driving_rate"):
+        assert thrice[name] == pytest.approx(once[name])
+        assert thrice[f"{name}_interval"] == pytest.approx(once[f"{name}_interval"])

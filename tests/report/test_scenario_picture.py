@@ -186,7 +186,7 @@ def test_a_png_that_fails_leaves_the_old_one(tmp_path: Path) -> None:
             raise OSError("disk full")
 
     with pytest.raises(OSError, match="disk full"):
-        save_picture(Broken(), path)  # type: ignore[arg-type]
+        save_picture(Broken(), path, overwrite=True)  # type: ignore[arg-type]
     assert path.read_bytes() == b"old"
     assert [file.name for file in tmp_path.iterdir()] == ["one.png"]
 
