@@ -99,16 +99,18 @@ def print_table(title: str, columns: list[str], rows: list[list[str]]) -> None:
     from rich.markup import escape
     from rich.table import Table
 
-    # Units in square brackets, and folders so named, are no markup.
-    title = escape(title)
-    table = Table(title=title, title_justify="left", title_style="bold", header_style="bold")
+    # Units in square brackets, and folders so named, are no markup: they are escaped.
+    table = Table(header_style="bold")
     for index, column in enumerate(columns):
         numeric = bool(rows) and all(row[index][:1] in "0123456789-–+" for row in rows)
         table.add_column(escape(column), justify="right" if numeric else "left")
     for row in rows:
         table.add_row(*map(escape, row))
     width = None if sys.stdout.isatty() else 140
-    Console(width=width).print(table)
+    console = Console(width=width)
+    console.print(escape(title), style="bold", highlight=False)
+    if rows:
+        console.print(table)
 
 
 def percent(rate: float | None, interval: list[float] | None = None) -> str:

@@ -41,7 +41,8 @@ class DataCheck:
             title = f"{self.root}: {report.layout.description}"
             console.print_table(title, ["folder", "files", "broken", "holds"], rows)
             for note in report.notes:
-                console.say(f"note: {note}")
+                if note != report.layout.description:
+                    console.say(f"note: {note}")
             for gap in report.gaps:
                 console.say(f"missing: {gap}")
             for broken in report.broken:

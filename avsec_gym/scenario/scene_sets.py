@@ -214,8 +214,8 @@ def scene_set(
         return kitti_scenes(KittiObject(kitti), ids, seed=seed)
     if not path.is_dir():
         raise ConfigurationError(
-            f"there is no scenario set {str(name)!r}: name a folder of labels, a list of frame ids"
-            " beside --kitti, or 'layouts'"
+            f"there is no scenario set {str(name)!r}: name a folder of labels or of CommonRoad"
+            " files, a list of frame ids beside --kitti, or 'layouts'"
         )
     if any((path / part[0]).is_dir() for part in _PARTS):
         return labelled_scenarios(path, seed=seed).limited(count)
