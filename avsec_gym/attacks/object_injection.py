@@ -17,24 +17,23 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats, ego_to_camera
 
-GHOST_DIMENSIONS = (1.53, 1.63, 3.88)
-"""Height, width, length of a ghost: KITTI's mean car."""
-
 _CAMERA_HEIGHT = 1.65
 
 
 @dataclass(frozen=True)
 class GhostRange:
-    """Where ghosts may stand; the attacker's actions in [-1, 1] scale linearly to it.
+    """What ghosts an attacker can make; its actions in [-1, 1] scale linearly to the ranges.
 
     Ghosts begin far enough ahead that they never overlap the ego vehicle at the start.
     """
 
-    x: tuple[float, float] = (5.0, 30.0)
+    x: tuple[float, float]
     """Metres ahead."""
     y: tuple[float, float] = (-8.0, 8.0)
     """Metres to the left."""
     heading: tuple[float, float] = (-np.pi, np.pi)
+    dimensions: tuple[float, float, float] = (1.53, 1.63, 3.88)
+    """Height, width, length of a ghost, m; by default KITTI's mean car."""
 
     def __post_init__(self) -> None:
         for low, high in (self.x, self.y, self.heading):
@@ -63,12 +62,26 @@ class GhostRange:
         return np.concatenate([np.where(on, 1.0, -1.0)[..., None], scaled], axis=-1)
 
 
-def inject_ghosts(boxes: Boxes3D, poses: Floats, score: float = 1.0) -> Boxes3D:
-    """Detections with ghost cars added at the end.
+GHOSTS = {
+    "patch": GhostRange(x=(10.0, 30.0), dimensions=(1.5, 1.0, 1.0)),
+    "car": GhostRange(x=(5.0, 30.0)),
+}
+"""``patch``: as wide as the thesis' patch of 38 pixels radius looks 10 m ahead, and no nearer.
+``car``: whole cars, as near as 5 m; one of them right ahead blocks every way."""
+
+
+def inject_ghosts(
+    boxes: Boxes3D,
+    poses: Floats,
+    dimensions: tuple[float, float, float] = GHOSTS["car"].dimensions,
+    score: float = 1.0,
+) -> Boxes3D:
+    """Detections with ghosts, taken for cars, added at the end.
 
     Args:
         boxes: What is detected without the attack.
         poses: Ego-frame x, y (m), heading (rad), shape (G, 3).
+        dimensions: Height, width, length of the ghosts, m.
         score: The confidence that the ghosts are detected with.
     """
     poses = np.asarray(poses, float).reshape(-1, 3)
@@ -76,7 +89,7 @@ def inject_ghosts(boxes: Boxes3D, poses: Floats, score: float = 1.0) -> Boxes3D:
     count = len(poses)
     ghosts = Boxes3D(
         location=location,
-        dimensions=np.tile(GHOST_DIMENSIONS, (count, 1)),
+        dimensions=np.tile(dimensions, (count, 1)),
         rotation_y=rotation_y,
         score=np.full(count, score),
         category=np.full(count, "Car"),
@@ -104,12 +117,12 @@ class RandomGhosts:
     Args:
         ghosts: How many at once.
         queries: How many attempts.
-        range: Where they may stand.
+        range: What ghosts it makes.
     """
 
     ghosts: int = 2
     queries: int = 10
-    range: GhostRange = GhostRange()
+    range: GhostRange = GHOSTS["car"]
 
     def attack(
         self, boxes: Boxes3D, is_unsafe: Callable[[Boxes3D], bool], seed: int | Sequence[int]
@@ -130,7 +143,7 @@ class RandomGhosts:
             actions = generator.uniform(-1.0, 1.0, (self.ghosts, 4))
             actions[:, 0] = 1.0
             _, poses = self.range.decode(actions)
-            attacked = inject_ghosts(boxes, poses)
+            attacked = inject_ghosts(boxes, poses, self.range.dimensions)
             if is_unsafe(attacked):
                 return attacked, query
         return attacked, self.queries

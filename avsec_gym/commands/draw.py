@@ -11,6 +11,8 @@ import tyro
 from avsec_gym.commands import console
 from avsec_gym.errors import ConfigurationError
 
+_MOST_LAYOUTS = 100_000
+
 
 @dataclass(frozen=True)
 class Draw:
@@ -24,8 +26,11 @@ class Draw:
     """Root of the KITTI object data, where --scenarios is a list of ids."""
     detections: Path | None = None
     """A detector's KITTI result folder: what the planner believes."""
-    score_threshold: float = float("-inf")
-    """Detections below are dropped."""
+    score_threshold: float | None = None
+    """Detections below are dropped.  Default: as of `avsec evaluate`, from the whole folder."""
+    motion: Literal["static", "truth"] | None = None
+    """What the planner takes as moving.  Default: truth with ground truth, static with
+    detections."""
     intention: Literal["left", "straight", "right"] = "straight"
     """Where to go."""
     planner: Literal["astar", "gbfs"] = "astar"
@@ -39,8 +44,9 @@ class Draw:
 
     def run(self) -> int:
         """Do it; the exit code."""
+        from avsec_gym.experiments.driving_safety import Detected
         from avsec_gym.experiments.driving_safety_files import drive_with_tree
-        from avsec_gym.kitti.detections import DetectionFolder, above
+        from avsec_gym.kitti.detections import DetectionFolder
         from avsec_gym.planners.planner import Algorithm
         from avsec_gym.report.scenario_picture import draw_drive, save_picture
         from avsec_gym.scenario.intention import Intention
@@ -49,6 +55,11 @@ class Draw:
 
         scenes = scene_set(self.scenarios, kitti=self.kitti, seed=self.seed)
         known = {scene.id: scene for scene in scenes.scenes}
+        if self.scenarios == "layouts" and self.scene not in known and self.scene[-6:].isdigit():
+            # Layouts beyond the first are as good.
+            count = int(self.scene[-6:]) + 1
+            scenes = scene_set("layouts", seed=self.seed, count=min(count, _MOST_LAYOUTS))
+            known = {scene.id: scene for scene in scenes.scenes}
         if self.scene not in known:
             raise ConfigurationError(
                 f"{scenes.name} has no scene {self.scene!r}; it has {len(known)}, such as"
@@ -56,8 +67,11 @@ class Draw:
             )
         believed, motion = None, Motion.TRUTH
         if self.detections is not None:
-            boxes, _ = DetectionFolder(self.detections).read([self.scene])
-            believed, motion = above(boxes[self.scene], self.score_threshold), Motion.STATIC
+            boxes, _ = DetectionFolder(self.detections).read(known)
+            detected = Detected(boxes, self.score_threshold)
+            believed, motion = detected.kept()[self.scene], Motion.STATIC
+        if self.motion is not None:
+            motion = Motion(self.motion)
         shown = drive_with_tree(
             known[self.scene], Intention(self.intention), believed, motion, Algorithm(self.planner)
         )

@@ -78,7 +78,9 @@ class Evaluate:
                 remedy="Name another folder with --out; nothing is overwritten.",
             )
         scenes = self._scenes()
-        detected = self._detected(scenes)
+        scenes, detected = self._detected(scenes)
+        for remark in scenes.remarks:
+            console.say(f"avsec: {remark}")
         known = None if self.motion is None else Motion(self.motion)
         with console.progress("driving") as shown:
             result = driving_safety(
@@ -93,7 +95,7 @@ class Evaluate:
                 on_progress=shown,
             )
         report = result.to_json()
-        report["settings"]["seed"] = self.seed
+        report["settings"] |= self._settings()
         if self.sweep and detected is not None:
             report["sweep"] = self._sweep(scenes, detected)
         if self.out is not None:
@@ -104,6 +106,19 @@ class Evaluate:
             _show(report)
         in_part = scenes.skipped or (detected is not None and detected.missing)
         return console.DONE_IN_PART if in_part else console.DONE
+
+    def _settings(self) -> dict[str, Any]:
+        """What was asked for, and of which version."""
+        from dataclasses import asdict
+
+        from avsec_gym import __version__
+
+        asked = {
+            name: str(value) if isinstance(value, Path) else value
+            for name, value in asdict(self).items()
+            if name not in ("json", "motion", "score_threshold")
+        }
+        return asked | {"version": __version__}
 
     def _scenes(self) -> SceneSet:
         from dataclasses import replace
@@ -129,23 +144,32 @@ class Evaluate:
             scenes = replace(scenes, scenes=drawn)
         return scenes
 
-    def _detected(self, scenes: SceneSet) -> Detected | None:
+    def _detected(self, scenes: SceneSet) -> tuple[SceneSet, Detected | None]:
+        """The detections, and the scenes without those whose result file is broken."""
         from avsec_gym.experiments.driving_safety import Detected
         from avsec_gym.kitti.detections import DetectionFolder
+        from avsec_gym.kitti.label_folders import is_id
 
         if self.detections is None:
             if self.score_threshold is not None or self.sweep:
                 raise ConfigurationError("--score-threshold and --sweep belong to --detections")
-            return None
+            return scenes, None
         ids = [scene.id for scene in scenes.scenes]
-        boxes, missing = DetectionFolder(self.detections).read(ids)
+        if not all(map(is_id, ids)):
+            raise ConfigurationError(
+                f"--detections belong to KITTI frames; {scenes.name} has scenes such as {ids[0]!r}"
+            )
+        broken: dict[str, DataError] = {}
+        boxes, missing = DetectionFolder(self.detections).read(ids, broken)
+        if broken and not boxes:
+            raise next(iter(broken.values()))
         if missing:
             names = ", ".join(missing[:5]) + (" ..." if len(missing) > 5 else "")
             console.say(
                 f"avsec: {self.detections}: {len(missing)} of {len(ids)} frames have no file and"
                 f" count as without detections: {names}"
             )
-        return Detected(boxes, self.score_threshold, tuple(missing))
+        return scenes.without(broken), Detected(boxes, self.score_threshold, tuple(missing))
 
     def _sweep(self, scenes: SceneSet, detected: Detected) -> list[dict[str, Any]]:
         import numpy as np
@@ -231,5 +255,3 @@ def _show(report: dict[str, Any]) -> None:
             f"score >= {row['score_threshold']:.3g}, {row['intention']}: safe driving"
             f" {console.percent(row['safe_driving_rate'])} %"
         )
-    for remark in report["remarks"]:
-        console.say(f"note: {remark}")

@@ -120,6 +120,7 @@ def _row(file: Path, plan: Plan) -> dict[str, Any]:
         # Sums of time steps, without the noise of adding tenths.
         "cost": round(plan.cost, 9) if plan.found else None,
         "expanded": plan.expanded,
+        "start_speed": plan.start_speed,
         "seconds": plan.seconds,
         "reason": None if plan.reason is None else str(plan.reason),
         "goal_occupied": None if plan.found else plan.goal_occupied,

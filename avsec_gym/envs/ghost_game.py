@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.attacks.object_injection import GHOST_DIMENSIONS, GhostRange
+from avsec_gym.attacks.object_injection import GHOSTS
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.safety import COLLISION, SAFE, UNPLANNED
@@ -75,6 +75,7 @@ class GhostGame:
         ghosts: Ghost objects that an action can place.
         hides: Real objects that an action can hide.
         motion: What the planner knows of motion.
+        ghost: Which ghosts, a key of `GHOSTS`.
 
     Raises:
         ConfigurationError: There is nothing to place or hide, the set is empty or unknown, or the
@@ -87,8 +88,11 @@ class GhostGame:
         planner: Any = "astar",
         ghosts: int = 2,
         hides: int = 0,
-        motion: Motion | str = Motion.TRUTH,
+        motion: Motion | str = Motion.STATIC,
+        ghost: str = "patch",
     ) -> None:
+        if ghost not in GHOSTS:
+            raise ConfigurationError(f"ghost is one of {list(GHOSTS)}, got {ghost!r}")
         if ghosts < 0 or hides < 0 or ghosts + hides == 0:
             raise ConfigurationError(
                 f"an attacker places ghosts or hides objects, got ghosts={ghosts}, hides={hides}"
@@ -103,7 +107,7 @@ class GhostGame:
         self.victim = victim
         self.ghosts, self.hides = ghosts, hides
         self.motion = _motion(motion)
-        self.range = GhostRange()
+        self.range = GHOSTS[ghost]
         self._labelled = self.scenes.labelled
         self._ids = {scene.id: index for index, scene in enumerate(self._labelled)}
         self._rounds: dict[tuple[int, Intention], Round] = {}
@@ -203,7 +207,7 @@ class GhostGame:
             plans = plan_batch(
                 self._problem(kind, problem),
                 problem.last_step - problem.start.step + 1,
-                problem.road.edges,
+                problem.road.closed_edges,
                 RectangleTracks(half_sizes, tracks),
                 self.victim.node_limit,
             )
@@ -235,7 +239,7 @@ class GhostGame:
                 each.poses,
                 each.believed,
             )
-        half_sizes[:, rows:] = 0.5 * np.array([GHOST_DIMENSIONS[2], GHOST_DIMENSIONS[1]])
+        half_sizes[:, rows:] = 0.5 * np.array(self.range.dimensions[:0:-1])
         tracks[:, rows:, :, :2] = np.where(on[..., None], ghosts[..., :2], FAR)[:, :, None]
         tracks[:, rows:, :, 2] = np.cos(ghosts[..., 2])[..., None]
         tracks[:, rows:, :, 3] = np.sin(ghosts[..., 2])[..., None]

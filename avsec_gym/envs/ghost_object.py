@@ -24,7 +24,7 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     ## Description
     A car plans a lane change, or to keep its lane, among the objects of a traffic scene, with A*
-    over motion primitives.  The attacker controls the detections: it puts ghost cars in, and may
+    over motion primitives.  The attacker controls the detections: it puts ghosts in, and may
     hide real objects.  An episode is one scene with one driving intention that the car drives
     safely when nobody attacks.  Every step is one query: the car plans anew on the attacked
     detections, and its trajectory is held against what is really there.  No image is involved.
@@ -40,7 +40,7 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
 
     ## Action
     `Box(-1, 1, (4 ghosts + hides,), float32)`.  For each ghost: above 0 puts it there; x in
-    5..30 m ahead; y in -8..8 m (left is positive); heading in -pi..pi; each scaled linearly.  For
+    10..30 m ahead; y in -8..8 m (left is positive); heading in -pi..pi; each scaled linearly.  For
     each hide: 33 equal parts, the first hides nothing, part k the k-th nearest object.
     `GhostRange.encode` and `decode` convert ghosts.
 
@@ -62,7 +62,11 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
       labels; or a dictionary such as `{"name": "layouts", "seed": 1, "count": 1000}`.
     * `planner="astar"`: or `"gbfs"`, or a dictionary such as `{"name": "astar", "node_limit": 99}`.
     * `ghosts=2`, `hides=0`: how many an action controls.
-    * `motion="truth"`: what the planner knows of motion; `"static"`: it takes everything to stand.
+    * `motion="static"`: the planner takes everything to stand, as detections carry no motion;
+      `"truth"`: it knows how the real objects move (then, without hides, no drive can collide).
+    * `ghost="patch"`: ghosts of 1 x 1 m, 10 m ahead or more, what a patch of the thesis' size can
+      show; where to put two of them depends on the scene.  `"car"`: whole cars from 5 m on; one
+      of them right ahead blocks every drive, whatever the scene: the easy version.
     * `queries=None`: the budget that the observation counts; None: 10.  Gymnasium does not tell an
       environment of its `max_episode_steps`: for a budget of 20 pass both as 20.
     * `price=0.02`
@@ -86,7 +90,8 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         planner: Any = "astar",
         ghosts: int = 2,
         hides: int = 0,
-        motion: Motion | str = Motion.TRUTH,
+        motion: Motion | str = Motion.STATIC,
+        ghost: str = "patch",
         queries: int | None = None,
         price: float = 0.02,
         render_mode: str | None = None,
@@ -97,7 +102,7 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
                 f" got {render_mode!r}"
             )
         check_queries(queries)
-        self.game = GhostGame(scenarios, planner, ghosts, hides, motion)
+        self.game = GhostGame(scenarios, planner, ghosts, hides, motion, ghost)
         self.queries, self.price, self.render_mode = queries, price, render_mode
         self.action_space = gym.spaces.Box(-1.0, 1.0, (self.game.action_size,), np.float32)
         self.observation_space = gym.spaces.Box(
@@ -272,7 +277,7 @@ def _picture(game: GhostGame, round: Round, action: NDArray[np.float64]) -> NDAr
     nearest = obstacles[np.argsort(np.hypot(*scene.boxes.poses[obstacles, :2].T), kind="stable")]
     hidden = game.hidden(action[None, 4 * game.ghosts :])[0]
     gone = nearest[hidden[(hidden >= 0) & (hidden < len(nearest))]]
-    believed = inject_ghosts(hide_objects(scene.boxes, gone), poses[on])
+    believed = inject_ghosts(hide_objects(scene.boxes, gone), poses[on], game.range.dimensions)
     problem = scene.problem(round.intention, believed, game.motion)
     plan, truth = replace(game.victim, keep_tree=True).plan(problem), scene.truth()
     return picture_array(draw_drive(Drive(problem, plan, truth, judge(plan, problem, truth))))

@@ -35,6 +35,7 @@ class GhostObjectVectorEnv(
         ghosts: How many an action controls.
         hides: How many an action controls.
         motion: What the planner knows of motion.
+        ghost: Which ghosts.
         price: Of a query, a ghost, a hidden object.
         render_mode: Only None.
     """
@@ -53,7 +54,8 @@ class GhostObjectVectorEnv(
         planner: Any = "astar",
         ghosts: int = 2,
         hides: int = 0,
-        motion: Motion | str = Motion.TRUTH,
+        motion: Motion | str = Motion.STATIC,
+        ghost: str = "patch",
         price: float = 0.02,
         render_mode: str | None = None,
     ) -> None:
@@ -64,7 +66,7 @@ class GhostObjectVectorEnv(
         if num_envs < 1:
             raise ConfigurationError(f"num_envs is 1 or more, got {num_envs}")
         check_queries(queries)
-        self.game = GhostGame(scenarios, planner, ghosts, hides, motion)
+        self.game = GhostGame(scenarios, planner, ghosts, hides, motion, ghost)
         self.num_envs, self.price, self.render_mode = num_envs, price, render_mode
         self.queries = QUERIES if queries is None else queries
         self.longest = max_episode_steps if queries is None else min(queries, max_episode_steps)

@@ -42,11 +42,15 @@ class DetectionFolder:
         """The frames that have a file, sorted."""
         return list(self._ids)
 
-    def read(self, ids: Iterable[str] | None = None) -> tuple[dict[str, Boxes3D], list[str]]:
+    def read(
+        self, ids: Iterable[str] | None = None, broken: dict[str, DataError] | None = None
+    ) -> tuple[dict[str, Boxes3D], list[str]]:
         """Detections of the frames asked for.
 
         Args:
             ids: Frames; all that have a file if None.
+            broken: Takes the errors of broken files by id, whose frames are then left out; None:
+                the first is raised.
 
         Returns:
             Boxes by id in the order asked for, and the ids that have no file: a detector that
@@ -65,10 +69,15 @@ class DetectionFolder:
                 remedy=f"The folder begins with {self._ids[0]}, frames asked for with "
                 f"{missing[0]}: is it the result of another split?",
             )
-        found = {
-            id: read_detections(self.folder / f"{id}.txt") if id in there else Boxes3D.empty()
-            for id in wanted
-        }
+        found = {}
+        for id in wanted:
+            try:
+                path = self.folder / f"{id}.txt"
+                found[id] = read_detections(path) if id in there else Boxes3D.empty()
+            except DataError as error:
+                if broken is None:
+                    raise
+                broken[id] = error
         return found, missing
 
 

@@ -58,6 +58,15 @@ def frame_ids(folder: str | Path, suffix: str) -> list[str]:
     )
 
 
+def other_names(folder: str | Path, suffix: str) -> list[str]:
+    """Sorted names of the files with the suffix that are not named by an id."""
+    with os.scandir(folder) as entries:
+        names = [entry.name for entry in entries]
+    return sorted(
+        name for name in names if name.endswith(suffix) and not is_id(name[: -len(suffix)])
+    )
+
+
 def is_id(id: str) -> bool:
     """Whether a text is an object frame's id: six digits."""
     return _ID.fullmatch(id) is not None

@@ -53,7 +53,7 @@ def paired_differences(
         len(by_scenario), multiplicity / len(by_scenario), size=resamples
     )
     observed, drawn = _rate_differences(counts[None]), _rate_differences(draws @ patterns)
-    result: dict[str, Any] = {"scenarios": len(pairs)}
+    result: dict[str, Any] = {"scenarios": len(by_scenario), "drives": len(pairs)}
     for name in observed:
         result[name] = _finite(float(observed[name][0]))
         sample = drawn[name][np.isfinite(drawn[name])]

@@ -45,9 +45,15 @@ class World(NamedTuple):
     """Road edge, x1, y1, x2, y2, shape (M, 4); none: the ground is free everywhere."""
 
 
-def world_of(scenario: PlanningScenario) -> World:
-    """The obstacles and the road edge of a scenario."""
-    return obstacle_world(scenario.obstacles, scenario.road.edges)
+def world_of(scenario: PlanningScenario, *, exact: bool = False) -> World:
+    """The obstacles and the road edge of a scenario.
+
+    Args:
+        scenario: What is believed.
+        exact: Keep gaps between lanelets that are too narrow to mean anything.
+    """
+    road = scenario.road
+    return obstacle_world(scenario.obstacles, road.edges if exact else road.closed_edges)
 
 
 def vanishing(world: World) -> World:

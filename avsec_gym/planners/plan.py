@@ -23,8 +23,11 @@ class Reason(StrEnum):
 
     START_OCCUPIED = "start_occupied"
     """The ego vehicle overlaps something it believes in before it moves."""
+    OFF_ROAD = "off_road"
+    """The start, or every place in the goal region, is not on the road."""
     GOAL_OCCUPIED = "goal_occupied"
-    """Believed objects cover the goal region for the whole time that the goal allows."""
+    """Believed objects leave no room in the goal region for the whole time that the goal allows
+    (places are tried every 0.25 m, with five headings)."""
     UNREACHABLE = "unreachable"
     """The goal region has room, but no primitive sequence leads there: at this resolution."""
     LIMIT = "limit"
@@ -40,6 +43,8 @@ class Plan:
         trajectory: x, y of the vehicle's centre (m), velocity (m/s), heading, steering angle (rad)
             at every time step from the start, shape (T, 5); None where nothing was found.
         first_step: Time step of the trajectory's first state.
+        start_speed: What the plan starts with, m/s: the nearest that the primitives know to the
+            problem's, where they were given.
         cost: Time from start to goal, s; nan where nothing was found.
         expanded: Nodes taken from the queue that were not goals; the start counts as one.
         seconds: What the search took.
@@ -52,6 +57,7 @@ class Plan:
     status: Status
     trajectory: Floats | None = None
     first_step: int = 0
+    start_speed: float = float("nan")
     cost: float = float("nan")
     expanded: int = 0
     seconds: float = 0.0
@@ -71,6 +77,7 @@ class Plan:
             return f"reached the goal after {self.cost:.1f} s ({self.expanded} nodes)"
         why = {
             Reason.START_OCCUPIED: "the ego vehicle overlaps an object at the start",
+            Reason.OFF_ROAD: "the start or the goal region is not on the road",
             Reason.GOAL_OCCUPIED: "the goal region is occupied for all its"
             f" {self.goal_occupied:.1f} s",
             Reason.UNREACHABLE: "no sequence of motion primitives reaches the goal"

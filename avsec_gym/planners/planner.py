@@ -133,7 +133,8 @@ class MotionPrimitivePlanner:
         problem = self.problem(scenario, primitives)
         start, vehicle = scenario.start, primitives.vehicle
         if world is None:
-            world = world_of(scenario)
+            world = world_of(scenario, exact=problem.reference)
+        everything = world
         if problem.reference:
             world = vanishing(world)
         else:
@@ -155,16 +156,28 @@ class MotionPrimitivePlanner:
             tree = _tree(state, problem.limits) if self.keep_tree else None
         seconds = time.perf_counter() - begun
         if outcome == FOUND:
-            return Plan(Status.FOUND, trajectory, start.step, cost, expanded, seconds, tree=tree)
+            return Plan(
+                Status.FOUND,
+                trajectory,
+                start.step,
+                problem.speed,
+                cost,
+                expanded,
+                seconds,
+                tree=tree,
+            )
         status = Status.EXHAUSTED if outcome == EXHAUSTED else Status.LIMIT
         if not explain:
-            return Plan(status, expanded=expanded, seconds=seconds, tree=tree)
-        occupied = occupied_steps(scenario.goals, world, vehicle)
+            return Plan(
+                status, start_speed=problem.speed, expanded=expanded, seconds=seconds, tree=tree
+            )
+        occupied, reason = _explain(status, scenario, everything, vehicle)
         return Plan(
             status,
+            start_speed=problem.speed,
             expanded=expanded,
             seconds=seconds,
-            reason=_reason(status, scenario, world, vehicle, occupied),
+            reason=reason,
             goal_occupied=occupied * scenario.dt,
             tree=tree,
         )
@@ -251,18 +264,25 @@ def suitable_primitives(scenario: PlanningScenario) -> MotionPrimitives:
     return standard_primitives(grid, () if start in grid else (start,))
 
 
-def _reason(
-    status: Status, scenario: PlanningScenario, world: World, vehicle: Vehicle, occupied: int
-) -> Reason:
+def _explain(
+    status: Status, scenario: PlanningScenario, world: World, vehicle: Vehicle
+) -> tuple[int, Reason]:
+    """Time steps without room in the goal region, and why nothing was found."""
     start = scenario.start
-    cos, sin = math.cos(start.heading), math.sin(start.heading)
-    half_length, half_width = vehicle.length / 2, vehicle.width / 2
-    if collides(start.x, start.y, cos, sin, half_length, half_width, start.step, world):
-        return Reason.START_OCCUPIED
+    at_start = (start.x, start.y, math.cos(start.heading), math.sin(start.heading))
+    footprint = (vehicle.length / 2, vehicle.width / 2, start.step)
+    free_ground = world._replace(edges=np.zeros((0, 4)))
     window = scenario.last_step - min(goal.steps[0] for goal in scenario.goals) + 1
+    occupied = occupied_steps(scenario.goals, world, vehicle)
+    if collides(*at_start, *footprint, free_ground):
+        return occupied, Reason.START_OCCUPIED
+    if collides(*at_start, *footprint, world):
+        return occupied, Reason.OFF_ROAD
     if occupied == window:
-        return Reason.GOAL_OCCUPIED
-    return Reason.LIMIT if status == Status.LIMIT else Reason.UNREACHABLE
+        empty_road = within_reach(world, 0.0, 0.0, -math.inf)
+        nowhere = occupied_steps(scenario.goals, empty_road, vehicle) == window
+        return occupied, Reason.OFF_ROAD if nowhere else Reason.GOAL_OCCUPIED
+    return occupied, Reason.LIMIT if status == Status.LIMIT else Reason.UNREACHABLE
 
 
 @lru_cache(maxsize=64)

@@ -138,6 +138,8 @@ def search(problem: Problem, world: World, state: SearchState, budget: int) -> i
         counters[2] += 1
         budget -= 1
         if node == 0:
+            if not problem.reference and _start_collides(problem, world):
+                return EXHAUSTED
             for k in range(root.shape[0]):
                 _add_child(node, root[k], problem, world, state)
         else:
@@ -145,6 +147,15 @@ def search(problem: Problem, world: World, state: SearchState, budget: int) -> i
             for k in range(primitives.first_successor[own], primitives.first_successor[own + 1]):
                 _add_child(node, primitives.successors[k], problem, world, state)
     return EXHAUSTED
+
+
+@numba.njit(nogil=True, cache=True)
+def _start_collides(problem: Problem, world: World) -> bool:
+    x, y, heading = problem.start[0], problem.start[1], problem.start[2]
+    limits, cos, sin = problem.limits, np.cos(heading), np.sin(heading)
+    x, y = x + limits.centre_offset * cos, y + limits.centre_offset * sin
+    half_length, half_width = limits.half_length, limits.half_width
+    return collides(x, y, cos, sin, half_length, half_width, problem.step, world)
 
 
 @numba.njit(nogil=True, cache=True)

@@ -19,6 +19,8 @@ from avsec_gym.scenario.constraints import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.shapes import Rectangle, Shape, placed
 
+_GAP = 0.01
+"""Metres; narrower gaps between lanelets are drawing errors."""
 _SLIT = 3e-10
 """Metres: narrower gaps between the sections of a road are no gaps."""
 
@@ -91,14 +93,18 @@ class Road:
     @cached_property
     def edges(self) -> Floats:
         """The road edge as segments x1, y1, x2, y2, shape (M, 4), collinear ones merged."""
+        return _segments(self.area) if self.lanelets else np.zeros((0, 4))
+
+    @cached_property
+    def closed_edges(self) -> Floats:
+        """`edges` after gaps between lanelets of up to a centimetre are closed."""
         if not self.lanelets:
             return np.zeros((0, 4))
-        boundary = shapely.boundary(shapely.simplify(self.area, 0.0))
-        segments = []
-        for line in shapely.get_parts(shapely.line_merge(boundary)):
-            points = np.array(line.coords)
-            segments.append(np.hstack([points[:-1], points[1:]]))
-        return np.vstack(segments)
+        closed = self.area.buffer(_GAP / 2, join_style="mitre")
+        closed = closed.buffer(-_GAP / 2, join_style="mitre")
+        # Where nothing was closed, the exact edge is kept, free of rounding.
+        same = abs(closed.area - self.area.area) < 1e-6 and _rings(closed) == _rings(self.area)
+        return self.edges if same else _segments(closed)
 
     @cached_property
     def centre_segments(self) -> tuple[Floats, Floats]:
@@ -107,6 +113,21 @@ class Road:
         if not lines:
             return np.zeros((0, 2)), np.zeros((0, 2))
         return np.vstack([line[:-1] for line in lines]), np.vstack([line[1:] for line in lines])
+
+
+def _segments(area: shapely.Geometry) -> Floats:
+    """The boundary of an area, shape (M, 4)."""
+    boundary = shapely.boundary(shapely.simplify(area, 0.0))
+    segments = []
+    for line in shapely.get_parts(shapely.line_merge(boundary)):
+        points = np.array(line.coords)
+        segments.append(np.hstack([points[:-1], points[1:]]))
+    return np.vstack(segments)
+
+
+def _rings(area: shapely.Geometry) -> int:
+    """Number of closed lines that bound an area."""
+    return sum(1 + shapely.get_num_interior_rings(part) for part in shapely.get_parts(area))
 
 
 def _sections(lanelets: tuple[Lanelet, ...]) -> list[shapely.Polygon]:

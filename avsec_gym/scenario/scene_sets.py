@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.kitti.label_folders import frame_ids
+from avsec_gym.kitti.label_folders import frame_ids, other_names
 from avsec_gym.kitti.labels import read_labels
 from avsec_gym.scenario.constraints import RoadType
 from avsec_gym.scenario.given_scene import GivenScene
@@ -64,6 +64,15 @@ class SceneSet:
             )
         return scenes
 
+    def without(self, errors: Mapping[str, DataError]) -> SceneSet:
+        """The set without scenes that something is broken for, which is reported."""
+        return replace(
+            self,
+            scenes=tuple(scene for scene in self.scenes if scene.id not in errors),
+            remarks=(*self.remarks, *(f"left out: {error}" for error in errors.values())),
+            skipped=self.skipped + len(errors),
+        )
+
     def limited(self, count: int | None) -> SceneSet:
         """The first scenes only."""
         return self if count is None else replace(self, scenes=self.scenes[:count])
@@ -81,25 +90,30 @@ def labelled_scenarios(root: str | Path, *, seed: int = 0) -> SceneSet:
         DataError: No part is there, or a file is broken.
     """
     root = Path(root)
-    scenes, remarks = [], []
+    scenes: list[Scene] = []
+    remarks: list[str] = []
+    errors: list[DataError] = []
     for labels, notes, group, road_type in _PARTS:
         folder = root / labels
         if not folder.is_dir():
             continue
+        remarks += _unread(folder)
         for id in frame_ids(folder, ".txt"):
-            boxes = read_labels(folder / f"{id}.txt", keep_dont_care=True)
             flags = root / notes / f"{id}.txt" if notes else None
-            if flags is not None:
-                boxes, remark = flagged(boxes, flags)
-                remarks += [remark] if remark else []
-            scenes.append(_scene(id, boxes, road_type, seed, group))
-    if not scenes:
+            try:
+                scene, remark = _labelled(folder / f"{id}.txt", flags, road_type, seed, group)
+            except DataError as error:
+                errors.append(error)
+            else:
+                scenes.append(scene)
+                remarks += remark
+    if not scenes and not errors:
         raise DataError(
             "none of the labelled scenarios' folders is here.",
             path=root,
             remedy=f"Expected one of {', '.join(part[0] for part in _PARTS)}.",
         )
-    return SceneSet(root.name, tuple(sorted(scenes, key=lambda scene: scene.id)), tuple(remarks))
+    return _collected(root.name, sorted(scenes, key=lambda scene: scene.id), remarks, errors)
 
 
 def label_folder(
@@ -123,20 +137,32 @@ def label_folder(
     Raises:
         DataError: A file is missing or broken, or the folder holds no label file.
     """
-    folder, scenes, remarks = Path(folder), [], []
+    folder = Path(folder)
+    scenes: list[Scene] = []
+    remarks = _unread(folder) if ids is None else []
+    errors: list[DataError] = []
     for id in frame_ids(folder, ".txt") if ids is None else ids:
-        boxes = read_labels(folder / f"{id}.txt", keep_dont_care=True)
-        if flags is not None and (Path(flags) / f"{id}.txt").is_file():
-            boxes, remark = flagged(boxes, Path(flags) / f"{id}.txt")
-            remarks += [remark] if remark else []
-        scenes.append(_scene(id, boxes, road_type, seed, str(road_type)))
-    if not scenes and ids is None:
+        own = None if flags is None else Path(flags) / f"{id}.txt"
+        try:
+            scene, remark = _labelled(
+                folder / f"{id}.txt",
+                own if own is not None and own.is_file() else None,
+                road_type,
+                seed,
+                str(road_type),
+            )
+        except DataError as error:
+            errors.append(error)
+        else:
+            scenes.append(scene)
+            remarks += remark
+    if not scenes and not errors and ids is None:
         raise DataError(
             "the folder holds no label file.",
             path=folder,
             remedy="Label files are named by their frame, such as 000107.txt.",
         )
-    return SceneSet(folder.name, tuple(scenes), tuple(remarks))
+    return _collected(folder.name, scenes, remarks, errors)
 
 
 def procedural_scenes(count: int = 200, *, seed: int = 0) -> SceneSet:
@@ -166,7 +192,9 @@ def commonroad_folder(folder: str | Path) -> SceneSet:
     from avsec_gym.scenario.builder import TIME_STEP
     from avsec_gym.scenario.commonroad import read_commonroad
 
-    folder, scenes, remarks = Path(folder), [], []
+    folder = Path(folder)
+    scenes: list[GivenScene] = []
+    errors: list[DataError] = []
     for path in sorted(folder.glob("*.xml")):
         try:
             scenario = read_commonroad(path)
@@ -177,14 +205,14 @@ def commonroad_folder(folder: str | Path) -> SceneSet:
                 )
             scenes.append(GivenScene(scenario))
         except DataError as error:
-            remarks.append(f"left out: {error}")
-    if not scenes:
+            errors.append(error)
+    if not scenes and not errors:
         raise DataError(
-            "no CommonRoad file here can be read" + (f": {remarks[0]}" if remarks else "."),
+            "the folder holds no CommonRoad file.",
             path=folder,
             remedy="Name a folder of CommonRoad 2020a XML files.",
         )
-    return SceneSet(folder.name, tuple(scenes), tuple(remarks), len(remarks))
+    return _collected(folder.name, scenes, [], errors)
 
 
 def scene_set(
@@ -236,11 +264,15 @@ def kitti_scenes(data: object, ids: Sequence[str], *, seed: int = 0) -> SceneSet
         ids: Which frames.
         seed: Kept with the scenes.
     """
-    scenes = [
-        _scene(id, data.labels(id), RoadType.STREET, seed, str(RoadType.STREET))  # type: ignore[attr-defined]
-        for id in ids
-    ]
-    return SceneSet("kitti", tuple(scenes))
+    scenes: list[Scene] = []
+    errors: list[DataError] = []
+    for id in ids:
+        try:
+            boxes = data.labels(id)  # type: ignore[attr-defined]
+            scenes.append(_scene(id, boxes, RoadType.STREET, seed, str(RoadType.STREET)))
+        except DataError as error:
+            errors.append(error)
+    return _collected("kitti", scenes, [], errors)
 
 
 def flagged(boxes: Boxes3D, path: Path) -> tuple[Boxes3D, str | None]:
@@ -287,6 +319,41 @@ def flagged(boxes: Boxes3D, path: Path) -> tuple[Boxes3D, str | None]:
         if i < len(boxes):
             keep[i], moving[i] = _FLAGS[word.strip()]
     return replace(boxes, moving=moving)[keep], remark
+
+
+def _labelled(
+    labels: Path, flags: Path | None, road_type: RoadType, seed: int, group: str
+) -> tuple[Scene, list[str]]:
+    """One scene, and what was noticed about it."""
+    boxes, remark = read_labels(labels, keep_dont_care=True), None
+    if flags is not None:
+        boxes, remark = flagged(boxes, flags)
+    scene = _scene(labels.stem, boxes, road_type, seed, group)
+    return scene, [remark] if remark else []
+
+
+def _unread(folder: Path) -> list[str]:
+    """A remark on files that are not named as frames are."""
+    names = other_names(folder, ".txt")
+    if not names:
+        return []
+    return [
+        f"{len(names)} files of {folder.name} are not named by a frame of six digits and were not"
+        f" read, such as {names[0]}"
+    ]
+
+
+def _collected(
+    name: str,
+    scenes: Sequence[Scene | GivenScene],
+    remarks: Sequence[str],
+    errors: Sequence[DataError],
+) -> SceneSet:
+    """A set of what could be read; what could not is reported, unless it is everything."""
+    if errors and not scenes:
+        raise errors[0]
+    left_out = [f"left out: {error}" for error in errors]
+    return SceneSet(name, tuple(scenes), (*remarks, *left_out), len(errors))
 
 
 def _scene(id: str, boxes: Boxes3D, road_type: RoadType, seed: int, group: str) -> Scene:

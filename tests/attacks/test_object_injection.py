@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from avsec_gym.attacks.object_injection import (
-    GHOST_DIMENSIONS,
+    GHOSTS,
     GhostRange,
     RandomGhosts,
     hide_objects,
@@ -27,7 +27,7 @@ REAL = max((layout.boxes for layout in generate_layouts(20)), key=len)
 
 @given(st.lists(st.tuples(UNIT, UNIT, UNIT, UNIT), min_size=1, max_size=5))
 def test_encode_undoes_decode(rows: list[tuple[float, ...]]) -> None:
-    actions, ghosts = np.array(rows), GhostRange()
+    actions, ghosts = np.array(rows), GHOSTS["car"]
     on, poses = ghosts.decode(actions)
     again = ghosts.encode(on, poses)
     np.testing.assert_array_equal(again[:, 0] > 0, actions[:, 0] > 0)
@@ -36,7 +36,7 @@ def test_encode_undoes_decode(rows: list[tuple[float, ...]]) -> None:
 
 @given(st.floats(5, 30), st.floats(-8, 8), st.floats(-np.pi, np.pi), st.booleans())
 def test_decode_undoes_encode(x: float, y: float, heading: float, on: bool) -> None:
-    ghosts = GhostRange()
+    ghosts = GHOSTS["car"]
     action = ghosts.encode(np.array([on]), np.array([[x, y, heading]]))
     assert (np.abs(action) <= 1 + 1e-12).all()
     shown, poses = ghosts.decode(action)
@@ -46,7 +46,7 @@ def test_decode_undoes_encode(x: float, y: float, heading: float, on: bool) -> N
 
 def test_the_scale_is_as_documented() -> None:
     corners = np.array([[1.0, -1, -1, -1], [-1, 1, 1, 1], [0, 0, 0, 0], [1e-9, 9, -9, 0]])
-    on, poses = GhostRange().decode(corners)
+    on, poses = GHOSTS["car"].decode(corners)
     assert on.tolist() == [True, False, False, True]
     np.testing.assert_allclose(
         poses, [[5, -8, -np.pi], [30, 8, np.pi], [17.5, 0, 0], [30, -8, 0]], atol=1e-12
@@ -55,9 +55,9 @@ def test_the_scale_is_as_documented() -> None:
 
 def test_batches_keep_their_shape() -> None:
     actions = np.random.default_rng(0).uniform(-1, 1, (3, 2, 4))
-    on, poses = GhostRange().decode(actions)
+    on, poses = GHOSTS["car"].decode(actions)
     assert (on.shape, poses.shape) == ((3, 2), (3, 2, 3))
-    np.testing.assert_array_equal(poses[2], GhostRange().decode(actions[2])[1])
+    np.testing.assert_array_equal(poses[2], GHOSTS["car"].decode(actions[2])[1])
 
 
 @pytest.mark.parametrize("wrong", [(3.0, 3.0), (4.0, 3.0), (float("nan"), 1.0)])
@@ -72,15 +72,17 @@ def test_ghosts_land_where_asked(x: float, y: float, heading: float) -> None:
     np.testing.assert_allclose(boxes.poses[0, :2], [x, y], atol=1e-12)
     turn = boxes.poses[0, 2] - heading
     assert abs(np.exp(1j * turn) - 1) < 1e-9
-    assert boxes.dimensions.tolist() == [list(GHOST_DIMENSIONS)]
+    assert boxes.dimensions.tolist() == [list(GHOSTS["car"].dimensions)]
     # In the camera's frame: left is negative x, ahead is z.
     np.testing.assert_allclose(boxes.location[0], [-y, 1.65, x], atol=1e-12)
 
 
 @given(UNIT, UNIT, UNIT)
 def test_ghosts_never_overlap_the_ego_vehicle_at_the_start(x: float, y: float, turn: float) -> None:
-    _, poses = GhostRange().decode(np.array([[1.0, x, y, turn]]))
-    (area,) = rectangle_polygons(poses, [GHOST_DIMENSIONS[2]], [GHOST_DIMENSIONS[1]])
+    _, poses = GHOSTS["car"].decode(np.array([[1.0, x, y, turn]]))
+    (area,) = rectangle_polygons(
+        poses, [GHOSTS["car"].dimensions[2]], [GHOSTS["car"].dimensions[1]]
+    )
     assert area.distance(EGO) > 0.1
 
 

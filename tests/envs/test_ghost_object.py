@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import avsec_gym  # noqa: F401
-from avsec_gym.attacks.object_injection import GhostRange, hide_objects, inject_ghosts
+from avsec_gym.attacks.object_injection import GHOSTS, hide_objects, inject_ghosts
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.ghost_object import GhostObjectEnv
 from avsec_gym.envs.ghost_object_vector import GhostObjectVectorEnv
@@ -26,7 +26,7 @@ from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.scenario.scene_sets import SceneSet, procedural_scenes, scene_set
 
 ID = "avsec/GhostObject-v0"
-RANGE = GhostRange()
+RANGE = GHOSTS["car"]
 
 
 def scene(
@@ -59,7 +59,7 @@ def action(*ghosts: tuple[float, float, float], size: int = 2, hide: tuple[float
 
 def test_without_a_ghost_nothing_is_won() -> None:
     """The reward cannot be had without changing what the car plans on."""
-    env = gym.make(ID)
+    env = gym.make(ID, ghost="car")
     for seed in range(40):
         env.reset(seed=seed)
         _, reward, terminated, _, info = env.step(action())
@@ -68,7 +68,7 @@ def test_without_a_ghost_nothing_is_won() -> None:
 
 
 def test_ghosts_off_the_road_win_nothing_but_cost() -> None:
-    env = gym.make(ID, scenarios=set_of(scene([])))
+    env = gym.make(ID, ghost="car", scenarios=set_of(scene([])))
     env.reset(seed=0, options={"intention": "straight"})
     _, reward, terminated, _, info = env.step(action((28.0, 8.0, 0.0), (29.0, -8.0, 0.0)))
     assert (terminated, info["ghosts"], info["outcome"]) == (False, 2, "safe")
@@ -76,7 +76,7 @@ def test_ghosts_off_the_road_win_nothing_but_cost() -> None:
 
 
 def test_a_wall_of_ghosts_leaves_no_plan() -> None:
-    env = gym.make(ID, scenarios=set_of(scene([])), ghosts=4)
+    env = gym.make(ID, ghost="car", scenarios=set_of(scene([])), ghosts=4)
     env.reset(seed=0, options={"intention": "straight"})
     wall = [(9.0, y, np.pi / 2) for y in (-5.7, -1.9, 1.9, 5.7)]
     _, reward, terminated, truncated, info = env.step(action(*wall, size=4))
@@ -87,7 +87,7 @@ def test_a_wall_of_ghosts_leaves_no_plan() -> None:
 
 
 def test_ghosts_in_the_goal_leave_no_plan() -> None:
-    env = gym.make(ID, scenarios=set_of(scene([])))
+    env = gym.make(ID, ghost="car", scenarios=set_of(scene([])))
     env.reset(seed=0, options={"intention": "straight"})
     _, _, terminated, _, info = env.step(action((13.0, 0.0, np.pi / 2), (17.0, 0.0, np.pi / 2)))
     assert (info["outcome"], terminated) == ("unplanned", True)
@@ -96,7 +96,7 @@ def test_ghosts_in_the_goal_leave_no_plan() -> None:
 def test_hiding_what_is_in_the_way_makes_a_collision() -> None:
     """A car stands in the lane, ahead of the goal; the planner knows its way around it."""
     blocked = set_of(scene([[13.0, -1.2, 0.0], [24.0, -6.0, 0.0]]))
-    env = gym.make(ID, scenarios=blocked, ghosts=1, hides=1)
+    env = gym.make(ID, ghost="car", scenarios=blocked, ghosts=1, hides=1)
     env.reset(seed=0, options={"intention": "straight"})
     _, reward, terminated, _, info = env.step(action(size=1, hide=(-1.0,)))
     assert (info["outcome"], info["hidden"]) == ("safe", 0)
@@ -112,7 +112,7 @@ def test_hiding_what_is_in_the_way_makes_a_collision() -> None:
 
 
 def test_hiding_what_is_not_there_is_free() -> None:
-    env = gym.make(ID, scenarios=set_of(scene([[13.0, -1.2, 0.0]])), ghosts=0, hides=3)
+    env = gym.make(ID, ghost="car", scenarios=set_of(scene([[13.0, -1.2, 0.0]])), ghosts=0, hides=3)
     env.reset(seed=0, options={"intention": "straight"})
     _, reward, _, _, info = env.step(np.array([1.0, 0.5, -1.0]))
     assert (info["hidden"], info["outcome"]) == (0, "safe")
@@ -124,7 +124,7 @@ def test_hiding_what_is_not_there_is_free() -> None:
 
 
 def test_the_price_is_an_argument() -> None:
-    env = gym.make(ID, scenarios=set_of(scene([])), price=0.1)
+    env = gym.make(ID, ghost="car", scenarios=set_of(scene([])), price=0.1)
     env.reset(seed=0)
     assert env.step(action((29.0, 8.0, 0.0)))[1] == pytest.approx(-0.2)
 
@@ -134,13 +134,13 @@ def test_a_scene_that_is_unsafe_by_itself_gives_no_success() -> None:
     wall = [[8.0, y, np.pi / 2] for y in np.arange(-40.0, 41.0, 3.9)]
     scenes = set_of(scene([], id="free"), scene(wall, id="blocked"))
     chosen = {"scenario": "blocked", "intention": "straight"}
-    env = gym.make(ID, scenarios=scenes)
+    env = gym.make(ID, ghost="car", scenarios=scenes)
     assert {env.reset(seed=seed)[1]["scenario"] for seed in range(20)} == {"free"}
     env.reset(options=chosen)
     _, reward, terminated, _, info = env.step(action())
     assert (info["outcome"], info["is_success"], terminated) == ("unplanned", False, False)
     assert reward == pytest.approx(-0.02)
-    many = GhostObjectVectorEnv(2, scenarios=scenes)
+    many = GhostObjectVectorEnv(2, scenarios=scenes, ghost="car")
     many.reset(seed=0, options=chosen)
     _, rewards, ended, _, infos = many.step(np.stack([action()] * 2))
     assert infos["outcome"].tolist() == ["unplanned"] * 2
@@ -156,7 +156,9 @@ def nearest_first(boxes: Boxes3D) -> np.ndarray:
 
 def compare_with_pipeline(scenes: SceneSet, motion: Motion, planner: str, seed: int) -> set[str]:
     """Steps of the environment beside `drive` on the same attacked boxes."""
-    env = GhostObjectEnv(scenarios=scenes, planner=planner, ghosts=2, hides=2, motion=motion)
+    env = GhostObjectEnv(
+        scenarios=scenes, planner=planner, ghosts=2, hides=2, motion=motion, ghost="car"
+    )
     generator, outcomes = np.random.default_rng(seed), set()
     for one in scenes.scenes:
         for intention in Intention:
@@ -228,9 +230,9 @@ def test_the_vector_form_plays_what_single_ones_play(arguments: dict[str, Any]) 
     count, seed = 5, 11
     many = gym.make_vec(
         ID, num_envs=count, vectorization_mode="vector_entry_point", max_episode_steps=4,
-        **arguments,
+        ghost="car", **arguments,
     )  # fmt: skip
-    singles = [gym.make(ID, max_episode_steps=4, **arguments) for _ in range(count)]
+    singles = [gym.make(ID, ghost="car", max_episode_steps=4, **arguments) for _ in range(count)]
     observations, infos = many.reset(seed=seed)
     for i, env in enumerate(singles):
         observation, info = env.reset(seed=seed + i)
@@ -284,7 +286,7 @@ def test_the_vector_form_resets_only_what_a_mask_names() -> None:
     assert many._spent.tolist() == [1, 0, 1]
     after = [each.scene.id for each in many._rounds]
     assert (after[0], after[2]) == (before[0], before[2])
-    assert after[1] == gym.make(ID).reset(seed=99)[1]["scenario"]
+    assert after[1] == gym.make(ID, ghost="car").reset(seed=99)[1]["scenario"]
     assert mask.tolist() == [False, True, False]
 
 
@@ -321,14 +323,18 @@ def steps_until_the_end(env: gym.Env[Any, Any]) -> tuple[int, bool, bool]:
 
 
 def test_the_budget() -> None:
-    assert steps_until_the_end(gym.make(ID)) == (10, False, True)
+    assert steps_until_the_end(gym.make(ID, ghost="car")) == (10, False, True)
     assert steps_until_the_end(GhostObjectEnv()) == (10, False, True)
-    assert steps_until_the_end(gym.make(ID, queries=3)) == (3, False, True)
-    assert steps_until_the_end(gym.make(ID, max_episode_steps=25)) == (25, False, True)
-    assert steps_until_the_end(gym.make(ID, max_episode_steps=25, queries=12)) == (12, False, True)
-    assert steps_until_the_end(gym.make(ID, max_episode_steps=4)) == (4, False, True)
+    assert steps_until_the_end(gym.make(ID, ghost="car", queries=3)) == (3, False, True)
+    assert steps_until_the_end(gym.make(ID, ghost="car", max_episode_steps=25)) == (25, False, True)
+    assert steps_until_the_end(gym.make(ID, ghost="car", max_episode_steps=25, queries=12)) == (
+        12,
+        False,
+        True,
+    )
+    assert steps_until_the_end(gym.make(ID, ghost="car", max_episode_steps=4)) == (4, False, True)
     # Gymnasium's limit of 10 steps holds whatever the environment is told.
-    assert steps_until_the_end(gym.make(ID, queries=20)) == (10, False, True)
+    assert steps_until_the_end(gym.make(ID, ghost="car", queries=20)) == (10, False, True)
     assert steps_until_the_end(GhostObjectEnv(queries=30)) == (30, False, True)
 
 
@@ -343,7 +349,9 @@ def test_the_budget() -> None:
     ],
 )
 def test_the_vector_form_has_the_same_budget(limits: dict[str, int], end: int) -> None:
-    many = gym.make_vec(ID, num_envs=1, vectorization_mode="vector_entry_point", **limits)
+    many = gym.make_vec(
+        ID, ghost="car", num_envs=1, vectorization_mode="vector_entry_point", **limits
+    )
     single = gym.make(ID, **limits)
     many.reset(seed=0), single.reset(seed=0)
     for step in range(1, end + 1):
@@ -366,7 +374,7 @@ def test_the_share_of_queries_left_is_observed_and_stays_in_the_space() -> None:
 
 def test_what_the_observation_tells() -> None:
     one = scene([[20.0, -5.0, 0.5], [10.0, 4.0, 0.0]], [True, False], road_type=RoadType.HIGHWAY)
-    env = gym.make(ID, scenarios=set_of(one), hides=1)
+    env = gym.make(ID, ghost="car", scenarios=set_of(one), hides=1)
     observation, _ = env.reset(seed=0, options={"scenario": "one", "intention": "right"})
     np.testing.assert_allclose(
         observation[:8], [11 / 15, 1, 0, 0, 1, 15 / 50, -3.5 / 20, 2 / 32], atol=1e-6
@@ -457,3 +465,30 @@ def test_drawn_start_speeds_are_planned_with() -> None:
         [many.game.round(i, Intention.STRAIGHT) for i in range(3)], np.stack([action()] * 3)
     )[1]
     np.testing.assert_allclose(mixed, costs)
+
+
+def test_patch_ghosts_are_small_and_far() -> None:
+    env = gym.make(ID, scenarios=set_of(scene([])))
+    env.reset(seed=0, options={"intention": "straight"})
+    rows = GHOSTS["patch"].encode(np.ones(2, bool), np.array([[10.0, 0.9, 0.0], [15.0, -0.9, 0.0]]))
+    _, _, _, _, info = env.step(rows.ravel())
+    believed = inject_ghosts(
+        Boxes3D.empty(), [[10.0, 0.9, 0.0], [15.0, -0.9, 0.0]], GHOSTS["patch"].dimensions
+    )
+    one = scene([])
+    expected = drive(one, Intention.STRAIGHT, believed, motion=Motion.STATIC)
+    assert info["outcome"] == expected.record.outcome
+
+
+@pytest.mark.slow
+def test_no_constant_action_wins_everywhere() -> None:
+    """An attacker has to look at the scene: the best of many blind actions wins seldom."""
+    envs = gym.make_vec(ID, num_envs=60)
+    generator, best = np.random.default_rng(0), 0.0
+    for _ in range(200):
+        envs.reset(seed=0)
+        action = generator.uniform(-1, 1, envs.single_action_space.shape)
+        action[0::4] = 1.0
+        won = envs.step(np.tile(action, (60, 1)))[2]
+        best = max(best, float(won.mean()))
+    assert 0.0 < best < 0.6

@@ -121,7 +121,7 @@ def test_differences_follow_from_the_records(result: DrivingSafety) -> None:
         expected = paired_differences(first, second)
         assert {name: rows[intention][name] for name in expected} == expected
     pooled = rows["all"]
-    assert pooled["scenarios"] == 120
+    assert pooled["drives"] == 120
     lost = sum(a.safe and not b.safe for a, b in zip(truth, detections, strict=True))
     assert pooled["became_unsafe"] == lost == len(result.to_json()["flips"])
     mean = np.mean([rows[name]["safe_driving_rate"] for name in ("left", "straight", "right")])

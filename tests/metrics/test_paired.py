@@ -97,7 +97,8 @@ def test_records_of_one_scenario_are_drawn_together() -> None:
     first, second = (random_outcomes(rng, 150, (0.7, 0.2, 0.1)) for _ in range(2))
     once = paired_differences(records(first), records(second))
     thrice = paired_differences(records(first) * 3, records(second) * 3)
-    assert thrice["scenarios"] == 3 * once["scenarios"]
+    assert thrice["scenarios"] == once["scenarios"]
+    assert thrice["drives"] == 3 * once["drives"]
     assert thrice["mcnemar_p"] is None
     for name in ("success_rate", "collision_rate", "safe_driving_rate"):
         assert thrice[name] == pytest.approx(once[name])
