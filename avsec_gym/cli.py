@@ -12,6 +12,7 @@ from typing import Annotated
 
 import tyro
 
+from avsec_gym import __version__
 from avsec_gym.commands import console
 from avsec_gym.commands.data import DataCheck
 from avsec_gym.commands.demo import Demo
@@ -45,6 +46,9 @@ def run(arguments: Sequence[str]) -> int:
     """
     logging.basicConfig(format="avsec: %(message)s", level=logging.WARNING)
     arguments = list(arguments) or ["--help"]
+    if arguments == ["--version"]:
+        sys.stdout.write(f"avsec {__version__}\n")
+        return console.DONE
     if arguments[:2] == ["data", "check"]:
         # `data` has one verb so far; the subcommand stands for both words.
         arguments = ["data", *arguments[2:]]

@@ -11,5 +11,6 @@ cp runs/demo/demo.png docs/images/demo.png
     --kitti "$KITTI" --scenarios "$SCENARIOS" --out docs/images
 [ -z "${DETECTIONS:-}" ] || "$PYTHON" -m avsec_gym.experiments.driving_safety_report \
     --scenarios "$SCENARIOS" --detections "$DETECTIONS" --out docs/results
+"$PYTHON" examples/train_ghost_attacker.py > docs/results/ghost_attacker.json
 "$PYTHON" benchmarks/report.py --out docs/results ${SCENARIOS:+--scenarios "$SCENARIOS"} \
     ${PLANNING:+--planning "$PLANNING"} ${ORIGINAL:+--original "$ORIGINAL"}

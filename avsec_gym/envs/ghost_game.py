@@ -93,6 +93,10 @@ class GhostGame:
     ) -> None:
         if ghost not in GHOSTS:
             raise ConfigurationError(f"ghost is one of {list(GHOSTS)}, got {ghost!r}")
+        if not all(isinstance(count, int) for count in (ghosts, hides)):
+            raise ConfigurationError(
+                f"ghosts and hides are whole numbers, got {ghosts!r} and {hides!r}"
+            )
         if ghosts < 0 or hides < 0 or ghosts + hides == 0:
             raise ConfigurationError(
                 f"an attacker places ghosts or hides objects, got ghosts={ghosts}, hides={hides}"

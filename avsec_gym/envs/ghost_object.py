@@ -101,7 +101,7 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
                 f"render_mode is None or one of {self.metadata['render_modes']},"
                 f" got {render_mode!r}"
             )
-        check_queries(queries)
+        check_budget(queries, price)
         self.game = GhostGame(scenarios, planner, ghosts, hides, motion, ghost)
         self.queries, self.price, self.render_mode = queries, price, render_mode
         self.action_space = gym.spaces.Box(-1.0, 1.0, (self.game.action_size,), np.float32)
@@ -205,12 +205,14 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         }
 
 
-def check_queries(queries: int | None) -> None:
-    """Refuse a budget of nothing.
+def check_budget(queries: int | None, price: float) -> None:
+    """Refuse a budget of nothing, and a price that is none.
 
     Raises:
-        ConfigurationError: Fewer than one query.
+        ConfigurationError: Fewer than one query, or a price that is not a finite number.
     """
+    if not isinstance(price, int | float) or not np.isfinite(price):
+        raise ConfigurationError(f"price is a finite number, got {price!r}")
     if queries is not None and queries < 1:
         raise ConfigurationError(f"queries is 1 or more, got {queries}")
 

@@ -11,7 +11,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from avsec_gym.envs.ghost_game import OUTCOMES, GhostGame, Round
-from avsec_gym.envs.ghost_object import QUERIES, check_queries, observe
+from avsec_gym.envs.ghost_object import QUERIES, check_budget, observe
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.metrics.safety import SAFE
 from avsec_gym.scenario.scene import Motion
@@ -65,7 +65,7 @@ class GhostObjectVectorEnv(
             )
         if num_envs < 1:
             raise ConfigurationError(f"num_envs is 1 or more, got {num_envs}")
-        check_queries(queries)
+        check_budget(queries, price)
         self.game = GhostGame(scenarios, planner, ghosts, hides, motion, ghost)
         self.num_envs, self.price, self.render_mode = num_envs, price, render_mode
         self.queries = QUERIES if queries is None else queries

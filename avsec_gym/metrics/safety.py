@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.metrics.intervals import wilson_interval
-from avsec_gym.metrics.trajectory_cost import path_length, travel_time
+from avsec_gym.metrics.trajectory_cost import path_length, sm1_cost, travel_time
 from avsec_gym.metrics.verdict import first_contact
 from avsec_gym.planners.plan import Plan
 from avsec_gym.planners.vehicle import BMW_320I, Vehicle
@@ -47,6 +47,8 @@ class SafetyRecord:
     """s after the start; nan without a collision."""
     collision_object: int | None = None
     """Row of the touched object among the ground truth's obstacles."""
+    sm1_cost: float = float("nan")
+    """CommonRoad's cost SM1; nan if unplanned."""
 
     @property
     def planned(self) -> bool:
@@ -108,6 +110,7 @@ def judge(
             math.nan if contact is None else (contact.step - plan.first_step) * scenario.dt
         ),
         collision_object=None if contact is None else contact.obstacle,
+        sm1_cost=sm1_cost(plan.trajectory, scenario),
     )
 
 
@@ -127,6 +130,8 @@ class SafetyRates:
     """m, over planned scenarios; nan without any."""
     mean_travel_time: float
     """s, over planned scenarios; nan without any."""
+    mean_sm1_cost: float
+    """CommonRoad's cost SM1, over planned scenarios; nan without any."""
 
     @classmethod
     def of(cls, records: Iterable[SafetyRecord]) -> SafetyRates:
@@ -140,6 +145,7 @@ class SafetyRates:
             failures=dict(sorted(Counter(str(r.reason) for r in records if not r.planned).items())),
             mean_path_length=_mean([record.path_length for record in planned]),
             mean_travel_time=_mean([record.travel_time for record in planned]),
+            mean_sm1_cost=_mean([record.sm1_cost for record in planned]),
         )
 
     @property
@@ -173,6 +179,7 @@ class SafetyRates:
             "failures": self.failures,
             "mean_path_length": _number(self.mean_path_length),
             "mean_travel_time": _number(self.mean_travel_time),
+            "mean_sm1_cost": _number(self.mean_sm1_cost),
         }
 
 

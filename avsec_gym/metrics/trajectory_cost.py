@@ -7,8 +7,9 @@ import numpy as np
 from avsec_gym.geometry import Floats, wrap_angle
 from avsec_gym.scenario.planning_scenario import PlanningScenario, Road
 
-_SM1 = {"acceleration": 50, "steering_angle": 50, "steering_rate": 50, "length": 1, "speed": 20}
-_SM1_HEADING = 50
+_ACCELERATION = _STEERING_ANGLE = _STEERING_RATE = _HEADING = 50.0
+_SPEED, _LENGTH = 20.0, 1.0
+"""Weights of SM1."""
 
 
 def path_length(trajectory: Floats) -> float:
@@ -40,19 +41,21 @@ def sm1_cost(trajectory: Floats, scenario: PlanningScenario) -> float:
 
     velocity, heading, steering = trajectory[:, 2], trajectory[:, 3], trajectory[:, 4]
     wanted = [goal.velocity[0] for goal in scenario.goals if goal.velocity]
-    terms = {
-        "acceleration": np.diff(velocity) ** 2 / scenario.dt**2,
-        "steering_angle": steering**2,
-        "steering_rate": np.diff(steering) ** 2 / scenario.dt**2,
-        "length": velocity,
-        "speed": (min(wanted) - velocity) ** 2 if wanted else np.zeros_like(velocity),
-    }
-    lane = lane_heading(trajectory[:, :2], scenario.road)
-    cost = _SM1_HEADING * simpson(wrap_angle(heading - lane) ** 2, dx=scenario.dt)
-    for name, weight in _SM1.items():
-        if len(terms[name]) > 1:
-            cost += weight * simpson(terms[name], dx=scenario.dt)
-    return float(cost)
+    turned = wrap_angle(heading - lane_heading(trajectory[:, :2], scenario.road))
+    at_states = (
+        _STEERING_ANGLE * steering**2
+        + _LENGTH * velocity
+        + (_SPEED * (min(wanted) - velocity) ** 2 if wanted else 0.0)
+        + _HEADING * turned**2
+    )
+    between_states = (
+        _ACCELERATION * np.diff(velocity) ** 2 + _STEERING_RATE * np.diff(steering) ** 2
+    ) / scenario.dt**2
+    return sum(
+        float(simpson(terms, dx=scenario.dt))
+        for terms in (at_states, between_states)
+        if len(terms) > 1
+    )
 
 
 def lane_heading(points: Floats, road: Road) -> Floats:

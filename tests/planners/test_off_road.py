@@ -1,0 +1,89 @@
+"""What the planner says of roads: off it, narrow gaps in it, and a start that is taken."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.planners.plan import Reason, Status
+from avsec_gym.planners.planner import Mode, MotionPrimitivePlanner
+from avsec_gym.scenario.builder import build_planning_scenario
+from avsec_gym.scenario.planning_scenario import Lanelet, Obstacles, PlanningScenario, Road
+from avsec_gym.scenario.shapes import Rectangle
+
+
+@pytest.fixture
+def straight_on() -> PlanningScenario:
+    return build_planning_scenario(Boxes3D.empty())
+
+
+def test_a_goal_beside_the_road(straight_on: PlanningScenario) -> None:
+    beside = replace(straight_on.goals[0], region=(Rectangle(5.0, 3.5, 15.0, 100.0),))
+    plan = MotionPrimitivePlanner().plan(replace(straight_on, goals=(beside,)))
+    assert plan.reason == Reason.OFF_ROAD
+    assert "road" in plan.explanation
+
+
+def test_a_start_beside_the_road(straight_on: PlanningScenario) -> None:
+    away = replace(straight_on, start=replace(straight_on.start, y=60.0))
+    assert MotionPrimitivePlanner().plan(away).reason == Reason.OFF_ROAD
+
+
+def test_a_goal_out_of_reach_may_be_occupied_all_the_same(straight_on: PlanningScenario) -> None:
+    far = replace(straight_on.goals[0], region=(Rectangle(5.0, 3.5, 100.0, 0.0),))
+    block = Obstacles.rectangles(np.array([[100.0, 0, 0]]), np.array([30.0]), np.array([30.0]))
+    plan = MotionPrimitivePlanner().plan(replace(straight_on, goals=(far,), obstacles=block))
+    assert plan.reason == Reason.GOAL_OCCUPIED
+
+
+def test_no_plan_starts_inside_an_object(straight_on: PlanningScenario) -> None:
+    """Also where the object drives off at once."""
+    leaving = Obstacles.rectangles(
+        np.array([[0.0, 0.0, np.pi / 2]]), np.array([1.0]), np.array([1.0]), np.array([60.0]),
+        last_step=30,
+    )  # fmt: skip
+    for keep_tree in (False, True):
+        planner = MotionPrimitivePlanner(keep_tree=keep_tree)
+        plan = planner.plan(straight_on.with_obstacles(leaving))
+        assert (plan.status, plan.reason) == (Status.EXHAUSTED, Reason.START_OCCUPIED)
+
+
+@pytest.mark.parametrize(("gap", "found"), [(0.0, True), (1e-9, True), (5e-3, True), (0.05, False)])
+def test_gaps_between_lanelets(straight_on: PlanningScenario, gap: float, found: bool) -> None:
+    def lanelet(id: int, start: float, end: float) -> Lanelet:
+        return Lanelet(id, ((start, 1.75), (end, 1.75)), ((start, -1.75), (end, -1.75)))
+
+    road = Road((lanelet(1, -10.0, 8.0), lanelet(2, 8.0 + gap, 60.0)))
+    plan = MotionPrimitivePlanner().plan(replace(straight_on, road=road))
+    assert plan.found == found
+    # commonroad-search's road is exact.
+    reference = MotionPrimitivePlanner(mode=Mode.REFERENCE, node_limit=500)
+    assert reference.plan(replace(straight_on, road=road)).found == (gap == 0.0)
+
+
+def test_the_start_speed_is_told(straight_on: PlanningScenario) -> None:
+    assert MotionPrimitivePlanner().plan(straight_on).start_speed == 6.0
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="needs POSIX permissions")
+def test_kernels_compile_without_a_place_to_cache(tmp_path: os.PathLike[str]) -> None:
+    """As in a container: the package and the user's cache are read-only."""
+    code = (
+        "import avsec_gym.planners as p, numba\n"
+        "p._is_writable = lambda folder: False\n"
+        "numba.config.CACHE_DIR = ''\n"
+        "p._provide_cache_folder()\n"
+        "assert numba.config.CACHE_DIR\n"
+        "from avsec_gym.planners.planner import MotionPrimitivePlanner\n"
+        "from avsec_gym.scenario.builder import build_planning_scenario\n"
+        "from avsec_gym.boxes import Boxes3D\n"
+        "assert MotionPrimitivePlanner().plan(build_planning_scenario(Boxes3D.empty())).found\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
