@@ -42,6 +42,21 @@ def page(results: dict[str, Any]) -> str:
             ],
         ),
         "",
+        "Means over planned scenarios: time to the goal (g), path length, CommonRoad's cost SM1.",
+        "",
+        *_table(
+            ["planner", "intention", "time [s]", "path [m]", "SM1"],
+            [
+                [
+                    *_head(row),
+                    f"{row['mean_travel_time']:.2f}",
+                    f"{row['mean_path_length']:.1f}",
+                    f"{row['mean_sm1_cost']:.0f}",
+                ]
+                for row in truth
+            ],
+        ),
+        "",
         "Every scenario without a plan has its reason. *Unreachable* is a certificate: the search"
         " exhausted every sequence of the primitives; *goal occupied* means that objects leave no"
         " room in the goal region for its whole time window.",
