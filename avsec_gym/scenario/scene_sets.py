@@ -16,6 +16,7 @@ from avsec_gym.kitti.labels import read_labels
 from avsec_gym.scenario.constraints import RoadType
 from avsec_gym.scenario.given_scene import GivenScene
 from avsec_gym.scenario.layouts import generate_layouts
+from avsec_gym.scenario.moving_flags import flagged
 from avsec_gym.scenario.scene import Scene
 
 STATIC_STREET, DYNAMIC_STREET, DYNAMIC_HIGHWAY, WITHOUT_CARS = (
@@ -32,8 +33,6 @@ _PARTS = (
     ("road_dynamic_label", "road_dynamic_annotation", DYNAMIC_HIGHWAY, RoadType.HIGHWAY),
     ("nocar", None, WITHOUT_CARS, RoadType.STREET),
 )
-_FLAGS = {"n": (False, False), "0": (True, False), "1": (True, True), "-1": (True, True)}
-"""Flag -> (is an obstacle, moves)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,52 +272,6 @@ def kitti_scenes(data: object, ids: Sequence[str], *, seed: int = 0) -> SceneSet
         except DataError as error:
             errors.append(error)
     return _collected("kitti", scenes, [], errors)
-
-
-def flagged(boxes: Boxes3D, path: Path) -> tuple[Boxes3D, str | None]:
-    """Boxes with moving flags, those flagged ``n`` dropped.
-
-    Flags align with the label lines from the top; a missing flag is ``n``, a surplus one is
-    dropped.
-
-    Args:
-        boxes: All lines of the label file.
-        path: The flag file.
-
-    Returns:
-        The boxes, and a remark where the lengths differ.
-
-    Raises:
-        DataError: The file is missing, or a flag is none of n, 0, 1, -1.
-    """
-    try:
-        words = path.read_text("ascii").split("\n")
-    except (OSError, UnicodeDecodeError) as error:
-        raise DataError(
-            f"the moving flags cannot be read ({error}).",
-            path=path,
-            remedy="Each label file of this folder needs a flag file of the same name.",
-        ) from error
-    while words and not words[-1].strip():
-        words.pop()
-    remark = None
-    if len(words) != len(boxes):
-        remark = (
-            f"{path.parent.name}/{path.name}: {len(words)} flags for {len(boxes)} labels;"
-            " missing ones count as n, surplus ones are dropped"
-        )
-    keep, moving = np.zeros(len(boxes), bool), np.zeros(len(boxes), bool)
-    for i, word in enumerate(words):
-        if word.strip() not in _FLAGS:
-            raise DataError(
-                f"{word.strip()!r} is no moving flag.",
-                path=path,
-                line=i + 1,
-                remedy="A flag is n (no obstacle), 0 (stands), 1 or -1 (moves).",
-            )
-        if i < len(boxes):
-            keep[i], moving[i] = _FLAGS[word.strip()]
-    return replace(boxes, moving=moving)[keep], remark
 
 
 def _labelled(
