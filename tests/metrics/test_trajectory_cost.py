@@ -11,9 +11,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import simpson
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.metrics.trajectory_cost import lane_heading, path_length, sm1_cost, travel_time
+from avsec_gym.metrics.trajectory_cost import (
+    _simpson,
+    lane_heading,
+    path_length,
+    sm1_cost,
+    travel_time,
+)
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.scenario.builder import build_planning_scenario
 from avsec_gym.scenario.constraints import RoadType
@@ -118,3 +125,10 @@ def test_a_lane_to_the_west_does_not_break_the_angle() -> None:
     back[:, 0], back[:, 3] = 8.0 - back[:, 0], -np.pi + 0.1
     expected = 16.0 + 50 * 0.1**2 * 2.0
     assert sm1_cost(back, problem(road=Road((west,)))) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("count", [*range(1, 12), 30, 31])
+def test_simpsons_weights_are_scipys(count: int) -> None:
+    values = np.random.default_rng(count).normal(size=count)
+    expected = simpson(values, dx=0.1) if count > 1 else 0.0
+    assert values @ _simpson(count, 0.1) == pytest.approx(expected, abs=1e-12)
