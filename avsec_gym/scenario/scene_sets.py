@@ -12,7 +12,7 @@ import numpy as np
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.kitti.label_folders import frame_ids, other_names
-from avsec_gym.kitti.labels import read_labels
+from avsec_gym.kitti.labels import DONT_CARE, read_labels
 from avsec_gym.scenario.constraints import RoadType
 from avsec_gym.scenario.given_scene import GivenScene
 from avsec_gym.scenario.layouts import generate_layouts
@@ -312,6 +312,6 @@ def _collected(
 def _scene(id: str, boxes: Boxes3D, road_type: RoadType, seed: int, group: str) -> Scene:
     if boxes.moving is None:
         boxes = replace(boxes, moving=np.zeros(len(boxes), bool))
-    boxes = boxes[boxes.category != "DontCare"]
+    boxes = boxes[boxes.category != DONT_CARE]
     digits = re.sub(r"\D", "", id)
     return Scene(id, boxes, road_type, seed, int(digits or 0), group)

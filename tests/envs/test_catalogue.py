@@ -218,6 +218,13 @@ def test_rendering_shows_something_and_changes_nothing(id: str) -> None:
     shown.close()
 
 
+def printed_by(program: str, id: str) -> str:
+    """What a program prints in a process of its own, warnings being errors."""
+    command = [sys.executable, "-W", "error", "-c", program, id]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd="/")
+    return done.stdout.strip()
+
+
 @every_id
 def test_without_a_render_mode_nothing_heavy_is_loaded(id: str) -> None:
     program = (
@@ -226,14 +233,7 @@ def test_without_a_render_mode_nothing_heavy_is_loaded(id: str) -> None:
         "print([m for m in ('matplotlib', 'torch', 'pygame', 'stable_baselines3', 'cv2')"
         " if m in sys.modules])"
     )
-    output = subprocess.run(
-        [sys.executable, "-W", "error", "-c", program, id],
-        capture_output=True,
-        text=True,
-        check=True,
-        cwd="/",
-    ).stdout
-    assert output.strip() == "[]"
+    assert printed_by(program, id) == "[]"
 
 
 @every_id
@@ -372,11 +372,4 @@ def test_the_prefixed_id_works_in_a_fresh_process(id: str) -> None:
         "import sys, gymnasium as gym; assert 'avsec_gym' not in sys.modules;"
         "env = gym.make(f'avsec_gym:{sys.argv[1]}'); print(env.reset(seed=0)[1]['outcome'])"
     )
-    output = subprocess.run(
-        [sys.executable, "-W", "error", "-c", program, id],
-        capture_output=True,
-        text=True,
-        check=True,
-        cwd="/",
-    ).stdout
-    assert output.strip() == "reset"
+    assert printed_by(program, id) == "reset"
