@@ -52,7 +52,7 @@ def drive(
         planner: Any planner; None: A* over motion primitives.
 
     Example:
-        >>> from avsec_gym.scenario.layouts import generate_layout
+        >>> from avsec_gym.world.layouts import generate_layout
         >>> layout = generate_layout(7)
         >>> scene = Scene(layout.id, layout.boxes, layout.road_type)
         >>> drive(scene).record.outcome

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import time
 
-from avsec_gym.scenario.layouts import generate_layouts
+from avsec_gym.world.layouts import generate_layouts
 
 COUNT = 1000
 

@@ -30,7 +30,7 @@ from avsec_gym.kitti.detections import DetectionFolder
 from avsec_gym.planners.plan import Plan
 from avsec_gym.planners.planner import Algorithm, Mode, MotionPrimitivePlanner
 from avsec_gym.planners.primitives import MotionPrimitives, generate_primitives
-from avsec_gym.scenario.constraints import RoadType
+from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import PlanningScenario
 from avsec_gym.scenario.scene import Motion

@@ -19,8 +19,8 @@ from avsec_gym.errors import AvsecError
 from avsec_gym.experiments.layout_quantities import CATEGORIES, OBSTACLES, QUANTITIES, Sample
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.label_folders import read_label_folder
-from avsec_gym.scenario.constraints import RoadType
-from avsec_gym.scenario.layouts import generate_layouts
+from avsec_gym.road_type import RoadType
+from avsec_gym.world.layouts import generate_layouts
 
 GOAL_CENTRES = {"left": (15.0, 3.5), "straight": (15.0, 0.0), "right": (15.0, -3.5)}
 """Centres of the planner's goal regions in the ego frame, metres."""

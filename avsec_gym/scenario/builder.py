@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import Floats
-from avsec_gym.scenario.constraints import RoadType, driving_constraints
+from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.constraints import driving_constraints
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import (
     EgoState,

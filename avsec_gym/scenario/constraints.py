@@ -7,14 +7,8 @@ the vehicle dynamics.  The numbers are those of the authors' labelled scenarios.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
 
-
-class RoadType(StrEnum):
-    """What the driving-constraint selector tells apart."""
-
-    STREET = "street"
-    HIGHWAY = "highway"
+from avsec_gym.road_type import RoadType
 
 
 @dataclass(frozen=True)

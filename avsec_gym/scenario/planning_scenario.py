@@ -15,7 +15,7 @@ import shapely
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
-from avsec_gym.scenario.constraints import RoadType
+from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.shapes import Rectangle, Shape, placed
 

@@ -16,7 +16,8 @@ from avsec_gym.scenario.builder import (
     is_obstacle,
     obstacles_of,
 )
-from avsec_gym.scenario.constraints import RoadType, driving_constraints
+from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.constraints import driving_constraints
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
 

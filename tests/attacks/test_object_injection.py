@@ -18,7 +18,7 @@ from avsec_gym.attacks.object_injection import (
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import rectangle_polygons
-from avsec_gym.scenario.layouts import generate_layouts
+from avsec_gym.world.layouts import generate_layouts
 
 UNIT = st.floats(-1, 1)
 EGO = shapely.box(-2.254, -0.805, 2.254, 0.805)

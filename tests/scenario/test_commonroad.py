@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from avsec_gym.errors import DataError
 from avsec_gym.scenario.commonroad import read_commonroad, write_commonroad
-from avsec_gym.scenario.constraints import RoadType
+from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import (
     EgoState,

@@ -12,7 +12,7 @@ from avsec_gym.attacks.object_injection import inject_ghosts
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import ego_to_camera
-from avsec_gym.scenario.constraints import RoadType
+from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 

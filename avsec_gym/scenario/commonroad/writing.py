@@ -17,7 +17,7 @@ import numpy as np
 
 from avsec_gym.errors import DataError
 from avsec_gym.scenario.commonroad.format import MARK, import_quietly, points_of
-from avsec_gym.scenario.constraints import RoadType
+from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
 from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle, Shape
 

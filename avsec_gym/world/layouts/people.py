@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from avsec_gym.scenario.layouts.dimensions import CategoryMix
-from avsec_gym.scenario.layouts.road import Placed, join, place_freely
+from avsec_gym.world.layouts.dimensions import CategoryMix
+from avsec_gym.world.layouts.road import Placed, join, place_freely
 
 _WALKING = CategoryMix(Pedestrian=0.93, Cyclist=0.07)
 _RIDING = CategoryMix(Cyclist=1.0)

@@ -15,12 +15,12 @@ import numpy as np
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats, ego_to_camera
-from avsec_gym.scenario.constraints import RoadType
-from avsec_gym.scenario.layouts.dimensions import CATEGORIES, Codes
-from avsec_gym.scenario.layouts.highway import highway
-from avsec_gym.scenario.layouts.road import Placed, Road
-from avsec_gym.scenario.layouts.street import street
-from avsec_gym.scenario.layouts.view import (
+from avsec_gym.road_type import RoadType
+from avsec_gym.world.layouts.dimensions import CATEGORIES, Codes
+from avsec_gym.world.layouts.highway import highway
+from avsec_gym.world.layouts.road import Placed, Road
+from avsec_gym.world.layouts.street import street
+from avsec_gym.world.layouts.view import (
     covered_shares,
     observation_angle,
     project_boxes,

@@ -1,6 +1,6 @@
 """Seeded KITTI-like object layouts: the embedded default data, for users without KITTI."""
 
-from avsec_gym.scenario.layouts.layout import (
+from avsec_gym.world.layouts.layout import (
     Layout,
     generate_layout,
     generate_layouts,

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from avsec_gym.scenario.layouts.dimensions import CategoryMix
-from avsec_gym.scenario.layouts.road import Placed, Road, join, place_freely, place_row
+from avsec_gym.world.layouts.dimensions import CategoryMix
+from avsec_gym.world.layouts.road import Placed, Road, join, place_freely, place_row
 
 _FLOWING = CategoryMix(Car=0.73, Truck=0.175, Van=0.085, Misc=0.01)
 _QUEUE = CategoryMix(Car=0.73, Van=0.14, Misc=0.115, Truck=0.015)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
-from avsec_gym.scenario.layouts.dimensions import CategoryMix, Codes, draw_dimensions
+from avsec_gym.world.layouts.dimensions import CategoryMix, Codes, draw_dimensions
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from avsec_gym.geometry import Floats
-from avsec_gym.scenario.layouts.dimensions import CategoryMix
-from avsec_gym.scenario.layouts.people import place_people
-from avsec_gym.scenario.layouts.road import Placed, Road, join, place_freely, place_row
+from avsec_gym.world.layouts.dimensions import CategoryMix
+from avsec_gym.world.layouts.people import place_people
+from avsec_gym.world.layouts.road import Placed, Road, join, place_freely, place_row
 
 _PARKED = CategoryMix(Car=0.885, Van=0.08, Misc=0.025, Truck=0.01)
 _FLOWING = CategoryMix(Car=0.90, Van=0.07, Misc=0.015, Truck=0.015)

@@ -9,11 +9,11 @@ import shapely
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import rectangle_polygons
-from avsec_gym.scenario.constraints import RoadType
-from avsec_gym.scenario.layouts import Layout, generate_layout, generate_layouts, layout_by_id
-from avsec_gym.scenario.layouts.dimensions import CATEGORIES, CategoryMix, draw_dimensions
-from avsec_gym.scenario.layouts.road import Road, place_row
-from avsec_gym.scenario.layouts.view import covered_shares, project_boxes, without_overlaps
+from avsec_gym.road_type import RoadType
+from avsec_gym.world.layouts import Layout, generate_layout, generate_layouts, layout_by_id
+from avsec_gym.world.layouts.dimensions import CATEGORIES, CategoryMix, draw_dimensions
+from avsec_gym.world.layouts.road import Road, place_row
+from avsec_gym.world.layouts.view import covered_shares, project_boxes, without_overlaps
 
 OBSTACLES = ("Car", "Van", "Truck", "Misc")
 COLUMNS = (
@@ -39,7 +39,7 @@ def digest(layouts: list[Layout]) -> str:
 def test_another_process_makes_the_same_layouts() -> None:
     program = (
         "from tests.scenario.test_layouts import digest;"
-        "from avsec_gym.scenario.layouts import generate_layouts;"
+        "from avsec_gym.world.layouts import generate_layouts;"
         "print(digest(generate_layouts(20, seed=7)))"
     )
     outputs = {

@@ -1,0 +1,12 @@
+"""The two kinds of road that the thesis tells apart."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class RoadType(StrEnum):
+    """What the driving-constraint selector answers (thesis, section 5.3.1)."""
+
+    STREET = "street"
+    HIGHWAY = "highway"

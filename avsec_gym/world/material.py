@@ -1,0 +1,35 @@
+"""What a surface is made of, for light and for LiDAR."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Material:
+    """How a surface answers light.
+
+    Args:
+        texture: A name of `avsec_gym.world.textures.library`, such as ``brick/2``; ``plain`` is
+            white.
+        tint: The texture's colour is multiplied by it: red, green, blue in linear light, so that
+            a plain surface of tint 0.5 returns half of the light.
+        mirror: Share of the light that is mirrored when looking straight at the surface, 0 for
+            dull ones; it grows towards grazing angles (Schlick).  Car paint 0.05, window glass
+            0.08, chrome 0.6.
+        glass: LiDAR pulses pass without an echo (the camera sees the texture, and reflections).
+        translucent: Share of the light on the far side that shines through (leaves 0.4).
+        infrared: LiDAR reflectance in [0, 1]; None for the texture's brightness.  Leaves and
+            many paints are bright in the infrared, tyres and dark windows black, number plates
+            and road signs (retro-reflectors) 1.
+        glow: Light that the surface sends out by itself, in units of sunlit white (a lit brake
+            lamp 0.5).
+    """
+
+    texture: str = "plain"
+    tint: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    mirror: float = 0.0
+    glass: bool = False
+    translucent: float = 0.0
+    infrared: float | None = None
+    glow: float = 0.0

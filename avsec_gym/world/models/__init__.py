@@ -1,0 +1,1 @@
+"""Models of things: vehicles, people, plants, buildings, street furniture."""

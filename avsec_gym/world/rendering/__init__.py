@@ -1,0 +1,1 @@
+"""Cameras and LiDAR: rays by embree, shading by numba."""

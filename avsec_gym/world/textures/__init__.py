@@ -1,0 +1,1 @@
+"""Procedural textures, made from seeds and cached."""

@@ -1,0 +1,168 @@
+"""All textures with their coarser levels in one flat buffer, made once and kept in the cache."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import logging
+import os
+import tempfile
+from importlib import import_module
+from pathlib import Path
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+import platformdirs
+from numpy.typing import NDArray
+
+from avsec_gym.world.textures.noise import picture
+from avsec_gym.world.textures.texture import Picture, Texture
+
+FAMILIES = ("ground", "walls", "nature", "people", "vehicles", "street")
+"""Modules beside this one; each has a dictionary `TEXTURES`."""
+
+_LOG = logging.getLogger(__name__)
+
+
+class TextureLibrary(NamedTuple):
+    """T textures with up to L levels of detail, each half as fine as the last.
+
+    The arrays are laid out for the shading kernels.
+    """
+
+    texels: NDArray[np.uint8]
+    """All pixels of all levels, shape (N, 3)."""
+    first: NDArray[np.int64]
+    """Where a level's pixels begin, shape (T, L)."""
+    shape: NDArray[np.int32]
+    """Height and width of a level, shape (T, L, 2)."""
+    levels: NDArray[np.int32]
+    """Number of levels, shape (T,)."""
+    size: NDArray[np.float32]
+    """Width and height of one repeat, metres, shape (T, 2)."""
+    names: tuple[str, ...]
+
+    def index(self, name: str) -> int:
+        """Where a texture is.
+
+        Raises:
+            KeyError: There is no such texture.
+        """
+        return _index(self.names)[name]
+
+
+@functools.cache
+def texture_library() -> TextureLibrary:
+    """The library, from the cache if it is there (a few milliseconds; else some seconds)."""
+    families = _families()
+    path = cache_folder() / f"textures-{_fingerprint()}.npz"
+    texels_path = path.with_suffix(".npy")
+    if not (path.is_file() and texels_path.is_file()):
+        _LOG.info("drawing the textures, once")
+        _draw_all(families, path, texels_path)
+    texels = np.asarray(np.load(texels_path, mmap_mode="r"))
+    with np.load(path) as table:
+        return TextureLibrary(
+            texels,
+            table["first"],
+            table["shape"],
+            table["levels"],
+            table["size"],
+            tuple(table["names"].tolist()),
+        )
+
+
+def cache_folder() -> Path:
+    """Where textures and default data sets are kept: ``AVSEC_CACHE``, or the user's cache."""
+    given = os.environ.get("AVSEC_CACHE")
+    return Path(given) if given else Path(platformdirs.user_cache_dir("avsec-gym"))
+
+
+def draw(name: str) -> Picture:
+    """One texture drawn anew, for looking at it.
+
+    Raises:
+        KeyError: There is no such texture.
+    """
+    family, _, variant = name.partition("/")
+    texture = _families()[family]
+    return texture.make(int(variant or 0), _generator(family, int(variant or 0)))
+
+
+def _families() -> dict[str, Texture]:
+    every = {"plain": Texture((1.0, 1.0), 1, lambda _, __: np.full((4, 4, 3), 255, np.uint8))}
+    for module in FAMILIES:
+        every |= import_module(f"avsec_gym.world.textures.{module}").TEXTURES
+    return every
+
+
+def _generator(family: str, variant: int) -> np.random.Generator:
+    key = int.from_bytes(hashlib.sha256(family.encode()).digest()[:8])
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence((key, variant))))
+
+
+def _fingerprint() -> str:
+    """Changes with any source that draws."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _draw_all(families: dict[str, Texture], path: Path, texels_path: Path) -> None:
+    pixels: list[Picture] = []
+    rows: list[list[tuple[int, int, int]]] = []
+    names: list[str] = []
+    sizes: list[tuple[float, float]] = []
+    position = 0
+    for family, texture in families.items():
+        for variant in range(texture.variants):
+            levels = []
+            for level in _levels(texture.make(variant, _generator(family, variant))):
+                height, width = level.shape[:2]
+                levels.append((position, height, width))
+                pixels.append(level.reshape(-1, 3))
+                position += height * width
+            rows.append(levels)
+            names.append(family if texture.variants == 1 else f"{family}/{variant}")
+            sizes.append(texture.size)
+    deepest = max(map(len, rows))
+    table = np.array([row + [row[-1]] * (deepest - len(row)) for row in rows])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    _save(texels_path, lambda file: np.save(file, np.concatenate(pixels)))
+    _save(
+        path,
+        lambda file: np.savez(
+            file,
+            first=table[..., 0],
+            shape=table[..., 1:].astype(np.int32),
+            levels=np.array([len(row) for row in rows], np.int32),
+            size=np.array(sizes, np.float32),
+            names=np.array(names),
+        ),
+    )
+
+
+def _levels(finest: Picture) -> list[Picture]:
+    """The picture and its halves, averaged in linear light."""
+    result = [finest]
+    light = (finest.astype(np.float32) / 255.0) ** 2.2
+    while min(light.shape[:2]) > 1 and max(light.shape[:2]) > 4:
+        size = (max(1, light.shape[1] // 2), max(1, light.shape[0] // 2))
+        light = cv2.resize(light, size, interpolation=cv2.INTER_AREA)
+        result.append(picture(255.0 * light ** (1 / 2.2)))
+    return result
+
+
+def _save(path: Path, write) -> None:  # type: ignore[no-untyped-def]
+    """All or nothing, also when several processes draw at once."""
+    handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
+    with os.fdopen(handle, "wb") as file:
+        write(file)
+    os.replace(name, path)
+
+
+@functools.cache
+def _index(names: tuple[str, ...]) -> dict[str, int]:
+    return {name: number for number, name in enumerate(names)}
