@@ -1,0 +1,62 @@
+"""Everybody on the road at one moment: vehicles, cyclists, pedestrians, and who carries sensors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.geometry import Floats
+
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Actors:
+    """N objects in the world frame.
+
+    Args:
+        id: Unique, the same over time, shape (N,).
+        category: KITTI's name, shape (N,).
+        dimensions: Height, width, length, metres, shape (N, 3).
+        pose: x, y, heading of the bottom centre, shape (N, 3).
+        z: Height of the bottom, metres, shape (N,).
+        speed: Along the heading, m/s, negative when reversing, shape (N,).
+        moving: Whether each moves at this moment (a car that waits at a light does not),
+            shape (N,).
+        appearance: Seed of the looks, shape (N,).
+        phase: Of the gait or the pedals in [0, 1), shape (N,).
+    """
+
+    id: Integers
+    category: NDArray[np.str_]
+    dimensions: Floats
+    pose: Floats
+    z: Floats
+    speed: Floats
+    moving: NDArray[np.bool_]
+    appearance: Integers
+    phase: Floats
+
+    def __len__(self) -> int:
+        return len(self.id)
+
+    def pick(self, which: NDArray[np.bool_] | Integers) -> Actors:
+        """Some of them."""
+        return Actors(**{field.name: getattr(self, field.name)[which] for field in fields(self)})
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """One instant.
+
+    Args:
+        time: Seconds.
+        actors: Everybody, the sensor vehicles among them.
+        egos: Which actors carry sensors: indices into `actors`.
+    """
+
+    time: float
+    actors: Actors
+    egos: tuple[int, ...] = (0,)

@@ -1,0 +1,1 @@
+"""Roads of the procedural world: course, cross-section, surfaces."""
