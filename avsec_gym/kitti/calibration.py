@@ -8,14 +8,16 @@ import numpy as np
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Calibration
-from avsec_gym.geometry import Floats
-from avsec_gym.kitti.text_files import read_text, write_text
+from avsec_gym.kitti.matrix_files import matrix_lines, read_matrices
+from avsec_gym.kitti.text_files import write_text
+
+FEWEST_CAMERAS = 4
+"""KITTI's files always speak of cameras 0 to 3."""
 
 _SHAPES = {"R0_rect": (3, 3), "Tr_velo_to_cam": (3, 4), "Tr_imu_to_velo": (3, 4)}
 _OPTIONAL = "Tr_imu_to_velo"
 # The tracking benchmark says the same in other words, and without colons.
 _ALIASES = {"R_rect": "R0_rect", "Tr_velo_cam": "Tr_velo_to_cam", "Tr_imu_velo": "Tr_imu_to_velo"}
-_FEWEST_CAMERAS = 4
 
 
 def read_calibration(path: str | Path) -> Calibration:
@@ -29,40 +31,19 @@ def read_calibration(path: str | Path) -> Calibration:
         DataError: A key is missing or stands twice, a matrix has the wrong number of entries, a
             value is not a finite number, or a rotation is none.
     """
-    matrices: dict[str, Floats] = {}
-    lines: dict[str, int] = {}
-    for number, line in enumerate(read_text(path).split("\n"), start=1):
-        words = line.split()
-        if not words:
-            continue
-        name = words[0].removesuffix(":")
-        name = _ALIASES.get(name, name)
-        shape = (3, 4) if _is_camera(name) else _SHAPES.get(name)
-        if shape is None:
-            continue
-        if name in matrices:
-            raise DataError(
-                f"{name} stands in line {lines[name]} already.",
-                path=path,
-                line=number,
-                remedy="Keep one of the two.",
-            )
-        matrices[name] = _matrix(name, words[1:], shape, path, number)
-        lines[name] = number
-    cameras = max(_FEWEST_CAMERAS, sum(map(_is_camera, matrices)))
-    needed = [f"P{i}" for i in range(cameras)] + [key for key in _SHAPES if key != _OPTIONAL]
-    missing = [key for key in needed if key not in matrices]
-    if missing:
-        raise DataError(
-            f"The calibration lacks {', '.join(missing)}.",
-            path=path,
-            line=max(lines.values(), default=0) + 1,
-            remedy="The file may be cut off, or of another layout (KITTI raw has several files); "
-            "fetch it again.",
-        )
+    file = read_matrices(
+        path, lambda name: (3, 4) if _is_camera(name) else _SHAPES.get(name), _ALIASES
+    )
+    matrices = file.matrices
+    cameras = [f"P{i}" for i in range(max(FEWEST_CAMERAS, sum(map(_is_camera, matrices))))]
+    file.require(
+        [*cameras, *(key for key in _SHAPES if key != _OPTIONAL)],
+        "The file may be cut off, or of another layout (KITTI raw has several files); "
+        "fetch it again.",
+    )
     try:
         return Calibration(
-            projections=np.stack([matrices[f"P{i}"] for i in range(cameras)]),
+            projections=np.stack([matrices[name] for name in cameras]),
             r0_rect=matrices["R0_rect"],
             tr_velo_to_cam=matrices["Tr_velo_to_cam"],
             tr_imu_to_velo=matrices.get(_OPTIONAL),
@@ -72,7 +53,7 @@ def read_calibration(path: str | Path) -> Calibration:
         raise DataError(
             f"This cannot be a calibration: {error}.",
             path=path,
-            line=lines.get(key),
+            line=file.lines.get(key),
             remedy="Fetch the file again.",
         ) from error
 
@@ -90,47 +71,8 @@ def write_calibration(
     matrices["Tr_velo_to_cam"] = calibration.tr_velo_to_cam
     if calibration.tr_imu_to_velo is not None:
         matrices[_OPTIONAL] = calibration.tr_imu_to_velo
-    lines = [
-        f"{name}: {' '.join(_word(value) for value in matrix.ravel().tolist())}\n"
-        for name, matrix in matrices.items()
-    ]
-    write_text(path, "".join(lines) + "\n", overwrite=overwrite)
+    write_text(path, matrix_lines(matrices, digits=13) + "\n", overwrite=overwrite)
 
 
 def _is_camera(name: str) -> bool:
     return name[:1] == "P" and name[1:].isascii() and name[1:].isdigit()
-
-
-def _matrix(
-    name: str, words: list[str], shape: tuple[int, int], path: str | Path, line: int
-) -> Floats:
-    count = shape[0] * shape[1]
-    if len(words) != count:
-        raise DataError(
-            f"{name} has {count} entries, this one {len(words)}.",
-            path=path,
-            line=line,
-            remedy="The line may be cut off; fetch the file again.",
-        )
-    try:
-        values = np.array([float(word) for word in words])
-    except ValueError as error:
-        raise DataError(
-            f"{name} holds something that is not a number ({error}).",
-            path=path,
-            line=line,
-            remedy="Correct the line, or fetch the file again.",
-        ) from error
-    if not np.isfinite(values).all() or np.abs(values).max() > 1e9:
-        raise DataError(
-            f"{name} holds a number that is not finite or too large to be true.",
-            path=path,
-            line=line,
-            remedy="Correct the line, or fetch the file again.",
-        )
-    return values.reshape(shape)
-
-
-def _word(value: float) -> str:
-    thirteen_digits = f"{value:.12e}"
-    return thirteen_digits if float(thirteen_digits) == value else repr(value)

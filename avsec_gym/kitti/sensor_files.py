@@ -1,26 +1,30 @@
-"""KITTI's heavy files: PNG images and BIN scans, looked at before they are trusted."""
+"""KITTI's heavy files, read and written: a camera's PNG images, a LiDAR's BIN scans."""
 
 from __future__ import annotations
 
 import os
-import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from avsec_gym.errors import DataError
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Image, Points
+from avsec_gym.kitti.atomic_write import write_bytes
+from avsec_gym.kitti.png_files import (
+    PngHeader,
+    decode_png,
+    encode_png,
+    read_png,
+    read_png_header,
+    unreadable,
+)
 
-MAX_PIXELS = 64_000_000
-"""A PNG that claims more is refused before memory is taken for it (KITTI: half a million)."""
 MAX_SCAN_BYTES = 512 * 2**20
 """33 million points (KITTI: 120,000, two megabytes)."""
 FARTHEST_POINT = 1e6
 """Metres; a coordinate beyond this is no measurement."""
 
-_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-_IHDR_END = 33
 _AGAIN = "Fetch or write the file again."
 
 
@@ -54,18 +58,10 @@ def read_image(path: str | Path) -> Image:
     """
     import cv2  # Only here: its import takes longer than many a command.
 
-    content = _read(path)
-    width, height = _check_header(content[:_IHDR_END], path)
-    _check_chunks(content, path)
+    header, content = read_png(path)
+    _check_bits(header, path)
     flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
-    try:
-        decoded = cv2.imdecode(np.frombuffer(content, np.uint8), flags)
-    except cv2.error as error:
-        raise DataError(
-            f"The PNG cannot be decoded ({error}).", path=path, remedy=_AGAIN
-        ) from error
-    if decoded is None or decoded.shape != (height, width, 3):
-        raise DataError("The PNG cannot be decoded.", path=path, remedy=_AGAIN)
+    decoded = decode_png(content, path, flags, (header.height, header.width, 3))
     return np.ascontiguousarray(decoded[..., ::-1], np.uint8)
 
 
@@ -75,17 +71,38 @@ def read_image_size(path: str | Path) -> tuple[int, int]:
     Raises:
         DataError: Missing, empty, cut off, no PNG, larger than `MAX_PIXELS`, 16 bits.
     """
-    try:
-        with open(path, "rb") as file:
-            head = file.read(_IHDR_END)
-            file.seek(max(0, os.fstat(file.fileno()).st_size - 12))
-            tail = file.read(12)
-    except OSError as error:
-        raise _unreadable(path, error) from error
-    size = _check_header(head, path)
-    if tail[4:8] != b"IEND":
-        raise _cut_off(path)
-    return size
+    header = read_png_header(path)
+    _check_bits(header, path)
+    return header.width, header.height
+
+
+def write_image(
+    path: str | Path,
+    image: Image,
+    *,
+    grey: bool = False,
+    compression: int = 1,
+    overwrite: bool = False,
+) -> None:
+    """Write a camera's PNG, lossless.
+
+    Args:
+        path: The file.
+        image: Shape (H, W, 3), red, green, blue.
+        grey: Store one channel, as KITTI does for cameras 0 and 1: the mean of the three.
+        compression: 0 (fast) to 9 (small).
+        overwrite: Replace a file that is there.
+
+    Raises:
+        ConfigurationError: The image is not 8-bit RGB, has no pixels, or no such compression.
+        DataError: The file exists and `overwrite` is false, or cannot be written.
+    """
+    if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] != 3:
+        raise ConfigurationError(
+            f"an image is uint8 of shape (H, W, 3), got {image.dtype} of {image.shape}"
+        )
+    pixels = image.mean(axis=2).round().astype(np.uint8) if grey else image[..., ::-1]
+    write_bytes(path, encode_png(pixels, compression), overwrite=overwrite)
 
 
 def read_points(path: str | Path) -> Points:
@@ -99,7 +116,7 @@ def read_points(path: str | Path) -> Points:
     try:
         points = np.fromfile(path, "<f4").astype(np.float32, copy=False).reshape(-1, 4)
     except (OSError, ValueError) as error:
-        raise _unreadable(path, error) from error
+        raise unreadable(path, error) from error
     with np.errstate(invalid="ignore"):
         sound = (np.abs(points) <= FARTHEST_POINT).all(axis=1)
     if not sound.all():
@@ -121,7 +138,7 @@ def check_scan_size(path: str | Path) -> int:
     try:
         size = os.stat(path).st_size
     except OSError as error:
-        raise _unreadable(path, error) from error
+        raise unreadable(path, error) from error
     if size == 0 or size % 16 or size > MAX_SCAN_BYTES:
         problem = (
             "The scan is empty."
@@ -134,70 +151,25 @@ def check_scan_size(path: str | Path) -> int:
     return size // 16
 
 
-def _read(path: str | Path) -> bytes:
-    try:
-        size = os.stat(path).st_size
-        if size > 8 * MAX_PIXELS:
-            raise DataError(
-                f"An image of {size} bytes is larger than any.", path=path, remedy=_AGAIN
-            )
-        with open(path, "rb") as file:
-            return file.read()
-    except OSError as error:
-        raise _unreadable(path, error) from error
+def write_points(path: str | Path, points: Points, *, overwrite: bool = False) -> None:
+    """Write a LiDAR scan as little-endian float32.
+
+    Raises:
+        ConfigurationError: Not of shape (M, 4), no points, or a value that `read_points` refuses.
+        DataError: The file exists and `overwrite` is false, or cannot be written.
+    """
+    points = np.asarray(points, np.float32)
+    if points.ndim != 2 or points.shape[1] != 4 or not len(points):
+        raise ConfigurationError(f"a scan has shape (M, 4) with M > 0, got {points.shape}")
+    if not np.abs(points).max() <= FARTHEST_POINT:  # Also false for NaN.
+        raise ConfigurationError("a scan holds a value that is not finite or too far away")
+    write_bytes(path, points.astype("<f4").tobytes(), overwrite=overwrite)
 
 
-def _check_header(head: bytes, path: str | Path) -> tuple[int, int]:
-    if not head:
-        raise DataError("The image file is empty.", path=path, remedy=_AGAIN)
-    if head[:8] != _SIGNATURE[: len(head)]:
+def _check_bits(header: PngHeader, path: str | Path) -> None:
+    if header.bits > 8:
         raise DataError(
-            "This is not a PNG.", path=path, remedy="KITTI's images are PNG; convert the file."
-        )
-    if len(head) < _IHDR_END:
-        raise _cut_off(path)
-    if head[12:16] != b"IHDR" or zlib.crc32(head[12:29]) != int.from_bytes(head[29:33]):
-        raise DataError("The PNG's header is damaged.", path=path, remedy=_AGAIN)
-    width, height = int.from_bytes(head[16:20]), int.from_bytes(head[20:24])
-    if not 0 < width * height <= MAX_PIXELS:
-        raise DataError(
-            f"The PNG claims {width} x {height} pixels.",
-            path=path,
-            remedy=f"At most {MAX_PIXELS} pixels are decoded; KITTI's images have half a million.",
-        )
-    if head[24] > 8:
-        raise DataError(
-            f"The PNG has {head[24]} bits a channel, a camera's image 8.",
+            f"The PNG has {header.bits} bits a channel, a camera's image 8.",
             path=path,
             remedy="Is it a disparity or depth map?",
         )
-    return width, height
-
-
-def _check_chunks(content: bytes, path: str | Path) -> None:
-    """Every chunk whole, every checksum right, the end there; decoders differ in their mercy."""
-    position = len(_SIGNATURE)
-    view = memoryview(content)
-    while True:
-        length = int.from_bytes(content[position : position + 4])
-        end = position + 12 + length
-        if position + 12 > len(content) or end > len(content):
-            raise _cut_off(path)
-        checksum = int.from_bytes(content[end - 4 : end])
-        if zlib.crc32(view[position + 4 : end - 4]) != checksum:
-            raise DataError(f"The PNG is damaged near byte {position}.", path=path, remedy=_AGAIN)
-        if content[position + 4 : position + 8] == b"IEND":
-            return
-        position = end
-
-
-def _cut_off(path: str | Path) -> DataError:
-    return DataError("The PNG ends before its end: it is cut off.", path=path, remedy=_AGAIN)
-
-
-def _unreadable(path: str | Path, error: Exception) -> DataError:
-    return DataError(
-        f"The file cannot be read ({error}).",
-        path=path,
-        remedy="Check the path, the download and the permissions.",
-    )

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-import secrets
 import stat
 from pathlib import Path
 
 from avsec_gym.errors import DataError
+from avsec_gym.kitti.atomic_write import write_bytes
 
 MAX_BYTES = 16 * 2**20
 """KITTI's text files have a few kilobytes; what is larger than this is something else."""
@@ -51,30 +51,5 @@ def read_text(path: str | Path) -> str:
 
 
 def write_text(path: str | Path, text: str, *, overwrite: bool = False) -> None:
-    """Write a file whole or not at all; folders above it are made where they lack.
-
-    Raises:
-        DataError: The file exists and `overwrite` is false, or the place cannot be written.
-    """
-    path = Path(path)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
-    try:
-        if path.exists() and not overwrite:
-            raise DataError(
-                "This file exists and is left as it is.",
-                path=path,
-                remedy="Choose another place, or ask for overwriting.",
-            )
-        path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            with open(temporary, "x", encoding="utf-8", newline="\n") as file:
-                file.write(text)
-            os.replace(temporary, path)
-        finally:
-            temporary.unlink(missing_ok=True)
-    except OSError as error:
-        raise DataError(
-            f"The file cannot be written ({error}).",
-            path=path,
-            remedy="Check the folder's permissions and the free space.",
-        ) from error
+    """Write a UTF-8 file whole or not at all; see `write_bytes`, also for errors."""
+    write_bytes(path, text.encode("utf-8"), overwrite=overwrite)

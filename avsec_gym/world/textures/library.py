@@ -7,9 +7,11 @@ import hashlib
 import logging
 import os
 import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import NamedTuple
+from typing import BinaryIO, NamedTuple
 
 import cv2
 import numpy as np
@@ -25,11 +27,8 @@ FAMILIES = ("ground", "walls", "nature", "people", "vehicles", "street")
 _LOG = logging.getLogger(__name__)
 
 
-class TextureLibrary(NamedTuple):
-    """T textures with up to L levels of detail, each half as fine as the last.
-
-    The arrays are laid out for the shading kernels.
-    """
+class TextureArrays(NamedTuple):
+    """T textures with up to L levels of detail, each half as fine as the last, for kernels."""
 
     texels: NDArray[np.uint8]
     """All pixels of all levels, shape (N, 3)."""
@@ -41,15 +40,26 @@ class TextureLibrary(NamedTuple):
     """Number of levels, shape (T,)."""
     size: NDArray[np.float32]
     """Width and height of one repeat, metres, shape (T, 2)."""
+
+
+@dataclass(frozen=True, eq=False)
+class TextureLibrary:
+    """All textures by name."""
+
+    arrays: TextureArrays
     names: tuple[str, ...]
 
+    @functools.cached_property
+    def _numbers(self) -> dict[str, int]:
+        return {name: number for number, name in enumerate(self.names)}
+
     def index(self, name: str) -> int:
-        """Where a texture is.
+        """Where a texture is in the arrays.
 
         Raises:
             KeyError: There is no such texture.
         """
-        return _index(self.names)[name]
+        return self._numbers[name]
 
 
 @functools.cache
@@ -63,14 +73,10 @@ def texture_library() -> TextureLibrary:
         _draw_all(families, path, texels_path)
     texels = np.asarray(np.load(texels_path, mmap_mode="r"))
     with np.load(path) as table:
-        return TextureLibrary(
-            texels,
-            table["first"],
-            table["shape"],
-            table["levels"],
-            table["size"],
-            tuple(table["names"].tolist()),
+        arrays = TextureArrays(
+            texels, table["first"], table["shape"], table["levels"], table["size"]
         )
+        return TextureLibrary(arrays, tuple(table["names"].tolist()))
 
 
 def cache_folder() -> Path:
@@ -155,14 +161,10 @@ def _levels(finest: Picture) -> list[Picture]:
     return result
 
 
-def _save(path: Path, write) -> None:  # type: ignore[no-untyped-def]
+def _save(path: Path, write: Callable[[BinaryIO], None]) -> None:
     """All or nothing, also when several processes draw at once."""
     handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
     with os.fdopen(handle, "wb") as file:
         write(file)
     os.replace(name, path)
 
-
-@functools.cache
-def _index(names: tuple[str, ...]) -> dict[str, int]:
-    return {name: number for number, name in enumerate(names)}

@@ -1,0 +1,39 @@
+"""Files written whole or not at all, and never over another one unasked."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from pathlib import Path
+
+from avsec_gym.errors import DataError
+
+
+def write_bytes(path: str | Path, content: bytes, *, overwrite: bool = False) -> None:
+    """Write a file whole or not at all; folders above it are made where they lack.
+
+    Raises:
+        DataError: The file exists and `overwrite` is false, or the place cannot be written.
+    """
+    path = Path(path)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
+    try:
+        if path.exists() and not overwrite:
+            raise DataError(
+                "This file exists and is left as it is.",
+                path=path,
+                remedy="Choose another place, or ask for overwriting.",
+            )
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            with open(temporary, "xb") as file:
+                file.write(content)
+            os.replace(temporary, path)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as error:
+        raise DataError(
+            f"The file cannot be written ({error}).",
+            path=path,
+            remedy="Check the folder's permissions and the free space.",
+        ) from error

@@ -1,0 +1,194 @@
+"""Flat panels by the hundred: what buildings are made of.
+
+A part of a building is a few `Panels`, each many quadrilaterals of one material, made by one
+NumPy expression; `solid` joins them into a mesh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from avsec_gym.world.material import Material
+from avsec_gym.world.mesh import Mesh
+
+Floats = NDArray[np.float64]
+
+_ONCE = np.array([(0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)])
+
+_SIDES = {
+    "front": ((0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)),
+    "right": ((1, 0, 0), (1, 1, 0), (1, 1, 1), (1, 0, 1)),
+    "back": ((1, 1, 0), (0, 1, 0), (0, 1, 1), (1, 1, 1)),
+    "left": ((0, 1, 0), (0, 0, 0), (0, 0, 1), (0, 1, 1)),
+    "top": ((0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)),
+    "bottom": ((0, 1, 0), (1, 1, 0), (1, 0, 0), (0, 0, 0)),
+}
+"""Which end of a box each corner of a side takes, along x, y, z; front is towards -y."""
+
+
+@dataclass(frozen=True, eq=False)
+class Panels:
+    """Quadrilaterals of one material; a triangle repeats its last corner.
+
+    Args:
+        corners: Counter-clockwise seen from outside, shape (n, 4, 3), metres.
+        uv: Metres on the texture, shape (n, 4, 2).
+        material: Of all of them.
+    """
+
+    corners: Floats
+    uv: Floats
+    material: Material
+
+    def at(self, places: ArrayLike) -> Panels:
+        """Copies at many places, shape (k, 3)."""
+        moves = np.asarray(places, float).reshape(-1, 1, 1, 3)
+        corners = (self.corners[None] + moves).reshape(-1, 4, 3)
+        return Panels(corners, np.tile(self.uv, (len(moves), 1, 1)), self.material)
+
+
+def solid(parts: Iterable[Panels]) -> Mesh:
+    """One mesh of all panels, with hard edges; panels without area vanish."""
+    panels = [part for part in parts if len(part.corners)]
+    index: dict[Material, int] = {}
+    codes = [index.setdefault(part.material, len(index)) for part in panels]
+    material = np.repeat(np.array(codes, np.int32), [len(part.corners) for part in panels])
+    corners = np.concatenate([part.corners for part in panels])
+    a, b, c, d = np.moveaxis(corners, 1, 0)
+    normals = np.cross(c - a, d - b)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True) + 1e-12
+    first = 4 * np.arange(len(corners), dtype=np.int32)[:, None]
+    faces = np.concatenate([first + np.int32([0, 1, 2]), first + np.int32([0, 2, 3])])
+    areas = np.concatenate([np.cross(b - a, c - a), np.cross(c - a, d - a)])
+    kept = np.linalg.norm(areas, axis=1) > 1e-6
+    return Mesh(
+        vertices=corners.reshape(-1, 3).astype(np.float32),
+        normals=np.repeat(normals, 4, axis=0).astype(np.float32),
+        uv=np.concatenate([part.uv for part in panels]).reshape(-1, 2).astype(np.float32),
+        faces=faces[kept],
+        material=np.tile(material, 2)[kept],
+        materials=tuple(index),
+    )
+
+
+def upright(
+    material: Material,
+    x0: ArrayLike,
+    x1: ArrayLike,
+    z0: ArrayLike,
+    z1: ArrayLike,
+    *,
+    y: ArrayLike = 0.0,
+    once: bool = False,
+) -> Panels:
+    """Rectangles that face the street (-y), one for each entry of the arrays.
+
+    Args:
+        material: Of all of them.
+        x0: Left ends.
+        x1: Right ends.
+        z0: Lower ends.
+        z1: Upper ends.
+        y: How far behind the facade's plane.
+        once: Each shows one whole repeat of a texture of 1 m x 1 m, not metres.
+    """
+    left, right, low, high, back = np.broadcast_arrays(*np.atleast_1d(x0, x1, z0, z1, y))
+    corners = np.stack(
+        [
+            np.stack([left, back, low], axis=-1),
+            np.stack([right, back, low], axis=-1),
+            np.stack([right, back, high], axis=-1),
+            np.stack([left, back, high], axis=-1),
+        ],
+        axis=1,
+    ).astype(float)
+    if once:
+        return Panels(corners, np.tile(_ONCE, (len(corners), 1, 1)), material)
+    return Panels(corners, corners[..., [0, 2]] * (1.0, -1.0), material)
+
+
+def boxes(
+    material: Material, low: ArrayLike, high: ArrayLike, without: tuple[str, ...] = ()
+) -> Panels:
+    """Boxes between two corners each.
+
+    Args:
+        material: Of all sides.
+        low: Left front lower corners, shape (n, 3) or (3,).
+        high: Right rear upper corners, like `low`.
+        without: Sides that nobody sees: front, right, back, left, top, bottom.
+    """
+    ends = np.stack(np.broadcast_arrays(np.atleast_2d(low), np.atleast_2d(high)), axis=1)
+    shown = [side for side in _SIDES if side not in without]
+    take = np.array([_SIDES[side] for side in shown])
+    corners = ends[:, take, np.arange(3)].astype(float)
+    uv = np.empty((*corners.shape[:-1], 2))
+    for number, side in enumerate(shown):
+        axes = {"left": (1, 2), "right": (1, 2), "top": (0, 1), "bottom": (0, 1)}.get(side, (0, 2))
+        uv[:, number] = corners[:, number][..., axes] * (1.0, -1.0)
+    return Panels(corners.reshape(-1, 4, 3), uv.reshape(-1, 4, 2), material)
+
+
+def quads(material: Material, corners: ArrayLike) -> Panels:
+    """Any flat quadrilaterals, shape (n, 4, 3); the first edge runs along the texture's u."""
+    points = np.asarray(corners, float).reshape(-1, 4, 3)
+    right = points[:, 1] - points[:, 0]
+    right /= np.linalg.norm(right, axis=1, keepdims=True) + 1e-12
+    up = np.cross(np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1]), right)
+    up /= np.linalg.norm(up, axis=1, keepdims=True) + 1e-12
+    offset = points - points[:, :1]
+    start = points[:, :1] @ right[:, :, None]
+    u = (offset @ right[:, :, None] + start)[..., 0]
+    v = -(offset @ up[:, :, None])[..., 0]
+    return Panels(points, np.stack([u, v], axis=-1), material)
+
+
+def fan(material: Material, outline: ArrayLike) -> Panels:
+    """A flat convex polygon, shape (n, 3), as quadrilaterals."""
+    points = np.asarray(outline, float)
+    corners = [
+        (points[0], points[i], points[i + 1], points[min(i + 2, len(points) - 1)])
+        for i in range(1, len(points) - 1, 2)
+    ]
+    result = quads(material, corners)
+    return Panels(result.corners, _flat_uv(result.corners), material)
+
+
+def slab(
+    top: Material,
+    corners: ArrayLike,
+    thickness: float,
+    *,
+    under: Material,
+    edge: Material,
+    edges: tuple[int, ...] = (0, 1, 2, 3),
+) -> list[Panels]:
+    """A quadrilateral with thickness, downwards: roof plane, awning, canopy.
+
+    Args:
+        top: Of the upper face.
+        corners: Counter-clockwise seen from above, the lowest edge first, shape (4, 3).
+        thickness: Vertical, metres.
+        under: Of the lower face.
+        edge: Of the rim.
+        edges: The edges that have a rim: edge i runs from corner i to the next.
+    """
+    upper = np.asarray(corners, float)
+    lower = upper - (0.0, 0.0, thickness)
+    rim = [
+        (lower[i], lower[(i + 1) % 4], upper[(i + 1) % 4], upper[i])
+        for i in edges
+        if not np.allclose(upper[i], upper[(i + 1) % 4])
+    ]
+    parts = [quads(top, upper[None]), quads(under, lower[[1, 0, 3, 2]][None])]
+    return [*parts, quads(edge, rim)] if rim else parts
+
+
+def _flat_uv(corners: Floats) -> Floats:
+    """Metres in the wall's own plane, from the ground, whichever way the wall looks."""
+    spread = np.ptp(corners.reshape(-1, 3), axis=0)
+    return corners[..., [0 if spread[0] >= spread[1] else 1, 2]] * (1.0, -1.0)

@@ -1,0 +1,94 @@
+"""Sun, sky and air of a moment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from avsec_gym.world.mesh import Float32s
+from avsec_gym.world.textures.noise import fractal_noise
+
+_ROWS, _COLUMNS = 96, 512
+
+
+@dataclass(frozen=True, eq=False)
+class Light:
+    """Daylight.
+
+    Args:
+        azimuth: Of the sun, radians from the world's x axis, counter-clockwise.
+        elevation: Of the sun, radians.
+        cloudiness: 0 for a clear sky, 1 for an overcast one: it hides the sun by as much.
+        haze: Distance at which the air has taken 63 % of the contrast, metres.
+        seed: Of the clouds.
+        exposure: Of a camera that looks at this light; a white wall square to the sun is 1 / 2.
+    """
+
+    azimuth: float = 2.2
+    elevation: float = 0.75
+    cloudiness: float = 0.1
+    haze: float = 1500.0
+    seed: int = 0
+    exposure: float = 1.0
+
+    @property
+    def sun(self) -> Float32s:
+        """Direction towards the sun, shape (3,)."""
+        flat = np.cos(self.elevation)
+        return np.array(
+            [flat * np.cos(self.azimuth), flat * np.sin(self.azimuth), np.sin(self.elevation)],
+            np.float32,
+        )
+
+    @property
+    def sun_colour(self) -> Float32s:
+        """Light of the sun on a surface square to it, shape (3,): redder when it is low."""
+        air = 1.0 / (np.sin(self.elevation) + 0.15)
+        colour = np.exp(-np.array([0.050, 0.085, 0.160]) * air) * 3.1
+        return np.asarray(colour * (1.0 - 0.93 * self.cloudiness), np.float32)
+
+    @cached_property
+    def panorama(self) -> Float32s:
+        """Light of the sky, shape (96, 512, 3): rows from the horizon to the zenith evenly in
+        the sine of the elevation, columns round the world's x axis from -pi to pi."""
+        rng = np.random.Generator(np.random.PCG64(self.seed))
+        height = ((np.arange(_ROWS) + 0.5) / _ROWS)[:, None, None]
+        azimuth = (np.arange(_COLUMNS) + 0.5) / _COLUMNS * 2 * np.pi - np.pi
+        flat = np.sqrt(1.0 - height**2)
+        direction = np.stack(
+            np.broadcast_arrays(
+                flat[..., 0] * np.cos(azimuth), flat[..., 0] * np.sin(azimuth), height[..., 0]
+            ),
+            axis=-1,
+        )
+        towards_sun = np.clip(direction @ self.sun, -1.0, 1.0)[..., None]
+        zenith, horizon = np.array([0.20, 0.38, 0.78]), np.array([0.80, 0.92, 1.05])
+        veil = (1.0 - height) ** 4
+        clear = zenith * (1 - veil) + horizon * veil
+        clear = clear * (1.0 + 0.35 * towards_sun**2 + 0.9 * np.maximum(towards_sun, 0) ** 24)
+        noise = fractal_noise(rng, _ROWS, _COLUMNS, cells=7, octaves=6, persistence=0.55)
+        cover = np.clip(0.5 + 0.45 * noise + 2.2 * (self.cloudiness - 0.5), 0.0, 1.0)[..., None]
+        cover = cover * cover * (3.0 - 2.0 * cover)
+        shade = 1.0 - 0.35 * self.cloudiness * np.clip(0.5 + 0.5 * noise, 0, 1)[..., None]
+        cloud = np.array([1.15, 1.17, 1.22]) * shade * (1.0 + 0.5 * np.maximum(towards_sun, 0) ** 6)
+        return np.asarray(clear * (1 - cover) + cloud * cover, np.float32)
+
+    @cached_property
+    def horizon(self) -> Float32s:
+        """Light of the air between here and afar, shape (3,)."""
+        return np.asarray(self.panorama[:6].mean(axis=(0, 1)) * 0.85, np.float32)
+
+
+def draw_light(rng: np.random.Generator) -> Light:
+    """Some daylight hour: mostly sunny as in KITTI, sometimes hazy or overcast."""
+    cloudiness = float(rng.choice([0.02, 0.15, 0.35, 0.6, 0.95], p=[0.3, 0.25, 0.2, 0.1, 0.15]))
+    return Light(
+        azimuth=float(rng.uniform(-np.pi, np.pi)),
+        elevation=float(np.radians(rng.uniform(22.0, 58.0))),
+        cloudiness=cloudiness,
+        haze=float(rng.uniform(600.0, 3000.0) * (1.0 - 0.6 * cloudiness)),
+        seed=int(rng.integers(2**31)),
+        exposure=float(np.exp(rng.normal(0.0, 0.12)) * (1.0 + 0.8 * max(cloudiness - 0.5, 0.0))),
+    )

@@ -1,0 +1,123 @@
+"""All meshes of a scene as one, ready for rays (embree) and for the shading kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.world.mesh import Float32s, Int32s, Mesh, merge
+from avsec_gym.world.road.section import Surface
+from avsec_gym.world.textures.library import texture_library
+
+NOTHING = -1
+"""Object id of the scenery, and of the sky."""
+
+
+class Thing(NamedTuple):
+    """A mesh in the world frame, and what it is."""
+
+    mesh: Mesh
+    surface: Surface
+    object_id: int = NOTHING
+
+
+class MaterialTable(NamedTuple):
+    """The materials of a scene as arrays, M of them; see `avsec_gym.world.material.Material`."""
+
+    texture: Int32s
+    tint: Float32s
+    mirror: Float32s
+    glass: NDArray[np.bool_]
+    translucent: Float32s
+    infrared: Float32s
+    """NaN: the texture's brightness."""
+    glow: Float32s
+
+
+class Hits(NamedTuple):
+    """What n rays hit first."""
+
+    face: Int32s
+    """-1 for none, shape (n,)."""
+    distance: Float32s
+    """Metres, infinite for none, shape (n,)."""
+    u: Float32s
+    v: Float32s
+    """Barycentric coordinates, shape (n,)."""
+
+
+class RayScene:
+    """Triangles with their materials, objects and surfaces, in embree's hierarchy.
+
+    Args:
+        things: Meshes in the world frame.
+    """
+
+    def __init__(self, things: Sequence[Thing]) -> None:
+        mesh = merge([thing.mesh for thing in things])
+        counts = [len(thing.mesh.faces) for thing in things]
+        self.vertices = np.ascontiguousarray(mesh.vertices, np.float32)
+        self.normals = np.ascontiguousarray(mesh.normals, np.float32)
+        self.uv = np.ascontiguousarray(mesh.uv, np.float32)
+        self.faces = np.ascontiguousarray(mesh.faces, np.int32)
+        self.overlay_uv = (
+            np.zeros((0, 2), np.float32)
+            if mesh.overlay_uv is None
+            else np.ascontiguousarray(mesh.overlay_uv, np.float32)
+        )
+        self.material = np.ascontiguousarray(mesh.material, np.int32)
+        self.materials = _table(mesh)
+        self.object_id = np.repeat(np.array([t.object_id for t in things], np.int32), counts)
+        self.surface = np.repeat(np.array([t.surface for t in things], np.uint8), counts)
+
+    @cached_property
+    def _embree(self) -> Any:
+        from embreex.mesh_construction import TriangleMesh
+        from embreex.rtcore_scene import EmbreeScene
+
+        scene = EmbreeScene()
+        TriangleMesh(scene, self.vertices, self.faces)
+        return scene
+
+    def hits(self, origins: Float32s, directions: Float32s) -> Hits:
+        """First hits of rays.
+
+        Args:
+            origins: Shape (n, 3), contiguous float32.
+            directions: Unit vectors, shape (n, 3), contiguous float32.
+        """
+        if len(origins) == 0:
+            none = np.zeros(0, np.float32)
+            return Hits(np.zeros(0, np.int32), none, none, none)
+        found = self._embree.run(origins, directions, query="INTERSECT", output=True)
+        return Hits(found["primID"], found["tfar"], found["u"], found["v"])
+
+    def blocked(self, origins: Float32s, directions: Float32s) -> NDArray[np.bool_]:
+        """Whether anything is in the way, shape (n,)."""
+        if len(origins) == 0:
+            return np.zeros(0, bool)
+        return np.asarray(self._embree.run(origins, directions, query="OCCLUDED") >= 0)
+
+
+def _table(mesh: Mesh) -> MaterialTable:
+    library = texture_library()
+    materials = mesh.materials
+
+    def column(name: str) -> Float32s:
+        return np.array([getattr(material, name) for material in materials], np.float32)
+
+    return MaterialTable(
+        texture=np.array([library.index(material.texture) for material in materials], np.int32),
+        tint=column("tint"),
+        mirror=column("mirror"),
+        glass=np.array([material.glass for material in materials]),
+        translucent=column("translucent"),
+        infrared=np.array(
+            [np.nan if m.infrared is None else m.infrared for m in materials], np.float32
+        ),
+        glow=column("glow"),
+    )

@@ -1,0 +1,172 @@
+"""Kernels that read textures: bilinear between texels, coarser afar, stretched at grazing angles."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from avsec_gym.world.mesh import Float32s
+from avsec_gym.world.textures.library import TextureArrays
+
+_LINEAR = ((np.arange(256) / 255.0) ** 2.2).astype(np.float32)
+_MOST_TAPS = 8
+_ONE = np.float32(1.0)
+
+
+class OverlayArrays(NamedTuple):
+    """A scene's overlay with its levels of detail, for kernels."""
+
+    texels: NDArray[np.uint8]
+    """Red, green, blue (multiplied by alpha, linear light), alpha; all levels, shape (N, 4)."""
+    first: NDArray[np.int64]
+    """Where a level's pixels begin, shape (L,)."""
+    shape: NDArray[np.int32]
+    """Height and width of a level, shape (L, 2)."""
+    scale: Float32s
+    """Pixels of the finest level per metre, shape (2,)."""
+
+
+@njit(cache=True, fastmath=True, inline="always")
+def texel_colour(textures, index, level, s, t):  # type: ignore[no-untyped-def]
+    """Bilinear colour in linear light at (s, t), in repeats of the texture."""
+    height = textures.shape[index, level, 0]
+    width = textures.shape[index, level, 1]
+    first = textures.first[index, level]
+    x = np.float32((s - np.floor(s)) * width - np.float32(0.5))
+    y = np.float32((t - np.floor(t)) * height - np.float32(0.5))
+    column, row = int(np.floor(x)), int(np.floor(y))
+    fx, fy = np.float32(x - column), np.float32(y - row)
+    left, right = column % width, (column + 1) % width
+    upper, lower = first + (row % height) * width, first + ((row + 1) % height) * width
+    a, b = (_ONE - fx) * (_ONE - fy), fx * (_ONE - fy)
+    c, d = (_ONE - fx) * fy, fx * fy
+    texels = textures.texels
+    red = (
+        a * _LINEAR[texels[upper + left, 0]]
+        + b * _LINEAR[texels[upper + right, 0]]
+        + c * _LINEAR[texels[lower + left, 0]]
+        + d * _LINEAR[texels[lower + right, 0]]
+    )
+    green = (
+        a * _LINEAR[texels[upper + left, 1]]
+        + b * _LINEAR[texels[upper + right, 1]]
+        + c * _LINEAR[texels[lower + left, 1]]
+        + d * _LINEAR[texels[lower + right, 1]]
+    )
+    blue = (
+        a * _LINEAR[texels[upper + left, 2]]
+        + b * _LINEAR[texels[upper + right, 2]]
+        + c * _LINEAR[texels[lower + left, 2]]
+        + d * _LINEAR[texels[lower + right, 2]]
+    )
+    return red, green, blue
+
+
+@njit(cache=True, fastmath=True)
+def filtered_colour(textures, index, u, v, short_u, short_v, long_u, long_v):  # type: ignore[no-untyped-def]
+    """Mean colour of a texture under a pixel's footprint.
+
+    Args:
+        textures: `TextureArrays`.
+        index: Of the texture.
+        u: Metres on the texture.
+        v: Metres on the texture.
+        short_u: Shorter axis of the footprint, metres on the texture.
+        short_v: Likewise.
+        long_u: Longer axis, along which the view is stretched.
+        long_v: Likewise.
+    """
+    width, height = textures.size[index, 0], textures.size[index, 1]
+    columns, rows = textures.shape[index, 0, 1], textures.shape[index, 0, 0]
+    across, down = columns / width, rows / height
+    short = np.sqrt((short_u * across) ** 2 + (short_v * down) ** 2)
+    long = np.sqrt((long_u * across) ** 2 + (long_v * down) ** 2)
+    if short > long:
+        short, long = long, short
+        long_u, long_v = short_u, short_v
+    short = max(short, long / _MOST_TAPS, np.float32(1e-6))
+    level = np.log2(short)
+    last = textures.levels[index] - 1
+    level = min(max(level, np.float32(0.0)), np.float32(last))
+    fine = min(int(level), last)
+    share = np.float32(level - fine)
+    taps = min(max(int(long / max(short, _ONE) + np.float32(0.5)), 1), _MOST_TAPS)
+    red, green, blue = np.float32(0.0), np.float32(0.0), np.float32(0.0)
+    for tap in range(taps):
+        step = np.float32((tap + 0.5) / taps - 0.5)
+        s, t = (u + step * long_u) / width, (v + step * long_v) / height
+        one = texel_colour(textures, index, fine, s, t)
+        if share > np.float32(0.02) and fine < last:
+            two = texel_colour(textures, index, fine + 1, s, t)
+            red += one[0] + share * (two[0] - one[0])
+            green += one[1] + share * (two[1] - one[1])
+            blue += one[2] + share * (two[2] - one[2])
+        else:
+            red += one[0]
+            green += one[1]
+            blue += one[2]
+    scale = np.float32(1.0 / taps)
+    return red * scale, green * scale, blue * scale
+
+
+@njit(cache=True, fastmath=True)
+def overlay_colour(overlay, u, v, short_u, short_v, long_u, long_v):  # type: ignore[no-untyped-def]
+    """Mean colour (times alpha) and alpha of the overlay under a footprint; 0 beyond its edges."""
+    across, down = overlay.scale[0], overlay.scale[1]
+    short = np.sqrt((short_u * across) ** 2 + (short_v * down) ** 2)
+    long = np.sqrt((long_u * across) ** 2 + (long_v * down) ** 2)
+    if short > long:
+        short, long = long, short
+        long_u, long_v = short_u, short_v
+    short = max(short, long / _MOST_TAPS, _ONE)
+    level = min(int(np.log2(short) + np.float32(0.5)), len(overlay.first) - 1)
+    taps = min(max(int(long / short + np.float32(0.5)), 1), _MOST_TAPS)
+    height, width = overlay.shape[level, 0], overlay.shape[level, 1]
+    scale_x = across * width / overlay.shape[0, 1]
+    scale_y = down * height / overlay.shape[0, 0]
+    first = overlay.first[level]
+    red, green, blue = np.float32(0.0), np.float32(0.0), np.float32(0.0)
+    alpha = np.float32(0.0)
+    for tap in range(taps):
+        step = np.float32((tap + 0.5) / taps - 0.5)
+        x = np.float32((u + step * long_u) * scale_x - np.float32(0.5))
+        y = np.float32((v + step * long_v) * scale_y - np.float32(0.5))
+        column, row = int(np.floor(x)), int(np.floor(y))
+        if column < -1 or row < -1 or column >= width or row >= height:
+            continue
+        fx, fy = np.float32(x - column), np.float32(y - row)
+        for dy in range(2):
+            for dx in range(2):
+                i = min(max(row + dy, 0), height - 1)
+                j = min(max(column + dx, 0), width - 1)
+                weight = (fx if dx else _ONE - fx) * (fy if dy else _ONE - fy)
+                place = first + i * width + j
+                red += weight * _LINEAR[overlay.texels[place, 0]]
+                green += weight * _LINEAR[overlay.texels[place, 1]]
+                blue += weight * _LINEAR[overlay.texels[place, 2]]
+                alpha += weight * overlay.texels[place, 3]
+    scale = np.float32(1.0 / taps)
+    return red * scale, green * scale, blue * scale, alpha * scale / np.float32(255.0)
+
+
+def no_overlay() -> OverlayArrays:
+    """For scenes without any."""
+    return OverlayArrays(
+        np.zeros((1, 4), np.uint8),
+        np.zeros(1, np.int64),
+        np.ones((1, 2), np.int32),
+        np.ones(2, np.float32),
+    )
+
+
+__all__ = [
+    "OverlayArrays",
+    "TextureArrays",
+    "filtered_colour",
+    "no_overlay",
+    "overlay_colour",
+    "texel_colour",
+]
