@@ -49,7 +49,12 @@ def read_labels(path: str | Path, *, keep_dont_care: bool = False) -> Boxes3D:
     Raises:
         DataError: The file or one of its lines is not what KITTI promises.
     """
-    names, values = _parse(read_text(path), path, _LABEL_COLUMNS)
+    return parse_labels(read_text(path), path, keep_dont_care=keep_dont_care)
+
+
+def parse_labels(text: str, path: str | Path, *, keep_dont_care: bool = False) -> Boxes3D:
+    """What `read_labels` makes of a file's text; the path is for messages."""
+    names, values = _parse(text, path, _LABEL_COLUMNS)
     return _boxes(names, values, keep_dont_care)
 
 

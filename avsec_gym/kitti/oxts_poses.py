@@ -79,7 +79,8 @@ def oxts_from_poses(
 
     to_level = _about_z(-yaw)
     velocity = _at_samples(np.diff(places, axis=0) / period)
-    push = _at_samples(np.diff(velocity, axis=0) / period) + [0.0, 0.0, GRAVITY]
+    push = _at_samples(np.diff(velocity, axis=0) / period)
+    push[:, 2] += GRAVITY
     to_unit = rotation.transpose(0, 2, 1)
     turn = _at_samples(_rotation_vectors(to_unit[:-1] @ rotation[1:]) / period)
     columns = [

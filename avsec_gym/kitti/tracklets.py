@@ -173,11 +173,13 @@ def write_tracklets(
         "\t<item_version>1</item_version>",
     ]
     for tracklet in tracklets:
-        height, width, length = tracklet.dimensions
+        height, width, length = tracklet.dimensions.tolist()
         lines += [
             f"\t<item{attributes('item')}>",
             f"\t\t<objectType>{tracklet.category}</objectType>",
-            *(f"\t\t<{k}>{_word(v)}</{k}>" for k, v in zip("hwl", (height, width, length))),
+            f"\t\t<h>{_word(height)}</h>",
+            f"\t\t<w>{_word(width)}</w>",
+            f"\t\t<l>{_word(length)}</l>",
             f"\t\t<first_frame>{tracklet.first_frame}</first_frame>",
             f"\t\t<poses{attributes('poses')}>",
             f"\t\t\t<count>{len(tracklet.frames)}</count>",

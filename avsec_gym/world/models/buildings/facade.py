@@ -1,0 +1,98 @@
+"""Walls with openings: bands of different material, cut where windows and doors are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from avsec_gym.world.material import Material
+from avsec_gym.world.models.buildings.panels import Floats, Panels, quads, upright
+
+BELOW_GROUND = -0.6
+"""How deep walls reach, metres, so that no gap opens on a slope."""
+
+NO_OPENINGS = np.zeros((0, 4))
+
+
+class Band(NamedTuple):
+    """A horizontal strip of a wall."""
+
+    low: float
+    """Metres above the ground."""
+    high: float
+    material: Material
+    out: float = 0.0
+    """How far it stands in front of the facade's plane, metres: plinths and cornices."""
+
+
+def wall(length: float, bands: Sequence[Band], openings: Floats = NO_OPENINGS) -> list[Panels]:
+    """A wall along x that faces -y, from -length / 2 to length / 2.
+
+    Args:
+        length: Metres; bands that stand out go round the corners.
+        bands: From the ground up, each beginning where the last one ends.
+        openings: Left, right, lower and upper end, shape (n, 4); they must not overlap.
+    """
+    parts: list[Panels] = []
+    below: tuple[Band, list[tuple[float, float]]] | None = None
+    for band in bands:
+        half = 0.5 * length + band.out
+        cuts = np.unique(np.clip(openings[:, 2:].ravel(), band.low, band.high))
+        heights = np.unique([band.low, *cuts, band.high])
+        rows: list[tuple[float, float, float, float]] = []
+        bottom: list[tuple[float, float]] = []
+        for low, high in zip(heights[:-1], heights[1:], strict=True):
+            middle = 0.5 * (low + high)
+            cut = openings[(openings[:, 2] < middle) & (middle < openings[:, 3])]
+            cut = cut[np.argsort(cut[:, 0])]
+            spans = [
+                (start, end)
+                for start, end in zip([-half, *cut[:, 1]], [*cut[:, 0], half], strict=True)
+                if end - start > 1e-6
+            ]
+            rows += [(start, end, low, high) for start, end in spans]
+            bottom = bottom or spans
+        parts.append(upright(band.material, *np.array(rows).T, y=-band.out))
+        if below is not None:
+            parts += _ledge(below[0], below[1], band, bottom)
+        below = band, spans
+    if below is not None and below[0].out > 0:
+        top = below[0]._replace(low=below[0].high, out=0.0)
+        parts += _ledge(below[0], below[1], top, below[1])
+    return parts
+
+
+def grid(columns: ArrayLike, sills: ArrayLike, width: float, height: float) -> Floats:
+    """Openings of one size in columns and rows, shape (columns * rows, 4).
+
+    Args:
+        columns: Where their middles are along the wall.
+        sills: Their lower ends.
+        width: Of each, metres.
+        height: Of each, metres.
+    """
+    x, z = (axis.ravel() for axis in np.meshgrid(columns, sills))
+    return np.stack([x - 0.5 * width, x + 0.5 * width, z, z + height], axis=1)
+
+
+def evenly(length: float, pitch: float, most: int = 6) -> Floats:
+    """Middles of windows, about `pitch` apart, over a wall of this length."""
+    count = int(np.clip(round(length / pitch), 1, most))
+    return (np.arange(count) - 0.5 * (count - 1)) * (length / count)
+
+
+def _ledge(
+    below: Band, under: list[tuple[float, float]], above: Band, over: list[tuple[float, float]]
+) -> list[Panels]:
+    """The step between two bands, seen from above or from below."""
+    step = below.out - above.out
+    if abs(step) < 1e-6:
+        return []
+    near, far, z = -max(below.out, above.out), -min(below.out, above.out), below.high
+    spans, material = (under, below.material) if step > 0 else (over, above.material)
+    corners = [((a, near, z), (b, near, z), (b, far, z), (a, far, z)) for a, b in spans]
+    order = [0, 1, 2, 3] if step > 0 else [3, 2, 1, 0]
+    return [quads(material, np.array(corners).reshape(-1, 4, 3)[:, order])]

@@ -1,0 +1,226 @@
+"""Windows and doors: reveals, frames, panes, shutters, sills and surrounds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from avsec_gym.world.material import Material
+from avsec_gym.world.models.buildings.panels import Floats, Panels, boxes, quads, upright
+
+PANES = 8
+"""Variants of the texture ``window_pane``."""
+
+_FRAME_DEPTH = 0.05
+
+
+@dataclass(frozen=True)
+class WindowStyle:
+    """How all windows of a facade look.
+
+    Args:
+        frame: Of the bars.
+        reveal: Of the sides of the opening.
+        recess: From the facade's plane to the pane, metres.
+        frame_width: Metres; 0 leaves frames away, for windows that nobody sees from near.
+        sashes: Panes side by side.
+        transom: Height of a cross bar as a share of the opening's; 0 for none.
+        sill: Its slab below the window; None for none.
+        surround: Raised border of the opening; None for none.
+        surround_width: Metres.
+        lintel: The surround has a small cornice above.
+        shutter: Roller shutters; None for none.
+        shutters_down: Share of the windows whose shutters are at least partly down.
+    """
+
+    frame: Material
+    reveal: Material
+    recess: float = 0.15
+    frame_width: float = 0.07
+    sashes: int = 2
+    transom: float = 0.0
+    sill: Material | None = None
+    surround: Material | None = None
+    surround_width: float = 0.12
+    lintel: bool = False
+    shutter: Material | None = None
+    shutters_down: float = 0.3
+
+
+def pane_material(variant: int) -> Material:
+    """Window glass before a room: the LiDAR finds its frame and the curtain, faintly."""
+    return Material(f"window_pane/{variant}", mirror=0.08, infrared=0.06)
+
+
+def windows(openings: Floats, style: WindowStyle, rng: np.random.Generator) -> list[Panels]:
+    """Fills openings, shape (n, 4): left, right, lower, upper end, in a wall that faces -y."""
+    if not len(openings):
+        return []
+    out = 0.05 if style.surround is not None else 0.0
+    parts = [_reveals(openings, -out, style.recess, style.reveal)]
+    parts += _panes(openings, style.recess, rng)
+    if style.frame_width:
+        parts.append(_frames(openings, style))
+    if style.shutter is not None:
+        parts.append(_shutters(openings, style, style.shutter, rng))
+    if style.surround is not None:
+        parts += _surrounds(openings, style, style.surround, out)
+    if style.sill is not None:
+        x0, x1, z0, _ = openings.T
+        low = np.stack([x0 - 0.06, np.full_like(x0, -0.09 - out), z0 - 0.06], axis=1)
+        high = np.stack([x1 + 0.06, np.zeros_like(x0), z0], axis=1)
+        parts.append(boxes(style.sill, low, high, without=("back",)))
+    return parts
+
+
+def doors(
+    openings: Floats,
+    leaf: Material,
+    surround: Material,
+    reveal: Material,
+    *,
+    recess: float = 0.25,
+    border: float = 0.1,
+) -> list[Panels]:
+    """Recessed leaves that show one whole texture each, with a raised border round them.
+
+    Args:
+        openings: Shape (n, 4).
+        leaf: Of the door.
+        surround: Of the border, open below.
+        reveal: Of the sides of the opening.
+        recess: Metres.
+        border: Width of the border, metres; it must be free of other openings.
+    """
+    x0, x1, z0, z1 = openings.T
+    parts = [
+        _reveals(openings, -0.06, recess, reveal),
+        upright(leaf, x0, x1, z0, z1, y=recess, once=True),
+    ]
+    if border:
+        parts += [
+            _raised(surround, x0 - border, x0, z0, z1, 0.06),
+            _raised(surround, x1, x1 + border, z0, z1, 0.06),
+            _raised(surround, x0 - border, x1 + border, z1, z1 + border, 0.06),
+        ]
+    return parts
+
+
+def bars(
+    material: Material, opening: Floats, columns: int, rows: int, width: float, y: float
+) -> Panels:
+    """A frame with bars that divide one opening (shape (4,)) into columns and rows of panes."""
+    x0, x1, z0, z1 = opening
+    across, half = np.linspace(x0, x1, columns + 1), 0.5 * width
+    up = np.linspace(z0, z1, rows + 1)
+    left = np.concatenate([np.clip(across - half, x0, x1 - width), np.full(rows + 1, x0)])
+    right = np.concatenate([left[: columns + 1] + width, np.full(rows + 1, x1)])
+    low = np.concatenate([np.full(columns + 1, z0), np.clip(up - half, z0, z1 - width)])
+    high = np.concatenate([np.full(columns + 1, z1), low[columns + 1 :] + width])
+    # Posts stand a little before the cross bars: no two faces in one place.
+    depth = np.concatenate([np.full(columns + 1, y - 0.01), np.full(rows + 1, y)])
+    return upright(material, left, right, low, high, y=depth)
+
+
+def _reveals(openings: Floats, front: float, back: float, material: Material) -> Panels:
+    """Left, right, upper and lower sides of the openings."""
+    x0, x1, z0, z1 = openings.T
+    near, far = np.full_like(x0, front), np.full_like(x0, back)
+
+    def side(*corners: tuple[Floats, Floats, Floats]) -> Floats:
+        return np.stack([np.stack(corner, axis=1) for corner in corners], axis=1)
+
+    sides = [
+        side((x0, near, z0), (x0, far, z0), (x0, far, z1), (x0, near, z1)),
+        side((x1, far, z0), (x1, near, z0), (x1, near, z1), (x1, far, z1)),
+        side((x0, near, z0), (x1, near, z0), (x1, far, z0), (x0, far, z0)),
+        side((x0, far, z1), (x1, far, z1), (x1, near, z1), (x0, near, z1)),
+    ]
+    return quads(material, np.concatenate(sides))
+
+
+def _panes(openings: Floats, recess: float, rng: np.random.Generator) -> list[Panels]:
+    """Neighbours in one house like the same curtains: a few variants, unevenly spread."""
+    house = rng.choice(PANES, 4, replace=False)
+    variant = rng.choice(house, len(openings), p=[0.4, 0.3, 0.2, 0.1])
+    return [
+        upright(pane_material(int(number)), *openings[variant == number].T, y=recess, once=True)
+        for number in np.unique(variant)
+    ]
+
+
+def _frames(openings: Floats, style: WindowStyle) -> Panels:
+    x0, x1, z0, z1 = openings.T
+    width, y = style.frame_width, style.recess - _FRAME_DEPTH
+    parts = [
+        upright(style.frame, x0, x0 + width, z0, z1, y=y),
+        upright(style.frame, x1 - width, x1, z0, z1, y=y),
+        upright(style.frame, x0 + width, x1 - width, z0, z0 + width, y=y),
+        upright(style.frame, x0 + width, x1 - width, z1 - width, z1, y=y),
+    ]
+    top = z1 - width
+    if style.transom:
+        cross = z0 + style.transom * (z1 - z0)
+        parts.append(upright(style.frame, x0 + width, x1 - width, cross, cross + width, y=y))
+        top = cross
+    for share in np.arange(1, style.sashes) / style.sashes:
+        middle = x0 + share * (x1 - x0)
+        parts.append(
+            upright(style.frame, middle - 0.6 * width, middle + 0.6 * width, z0 + width, top, y=y)
+        )
+    return _joined(parts)
+
+
+def _shutters(
+    openings: Floats, style: WindowStyle, material: Material, rng: np.random.Generator
+) -> Panels:
+    """Roller shutters, some closed, many a hand's breadth down."""
+    count = len(openings)
+    down = rng.random(count) < style.shutters_down
+    share = np.where(rng.random(count) < 0.35, 1.0, rng.uniform(0.12, 0.6, count))
+    x0, x1, z0, z1 = openings[down].T
+    low = z1 - share[down] * (z1 - z0)
+    return upright(material, x0, x1, low, z1, y=style.recess - _FRAME_DEPTH - 0.03)
+
+
+def _surrounds(
+    openings: Floats, style: WindowStyle, material: Material, out: float
+) -> list[Panels]:
+    x0, x1, z0, z1 = openings.T
+    width = style.surround_width
+    parts = [
+        _raised(material, x0 - width, x0, z0, z1, out, hidden=("right", "bottom", "top")),
+        _raised(material, x1, x1 + width, z0, z1, out, hidden=("left", "bottom", "top")),
+        _raised(material, x0 - width, x1 + width, z1, z1 + width, out, hidden=("bottom",)),
+    ]
+    if style.sill is None:
+        parts.append(_raised(material, x0 - width, x1 + width, z0 - width, z0, out))
+    if style.lintel:
+        high = z1 + 2.6 * width
+        parts.append(
+            _raised(material, x0 - 1.5 * width, x1 + 1.5 * width, high - 0.12, high, 0.18)
+        )
+    return parts
+
+
+def _raised(
+    material: Material,
+    x0: Floats,
+    x1: Floats,
+    z0: Floats,
+    z1: Floats,
+    out: float,
+    hidden: tuple[str, ...] = (),
+) -> Panels:
+    low = np.stack([x0, np.full_like(x0, -out), z0], axis=1)
+    high = np.stack([x1, np.zeros_like(x0), z1], axis=1)
+    return boxes(material, low, high, without=("back", *hidden))
+
+
+def _joined(parts: list[Panels]) -> Panels:
+    return Panels(
+        np.concatenate([part.corners for part in parts]),
+        np.concatenate([part.uv for part in parts]),
+        parts[0].material,
+    )

@@ -1,0 +1,150 @@
+"""Light that does not come straight from the sun: the sky, as far as it is open, and the rest.
+
+Found on a coarse grid of pixels by rays into the half space above each surface, then carried to
+every pixel from grid points that lie on the same surface.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from avsec_gym.world.mesh import Float32s
+from avsec_gym.world.rendering.ray_scene import RayScene
+from avsec_gym.world.rendering.shading import Surfaces, sky_colour
+
+RAYS = 10
+"""For each point of the grid."""
+
+_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
+
+
+def ambient_light(
+    scene: RayScene,
+    found: Surfaces,
+    hit: NDArray[np.bool_],
+    panorama: Float32s,
+    sun_colour: Float32s,
+    sun_height: float,
+) -> Float32s:
+    """Light on the surfaces of a grid of rays, shape (n, 3).
+
+    Where a ray into the half space ends on something, it brings back a share of the light that
+    this something is likely to have: neither all in the sun nor all in the shade.
+
+    Args:
+        scene: The scene.
+        found: Surfaces of the grid's rays.
+        hit: Which of the rays met one.
+        panorama: Of the sky.
+        sun_colour: Shape (3,).
+        sun_height: Sine of the sun's elevation.
+    """
+    which = np.flatnonzero(hit)
+    directions = np.empty((len(which) * RAYS, 3), np.float32)
+    origins = np.repeat(found.point[which], RAYS, axis=0)
+    _directions(which, found.normal[which], directions)
+    blocked = scene.blocked(origins, directions)
+    sky = panorama.mean(axis=(0, 1))
+    bounced = 0.20 * (0.42 * sun_colour * max(sun_height, 0.2) + 0.55 * sky)
+    result = np.zeros((len(hit), 3), np.float32)
+    _gather(which, directions, blocked, panorama, bounced.astype(np.float32), result)
+    return result
+
+
+@njit(cache=True, fastmath=True)
+def _directions(which, normals, directions):  # type: ignore[no-untyped-def]
+    """Cosine-weighted, spread evenly (a golden spiral) and turned differently at each point."""
+    golden = np.float32(2.399963)
+    for j in range(len(which)):
+        nx, ny, nz = normals[j, 0], normals[j, 1], normals[j, 2]
+        # A frame around the normal (Duff et al. 2017).
+        sign = _ONE if nz >= _ZERO else -_ONE
+        a = -_ONE / (sign + nz)
+        b = nx * ny * a
+        hashed = (which[j] * 2654435761) & 0xFFFFFFFF
+        turn = np.float32(hashed * (2.0 * np.pi / 4294967296.0))
+        for k in range(RAYS):
+            share = np.float32((k + 0.5) / RAYS)
+            radius, up = np.sqrt(share), np.sqrt(_ONE - share)
+            angle = turn + golden * k
+            x, y = radius * np.cos(angle), radius * np.sin(angle)
+            row = j * RAYS + k
+            directions[row, 0] = x * (_ONE + sign * nx * nx * a) + y * b + nx * up
+            directions[row, 1] = x * sign * b + y * (sign + ny * ny * a) + ny * up
+            directions[row, 2] = -x * sign * nx - y * ny + nz * up
+
+
+@njit(cache=True, fastmath=True)
+def _gather(which, directions, blocked, panorama, bounced, result):  # type: ignore[no-untyped-def]
+    for j in range(len(which)):
+        red, green, blue = _ZERO, _ZERO, _ZERO
+        for k in range(RAYS):
+            row = j * RAYS + k
+            if blocked[row] or directions[row, 2] <= _ZERO:
+                red += bounced[0]
+                green += bounced[1]
+                blue += bounced[2]
+            else:
+                sky = sky_colour(
+                    panorama, directions[row, 0], directions[row, 1], directions[row, 2]
+                )
+                red += sky[0]
+                green += sky[1]
+                blue += sky[2]
+        i = which[j]
+        result[i, 0], result[i, 1], result[i, 2] = red / RAYS, green / RAYS, blue / RAYS
+
+
+@njit(cache=True, fastmath=True)
+def carry(pixels, found, distances, step, columns, rows, grid_light, grid_normal, grid_distance, out):  # type: ignore[no-untyped-def]
+    """Ambient light at rays from the four grid points around each.
+
+    Args:
+        pixels: Column and row of each ray in the image, float, shape (n, 2).
+        found: Surfaces of the rays.
+        distances: Of the rays, infinite for none.
+        step: Pixels between grid points.
+        columns: Of the grid.
+        rows: Of the grid.
+        grid_light: Shape (columns * rows, 3).
+        grid_normal: Shape (columns * rows, 3).
+        grid_distance: Shape (columns * rows,).
+        out: Shape (n, 3).
+    """
+    for i in range(len(pixels)):
+        distance = distances[i]
+        if not np.isfinite(distance):
+            continue
+        x, y = pixels[i, 0] / step, pixels[i, 1] / step
+        left, top = int(np.floor(x)), int(np.floor(y))
+        fx, fy = np.float32(x - left), np.float32(y - top)
+        nx, ny, nz = found.normal[i, 0], found.normal[i, 1], found.normal[i, 2]
+        red, green, blue, total = _ZERO, _ZERO, _ZERO, _ZERO
+        for dy in range(2):
+            for dx in range(2):
+                column = min(max(left + dx, 0), columns - 1)
+                row = min(max(top + dy, 0), rows - 1)
+                j = row * columns + column
+                there = grid_distance[j]
+                if not np.isfinite(there):
+                    continue
+                weight = ((fx if dx else _ONE - fx) + np.float32(0.03)) * (
+                    (fy if dy else _ONE - fy) + np.float32(0.03)
+                )
+                alike = nx * grid_normal[j, 0] + ny * grid_normal[j, 1] + nz * grid_normal[j, 2]
+                alike = max(alike, _ZERO)
+                alike *= alike
+                alike *= alike
+                apart = abs(there - distance) / distance
+                weight *= (alike + np.float32(1e-3)) / (np.float32(0.004) + apart)
+                red += weight * grid_light[j, 0]
+                green += weight * grid_light[j, 1]
+                blue += weight * grid_light[j, 2]
+                total += weight
+        if total > _ZERO:
+            out[i, 0], out[i, 1], out[i, 2] = red / total, green / total, blue / total
+        else:
+            # Thin things between grid points: neither open nor closed.
+            out[i, 0], out[i, 1], out[i, 2] = np.float32(0.3), np.float32(0.33), np.float32(0.38)

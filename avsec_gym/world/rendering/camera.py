@@ -1,0 +1,279 @@
+"""A camera in the world: light, depth and object ids through its pixels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from avsec_gym.geometry import Floats
+from avsec_gym.world.mesh import Float32s, Int32s
+from avsec_gym.world.rendering.ambient import ambient_light, carry
+from avsec_gym.world.rendering.light import Light
+from avsec_gym.world.rendering.ray_scene import NOTHING, Hits, RayScene
+from avsec_gym.world.rendering.shading import (
+    SceneArrays,
+    Surfaces,
+    add_mirrored,
+    break_up_lattice,
+    radiance,
+    surfaces,
+)
+from avsec_gym.world.rendering.texturing import OverlayArrays, no_overlay
+from avsec_gym.world.road.section import Surface
+from avsec_gym.world.textures.library import texture_library
+
+_GRID_STEP = 5
+_EXTRA = ((-0.125, -0.375), (0.375, -0.125), (0.125, 0.375), (-0.375, 0.125))
+"""Further rays through pixels on edges, in pixels from the centre (a rotated grid)."""
+_BRIGHTEST = 1.25
+"""Rays count as no brighter when a pixel's are averaged: bright edges stay smooth."""
+
+
+@dataclass(frozen=True, eq=False)
+class PinholeCamera:
+    """Where a camera is and how it sees.
+
+    Args:
+        to_world: From its frame (x right, y down, z forward) to the world, shape (4, 4).
+        focal_length: Pixels.
+        centre: Principal point u, v, pixels.
+        size: Width and height of the image, pixels.
+    """
+
+    to_world: Floats
+    focal_length: float
+    centre: tuple[float, float]
+    size: tuple[int, int]
+
+
+class Geometry(NamedTuple):
+    """What the middle of each pixel shows."""
+
+    depth: Float32s
+    """Along the optical axis, metres, infinite for the sky, shape (H, W)."""
+    object_id: Int32s
+    """-1 for scenery and sky, shape (H, W)."""
+    surface: NDArray[np.uint8]
+    """`Surface`, shape (H, W)."""
+
+
+class View(NamedTuple):
+    """A rendered image before the sensor."""
+
+    light: Float32s
+    """Linear light times the exposure, 1 is as bright as the sensor can tell, shape (H, W, 3)."""
+    geometry: Geometry
+
+
+class Renderer:
+    """Renders views of one scene under one light.
+
+    Args:
+        scene: The scene.
+        light: The light.
+        overlay: Of the road; none if None.
+    """
+
+    def __init__(self, scene: RayScene, light: Light, overlay: OverlayArrays | None = None) -> None:
+        self._scene = scene
+        self._light = light
+        self._arrays = SceneArrays(
+            scene.vertices,
+            scene.normals,
+            scene.uv,
+            scene.overlay_uv,
+            scene.faces,
+            scene.material,
+            scene.object_id,
+            scene.materials,
+            texture_library().arrays,
+            overlay or no_overlay(),
+            break_up_lattice(light.seed),
+        )
+
+    def geometry(self, camera: PinholeCamera) -> Geometry:
+        """Depth, object ids and surfaces alone."""
+        origins, directions, hits = self._middle(camera)
+        return self._geometry(camera, directions, hits)
+
+    def view(self, camera: PinholeCamera) -> View:
+        """Render; edges get more rays than plain areas."""
+        width, height = camera.size
+        pixels = _pixel_grid(width, height, 1)
+        origins, directions, hits = self._middle(camera)
+        geometry = self._geometry(camera, directions, hits)
+        grid = self._ambient_grid(camera)
+        light, found = self._light_along(camera, pixels, origins, directions, hits, grid)
+        light = np.minimum(light * np.float32(self._light.exposure), np.float32(_BRIGHTEST))
+        edges = np.flatnonzero(_edges(light, hits.face, hits.distance, found.normal, width, height))
+        total = light[edges]
+        for offset in _EXTRA:
+            moved = pixels[edges] + np.array(offset, np.float32)
+            origins, directions = _rays(camera, moved)
+            more, _ = self._light_along(
+                camera, moved, origins, directions, self._scene.hits(origins, directions), grid
+            )
+            total += np.minimum(more * np.float32(self._light.exposure), np.float32(_BRIGHTEST))
+        light[edges] = total / np.float32(1 + len(_EXTRA))
+        return View(light.reshape(height, width, 3), geometry)
+
+    def _middle(self, camera: PinholeCamera) -> tuple[Float32s, Float32s, Hits]:
+        origins, directions = _rays(camera, _pixel_grid(*camera.size, 1))
+        return origins, directions, self._scene.hits(origins, directions)
+
+    def _geometry(self, camera: PinholeCamera, directions: Float32s, hits: Hits) -> Geometry:
+        width, height = camera.size
+        forward = camera.to_world[:3, 2].astype(np.float32)
+        seen = hits.face >= 0
+        face = np.maximum(hits.face, 0)
+        depth = np.where(seen, hits.distance * (directions @ forward), np.inf)
+        return Geometry(
+            depth.astype(np.float32).reshape(height, width),
+            np.where(seen, self._scene.object_id[face], NOTHING).reshape(height, width),
+            np.where(seen, self._scene.surface[face], Surface.SKY)
+            .astype(np.uint8)
+            .reshape(height, width),
+        )
+
+    def _ambient_grid(self, camera: PinholeCamera) -> tuple[Float32s, Float32s, Float32s]:
+        origins, directions = _rays(camera, _pixel_grid(*camera.size, _GRID_STEP))
+        hits = self._scene.hits(origins, directions)
+        light = self._light
+        angle = _GRID_STEP / camera.focal_length
+        found = surfaces(self._arrays, hits, origins, directions, light.sun, angle)
+        open_light = ambient_light(
+            self._scene,
+            found,
+            hits.face >= 0,
+            light.panorama,
+            light.sun_colour,
+            float(light.sun[2]),
+        )
+        return open_light, found.normal, hits.distance
+
+    def _light_along(
+        self,
+        camera: PinholeCamera,
+        pixels: Float32s,
+        origins: Float32s,
+        directions: Float32s,
+        hits: Hits,
+        grid: tuple[Float32s, Float32s, Float32s],
+    ) -> tuple[Float32s, Surfaces]:
+        light, scene = self._light, self._scene
+        angle = 1.0 / camera.focal_length
+        found = surfaces(self._arrays, hits, origins, directions, light.sun, angle)
+        lit = np.flatnonzero(found.sunlight > 0)
+        to_sun = np.broadcast_to(light.sun, (len(lit), 3)).copy()
+        found.sunlight[lit[scene.blocked(found.point[lit], to_sun)]] = 0.0
+        ambient = np.zeros((len(origins), 3), np.float32)
+        columns, rows = (-(-size // _GRID_STEP) for size in camera.size)
+        carry(pixels, found, hits.distance, _GRID_STEP, columns, rows, *grid, ambient)
+        out = np.empty((len(origins), 3), np.float32)
+        sky = (light.sun_colour, light.panorama, light.horizon, np.float32(light.haze))
+        radiance(hits.face, hits.distance, directions, found, ambient, *sky, out)
+        self._mirror(directions, hits, found, out)
+        return out, found
+
+    def _mirror(
+        self, directions: Float32s, hits: Hits, found: Surfaces, out: Float32s
+    ) -> None:
+        light = self._light
+        rays = np.flatnonzero((found.mirror > 0.03) & (hits.face >= 0))
+        if len(rays) == 0:
+            return
+        normal, incoming = found.normal[rays], directions[rays]
+        facing = (incoming * normal).sum(axis=1, keepdims=True)
+        mirrored = np.ascontiguousarray(incoming - 2 * facing * normal)
+        starts = np.ascontiguousarray(found.point[rays])
+        hits = self._scene.hits(starts, mirrored)
+        behind = surfaces(self._arrays, hits, starts, mirrored, light.sun, 0.02)
+        # What is mirrored is lit without further rays: half of it lies in the shade.
+        behind.sunlight[:] *= 0.6
+        around = np.broadcast_to(0.5 * light.panorama.mean(axis=(0, 1)), starts.shape)
+        seen = np.empty(starts.shape, np.float32)
+        sky = (light.sun_colour, light.panorama, light.horizon, np.float32(light.haze))
+        radiance(hits.face, hits.distance, mirrored, behind, np.ascontiguousarray(around), *sky, seen)
+        add_mirrored(
+            rays, mirrored, found, seen, hits.face < 0, light.sun, light.sun_colour, out
+        )
+
+
+def _pixel_grid(width: int, height: int, step: int) -> Float32s:
+    columns, rows = np.arange(0, width, step), np.arange(0, height, step)
+    u, v = np.meshgrid(columns, rows)
+    return np.stack([u.ravel(), v.ravel()], axis=-1).astype(np.float32)
+
+
+def _rays(camera: PinholeCamera, pixels: Float32s) -> tuple[Float32s, Float32s]:
+    """Origins and unit directions of rays through pixels, shape (n, 3) each."""
+    origins = np.empty((len(pixels), 3), np.float32)
+    origins[:] = camera.to_world[:3, 3].astype(np.float32)
+    directions = np.empty((len(pixels), 3), np.float32)
+    rotation = np.ascontiguousarray(camera.to_world[:3, :3], np.float32)
+    _directions(
+        pixels,
+        rotation,
+        np.float32(camera.focal_length),
+        np.float32(camera.centre[0]),
+        np.float32(camera.centre[1]),
+        directions,
+    )
+    return origins, directions
+
+
+@njit(cache=True)
+def _directions(pixels, rotation, focal_length, centre_u, centre_v, directions):  # type: ignore[no-untyped-def]
+    one = np.float32(1.0)
+    for i in range(len(pixels)):
+        x = (pixels[i, 0] - centre_u) / focal_length
+        y = (pixels[i, 1] - centre_v) / focal_length
+        scale = one / np.sqrt(x * x + y * y + one)
+        for k in range(3):
+            directions[i, k] = (
+                rotation[k, 0] * x + rotation[k, 1] * y + rotation[k, 2]
+            ) * scale
+
+
+@njit(cache=True)
+def _edges(light, faces, distances, normals, width, height):  # type: ignore[no-untyped-def]
+    """Pixels whose right or lower neighbour differs, and those neighbours."""
+    marked = np.zeros(width * height, np.bool_)
+    for row in range(height):
+        for column in range(width):
+            i = row * width + column
+            for step in range(2):
+                if step == 0:
+                    if column + 1 >= width:
+                        continue
+                    j = i + 1
+                else:
+                    if row + 1 >= height:
+                        continue
+                    j = i + width
+                if faces[i] != faces[j]:
+                    if faces[i] < 0 or faces[j] < 0:
+                        edge = True
+                    else:
+                        near = min(distances[i], distances[j])
+                        apart = abs(distances[i] - distances[j])
+                        alike = (
+                            normals[i, 0] * normals[j, 0]
+                            + normals[i, 1] * normals[j, 1]
+                            + normals[i, 2] * normals[j, 2]
+                        )
+                        edge = alike < 0.9 or apart > 0.03 * near
+                else:
+                    edge = False
+                if not edge:
+                    one = light[i, 0] + light[i, 1] + light[i, 2]
+                    two = light[j, 0] + light[j, 1] + light[j, 2]
+                    edge = abs(one - two) > 0.35 * max(one, two) + 0.02
+                if edge:
+                    marked[i] = True
+                    marked[j] = True
+    return marked

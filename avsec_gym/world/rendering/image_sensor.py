@@ -1,0 +1,58 @@
+"""From light to pixel values: lens blur, gain, noise, tone curve, 8 bits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from avsec_gym.frame import Image
+from avsec_gym.world.mesh import Float32s
+
+
+@dataclass(frozen=True)
+class ImageSensor:
+    """How a camera turns light into an image.
+
+    Args:
+        gain: Factors on red, green, blue: exposure and white balance of this very camera.
+        blur: Standard deviation of the lens' blur, pixels.
+        read_noise: Standard deviation in the dark, share of full scale.
+        shot_noise: Variance of the noise for each unit of light, share of full scale.
+        gamma: Of the tone curve.
+        contrast: Above 1 darkens the shade, as a camera's black level does.
+    """
+
+    gain: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    blur: float = 0.5
+    read_noise: float = 0.003
+    shot_noise: float = 0.0004
+    gamma: float = 2.2
+    contrast: float = 1.0
+
+    def expose(self, light: Float32s, rng: np.random.Generator) -> Image:
+        """Take a picture of linear light, shape (H, W, 3), as a view holds it."""
+        blurred = cv2.GaussianBlur(light, (0, 0), self.blur) if self.blur > 0 else light
+        signal = blurred * np.array(self.gain, np.float32)
+        deviation = np.sqrt(self.read_noise**2 + self.shot_noise * np.maximum(signal, 0.0))
+        signal = signal + deviation * rng.standard_normal(signal.shape, np.float32)
+        np.clip(signal, 0.0, 1.0, out=signal)
+        shown = np.power(signal, np.float32(self.contrast / self.gamma))
+        return (shown * 255.0 + 0.5).astype(np.uint8)
+
+
+def draw_sensors(rng: np.random.Generator, count: int) -> list[ImageSensor]:
+    """Cameras of one make that differ a little in gain, colour and focus."""
+    every = float(rng.uniform(0.42, 0.62))
+    sensors = []
+    for _ in range(count):
+        exposure = float(np.exp(rng.normal(0.0, 0.025)))
+        balance = np.exp(rng.normal(0.0, 0.012, 3)) * exposure
+        sensors.append(
+            ImageSensor(
+                gain=(float(balance[0]), float(balance[1]), float(balance[2])),
+                blur=every + float(rng.uniform(0.0, 0.12)),
+            )
+        )
+    return sensors
