@@ -11,12 +11,12 @@ import tyro
 from avsec_gym.commands import console
 
 if TYPE_CHECKING:
-    from avsec_gym.kitti.check import Part
+    from avsec_gym.kitti.report import Part
 
 
 @dataclass(frozen=True)
 class DataCheck:
-    """Look through a data folder: KITTI object layout, or a detector's result folder."""
+    """Look through a data folder: KITTI object, raw or tracking layout, or a result folder."""
 
     root: Annotated[Path, tyro.conf.Positional]
     """The folder."""
@@ -27,10 +27,10 @@ class DataCheck:
 
     def run(self) -> int:
         """Do it; the exit code: 1 where something is broken."""
-        from avsec_gym.kitti.check import check_object_root
+        from avsec_gym.kitti.check import check_data
 
         with console.progress("checking") as shown:
-            report = check_object_root(self.root, deep=self.deep, on_progress=shown)
+            report = check_data(self.root, deep=self.deep, on_progress=shown)
         if self.json:
             console.print_json(report.to_json())
         else:

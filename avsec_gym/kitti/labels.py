@@ -52,9 +52,21 @@ def read_labels(path: str | Path, *, keep_dont_care: bool = False) -> Boxes3D:
     return parse_labels(read_text(path), path, keep_dont_care=keep_dont_care)
 
 
-def parse_labels(text: str, path: str | Path, *, keep_dont_care: bool = False) -> Boxes3D:
-    """What `read_labels` makes of a file's text; the path is for messages."""
-    names, values = _parse(text, path, _LABEL_COLUMNS)
+def parse_labels(
+    text: str, path: str | Path, *, keep_dont_care: bool = False, columns_before: int = 0
+) -> Boxes3D:
+    """What `read_labels` makes of a file's text.
+
+    Args:
+        text: With the 15 columns in each line.
+        path: Of the file, for messages.
+        keep_dont_care: As for `read_labels`.
+        columns_before: That the file has before the 15, for messages.
+
+    Raises:
+        DataError: As of `read_labels`.
+    """
+    names, values = _parse(text, path, _LABEL_COLUMNS, columns_before)
     return _boxes(names, values, keep_dont_care)
 
 
@@ -90,13 +102,14 @@ def write_detections(path: str | Path, boxes: Boxes3D, *, overwrite: bool = Fals
     _write(path, boxes, _RESULT_COLUMNS, overwrite)
 
 
-def _parse(text: str, path: str | Path, columns: int) -> tuple[list[str], Floats]:
+def _parse(
+    text: str, path: str | Path, columns: int, columns_before: int = 0
+) -> tuple[list[str], Floats]:
     """Categories and the (N, columns - 1) numbers; the slow look happens only on suspicion."""
     content = text.rstrip(" \t\r\n")
     lines = content.split("\n") if content else []
-    blank_lines = columns == _RESULT_COLUMNS
     rows = [line.split() for line in lines]
-    if blank_lines:
+    if columns == _RESULT_COLUMNS:  # Detectors leave blank lines.
         rows = [row for row in rows if row]
     names = [row[0] for row in rows if row]
     values = _numbers(rows, columns)
@@ -107,7 +120,7 @@ def _parse(text: str, path: str | Path, columns: int) -> tuple[list[str], Floats
         or not _plausible(names, values)
     ):
         for number, line in enumerate(lines, start=1):
-            _check_line(line, path, number, columns, blank_lines)
+            _check_line(line, path, number, columns, columns_before)
     assert values is not None, "where every line is right, so is the whole"
     return names, values
 
@@ -136,7 +149,9 @@ def _plausible(names: list[str], values: Floats) -> bool:
     return all(size > 0 or name == DONT_CARE for size, name in zip(smallest, names, strict=True))
 
 
-def _check_line(line: str, path: str | Path, number: int, columns: int, blank_lines: bool) -> None:
+def _check_line(
+    line: str, path: str | Path, number: int, columns: int, columns_before: int
+) -> None:
     """Raise the error that says what is wrong with a line, if anything is."""
 
     def refuse(problem: str, remedy: str = _REMEDY) -> NoReturn:
@@ -151,7 +166,7 @@ def _check_line(line: str, path: str | Path, number: int, columns: int, blank_li
         )
     row = plain.split()
     if not row:
-        if not blank_lines:
+        if columns != _RESULT_COLUMNS:
             refuse("A blank line stands between objects.", "Remove it: lines are counted.")
         return
     if len(row) != columns:
@@ -159,7 +174,7 @@ def _check_line(line: str, path: str | Path, number: int, columns: int, blank_li
     if not _is_name(row[0]):
         refuse(f"The category {row[0][:40]!r} is not a word.")
     values = []
-    for column, word in enumerate(row[1:], start=2):
+    for column, word in enumerate(row[1:], start=columns_before + 2):
         value = _number(word)
         if value is None:
             refuse(f"Column {column} holds {word[:40]!r}, which is not a number.")

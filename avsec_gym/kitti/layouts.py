@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import os
 from enum import StrEnum
 from pathlib import Path
 
 from avsec_gym.errors import DataError
 from avsec_gym.kitti.dataset import layout_folders
 from avsec_gym.kitti.label_folders import frame_ids
+from avsec_gym.kitti.raw import find_raw
 from avsec_gym.kitti.text_files import read_text
+
+TRACKING_LABELS = "label_02"
+"""The folder of the tracking benchmark's labels."""
 
 
 class Layout(StrEnum):
@@ -32,17 +37,24 @@ _DESCRIPTIONS = {
     Layout.OBJECT: "This is KITTI's object layout.",
     Layout.DETECTIONS: "This is a detector's result folder.",
     Layout.LABELS: "This is a label folder; name the folder above training/ to check all of it.",
-    Layout.RAW: "This looks like KITTI raw, which this check does not read.",
-    Layout.TRACKING: "This looks like KITTI tracking, which this check does not read.",
+    Layout.RAW: "This is KITTI's raw layout.",
+    Layout.TRACKING: "This is KITTI's tracking layout, of which labels and calibration are read.",
     Layout.STEREO: "This looks like KITTI stereo or flow, which this check does not read.",
     Layout.UNKNOWN: "This is none of KITTI's layouts; expected is the folder that holds "
-    "training/ with label_2/, calib/, image_2/ and so on, or a folder with result files such "
-    "as 000107.txt.",
+    "training/ with label_2/, calib/, image_2/ and so on, one with dates such as 2011_09_26/, "
+    "or a folder with result files such as 000107.txt.",
 }
 
 _SIGNS = {
-    Layout.RAW: ("calib_cam_to_cam.txt", "*_sync", "*_extract", "velodyne_points", "image_02/data"),
-    Layout.TRACKING: ("label_02", "image_02", "training/label_02", "training/image_02"),
+    Layout.RAW: (
+        "calib_cam_to_cam.txt",
+        "*_extract",
+        "velodyne_points",
+        "image_[0-9][0-9]/data",
+        "oxts/data",
+        "tracklet_labels.xml",
+    ),
+    Layout.TRACKING: ("image_02", "training/image_02"),
     Layout.STEREO: ("disp_*", "colored_0", "training/disp_*", "training/colored_0"),
 }
 
@@ -58,11 +70,13 @@ def recognise(root: Path) -> Layout:
     text_folder = text_file_folder(root)
     if text_folder is not None:
         return _labels_or_detections(text_folder)
+    if find_raw(root)[0]:
+        return Layout.RAW
+    if tracking_folders(root):
+        return Layout.TRACKING
     for layout, signs in _SIGNS.items():
         if any(next(root.glob(sign), None) for sign in signs):
             return layout
-    if next(root.glob("*_*_*/calib_cam_to_cam.txt"), None):
-        return Layout.RAW
     return Layout.OBJECT if object_folders(root) else Layout.UNKNOWN
 
 
@@ -70,6 +84,14 @@ def object_folders(root: Path) -> list[Path]:
     """The folders with object data: ``training`` and ``testing``, or the root itself."""
     halves = [root / half for half in ("training", "testing") if layout_folders(root / half)]
     return halves or ([root] if layout_folders(root) else [])
+
+
+def tracking_folders(root: Path) -> list[Path]:
+    """The folders with tracking labels: of both halves, of one, or the root itself."""
+    if Path(os.path.abspath(root)).name == TRACKING_LABELS:
+        return [root]
+    halves = (root / half / TRACKING_LABELS for half in ("training", "testing", "."))
+    return [folder for folder in halves if folder.is_dir()]
 
 
 def text_file_folder(root: Path) -> Path | None:

@@ -65,7 +65,7 @@ def read_tracking_labels(
         rest.append(" ".join(words[2:]))
         frames.append(frame)
         tracks.append(track)
-    boxes = parse_labels("\n".join(rest), path, keep_dont_care=True)
+    boxes = parse_labels("\n".join(rest), path, keep_dont_care=True, columns_before=2)
     assert boxes.truncation is not None, "labels have it"
     boxes.truncation[boxes.truncation > 0] = -1.0
     wanted = np.full(len(boxes), True) if keep_dont_care else boxes.category != DONT_CARE

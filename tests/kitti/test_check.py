@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from avsec_gym.errors import DataError
-from avsec_gym.kitti.check import check_object_root
+from avsec_gym.kitti.check import check_data
 from avsec_gym.kitti.layouts import Layout
 
 
 def test_what_is_there(object_root: Path) -> None:
     steps: list[tuple[int, int]] = []
-    report = check_object_root(object_root, on_progress=lambda *step: steps.append(step))
+    report = check_data(object_root, on_progress=lambda *step: steps.append(step))
     assert report.ok
     assert report.layout is Layout.OBJECT
     parts = {part.folder: part for part in report.parts}
@@ -26,7 +26,7 @@ def test_what_is_there(object_root: Path) -> None:
 
 def test_what_is_missing(object_root: Path) -> None:
     (object_root / "training" / "calib" / "000003.txt").unlink()
-    gaps = {(gap.has, gap.lacks): gap for gap in check_object_root(object_root).gaps}
+    gaps = {(gap.has, gap.lacks): gap for gap in check_data(object_root).gaps}
     assert gaps["training/label_2", "training/calib"].examples == ("000003",)
     assert "training/image_2", "training/velodyne" in gaps
     assert "such as 000003" in str(gaps["training/image_2", "training/image_3"])
@@ -41,7 +41,7 @@ def test_what_is_broken_and_it_goes_on(object_root: Path, png: Callable[..., byt
     (folder / "velodyne" / "000000.bin").write_bytes(bytes(17))
     (object_root / "ImageSets" / "val.txt").write_text("000003\n000003\n")
     (folder / "label_2" / ".DS_Store").write_text("")
-    report = check_object_root(object_root)
+    report = check_data(object_root)
     assert not report.ok
     names = sorted(Path(str(broken.path)).relative_to(object_root) for broken in report.broken)
     assert [str(name) for name in names] == [
@@ -63,8 +63,8 @@ def test_deep_reads_the_pixels(object_root: Path) -> None:
     content = bytearray(path.read_bytes())
     content[45] ^= 255
     path.write_bytes(content)
-    assert check_object_root(object_root).ok
-    assert [b.path for b in check_object_root(object_root, deep=True).broken] == [str(path)]
+    assert check_data(object_root).ok
+    assert [b.path for b in check_data(object_root, deep=True).broken] == [str(path)]
 
 
 def test_a_result_folder(tmp_path: Path) -> None:
@@ -73,7 +73,7 @@ def test_a_result_folder(tmp_path: Path) -> None:
     (tmp_path / "data" / "000001.txt").write_text("\n")
     (tmp_path / "data" / "000002.txt").write_text(line)
     (tmp_path / "data" / "000003.txt").write_text(line + " 7")
-    report = check_object_root(tmp_path)
+    report = check_data(tmp_path)
     assert report.layout is Layout.DETECTIONS
     assert report.parts[0].files == 3
     assert report.parts[0].objects == {"Car": 1}
@@ -81,14 +81,14 @@ def test_a_result_folder(tmp_path: Path) -> None:
 
 
 def test_a_label_folder_is_told_from_results(object_root: Path) -> None:
-    report = check_object_root(object_root / "training" / "label_2")
+    report = check_data(object_root / "training" / "label_2")
     assert report.layout is Layout.LABELS
     assert report.ok
 
 
 def test_a_testing_half_needs_no_labels(object_root: Path) -> None:
     (object_root / "training").rename(object_root / "testing")
-    report = check_object_root(object_root)
+    report = check_data(object_root)
     assert not any("label_2" in gap.lacks for gap in report.gaps)
     assert {part.folder.split("/")[0] for part in report.parts} == {"testing"}
 
@@ -105,33 +105,33 @@ def test_a_testing_half_needs_no_labels(object_root: Path) -> None:
 def test_other_layouts_are_recognised(tmp_path: Path, name: str, layout: Layout) -> None:
     (tmp_path / name).parent.mkdir(parents=True)
     (tmp_path / name).touch()
-    report = check_object_root(tmp_path)
+    report = check_data(tmp_path)
     assert report.layout is layout
     assert not report.ok
     assert report.notes == (layout.description,)
 
 
 def test_the_folder_above_is_put_right(object_root: Path) -> None:
-    report = check_object_root(object_root.parent)
+    report = check_data(object_root.parent)
     assert report.layout is Layout.UNKNOWN
     assert any("object/" in note for note in report.notes)
     with pytest.raises(DataError, match="no such folder"):
-        check_object_root(object_root / "absent")
+        check_data(object_root / "absent")
 
 
 def test_empty_folders_are_not_ok(tmp_path: Path) -> None:
-    assert not check_object_root(tmp_path).ok
+    assert not check_data(tmp_path).ok
     (tmp_path / "training" / "label_2").mkdir(parents=True)
-    report = check_object_root(tmp_path)
+    report = check_data(tmp_path)
     assert not report.ok
     assert "training/label_2 holds no frames." in report.notes
 
 
 def test_real_data(shared: Path) -> None:
-    report = check_object_root(shared / "kitti/object", deep=True)
+    report = check_data(shared / "kitti/object", deep=True)
     assert report.ok
     assert {part.folder: part.files for part in report.parts}["training/calib"] == 7481
     kitti = shared / "kitti"
-    layouts = {name: check_object_root(kitti / name).layout for name in ("raw", "tracking")}
+    layouts = {name: check_data(kitti / name).layout for name in ("raw", "tracking")}
     assert layouts == {"raw": Layout.RAW, "tracking": Layout.TRACKING}
-    assert check_object_root(shared / "detections/point_gnn").parts[0].objects == {"Car": 2520}
+    assert check_data(shared / "detections/point_gnn").parts[0].objects == {"Car": 2520}

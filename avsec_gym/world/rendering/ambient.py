@@ -17,6 +17,7 @@ from avsec_gym.world.rendering.shading import Surfaces, sky_colour
 RAYS = 10
 """For each point of the grid."""
 
+_FAR = np.float32(1e8)
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 
 
@@ -115,7 +116,7 @@ def carry(pixels, found, distances, step, columns, rows, grid_light, grid_normal
     """
     for i in range(len(pixels)):
         distance = distances[i]
-        if not np.isfinite(distance):
+        if distance > _FAR:
             continue
         x, y = pixels[i, 0] / step, pixels[i, 1] / step
         left, top = int(np.floor(x)), int(np.floor(y))
@@ -128,7 +129,7 @@ def carry(pixels, found, distances, step, columns, rows, grid_light, grid_normal
                 row = min(max(top + dy, 0), rows - 1)
                 j = row * columns + column
                 there = grid_distance[j]
-                if not np.isfinite(there):
+                if there > _FAR:
                     continue
                 weight = ((fx if dx else _ONE - fx) + np.float32(0.03)) * (
                     (fy if dy else _ONE - fy) + np.float32(0.03)

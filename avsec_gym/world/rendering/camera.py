@@ -19,6 +19,7 @@ from avsec_gym.world.rendering.shading import (
     Surfaces,
     add_mirrored,
     break_up_lattice,
+    laser_reflectance,
     radiance,
     surfaces,
 )
@@ -67,6 +68,19 @@ class View(NamedTuple):
     light: Float32s
     """Linear light times the exposure, 1 is as bright as the sensor can tell, shape (H, W, 3)."""
     geometry: Geometry
+
+
+class Echoes(NamedTuple):
+    """What n laser pulses met."""
+
+    distance: Float32s
+    """Metres, infinite for none, shape (n,)."""
+    reflectance: Float32s
+    """In the infrared, [0, 1], shape (n,)."""
+    cosine: Float32s
+    """Of the angle of incidence, shape (n,)."""
+    object_id: Int32s
+    """Shape (n,)."""
 
 
 class Renderer:
@@ -120,6 +134,31 @@ class Renderer:
             total += np.minimum(more * np.float32(self._light.exposure), np.float32(_BRIGHTEST))
         light[edges] = total / np.float32(1 + len(_EXTRA))
         return View(light.reshape(height, width, 3), geometry)
+
+    def echoes(self, origins: Float32s, directions: Float32s) -> Echoes:
+        """Where laser pulses end; they pass one pane of glass without an echo.
+
+        Args:
+            origins: Shape (n, 3).
+            directions: Unit vectors, shape (n, 3).
+        """
+        hits = self._scene.hits(origins, directions)
+        face, distance = hits.face.copy(), hits.distance.copy()
+        materials = self._scene.materials
+        glass = np.flatnonzero((face >= 0) & materials.glass[self._scene.material[face]])
+        if len(glass):
+            passed = distance[glass] + np.float32(0.01)
+            starts = origins[glass] + passed[:, None] * directions[glass]
+            behind = self._scene.hits(np.ascontiguousarray(starts), directions[glass].copy())
+            again = behind.face >= 0
+            again &= ~materials.glass[self._scene.material[np.maximum(behind.face, 0)]]
+            face[glass] = np.where(again, behind.face, -1)
+            distance[glass] = np.where(again, behind.distance + passed, np.inf)
+        seen = face >= 0
+        reflectance, cosine = np.zeros_like(distance), np.zeros_like(distance)
+        laser_reflectance(self._arrays, face, distance, origins, directions, reflectance, cosine)
+        objects = np.where(seen, self._scene.object_id[np.maximum(face, 0)], NOTHING)
+        return Echoes(distance, reflectance, cosine, objects)
 
     def _middle(self, camera: PinholeCamera) -> tuple[Float32s, Float32s, Hits]:
         origins, directions = _rays(camera, _pixel_grid(*camera.size, 1))

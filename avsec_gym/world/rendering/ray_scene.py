@@ -15,6 +15,8 @@ from avsec_gym.world.textures.library import texture_library
 
 NOTHING = -1
 """Object id of the scenery, and of the sky."""
+NO_OVERLAY = np.float32(-1e8)
+"""Overlay coordinates of surfaces without an overlay; the kernels cannot compare with NaN."""
 
 
 class Thing(NamedTuple):
@@ -34,7 +36,7 @@ class MaterialTable(NamedTuple):
     glass: NDArray[np.bool_]
     translucent: Float32s
     infrared: Float32s
-    """NaN: the texture's brightness."""
+    """-1: the texture's brightness."""
     glow: Float32s
 
 
@@ -67,7 +69,7 @@ class RayScene:
         self.overlay_uv = (
             np.zeros((0, 2), np.float32)
             if mesh.overlay_uv is None
-            else np.ascontiguousarray(mesh.overlay_uv, np.float32)
+            else np.nan_to_num(mesh.overlay_uv, nan=float(NO_OVERLAY))
         )
         self.material = np.ascontiguousarray(mesh.material, np.int32)
         self.materials = _table(mesh)
@@ -117,7 +119,7 @@ def _table(mesh: Mesh) -> MaterialTable:
         glass=np.array([material.glass for material in materials]),
         translucent=column("translucent"),
         infrared=np.array(
-            [np.nan if m.infrared is None else m.infrared for m in materials], np.float32
+            [-1.0 if m.infrared is None else m.infrared for m in materials], np.float32
         ),
         glow=column("glow"),
     )

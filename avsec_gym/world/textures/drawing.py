@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from avsec_gym.world.textures.lettering import written
 from avsec_gym.world.textures.noise import fractal_noise, picture
 from avsec_gym.world.textures.texture import Picture
 
@@ -17,9 +18,6 @@ Colour = tuple[float, float, float]
 
 _FINENESS = 4
 """Drawn so much larger and then averaged: smooth edges."""
-_FONT = cv2.FONT_HERSHEY_SIMPLEX
-_CAPITAL = 21.0
-"""Height of the font's capitals at scale 1, pixels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,26 +95,20 @@ def letters(
 
     Args:
         on: Where to draw.
-        text: In ASCII.
+        text: What `avsec_gym.world.textures.lettering` can write.
         centre: x, y.
         height: Of the capitals, metres.
         colour: Of the letters.
         widest: The text is narrowed to this width, metres.
         weight: Width of the strokes as a share of the height.
     """
-    tall = height * on.metre
-    thick = max(1, round(weight * tall))
-    scale = (tall - thick) / _CAPITAL
-    (length, _), _ = cv2.getTextSize(text, _FONT, scale, thick)
-    x, y = on.place(centre)
-    mask = np.zeros(on.pixels.shape[:2], np.float32)
-    origin = (round(x - 0.5 * length), round(y + 0.5 * (tall - thick)))
-    cv2.putText(mask, text, origin, _FONT, scale, 1.0, thick, cv2.LINE_AA)
-    narrow = min(1.0, widest * on.metre / length)
-    if narrow < 1.0:
-        squeeze = np.array([[narrow, 0.0, x * (1.0 - narrow)], [0.0, 1.0, 0.0]])
-        mask = cv2.warpAffine(mask, squeeze, mask.shape[::-1])
-    on.pixels[:] += mask[..., None] * (np.asarray(colour, np.float32) - on.pixels)
+    strokes, width = written(text)
+    thick = weight * height
+    tall = height - thick
+    wide = min(tall, (widest - thick) / width) if width > 0 else tall
+    for line in strokes:
+        points = (line - [0.5 * width, 0.5]) * [wide, tall]
+        stroke(on, points + np.asarray(centre, float), thick, colour)
 
 
 def finished(on: Canvas, rng: np.random.Generator, wear: float = 0.03) -> Picture:

@@ -1,7 +1,225 @@
-"""Textures: ground."""
+"""Textures of roads, paths and land: asphalt, stones, grass, soil."""
 
 from __future__ import annotations
 
-from avsec_gym.world.textures.texture import Texture
+import cv2
+import numpy as np
+from numpy.typing import NDArray
 
-TEXTURES: dict[str, Texture] = {}
+from avsec_gym.world.textures.noise import coloured, fractal_noise, picture, white_noise
+from avsec_gym.world.textures.paving import bond, diagonal_bond, stones
+from avsec_gym.world.textures.texture import Picture, Texture
+
+_SIDE = 512
+_Image = NDArray[np.float32]
+
+_ASPHALTS = (
+    # red, green, blue, grain, its size in pixels, light stones, clouds
+    (122, 123, 124, 0.22, 0.45, 0.6, 0.035),
+    (106, 107, 110, 0.26, 0.60, 0.8, 0.040),
+    (90, 92, 96, 0.24, 0.45, 0.5, 0.035),
+    (130, 126, 119, 0.23, 0.55, 0.9, 0.055),
+    (148, 146, 140, 0.17, 0.40, 0.4, 0.045),
+    (113, 111, 108, 0.25, 0.75, 1.0, 0.060),
+    (98, 98, 99, 0.20, 0.40, 0.5, 0.030),
+    (137, 135, 131, 0.20, 0.45, 0.6, 0.045),
+)
+"""From real streets: the last ones are an even dark top layer and a light worn one."""
+
+_GRASSES = ((84, 92, 44), (96, 100, 52), (74, 86, 42), (108, 104, 58))
+_MEADOWS = ((92, 98, 50), (110, 106, 60), (86, 88, 46), (124, 114, 68))
+_FIELDS = ((134, 112, 84), (176, 156, 108), (98, 108, 54), (116, 96, 74))
+
+
+def _asphalt(variant: int, rng: np.random.Generator) -> Picture:
+    *colour, grain, size, light, clouds = _ASPHALTS[variant]
+    return _bituminous(rng, colour, grain, size, light, clouds)
+
+
+def _red_asphalt(_: int, rng: np.random.Generator) -> Picture:
+    return _bituminous(rng, (134, 92, 82), 0.18, 0.45, 0.5, 0.05)
+
+
+def _bituminous(
+    rng: np.random.Generator,
+    colour: tuple[float, ...] | list[float],
+    grain: float,
+    size: float,
+    light: float,
+    clouds: float,
+) -> Picture:
+    """Stones of many greys in black bitumen; single ones catch the light."""
+    fine = white_noise(rng, _SIDE, _SIDE, size)
+    light_stones = np.maximum(white_noise(rng, _SIDE, _SIDE, 0.7) - 1.2, 0.0)
+    pits = np.maximum(white_noise(rng, _SIDE, _SIDE, 0.8) - 1.5, 0.0)
+    cloud = fractal_noise(rng, _SIDE, _SIDE, cells=5, octaves=6, persistence=0.75)
+    level = grain * (fine + light * light_stones - 0.7 * pits) + clouds * cloud
+    level -= level.mean()
+    image = coloured(colour, level, 1.0)
+    # Red, grey and blue stones.
+    hue = white_noise(rng, _SIDE, _SIDE, 0.7)
+    image *= 1.0 + 0.035 * hue[..., None] * np.array([1.0, 0.0, -1.0], np.float32)
+    return picture(image)
+
+
+def _concrete(_: int, rng: np.random.Generator) -> Picture:
+    """Cast lanes: fine, light, brushed across."""
+    brushed = cv2.blur(white_noise(rng, _SIDE, _SIDE), (1, 9), borderType=cv2.BORDER_REPLICATE)
+    cloud = fractal_noise(rng, _SIDE, _SIDE, cells=4, persistence=0.7)
+    level = 0.05 * white_noise(rng, _SIDE, _SIDE, 0.6) + 0.10 * brushed + 0.035 * cloud
+    return picture(coloured((158, 154, 144), level, 1.0))
+
+
+def _slabs(variant: int, rng: np.random.Generator) -> Picture:
+    """Concrete slabs of pavements: square, in rows or diagonal, or oblong."""
+    colour = ((150, 146, 138), (138, 135, 130), (160, 152, 140), (146, 143, 140))[variant]
+    if variant == 1:
+        layout = diagonal_bond(_SIDE, 10)
+    else:
+        rows, columns, stagger = ((16, 16, 0.5), (0, 0, 0), (16, 8, 0.5), (8, 8, 0.0))[variant]
+        layout = bond(rng, _SIDE, rows, columns, stagger=stagger, jitter=0.0)
+    return stones(
+        rng, layout, colour, joint_colour=(84, 80, 70), joint=1.1, spread=0.055, grain=0.075
+    )
+
+
+def _setts(variant: int, rng: np.random.Generator) -> Picture:
+    """Small granite cubes with wide joints of sand and moss."""
+    colour = ((164, 158, 148), (126, 124, 122), (152, 140, 126))[variant]
+    layout = bond(rng, _SIDE, 42, 40, stagger=0.5, jitter=0.16)
+    return stones(
+        rng,
+        layout,
+        colour,
+        joint_colour=(96, 90, 74),
+        joint=1.3,
+        spread=0.12,
+        grain=0.10,
+        round_=2.2,
+    )
+
+
+def _clinker(variant: int, rng: np.random.Generator) -> Picture:
+    """Red-grey paving bricks, 20 by 10 centimetres."""
+    colour = ((134, 98, 86), (128, 108, 100))[variant]
+    layout = bond(rng, _SIDE, 40, 20, stagger=0.5, jitter=0.02)
+    return stones(
+        rng, layout, colour, joint_colour=(84, 76, 68), joint=1.2, spread=0.13, grain=0.09
+    )
+
+
+def _kerb_stone(_: int, rng: np.random.Generator) -> Picture:
+    """Granite or concrete kerbs, a metre each, laid along u."""
+    layout = bond(rng, _SIDE, 1, 4, stagger=0.0, jitter=0.0)
+    return stones(
+        rng, layout, (156, 152, 145), joint_colour=(76, 72, 66), joint=1.3, spread=0.06, grain=0.10
+    )
+
+
+def _grass(variant: int, rng: np.random.Generator) -> Picture:
+    return _green(rng, _GRASSES[variant], 0.8, 0.15, 0.16)
+
+
+def _meadow(variant: int, rng: np.random.Generator) -> Picture:
+    return _green(rng, _MEADOWS[variant], 1.1, 0.18, 0.24)
+
+
+def _green(
+    rng: np.random.Generator,
+    colour: tuple[int, int, int],
+    blade: float,
+    contrast: float,
+    dryness: float,
+) -> Picture:
+    """Blades with dark gaps, in clumps, here and there dry or a herb of another green."""
+    blades = white_noise(rng, _SIDE, _SIDE, blade) + 0.7 * white_noise(rng, _SIDE, _SIDE, 3.0)
+    clumps = fractal_noise(rng, _SIDE, _SIDE, cells=10, octaves=5, persistence=0.7)
+    dry = np.clip(
+        dryness * (fractal_noise(rng, _SIDE, _SIDE, cells=5, octaves=6, persistence=0.75) + 0.6),
+        0.0,
+        1.0,
+    )[..., None]
+    straw = np.array([140, 124, 78], np.float32)
+    base = np.array(colour, np.float32) * (1 - dry) + straw * dry
+    level = contrast * blades + 0.5 * contrast * clumps
+    image = base * np.maximum(1.0 + level[..., None], 0.18)
+    hue = white_noise(rng, _SIDE, _SIDE, 1.5)[..., None]
+    return picture(image * (1.0 + 0.07 * hue * np.array([1.0, 0.2, -0.6], np.float32)))
+
+
+def _soil(variant: int, rng: np.random.Generator) -> Picture:
+    """Bare earth with pebbles and straws."""
+    colour = ((122, 102, 80), (102, 88, 72))[variant]
+    cloud = fractal_noise(rng, _SIDE, _SIDE, cells=6, octaves=8, persistence=0.8)
+    crumbs = white_noise(rng, _SIDE, _SIDE, 1.1)
+    pebbles = np.maximum(white_noise(rng, _SIDE, _SIDE, 1.4) - 1.7, 0.0)
+    return picture(coloured(colour, 0.11 * cloud + 0.13 * crumbs + 0.3 * pebbles, 1.0))
+
+
+def _gravel(_: int, rng: np.random.Generator) -> Picture:
+    """Crushed limestone: light stones, dark gaps."""
+    pebbles = white_noise(rng, _SIDE, _SIDE, 1.0) + 0.7 * white_noise(rng, _SIDE, _SIDE)
+    cloud = fractal_noise(rng, _SIDE, _SIDE, cells=5, persistence=0.7)
+    return picture(coloured((150, 142, 126), 0.20 * pebbles + 0.07 * cloud, 1.0))
+
+
+def _leaf_litter(_: int, rng: np.random.Generator) -> Picture:
+    """Soil under brown and yellow leaves."""
+    image = _soil(1, rng)
+    hues = np.array([(150, 112, 62), (176, 142, 72), (112, 80, 50), (134, 92, 52), (190, 168, 96)])
+    places = rng.uniform(0, _SIDE, (5200, 2))
+    shades = hues[rng.integers(0, len(hues), len(places))] * rng.uniform(0.55, 1.1, (5200, 1))
+    turns = rng.uniform(0, 180, len(places))
+    axes = rng.uniform(1.4, 3.6, (len(places), 2)) * [1.0, 0.65]
+    for place, shade, turn, axis in zip(places, shades, turns, axes, strict=True):
+        for shift in _wrapped(place, 4.0):
+            cv2.ellipse(
+                image,
+                np.round((place + shift) * 16).astype(int).tolist(),
+                np.round(axis * 16).astype(int).tolist(),
+                float(turn),
+                0,
+                360,
+                shade.tolist(),
+                -1,
+                cv2.LINE_AA,
+                4,
+            )
+    return image
+
+
+def _field(variant: int, rng: np.random.Generator) -> Picture:
+    """Ploughed, stubble, young green, harrowed: rows along u."""
+    rows = (22, 40, 30, 64)[variant]
+    wobble = 0.6 * fractal_noise(rng, _SIDE, _SIDE, cells=6, octaves=4)
+    wave = np.sin(2 * np.pi * rows * np.arange(_SIDE)[:, None] / _SIDE + wobble)
+    crumbs = white_noise(rng, _SIDE, _SIDE, 1.2) + 0.8 * fractal_noise(
+        rng, _SIDE, _SIDE, cells=8, octaves=6, persistence=0.8
+    )
+    return picture(coloured(_FIELDS[variant], 0.10 * wave + 0.12 * crumbs, 1.0))
+
+
+def _wrapped(place: NDArray[np.float64], margin: float) -> list[NDArray[np.float64]]:
+    """Shifts at which something must be drawn; several near the edges."""
+    axes = [
+        [shift for shift in (-_SIDE, 0, _SIDE) if -margin < value + shift < _SIDE + margin]
+        for value in place
+    ]
+    return [np.array([x, y], float) for x in axes[0] for y in axes[1]]
+
+
+TEXTURES: dict[str, Texture] = {
+    "asphalt": Texture((6.0, 6.0), len(_ASPHALTS), _asphalt),
+    "red_asphalt": Texture((6.0, 6.0), 1, _red_asphalt),
+    "road_concrete": Texture((6.0, 6.0), 1, _concrete),
+    "slabs": Texture((4.8, 4.8), 4, _slabs),
+    "setts": Texture((4.0, 4.0), 3, _setts),
+    "clinker": Texture((4.0, 4.0), 2, _clinker),
+    "kerb_stone": Texture((4.0, 4.0), 1, _kerb_stone),
+    "grass": Texture((4.0, 4.0), len(_GRASSES), _grass),
+    "meadow": Texture((7.0, 7.0), len(_MEADOWS), _meadow),
+    "soil": Texture((4.0, 4.0), 2, _soil),
+    "gravel": Texture((4.0, 4.0), 1, _gravel),
+    "leaf_litter": Texture((5.0, 5.0), 1, _leaf_litter),
+    "field": Texture((16.0, 16.0), len(_FIELDS), _field),
+}

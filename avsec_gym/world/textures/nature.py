@@ -22,6 +22,7 @@ Outline = NDArray[np.float64]
 
 _PIXELS = 256
 _SHADE = 0.2
+_BRIGHTNESS = 1.22
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ def _leaves(variant: int, rng: np.random.Generator, *, leaf: _Leaf) -> Picture:
     place = rng.uniform(0, _PIXELS, (count, 2))
     height = np.linspace(0.0, 1.0, count)
     ripeness = np.clip(height + rng.normal(0, 0.35, count), 0, 1)[:, None]
-    light = (0.35 + 0.65 * height) * rng.lognormal(0, 0.18, count)
+    light = _BRIGHTNESS * (0.35 + 0.65 * height) * rng.lognormal(0, 0.18, count)
     colour = (np.multiply(leaf.deep, 1 - ripeness) + np.multiply(leaf.fresh, ripeness)) * light[
         :, None
     ]

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from avsec_gym.world.material import Material
+from avsec_gym.world.models.buildings.palette import ALUMINIUM
 from avsec_gym.world.models.buildings.panels import Panels, boxes, quads, slab
 
 
@@ -35,19 +36,15 @@ def balconies(
     if bars:
         parts += _railing(parapet, half, front)
     else:
-        thick, low, high = 0.06, -0.12, 0.95
+        edge, inner, low, high = half + 0.02, half - 0.04, -0.12, 0.95
+        near, far = front - 0.04, front + 0.06
         parts += [
             boxes(
                 parapet,
-                [(-half - 0.02, front - 0.04, low), (-half - 0.02, front, low), (half - 0.04, front, low)],
-                [(half + 0.02, front + thick, high), (-half + 0.04, 0.0, high), (half + 0.02, 0.0, high)],
-                without=("back",),
+                [(-edge, near, low), (-edge, far, low), (inner, far, low)],
+                [(edge, far, high), (-inner, 0.0, high), (edge, 0.0, high)],
             ),
-            boxes(
-                parapet,
-                (-half, front - 0.06, high),
-                (half, front + 0.08, high + 0.05),
-            ),
+            boxes(ALUMINIUM, (-edge, near - 0.01, high), (edge, far, high + 0.05)),
         ]
     return [part.at(at) for part in parts]
 
@@ -119,7 +116,7 @@ def _railing(iron: Material, half: float, front: float) -> list[Panels]:
         boxes(iron, low, low + (0.025, 0.025, 0.95), without=("back", "top", "bottom")),
         boxes(
             iron,
-            [(-half - 0.02, front - 0.02, 0.95), (-half - 0.02, front, 0.95), (half - 0.03, front, 0.95)],
-            [(half + 0.02, front + 0.04, 1.0), (-half + 0.03, 0.0, 1.0), (half + 0.02, 0.0, 1.0)],
+            [(-half, front - 0.02, 0.95), (-half, front + 0.04, 0.95), (half - 0.03, front + 0.04, 0.95)],
+            [(half, front + 0.04, 1.0), (-half + 0.03, 0.0, 1.0), (half, 0.0, 1.0)],
         ),
     ]

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from avsec_gym.world.material import Material
-from avsec_gym.world.models.buildings.panels import Floats, Panels, quads, upright
+from avsec_gym.world.mesh import Mesh, merge
+from avsec_gym.world.models.buildings.panels import Floats, Panels, fan, quads, solid, upright
 
 BELOW_GROUND = -0.6
 """How deep walls reach, metres, so that no gap opens on a slope."""
@@ -63,6 +64,49 @@ def wall(length: float, bands: Sequence[Band], openings: Floats = NO_OPENINGS) -
         top = below[0]._replace(low=below[0].high, out=0.0)
         parts += _ledge(below[0], below[1], top, below[1])
     return parts
+
+
+def gable(
+    length: float, eaves: float, rise: float, material: Material, opening: Floats = NO_OPENINGS
+) -> list[Panels]:
+    """The triangle between eaves and ridge, facing -y.
+
+    Args:
+        length: Of the wall below, metres.
+        eaves: Its height, metres.
+        rise: From eaves to ridge, metres.
+        material: Of the wall.
+        opening: None or one, middle at x = 0, inside the triangle; shape (0, 4) or (1, 4).
+    """
+    half, peak = 0.5 * length, eaves + rise
+    if not len(opening):
+        return [fan(material, [(-half, 0.0, eaves), (half, 0.0, eaves), (0.0, 0.0, peak)])]
+    _, x, low, high = opening[0]
+    slant = peak - rise * x / half
+    return [
+        fan(material, [(-half, 0.0, eaves), (-x, 0.0, eaves), (-x, 0.0, slant)]),
+        fan(material, [(x, 0.0, eaves), (half, 0.0, eaves), (x, 0.0, slant)]),
+        fan(material, [(-x, 0.0, high), (x, 0.0, high), (x, 0.0, slant), (0.0, 0.0, peak), (-x, 0.0, slant)]),
+        upright(material, -x, x, eaves, low),
+    ]
+
+
+def enclose(width: float, depth: float, sides: Sequence[Sequence[Panels]]) -> Mesh:
+    """Four facades round a footprint: towards the street, right, rear, left.
+
+    Args:
+        width: Of the footprint, along x, metres.
+        depth: Metres.
+        sides: Each built for a wall along x that faces -y, its middle at the origin.
+    """
+    half = 0.5 * width
+    places = [(0.0, 0.0, 0.0), (half, 0.5 * depth, 0.5), (0.0, depth, 1.0), (-half, 0.5 * depth, -0.5)]
+    return merge(
+        [
+            solid(parts).placed(x, y, yaw=turn * np.pi)
+            for parts, (x, y, turn) in zip(sides, places, strict=True)
+        ]
+    )
 
 
 def grid(columns: ArrayLike, sills: ArrayLike, width: float, height: float) -> Floats:

@@ -58,7 +58,7 @@ def windows(openings: Floats, style: WindowStyle, rng: np.random.Generator) -> l
     if not len(openings):
         return []
     out = 0.05 if style.surround is not None else 0.0
-    parts = [_reveals(openings, -out, style.recess, style.reveal)]
+    parts = [reveals(openings, -out, style.recess, style.reveal)]
     parts += _panes(openings, style.recess, rng)
     if style.frame_width:
         parts.append(_frames(openings, style))
@@ -95,7 +95,7 @@ def doors(
     """
     x0, x1, z0, z1 = openings.T
     parts = [
-        _reveals(openings, -0.06, recess, reveal),
+        reveals(openings, -0.06, recess, reveal),
         upright(leaf, x0, x1, z0, z1, y=recess, once=True),
     ]
     if border:
@@ -123,7 +123,7 @@ def bars(
     return upright(material, left, right, low, high, y=depth)
 
 
-def _reveals(openings: Floats, front: float, back: float, material: Material) -> Panels:
+def reveals(openings: Floats, front: float, back: float, material: Material) -> Panels:
     """Left, right, upper and lower sides of the openings."""
     x0, x1, z0, z1 = openings.T
     near, far = np.full_like(x0, front), np.full_like(x0, back)

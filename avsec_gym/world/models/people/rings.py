@@ -25,7 +25,7 @@ class Rings:
 
     Args:
         anchors: Shape (N, 3), metres.
-        offsets: Of the points from the anchor, shape (N, M, 3), counter-clockwise seen by
+        offsets: Of the points from the anchor, shape (N, M, 3), clockwise seen by
             someone towards whom the rings advance.
         give: How far an anchor moves for each unit of the three loosenesses (along x, y, z),
             shape (N, 3).

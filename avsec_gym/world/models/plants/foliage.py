@@ -67,58 +67,49 @@ def sprays(
     hang: float,
     heart: Floats,
 ) -> Mesh:
-    """Folded kites of leaves all over the clusters' outsides, two triangles each.
+    """Triangles of leaves all over the clusters' outsides.
 
     Args:
         clusters: Which bear them.
-        count: Of sprays.
-        length: Of a spray on average, metres.
+        count: Of triangles.
+        length: Of a triangle on average, metres.
         materials: One is drawn for each cluster.
         rng: The source of chance.
         hang: See `Species.hang`.
         heart: Shape (3,); the crown's outside is away from it.
     """
-    outward, owner = _directions(clusters, count, rng)
-    base = clusters.centre[owner] + np.einsum("ni,nij->nj", outward, clusters.axes[owner])
+    outward, owner = _directions(clusters, count, rng, heart)
+    base = clusters.centre[owner] + _times(outward, clusters.axes[owner])
     inverse = np.linalg.inv(clusters.axes)
-    cluster_normal = unit(np.einsum("nij,nj->ni", inverse[owner], outward))
+    cluster_normal = unit(_times(outward, inverse.transpose(0, 2, 1)[owner]))
     crown_normal = unit(base - heart)
-    facing = unit(cluster_normal + 0.5 * rng.normal(0, 1, (count, 3)) + [0, 0, 0.35])
-    along = rng.normal(0, 1, (count, 3)) + 0.5 * crown_normal
+    facing = unit(cluster_normal + 0.42 * rng.normal(0, 1, (count, 3)) + [0, 0, 0.3])
+    along = rng.normal(0, 1, (count, 3)) + 0.6 * crown_normal
     along = unit(along - np.sum(along * facing, axis=1, keepdims=True) * facing)
     along = unit((1 - abs(hang)) * along - [0, 0, hang])
     across = unit(np.cross(facing, along))
     facing = np.cross(along, across)
-    size = (length * rng.lognormal(0, 0.3, count))[:, None]
-    half = size * rng.uniform(0.28, 0.42, (count, 1)) * (1 - 0.35 * abs(hang))
-    fold = size * rng.uniform(-0.2, 0.05, (count, 1))
-    middle = base + 0.08 * size * facing
+    height = base[:, 2] - base[:, 2].min()
+    size = (length * (0.65 + 0.7 * height / height.max()) * rng.lognormal(0, 0.22, count))[:, None]
+    half = size * rng.uniform(0.15, 0.4, (count, 1)) * (1 - 0.3 * abs(hang))
+    slant = size * rng.uniform(-0.35, 0.35, (count, 1))
+    stalk = base - 0.45 * size * along
     corners = np.stack(
         [
-            middle - 0.5 * size * along,
-            middle + 0.1 * size * along - half * across + fold * facing,
-            middle + 0.5 * size * along,
-            middle + 0.1 * size * along + half * across + fold * facing,
+            stalk - half * across + slant * along,
+            base + 0.55 * size * along + 0.5 * slant * across,
+            stalk + half * across - slant * along,
         ],
         axis=1,
     )
-    normals = unit(0.3 * facing + 0.45 * cluster_normal + 0.45 * crown_normal)
-    uv = rng.uniform(0, _TEXTURE_SIZE, (count, 1, 2)) + np.stack(
-        [
-            np.concatenate([0 * half, -half, 0 * half, half], 1),
-            np.concatenate([-0.5 * size, 0.1 * size, 0.5 * size, 0.1 * size], 1),
-        ],
-        axis=-1,
-    )
-    first = 4 * np.arange(count)[:, None, None]
-    faces = (first + np.array([[0, 2, 1], [0, 3, 2]])).reshape(-1, 3)
+    normals = unit(0.25 * facing + 0.55 * cluster_normal + 0.4 * crown_normal)
     choice = rng.integers(len(materials), size=len(clusters.centre))[owner]
     return Mesh(
-        corners.reshape(-1, 3).astype(np.float32),
-        np.repeat(normals, 4, axis=0).astype(np.float32),
-        uv.reshape(-1, 2).astype(np.float32),
-        faces.astype(np.int32),
-        np.repeat(choice, 2).astype(np.int32),
+        corners[:, ::-1].reshape(-1, 3).astype(np.float32),
+        np.repeat(normals, 3, axis=0).astype(np.float32),
+        _flat_uv(corners, rng),
+        np.arange(3 * count, dtype=np.int32).reshape(-1, 3),
+        choice.astype(np.int32),
         materials,
     )
 
@@ -145,7 +136,7 @@ def cores(
     shape = _OCTAHEDRON if coarse else _ICOSAHEDRON
     faces = _OCTAHEDRON_FACES if coarse else _ICOSAHEDRON_FACES
     count = len(clusters.centre)
-    radius = size * rng.uniform(0.75, 1.15, (count, len(shape), 1))
+    radius = size * rng.uniform(0.8, 1.1, (count, len(shape), 1))
     points = clusters.centre[:, None] + (radius * shape) @ clusters.axes
     outward = unit(points - clusters.centre[:, None])
     normals = unit(outward + unit(points - heart))[:, faces].reshape(-1, 3)
@@ -174,20 +165,25 @@ def _flat_uv(corners: Floats, rng: np.random.Generator) -> Float32s:
 
 
 def _directions(
-    clusters: Clusters, count: int, rng: np.random.Generator
+    clusters: Clusters, count: int, rng: np.random.Generator, heart: Floats
 ) -> tuple[Floats, NDArray[np.intp]]:
     """Where on which cluster sprays grow (in its unit sphere): not inside another cluster."""
-    surface = np.linalg.det(clusters.axes) ** (2 / 3)
-    owner = rng.choice(len(surface), 3 * count, p=surface / surface.sum())
-    outward = unit(rng.normal(0, 1, (3 * count, 3)) + [0, 0, 0.2])
-    outward *= rng.uniform(0.86, 1.06, (3 * count, 1))
-    point = clusters.centre[owner] + np.einsum("ni,nij->nj", outward, clusters.axes[owner])
-    inverse = np.linalg.inv(clusters.axes)
-    offset = point[:, None] - clusters.centre[None]
-    within = np.einsum("nci,cij->ncj", offset, inverse)
-    hidden = (np.sum(within**2, axis=2) < 0.65).any(axis=1)
-    kept = np.argsort(hidden, kind="stable")[:count]
+    height = clusters.centre[:, 2] - clusters.centre[:, 2].min()
+    area = np.linalg.det(clusters.axes) ** (2 / 3) / (0.65 + 0.7 * height / height.max()) ** 2
+    many = int(2.2 * count)
+    owner = rng.choice(len(area), many, p=area / area.sum())
+    outward = unit(rng.normal(0, 1, (many, 3)) + [0, 0, 0.2]) * rng.uniform(0.68, 1.02, (many, 1))
+    point = clusters.centre[owner] + _times(outward, clusters.axes[owner])
+    within = (point[None] - clusters.centre[:, None]) @ np.linalg.inv(clusters.axes)
+    hidden = (np.sum(within**2, axis=2) < 0.44).any(axis=0)
+    inward = np.sum(unit(point - clusters.centre[owner]) * unit(point - heart), axis=1) < -0.1
+    kept = np.argsort(hidden | inward, kind="stable")[:count]
     return outward[kept], owner[kept]
+
+
+def _times(vectors: Floats, matrices: Floats) -> Floats:
+    """Row vectors, shape (n, 3), times matrices, shape (n, 3, 3)."""
+    return np.asarray((vectors[:, None] @ matrices)[:, 0])
 
 
 def unit(vectors: Floats) -> Floats:

@@ -83,5 +83,5 @@ def wood(skeleton: Skeleton, bark: Material, *, sides: int, thinnest: float) -> 
         if radius[middle] >= thinnest:
             sizes = [min(radius[root], 1.25 * radius[middle]), radius[middle], 0.4 * radius[middle]]
             way = points[[root, middle, middle + 1]]
-            parts.append(tube(way, sizes, bark, sides=max(3, sides - 4), capped=False))
+            parts.append(tube(way, sizes, bark, sides=3 if radius[middle] < 0.04 else sides - 3, capped=False))
     return merge(parts)

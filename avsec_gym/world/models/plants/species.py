@@ -11,8 +11,8 @@ Detail = Literal["near", "middle", "far"]
 """How finely a plant is made: nearer than 35 m, to 80 m, and beyond."""
 
 _SLENDER = ((0.0, 0.35), (0.25, 0.85), (0.55, 1.0), (0.85, 0.6), (1.0, 0.1))
-_ROUND = ((0.0, 0.55), (0.2, 0.92), (0.45, 1.0), (0.75, 0.8), (1.0, 0.15))
-_BROAD = ((0.0, 0.6), (0.25, 1.0), (0.5, 0.98), (0.8, 0.7), (1.0, 0.2))
+_ROUND = ((0.0, 0.55), (0.2, 0.92), (0.45, 1.0), (0.75, 0.82), (1.0, 0.4))
+_BROAD = ((0.0, 0.6), (0.25, 1.0), (0.5, 0.98), (0.8, 0.75), (1.0, 0.4))
 _CONE = ((0.0, 0.85), (0.08, 1.0), (0.5, 0.55), (1.0, 0.03))
 _FLAME = ((0.0, 0.5), (0.15, 0.9), (0.4, 1.0), (0.75, 0.7), (1.0, 0.12))
 _DOME = ((0.0, 0.45), (0.35, 1.0), (0.7, 0.9), (1.0, 0.3))
@@ -62,7 +62,7 @@ _DARK_BARK = Material("bark_rough/2")
 
 SPECIES: dict[str, Species] = {
     "lime": Species(
-        (11.0, 16.0), _GREY_BARK, "lime", 0.2, 0.31, _ROUND, lumps=40, lump=0.4, hang=0.35
+        (11.0, 16.0), _GREY_BARK, "lime", 0.2, 0.31, _ROUND, lumps=40, lump=0.36, hang=0.35
     ),
     "maple": Species((9.0, 14.0), _LIME_BARK, "maple", 0.24, 0.36, _BROAD, leaf=0.23, girth=0.02),
     "birch": Species(
@@ -207,7 +207,7 @@ SPECIES: dict[str, Species] = {
         leader=0.6,
         girth=0.018,
         leaf=0.2,
-        fullness=0.0,
+        fullness=0.5,
     ),
 }
 """By name."""

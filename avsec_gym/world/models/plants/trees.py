@@ -28,6 +28,8 @@ Floats = NDArray[np.float64]
 VARIANTS = 4
 """Of each species, from the smallest to the tallest."""
 
+COVER=0.5
+def area(c): return float(np.sum(4*np.pi*np.linalg.det(c.axes)**(2/3)))
 _GOLDEN_ANGLE = np.pi * (3 - 5**0.5)
 
 
@@ -40,9 +42,9 @@ class _Fineness(NamedTuple):
 
 
 _FINENESS: dict[Detail, _Fineness] = {
-    "near": _Fineness(1650, 1.0, 9, 0.012, False),
-    "middle": _Fineness(430, 1.7, 6, 0.05, False),
-    "far": _Fineness(40, 3.6, 4, 9.0, True),
+    "near": _Fineness(5000, 1.0, 9, 0.012, False),
+    "middle": _Fineness(1500, 1.7, 6, 0.05, False),
+    "far": _Fineness(400, 3.6, 4, 9.0, True),
 }
 
 
@@ -68,17 +70,20 @@ def tree(species: str, variant: int, detail: Detail) -> Mesh:
     skeleton = grow(trunk, clusters.centre, kind.girth * height)
     fine = _FINENESS[detail]
     parts = [wood(skeleton, kind.bark, sides=fine.sides, thinnest=fine.thinnest)]
-    if kind.fullness > 0:
-        shade = _leaves(kind, 0.55)
-        size = 0.86 * kind.fullness * (1.2 if fine.coarse else 1.0)
+    if kind.fullness > 0.5:
+        shade = _leaves(kind, 0.45)
+        size = 0.68 * (1.2 if fine.coarse else 1.0)
         parts.append(cores(clusters, size, shade, rng, heart=heart, coarse=fine.coarse))
-    tones = tuple(_leaves(kind, tone) for tone in (0.9, 1.0, 1.12))
-    length = kind.leaf * fine.larger
-    parts.append(
-        sprays(clusters, fine.sprays, length, tones, rng, hang=kind.hang, heart=heart)
-    )
+    tones = tuple(_leaves(kind, tone) for tone in (0.85, 1.0, 1.2))
     if kind.staked and detail != "far":
         parts.append(_stakes())
+    count = fine.sprays - sum(len(part.faces) for part in parts)
+    length = np.sqrt(COVER * kind.fullness * area(clusters) / count)
+    import os
+    if os.environ.get('DBG'): print(species, detail, 'length', length, 'height', height, 'count', count)
+    parts.append(
+        sprays(clusters, count, length, tones, rng, hang=kind.hang, heart=heart)
+    )
     whole = merge(parts)
     stretch = height / float(whole.bounds[1][2])
     return whole.scaled(stretch, stretch, stretch)

@@ -1,0 +1,143 @@
+"""`SensorRig`: which sensors a vehicle carries, and where.
+
+The *vehicle frame* has its origin on the ground below camera 0, x forward, y left, z up; its axes
+are those of the rectified cameras.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import Calibration
+from avsec_gym.geometry import Floats
+
+KITTI_FOCAL_LENGTH = 721.5377
+KITTI_CENTRE = (609.5593, 172.854)
+KITTI_SIZE = (1242, 375)
+"""Width and height, pixels."""
+KITTI_CAMERAS = (0.0, 387.5744 / 721.5377, -44.85728 / 721.5377, 339.5242 / 721.5377)
+"""How far right of camera 0 the cameras 0 (grey, left), 1 (grey, right), 2 and 3 (colour) are."""
+
+_CAMERA_AXES = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
+_VELODYNE_IN_VEHICLE = (-0.27, 0.0, 1.73)
+_VELODYNE_ANGLES = (-0.0007, 0.0148, 0.0100)
+_IMU_IN_VELODYNE = (-0.81, 0.32, -0.80)
+_IMU_ANGLES = (0.0020, 0.0008, -0.0005)
+_RECTIFYING_ANGLES = (0.0044, -0.0075, 0.0098)
+
+
+@dataclass(frozen=True, eq=False)
+class SensorRig:
+    """Rectified cameras side by side, a LiDAR and an inertial unit.
+
+    Args:
+        calibration: In KITTI's terms.
+        size: Width and height of all images, pixels.
+        camera_height: Of the cameras above the ground, metres.
+    """
+
+    calibration: Calibration
+    size: tuple[int, int] = KITTI_SIZE
+    camera_height: float = 1.65
+
+    @property
+    def cameras(self) -> tuple[int, ...]:
+        """Numbers of the cameras."""
+        return self.calibration.cameras
+
+    @property
+    def camera_to_vehicle(self) -> Floats:
+        """From the rectified frame of camera 0 to the vehicle frame, shape (4, 4)."""
+        result = np.eye(4)
+        result[:3, :3] = _CAMERA_AXES.T
+        result[2, 3] = self.camera_height
+        return result
+
+    def camera_pose(self, camera: int) -> Floats:
+        """From a camera's own frame (x right, y down, z forward) to the vehicle frame."""
+        offset = np.eye(4)
+        offset[:3, 3] = self.calibration.camera_centre(camera)
+        return np.asarray(self.camera_to_vehicle @ offset)
+
+    @property
+    def velodyne_pose(self) -> Floats:
+        """From the velodyne frame to the vehicle frame, shape (4, 4)."""
+        return np.asarray(self.camera_to_vehicle @ self.calibration.velodyne_to_camera)
+
+    @property
+    def imu_pose(self) -> Floats:
+        """From the frame of the inertial unit to the vehicle frame, shape (4, 4).
+
+        Raises:
+            ConfigurationError: The rig has none.
+        """
+        if self.calibration.tr_imu_to_velo is None:
+            raise ConfigurationError("this rig has no inertial unit (no Tr_imu_to_velo)")
+        transform = np.vstack([self.calibration.tr_imu_to_velo, [0.0, 0.0, 0.0, 1.0]])
+        return np.asarray(self.velodyne_pose @ transform)
+
+
+def kitti_rig() -> SensorRig:
+    """KITTI's: cameras 0 to 3 with its baselines and intrinsics, and a Velodyne on the roof."""
+    return camera_rig(KITTI_CAMERAS)
+
+
+def camera_rig(
+    right_of_camera_0: Sequence[float],
+    *,
+    focal_length: float = KITTI_FOCAL_LENGTH,
+    centre: tuple[float, float] = KITTI_CENTRE,
+    size: tuple[int, int] = KITTI_SIZE,
+) -> SensorRig:
+    """Any number of cameras in a row, otherwise KITTI's rig.
+
+    Args:
+        right_of_camera_0: How far right of camera 0 each camera is, metres.
+        focal_length: Pixels.
+        centre: Principal point, pixels.
+        size: Width and height of the images, pixels.
+
+    Raises:
+        ConfigurationError: No camera at all, or no positive focal length or size.
+
+    Example:
+        >>> rig = camera_rig([0.0, 0.2, 0.4, 0.6])
+        >>> round(rig.calibration.baseline(0, 3), 3)
+        0.6
+    """
+    if not right_of_camera_0 or focal_length <= 0 or min(size) <= 0:
+        raise ConfigurationError(
+            "a rig has a camera or more, and a positive focal length and size; got "
+            f"{len(right_of_camera_0)} cameras, {focal_length} px and {size}"
+        )
+    intrinsic = np.array([[focal_length, 0, centre[0]], [0, focal_length, centre[1]], [0, 0, 1]])
+    projections = np.stack(
+        [intrinsic @ np.c_[np.eye(3), [-right, 0.0, 0.0]] for right in right_of_camera_0]
+    )
+    rectification = _rotation(*_RECTIFYING_ANGLES)
+    velodyne = _CAMERA_AXES @ _rotation(*_VELODYNE_ANGLES)
+    position = _CAMERA_AXES @ (np.array(_VELODYNE_IN_VEHICLE) - [0.0, 0.0, 1.65])
+    # KITTI's Tr_velo_to_cam ends in the frame before rectification.
+    return SensorRig(
+        Calibration(
+            projections,
+            rectification,
+            rectification.T @ np.c_[velodyne, position],
+            np.c_[_rotation(*_IMU_ANGLES), _IMU_IN_VELODYNE],
+        ),
+        size,
+    )
+
+
+def _rotation(roll: float, pitch: float, yaw: float) -> Floats:
+    cr, sr, cp, sp, cy, sy = (
+        f(angle) for angle in (roll, pitch, yaw) for f in (np.cos, np.sin)
+    )
+    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+    return np.asarray(about_z @ about_y @ about_x)

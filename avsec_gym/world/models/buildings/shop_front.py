@@ -1,0 +1,73 @@
+"""Shop windows with their frames, stall risers, awnings and signs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from avsec_gym.world.material import Material
+from avsec_gym.world.models.buildings import palette
+from avsec_gym.world.models.buildings.attachments import awning, sign
+from avsec_gym.world.models.buildings.panels import Floats, Panels, upright
+from avsec_gym.world.models.buildings.windows import bars, doors, reveals
+
+SIGNS = 10
+"""Variants of the texture ``shop_sign``."""
+
+_DISPLAYS = 5
+
+
+def shop_front(
+    width: float, height: float, pier: Material, rng: np.random.Generator
+) -> tuple[list[Panels], Floats]:
+    """A ground floor of glass between piers.
+
+    Args:
+        width: Of the house, metres.
+        height: Of the ground floor, metres.
+        pier: Of the wall between the windows.
+        rng: Draws the shops.
+
+    Returns:
+        Panels for a wall along x that faces -y, and the openings that it must have, shape (n, 4).
+    """
+    bays = max(1, round(width / 4.2))
+    pitch = width / bays
+    high = height - 1.0
+    frame = palette.pick(rng, palette.DARK_FRAME, palette.ALUMINIUM, palette.BROWN_FRAME)
+    entrance = int(rng.integers(bays))
+    x0 = -0.5 * width + pitch * np.arange(bays) + 0.25
+    x1 = x0 + pitch - 0.5
+    glass = np.stack([x0, x1, np.full(bays, 0.35), np.full(bays, high)], axis=1)
+    glass[entrance, 1] -= 1.35
+    door = np.array([[glass[entrance, 1] + 0.15, x1[entrance], 0.05, high]])
+    parts = [reveals(glass, 0.0, 0.25, frame)]
+    for bay in glass:
+        display = Material(f"shop_window/{int(rng.integers(_DISPLAYS))}", mirror=0.08, infrared=0.06)
+        parts.append(upright(display, *bay, y=0.25, once=True))
+        parts.append(bars(frame, bay, 1 + int(bay[1] - bay[0] > 2.4), 1, 0.08, 0.2))
+    parts += doors(door, Material("door/5", mirror=0.06, infrared=0.1), frame, frame, border=0.0)
+    parts += _above(width, bays, height, rng)
+    return parts, np.concatenate([glass, door])
+
+
+def _above(width: float, bays: int, height: float, rng: np.random.Generator) -> list[Panels]:
+    """Signs over all bays or one long one; awnings over some."""
+    parts: list[Panels] = []
+    pitch, low = width / bays, height - 0.9
+    if rng.random() < 0.5 or bays == 1:
+        length = float(rng.uniform(0.5, 0.85)) * width
+        length = min(length, 6.0)
+        parts += sign(-0.5 * length, 0.5 * length, low, low + 0.6, int(rng.integers(SIGNS)))
+    else:
+        for bay in range(bays):
+            middle = -0.5 * width + (bay + 0.5) * pitch
+            half = 0.5 * pitch * float(rng.uniform(0.55, 0.85))
+            parts += sign(middle - half, middle + half, low, low + 0.55, int(rng.integers(SIGNS)))
+    if rng.random() < 0.55:
+        tints = ((0.75, 0.73, 0.68), (0.45, 0.04, 0.04), (0.05, 0.18, 0.09), (0.7, 0.55, 0.25))
+        stripes = int(rng.integers(2))
+        tint = tints[int(rng.integers(len(tints)))]
+        cloth = Material(f"awning/{stripes}", tint, translucent=0.15, infrared=0.6)
+        depth = float(rng.uniform(1.0, 1.5))
+        parts += awning(-0.5 * width + 0.15, 0.5 * width - 0.15, height - 1.0, depth, cloth)
+    return parts

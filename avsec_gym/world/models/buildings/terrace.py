@@ -1,0 +1,223 @@
+"""City houses that stand wall to wall: historic fronts, and shops below flats."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from avsec_gym.world.material import Material
+from avsec_gym.world.mesh import Mesh, merge
+from avsec_gym.world.models.buildings import palette
+from avsec_gym.world.models.buildings.attachments import balconies, downpipes, steps
+from avsec_gym.world.models.buildings.dormers import Slope, dormers, skylights
+from avsec_gym.world.models.buildings.facade import BELOW_GROUND, Band, enclose, evenly, grid, wall
+from avsec_gym.world.models.buildings.panels import Floats, Panels, boxes, solid
+from avsec_gym.world.models.buildings.roofs import (
+    THICKNESS,
+    RoofMaterials,
+    chimney,
+    end_wall,
+    gable_profile,
+    gutter,
+    mansard_profile,
+    swept_roof,
+)
+from avsec_gym.world.models.buildings.shop_front import shop_front
+from avsec_gym.world.models.buildings.windows import WindowStyle, doors, windows
+
+
+@dataclass(frozen=True)
+class _House:
+    """What the parts of one house have in common."""
+
+    width: float
+    depth: float
+    storeys: int
+    ground: float
+    """Height of the ground floor's ceiling, metres."""
+    storey: float
+    historic: bool
+    wall: Material
+    trim: Material
+    """Cornices and window surrounds."""
+    base: Material
+    """Of the ground floor."""
+    roof: RoofMaterials
+    style: WindowStyle
+
+    @property
+    def eaves(self) -> float:
+        return self.ground + (self.storeys - 1) * self.storey + 0.35
+
+
+def terrace(width: float, depth: float, rng: np.random.Generator) -> Mesh:
+    """A town house of three to five storeys; blank walls left and right, for its neighbours."""
+    house = _draw(width, depth, rng, modern=0.35)
+    return _built(house, _ground_floor(house, rng), rng)
+
+
+def shop(width: float, depth: float, rng: np.random.Generator) -> Mesh:
+    """A city block with shop windows under flats or offices."""
+    house = _draw(width, depth, rng, modern=0.6)
+    return _built(house, shop_front(width, house.ground, house.base, rng), rng)
+
+
+def _draw(width: float, depth: float, rng: np.random.Generator, modern: float) -> _House:
+    historic = bool(rng.random() > modern)
+    kind = rng.random()
+    if kind < 0.3:
+        face = palette.sandstone(rng) if historic else palette.stucco(rng)
+    elif kind < 0.5:
+        face = palette.brick(rng) if historic else Material(f"concrete/{int(rng.integers(3))}")
+    else:
+        face = palette.stucco(rng)
+    stone = Material(f"sandstone/{int(rng.integers(4))}")
+    trim = palette.pick(rng, palette.WHITE, stone, Material("concrete/0"))
+    if not historic:
+        trim = palette.pick(rng, palette.darker(face, 0.5), palette.WHITE)
+    frame = palette.pick(rng, palette.WHITE_FRAME, palette.WHITE_FRAME, palette.BROWN_FRAME)
+    style = WindowStyle(
+        frame=frame,
+        reveal=trim if historic else face,
+        recess=0.2 if historic else 0.12,
+        transom=0.68 if historic else 0.0,
+        surround=trim if historic or rng.random() < 0.3 else None,
+        surround_width=0.16 if historic else 0.1,
+        lintel=historic and bool(rng.random() < 0.5),
+        sill=None if historic else palette.STONE_SILL,
+        shutter=palette.roller_shutter(rng) if rng.random() < 0.5 else None,
+        shutters_down=0.25,
+    )
+    return _House(
+        width=width,
+        depth=depth,
+        storeys=int(rng.choice([3, 4, 5], p=[0.4, 0.45, 0.15])),
+        ground=float(rng.uniform(3.9, 4.4) if historic else rng.uniform(3.3, 3.8)),
+        storey=float(rng.uniform(3.3, 3.7) if historic else rng.uniform(2.75, 3.0)),
+        historic=historic,
+        wall=face,
+        trim=trim,
+        base=stone if historic and rng.random() < 0.6 else palette.darker(face, 0.7),
+        roof=palette.tiled_roof(rng, slate=0.45 if historic else 0.1),
+        style=style,
+    )
+
+
+def _built(house: _House, ground: tuple[list[Panels], Floats], rng: np.random.Generator) -> Mesh:
+    """Walls above the given ground floor (and its openings), and the roof."""
+    front = _front(house, ground, rng)
+    blank = palette.stucco(rng) if rng.random() < 0.6 else Material("brick/0", (0.8, 0.8, 0.8))
+    fire_wall = wall(house.depth, [Band(BELOW_GROUND, house.eaves, blank)])
+    profile = _profile(house, rng)
+    ends = end_wall(blank, profile, house.eaves, house.depth)
+    half = 0.5 * house.width
+    roof = [
+        *swept_roof(profile, -half, half, house.roof),
+        ends[0].at((-half, 0.0, 0.0)),
+        ends[1].at((half, 0.0, 0.0)),
+        *_on_the_roof(house, profile, rng),
+    ]
+    body = enclose(house.width, house.depth, [front, fire_wall, _rear(house, rng), fire_wall])
+    return merge([body, solid(roof)])
+
+
+def _front(
+    house: _House, ground: tuple[list[Panels], Floats], rng: np.random.Generator
+) -> list[Panels]:
+    columns = evenly(house.width, 2.6 if house.historic else 3.0, 5)
+    floors = house.ground + house.storey * np.arange(house.storeys - 1)
+    size = (1.15, 2.0) if house.historic else (float(rng.uniform(1.2, 1.9)), 1.4)
+    upper = grid(columns, floors + 0.9 - 0.15 * house.historic, *size)
+    parts, doorway = ground
+    balcony = rng.random() < 0.45
+    middle = len(columns) // 2
+    stacked = np.arange(len(upper)) % len(columns) == middle
+    if balcony:
+        upper[stacked, 2] = floors + 0.12
+    bands = [
+        Band(BELOW_GROUND, 0.7, palette.darker(house.base, 0.6), 0.05),
+        Band(0.7, house.ground - 0.2, house.base),
+        Band(house.ground - 0.2, house.ground, house.trim, 0.12 if house.historic else 0.03),
+        Band(house.ground, house.eaves - 0.35, house.wall),
+        Band(house.eaves - 0.35, house.eaves, house.trim, 0.28 if house.historic else 0.02),
+    ]
+    parts = parts + wall(house.width, bands, np.concatenate([doorway, upper]))
+    parts += windows(upper, house.style, rng)
+    if balcony:
+        solid_parapet = house.trim if house.historic else palette.WHITE
+        places = np.c_[np.full(len(floors), columns[middle]), floors + 0.08]
+        bars = bool(rng.random() < 0.5) and house.width < 12
+        rail = palette.IRON if bars else solid_parapet
+        parts += balconies(places, min(2.6, house.width / 3), 1.0, house.trim, rail, bars=bars)
+    if house.historic and house.storeys > 3:
+        z = floors[1]
+        half = 0.5 * house.width
+        parts.append(boxes(house.trim, (-half, -0.08, z - 0.1), (half, 0.0, z + 0.08)))
+    parts.append(downpipes([0.5 * house.width - 0.12], house.eaves - 0.35, house.roof.gutter))
+    return parts
+
+
+def _rear(house: _House, rng: np.random.Generator) -> list[Panels]:
+    columns = evenly(house.width, 4.0, 3)
+    openings = grid(columns, 1.2 + house.storey * np.arange(house.storeys), 1.2, 1.4)
+    openings = openings[openings[:, 3] < house.eaves - 0.2]
+    plain = replace(house.style, surround=None, lintel=False, shutter=None, sill=None)
+    face = palette.stucco(rng)
+    return wall(house.width, [Band(BELOW_GROUND, house.eaves, face)], openings) + windows(
+        openings, replace(plain, reveal=face), rng
+    )
+
+
+def _ground_floor(house: _House, rng: np.random.Generator) -> tuple[list[Panels], Floats]:
+    """Windows and the entrance, and the openings they need."""
+    columns = evenly(house.width, 2.6 if house.historic else 3.0, 5)
+    entrance = int(rng.integers(len(columns)))
+    size = (1.2, 1.9) if house.historic else (1.5, 1.4)
+    openings = grid(np.delete(columns, entrance), [1.25], *size)
+    x, high = float(columns[entrance]), 2.9 if house.historic else 2.5
+    door = np.array([[x - 0.65, x + 0.65, 0.3, high]])
+    style = replace(house.style, lintel=False)
+    parts = windows(openings, style, rng)
+    parts += doors(door, palette.door_leaf(rng), house.trim, house.trim, recess=0.35, border=0.18)
+    parts += steps(x, 1.7, 0.3, palette.STONE_SILL)
+    return parts, np.concatenate([openings, door])
+
+
+def _profile(house: _House, rng: np.random.Generator) -> Floats:
+    if house.historic and rng.random() < 0.65:
+        return mansard_profile(house.depth, house.eaves, 2.5, 0.15 * house.depth)
+    pitch = float(rng.uniform(0.45, 0.8) if house.historic else rng.uniform(0.3, 0.6))
+    return gable_profile(house.depth, house.eaves, 0.5 * house.depth * pitch, 0.3)
+
+
+def _on_the_roof(house: _House, profile: Floats, rng: np.random.Generator) -> list[Panels]:
+    (y0, z0), (y1, z1) = profile[:2]
+    rise = (z1 - z0) / (y1 - y0)
+    slope = Slope(z0 - y0 * rise, rise)
+    edge = 0.5 * house.width
+    parts = [gutter(house.roof.gutter, -edge, edge, y0, z0)]
+    columns = evenly(house.width, 3.2, 4)
+    mansard = len(profile) > 3
+    if mansard or (rise > 0.55 and rng.random() < 0.6):
+        front, size = (0.12, (1.4, 1.75)) if mansard else (0.9, (1.5, 1.3))
+        cheeks = Material("sheet_metal", (0.3, 0.3, 0.3)) if rng.random() < 0.5 else house.wall
+        parts += dormers(
+            columns,
+            front,
+            slope,
+            size,
+            cheeks,
+            house.style.frame,
+            house.roof,
+            int(rng.integers(7)),
+            gabled=bool(rng.random() < 0.4) and not mansard,
+        )
+    elif rng.random() < 0.6:
+        parts += skylights(columns[:2], 0.2 * house.depth, slope, palette.DARK_FRAME)
+    ridge = profile[len(profile) // 2]
+    body = Material(f"brick/{int(rng.integers(5))}")
+    for side in (-1, 1)[: int(rng.integers(1, 3))]:
+        x = side * (edge - 0.5)
+        parts += chimney(x, ridge[0] + 0.5, ridge[1] - 1.5, ridge[1] + 0.9, body, palette.CONCRETE)
+    return parts

@@ -1,0 +1,185 @@
+"""Proportions of passenger cars and vans: which body a box of KITTI's sizes holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body type at its usual length; lengths along the car are metres, heights shares.
+
+    Args:
+        length: Usual length.
+        front_overhang: From the front end to the front axle.
+        rear_overhang: From the rear axle to the rear end.
+        bonnet: From the front end to the windscreen's base.
+        windscreen: Length over which the windscreen slopes.
+        tailgate: Length over which the rear window slopes.
+        boot: From the rear window's base to the rear end.
+        nose: Height of the bonnet's front edge, share of the vehicle's height.
+        cowl: Height of the windscreen's base.
+        belt: Height of the rear windows' base.
+        wheel: Radius of the wheels, metres.
+        clearance: Height of the sill, metres.
+        roundness: Length over which the front narrows, metres.
+        squareness: Exponent of the plan's corners.
+        roof: Width of the roof, share of the body's.
+        windows: Their rear and front edges, shares of the side from the rear to the windscreen.
+        doors: Which texture shows its seams.
+    """
+
+    length: float
+    front_overhang: float
+    rear_overhang: float
+    bonnet: float
+    windscreen: float
+    tailgate: float
+    boot: float
+    nose: float
+    cowl: float
+    belt: float
+    wheel: float
+    clearance: float
+    roundness: float
+    squareness: float
+    roof: float
+    windows: tuple[tuple[float, float], ...]
+    doors: int
+
+
+_TWO = ((0.06, 0.46), (0.53, 0.97))
+_THREE_DOOR = ((0.08, 0.40), (0.47, 0.97))
+_THREE = ((0.02, 0.24), (0.29, 0.60), (0.65, 0.97))
+_FRONT_ONLY = ((0.78, 0.97),)
+
+BODIES = {
+    "small": Body(3.7, .72, .56, .98, .80, .30, .04, .46, .63, .66, .285, .19, .75, 2.5, .80,
+                  _TWO, 0),
+    "three-door": Body(3.8, .76, .60, 1.05, .80, .34, .05, .46, .62, .67, .285, .18, .70, 2.6,
+                       .80, _THREE_DOOR, 1),
+    "compact": Body(4.15, .85, .72, 1.15, .82, .38, .05, .47, .63, .66, .305, .18, .75, 2.7, .80,
+                    _TWO, 0),
+    "saloon": Body(4.5, .88, 1.02, 1.28, .86, .66, .50, .46, .64, .67, .31, .17, .75, 2.7, .77,
+                   _TWO, 0),
+    "estate": Body(4.55, .88, .98, 1.28, .84, .36, .04, .46, .63, .66, .31, .17, .75, 2.8, .79,
+                   _THREE, 0),
+    "people carrier": Body(4.25, .88, .74, .98, .98, .26, .03, .43, .58, .59, .305, .18, .75,
+                           2.8, .82, _THREE, 0),
+    "off-roader": Body(4.3, .80, .78, 1.15, .62, .24, .03, .50, .60, .61, .345, .26, .45, 3.6,
+                       .84, _THREE, 0),
+    "box car": Body(4.2, .86, .70, 1.02, .66, .08, .02, .44, .56, .57, .30, .19, .60, 3.4, .86,
+                    _THREE, 2),
+    "delivery car": Body(4.2, .86, .70, 1.02, .66, .08, .02, .44, .56, .57, .30, .19, .60, 3.4,
+                         .86, ((0.62, 0.97),), 2),
+    "minibus": Body(4.9, .92, .98, .78, .72, .12, .02, .43, .53, .53, .325, .20, .55, 3.8, .88,
+                    _THREE, 2),
+    "panel van": Body(4.9, .92, .98, .80, .72, .10, .02, .43, .53, .53, .325, .20, .55, 3.8, .88,
+                      _FRONT_ONLY, 2),
+    "large van": Body(5.7, .98, 1.15, .88, .78, .05, .02, .36, .46, .47, .34, .22, .55, 4.2, .88,
+                      _FRONT_ONLY, 2),
+}
+
+
+@dataclass(frozen=True)
+class CarDesign:
+    """One car in metres: x from its centre, z from the ground.
+
+    Args:
+        name: Body type.
+        body: Its proportions.
+        length: Of the box.
+        half_width: Of the body without the mirrors.
+        height: Of the roof.
+        front_axle: x.
+        rear_axle: x.
+        bonnet: x of the windscreen's base.
+        roof_front: x of the windscreen's upper edge.
+        roof_rear: x of the rear window's upper edge.
+        boot: x of the rear window's base.
+        nose: z of the bonnet's front edge.
+        cowl: z of the windscreen's base.
+        belt: z of the rear windows' base.
+        wheel: Radius.
+        sill: z.
+    """
+
+    name: str
+    body: Body
+    length: float
+    half_width: float
+    height: float
+    front_axle: float
+    rear_axle: float
+    bonnet: float
+    roof_front: float
+    roof_rear: float
+    boot: float
+    nose: float
+    cowl: float
+    belt: float
+    wheel: float
+    sill: float
+
+
+def draw_design(
+    rng: np.random.Generator, name: str, height: float, width: float, length: float
+) -> CarDesign:
+    """A car of a body type that fills a box, with small differences by chance."""
+    body = BODIES[name]
+    along = length / body.length
+    jitter = 1.0 + 0.06 * np.clip(rng.standard_normal(6), -2, 2)
+    level = 0.012 * np.clip(rng.standard_normal(3), -2, 2)
+    front, rear = 0.5 * length, -0.5 * length
+    wheel = float(np.clip(body.wheel * jitter[0] * (0.5 + 0.5 * along), 0.25, 0.185 * height + 0.08))
+    bonnet = front - body.bonnet * along * jitter[1]
+    boot = rear + body.boot * along * (jitter[2] if body.boot > 0.1 else 1.0)
+    return CarDesign(
+        name=name,
+        body=body,
+        length=length,
+        half_width=0.5 * width - 0.045,
+        height=height,
+        front_axle=front - body.front_overhang * along * (0.5 + 0.5 * jitter[3]),
+        rear_axle=rear + body.rear_overhang * along * (0.5 + 0.5 * jitter[4]),
+        bonnet=bonnet,
+        roof_front=bonnet - body.windscreen * along * jitter[5],
+        roof_rear=boot + body.tailgate * along * jitter[2],
+        boot=boot,
+        nose=height * (body.nose + level[0]),
+        cowl=height * (body.cowl + level[1]),
+        belt=height * (body.belt + level[2]),
+        wheel=wheel,
+        sill=body.clearance * min(1.0, height / 1.45),
+    )
+
+
+def choose_car(rng: np.random.Generator, height: float, length: float) -> str:
+    """A body type for a box of the category Car."""
+    if height > 1.72:
+        names = ("off-roader", "people carrier", "box car")
+        shares = (0.45, 0.35, 0.20) if length > 3.9 else (0.3, 0.3, 0.4)
+    elif height > 1.58:
+        names = ("people carrier", "off-roader", "small" if length < 3.9 else "compact")
+        shares = (0.5, 0.12, 0.38)
+    elif length < 3.95:
+        names, shares = ("small", "three-door", "compact"), (0.45, 0.33, 0.22)
+    elif length < 4.25:
+        names, shares = ("compact", "saloon", "estate"), (0.68, 0.16, 0.16)
+    else:
+        names, shares = ("saloon", "estate", "compact"), (0.47, 0.45, 0.08)
+    return str(names[int(rng.choice(3, p=shares))])
+
+
+def choose_van(rng: np.random.Generator, height: float, length: float) -> str:
+    """A body type for a box of the category Van."""
+    if length < 4.5 and height < 2.15:
+        names = ("delivery car", "box car", "minibus" if height > 1.9 else "people carrier")
+        shares = (0.4, 0.35, 0.25)
+    elif height < 2.25:
+        names, shares = ("minibus", "panel van", "panel van"), (0.5, 0.25, 0.25)
+    else:
+        names, shares = ("large van", "large van", "minibus"), (0.5, 0.3, 0.2)
+    return str(names[int(rng.choice(3, p=shares))])

@@ -1,0 +1,247 @@
+"""A vehicle's skin: sections from one side over the top to the other, bent round both ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from avsec_gym.world.material import Material
+from avsec_gym.world.mesh import Mesh
+
+Floats = NDArray[np.float64]
+
+_ANGLES = np.deg2rad([0.0, 11.0, 24.0, 41.0, 60.0, 80.0])
+"""Of the columns round a corner, from the centre line to the side."""
+
+
+@dataclass(frozen=True)
+class Outline:
+    """Left half of a plan: K columns from the rear centre line round the side to the front's.
+
+    Args:
+        x: Where the columns are, metres, shape (K,).
+        y: Share of the half width, shape (K,).
+        front: How far each column moves when the front end does: 1 at the front, 0 on the side.
+        rear: The same for the rear end.
+    """
+
+    x: Floats
+    y: Floats
+    front: Floats
+    rear: Floats
+
+
+def outline(
+    rear: float,
+    front: float,
+    rear_round: float,
+    front_round: float,
+    stations: ArrayLike,
+    *,
+    squareness: float = 2.8,
+) -> Outline:
+    """A plan with rounded ends (superellipses).
+
+    Args:
+        rear: Rear end, metres.
+        front: Front end.
+        rear_round: Length over which the rear end narrows.
+        front_round: Length over which the front end narrows.
+        stations: Columns wanted on the side, increasing, shape (n,).
+        squareness: Exponent of the corners: 2 is an ellipse, 8 nearly a box.
+    """
+    side = np.asarray(stations, float)
+    reach = np.cos(_ANGLES) ** (2.0 / squareness)
+    front_columns = front - front_round * (1.0 - reach[::-1])
+    rear_columns = rear + rear_round * (1.0 - reach)
+    x = np.concatenate(
+        [
+            rear_columns[rear_columns < side[0] - 0.02],
+            side,
+            front_columns[front_columns > side[-1] + 0.02],
+        ]
+    )
+    to_front = np.clip((x - (front - front_round)) / front_round, 0.0, 1.0)
+    to_rear = np.clip(((rear + rear_round) - x) / rear_round, 0.0, 1.0)
+    y = (1.0 - np.maximum(to_front, to_rear) ** squareness) ** (1.0 / squareness)
+    return Outline(x, y, to_front**2, to_rear**2)
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """A grid of points over a vehicle, with its normals.
+
+    Args:
+        points: Sections from the right lower edge over the top to the left one, counted from the
+            rear to the front, shape (K, 2 J + D, 3): J rows on each side, D across the top.
+        normals: Outward, the same shape.
+        rows: J.
+    """
+
+    points: Floats
+    normals: Floats
+    rows: int
+
+    @property
+    def left(self) -> Floats:
+        """Points of the left side from the lower edge upwards, shape (K, J, 3)."""
+        return self.points[:, : -self.rows - 1 : -1]
+
+    def panel(
+        self,
+        material: Material,
+        columns: slice,
+        across: slice,
+        uv: Floats | None = None,
+        *,
+        lifted: float = 0.0,
+    ) -> Mesh:
+        """One rectangle of the grid as a mesh; `uv` has the shape of the rectangle, or is x, y."""
+        points, normals = self.points[columns, across], self.normals[columns, across]
+        return surface(points + lifted * normals, normals, material, uv)
+
+
+def skin(left: Floats, across: ArrayLike = (), crown: float | Floats = 0.0) -> Skin:
+    """The whole from its left side.
+
+    Args:
+        left: From the lower edge upwards, shape (K, J, 3), the first and last column on the
+            centre line.
+        across: Places of the points between the two upper edges, shares of the width from right to
+            left, shape (D,).
+        crown: How much higher than the edges the middle is, metres, for each column or for all.
+    """
+    right = left * [1.0, -1.0, 1.0]
+    share = np.asarray(across, float)[None, :, None]
+    top = right[:, -1:] * (1.0 - share) + left[:, -1:] * share
+    rise = np.broadcast_to(np.asarray(crown, float), len(left))[:, None]
+    # Ends are narrow in the grid but not in the world: the crown fades with the width.
+    width = left[:, -1, 1:2] / left[:, -1, 1].max()
+    top[..., 2] += rise * np.sqrt(width) * (1.0 - (2.0 * share[..., 0] - 1.0) ** 2)
+    points = np.concatenate([right, top, left[:, ::-1]], axis=1)
+    return Skin(points, grid_normals(points), left.shape[1])
+
+
+def grid_normals(points: Floats) -> Floats:
+    """Normals of a grid, its faces weighted by area, so that large panels stay flat.
+
+    Args:
+        points: Shape (n, m, 3), first and last row on a plane of symmetry where they collapse.
+    """
+    first = points[1:, 1:] - points[:-1, :-1]
+    second = points[:-1, 1:] - points[1:, :-1]
+    faces = np.pad(np.cross(first, second), ((1, 1), (1, 1), (0, 0)))
+    total = faces[:-1, :-1] + faces[1:, :-1] + faces[:-1, 1:] + faces[1:, 1:]
+    on_centre_line = np.abs(points[:, :, 1]).max(axis=1) < 1e-6
+    total[on_centre_line, :, 1] = 0.0
+    return np.asarray(total / np.maximum(np.linalg.norm(total, axis=-1, keepdims=True), 1e-12))
+
+
+def surface(
+    points: Floats, normals: Floats, material: Material, uv: Floats | None = None
+) -> Mesh:
+    """A grid of points with known normals as a mesh; without `uv` the texture lies on x and y.
+
+    Args:
+        points: Shape (n, m, 3), outside as in `shapes.grid`.
+        normals: Shape (n, m, 3).
+        material: Of all faces.
+        uv: Metres on the texture, shape (n, m, 2).
+    """
+    rows, columns = points.shape[:2]
+    index = np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
+    a, b, c, d = (
+        part.ravel() for part in (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])
+    )
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    corners = points.reshape(-1, 3)
+    crossed = np.cross(corners[faces[:, 1]] - corners[faces[:, 0]],
+                       corners[faces[:, 2]] - corners[faces[:, 0]])
+    faces = faces[np.abs(crossed).max(axis=1) > 1e-9]
+    return Mesh(
+        corners.astype(np.float32),
+        normals.reshape(-1, 3).astype(np.float32),
+        (points[..., :2] if uv is None else uv).reshape(-1, 2).astype(np.float32),
+        faces,
+        np.zeros(len(faces), np.int32),
+        (material,),
+    )
+
+
+def on_side(left: Floats, column: ArrayLike, height: ArrayLike) -> Floats:
+    """Points of a vehicle's left side at given heights.
+
+    Args:
+        left: Shape (K, J, 3), heights growing with the second index.
+        column: Between 0 and K - 1, shape (...).
+        height: Metres, the same shape; kept within the section.
+
+    Returns:
+        Shape (..., 3).
+    """
+    where, level = np.broadcast_arrays(np.asarray(column, float), np.asarray(height, float))
+    shape = where.shape
+    before = np.clip(where.ravel().astype(int), 0, len(left) - 2)
+    share = (where.ravel() - before)[:, None, None]
+    section = (1.0 - share) * left[before] + share * left[before + 1]
+    z = section[..., 2]
+    row = np.clip((z <= level.ravel()[:, None]).sum(axis=1) - 1, 0, left.shape[1] - 2)
+    each = np.arange(len(row))
+    low, high = section[each, row], section[each, row + 1]
+    part = (level.ravel() - low[:, 2]) / np.maximum(high[:, 2] - low[:, 2], 1e-9)
+    return np.asarray(low + np.clip(part, 0.0, 1.0)[:, None] * (high - low)).reshape(*shape, 3)
+
+
+def patch(
+    left: Floats,
+    columns: ArrayLike,
+    low: ArrayLike,
+    high: ArrayLike,
+    material: Material,
+    *,
+    lifted: float = 0.012,
+    rows: int = 3,
+    uv_size: tuple[float, float] | None = None,
+) -> Mesh:
+    """Something that lies on the left side or an end: a lamp, a grille half, a bumper strip.
+
+    Args:
+        left: Shape (K, J, 3).
+        columns: From rear to front, shape (n,).
+        low: Lower edge at each column, metres, shape (n,) or one for all.
+        high: Upper edge.
+        material: Of the patch.
+        lifted: Distance from the skin, metres.
+        rows: Points between the edges.
+        uv_size: Stretch the texture of this size over the patch once.
+    """
+    place = np.asarray(columns, float)
+    share = np.linspace(0.0, 1.0, rows)
+    bottom, top = np.broadcast_to(low, place.shape), np.broadcast_to(high, place.shape)
+    height = bottom[:, None] + share * (top - bottom)[:, None]
+    # Counted from the front and upwards: columns cross rows outward.
+    points = on_side(left, place[:, None], height)[:, ::-1]
+    normals = grid_normals(points)
+    uv = None
+    if uv_size is not None:
+        u = uv_size[0] * np.linspace(1.0, 0.0, len(place))[:, None]
+        v = uv_size[1] * (1.0 - share[::-1])[None, :]
+        uv = np.stack(np.broadcast_arrays(u, v), axis=-1)
+    return surface(points + lifted * normals, normals, material, uv)
+
+
+def column_at(left: Floats, row: int, distance: ArrayLike, *, front: bool) -> Floats:
+    """Columns at distances along the skin from the centre line of the front or rear end.
+
+    Args:
+        left: Shape (K, J, 3).
+        row: Along which the distance is measured.
+        distance: Metres, shape (n,).
+        front: From the front end, or from the rear one.
+    """
+    line = left[::-1, row] if front else left[:, row]
+    steps = np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1)
+    place = np.interp(distance, np.concatenate([[0.0], np.cumsum(steps)]), np.arange(len(line)))
+    return np.asarray(len(line) - 1 - place if front else place)
