@@ -22,11 +22,7 @@ _TOGETHER = (
     (VELODYNE, "image_02"),
     ("image_02", OXTS),
 )
-_WITHOUT = {
-    VELODYNE: "scans",
-    OXTS: "speeds and poses",
-    "image_03": "stereo pairs",
-}
+_WITHOUT = {VELODYNE: "scans", OXTS: "speeds or poses", "image_03": "stereo pairs"}
 
 
 def check_raw(survey: Survey, *, deep: bool) -> None:
@@ -84,8 +80,7 @@ def _sensors(survey: Survey, drive: Drive, deep: bool) -> list[Files]:
         else:
             _check_timestamps(path, drive.sensors.get(path.parent.name, ()))
 
-    groups.append(Files(drive.folder, others, look))
-    return groups
+    return [*groups, Files(drive.folder, others, look)] if others else groups
 
 
 def _look_at_oxts(path: Path, _: Counter[str], __: Sizes) -> None:
@@ -106,8 +101,8 @@ def _compare(survey: Survey, drive: Drive) -> None:
     name, sensors = survey.name(drive.folder), drive.sensors
     missing = [sensor for sensor in _USUAL if sensor not in sensors]
     if missing:
-        harm = " and ".join(_WITHOUT[sensor] for sensor in missing if sensor in _WITHOUT)
-        without = f": no {harm}" if harm else ""
+        harms = [f"no {_WITHOUT[sensor]}" for sensor in missing if sensor in _WITHOUT]
+        without = f": {', '.join(harms)}" if harms else ""
         survey.notes.append(f"{name} has no {', '.join(missing)}{without}.")
     untimed = [s for s in sensors if not (drive.folder / s / "timestamps.txt").is_file()]
     if untimed:

@@ -1,4 +1,4 @@
-"""A tiny object layout made by hand, so that these tests need no KITTI."""
+"""A tiny object layout made by hand and a tiny raw drive, so that these tests need no KITTI."""
 
 from __future__ import annotations
 
@@ -9,6 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
+from avsec_gym.frame import Calibration, SensorFrame
+from avsec_gym.geometry import Floats
+from avsec_gym.kitti.oxts_poses import oxts_from_poses
+from avsec_gym.kitti.raw_calibration import write_raw_calibration
+from avsec_gym.kitti.tracklets import Tracklet
+from avsec_gym.kitti.writing import write_drive_records, write_raw_frame
 
 LABEL = (
     "Car 0.00 1 -1.85 733.06 182.54 934.34 317.95 1.45 1.49 3.79 2.73 1.60 9.79 -1.58\n"
@@ -71,3 +78,81 @@ def object_root(tmp_path: Path) -> Path:
     (root / "ImageSets").mkdir()
     (root / "ImageSets" / "val.txt").write_text("000003\n000000\n")
     return root
+
+
+FRAMES = 4
+
+
+@pytest.fixture
+def rig() -> Calibration:
+    """Five cameras and a LiDAR, each a little askew."""
+    projections = np.tile([[70.0, 0, 6, 0], [0, 70, 4, 0], [0, 0, 1, 0]], (5, 1, 1))
+    projections[:, 0, 3] = [0, -37.8, 4.2, -33.6, 21.7]
+    projections[2:, 2, 3] = 0.003
+    askew = rotation(0.01, -0.02, 0.03)
+    to_camera = askew @ np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
+    return Calibration(
+        projections,
+        rotation(-0.004, 0.007, 0.01),
+        np.hstack([to_camera, [[-0.01], [-0.08], [-0.27]]]),
+        np.hstack([askew, [[-0.81], [0.32], [-0.8]]]),
+    )
+
+
+@pytest.fixture
+def raw_root(tmp_path: Path, rig: Calibration) -> Path:
+    """A drive of four frames with everything, written by the writers."""
+    root = tmp_path / "raw"
+    drive = root / "2026_01_01" / "2026_01_01_drive_0007_sync"
+    generator = np.random.default_rng(7)
+    write_raw_calibration(drive.parent, rig, image_size=(12, 8))
+    for number in range(FRAMES):
+        images = {i: generator.integers(0, 255, (8, 12, 3), np.uint8) for i in range(5)}
+        images |= {i: np.repeat(images[i][..., :1], 3, axis=2) for i in (0, 1)}
+        scan = generator.normal(0, 10, (50, 4)).astype(np.float32)
+        write_raw_frame(drive, number, SensorFrame(f"{number:010d}", rig, images, scan))
+    times = np.datetime64("2026-01-01T12:00:00.000000789", "ns") + 100_000_000 * np.arange(FRAMES)
+    write_drive_records(
+        drive,
+        oxts=oxts_from_poses(curve(FRAMES)),
+        timestamps=dict.fromkeys(("oxts", "image_02", "velodyne_points"), times),
+        tracklets=[
+            Tracklet(
+                category="Car",
+                dimensions=np.array([1.5, 1.6, 4.0]),
+                first_frame=1,
+                translation=np.array([[20.0, 2.0, -1.7], [19.0, 2.0, -1.7]]),
+                rotation=np.array([[0.0, 0.0, 0.1], [0.0, 0.0, 0.2]]),
+                state=np.array([2, 1]),
+                occlusion=np.array([0, 1]),
+                truncation=np.array([0, 1]),
+            )
+        ],
+    )
+    return root
+
+
+def rotation(roll: float, pitch: float, yaw: float) -> Floats:
+    """Rz Ry Rx, written out."""
+    (sr, sp, sy), (cr, cp, cy) = np.sin([roll, pitch, yaw]), np.cos([roll, pitch, yaw])
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def curve(count: int, period: float = 0.1) -> Floats:
+    """Poses of a car that speeds up on a winding, hilly road, shape (count, 4, 4)."""
+    poses = np.tile(np.eye(4), (count, 1, 1))
+    for i, time in enumerate(period * np.arange(count)):
+        yaw = 2.0 + 0.6 * np.sin(0.5 * time)
+        poses[i, :3, :3] = rotation(0.03 * np.sin(time), -0.02 * np.cos(0.7 * time), yaw)
+        fine = np.linspace(0.0, time, 20 * i + 2)
+        angle, speed = 2.0 + 0.6 * np.sin(0.5 * fine), 8.0 + 0.5 * fine
+        poses[i, 0, 3] = 500.0 + np.trapezoid(speed * np.cos(angle), fine)
+        poses[i, 1, 3] = -200.0 + np.trapezoid(speed * np.sin(angle), fine)
+        poses[i, 2, 3] = 3.0 + 0.4 * np.sin(0.3 * time)
+    return poses

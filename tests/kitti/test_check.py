@@ -93,11 +93,27 @@ def test_a_testing_half_needs_no_labels(object_root: Path) -> None:
     assert {part.folder.split("/")[0] for part in report.parts} == {"testing"}
 
 
+def test_tracking_labels(tmp_path: Path) -> None:
+    line = "0 1 Car 0 0 -1.8 10 20 30 40 1.5 1.6 4.0 2.0 1.5 20.0 -1.6\n"
+    folder = tmp_path / "training" / "label_02"
+    folder.mkdir(parents=True)
+    (folder / "0000.txt").write_text(line + "1" + line[1:])
+    (folder / "0001.txt").write_text(line + line)
+    (folder / "readme.txt").write_text("mine")
+    for root in (tmp_path, tmp_path / "training", folder):
+        report = check_data(root)
+        assert report.layout is Layout.TRACKING
+        assert [(part.files, part.broken, part.objects) for part in report.parts] == [
+            (2, 1, {"Car": 2})
+        ]
+        assert [broken.line for broken in report.broken] == [2]
+        assert any("'readme.txt'" in note for note in report.notes)
+
+
 @pytest.mark.parametrize(
     ("name", "layout"),
     [
-        ("2011_09_26/calib_cam_to_cam.txt", Layout.RAW),
-        ("training/label_02/0000.txt", Layout.TRACKING),
+        ("my drive/oxts/data/0000000000.txt", Layout.UNKNOWN),
         ("training/disp_occ_0/000000_10.png", Layout.STEREO),
         ("photos/cat.png", Layout.UNKNOWN),
     ],
@@ -108,7 +124,7 @@ def test_other_layouts_are_recognised(tmp_path: Path, name: str, layout: Layout)
     report = check_data(tmp_path)
     assert report.layout is layout
     assert not report.ok
-    assert report.notes == (layout.description,)
+    assert report.notes[0] == layout.description
 
 
 def test_the_folder_above_is_put_right(object_root: Path) -> None:
@@ -132,6 +148,7 @@ def test_real_data(shared: Path) -> None:
     assert report.ok
     assert {part.folder: part.files for part in report.parts}["training/calib"] == 7481
     kitti = shared / "kitti"
-    layouts = {name: check_data(kitti / name).layout for name in ("raw", "tracking")}
-    assert layouts == {"raw": Layout.RAW, "tracking": Layout.TRACKING}
+    notes = check_data(kitti).notes
+    for name in ("object", "raw", "tracking"):
+        assert f"Its subfolder {name}/ has the {name} layout: name that." in notes
     assert check_data(shared / "detections/point_gnn").parts[0].objects == {"Car": 2520}

@@ -23,31 +23,6 @@ INFRARED = 0.6
 """Reflectance of leaves for LiDAR."""
 
 _TEXTURE_SIZE = 1.1
-_GOLDEN = (1 + 5**0.5) / 2
-_ICOSAHEDRON = np.array(
-    [
-        *[(-1, _GOLDEN, 0), (1, _GOLDEN, 0), (-1, -_GOLDEN, 0), (1, -_GOLDEN, 0)],
-        *[(0, -1, _GOLDEN), (0, 1, _GOLDEN), (0, -1, -_GOLDEN), (0, 1, -_GOLDEN)],
-        *[(_GOLDEN, 0, -1), (_GOLDEN, 0, 1), (-_GOLDEN, 0, -1), (-_GOLDEN, 0, 1)],
-    ]
-) / np.hypot(1, _GOLDEN)
-_ICOSAHEDRON_FACES = np.array(
-    [
-        *[(0, 11, 5), (0, 5, 1), (0, 1, 7), (0, 7, 10), (0, 10, 11)],
-        *[(1, 5, 9), (5, 11, 4), (11, 10, 2), (10, 7, 6), (7, 1, 8)],
-        *[(3, 9, 4), (3, 4, 2), (3, 2, 6), (3, 6, 8), (3, 8, 9)],
-        *[(4, 9, 5), (2, 4, 11), (6, 2, 10), (8, 6, 7), (9, 8, 1)],
-    ]
-)
-_OCTAHEDRON = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)])
-_OCTAHEDRON_FACES = np.array(
-    [
-        *[(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4)],
-        *[(2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)],
-    ]
-)
-
-
 class Clusters(NamedTuple):
     """n ellipsoids."""
 
@@ -66,6 +41,7 @@ def sprays(
     *,
     hang: float,
     heart: Floats,
+    reach: tuple[float, float] = (0.68, 1.02),
 ) -> Mesh:
     """Triangles of leaves all over the clusters' outsides.
 
@@ -78,7 +54,7 @@ def sprays(
         hang: See `Species.hang`.
         heart: Shape (3,); the crown's outside is away from it.
     """
-    outward, owner = _directions(clusters, count, rng, heart)
+    outward, owner = _directions(clusters, count, rng, heart, reach)
     base = clusters.centre[owner] + _times(outward, clusters.axes[owner])
     inverse = np.linalg.inv(clusters.axes)
     cluster_normal = unit(_times(outward, inverse.transpose(0, 2, 1)[owner]))
@@ -114,43 +90,6 @@ def sprays(
     )
 
 
-def cores(
-    clusters: Clusters,
-    size: float,
-    material: Material,
-    rng: np.random.Generator,
-    *,
-    heart: Floats,
-    coarse: bool,
-) -> Mesh:
-    """The opaque inside of clusters: rough lumps, 20 triangles each (8 if coarse).
-
-    Args:
-        clusters: One lump in each.
-        size: Relative to the clusters.
-        material: Of the lumps.
-        rng: The source of chance.
-        heart: Shape (3,); the crown's outside is away from it.
-        coarse: For plants far away.
-    """
-    shape = _OCTAHEDRON if coarse else _ICOSAHEDRON
-    faces = _OCTAHEDRON_FACES if coarse else _ICOSAHEDRON_FACES
-    count = len(clusters.centre)
-    radius = size * rng.uniform(0.8, 1.1, (count, len(shape), 1))
-    points = clusters.centre[:, None] + (radius * shape) @ clusters.axes
-    outward = unit(points - clusters.centre[:, None])
-    normals = unit(outward + unit(points - heart))[:, faces].reshape(-1, 3)
-    corners = points[:, faces].reshape(-1, 3, 3)
-    return Mesh(
-        corners.reshape(-1, 3).astype(np.float32),
-        normals.astype(np.float32),
-        _flat_uv(corners, rng),
-        np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3),
-        np.zeros(len(corners), np.int32),
-        (material,),
-    )
-
-
 def _flat_uv(corners: Floats, rng: np.random.Generator) -> Float32s:
     """Each triangle shows some piece of the texture, undistorted; corners of shape (n, 3, 3)."""
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
@@ -165,17 +104,17 @@ def _flat_uv(corners: Floats, rng: np.random.Generator) -> Float32s:
 
 
 def _directions(
-    clusters: Clusters, count: int, rng: np.random.Generator, heart: Floats
+    clusters: Clusters, count: int, rng: np.random.Generator, heart: Floats, reach
 ) -> tuple[Floats, NDArray[np.intp]]:
     """Where on which cluster sprays grow (in its unit sphere): not inside another cluster."""
     height = clusters.centre[:, 2] - clusters.centre[:, 2].min()
     area = np.linalg.det(clusters.axes) ** (2 / 3) / (0.65 + 0.7 * height / height.max()) ** 2
     many = int(2.2 * count)
     owner = rng.choice(len(area), many, p=area / area.sum())
-    outward = unit(rng.normal(0, 1, (many, 3)) + [0, 0, 0.2]) * rng.uniform(0.68, 1.02, (many, 1))
+    outward = unit(rng.normal(0, 1, (many, 3)) + [0, 0, 0.2]) * rng.uniform(*reach, (many, 1))
     point = clusters.centre[owner] + _times(outward, clusters.axes[owner])
     within = (point[None] - clusters.centre[:, None]) @ np.linalg.inv(clusters.axes)
-    hidden = (np.sum(within**2, axis=2) < 0.44).any(axis=0)
+    hidden = (np.sum(within**2, axis=2) < reach[0]**2 - 0.02).any(axis=0)
     inward = np.sum(unit(point - clusters.centre[owner]) * unit(point - heart), axis=1) < -0.1
     kept = np.argsort(hidden | inward, kind="stable")[:count]
     return outward[kept], owner[kept]

@@ -15,7 +15,6 @@ from avsec_gym.world.models.plants.foliage import (
     INFRARED,
     TRANSLUCENT,
     Clusters,
-    cores,
     sprays,
     unit,
 )
@@ -72,8 +71,9 @@ def tree(species: str, variant: int, detail: Detail) -> Mesh:
     parts = [wood(skeleton, kind.bark, sides=fine.sides, thinnest=fine.thinnest)]
     if kind.fullness > 0.5:
         shade = _leaves(kind, 0.45)
-        size = 0.68 * (1.2 if fine.coarse else 1.0)
-        parts.append(cores(clusters, size, shade, rng, heart=heart, coarse=fine.coarse))
+        inner = 14 * kind.lumps if detail=="near" else 9*kind.lumps if detail=="middle" else 5*kind.lumps
+        big = 1.05 * float(np.mean(np.linalg.det(clusters.axes)**(1/3)))
+        parts.append(sprays(clusters, inner, big, (shade,), rng, hang=0.6*kind.hang, heart=heart, reach=(0.3,0.62)))
     tones = tuple(_leaves(kind, tone) for tone in (0.85, 1.0, 1.2))
     if kind.staked and detail != "far":
         parts.append(_stakes())
