@@ -198,7 +198,7 @@ def _soft(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 TEXTURES: dict[str, Texture] = {
-    "cloth": Texture((0.7, 0.7), 3, _cloth),
+    "fabric": Texture((0.7, 0.7), 3, _cloth),
     "denim": Texture((0.6, 0.6), 2, _denim),
     "knit": Texture((0.5, 0.5), 2, _knit),
     "stripes": Texture((0.48, 0.48), 3, _stripes),

@@ -51,13 +51,12 @@ _POSTER = (1.2, 1.7)
 def poster(_: int, rng: np.random.Generator) -> Picture:
     """An advertisement: a ground, a big motif, a word and small print."""
     on = _empty(rng)
-    width, height = _POSTER
     ground, motif, ink = (_COLOURS[i] for i in rng.permutation(len(_COLOURS))[:3])
     rectangle(on, (-0.57, -0.82), (0.57, 0.82), ground)
     _motif(on, rng, motif, ink)
     dark = sum(ground) < 380
     text: Colour = (242, 242, 238) if dark else (20, 20, 24)
-    top = float(rng.choice([0.62, -0.42]))
+    top = float(rng.choice([0.62, -0.34]))
     letters(on, str(rng.choice(_WORDS)), (0, top), 0.22, text, widest=1.0, weight=0.2)
     letters(on, str(rng.choice(_LINES)), (0, top - 0.22), 0.09, text, widest=0.9)
     for line in range(3):
@@ -107,20 +106,18 @@ def scribbled(variant: int, rng: np.random.Generator) -> Picture:
     on = canvas(2.0, 2.0, (226, 226, 222), 128)
     for _ in range(3 * variant):
         colour = _COLOURS[rng.integers(len(_COLOURS))]
-        start = rng.uniform(-0.8, 0.6, 2)
-        time = np.linspace(0.0, 1.0, 40)[:, None]
-        turns = rng.uniform(2, 5)
-        loops = np.hstack([np.cos(turns * 6.28 * time), np.sin(turns * 6.28 * time)])
-        size = rng.uniform(0.05, 0.14)
-        line = start + time * [rng.uniform(0.25, 0.5), 0.05] + size * loops
-        stroke(on, line, float(rng.uniform(0.012, 0.03)), colour)
+        # A hand that swings up and down while the arm moves on.
+        turns = np.cumsum(rng.uniform(0.15, 0.6, 60))[:, None]
+        swing = np.hstack([0.5 * np.cos(turns), np.sin(turns + rng.uniform(-1, 1))])
+        along = np.linspace(0.0, 1.0, 60)[:, None] * [rng.uniform(0.3, 0.7), rng.uniform(-0.1, 0.1)]
+        line = rng.uniform(-0.8, 0.4, 2) + along + rng.uniform(0.06, 0.18) * swing
     for _ in range(5 * variant):
         x, y = rng.uniform(-0.9, 0.9, 2).tolist()
         w, h = rng.uniform(0.03, 0.1, 2).tolist()
         rectangle(on, (x, y), (x + w, y + h), _COLOURS[rng.integers(len(_COLOURS))])
     clean = finished(on, rng, 0.0).astype(np.float32)
     dirt = 1.0 + 0.05 * fractal_noise(rng, 256, 256, cells=3)
-    dirt -= 0.06 * np.clip(fractal_noise(rng, 256, 256, cells=24, octaves=3), 0, None) ** 2
+    dirt -= 0.035 * np.clip(fractal_noise(rng, 256, 256, cells=24, octaves=3), 0, None) ** 2
     return picture(clean * dirt[..., None])
 
 
@@ -144,7 +141,7 @@ def _motif(on: Canvas, rng: np.random.Generator, colour: Colour, ink: Colour) ->
     elif kind == 2:  # Slanting bands.
         for offset in np.arange(-0.5, 0.6, 0.36):
             band = np.array([(-0.57, -0.25), (0.57, 0.1), (0.57, 0.26), (-0.57, -0.09)])
-            fill(on, np.clip(band + [0, offset], -0.82, 0.82), colour if offset < 0 else ink)
+            fill(on, np.clip(np.add(band, (0, offset)), -0.82, 0.82), colour if offset < 0 else ink)
     elif kind == 3:  # A photograph: blurred light and dark.
         low, high = on.place([(-0.5, 0.42), (0.5, -0.25)]).astype(int)
         size = (high - low)[::-1]

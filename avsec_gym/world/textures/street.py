@@ -52,11 +52,11 @@ def weathered_wood(_: int, rng: np.random.Generator) -> Picture:
     """Wood that went grey, 1 m: the grain runs along u."""
     size = 256
     grain = fractal_noise(rng, size, size, cells=48, octaves=3)
-    grain = cv2.resize(grain[:, : size // 16], (size, size), interpolation=cv2.INTER_CUBIC)
+    long = cv2.resize(grain[:, : size // 16], (size, size), interpolation=cv2.INTER_CUBIC)
     # The stretched grain meets its own mirror image at the edge.
-    grain = np.concatenate([grain[:, ::2], grain[:, ::-2]], axis=1)
+    long = np.concatenate([long[:, ::2], long[:, ::-2]], axis=1)
     clouds = fractal_noise(rng, size, size, cells=3, octaves=3)
-    return picture(coloured((140, 118, 92), 0.7 * grain + 0.5 * clouds, 0.14))
+    return picture(coloured((140, 118, 92), 0.7 * long + 0.5 * clouds, 0.14))
 
 
 def ribbed(variant: int, rng: np.random.Generator) -> Picture:

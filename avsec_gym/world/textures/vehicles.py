@@ -2,6 +2,207 @@
 
 from __future__ import annotations
 
-from avsec_gym.world.textures.texture import Texture
+import cv2
+import numpy as np
+from numpy.typing import NDArray
 
-TEXTURES: dict[str, Texture] = {}
+from avsec_gym.world.textures.noise import coloured, fractal_noise, picture, white_noise
+from avsec_gym.world.textures.texture import Picture, Texture
+
+_Canvas = NDArray[np.float32]
+
+_TOWNS = ("KA", "KA", "KA", "KA", "S", "HD", "RA", "GER", "PF", "F", "MA", "SUW")
+_LETTERS = "ABCDEFGHJKLMNPRSTUVWXYZ"
+
+
+def _plate(variant: int, rng: np.random.Generator) -> Picture:
+    """German: a blue strip with an E of stars and D, black letters on white, two small seals."""
+    canvas = np.full((112, 512, 3), (236, 236, 230), np.uint8)
+    letters = "".join(rng.choice(list(_LETTERS), int(rng.integers(1, 3))))
+    town = _TOWNS[variant % len(_TOWNS)]
+    number = str(int(rng.integers(10, 9999 if len(town + letters) < 5 else 999)))
+    left, right = f"{town}", f"{letters} {number}"
+    cv2.rectangle(canvas, (2, 2), (509, 109), (20, 20, 20), 4, cv2.LINE_AA)
+    cv2.rectangle(canvas, (6, 6), (42, 105), (10, 50, 160), -1)
+    cv2.circle(canvas, (24, 34), 11, (230, 200, 20), 2, cv2.LINE_AA)
+    cv2.putText(canvas, "D", (14, 94), cv2.FONT_HERSHEY_DUPLEX, 0.9, (255, 255, 255), 2, cv2.LINE_AA)
+    widths = [cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, 2.75, 9)[0][0] for text in (left, right)]
+    squeeze = min(1.0, 418 / (sum(widths) + 44))
+    wide = np.full((112, sum(widths) + 60, 3), (236, 236, 230), np.uint8)
+    cv2.putText(wide, left, (6, 86), cv2.FONT_HERSHEY_SIMPLEX, 2.75, (12, 12, 12), 9, cv2.LINE_AA)
+    seal = widths[0] + 26
+    for y, colour in ((36, (60, 120, 70)), (74, (170, 150, 60))):
+        cv2.circle(wide, (seal, y), 14, colour, -1, cv2.LINE_AA)
+    cv2.putText(wide, right, (seal + 24, 86), cv2.FONT_HERSHEY_SIMPLEX, 2.75, (12, 12, 12), 9, cv2.LINE_AA)
+    size = (int(wide.shape[1] * squeeze), 84)
+    small = cv2.resize(wide[14:98], size, interpolation=cv2.INTER_AREA)
+    start = 48 + (456 - size[0]) // 2
+    canvas[14:98, start : start + size[0]] = small
+    return picture(canvas)
+
+
+def _car_side(variant: int, rng: np.random.Generator) -> Picture:
+    """Flank of a car, 4 units long from tail to nose: seams, handles, dirt; white for the paint.
+
+    Axles are at 0.8 and 3.1 + gap, the pillar between the doors at 2.1.
+    """
+    height, width = 128, 512
+    scale = width / 4.0
+    canvas = np.full((height, width, 3), 250.0, np.float32)
+    seams = np.zeros((height, width), np.float32)
+
+    def line(*points: tuple[float, float], thickness: int = 1) -> None:
+        path = np.array([(u * scale, v * height) for u, v in points], np.float32)
+        cv2.polylines(seams, [np.round(path).astype(np.int32)], False, 1.0, thickness, cv2.LINE_AA)
+
+    if variant == 0:  # four doors
+        line((1.16, 0.0), (1.20, 0.18), (1.34, 0.45), (1.36, 0.85), (1.42, 0.9), (3.02, 0.9), (3.1, 0.8),
+             (3.1, 0.0))
+        line((2.1, 0.0), (2.1, 0.9))
+        handles = (1.3, 2.25)
+    elif variant == 1:  # two doors
+        line((1.98, 0.0), (2.0, 0.85), (2.06, 0.9), (3.02, 0.9), (3.1, 0.8), (3.1, 0.0))
+        handles = (2.12,)
+    else:  # sliding door
+        line((1.1, 0.0), (1.1, 0.88), (2.08, 0.88), (2.08, 0.0))
+        line((2.1, 0.0), (2.1, 0.9), (3.02, 0.9), (3.08, 0.0))
+        line((0.45, 0.22), (1.1, 0.22))
+        handles = (1.98, 2.22)
+    line((0.1, 0.55), (0.42, 0.5))
+    line((3.62, 0.5), (3.9, 0.6))
+    canvas *= 1.0 - 0.85 * seams[..., None]
+    for handle in handles:
+        x, y = int(handle * scale), int(0.2 * height)
+        cv2.rectangle(canvas, (x - 1, y + 3), (x + 20, y + 7), (95, 95, 95), -1)
+        cv2.rectangle(canvas, (x, y), (x + 19, y + 3), (235, 235, 235), -1)
+    if variant < 2:
+        cv2.rectangle(canvas, (int(0.62 * scale), 20), (int(0.62 * scale) + 17, 36), (130, 130, 130), 1)
+    # The light catches the crease below the handles; the lower third is dusty.
+    v = np.linspace(0.0, 1.0, height, dtype=np.float32)[:, None, None]
+    canvas *= 1.0 - 0.10 * np.exp(-(((v - 0.36) / 0.05) ** 2))
+    dust = np.clip((v - 0.62) / 0.38, 0.0, 1.0) * (
+        0.7 + 0.3 * fractal_noise(rng, height, width, cells=6)[..., None]
+    )
+    canvas += (np.array([150, 142, 130], np.float32) - canvas) * 0.25 * np.clip(dust, 0, 1)
+    canvas[int(0.94 * height) :] *= 0.35
+    return picture(canvas)
+
+
+def _seat_shapes(canvas: _Canvas, places: tuple[float, ...], colour: float) -> None:
+    height, width = canvas.shape[:2]
+    for u in places:
+        x = int(u * width)
+        cv2.ellipse(canvas, (x, int(0.52 * height)), (int(0.07 * width), int(0.14 * height)), 0, 0, 360,
+                    (colour,) * 3, -1, cv2.LINE_AA)
+        cv2.ellipse(canvas, (x, height), (int(0.13 * width), int(0.34 * height)), 0, 0, 360,
+                    (colour,) * 3, -1, cv2.LINE_AA)
+
+
+def _through(rng: np.random.Generator, brightness: float) -> _Canvas:
+    """What is seen through two windows: the bright street in patches, darkness below."""
+    size = 128
+    v = np.linspace(0.0, 1.0, size, dtype=np.float32)[:, None]
+    clouds = fractal_noise(rng, size, size, cells=3, octaves=4)
+    light = 18.0 + brightness * np.clip(0.75 - 0.9 * v + 0.22 * clouds, 0.0, 1.0)
+    return coloured((0.92, 1.0, 1.02), light / 1.0 - 1.0, 1.0)
+
+
+def _window(places: tuple[float, ...], brightness: tuple[float, ...], *, board: bool = False, wiper: bool = False):  # type: ignore[no-untyped-def]
+    def make(variant: int, rng: np.random.Generator) -> Picture:
+        canvas = _through(rng, brightness[variant])
+        _seat_shapes(canvas, places, 12.0)
+        if board:
+            canvas[108:] = 30.0
+            cv2.ellipse(canvas, (90, 112), (14, 12), 0, 180, 360, (8.0,) * 3, 3, cv2.LINE_AA)
+        if wiper:
+            cv2.line(canvas, (64, 122), (98, 112), (8.0,) * 3, 3, cv2.LINE_AA)
+        frame = 4
+        for edge in (np.s_[:frame], np.s_[-frame:], np.s_[:, :frame], np.s_[:, -frame:]):
+            canvas[edge] = 9.0
+        return picture(canvas)
+
+    return make
+
+
+def _wheel(variant: int, rng: np.random.Generator) -> Picture:
+    """A rim of radius 0.66 in a square of 2: alloy spokes, or a steel wheel's cover."""
+    size = 192
+    axis = (np.arange(size, dtype=np.float32) + 0.5) / size * 2.0 - 1.0
+    x, y = np.meshgrid(axis, axis)
+    radius, angle = np.hypot(x, y), np.arctan2(y, x)
+    spokes = (5, 5, 7, 10, 6, 8, 12, 9)[variant]
+    metal = (190.0, 165.0, 200.0, 180.0, 150.0, 175.0, 160.0, 120.0)[variant]
+    wave = np.cos(spokes * angle)
+    if variant in (1, 3):  # double spokes
+        wave = np.cos(2 * spokes * angle) * 0.6 + 0.5 * wave
+    share = (0.1, 0.0, 0.0, 0.1, 0.55, 0.45, 0.6, 0.2)[variant]
+    spoke = wave > -share + 0.5 * (radius - 0.4)
+    holes = ~spoke & (radius > 0.2) & (radius < 0.56)
+    if variant >= 4:  # covers: small holes near the edge
+        holes &= (radius > 0.38) & (radius < 0.54)
+    value = metal * (0.85 + 0.25 * np.clip(0.6 - radius, 0, 1)) + 6.0 * white_noise(rng, size, size, 1.5)
+    value = np.where(holes, 22.0, value)
+    value = np.where((radius > 0.615) & (radius < 0.64), metal * 1.15, value)
+    value = np.where(radius > 0.64, 60.0, value)
+    value = np.where(radius < 0.09, 70.0, value)
+    bolts = (radius > 0.13) & (radius < 0.17) & (np.cos(5 * angle) > 0.8)
+    value = np.where(bolts, 50.0, value)
+    smooth = cv2.GaussianBlur(value, (0, 0), 0.8)
+    return picture(np.repeat(smooth[..., None], 3, axis=2))
+
+
+def _grille(variant: int, rng: np.random.Generator) -> Picture:
+    """Dark gaps between bars: across, upright, a mesh, two broad slats."""
+    height, width = 64, 128
+    y, x = np.mgrid[0:height, 0:width].astype(np.float32)
+    bars = (
+        np.cos(y / height * 2 * np.pi * 5) > 0.25,
+        np.cos(x / width * 2 * np.pi * 12) > 0.3,
+        (np.cos(y / height * 2 * np.pi * 6) > 0.6) | (np.cos(x / width * 2 * np.pi * 12) > 0.6),
+        np.cos(y / height * 2 * np.pi * 2) > 0.5,
+    )[variant]
+    value = np.where(bars, (120.0, 70.0, 45.0, 55.0)[variant], 12.0)
+    value[:5] = value[-3:] = 165.0 if variant != 2 else 40.0
+    value = value + 3.0 * white_noise(rng, height, width)
+    return picture(np.repeat(value[..., None], 3, axis=2))
+
+
+def _headlamp(_: int, rng: np.random.Generator) -> Picture:
+    """Reflectors behind clear glass, an amber indicator at the outer end."""
+    size = 96
+    canvas = np.full((size, size, 3), 150.0, np.float32)
+    canvas += 14.0 * white_noise(rng, size, size, 2.0)[..., None]
+    for x, radius in ((38, 21), (72, 19)):
+        cv2.circle(canvas, (x, 50), radius, (95, 98, 104), -1, cv2.LINE_AA)
+        cv2.circle(canvas, (x, 50), radius - 3, (232, 236, 240), -1, cv2.LINE_AA)
+        cv2.circle(canvas, (x, 52), radius // 2, (150, 155, 165), -1, cv2.LINE_AA)
+        cv2.circle(canvas, (x, 50), 4, (250, 250, 250), -1, cv2.LINE_AA)
+    canvas[:, :14] = (215, 140, 50)
+    for edge in (np.s_[:4], np.s_[-4:], np.s_[:, :3], np.s_[:, -3:]):
+        canvas[edge] *= 0.4
+    return picture(canvas)
+
+
+def _tail_lamp(_: int, rng: np.random.Generator) -> Picture:
+    """Red with an amber and a white band."""
+    size = 64
+    canvas = np.full((size, size, 3), (150, 8, 10), np.float32)
+    canvas[26:38] = (190, 84, 20)
+    canvas[38:48] = (205, 190, 185)
+    canvas[:6] = (110, 4, 6)
+    canvas *= 1.0 + 0.06 * white_noise(rng, size, size, 1.0)[..., None]
+    canvas[:3] = canvas[-3:] = 30.0
+    return picture(canvas)
+
+
+TEXTURES: dict[str, Texture] = {
+    "plate": Texture((0.52, 0.115), 24, _plate),
+    "car_side": Texture((4.0, 1.0), 3, _car_side),
+    "side_glass": Texture((1.0, 1.0), 3, _window((0.45,), (85.0, 50.0, 120.0))),
+    "windscreen": Texture((1.0, 1.0), 3, _window((0.28, 0.72), (60.0, 40.0, 80.0), board=True)),
+    "rear_glass": Texture((1.0, 1.0), 3, _window((0.25, 0.75), (60.0, 30.0, 45.0), wiper=True)),
+    "wheel": Texture((2.0, 2.0), 8, _wheel),
+    "grille": Texture((1.0, 1.0), 4, _grille),
+    "headlamp": Texture((1.0, 1.0), 1, _headlamp),
+    "tail_lamp": Texture((1.0, 1.0), 1, _tail_lamp),
+}

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
-from avsec_gym.world.models.buildings.panels import Floats, Panels, fan, quads, solid, upright
+from avsec_gym.world.models.buildings.panels import Floats, Panels, boxes, fan, quads, solid, upright
 
 BELOW_GROUND = -0.6
 """How deep walls reach, metres, so that no gap opens on a slope."""
@@ -29,18 +29,26 @@ class Band(NamedTuple):
     """How far it stands in front of the facade's plane, metres: plinths and cornices."""
 
 
-def wall(length: float, bands: Sequence[Band], openings: Floats = NO_OPENINGS) -> list[Panels]:
+def wall(
+    length: float,
+    bands: Sequence[Band],
+    openings: Floats = NO_OPENINGS,
+    *,
+    adjoining: bool = False,
+) -> list[Panels]:
     """A wall along x that faces -y, from -length / 2 to length / 2.
 
     Args:
-        length: Metres; bands that stand out go round the corners.
+        length: Metres.
         bands: From the ground up, each beginning where the last one ends.
         openings: Left, right, lower and upper end, shape (n, 4); they must not overlap.
+        adjoining: Bands that stand out end with the wall, because the next house begins there;
+            else they go round the corners.
     """
     parts: list[Panels] = []
     below: tuple[Band, list[tuple[float, float]]] | None = None
     for band in bands:
-        half = 0.5 * length + band.out
+        half = 0.5 * length + (0.0 if adjoining else band.out)
         cuts = np.unique(np.clip(openings[:, 2:].ravel(), band.low, band.high))
         heights = np.unique([band.low, *cuts, band.high])
         rows: list[tuple[float, float, float, float]] = []
@@ -57,6 +65,10 @@ def wall(length: float, bands: Sequence[Band], openings: Floats = NO_OPENINGS) -
             rows += [(start, end, low, high) for start, end in spans]
             bottom = bottom or spans
         parts.append(upright(band.material, *np.array(rows).T, y=-band.out))
+        if adjoining and band.out > 0:
+            low, high = (-half, -band.out, band.low), (half, 0.0, band.high)
+            hidden = ("front", "back", "top", "bottom")
+            parts.append(boxes(band.material, low, high, without=hidden))
         if below is not None:
             parts += _ledge(below[0], below[1], band, bottom)
         below = band, spans

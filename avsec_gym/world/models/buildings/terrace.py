@@ -142,7 +142,8 @@ def _front(
         Band(house.ground, house.eaves - 0.35, house.wall),
         Band(house.eaves - 0.35, house.eaves, house.trim, 0.28 if house.historic else 0.02),
     ]
-    parts = parts + wall(house.width, bands, np.concatenate([doorway, upper]))
+    openings = np.concatenate([doorway, upper])
+    parts = parts + wall(house.width, bands, openings, adjoining=True)
     parts += windows(upper, house.style, rng)
     if balcony:
         solid_parapet = house.trim if house.historic else palette.WHITE

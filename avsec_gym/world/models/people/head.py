@@ -2,50 +2,116 @@
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import replace
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from avsec_gym.world.material import Material
 from avsec_gym.world.models.people.clothing import Outfit
 from avsec_gym.world.models.people.rings import Floats, Rings, sweep
 from avsec_gym.world.models.people.skeleton import Proportions, Skeleton
 from avsec_gym.world.textures.people import HEAD_SIZE
 
-# Level, then half sizes to the front, to the back and to the side, and how far the middle is in
-# front of the neck's axis; in heights of the head from chin (0) to crown (1).
+# Level, half sizes to the front, to the back and to the side, and how far the middle is in front
+# of the neck's axis; in heights of the head, from chin (level 0) to crown (1).
 _HEAD = np.array(
     [
-        (-0.30, 0.24, 0.29, 0.26, 0.00),
-        (-0.06, 0.25, 0.27, 0.24, 0.04),
-        (0.00, 0.37, 0.28, 0.22, 0.08),
-        (0.09, 0.375, 0.32, 0.27, 0.10),
-        (0.20, 0.36, 0.37, 0.30, 0.11),
-        (0.31, 0.36, 0.42, 0.325, 0.11),
-        (0.47, 0.35, 0.47, 0.340, 0.11),
-        (0.60, 0.37, 0.49, 0.345, 0.11),
-        (0.78, 0.335, 0.47, 0.330, 0.11),
-        (0.92, 0.24, 0.36, 0.250, 0.10),
-        (0.985, 0.12, 0.20, 0.130, 0.08),
+        (-0.32, 0.24, 0.30, 0.27, -0.02),
+        (-0.07, 0.25, 0.26, 0.235, 0.03),
+        (0.00, 0.36, 0.29, 0.20, 0.08),
+        (0.09, 0.375, 0.33, 0.265, 0.09),
+        (0.20, 0.36, 0.38, 0.300, 0.10),
+        (0.31, 0.36, 0.42, 0.325, 0.10),
+        (0.47, 0.35, 0.46, 0.340, 0.10),
+        (0.60, 0.37, 0.48, 0.345, 0.10),
+        (0.78, 0.335, 0.46, 0.330, 0.10),
+        (0.92, 0.24, 0.35, 0.250, 0.09),
+        (0.985, 0.12, 0.20, 0.130, 0.07),
     ]
 )
 _SIDES = 12
+_HAIR = {"short": 0.035, "receding": 0.02, "bald": 0.0, "long": 0.06, "bob": 0.07}
 
 
 def head(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
     """The head with its neck, its hair and what it wears."""
     size = Proportions(skeleton.height).head
-    place = skeleton.spine[3] + np.array([0.0, 0.0, 0.021 * skeleton.height]) * 1.0
-    parts = [_face(size, outfit), *_hair(size, outfit), *_hat(size, outfit)]
-    lifted = np.array([0.0, 0.0, 0.22 * size])
-    return [
-        part.attached((0.0, 0.0, 0.0)).carried(skeleton.head, place + skeleton.head @ lifted - lifted)
-        if False
-        else part.attached((0.0, 0.0, 0.0)).carried(skeleton.head, place)
-        for part in parts
-    ]
+    lift = np.array([0.0, 0.0, 0.024 * skeleton.height])
+    parts = [_face(outfit), *_hair(outfit), *_hat(outfit)]
+    neck = skeleton.spine[3]
+    return [_scaled(part, size, lift).carried(skeleton.head, neck).attached(neck) for part in parts]
 
 
-def _rows(table: Floats, size: float, outfit: Outfit, material: int = 0, **options: object) -> Rings:
-    raise NotImplementedError
+def _face(outfit: Outfit) -> Rings:
+    """The face's own shape, with nose and ears, under a coat of hair."""
+    rings = _rows(_HEAD, outfit.head)
+    level = rings.anchors[:, 2]
+    offsets = rings.offsets.copy()
+    offsets[:, 0, 0] += np.interp(level, [0.2, 0.3, 0.32, 0.47, 0.56], [0, 0.10, 0.10, 0.02, 0])
+    ear = np.interp(level, [0.2, 0.3, 0.47, 0.6], [0, 0.035, 0.05, 0])
+    offsets[:, 3, 1] -= ear
+    offsets[:, 9, 1] += ear
+    behind = np.interp(np.arange(_SIDES), [0, 2, 4, 6, 8, 10, 12], [0, 0.3, 1, 1, 1, 0.3, 0])
+    covered = np.interp(level, [0.05, 0.3, 0.55, 0.75], [0, 0.6, 0.9, 1.0])[:, None] * behind
+    covered = np.maximum(covered, np.interp(level, [0.75, 0.9], [0, 1])[:, None])
+    thick = _HAIR.get(outfit.style, 0.035)
+    offsets *= 1.0 + (thick / 0.36 * covered)[..., None]
+    turns = (np.arange(_SIDES + 1) / _SIDES + 0.5) * HEAD_SIZE[0]
+    down = (1.05 - level) / 1.35 * HEAD_SIZE[1]
+    uv = np.stack(np.broadcast_arrays(turns, down[:, None]), axis=-1)
+    return replace(rings, offsets=offsets, uv=uv)
 
 
-def _face(size: float, outfit: Outfit) -> Rings:
-    raise NotImplementedError
+def _hair(outfit: Outfit) -> list[Rings]:
+    """What stands off the head: long hair over the shoulders, tails and buns."""
+    if outfit.style in ("long", "bob"):
+        low = -0.62 if outfit.style == "long" else -0.12
+        table = np.array(
+            [
+                (low, 0.04, 0.10, 0.16, -0.30),
+                (0.6 * low, 0.08, 0.14, 0.33, -0.22),
+                (0.10, 0.15, 0.27, 0.37, -0.14),
+                (0.50, 0.16, 0.36, 0.385, -0.09),
+                (0.85, 0.16, 0.24, 0.30, -0.06),
+            ]
+        )
+        return [_rows(table, outfit.hair, sides=10)]
+    if outfit.style == "ponytail":
+        table = np.array(
+            [
+                (-0.40, 0.03, 0.03, 0.04, -0.50),
+                (0.05, 0.08, 0.08, 0.09, -0.53),
+                (0.45, 0.08, 0.08, 0.08, -0.50),
+                (0.62, 0.06, 0.06, 0.06, -0.42),
+            ]
+        )
+        return [_rows(table, outfit.hair, sides=6)]
+    if outfit.style == "bun":
+        table = np.array([(0.58, 0.1, 0.1, 0.1, -0.42), (0.72, 0.15, 0.15, 0.16, -0.43), (0.85, 0.1, 0.1, 0.1, -0.40)])  # fmt: skip
+        return [_rows(table, outfit.hair, sides=8)]
+    return []
+
+
+def _hat(outfit: Outfit) -> list[Rings]:
+    crowns = {
+        "cap": [(0.64, 0.42, 0.52, 0.39, 0.1), (0.80, 0.41, 0.52, 0.385, 0.1), (0.97, 0.32, 0.40, 0.30, 0.1), (1.05, 0.14, 0.18, 0.14, 0.08)],
+        "hat": [(0.66, 0.68, 0.76, 0.64, 0.08), (0.70, 0.66, 0.74, 0.62, 0.08), (0.73, 0.42, 0.50, 0.38, 0.1), (1.02, 0.36, 0.44, 0.33, 0.1), (1.10, 0.26, 0.32, 0.24, 0.1)],
+        "helmet": [(0.62, 0.44, 0.54, 0.40, 0.1), (0.82, 0.45, 0.56, 0.41, 0.1), (1.02, 0.34, 0.46, 0.32, 0.08), (1.12, 0.14, 0.22, 0.14, 0.06)],
+    }  # fmt: skip
+    if outfit.hat not in crowns:
+        return []
+    parts = [_rows(np.array(crowns[outfit.hat]), outfit.headgear, sides=10)]
+    if outfit.hat == "cap":
+        brim = np.array([(0.62, 0.30, 0.10, 0.26, 0.48), (0.66, 0.30, 0.10, 0.28, 0.46)])
+        parts.append(_rows(brim, outfit.headgear, sides=8))
+    return parts
+
+
+def _rows(table: Floats, material: Material, sides: int = _SIDES) -> Rings:
+    anchors = np.stack([table[:, 4], np.zeros(len(table)), table[:, 0]], axis=1)
+    return sweep(anchors, (0, 0, 1), (1, 0, 0), table[:, 1:4], material, sides=sides)
+
+
+def _scaled(rings: Rings, size: float, lift: ArrayLike) -> Rings:
+    return replace(rings, anchors=rings.anchors * size + lift, offsets=rings.offsets * size)

@@ -1,6 +1,18 @@
 """Plants: trees, bushes, hedges, ivy, grass, and the woods and hills far away."""
 
+from avsec_gym.world.models.plants.bushes import BUSHES, bush, hedge, ivy
+from avsec_gym.world.models.plants.grass import grass_tufts
 from avsec_gym.world.models.plants.species import SPECIES, Detail
 from avsec_gym.world.models.plants.trees import VARIANTS, tree
 
-__all__ = ["SPECIES", "VARIANTS", "Detail", "tree"]
+__all__ = [
+    "BUSHES",
+    "SPECIES",
+    "VARIANTS",
+    "Detail",
+    "bush",
+    "grass_tufts",
+    "hedge",
+    "ivy",
+    "tree",
+]

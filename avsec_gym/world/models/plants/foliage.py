@@ -1,8 +1,8 @@
 """Leaves: sprays on clusters, and the shade inside them.
 
-A crown is a set of clusters, ellipsoids of leaves at the ends of branches.  The light falls on
-the crown as on a volume: the normals of the sprays lean towards the outside of their cluster and
-of the crown, so that clusters have a bright and a dark side however their sprays lie.
+A crown is a set of clusters, ellipsoids of leaves at the ends of branches.  Light falls on the
+crown as on a volume: normals lean towards the outside of cluster and crown, so that clusters have
+a bright and a dark side however their leaves lie.
 """
 
 from __future__ import annotations
@@ -17,12 +17,14 @@ from avsec_gym.world.mesh import Float32s, Mesh
 
 Floats = NDArray[np.float64]
 
-TRANSLUCENT = 0.35
-"""Of leaves."""
-INFRARED = 0.6
-"""Reflectance of leaves for LiDAR."""
+REACH = 1.02
+"""Sprays grow at most so far from their cluster's centre, relative to its half axes."""
 
+_INNERMOST = 0.68
+_COARSENING = 0.7
 _TEXTURE_SIZE = 1.1
+
+
 class Clusters(NamedTuple):
     """n ellipsoids."""
 
@@ -32,99 +34,162 @@ class Clusters(NamedTuple):
     """Rows are the half axes, metres, shape (n, 3, 3)."""
 
 
+def leaf_material(family: str, tone: float = 1.0) -> Material:
+    """Leaves of a texture family (``lime`` for ``leaves_lime``); `tone` makes them lighter."""
+    return Material(f"leaves_{family}", (tone, tone, tone), translucent=0.35, infrared=0.6)
+
+
 def sprays(
     clusters: Clusters,
     count: int,
-    length: float,
+    cover: float,
     materials: tuple[Material, ...],
     rng: np.random.Generator,
     *,
-    hang: float,
     heart: Floats,
-    reach: tuple[float, float] = (0.68, 1.02),
+    hang: float = 0.0,
 ) -> Mesh:
-    """Triangles of leaves all over the clusters' outsides.
+    """Triangles of a few leaves each, all over the outside of a crown.
+
+    They are finer at the bottom of the crown, which is what one sees from near by.
 
     Args:
         clusters: Which bear them.
         count: Of triangles.
-        length: Of a triangle on average, metres.
+        cover: Area of the leaves relative to that of the clusters.
         materials: One is drawn for each cluster.
         rng: The source of chance.
-        hang: See `Species.hang`.
         heart: Shape (3,); the crown's outside is away from it.
+        hang: 0 sprays spread as they like, 1 they hang straight down, -1 they stand.
     """
-    outward, owner = _directions(clusters, count, rng, heart, reach)
+    height = clusters.centre[:, 2] - clusters.centre[:, 2].min()
+    coarseness = 1.0 + _COARSENING * (height / max(height.max(), 1e-9) - 0.5)
+    area = _surface(clusters)
+    length = np.sqrt(2.1 * cover * area.sum() / count) * coarseness
+    outward, owner = _places(clusters, count, area / coarseness**2, heart, rng)
     base = clusters.centre[owner] + _times(outward, clusters.axes[owner])
-    inverse = np.linalg.inv(clusters.axes)
-    cluster_normal = unit(_times(outward, inverse.transpose(0, 2, 1)[owner]))
-    crown_normal = unit(base - heart)
-    facing = unit(cluster_normal + 0.42 * rng.normal(0, 1, (count, 3)) + [0, 0, 0.3])
-    along = rng.normal(0, 1, (count, 3)) + 0.6 * crown_normal
+    swell = _normals(clusters, outward, owner)
+    facing = unit(swell + 0.42 * rng.normal(0, 1, (count, 3)) + [0, 0, 0.3])
+    along = rng.normal(0, 1, (count, 3)) + 0.6 * unit(base - heart)
     along = unit(along - np.sum(along * facing, axis=1, keepdims=True) * facing)
     along = unit((1 - abs(hang)) * along - [0, 0, hang])
     across = unit(np.cross(facing, along))
     facing = np.cross(along, across)
-    height = base[:, 2] - base[:, 2].min()
-    size = (length * (0.65 + 0.7 * height / height.max()) * rng.lognormal(0, 0.22, count))[:, None]
+    size = (length[owner] * rng.lognormal(0, 0.22, count))[:, None]
     half = size * rng.uniform(0.15, 0.4, (count, 1)) * (1 - 0.3 * abs(hang))
     slant = size * rng.uniform(-0.35, 0.35, (count, 1))
     stalk = base - 0.45 * size * along
     corners = np.stack(
         [
-            stalk - half * across + slant * along,
-            base + 0.55 * size * along + 0.5 * slant * across,
             stalk + half * across - slant * along,
+            base + 0.55 * size * along + 0.5 * slant * across,
+            stalk - half * across + slant * along,
         ],
         axis=1,
     )
-    normals = unit(0.25 * facing + 0.55 * cluster_normal + 0.4 * crown_normal)
-    choice = rng.integers(len(materials), size=len(clusters.centre))[owner]
-    return Mesh(
-        corners[:, ::-1].reshape(-1, 3).astype(np.float32),
-        np.repeat(normals, 3, axis=0).astype(np.float32),
-        _flat_uv(corners, rng),
-        np.arange(3 * count, dtype=np.int32).reshape(-1, 3),
-        choice.astype(np.int32),
-        materials,
-    )
+    normals = unit(0.25 * facing + 0.55 * swell + 0.4 * unit(base - heart))
+    choice = rng.integers(len(materials), size=len(area))[owner]
+    return loose(corners, np.repeat(normals[:, None], 3, axis=1), choice, materials, rng)
 
 
-def _flat_uv(corners: Floats, rng: np.random.Generator) -> Float32s:
-    """Each triangle shows some piece of the texture, undistorted; corners of shape (n, 3, 3)."""
+def cores(
+    clusters: Clusters,
+    each: int,
+    size: float,
+    material: Material,
+    rng: np.random.Generator,
+    *,
+    heart: Floats,
+) -> Mesh:
+    """The shade inside: large dark triangles inscribed in each cluster, so that it is opaque.
+
+    Args:
+        clusters: To be filled.
+        each: Triangles in a cluster.
+        size: Relative to the clusters.
+        material: Of all.
+        rng: The source of chance.
+        heart: Shape (3,); the crown's outside is away from it.
+    """
+    count = each * len(clusters.centre)
+    owner = np.repeat(np.arange(len(clusters.centre)), each)
+    pole = unit(rng.normal(0, 1, (count, 3)))
+    side = unit(np.cross(pole, rng.normal(0, 1, (count, 3))))
+    other = np.cross(pole, side)
+    turn = np.arange(3) * (2 * np.pi / 3) + rng.uniform(-0.5, 0.5, (count, 3))
+    opening = rng.uniform(0.5, 1.15, (count, 3, 1))
+    ring = np.cos(turn)[..., None] * side[:, None] + np.sin(turn)[..., None] * other[:, None]
+    direction = np.cos(opening) * pole[:, None] + np.sin(opening) * ring
+    inside = size * rng.uniform(0.75, 1.1, (count, 3, 1)) * direction
+    corners = clusters.centre[owner, None] + inside @ clusters.axes[owner]
+    normals = unit(_normals(clusters, pole, owner)[:, None] + unit(corners - heart))
+    return loose(corners, normals, np.zeros(count, np.intp), (material,), rng)
+
+
+def loose(
+    corners: Floats,
+    normals: Floats,
+    material: NDArray[np.intp],
+    materials: tuple[Material, ...],
+    rng: np.random.Generator,
+) -> Mesh:
+    """Triangles that share nothing; each shows some piece of its texture, undistorted.
+
+    Args:
+        corners: Shape (n, 3, 3), metres.
+        normals: Shape (n, 3, 3).
+        material: Of each triangle, shape (n,).
+        materials: What `material` refers to.
+        rng: Draws the pieces.
+    """
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     right = unit(first)
-    across = np.sum(second * right, axis=1)
-    down = np.linalg.norm(second - across[:, None] * right, axis=1)
-    start = rng.uniform(0, _TEXTURE_SIZE, (len(corners), 1, 2))
-    offset = np.zeros((len(corners), 3, 2))
-    offset[:, 1, 0], offset[:, 2, 0] = np.linalg.norm(first, axis=1), across
-    offset[:, 2, 1] = down
-    return (start + offset).reshape(-1, 2).astype(np.float32)
-
-
-def _directions(
-    clusters: Clusters, count: int, rng: np.random.Generator, heart: Floats, reach
-) -> tuple[Floats, NDArray[np.intp]]:
-    """Where on which cluster sprays grow (in its unit sphere): not inside another cluster."""
-    height = clusters.centre[:, 2] - clusters.centre[:, 2].min()
-    area = np.linalg.det(clusters.axes) ** (2 / 3) / (0.65 + 0.7 * height / height.max()) ** 2
-    many = int(2.2 * count)
-    owner = rng.choice(len(area), many, p=area / area.sum())
-    outward = unit(rng.normal(0, 1, (many, 3)) + [0, 0, 0.2]) * rng.uniform(*reach, (many, 1))
-    point = clusters.centre[owner] + _times(outward, clusters.axes[owner])
-    within = (point[None] - clusters.centre[:, None]) @ np.linalg.inv(clusters.axes)
-    hidden = (np.sum(within**2, axis=2) < reach[0]**2 - 0.02).any(axis=0)
-    inward = np.sum(unit(point - clusters.centre[owner]) * unit(point - heart), axis=1) < -0.1
-    kept = np.argsort(hidden | inward, kind="stable")[:count]
-    return outward[kept], owner[kept]
-
-
-def _times(vectors: Floats, matrices: Floats) -> Floats:
-    """Row vectors, shape (n, 3), times matrices, shape (n, 3, 3)."""
-    return np.asarray((vectors[:, None] @ matrices)[:, 0])
+    along = np.sum(second * right, axis=1)
+    uv = np.zeros((len(corners), 3, 2))
+    uv[:, 1, 0], uv[:, 2, 0] = np.linalg.norm(first, axis=1), along
+    uv[:, 2, 1] = np.linalg.norm(second - along[:, None] * right, axis=1)
+    uv += rng.uniform(0, _TEXTURE_SIZE, (len(corners), 1, 2))
+    return Mesh(
+        corners.reshape(-1, 3).astype(np.float32),
+        normals.reshape(-1, 3).astype(np.float32),
+        uv.reshape(-1, 2).astype(np.float32),
+        np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3),
+        material.astype(np.int32),
+        materials,
+    )
 
 
 def unit(vectors: Floats) -> Floats:
     """Scaled to length 1 along the last axis."""
     return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12))
+
+
+def _places(
+    clusters: Clusters, count: int, weight: Floats, heart: Floats, rng: np.random.Generator
+) -> tuple[Floats, NDArray[np.intp]]:
+    """Where (in the unit sphere) on which cluster sprays grow: outside of others, and outside."""
+    many = int(2.2 * count)
+    owner = rng.choice(len(weight), many, p=weight / weight.sum())
+    outward = unit(rng.normal(0, 1, (many, 3)) + [0, 0, 0.2])
+    outward *= rng.uniform(_INNERMOST, REACH, (many, 1))
+    point = clusters.centre[owner] + _times(outward, clusters.axes[owner])
+    within = (point[None] - clusters.centre[:, None]) @ np.linalg.inv(clusters.axes)
+    hidden = (np.sum(within**2, axis=2) < 0.95 * _INNERMOST**2).any(axis=0)
+    inward = np.sum(unit(point - clusters.centre[owner]) * unit(point - heart), axis=1) < -0.1
+    kept = np.argsort(hidden | inward, kind="stable")[:count]
+    return outward[kept], owner[kept]
+
+
+def _normals(clusters: Clusters, outward: Floats, owner: NDArray[np.intp]) -> Floats:
+    """Of the ellipsoids, at points of the unit sphere."""
+    return unit(_times(outward, np.linalg.inv(clusters.axes).transpose(0, 2, 1)[owner]))
+
+
+def _surface(clusters: Clusters) -> Floats:
+    """About the area of each ellipsoid, square metres."""
+    return np.asarray(4 * np.pi * np.abs(np.linalg.det(clusters.axes)) ** (2 / 3))
+
+
+def _times(vectors: Floats, matrices: Floats) -> Floats:
+    """Row vectors, shape (n, 3), times matrices, shape (n, 3, 3)."""
+    return np.asarray((vectors[:, None] @ matrices)[:, 0])

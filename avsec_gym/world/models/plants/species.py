@@ -43,12 +43,12 @@ class Species:
     """How far up the crown the trunk can be followed."""
     girth: float = 0.018
     """Radius of the trunk at the ground."""
-    leaf: float = 0.2
-    """Length of a spray of leaves when near, metres."""
     hang: float = 0.25
     """How much sprays hang: 0 they spread as they like, 1 they hang straight down."""
-    fullness: float = 1.0
-    """Of the opaque inside of the clusters; 0 for a tree through which one sees the sky."""
+    cover: float = 0.5
+    """Area of the leaves relative to that of the clusters."""
+    shade: float = 0.75
+    """Size of the dark inside of the clusters; 0 for a tree through which one sees the sky."""
     brightness: float = 1.0
     whorled: bool = False
     """Branches in tiers round one trunk, each a flat drooping frond (spruce, fir)."""
@@ -64,7 +64,7 @@ SPECIES: dict[str, Species] = {
     "lime": Species(
         (11.0, 16.0), _GREY_BARK, "lime", 0.2, 0.31, _ROUND, lumps=40, lump=0.36, hang=0.35
     ),
-    "maple": Species((9.0, 14.0), _LIME_BARK, "maple", 0.24, 0.36, _BROAD, leaf=0.23, girth=0.02),
+    "maple": Species((9.0, 14.0), _LIME_BARK, "maple", 0.24, 0.36, _BROAD, girth=0.02),
     "birch": Species(
         (10.0, 15.0),
         Material("bark_birch"),
@@ -77,9 +77,7 @@ SPECIES: dict[str, Species] = {
         flatness=1.7,
         leader=0.92,
         girth=0.011,
-        leaf=0.2,
         hang=0.85,
-        fullness=0.6,
     ),
     "plane": Species(
         (12.0, 18.0),
@@ -92,8 +90,6 @@ SPECIES: dict[str, Species] = {
         lump=0.36,
         leader=0.4,
         girth=0.024,
-        leaf=0.26,
-        fullness=0.9,
     ),
     "poplar": Species(
         (13.0, 18.0),
@@ -119,7 +115,6 @@ SPECIES: dict[str, Species] = {
         lumps=64,
         leader=1.0,
         girth=0.012,
-        leaf=0.24,
         hang=0.6,
         whorled=True,
     ),
@@ -135,7 +130,6 @@ SPECIES: dict[str, Species] = {
         flatness=0.5,
         leader=0.8,
         girth=0.013,
-        leaf=0.22,
         hang=-0.2,
     ),
     "copper_beech": Species(
@@ -160,8 +154,6 @@ SPECIES: dict[str, Species] = {
         lump=0.4,
         leader=0.25,
         girth=0.022,
-        leaf=0.16,
-        fullness=0.8,
     ),
     "young": Species(
         (4.5, 6.5),
@@ -174,8 +166,6 @@ SPECIES: dict[str, Species] = {
         lump=0.48,
         leader=0.85,
         girth=0.009,
-        leaf=0.15,
-        fullness=0.7,
         brightness=1.15,
         staked=True,
     ),
@@ -191,9 +181,7 @@ SPECIES: dict[str, Species] = {
         flatness=1.5,
         leader=0.4,
         girth=0.026,
-        leaf=0.26,
         hang=0.95,
-        fullness=0.8,
     ),
     "autumn": Species(
         (7.0, 12.0),
@@ -206,8 +194,8 @@ SPECIES: dict[str, Species] = {
         lump=0.36,
         leader=0.6,
         girth=0.018,
-        leaf=0.2,
-        fullness=0.5,
+        cover=0.25,
+        shade=0.0,
     ),
 }
 """By name."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
@@ -12,9 +11,9 @@ from numpy.typing import NDArray
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.models.plants.foliage import (
-    INFRARED,
-    TRANSLUCENT,
     Clusters,
+    cores,
+    leaf_material,
     sprays,
     unit,
 )
@@ -27,23 +26,21 @@ Floats = NDArray[np.float64]
 VARIANTS = 4
 """Of each species, from the smallest to the tallest."""
 
-COVER=0.5
-def area(c): return float(np.sum(4*np.pi*np.linalg.det(c.axes)**(2/3)))
 _GOLDEN_ANGLE = np.pi * (3 - 5**0.5)
 
 
 class _Fineness(NamedTuple):
-    sprays: int
-    larger: float
+    triangles: int
+    shade: int
+    """Inner triangles of a cluster."""
     sides: int
     thinnest: float
-    coarse: bool
 
 
 _FINENESS: dict[Detail, _Fineness] = {
-    "near": _Fineness(5000, 1.0, 9, 0.012, False),
-    "middle": _Fineness(1500, 1.7, 6, 0.05, False),
-    "far": _Fineness(400, 3.6, 4, 9.0, True),
+    "near": _Fineness(5000, 16, 9, 0.012),
+    "middle": _Fineness(1500, 10, 6, 0.05),
+    "far": _Fineness(400, 5, 4, 9.0),
 }
 
 
@@ -60,7 +57,8 @@ def tree(species: str, variant: int, detail: Detail) -> Mesh:
         KeyError: There is no such species.
     """
     kind = SPECIES[species]
-    rng = np.random.default_rng((list(SPECIES).index(species), variant))
+    seed = (list(SPECIES).index(species), variant)
+    rng = np.random.default_rng(seed)
     low, high = kind.heights
     height = low + (high - low) * (variant + 0.5) / VARIANTS
     trunk = _trunk(kind, height, rng)
@@ -69,34 +67,17 @@ def tree(species: str, variant: int, detail: Detail) -> Mesh:
     skeleton = grow(trunk, clusters.centre, kind.girth * height)
     fine = _FINENESS[detail]
     parts = [wood(skeleton, kind.bark, sides=fine.sides, thinnest=fine.thinnest)]
-    if kind.fullness > 0.5:
-        shade = _leaves(kind, 0.45)
-        inner = 14 * kind.lumps if detail=="near" else 9*kind.lumps if detail=="middle" else 5*kind.lumps
-        big = 1.05 * float(np.mean(np.linalg.det(clusters.axes)**(1/3)))
-        parts.append(sprays(clusters, inner, big, (shade,), rng, hang=0.6*kind.hang, heart=heart, reach=(0.3,0.62)))
-    tones = tuple(_leaves(kind, tone) for tone in (0.85, 1.0, 1.2))
     if kind.staked and detail != "far":
         parts.append(_stakes())
-    count = fine.sprays - sum(len(part.faces) for part in parts)
-    length = np.sqrt(COVER * kind.fullness * area(clusters) / count)
-    import os
-    if os.environ.get('DBG'): print(species, detail, 'length', length, 'height', height, 'count', count)
-    parts.append(
-        sprays(clusters, count, length, tones, rng, hang=kind.hang, heart=heart)
-    )
+    if kind.shade > 0:
+        dark = leaf_material(kind.leaves, 0.5 * kind.brightness)
+        parts.append(cores(clusters, fine.shade, kind.shade, dark, rng, heart=heart))
+    tones = tuple(leaf_material(kind.leaves, tone * kind.brightness) for tone in (0.85, 1.0, 1.2))
+    rest = fine.triangles - sum(len(part.faces) for part in parts)
+    parts.append(sprays(clusters, rest, kind.cover, tones, rng, heart=heart, hang=kind.hang))
     whole = merge(parts)
     stretch = height / float(whole.bounds[1][2])
     return whole.scaled(stretch, stretch, stretch)
-
-
-def _leaves(kind: Species, tone: float) -> Material:
-    tone *= kind.brightness
-    return Material(
-        f"leaves_{kind.leaves}",
-        (tone, tone, tone),
-        translucent=TRANSLUCENT,
-        infrared=INFRARED,
-    )
 
 
 def _trunk(kind: Species, height: float, rng: np.random.Generator) -> Floats:
@@ -171,5 +152,3 @@ def _stakes() -> Mesh:
         ]
     )
 
-
-_ = replace

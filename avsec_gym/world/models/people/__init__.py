@@ -1,0 +1,6 @@
+"""People on foot, on chairs and on bicycles."""
+
+from avsec_gym.world.models.people.gait import stride_length
+from avsec_gym.world.models.people.person import make_person
+
+__all__ = ["make_person", "stride_length"]

@@ -1,0 +1,307 @@
+"""Clothed bodies: rings round the bones of a skeleton."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from avsec_gym.world.models.people.clothing import Outfit
+from avsec_gym.world.models.people.head import head
+from avsec_gym.world.models.people.rings import Floats, Rings, sweep, unit
+from avsec_gym.world.models.people.skeleton import Proportions, Skeleton, turn_y, turn_z
+
+# All sizes are in body heights: half sizes to the front, to the back and to the side.
+# The trunk by its level above the hip joints.
+_TRUNK = np.array(
+    [
+        (-0.040, 0.064, 0.074, 0.096),
+        (0.000, 0.066, 0.074, 0.099),
+        (0.045, 0.064, 0.062, 0.094),
+        (0.095, 0.060, 0.054, 0.085),
+        (0.160, 0.066, 0.060, 0.092),
+        (0.215, 0.068, 0.066, 0.100),
+        (0.252, 0.062, 0.068, 0.106),
+        (0.279, 0.050, 0.064, 0.105),
+        (0.297, 0.038, 0.054, 0.082),
+        (0.311, 0.033, 0.044, 0.052),
+        (0.324, 0.032, 0.038, 0.037),
+    ]
+)
+# Limbs by station: 0 at shoulder or hip, 1 at elbow or knee, 2 at wrist or ankle.
+_ARM = np.array(
+    [
+        (-0.13, 0.018, 0.018, 0.016),
+        (0.03, 0.034, 0.034, 0.031),
+        (0.35, 0.031, 0.031, 0.029),
+        (0.75, 0.027, 0.028, 0.026),
+        (1.00, 0.026, 0.028, 0.025),
+        (1.28, 0.026, 0.026, 0.025),
+        (1.65, 0.021, 0.021, 0.020),
+        (2.00, 0.017, 0.017, 0.015),
+    ]
+)
+_LEG = np.array(
+    [
+        (0.02, 0.046, 0.056, 0.048),
+        (0.30, 0.046, 0.050, 0.045),
+        (0.65, 0.039, 0.041, 0.038),
+        (0.92, 0.034, 0.033, 0.032),
+        (1.10, 0.031, 0.034, 0.030),
+        (1.40, 0.027, 0.039, 0.030),
+        (1.75, 0.021, 0.027, 0.022),
+        (2.00, 0.019, 0.023, 0.018),
+    ]
+)
+_TROUSERS = np.array(
+    [
+        (0.02, 0.048, 0.058, 0.050),
+        (0.30, 0.048, 0.052, 0.047),
+        (0.65, 0.041, 0.044, 0.041),
+        (0.92, 0.037, 0.036, 0.035),
+        (1.10, 0.035, 0.037, 0.034),
+        (1.40, 0.031, 0.040, 0.034),
+        (1.75, 0.029, 0.037, 0.032),
+        (2.00, 0.032, 0.037, 0.032),
+    ]
+)
+# The shoe by its place along the foot (0 below the ankle, in foot lengths): height above the sole
+# and half width, in body heights.
+_SHOE = np.array(
+    [
+        (-0.27, 0.030, 0.013),
+        (-0.22, 0.044, 0.020),
+        (-0.02, 0.050, 0.021),
+        (0.22, 0.038, 0.023),
+        (0.46, 0.027, 0.028),
+        (0.64, 0.021, 0.024),
+        (0.73, 0.013, 0.012),
+    ]
+)
+_HAND = np.array(
+    [
+        (0.000, 0.016, 0.012),
+        (0.028, 0.024, 0.013),
+        (0.060, 0.023, 0.012),
+        (0.095, 0.013, 0.009),
+    ]
+)
+
+
+def body(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
+    """Everything from the shoes to the hat, without luggage."""
+    parts = [_trunk(skeleton, outfit), _seat(skeleton, outfit), *head(skeleton, outfit)]
+    if outfit.skirt is not None:
+        parts.append(_skirt(skeleton, outfit))
+    for side in range(2):
+        parts += [
+            _leg(skeleton, outfit, side),
+            _shoe(skeleton, outfit, side),
+            _arm(skeleton, outfit, side),
+            _hand(skeleton, outfit, side),
+        ]
+    return parts
+
+
+def trunk_at(skeleton: Skeleton, level: Floats) -> tuple[Floats, Floats, Floats]:
+    """Centres, upward and forward directions of the trunk.
+
+    Args:
+        skeleton: Whose trunk.
+        level: Above the hip joints along the spine, in body heights, shape (n,).
+    """
+    steps = np.linalg.norm(np.diff(skeleton.spine, axis=0), axis=1)
+    way = np.concatenate([[0.0], np.cumsum(steps)])
+    place = np.asarray(level, float) * skeleton.height
+    centres = np.stack([np.interp(place, way, line) for line in skeleton.spine.T], axis=1)
+    rise = unit(np.gradient(skeleton.spine, axis=0))
+    up = unit(np.stack([np.interp(place, way, line) for line in rise.T], axis=1))
+    ahead = np.stack([np.interp(place, way, line) for line in skeleton.facing.T], axis=1)
+    centres += np.minimum(place, 0.0)[:, None] * up + np.maximum(place - way[-1], 0.0)[:, None] * up
+    return centres, up, ahead
+
+
+def _trunk(skeleton: Skeleton, outfit: Outfit) -> Rings:
+    table = _TRUNK.copy()
+    level = table[:, 0]
+    table[:, 1:] *= _figure(level, outfit)
+    table[:, 1:] += outfit.bulk * np.interp(level, [-0.04, 0.2, 0.32], [1.3, 1.0, 0.25])[:, None]
+    low = max(outfit.hem, -0.04)
+    first = np.array([low, *(np.interp(low, level, column) for column in table.T[1:])])
+    table = np.concatenate([first[None], table[level > low + 0.01]])
+    centres, up, ahead = trunk_at(skeleton, table[:, 0])
+    sizes = table[:, 1:] * skeleton.height
+    if outfit.hem < -0.05:
+        hang = _around_legs(skeleton, np.array([outfit.hem, 0.5 * (outfit.hem - 0.04)]), outfit.bulk)
+        centres, sizes = np.concatenate([hang[0], centres]), np.concatenate([hang[1], sizes])
+        up = np.concatenate([np.tile([0.0, 0.0, 1.0], (2, 1)), up])
+        ahead = np.concatenate([ahead[:1], ahead[:1], ahead])
+    codes = np.zeros((len(centres), 12), np.int32)
+    if outfit.is_open:
+        codes[:, [0, 11]] = 1
+    materials = (outfit.top, outfit.inner)
+    return sweep(
+        centres, up, ahead, sizes, materials, sides=12, codes=codes, squareness=0.12
+    )
+
+
+def _figure(level: Floats, outfit: Outfit) -> Floats:
+    """Factors of the trunk's half sizes, shape (n, 3)."""
+    belly = np.interp(level, [-0.04, 0.08, 0.2, 0.28], [0.8, 1.0, 0.6, 0.1])
+    factors = 1.0 + outfit.stout * belly[:, None] * np.array([1.8, 0.7, 1.0])
+    if outfit.feminine:
+        points = [-0.04, 0.02, 0.095, 0.2, 0.25, 0.32]
+        factors[:, 2] *= np.interp(level, points, [1.02, 1.02, 0.86, 0.88, 0.88, 0.92])
+        factors[:, 0] *= np.interp(level, points, [0.95, 0.95, 0.92, 1.25, 1.05, 0.9])
+    return factors
+
+
+def _seat(skeleton: Skeleton, outfit: Outfit) -> Rings:
+    """Trousers from the waist to the crotch."""
+    level = np.array([-0.062, -0.035, 0.0, 0.05, 0.08])
+    table = np.array(
+        [
+            (0.030, 0.040, 0.040),
+            (0.058, 0.070, 0.090),
+            (0.063, 0.073, 0.095),
+            (0.061, 0.060, 0.090),
+            (0.058, 0.054, 0.084),
+        ]
+    )
+    centres, up, ahead = trunk_at(skeleton, level)
+    sizes = table * _figure(level, outfit) * skeleton.height
+    material = outfit.lower if outfit.skirt is not None else outfit.legs
+    return sweep(centres, up, ahead, sizes, material, sides=12, squareness=0.12)
+
+
+def _skirt(skeleton: Skeleton, outfit: Outfit) -> Rings:
+    edge = outfit.skirt or 0.0
+    level = np.array([edge, 0.55 * edge, -0.05])
+    centres, sizes = _around_legs(skeleton, level, 0.004 - 0.02 * edge)
+    top, up, ahead = trunk_at(skeleton, np.array([0.0, 0.09]))
+    waist = np.array([(0.068, 0.076, 0.1), (0.060, 0.055, 0.078)]) * skeleton.height
+    upward = np.concatenate([np.tile([0.0, 0.0, 1.0], (3, 1)), up])
+    return sweep(
+        np.concatenate([centres, top]),
+        upward,
+        np.concatenate([ahead[:1].repeat(3, 0), ahead]),
+        np.concatenate([sizes, waist]),
+        outfit.lower,
+        sides=12,
+    )
+
+
+def _around_legs(skeleton: Skeleton, level: Floats, room: float) -> tuple[Floats, Floats]:
+    """Centres and half sizes of rings that hang around both legs."""
+    height = skeleton.height
+    z = skeleton.spine[0, 2] + level * height
+    legs = skeleton.legs[:, ::-1]
+    x = np.stack([np.interp(z, leg[:, 2], leg[:, 0]) for leg in legs])
+    y = np.stack([np.interp(z, leg[:, 2], leg[:, 1]) for leg in legs])
+    thick = (np.interp(level, [-0.4, -0.2, -0.05], [0.035, 0.046, 0.056]) + room) * height
+    centres = np.stack([x.mean(axis=0), y.mean(axis=0), z], axis=1)
+    reach = 0.5 * 1.1 * np.ptp(x, axis=0) + thick
+    aside = 0.5 * np.ptp(y, axis=0) + thick
+    return centres, np.stack([reach, reach, aside], axis=1)
+
+
+def _limb(
+    joints: Floats, give: Floats, station: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Places, directions and give along a limb of two bones."""
+    bones = np.diff(joints, axis=0)
+    share = np.clip((station - 0.82) / 0.36, 0.0, 1.0)[:, None]
+    share = share * share * (3.0 - 2.0 * share)
+    lower = station[:, None] > 1.0
+    places = np.where(
+        lower,
+        joints[1] + (station[:, None] - 1.0) * bones[1],
+        joints[0] + station[:, None] * bones[0],
+    )
+    direction = unit(unit(bones[0]) * (1.0 - share) + unit(bones[1]) * share)
+    gives = np.stack([np.interp(station, [0.0, 1.0, 2.0], line) for line in give.T], axis=1)
+    return places, direction, gives
+
+
+def _two_layers(
+    inner: Floats, outer: Floats, end: float
+) -> tuple[Floats, np.ndarray]:
+    """A table of sizes, clothed up to a station and bare beyond, and which band is bare."""
+    stations = inner[:, 0]
+
+    def at(table: Floats, station: float) -> list[float]:
+        return [station, *(float(np.interp(station, table[:, 0], line)) for line in table.T[1:])]
+
+    if end >= 1.9:
+        rows = outer.copy()
+        rows[-1, 0] = end
+        return rows, np.zeros((len(rows), 1), np.int32)
+    kept = outer[stations < end - 0.08]
+    left = inner[stations > end + 0.08]
+    rows = np.concatenate([kept, [at(outer, end), at(inner, end - 0.02)], left])
+    return rows, (np.arange(len(rows)) > len(kept))[:, None].astype(np.int32)
+
+
+def _leg(skeleton: Skeleton, outfit: Outfit, side: int) -> Rings:
+    wide = _TROUSERS * np.array([1.0, outfit.loose, outfit.loose, outfit.loose])
+    table, codes = _two_layers(_LEG, wide, outfit.trouser_end)
+    if outfit.stout:
+        table[:, 1:] *= 1.0 + 0.5 * outfit.stout * np.clip(1.2 - table[:, :1], 0, 1)
+    places, direction, give = _limb(skeleton.legs[side], skeleton.leg_give[side], table[:, 0])
+    turn = skeleton.foot_turn[side]
+    front = np.array([np.cos(turn), np.sin(turn), 0.35])
+    sizes = table[:, 1:] * skeleton.height
+    return sweep(
+        places, direction, front, sizes, (outfit.legs, outfit.skin), codes=codes, give=give
+    )
+
+
+def _arm(skeleton: Skeleton, outfit: Outfit, side: int) -> Rings:
+    slim = 0.86 if outfit.feminine else 1.0
+    bare = _ARM * np.array([1.0, slim, slim, slim])
+    thick = outfit.bulk * np.interp(_ARM[:, 0], [0.0, 1.0, 2.0], [0.35, 0.5, 0.7])[:, None]
+    worn = np.concatenate([bare[:, :1], bare[:, 1:] * 1.06 + thick], axis=1)
+    table, codes = _two_layers(bare, worn, outfit.sleeve)
+    places, direction, give = _limb(skeleton.arms[side], skeleton.arm_give[side], table[:, 0])
+    front = skeleton.facing[3] + np.array([0.0, 0.0, 0.5])
+    sizes = table[:, 1:] * skeleton.height
+    return sweep(
+        places, direction, front, sizes, (outfit.top, outfit.skin), codes=codes, give=give
+    )
+
+
+def _hand(skeleton: Skeleton, outfit: Outfit, side: int) -> Rings:
+    _, elbow, wrist = skeleton.arms[side]
+    direction = unit(wrist - elbow)
+    curl = unit(direction + 0.25 * skeleton.facing[3])
+    along = _HAND[:, :1] * skeleton.height
+    places = wrist + np.where(along > 0.03 * skeleton.height, along * curl, along * direction)
+    sizes = _HAND[:, [1, 1, 2]] * skeleton.height
+    front = skeleton.facing[3] + np.array([0.0, 0.0, 0.5])
+    return sweep(
+        places, direction, front, sizes, outfit.skin, sides=6, give=skeleton.arm_give[side, 2]
+    ).attached(wrist, skeleton.arm_give[side, 2])
+
+
+def _shoe(skeleton: Skeleton, outfit: Outfit, side: int) -> Rings:
+    size = Proportions(skeleton.height)
+    place, tall, wide = _SHOE.T * np.array([[size.foot], [skeleton.height], [skeleton.height]])
+    pitch = float(skeleton.foot_pitch[side])
+    ball = 0.46 * size.foot
+    bend = float(np.clip(-0.75 * pitch, 0.0, 0.7))
+    beyond = np.maximum(place - ball, 0.0)
+    x = np.minimum(place, ball) + np.cos(bend) * beyond
+    z = 0.5 * tall - size.ankle + np.sin(bend) * beyond
+    direction = np.where((place > ball)[:, None], [np.cos(bend), 0, np.sin(bend)], [1.0, 0, 0])
+    codes = np.zeros((len(place), 8), np.int32)
+    codes[:, 2:6] = 1
+    rings = sweep(
+        np.stack([x, np.zeros_like(x), z], axis=1),
+        direction,
+        (0.0, 0.0, 1.0),
+        np.stack([0.5 * tall, 0.5 * tall, wide], axis=1),
+        (outfit.shoes, outfit.soles),
+        codes=codes,
+        squareness=0.7,
+    )
+    turn = turn_z(float(skeleton.foot_turn[side])) @ turn_y(-pitch)
+    ankle = skeleton.legs[side, 2]
+    return rings.carried(turn, ankle).attached(ankle, skeleton.leg_give[side, 2])

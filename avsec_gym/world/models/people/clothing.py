@@ -1,0 +1,218 @@
+"""What people wear and carry, chosen by a number."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from avsec_gym.world.material import Material
+from avsec_gym.world.textures.people import HEADS, Colour
+
+_FEMININE = ("long", "bob", "ponytail", "bun")
+
+_DARK: tuple[Colour, ...] = (
+    (30, 30, 34), (38, 42, 58), (52, 54, 58), (44, 38, 36), (34, 46, 44), (58, 34, 36),
+)  # fmt: skip
+_MUTED: tuple[Colour, ...] = (
+    (112, 114, 118), (146, 138, 122), (92, 98, 84), (84, 104, 132), (122, 88, 72), (104, 84, 96),
+    (168, 162, 150), (66, 84, 112),
+)  # fmt: skip
+_LIGHT: tuple[Colour, ...] = (
+    (236, 236, 232), (214, 206, 190), (196, 208, 222), (226, 216, 206), (222, 224, 226),
+)  # fmt: skip
+_STRONG: tuple[Colour, ...] = (
+    (156, 38, 38), (40, 74, 138), (44, 100, 72), (196, 128, 46), (140, 56, 84), (60, 130, 156),
+)  # fmt: skip
+_JEANS: tuple[Colour, ...] = ((58, 74, 106), (84, 106, 140), (44, 52, 74), (130, 148, 172))
+
+
+@dataclass(frozen=True)
+class Outfit:
+    """Clothes, hair and luggage of one person.
+
+    Args:
+        style: Of the hair, see `HeadLook`.
+        feminine: Narrower waist and shoulders, wider hips.
+        stout: Added to the girth of the trunk, as a share.
+        head: With the face on it.
+        hair: Of hair that stands off the head.
+        skin: Of hands, and of bare arms and legs.
+        top: Shirt, pullover or coat.
+        inner: Shows where the top is open in front.
+        sleeve: Where sleeves end: 0 the shoulder, 1 the elbow, 2 the wrist.
+        hem: Where the top ends, in body heights above the hip joints.
+        bulk: Thickness of the top, in body heights.
+        is_open: The top is a jacket that is open in front.
+        legs: Trousers, shorts, stockings.
+        trouser_end: 1 the knee, 2 the ankle.
+        loose: Width of the trousers relative to the leg.
+        skirt: Its lower edge in body heights above the hip joints; None for trousers.
+        lower: Of the skirt, which may belong to a dress.
+        shoes: Their upper side.
+        soles: And what they stand on.
+        hat: One of none, cap, hat, helmet, hood.
+        headgear: Of the hat.
+        luggage: One of none, backpack, shoulder bag, handbag, shopping bag.
+        bag: Of the luggage.
+        side: The hand that carries: 0 right, 1 left.
+    """
+
+    style: str
+    feminine: bool
+    stout: float
+    head: Material
+    hair: Material
+    skin: Material
+    top: Material
+    inner: Material
+    sleeve: float
+    hem: float
+    bulk: float
+    is_open: bool
+    legs: Material
+    trouser_end: float
+    loose: float
+    skirt: float | None
+    lower: Material
+    shoes: Material
+    soles: Material
+    hat: str
+    headgear: Material
+    luggage: str
+    bag: Material
+    side: int
+
+
+def dressed(appearance: int, height: float = 1.76, *, riding: bool = False) -> Outfit:
+    """The outfit that belongs to a number.
+
+    Args:
+        appearance: Any number of 0 or more.
+        height: Of the person, metres; children wear children's clothes.
+        riding: Without what would hinder on a bicycle.
+    """
+    rng = np.random.Generator(np.random.PCG64(appearance))
+    child = height < 1.45
+    looks = [n for n, look in enumerate(HEADS) if not (child and _grown_up(n))]
+    look = int(rng.choice(looks))
+    feminine = HEADS[look].style in _FEMININE
+    top, inner, sleeve, hem, bulk, is_open = _top(rng, feminine, riding)
+    legs, trouser_end, loose = _trousers(rng, feminine)
+    skirt, lower = None, top
+    if feminine and not riding and rng.random() < 0.30:
+        skirt = float(rng.choice([-0.17, -0.24, -0.40]))
+        if rng.random() < 0.5:
+            lower = fabric("fabric/1", _pick(rng, _DARK, _MUTED, _STRONG))
+        hem = max(hem, -0.03)
+        legs = fabric("fabric/0", (36, 34, 36)) if rng.random() < 0.4 else bare(HEADS[look].skin)
+        trouser_end, loose = 2.0, 0.74
+    shoes, soles = _shoes(rng)
+    return Outfit(
+        HEADS[look].style,
+        feminine,
+        max(0.0, 0.16 * float(rng.standard_normal()) + 0.02) * (not child),
+        Material(f"head/{look}", infrared=0.5),
+        fabric("hair", HEADS[look].hair, 0.4),
+        bare(HEADS[look].skin),
+        top,
+        inner,
+        sleeve,
+        hem,
+        bulk,
+        is_open,
+        legs,
+        trouser_end,
+        loose,
+        skirt,
+        lower,
+        shoes,
+        soles,
+        *_hat(rng, feminine, riding),
+        *_luggage(rng, feminine, child, riding),
+        int(rng.integers(2)),
+    )
+
+
+def fabric(texture: str, colour: Colour, infrared: float | None = None) -> Material:
+    """Cloth of a colour; dark cloth is brighter in the infrared than to the eye."""
+    red, green, blue = ((value / 255.0) ** 2.2 for value in colour)
+    if infrared is None:
+        infrared = round(min(0.8, 0.42 + 0.4 * (red + green + blue) / 3.0), 3)
+    return Material(texture, (red, green, blue), infrared=infrared)
+
+
+def bare(colour: Colour) -> Material:
+    """Skin of a colour."""
+    return fabric("skin", colour, 0.5)
+
+
+def _grown_up(look: int) -> bool:
+    return HEADS[look].beard or bool(HEADS[look].glasses) or HEADS[look].style in ("receding", "bald")
+
+
+def _pick(rng: np.random.Generator, *families: tuple[Colour, ...]) -> Colour:
+    family = families[rng.integers(len(families))]
+    return family[rng.integers(len(family))]
+
+
+def _top(
+    rng: np.random.Generator, feminine: bool, riding: bool
+) -> tuple[Material, Material, float, float, float, bool]:
+    kinds = ("t-shirt", "shirt", "jumper", "jacket", "coat")
+    weights = (0.30, 0.20, 0.18, 0.27, 0.05)
+    kind = kinds[rng.choice(len(kinds), p=weights)]
+    inner = fabric("fabric/0", _pick(rng, _LIGHT, _DARK, _MUTED))
+    if kind == "t-shirt":
+        texture = str(rng.choice(["fabric/0", "fabric/1", "stripes/0", "stripes/2"], p=(0.5, 0.3, 0.1, 0.1)))
+        colour = _pick(rng, _LIGHT, _DARK, _STRONG, _MUTED)
+        sleeve = 0.25 if feminine else 0.72
+        return fabric(texture, colour), inner, sleeve, -0.015, 0.003, False
+    if kind == "shirt":
+        texture = str(rng.choice(["fabric/1", "checks/0", "checks/1", "stripes/1"], p=(0.6, 0.15, 0.15, 0.1)))
+        sleeve = 1.25 if rng.random() < 0.3 else 1.98
+        return fabric(texture, _pick(rng, _LIGHT, _LIGHT, _MUTED)), inner, sleeve, -0.03, 0.004, False
+    if kind == "jumper":
+        colour = _pick(rng, _DARK, _MUTED, _STRONG)
+        return fabric(f"knit/{rng.integers(2)}", colour), inner, 2.0, -0.02, 0.008, False
+    is_open = bool(rng.random() < 0.5) and not riding
+    material = fabric(f"fabric/{rng.integers(1, 3)}", _pick(rng, _DARK, _DARK, _MUTED, _LIGHT))
+    hem = -0.04 if kind == "jacket" or riding else -0.19
+    return material, inner, 2.03, hem, 0.012, is_open
+
+
+def _trousers(rng: np.random.Generator, feminine: bool) -> tuple[Material, float, float]:
+    if rng.random() < 0.14:
+        return fabric("fabric/1", _pick(rng, _DARK, _MUTED, _LIGHT)), 0.9, 1.15
+    loose = 0.90 if feminine else 1.02 + 0.1 * float(rng.random())
+    if rng.random() < 0.55:
+        return fabric(f"denim/{rng.integers(2)}", _JEANS[rng.integers(len(_JEANS))]), 2.08, loose
+    return fabric("fabric/2", _pick(rng, _DARK, _DARK, _MUTED, _LIGHT)), 2.08, loose
+
+
+def _shoes(rng: np.random.Generator) -> tuple[Material, Material]:
+    dark, brown, white = (28, 26, 26), (74, 52, 38), (214, 214, 210)
+    upper = (dark, dark, brown, white, (96, 98, 104))[rng.integers(5)]
+    sole = white if upper != brown and rng.random() < 0.45 else (24, 22, 22)
+    return fabric("leather", upper, 0.4), fabric("leather", sole, 0.4)
+
+
+def _hat(rng: np.random.Generator, feminine: bool, riding: bool) -> tuple[str, Material]:
+    if riding:
+        hat = "helmet" if rng.random() < 0.35 else "none"
+        return hat, fabric("leather", _pick(rng, _LIGHT, _DARK, _STRONG), 0.6)
+    chance = rng.random()
+    hat = "cap" if chance < 0.09 and not feminine else "hat" if chance > 0.95 else "none"
+    return hat, fabric("fabric/0", _pick(rng, _DARK, _MUTED, _LIGHT, _STRONG))
+
+
+def _luggage(
+    rng: np.random.Generator, feminine: bool, child: bool, riding: bool
+) -> tuple[str, Material]:
+    names = ("none", "backpack", "shoulder bag", "handbag", "shopping bag")
+    shares = (0.52, 0.18, 0.14, 0.08, 0.08) if not feminine else (0.40, 0.10, 0.20, 0.22, 0.08)
+    name = names[rng.choice(len(names), p=shares)]
+    if (child or riding) and name != "backpack":
+        name = "none"
+    texture = "leather" if name == "handbag" else "fabric/0"
+    return name, fabric(texture, _pick(rng, _DARK, _DARK, _MUTED, _STRONG))

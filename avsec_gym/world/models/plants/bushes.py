@@ -1,0 +1,144 @@
+"""Bushes, clipped hedges, and ivy on walls."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.world.mesh import Mesh, merge
+from avsec_gym.world.models.plants.foliage import (
+    Clusters,
+    cores,
+    leaf_material,
+    loose,
+    sprays,
+    unit,
+)
+from avsec_gym.world.shapes import box
+
+Floats = NDArray[np.float64]
+
+BUSHES = 6
+"""Variants of `bush`: 0.9 to 2.6 m high."""
+
+_BUSH_TRIANGLES = 1200
+_HEDGE_SPRAYS = 110
+"""For each square metre."""
+_HEDGE_TRIANGLES = 5000
+
+
+@cache
+def bush(variant: int) -> Mesh:
+    """A free-standing shrub on the origin, leafy to the ground: a prototype, 1,200 triangles.
+
+    Args:
+        variant: 0 to `BUSHES` - 1, from low and broad to tall.
+    """
+    rng = np.random.default_rng((101, variant))
+    height = 0.9 + 1.7 * variant / (BUSHES - 1)
+    radius = height * rng.uniform(0.45, 0.75)
+    count = 10 + 2 * variant
+    azimuth, level = rng.uniform(0, 2 * np.pi, count), rng.random(count)
+    size = radius * rng.uniform(0.35, 0.55, count)
+    reach = np.maximum((radius - size) * np.sqrt(1 - 0.7 * level**2) * rng.random(count) ** 0.4, 0)
+    z = 0.75 * size + level * (height - 1.6 * size)
+    centre = np.column_stack([reach * np.cos(azimuth), reach * np.sin(azimuth), z])
+    clusters = Clusters(centre, size[:, None, None] * np.diag([1.0, 1.0, 0.85]))
+    heart = np.array([0.0, 0.0, 0.3 * height])
+    family = ("shrub", "fruit", "copper_beech", "ivy", "shrub", "birch")[variant]
+    dark, light = leaf_material(family, 0.5), leaf_material(family)
+    inside = cores(clusters, 16, 0.78, dark, rng, heart=heart)
+    rest = _BUSH_TRIANGLES - len(inside.faces)
+    leaves = sprays(clusters, rest, 0.5, (light,), rng, heart=heart, hang=0.1)
+    whole = merge([inside, leaves])
+    whole.vertices[:, 2] = np.maximum(whole.vertices[:, 2], 0.0)
+    low, high = whole.bounds
+    length, width, _ = (high - low).tolist()
+    return whole.fitted(length, width, height)
+
+
+def hedge(length: float, height: float, depth: float, variant: int = 0) -> Mesh:
+    """A clipped hedge along x: a dark box behind leaves that stand out here and there.
+
+    Args:
+        length: Metres.
+        height: Metres.
+        depth: Metres.
+        variant: Other leaves at other places; even ones are privet, odd ones a darker shrub.
+
+    Returns:
+        A mesh that fills its box exactly, at most 5,000 triangles.
+    """
+    rng = np.random.default_rng((102, variant))
+    family = "hedge" if variant % 2 == 0 else "shrub"
+    size = np.array([length, depth, height])
+    shaggy = min(0.07, 0.2 * depth)
+    areas = np.array([depth * height, depth * height, *[length * height] * 2, length * depth])
+    count = int(min(_HEDGE_SPRAYS * areas.sum(), _HEDGE_TRIANGLES - 300))
+    outward = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]], float)
+    facing = outward[rng.choice(5, count, p=areas / areas.sum())]
+    place = np.where(facing != 0, 0.5 * facing, rng.uniform(-0.5, 0.5, (count, 3)))
+    place = place * (size - 2 * shaggy) + facing * rng.uniform(-0.3, 0.7, (count, 1)) * shaggy
+    spread = 0.75 * np.sqrt(areas.sum() / count)
+    corners = place[:, None] + rng.normal(0, 0.5, (count, 3, 3)) * spread
+    swell = 0.5 * np.sin(place @ [[2.1, 0.7, 1.3], [1.1, 2.9, 0.4], [0.9, 1.6, 2.7]] * 1.7)
+    normals = unit(facing + 0.35 * swell + 0.25 * rng.normal(0, 1, (count, 3)))
+    limit = 0.5 * size
+    corners = np.clip(corners, -limit, limit)
+    tones = tuple(leaf_material(family, tone) for tone in (0.85, 1.0, 1.15))
+    dark = leaf_material(family, 0.55)
+    leaves = loose(
+        _turned_outside(corners, normals),
+        np.repeat(normals[:, None], 3, axis=1),
+        rng.integers(3, size=count),
+        tones,
+        rng,
+    )
+    inside = box(*(size - 2.4 * shaggy)[[0, 1]].tolist(), height - 1.2 * shaggy, dark, top=dark)
+    whole = merge([inside, leaves.placed(0.0, 0.0, 0.5 * height)])
+    return whole.fitted(length, depth, height)
+
+
+def ivy(width: float, height: float, variant: int = 0) -> Mesh:
+    """Climbing leaves on a wall: the wall is the plane x = 0, its outside x > 0.
+
+    Args:
+        width: Along y, metres.
+        height: The highest shoots, metres.
+        variant: Another course.
+
+    Returns:
+        At most 2,500 triangles, thickest at the ground in the middle.
+    """
+    rng = np.random.default_rng((103, variant))
+    many = int(min(260 * width * height, 5000))
+    side, level = rng.uniform(-0.5, 0.5, many), rng.random(many)
+    waves = rng.uniform(0, 2 * np.pi, 3)
+    top = 0.7 + 0.15 * np.sin(7 * side + waves[0]) + 0.15 * np.sin(17 * side + waves[1])
+    edge = 0.42 + 0.08 * np.sin(9 * level + waves[2])
+    kept = (level < top * (1 - (side / 0.5) ** 4)) & (np.abs(side) < edge)
+    side, level = side[kept][:2500], level[kept][:2500]
+    count = len(side)
+    depth = rng.uniform(0.02, 0.16, count) * (1.1 - level)
+    place = np.column_stack([depth, side * width, level * height])
+    corners = place[:, None] + rng.normal(0, 1, (count, 3, 3)) * [0.03, 0.1, 0.1]
+    corners[..., 0] = np.maximum(corners[..., 0], 0.005)
+    corners[..., 2] = np.maximum(corners[..., 2], 0.0)
+    normals = unit(np.array([1.0, 0, 0.35]) + 0.3 * rng.normal(0, 1, (count, 3)))
+    tones = tuple(leaf_material("ivy", tone) for tone in (0.8, 1.0, 1.2))
+    return loose(
+        _turned_outside(corners, normals),
+        np.repeat(normals[:, None], 3, axis=1),
+        rng.integers(3, size=count),
+        tones,
+        rng,
+    )
+
+
+def _turned_outside(corners: Floats, normals: Floats) -> Floats:
+    """Triangles, shape (n, 3, 3), whose order of corners agrees with the normals."""
+    facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    wrong = np.sum(facing * normals, axis=1) < 0
+    return np.where(wrong[:, None, None], corners[:, ::-1], corners)

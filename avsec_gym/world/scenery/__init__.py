@@ -1,0 +1,1 @@
+"""What stands beside the road: houses, plants, street furniture, placed by style."""

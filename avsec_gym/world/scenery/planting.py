@@ -1,0 +1,126 @@
+"""Trees, bushes and hedges on a plot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+
+from avsec_gym.world.mesh import Mesh
+from avsec_gym.world.models.plants import VARIANTS, bush, hedge, tree
+from avsec_gym.world.road.section import Surface
+from avsec_gym.world.scenery.plot import Make, Plot
+
+BUSH_VARIANTS = 6
+_MIDDLE, _FAR = 35.0, 80.0
+
+
+def tree_maker(species: str, variant: int) -> Make:
+    """A tree whose detail falls with distance."""
+    return partial(_tree, species, variant)
+
+
+def plant_trees(
+    plot: Plot,
+    rng: np.random.Generator,
+    species: Sequence[str],
+    along: Sequence[float] | np.ndarray,
+    left: Sequence[float] | np.ndarray,
+    *,
+    on_road: bool = False,
+    scale: tuple[float, float] = (0.8, 1.2),
+) -> int:
+    """Trees at places; returns how many had room."""
+    planted = 0
+    for station, offset in zip(along, left, strict=True):
+        kind, variant = str(rng.choice(list(species))), int(rng.integers(VARIANTS))
+        size, turn = float(rng.uniform(*scale)), float(rng.uniform(0, 2 * np.pi))
+        planted += plot.place(
+            tree_maker(kind, variant),
+            Surface.VEGETATION,
+            float(station),
+            float(offset),
+            heading=turn,
+            size=(0.7, 0.7),
+            scale=size,
+            on_road=on_road,
+        )
+    return planted
+
+
+def plant_bushes(
+    plot: Plot,
+    rng: np.random.Generator,
+    along: Sequence[float] | np.ndarray,
+    left: Sequence[float] | np.ndarray,
+    *,
+    scale: tuple[float, float] = (0.6, 1.3),
+) -> None:
+    """Bushes at places."""
+    for station, offset in zip(along, left, strict=True):
+        variant = int(rng.integers(BUSH_VARIANTS))
+        size, turn = float(rng.uniform(*scale)), float(rng.uniform(0, 2 * np.pi))
+        plot.place(
+            partial(_bush, variant),
+            Surface.VEGETATION,
+            float(station),
+            float(offset),
+            heading=turn,
+            size=(1.2, 1.2),
+            scale=size,
+        )
+
+
+def plant_hedge(
+    plot: Plot, rng: np.random.Generator, along: float, left: float, length: float, height: float
+) -> bool:
+    """A clipped hedge along the road, from its middle."""
+    depth = float(rng.uniform(0.6, 1.0))
+    return plot.place(
+        hedge(length, height, depth, int(rng.integers(4))),
+        Surface.VEGETATION,
+        along,
+        left,
+        size=(length, depth),
+    )
+
+
+def grove(
+    plot: Plot,
+    rng: np.random.Generator,
+    species: Sequence[str],
+    *,
+    side: int,
+    nearest: float,
+    deepest: float,
+    spacing: float,
+) -> None:
+    """A belt of trees and bushes beside the road, dense as a wood's edge.
+
+    Args:
+        plot: Where.
+        rng: The source of chance.
+        species: Of the trees.
+        side: 1 left, -1 right.
+        nearest: Distance of the belt from the course, metres.
+        deepest: Its far edge.
+        spacing: Mean distance between trees, metres.
+    """
+    area = (plot.end - plot.start) * (deepest - nearest)
+    count = int(area / spacing**2)
+    along = rng.uniform(plot.start, plot.end, count)
+    depth = nearest + (deepest - nearest) * rng.random(count) ** 1.4
+    plant_trees(plot, rng, species, along, side * depth)
+    edge = int((plot.end - plot.start) / (1.3 * spacing))
+    along = rng.uniform(plot.start, plot.end, edge)
+    plant_bushes(plot, rng, along, side * (nearest + rng.uniform(-1.5, 2.0, edge)))
+
+
+def _tree(species: str, variant: int, distance: float) -> Mesh:
+    detail = "near" if distance < _MIDDLE else "middle" if distance < _FAR else "far"
+    return tree(species, variant, detail)  # type: ignore[arg-type]
+
+
+def _bush(variant: int, distance: float) -> Mesh:
+    return bush(variant)

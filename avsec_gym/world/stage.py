@@ -1,0 +1,92 @@
+"""A site built up and lit: put actors on it, and look."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from avsec_gym.world.actors import Actors
+from avsec_gym.world.mesh import Mesh
+from avsec_gym.world.models.people import make_cyclist, make_person
+from avsec_gym.world.models.vehicles import make_ego_vehicle, make_vehicle
+from avsec_gym.world.rendering.camera import Renderer
+from avsec_gym.world.rendering.light import Light
+from avsec_gym.world.rendering.ray_scene import RayScene, Thing
+from avsec_gym.world.rendering.texturing import OverlayArrays
+from avsec_gym.world.road.section import Surface
+from avsec_gym.world.scenery.plot import Placement
+
+SIGHT = 170.0
+"""Metres from the camera beyond which single things are left out."""
+
+
+class Stage:
+    """Everything that stands still.
+
+    Args:
+        land: Road and terrain.
+        overlay: Paint and wear of the road.
+        placements: Houses, plants, furniture.
+        light: The daylight.
+    """
+
+    def __init__(
+        self,
+        land: Sequence[Thing],
+        overlay: OverlayArrays | None,
+        placements: Sequence[Placement],
+        light: Light,
+    ) -> None:
+        self._land = list(land)
+        self._overlay = overlay
+        self._placements = list(placements)
+        self._places = np.array([[p.x, p.y, p.reach] for p in placements]).reshape(-1, 3)
+        self.light = light
+
+    def scene(self, actors: Actors, focus: tuple[float, float], egos: Sequence[int] = ()) -> RayScene:
+        """All that a sensor at `focus` may see; actor i has the object id i.
+
+        Args:
+            actors: Who is there.
+            focus: Place of the sensor in the ground plane, metres.
+            egos: Indices of the actors that carry sensors.
+        """
+        distance = np.hypot(self._places[:, 0] - focus[0], self._places[:, 1] - focus[1])
+        near = np.flatnonzero(distance - self._places[:, 2] < SIGHT)
+        things = list(self._land)
+        for index in near:
+            placement = self._placements[index]
+            mesh = placement.mesh(float(max(distance[index] - placement.reach, 0.0)))
+            things.append(Thing(mesh, placement.surface))
+        for index in range(len(actors)):
+            things.append(_actor(actors, index, index in egos))
+        return RayScene(things)
+
+    def renderer(
+        self, actors: Actors, focus: tuple[float, float], egos: Sequence[int] = ()
+    ) -> Renderer:
+        """See `scene`."""
+        return Renderer(self.scene(actors, focus, egos), self.light, self._overlay)
+
+
+def _actor(actors: Actors, index: int, carries_sensors: bool) -> Thing:
+    x, y, heading = actors.pose[index].tolist()
+    mesh = make_ego_vehicle() if carries_sensors else actor_mesh(actors, index)
+    people = actors.category[index] in ("Pedestrian", "Person_sitting", "Cyclist")
+    surface = Surface.PERSON if people else Surface.VEHICLE
+    return Thing(mesh.placed(x, y, float(actors.z[index]), heading), surface, index)
+
+
+def actor_mesh(actors: Actors, index: int) -> Mesh:
+    """An actor in its own frame."""
+    category = str(actors.category[index])
+    height, width, length = actors.dimensions[index].tolist()
+    dimensions = (height, width, length)
+    appearance, phase = int(actors.appearance[index]), float(actors.phase[index])
+    if category == "Cyclist":
+        return make_cyclist(dimensions, appearance, phase)
+    if category in ("Pedestrian", "Person_sitting"):
+        walking = bool(actors.moving[index])
+        return make_person(category, dimensions, appearance, phase, walking)
+    return make_vehicle(category, dimensions, appearance)

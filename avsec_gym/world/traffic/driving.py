@@ -1,0 +1,96 @@
+"""How fast to drive or walk: the Intelligent Driver Model, and speeds for bends.
+
+Treiber, Hennecke, Helbing: Congested traffic states in empirical observations and microscopic
+simulations. Physical Review E 62, 1805 (2000).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from avsec_gym.geometry import Floats
+
+LATERAL_ACCELERATION = 2.0
+"""In bends, m/s2."""
+HARDEST_BRAKING = 8.0
+"""m/s2."""
+_APPROACH_BRAKING = 1.2
+"""Before bends, m/s2."""
+_RESPONSE = 0.6
+"""Seconds in which a speed above that of a bend is given up."""
+
+
+class Manners(NamedTuple):
+    """How N travellers follow: one value or shape (N,) each."""
+
+    headway: Floats
+    """Time gap to the one ahead, s."""
+    standstill: Floats
+    """Distance kept when standing, metres."""
+    acceleration: Floats
+    """m/s2."""
+    braking: Floats
+    """Comfortable, m/s2."""
+
+
+def idm_interaction(
+    speed: ArrayLike, gap: ArrayLike, closing: ArrayLike, manners: Manners
+) -> Floats:
+    """The desired gap over the actual one, squared: what an obstacle adds to the IDM.
+
+    Args:
+        speed: m/s.
+        gap: Free distance to the obstacle, metres.
+        closing: Own speed less that of the obstacle, m/s.
+        manners: Of the follower.
+    """
+    speed, closing = np.asarray(speed, float), np.asarray(closing, float)
+    braking = 2.0 * np.sqrt(manners.acceleration * manners.braking)
+    wish = manners.standstill + np.maximum(
+        speed * manners.headway + speed * closing / braking, 0.0
+    )
+    return np.asarray((wish / np.maximum(gap, 0.01)) ** 2)
+
+
+def idm_acceleration(
+    speed: ArrayLike, desired: ArrayLike, interaction: ArrayLike, manners: Manners
+) -> Floats:
+    """Acceleration of the IDM, m/s2, not below the hardest braking.
+
+    Args:
+        speed: m/s.
+        desired: Speed on a free road, m/s.
+        interaction: Strongest `idm_interaction` with anything ahead.
+        manners: Of the follower.
+    """
+    free = 1.0 - (np.asarray(speed, float) / np.maximum(desired, 0.1)) ** 4
+    wanted = manners.acceleration * (free - np.asarray(interaction))
+    return np.asarray(np.maximum(wanted, -HARDEST_BRAKING))
+
+
+def equilibrium_gap(speed: ArrayLike, desired: ArrayLike, manners: Manners) -> Floats:
+    """The gap in which a follower keeps its speed (equation 3 of the paper), metres."""
+    speed = np.asarray(speed, float)
+    wish = manners.standstill + speed * manners.headway
+    return np.asarray(wish / np.sqrt(1.0 - np.minimum(speed / desired, 0.999) ** 4))
+
+
+def slow_down(speed: Floats, limit: Floats, acceleration: Floats) -> Floats:
+    """Acceleration that gives up what is too fast for the bend ahead."""
+    return np.asarray(np.minimum(acceleration, np.maximum((limit - speed) / _RESPONSE, -4.0)))
+
+
+def bend_limits(curvature: Floats, spacing: float) -> Floats:
+    """Highest speeds on a line, also those before a bend from which it is reached comfortably.
+
+    Args:
+        curvature: Per metre, evenly along the line, shape (n,).
+        spacing: Metres.
+    """
+    square = LATERAL_ACCELERATION / np.maximum(np.abs(curvature), 1e-4)
+    climb = 2.0 * _APPROACH_BRAKING * spacing * np.arange(len(curvature))
+    lowest = np.minimum.accumulate((square + climb)[::-1])[::-1]
+    return np.sqrt(lowest - climb)
