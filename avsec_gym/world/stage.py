@@ -44,7 +44,9 @@ class Stage:
         self._places = np.array([[p.x, p.y, p.reach] for p in placements]).reshape(-1, 3)
         self.light = light
 
-    def scene(self, actors: Actors, focus: tuple[float, float], egos: Sequence[int] = ()) -> RayScene:
+    def scene(
+        self, actors: Actors, focus: tuple[float, float], egos: Sequence[int] = ()
+    ) -> RayScene:
         """All that a sensor at `focus` may see; actor i has the object id i.
 
         Args:

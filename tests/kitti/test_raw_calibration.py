@@ -68,12 +68,16 @@ BROKEN = {
     ),
     "no R_rect_00": (CAMERAS, lambda text: text.replace("R_rect_00", "R_rect"), "lacks R_rect_00"),
     "empty": (VELODYNE, lambda _: "", "lacks R, T"),
-    "short": (IMU, lambda text: text[:-10], r":3: T has 3 entries, this one 2"),
+    "short": (IMU, lambda text: text[:-14], r":3: T has 3 entries, this one 2"),
     "word": (VELODYNE, lambda text: text.replace("T: ", "T: x"), r":3: T holds"),
     "NaN": (VELODYNE, lambda text: text.replace("T: ", "T: nan "), "entries"),
     "infinite": (CAMERAS, lambda text: text.replace("7.000000e+01", "inf"), "not finite"),
     "twice": (IMU, lambda text: text + text, r":5: R stands in line 2 already"),
-    "no rotation": (VELODYNE, lambda text: text.replace("R: ", "R: 9"), r":2: .*not a rotation"),
+    "no rotation": (
+        VELODYNE,
+        lambda text: text.replace("R: -0.0", "R: 0.9"),
+        r":2: .*not a rotation",
+    ),
 }
 
 

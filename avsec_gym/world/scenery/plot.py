@@ -135,7 +135,13 @@ class Plot:
             Placement(lambda _: mesh, surface, 0.0, 0.0, 0.0, 0.0, 1.0, reach)
             if reach == np.inf
             else Placement(
-                partial(_shifted, mesh, -middle[0], -middle[1]), surface, *middle, 0.0, 0.0, 1.0, reach
+                partial(_shifted, mesh, -middle[0], -middle[1]),
+                surface,
+                *middle,
+                0.0,
+                0.0,
+                1.0,
+                reach,
             )
         )
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike
 
 from avsec_gym.geometry import Floats
@@ -36,23 +37,29 @@ class Manners(NamedTuple):
     """Comfortable, m/s2."""
 
 
+@njit(cache=True)
 def idm_interaction(
-    speed: ArrayLike, gap: ArrayLike, closing: ArrayLike, manners: Manners
-) -> Floats:
-    """The desired gap over the actual one, squared: what an obstacle adds to the IDM.
+    speed: float,
+    gap: float,
+    closing: float,
+    headway: float,
+    standstill: float,
+    acceleration: float,
+    braking: float,
+) -> float:
+    """The desired gap over the actual one, squared: what one obstacle adds to the IDM.
 
     Args:
         speed: m/s.
         gap: Free distance to the obstacle, metres.
         closing: Own speed less that of the obstacle, m/s.
-        manners: Of the follower.
+        headway: The follower's `Manners`, as the others.
+        standstill: Metres.
+        acceleration: m/s2.
+        braking: m/s2.
     """
-    speed, closing = np.asarray(speed, float), np.asarray(closing, float)
-    braking = 2.0 * np.sqrt(manners.acceleration * manners.braking)
-    wish = manners.standstill + np.maximum(
-        speed * manners.headway + speed * closing / braking, 0.0
-    )
-    return np.asarray((wish / np.maximum(gap, 0.01)) ** 2)
+    dynamic = speed * headway + speed * closing / (2.0 * np.sqrt(acceleration * braking))
+    return ((standstill + max(dynamic, 0.0)) / max(gap, 0.01)) ** 2
 
 
 def idm_acceleration(

@@ -14,7 +14,7 @@ from avsec_gym.world.models.vehicles.paint import RUBBER
 RIMS = 8
 """Number of rim textures."""
 
-_SIDES = 18
+_SIDES = 16
 
 
 @functools.cache
@@ -26,10 +26,10 @@ def wheel(rim: int, share: float = 0.66) -> Mesh:
         share: Radius of the rim.
     """
     # Radius and y, from the inner side over the tread to the rim's edge and the hub.
-    tyre = [(0.70, -0.60), (0.93, -0.62), (1.0, -0.54), (1.0, -0.10), (0.94, -0.015), (share, 0.0)]
-    dish = [(share, 0.0), (share - 0.05, -0.06), (0.30, -0.10), (0.12, -0.04), (1e-3, -0.04)]
+    tyre = [(0.90, -0.62), (1.0, -0.54), (1.0, -0.10), (0.94, -0.015), (share, 0.0)]
+    dish = [(share, 0.0), (share - 0.05, -0.06), (0.30, -0.10), (1e-3, -0.06)]
     material = Material(f"wheel/{rim}", mirror=0.06, infrared=0.35)
-    inner = [(1e-3, -0.55), (0.70, -0.60)]
+    inner = [(1e-3, -0.55), (0.90, -0.62)]
     parts = [_turned(tyre, RUBBER), _turned(inner, RUBBER), _turned(dish, material)]
     return merge(parts)
 

@@ -1,0 +1,153 @@
+"""Open land around the roads, as far as the eye sees."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from avsec_gym.geometry import Floats
+from avsec_gym.world.material import Material
+from avsec_gym.world.mesh import Mesh, merge
+from avsec_gym.world.road.loft import ground_normals, triangles
+from avsec_gym.world.road.materials import ground_materials
+from avsec_gym.world.road.surface import outline
+from avsec_gym.world.site import Site, Style
+
+_REACH = 900.0
+"""Metres beyond the roads."""
+_MARGIN = 40.0
+"""Around the roads the land is as fine as there."""
+_CELLS = 9_000
+"""At most about so many of the finest cells."""
+_GROWTH = 1.35
+_NEAR = {
+    Style.CITY: ("soil", "footway", "gravel"),
+    Style.RESIDENTIAL: ("grass", "grass", "soil"),
+    Style.CAMPUS: ("grass", "leaves", "soil"),
+    Style.HIGHWAY: ("meadow", "grass", "meadow"),
+    Style.RURAL: ("meadow", "grass", "meadow"),
+}
+"""Mostly the first, here and there the others."""
+
+
+def land_mesh(site: Site, start: float, end: float, rng: np.random.Generator) -> Mesh:
+    """The ground beside the roads, cut out where they run.
+
+    Args:
+        site: The place.
+        start: As given to `avsec_gym.world.road.surface.road_meshes`.
+        end: Likewise.
+        rng: The source of chance: where which plants grow.
+
+    Returns:
+        A mesh in the world frame at the height of the ground, reaching 900 m beyond the road.
+    """
+    roads = outline(site, start, end)
+    xs, ys = _lines(roads.bounds)
+    materials, kinds = _growth(site, roads.bounds, xs, ys, rng)
+    first_x, first_y = np.meshgrid(xs[:-1], ys[:-1], indexing="ij")
+    last_x, last_y = np.meshgrid(xs[1:], ys[1:], indexing="ij")
+    boxes = np.asarray(shapely.box(first_x, first_y, last_x, last_y))
+    shapely.prepare(roads)
+    touched = np.asarray(shapely.intersects(roads, boxes))
+
+    open_land = _open_land(site, xs, ys, ~touched, kinds, materials)
+    pieces = shapely.difference(boxes[touched], roads)
+    beside = [
+        _cut_land(site, triangles(pieces[kinds[touched] == kind]), material)
+        for kind, material in enumerate(materials)
+        if (kinds[touched] == kind).any()
+    ]
+    return merge([open_land, *beside])
+
+
+def _open_land(
+    site: Site,
+    xs: Floats,
+    ys: Floats,
+    cells: NDArray[np.bool_],
+    kinds: NDArray[np.int32],
+    materials: tuple[Material, ...],
+) -> Mesh:
+    """Whole cells of the lattice."""
+    x, y = np.meshgrid(xs, ys, indexing="ij")
+    index = np.arange(x.size, dtype=np.int32).reshape(x.shape)
+    a, b = index[:-1, :-1][cells], index[1:, :-1][cells]
+    c, d = index[1:, 1:][cells], index[:-1, 1:][cells]
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    return Mesh(
+        np.stack([x, y, site.ground.height(x, y)], -1).reshape(-1, 3).astype(np.float32),
+        ground_normals(site.ground, x, y).reshape(-1, 3),
+        np.stack([x, -y], -1).reshape(-1, 2).astype(np.float32),
+        faces,
+        np.tile(kinds[cells], 2),
+        materials,
+    )
+
+
+def _cut_land(site: Site, corners: Floats, material: Material) -> Mesh:
+    x, y = corners.reshape(-1, 2).T
+    return Mesh(
+        np.stack([x, y, site.ground.height(x, y)], -1).astype(np.float32),
+        ground_normals(site.ground, x, y),
+        np.stack([x, -y], -1).astype(np.float32),
+        np.arange(len(x), dtype=np.int32).reshape(-1, 3),
+        np.zeros(len(corners), np.int32),
+        (material,),
+    )
+
+
+def _lines(bounds: tuple[float, float, float, float]) -> tuple[Floats, Floats]:
+    """The lattice's lines: even around the roads, ever wider beyond."""
+    low = np.array(bounds[:2]) - _MARGIN
+    high = np.array(bounds[2:]) + _MARGIN
+    step = max(6.0, float(np.sqrt(np.prod(high - low) / _CELLS)))
+    beyond = [step]
+    while sum(beyond) < _REACH:
+        beyond.append(beyond[-1] * _GROWTH)
+    far = np.cumsum(beyond)
+    lines = [
+        np.concatenate(
+            [first - far[::-1], np.linspace(first, last, int((last - first) / step) + 2), last + far]
+        )
+        for first, last in zip(low, high, strict=True)
+    ]
+    return lines[0], lines[1]
+
+
+def _growth(
+    site: Site,
+    bounds: tuple[float, float, float, float],
+    xs: Floats,
+    ys: Floats,
+    rng: np.random.Generator,
+) -> tuple[tuple[Material, ...], NDArray[np.int32]]:
+    """Materials, and which of them each cell shows: lots near the road, fields far off."""
+    kinds = ground_materials(site)
+    near = [kinds[name] for name in _NEAR[site.style]]
+    greens = (0.92, 1.0, 0.9), (1.06, 1.0, 0.95), (0.8, 0.86, 0.8)
+    fields = [Material(f"field/{i}", infrared=0.35) for i in range(4)] if site.style in (
+        Style.RURAL,
+        Style.HIGHWAY,
+    ) else []
+    fields += [Material(f"meadow/{i}", tint, infrared=0.5) for i, tint in enumerate(greens)]
+    x, y = 0.5 * (xs[1:] + xs[:-1]), 0.5 * (ys[1:] + ys[:-1])
+    lots = _patchwork(x, y, 22.0, np.array([0, 0, 0, 1, 2]), rng)
+    parcels = _patchwork(x, y, 110.0, len(near) + np.arange(len(fields)), rng)
+    away = np.maximum(
+        np.maximum(bounds[0] - x, x - bounds[2])[:, None],
+        np.maximum(bounds[1] - y, y - bounds[3])[None],
+    )
+    return (*near, *fields), np.where(away < 30.0, lots, parcels).astype(np.int32)
+
+
+def _patchwork(
+    x: Floats, y: Floats, size: float, choice: NDArray[np.int64], rng: np.random.Generator
+) -> NDArray[np.int64]:
+    """Rectangles of about `size` metres, each with one of the choices."""
+    at_x = (x // (size * rng.uniform(0.8, 1.3))).astype(int)
+    at_y = (y // (size * rng.uniform(0.5, 1.0))).astype(int)
+    at_x, at_y = at_x - at_x.min(), at_y - at_y.min()
+    drawn = rng.choice(choice, (at_x.max() + 1, at_y.max() + 1))
+    return np.asarray(drawn[at_x][:, at_y])

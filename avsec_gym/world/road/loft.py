@@ -1,0 +1,170 @@
+"""Surfaces given in road coordinates, laid on the ground along a course."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike
+from shapely.geometry.base import BaseGeometry
+
+from avsec_gym.geometry import Floats
+from avsec_gym.world.ground import Ground
+from avsec_gym.world.material import Material
+from avsec_gym.world.mesh import Float32s, Mesh
+from avsec_gym.world.road.course import Course
+from avsec_gym.world.shapes import grid
+
+_SLIVER = 1e-5
+"""Square metres; smaller triangles are left out."""
+
+
+class Lay(NamedTuple):
+    """On what things are laid, and where the overlay begins."""
+
+    course: Course
+    ground: Ground
+    overlay_corner: tuple[float, float] | None = None
+    """Road coordinates of the overlay's upper left corner; None: it is not painted on."""
+
+
+def strip_meshes(
+    lay: Lay,
+    stations: Floats,
+    edges: tuple[float, float],
+    height: float,
+    material: Material,
+    hole: BaseGeometry | None = None,
+) -> list[Mesh]:
+    """A strip along the road, with a piece cut out.
+
+    Args:
+        lay: On what.
+        stations: Road coordinates of its rows, ascending, metres, shape (n,).
+        edges: Right and left edge, metres to the left of the course.
+        height: Above the ground.
+        material: Its v counts from the left edge, its u along the road.
+        hole: In road coordinates, what is left out.
+    """
+    lefts = np.linspace(*edges, max(2, int(np.ceil((edges[1] - edges[0]) / 3.0)) + 1))
+    box = shapely.box(stations[0], edges[0], stations[-1], edges[1])
+    if hole is None or hole.is_empty or not hole.intersects(box):
+        return [_rows(lay, stations, lefts, height, material)]
+    first, _, last, _ = shapely.intersection(hole, box).bounds
+    before = max(int(np.searchsorted(stations, first, side="right")) - 1, 0)
+    after = min(int(np.searchsorted(stations, last)), len(stations) - 1)
+    meshes = [
+        _rows(lay, part, lefts, height, material)
+        for part in (stations[: before + 1], stations[after:])
+        if len(part) > 1
+    ]
+    cells = shapely.difference(_cells(stations[before : after + 1], lefts), hole)
+    return [*meshes, *_pieces(lay, cells, height, material, edges[1])]
+
+
+def area_meshes(lay: Lay, area: BaseGeometry, height: float, material: Material) -> list[Mesh]:
+    """Any area in road coordinates."""
+    if area.is_empty:
+        return []
+    first, right, last, left = area.bounds
+    stations = np.arange(np.floor(first), np.ceil(last) + 1.0)
+    lefts = np.linspace(right, left, max(2, int(np.ceil((left - right) / 2.0)) + 1))
+    return _pieces(
+        lay, shapely.intersection(_cells(stations, lefts), area), height, material, 0.0
+    )
+
+
+def wall_meshes(
+    lay: Lay, lines: BaseGeometry, low: float, high: float, material: Material
+) -> list[Mesh]:
+    """Upright faces above lines in road coordinates; seen from the lines' right side.
+
+    Args:
+        lay: On what.
+        lines: LineStrings.
+        low: Height of the lower edge above the ground.
+        high: Of the upper edge.
+        material: Of the faces.
+    """
+    parts = shapely.get_parts(shapely.line_merge(lines))
+    return [_wall(lay, shapely.get_coordinates(part), low, high, material) for part in parts]
+
+
+def laid(lay: Lay, along: ArrayLike, left: ArrayLike, height: float) -> Floats:
+    """Points in the world frame, shape (..., 3), from road coordinates of shape (...)."""
+    poses = lay.course.poses(along, left)
+    x, y = poses[..., 0], poses[..., 1]
+    return np.stack([x, y, lay.ground.height(x, y) + height], axis=-1)
+
+
+def ground_normals(ground: Ground, x: Floats, y: Floats) -> Float32s:
+    """Upward unit normals of the ground, shape (..., 3)."""
+    step = 0.5
+    slope_x = (ground.height(x + step, y) - ground.height(x - step, y)) / (2 * step)
+    slope_y = (ground.height(x, y + step) - ground.height(x, y - step)) / (2 * step)
+    normals = np.stack([-slope_x, -slope_y, np.ones_like(slope_x)], axis=-1)
+    return np.asarray(normals / np.linalg.norm(normals, axis=-1, keepdims=True), np.float32)
+
+
+def triangles(areas: Sequence[BaseGeometry] | np.ndarray) -> Floats:
+    """All triangles of areas, counter-clockwise, shape (n, 3, 2)."""
+    every = shapely.get_parts(shapely.constrained_delaunay_triangles(np.asarray(areas, object)))
+    corners = shapely.get_coordinates(every).reshape(-1, 4, 2)[:, :3]
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    double_area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    corners = np.where((double_area < 0)[:, None, None], corners[:, ::-1], corners)
+    return np.asarray(corners[np.abs(double_area) > 2 * _SLIVER])
+
+
+def _rows(
+    lay: Lay, stations: Floats, lefts: Floats, height: float, material: Material
+) -> Mesh:
+    along, left = np.meshgrid(stations, lefts, indexing="ij")
+    uv = np.stack([along, lefts[-1] - left], axis=-1)
+    return grid(
+        laid(lay, along, left, height), uv, material, overlay_uv=_overlay_uv(lay, along, left)
+    )
+
+
+def _pieces(
+    lay: Lay, cells: np.ndarray, height: float, material: Material, top: float
+) -> list[Mesh]:
+    corners = triangles(cells).reshape(-1, 2)
+    if len(corners) == 0:
+        return []
+    along, left = corners[:, 0], corners[:, 1]
+    points = laid(lay, along, left, height)
+    faces = np.arange(len(corners), dtype=np.int32).reshape(-1, 3)
+    mesh = Mesh(
+        points.astype(np.float32),
+        ground_normals(lay.ground, points[:, 0], points[:, 1]),
+        np.stack([along, top - left], axis=-1).astype(np.float32),
+        faces,
+        np.zeros(len(faces), np.int32),
+        (material,),
+        _overlay_uv(lay, along, left),
+    )
+    return [mesh]
+
+
+def _wall(lay: Lay, line: Floats, low: float, high: float, material: Material) -> Mesh:
+    along, left = line[:, 0], line[:, 1]
+    points = np.stack([laid(lay, along, left, height) for height in (low, high)], axis=1)
+    run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    uv = np.stack([np.stack([run, np.full_like(run, high - z)], -1) for z in (low, high)], axis=1)
+    return grid(points, uv, material)
+
+
+def _overlay_uv(lay: Lay, along: Floats, left: Floats) -> Float32s | None:
+    if lay.overlay_corner is None:
+        return None
+    start, top = lay.overlay_corner
+    return np.stack([along - start, top - left], axis=-1).astype(np.float32)
+
+
+def _cells(stations: Floats, lefts: Floats) -> np.ndarray:
+    first, right = np.meshgrid(stations[:-1], lefts[:-1], indexing="ij")
+    last, left = np.meshgrid(stations[1:], lefts[1:], indexing="ij")
+    return np.asarray(shapely.box(first, right, last, left)).ravel()

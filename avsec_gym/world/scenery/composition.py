@@ -1,0 +1,46 @@
+"""Builds up a site: everything that stands beside its road."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+import shapely
+
+from avsec_gym.world.models.plants import distant_woods, hills
+from avsec_gym.world.road.section import Surface
+from avsec_gym.world.scenery.built_up import campus, city, residential
+from avsec_gym.world.scenery.open_country import highway, rural
+from avsec_gym.world.scenery.plot import Placement, Plot
+from avsec_gym.world.site import Site, Style
+
+_STYLES: dict[Style, Callable[[Plot, np.random.Generator], None]] = {
+    Style.CITY: city,
+    Style.RESIDENTIAL: residential,
+    Style.CAMPUS: campus,
+    Style.HIGHWAY: highway,
+    Style.RURAL: rural,
+}
+
+
+def compose(
+    site: Site, start: float, end: float, keep_clear: Iterable[shapely.Geometry] = ()
+) -> list[Placement]:
+    """Place the scenery of a site; same site, same scenery.
+
+    Args:
+        site: The place.
+        start: Where to begin, road coordinate along the main course, metres.
+        end: Where to stop.
+        keep_clear: Areas where nothing may stand (actors, lines of sight), in the world's
+            ground plane.
+    """
+    rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((site.seed, 1))))
+    plot = Plot(site, start, end, keep_clear)
+    _STYLES[site.style](plot, rng)
+    middle = site.course.poses(0.5 * (start + end), 0.0)
+    for backdrop in (distant_woods(rng, 190.0 + 0.5 * (end - start), 420.0), hills(rng)):
+        x, y = float(middle[0]), float(middle[1])
+        level = float(site.ground.height(x, y))
+        plot.add(backdrop.placed(x, y, level), Surface.VEGETATION, (x, y), np.inf)
+    return plot.placements

@@ -1,0 +1,168 @@
+"""Highways and country roads."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from avsec_gym.geometry import Floats
+from avsec_gym.world.models.buildings import make_building
+from avsec_gym.world.models.furniture import guard_rail, noise_barrier, overpass
+from avsec_gym.world.road.section import Surface
+from avsec_gym.world.scenery.planting import grove, plant_bushes, plant_trees
+from avsec_gym.world.scenery.plot import Plot
+from avsec_gym.world.scenery.street_side import line_up, scatter
+
+_WOODS = ("maple", "lime", "spruce", "pine", "birch", "copper_beech")
+_ROADSIDE = ("poplar", "lime", "fruit", "birch", "autumn")
+
+
+def highway(plot: Plot, rng: np.random.Generator) -> None:
+    """Guard rails, verges, woods or fields, gantries and bridges."""
+    right, left = plot.site.section.edges
+    for strip in plot.site.section.strips:
+        inside = strip.right > right + 1.0 and strip.left < left - 1.0
+        if strip.surface == Surface.VERGE and inside:
+            _rail(plot, 0.5 * (strip.right + strip.left) - 0.25)
+            if strip.left - strip.right > 2.5 and rng.random() < 0.5:
+                along = np.arange(plot.start, plot.end, float(rng.uniform(4.0, 9.0)))
+                plant_bushes(
+                    plot, rng, along, np.full(len(along), 0.5 * (strip.right + strip.left) + 0.7)
+                )
+    for side in (1, -1):
+        edge = abs(plot.site.section.edges[1 if side > 0 else 0])
+        outer = _outer_verge(plot, side)
+        if rng.random() < 0.55:
+            _rail(plot, side * outer)
+        line_up(
+            plot, rng, "delineator", side * (outer + 0.4), 25.0, missing=0.05, heading=_facing(side)
+        )
+        beyond = str(rng.choice(["woods", "bank", "fields", "barrier"], p=[0.45, 0.2, 0.25, 0.1]))
+        if beyond == "barrier":
+            plot.add(
+                noise_barrier(_path(plot, side * (edge + 2.0))),
+                Surface.FURNITURE,
+                (0.0, 0.0),
+                np.inf,
+            )
+        _land(plot, rng, side, edge, beyond)
+    if rng.random() < 0.22:
+        _bridge(plot, rng)
+    scatter(
+        plot,
+        rng,
+        {"highway_gantry": 0.25, "highway_sign": 0.5, "sign": 0.6},
+        -1,
+        -right - 1.2,
+        -right - 0.2,
+    )
+
+
+def rural(plot: Plot, rng: np.random.Generator) -> None:
+    """A road between fields, woods and an avenue of trees; sometimes a farm."""
+    for side in (1, -1):
+        edge = abs(plot.site.section.edges[1 if side > 0 else 0])
+        outer = _outer_verge(plot, side)
+        line_up(plot, rng, "delineator", side * outer, 25.0, missing=0.05, heading=_facing(side))
+        if rng.random() < 0.25:
+            _rail(plot, side * (outer - 0.1))
+        beyond = str(rng.choice(["woods", "bank", "fields", "avenue"], p=[0.35, 0.2, 0.25, 0.2]))
+        if beyond == "avenue":
+            along = np.arange(plot.start + 3.0, plot.end, float(rng.uniform(9.0, 16.0)))
+            plant_trees(
+                plot,
+                rng,
+                (str(rng.choice(_ROADSIDE)),),
+                along,
+                np.full(len(along), side * (edge + 1.2)),
+            )
+        _land(plot, rng, side, edge, beyond)
+        scatter(plot, rng, {"sign": 0.8, "town_sign": 0.1}, side, edge - 0.9, edge - 0.3)
+        if rng.random() < 0.3:
+            mesh = make_building(
+                str(rng.choice(["detached", "hall"])),
+                16.0,
+                11.0,
+                np.random.default_rng(int(rng.integers(2**31))),
+            )
+            plot.place(
+                mesh,
+                Surface.BUILDING,
+                float(rng.uniform(20, 90)),
+                side * (edge + float(rng.uniform(8, 30))),
+                heading=0.0 if side > 0 else np.pi,
+                size=(16.0, 11.0),
+                offset=5.5,
+            )
+
+
+def _land(plot: Plot, rng: np.random.Generator, side: int, edge: float, kind: str) -> None:
+    if kind == "woods":
+        nearest = edge + float(rng.uniform(3.0, 9.0))
+        grove(plot, rng, _WOODS, side=side, nearest=nearest, deepest=nearest + 28.0, spacing=6.5)
+    elif kind == "bank":
+        count = int(rng.integers(30, 70))
+        along = rng.uniform(plot.start, plot.end, count)
+        plant_bushes(
+            plot, rng, along, side * (edge + rng.uniform(1.0, 6.0, count)), scale=(0.8, 2.2)
+        )
+        trees = int(rng.integers(4, 16))
+        plant_trees(
+            plot,
+            rng,
+            _WOODS,
+            rng.uniform(plot.start, plot.end, trees),
+            side * (edge + rng.uniform(4.0, 16.0, trees)),
+        )
+    else:
+        trees = int(rng.integers(2, 10))
+        plant_trees(
+            plot,
+            rng,
+            _ROADSIDE,
+            rng.uniform(plot.start, plot.end, trees),
+            side * (edge + rng.uniform(6.0, 60.0, trees)),
+        )
+        count = int(rng.integers(3, 16))
+        plant_bushes(
+            plot,
+            rng,
+            rng.uniform(plot.start, plot.end, count),
+            side * (edge + rng.uniform(2.0, 20.0, count)),
+        )
+
+
+def _outer_verge(plot: Plot, side: int) -> float:
+    """Distance of the verge's inner edge from the course, a little beyond."""
+    strips = plot.site.section.strips
+    outermost = strips[-1] if side > 0 else strips[0]
+    inner = outermost.right if side > 0 else -outermost.left
+    return abs(inner) + 0.6
+
+
+def _path(plot: Plot, left: float) -> Floats:
+    along = np.arange(plot.start, plot.end, 4.0)
+    poses = plot.site.course.poses(along, left)
+    height = plot.site.ground.height(poses[:, 0], poses[:, 1]) + plot.site.section.height(left)
+    return np.column_stack([poses[:, :2], height])
+
+
+def _rail(plot: Plot, left: float) -> None:
+    plot.add(guard_rail(_path(plot, left)), Surface.FURNITURE, (0.0, 0.0), np.inf)
+
+
+def _bridge(plot: Plot, rng: np.random.Generator) -> None:
+    """A road on a bridge across."""
+    along = float(rng.uniform(35.0, 120.0))
+    x, y, heading = plot.site.course.poses(along, 0.0).tolist()
+    right, left = plot.site.section.edges
+    span = left - right + 14.0
+    mesh = overpass(span, float(rng.uniform(8.0, 13.0)), float(rng.uniform(4.9, 6.0)))
+    middle = 0.5 * (left + right)
+    x, y = x - middle * np.sin(heading), y + middle * np.cos(heading)
+    height = float(plot.site.ground.height(x, y))
+    plot.add(mesh.placed(x, y, height, heading), Surface.BUILDING, (x, y), span)
+
+
+def _facing(side: int) -> float:
+    """Signs face the traffic that passes on their side."""
+    return 0.0 if side < 0 else np.pi

@@ -1,0 +1,108 @@
+"""Lamps, signs, bins, bicycles: what lines a street at regular or odd places."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from avsec_gym.world.models.furniture import FURNITURE
+from avsec_gym.world.models.people import make_bicycle
+from avsec_gym.world.road.section import Surface
+from avsec_gym.world.scenery.plot import Plot
+
+
+def line_up(
+    plot: Plot,
+    rng: np.random.Generator,
+    name: str,
+    left: float,
+    spacing: float,
+    *,
+    missing: float = 0.1,
+    heading: float = 0.0,
+    on_road: bool = True,
+) -> None:
+    """One thing at even distances along the road: lamps, bollards, posts.
+
+    Args:
+        plot: Where.
+        rng: The source of chance.
+        name: In `FURNITURE`.
+        left: Offset from the course, metres.
+        spacing: Metres.
+        missing: Share left out.
+        heading: Relative to the road.
+        on_road: It stands on the pavement or verge.
+    """
+    mesh = FURNITURE[name](rng)
+    for along in np.arange(plot.start + float(rng.uniform(0, spacing)), plot.end, spacing):
+        if rng.random() < missing:
+            continue
+        at = float(along + rng.normal(0.0, 0.03 * spacing))
+        plot.place(
+            mesh, Surface.FURNITURE, at, left, heading=heading, size=(0.3, 0.3), on_road=on_road
+        )
+
+
+def scatter(
+    plot: Plot,
+    rng: np.random.Generator,
+    things: Mapping[str, float],
+    side: int,
+    nearest: float,
+    farthest: float,
+) -> None:
+    """Things at odd places in the strip between two distances from the course.
+
+    Args:
+        plot: Where.
+        rng: The source of chance.
+        things: Names in `FURNITURE` (or ``bicycle``) and how many there are in 100 m on average.
+        side: 1 left, -1 right.
+        nearest: Metres from the course.
+        farthest: Metres from the course.
+    """
+    for name, density in things.items():
+        count = int(rng.poisson(density * (plot.end - plot.start) / 100.0))
+        for _ in range(count):
+            along = float(rng.uniform(plot.start, plot.end))
+            left = side * float(rng.uniform(nearest, max(farthest, nearest + 0.1)))
+            if name == "bicycle":
+                _bicycles(plot, rng, along, left, side)
+                continue
+            # Things face the road or the traffic that comes along on their side.
+            turn = float(rng.normal(0.0, 0.06)) + (0.0 if side < 0 else np.pi)
+            mesh = FURNITURE[name](rng)
+            low, high = mesh.bounds
+            at_foot = mesh.vertices[:, 2] < 0.5
+            extent = (
+                np.ptp(mesh.vertices[at_foot, :2], axis=0) if at_foot.any() else (high - low)[:2]
+            )
+            plot.place(
+                mesh,
+                Surface.FURNITURE,
+                along,
+                left,
+                heading=turn,
+                size=(float(extent[0]) + 0.1, float(extent[1]) + 0.1),
+                on_road=True,
+            )
+
+
+def _bicycles(plot: Plot, rng: np.random.Generator, along: float, left: float, side: int) -> None:
+    """A few parked side by side."""
+    heading = float(rng.choice([0.0, 0.5 * np.pi])) + float(rng.normal(0.0, 0.1))
+    across = abs(np.sin(heading)) > 0.5
+    for index in range(int(rng.integers(1, 6))):
+        bicycle = make_bicycle(int(rng.integers(2**31)))
+        step = 0.65 * index
+        plot.place(
+            bicycle,
+            Surface.FURNITURE,
+            along + (step if across else 0.0),
+            left + (0.0 if across else side * step),
+            heading=heading + float(rng.normal(0.0, 0.05)),
+            size=(1.75, 0.5),
+            on_road=True,
+        )

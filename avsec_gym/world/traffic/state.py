@@ -1,0 +1,131 @@
+"""The arrays of a running simulation: all routes in one table, and where everybody is on them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.geometry import Floats
+from avsec_gym.world.traffic.driving import Manners, bend_limits
+from avsec_gym.world.traffic.routes import SPACING, Route, between
+
+Integers = NDArray[np.int64]
+
+
+class Network(NamedTuple):
+    """R routes, one after the other in a table of P poses."""
+
+    first: Integers
+    """Row of each route's first pose, and P, shape (R + 1,)."""
+    poses: Floats
+    """Shape (P, 3)."""
+    limit: Floats
+    """Speed for the bends, m/s, shape (P,)."""
+    width: Floats
+    """Of the widest on each route, shape (R,)."""
+    gate: Floats
+    """Shape (R,); see `Route`."""
+    clear: Floats
+    """Shape (R,)."""
+    shown: Floats
+    """Shape (R, 2)."""
+
+
+def network_of(routes: Sequence[Route]) -> Network:
+    """The table of some routes."""
+    counts = [len(route.poses) for route in routes]
+    bends = [np.gradient(route.poses[:, 2], SPACING) for route in routes]
+    return Network(
+        np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+        np.concatenate([route.poses for route in routes]),
+        np.concatenate([bend_limits(bend, SPACING) for bend in bends]),
+        np.array([route.width for route in routes]),
+        np.array([route.gate for route in routes]),
+        np.array([route.clear for route in routes]),
+        np.array([route.shown for route in routes]),
+    )
+
+
+class Shift(NamedTuple):
+    """How N travellers move sideways: from one distance beside the route to another."""
+
+    begin: Floats
+    """Place on the route where the movement begins, shape (N,)."""
+    length: Floats
+    """Metres along the route, shape (N,)."""
+    before: Floats
+    """To the left of the route until then, metres, shape (N,)."""
+    after: Floats
+    """And thereafter."""
+
+
+class Traffic(NamedTuple):
+    """N travellers; the arrays change over time."""
+
+    route: Integers
+    place: Floats
+    """Of the centre, metres on the route."""
+    speed: Floats
+    poses: Floats
+    """Shape (N, 3)."""
+    length: Floats
+    width: Floats
+    desired: Floats
+    """Speed on a free road, m/s."""
+    weave: Floats
+    """Amplitude (m), wavelength (m) and phase (radians) of the small lateral motion, (N, 3)."""
+    shift: Shift
+    manners: Manners
+    opens: Floats
+    """Seconds from which a traveller is willing to pass its gate."""
+    polite: NDArray[np.bool_]
+    """Passes its gate only if nobody has to brake for it."""
+    committed: NDArray[np.bool_]
+    """Has begun to pass its gate."""
+
+
+def offsets(weave: Floats, shift: Shift, place: Floats) -> tuple[Floats, Floats]:
+    """How far to the left of its route each is, metres, and the slope of that; shape (N,) each."""
+    wave = 2.0 * np.pi / weave[:, 1]
+    angle = wave * place + weave[:, 2]
+    share = np.clip((place - shift.begin) / shift.length, 0.0, 1.0)
+    way = shift.after - shift.before
+    smooth = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+    slope = 30.0 * (share * (1.0 - share)) ** 2 / shift.length
+    left = weave[:, 0] * np.sin(angle) + shift.before + way * smooth
+    return left, weave[:, 0] * wave * np.cos(angle) + way * slope
+
+
+def on_route(network: Network, route: Integers, place: Floats) -> tuple[Floats, Integers]:
+    """Poses at places on routes, shape (N, 3), and the rows before them, shape (N,)."""
+    count = network.first[route + 1] - network.first[route]
+    station = place / SPACING
+    index = np.clip(station.astype(np.int64), 0, count - 2)
+    row = network.first[route] + index
+    poses = between(network.poses[row], network.poses[row + 1], SPACING, station - index)
+    return poses, row
+
+
+def place_all(network: Network, traffic: Traffic) -> tuple[Floats, Floats]:
+    """Where everybody is.
+
+    Returns:
+        Poses, shape (N, 3), and metres on the route for a metre travelled, shape (N,).
+    """
+    line, row = on_route(network, traffic.route, traffic.place)
+    left, slope = offsets(traffic.weave, traffic.shift, traffic.place)
+    bend = (network.poses[row + 1, 2] - network.poses[row, 2]) / SPACING
+    forward = 1.0 - bend * left
+    sin, cos = np.sin(line[:, 2]), np.cos(line[:, 2])
+    poses = np.stack(
+        [
+            line[:, 0] - left * sin,
+            line[:, 1] + left * cos,
+            line[:, 2] + np.arctan2(slope, forward),
+        ],
+        axis=-1,
+    )
+    return poses, 1.0 / np.hypot(forward, slope)
