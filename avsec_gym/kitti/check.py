@@ -8,7 +8,13 @@ from pathlib import Path
 
 from avsec_gym.kitti.check_object import check_object, check_text_folder, look_at_calibration
 from avsec_gym.kitti.check_raw import check_raw
-from avsec_gym.kitti.layouts import Layout, recognise, text_file_folder, tracking_folders
+from avsec_gym.kitti.layouts import (
+    Layout,
+    object_folders,
+    recognise,
+    text_file_folder,
+    tracking_folders,
+)
 from avsec_gym.kitti.report import DataReport, Files, Look, Progress, Sizes, Survey
 from avsec_gym.kitti.tracking import read_tracking_labels
 
@@ -41,6 +47,10 @@ def check_data(
         check_object(survey, deep=deep)
     elif survey.layout is Layout.RAW:
         check_raw(survey, deep=deep)
+        survey.notes += [
+            f"{survey.name(folder)}/ has the object layout: name that to check it, too."
+            for folder in object_folders(root)
+        ]
     elif survey.layout is Layout.TRACKING:
         _check_tracking(survey)
     elif text_folder is not None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
+import shapely
 
 from avsec_gym.world.actors import Actors
 from avsec_gym.world.mesh import Mesh
@@ -14,8 +15,13 @@ from avsec_gym.world.rendering.camera import Renderer
 from avsec_gym.world.rendering.light import Light
 from avsec_gym.world.rendering.ray_scene import RayScene, Thing
 from avsec_gym.world.rendering.texturing import OverlayArrays
+from avsec_gym.world.road.land import land_mesh
+from avsec_gym.world.road.overlay import paint_overlay
 from avsec_gym.world.road.section import Surface
+from avsec_gym.world.road.surface import road_meshes
+from avsec_gym.world.scenery.composition import compose
 from avsec_gym.world.scenery.plot import Placement
+from avsec_gym.world.site import Site
 
 SIGHT = 170.0
 """Metres from the camera beyond which single things are left out."""
@@ -92,3 +98,27 @@ def actor_mesh(actors: Actors, index: int) -> Mesh:
         walking = bool(actors.moving[index])
         return make_person(category, dimensions, appearance, phase, walking)
     return make_vehicle(category, dimensions, appearance)
+
+
+def build_stage(
+    site: Site,
+    light: Light,
+    start: float,
+    end: float,
+    keep_clear: Iterable[shapely.Geometry] = (),
+) -> Stage:
+    """Build up a site: road, land, paint, scenery.
+
+    Args:
+        site: The place; its seed draws everything.
+        light: The daylight.
+        start: Where to begin, road coordinate along the main course, metres.
+        end: Where to stop.
+        keep_clear: Areas where no scenery may stand, in the world's ground plane.
+    """
+    rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((site.seed, 0))))
+    land = [Thing(mesh, surface) for mesh, surface in road_meshes(site, start, end)]
+    land.append(Thing(land_mesh(site, start, end, rng), Surface.TERRAIN))
+    overlay = paint_overlay(site, start, end, rng)
+    placements = compose(site, start, end, keep_clear)
+    return Stage(land, overlay_arrays(overlay), placements, light)

@@ -64,6 +64,13 @@ def test_what_is_missing_is_no_fault(raw_root: Path) -> None:
     assert any("There is no drive" in note for note in check_data(raw_root).notes)
 
 
+def test_object_data_beside_the_dates_are_noted(raw_root: Path) -> None:
+    (raw_root / "training" / "label_2").mkdir(parents=True)
+    report = check_data(raw_root)
+    assert report.layout is Layout.RAW
+    assert any("training/ has the object layout" in note for note in report.notes)
+
+
 def test_what_is_broken_and_it_goes_on(raw_root: Path, png: Callable[..., bytes]) -> None:
     folder = raw_root / DATE / DRIVE
     for name, content in (

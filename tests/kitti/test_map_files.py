@@ -14,7 +14,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.kitti.map_files import read_disparity, read_mask, write_disparity, write_mask
 
 Png = Callable[..., bytes]
-disparities = st.floats(0, 255.9, width=32) | st.just(float("nan"))
+disparities = st.floats(0, 255.875, width=32) | st.just(float("nan"))
 fixture = settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=50)
 
 

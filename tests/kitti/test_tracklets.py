@@ -107,7 +107,7 @@ def test_a_box_has_the_corners_that_the_tracklet_has(rig: Calibration, shared: P
         foot = np.column_stack([signs * [length, width], np.zeros(4)])
         cos, sin = np.cos(1.5), np.sin(1.5)
         foot = foot @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]]) + one.translation[1]
-        corners = np.vstack([foot, foot + [0, 0, height]])
+        corners = np.vstack([foot, foot + np.array([0, 0, height])])
         expected = transform_points(calibration.velodyne_to_camera, corners)
         found = box_corners(boxes.location, boxes.dimensions, boxes.rotation_y)[0]
         # A camera frame's box stands upright in it: the rig's tilt of some degrees remains.

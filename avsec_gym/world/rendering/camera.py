@@ -93,7 +93,7 @@ class Renderer:
     """
 
     def __init__(self, scene: RayScene, light: Light, overlay: OverlayArrays | None = None) -> None:
-        self._scene = scene
+        self.scene = scene
         self._light = light
         self._arrays = SceneArrays(
             scene.vertices,
@@ -129,7 +129,7 @@ class Renderer:
             moved = pixels[edges] + np.array(offset, np.float32)
             origins, directions = _rays(camera, moved)
             more, _ = self._light_along(
-                camera, moved, origins, directions, self._scene.hits(origins, directions), grid
+                camera, moved, origins, directions, self.scene.hits(origins, directions), grid
             )
             total += np.minimum(more * np.float32(self._light.exposure), np.float32(_BRIGHTEST))
         light[edges] = total / np.float32(1 + len(_EXTRA))
@@ -142,27 +142,27 @@ class Renderer:
             origins: Shape (n, 3).
             directions: Unit vectors, shape (n, 3).
         """
-        hits = self._scene.hits(origins, directions)
+        hits = self.scene.hits(origins, directions)
         face, distance = hits.face.copy(), hits.distance.copy()
-        materials = self._scene.materials
-        glass = np.flatnonzero((face >= 0) & materials.glass[self._scene.material[face]])
+        materials = self.scene.materials
+        glass = np.flatnonzero((face >= 0) & materials.glass[self.scene.material[face]])
         if len(glass):
             passed = distance[glass] + np.float32(0.01)
             starts = origins[glass] + passed[:, None] * directions[glass]
-            behind = self._scene.hits(np.ascontiguousarray(starts), directions[glass].copy())
+            behind = self.scene.hits(np.ascontiguousarray(starts), directions[glass].copy())
             again = behind.face >= 0
-            again &= ~materials.glass[self._scene.material[np.maximum(behind.face, 0)]]
+            again &= ~materials.glass[self.scene.material[np.maximum(behind.face, 0)]]
             face[glass] = np.where(again, behind.face, -1)
             distance[glass] = np.where(again, behind.distance + passed, np.inf)
         seen = face >= 0
         reflectance, cosine = np.zeros_like(distance), np.zeros_like(distance)
         laser_reflectance(self._arrays, face, distance, origins, directions, reflectance, cosine)
-        objects = np.where(seen, self._scene.object_id[np.maximum(face, 0)], NOTHING)
+        objects = np.where(seen, self.scene.object_id[np.maximum(face, 0)], NOTHING)
         return Echoes(distance, reflectance, cosine, objects)
 
     def _middle(self, camera: PinholeCamera) -> tuple[Float32s, Float32s, Hits]:
         origins, directions = _rays(camera, _pixel_grid(*camera.size, 1))
-        return origins, directions, self._scene.hits(origins, directions)
+        return origins, directions, self.scene.hits(origins, directions)
 
     def _geometry(self, camera: PinholeCamera, directions: Float32s, hits: Hits) -> Geometry:
         width, height = camera.size
@@ -172,20 +172,20 @@ class Renderer:
         depth = np.where(seen, hits.distance * (directions @ forward), np.inf)
         return Geometry(
             depth.astype(np.float32).reshape(height, width),
-            np.where(seen, self._scene.object_id[face], NOTHING).reshape(height, width),
-            np.where(seen, self._scene.surface[face], Surface.SKY)
+            np.where(seen, self.scene.object_id[face], NOTHING).reshape(height, width),
+            np.where(seen, self.scene.surface[face], Surface.SKY)
             .astype(np.uint8)
             .reshape(height, width),
         )
 
     def _ambient_grid(self, camera: PinholeCamera) -> tuple[Float32s, Float32s, Float32s]:
         origins, directions = _rays(camera, _pixel_grid(*camera.size, _GRID_STEP))
-        hits = self._scene.hits(origins, directions)
+        hits = self.scene.hits(origins, directions)
         light = self._light
         angle = _GRID_STEP / camera.focal_length
         found = surfaces(self._arrays, hits, origins, directions, light.sun, angle)
         open_light = ambient_light(
-            self._scene,
+            self.scene,
             found,
             hits.face >= 0,
             light.panorama,
@@ -203,7 +203,7 @@ class Renderer:
         hits: Hits,
         grid: tuple[Float32s, Float32s, Float32s],
     ) -> tuple[Float32s, Surfaces]:
-        light, scene = self._light, self._scene
+        light, scene = self._light, self.scene
         angle = 1.0 / camera.focal_length
         found = surfaces(self._arrays, hits, origins, directions, light.sun, angle)
         lit = np.flatnonzero(found.sunlight > 0)
@@ -229,7 +229,7 @@ class Renderer:
         facing = (incoming * normal).sum(axis=1, keepdims=True)
         mirrored = np.ascontiguousarray(incoming - 2 * facing * normal)
         starts = np.ascontiguousarray(found.point[rays])
-        hits = self._scene.hits(starts, mirrored)
+        hits = self.scene.hits(starts, mirrored)
         behind = surfaces(self._arrays, hits, starts, mirrored, light.sun, 0.02)
         # What is mirrored is lit without further rays: half of it lies in the shade.
         behind.sunlight[:] *= 0.6

@@ -12,7 +12,7 @@ from avsec_gym.world.textures.texture import Picture
 Canvas = NDArray[np.float32]
 """Shape (h, w, 3), 0 to 255, to be painted on."""
 
-_NAMES = ("CAFE", "OPTIK", "Apotheke", "BLUMEN", "MODE", "Salon Eva", "PIZZERIA", "BUCH + BILD", "Foto", "BIO MARKT")
+_NAMES = ("CAFE", "OPTIK", "Apotheke", "BLUMEN", "MODE", "Salon Eva", "PIZZERIA", "BUCH + BILD", "Foto", "BIO MARKT", "METALLBAU", "SPEDITION", "Elektro")
 _SIGN_COLOURS = (
     ((238, 236, 228), (60, 40, 30)),
     ((30, 60, 130), (240, 240, 240)),
@@ -24,6 +24,9 @@ _SIGN_COLOURS = (
     ((226, 190, 60), (40, 36, 30)),
     ((246, 246, 244), (30, 90, 150)),
     ((238, 210, 70), (40, 110, 50)),
+    ((236, 236, 234), (40, 60, 110)),
+    ((40, 70, 120), (236, 236, 236)),
+    ((234, 232, 226), (170, 40, 30)),
 )
 
 
@@ -34,7 +37,7 @@ def window_pane(variant: int, rng: np.random.Generator) -> Picture:
     if variant in (0, 1, 4):
         _net_curtain(canvas, rng, top=0.0, bottom=(1.0, 0.55, 1.0, 1.0, 0.35)[variant])
     if variant in (1, 2, 5):
-        shade = rng.uniform(110, 190, 3) * (1.0, 0.92, 0.8)
+        shade = rng.uniform(120, 180) * rng.uniform(0.9, 1.05, 3) * (1.0, 0.94, 0.84)
         for left in (True, False):
             _drape(canvas, rng, shade, 0.24 if variant != 5 else 0.4, left=left)
     if variant in (2, 3):
@@ -144,7 +147,7 @@ def _net_curtain(canvas: Canvas, rng: np.random.Generator, top: float, bottom: f
     height, width = canvas.shape[:2]
     folds = fractal_noise(rng, 4, width, cells=14, octaves=3)[0]
     cloth = np.clip(148.0 + 26.0 * folds, 60, 215)[None, :, None] * np.float32([1.0, 1.0, 0.97])
-    hem = (0.03 * height * folds[None] + bottom * height).astype(int)
+    hem = (0.006 * height * folds[None] + bottom * height).astype(int)
     rows = np.arange(height)[:, None]
     shown = 0.72 * ((rows >= top * height) & (rows < hem)).astype(np.float32)[..., None]
     canvas[:] = canvas * (1 - shown) + cloth * shown

@@ -14,7 +14,7 @@ Floats = NDArray[np.float32]
 _BRICKS = ((150, 74, 54), (120, 58, 46), (186, 142, 88), (112, 76, 58), (168, 96, 62))
 _MORTARS = ((168, 160, 148), (130, 124, 116), (176, 168, 152), (140, 134, 126), (188, 180, 168))
 _STONES = ((172, 132, 110), (198, 176, 138), (158, 152, 142), (188, 170, 148))
-_TILES = ((58, 132, 176), (26, 30, 36))
+_TILES = ((62, 134, 172), (26, 30, 36))
 
 
 def stucco(variant: int, rng: np.random.Generator) -> Picture:
@@ -98,7 +98,7 @@ def concrete(variant: int, rng: np.random.Generator) -> Picture:
 def wall_tile(variant: int, rng: np.random.Generator) -> Picture:
     """Glazed tiles of 0.21 m, each burnt a little differently; 4.2 m x 4.2 m."""
     size, count = 512, 20
-    spread = (0.23, 0.1)[variant]
+    spread = (0.19, 0.1)[variant]
     tone = np.clip(rng.normal(0.0, spread, (count, count)), -0.5, 0.55).astype(np.float32)
     cell, edge = _bond(size, size, count, count, np.zeros(count), (0.6, 0.6))
     clouds = fractal_noise(rng, size, size, cells=30, octaves=4, persistence=0.6)

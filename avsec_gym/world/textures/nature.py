@@ -169,15 +169,15 @@ def _far_forest(variant: int, rng: np.random.Generator) -> Picture:
     canvas = np.empty((height, width, 3), np.float32)
     canvas[:] = (17, 23, 15)
     palette = np.array(
-        [(58, 72, 38), (72, 82, 40), (46, 62, 36), (84, 84, 40), (40, 54, 34)]
+        [(50, 63, 36), (58, 69, 36), (42, 56, 34), (68, 70, 36), (36, 49, 32)]
         if variant == 0
         else [(38, 52, 36), (44, 58, 38), (32, 46, 34), (52, 62, 38), (28, 40, 30)],
         np.float64,
     )
-    count, slim = (520, 1.0) if variant == 0 else (900, 0.55)
+    count, slim = (1100, 1.0) if variant == 0 else (1900, 0.55)
     depth = np.sort(rng.uniform(0, height, count))
     for y in depth:
-        x, radius = rng.uniform(0, width), rng.uniform(9, 19) * (0.6 + 0.4 * slim)
+        x, radius = rng.uniform(0, width), rng.uniform(6, 13) * (0.6 + 0.4 * slim)
         colour = palette[rng.integers(len(palette))] * rng.uniform(0.8, 1.15)
         for step in range(4):
             share = step / 3
@@ -213,6 +213,6 @@ TEXTURES: dict[str, Texture] = {
     "bark_birch": Texture((0.5, 1.0), 1, _birch_bark),
     "bark_pine": Texture((0.5, 1.0), 1, _pine_bark),
     "grass_blades": Texture((0.64, 0.25), 1, _blades),
-    "forest_far": Texture((96.0, 48.0), 2, _far_forest),
+    "forest_far": Texture((120.0, 60.0), 2, _far_forest),
     "meadow_far": Texture((120.0, 120.0), 1, _far_meadow),
 }

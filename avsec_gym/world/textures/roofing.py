@@ -7,7 +7,7 @@ import numpy as np
 from avsec_gym.world.textures.noise import coloured, fractal_noise, picture, white_noise
 from avsec_gym.world.textures.texture import Picture
 
-_CLAY = ((168, 84, 54), (132, 70, 52), (98, 68, 54), (66, 66, 68))
+_CLAY = ((158, 86, 62), (124, 72, 56), (98, 68, 54), (66, 66, 68))
 
 
 def roof_tile(variant: int, rng: np.random.Generator) -> Picture:

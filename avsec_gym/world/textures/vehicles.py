@@ -81,9 +81,9 @@ def _car_side(variant: int, rng: np.random.Generator) -> Picture:
     v = np.linspace(0.0, 1.0, height, dtype=np.float32)[:, None, None]
     canvas *= 1.0 - 0.10 * np.exp(-(((v - 0.36) / 0.05) ** 2))
     dust = np.clip((v - 0.62) / 0.38, 0.0, 1.0) * (
-        0.7 + 0.3 * fractal_noise(rng, height, width, cells=6)[..., None]
+        0.8 + 0.12 * fractal_noise(rng, height, width, cells=6)[..., None]
     )
-    canvas += (np.array([150, 142, 130], np.float32) - canvas) * 0.25 * np.clip(dust, 0, 1)
+    canvas += (np.array([150, 142, 130], np.float32) - canvas) * 0.15 * np.clip(dust, 0, 1)
     canvas[int(0.94 * height) :] *= 0.35
     return picture(canvas)
 
@@ -112,8 +112,7 @@ def _window(places: tuple[float, ...], brightness: tuple[float, ...], *, board: 
         canvas = _through(rng, brightness[variant])
         _seat_shapes(canvas, places, 12.0)
         if board:
-            canvas[108:] = 30.0
-            cv2.ellipse(canvas, (90, 112), (14, 12), 0, 180, 360, (8.0,) * 3, 3, cv2.LINE_AA)
+            canvas[110:] = 26.0
         if wiper:
             cv2.line(canvas, (64, 122), (98, 112), (8.0,) * 3, 3, cv2.LINE_AA)
         frame = 4
@@ -167,31 +166,53 @@ def _grille(variant: int, rng: np.random.Generator) -> Picture:
     return picture(np.repeat(value[..., None], 3, axis=2))
 
 
-def _headlamp(_: int, rng: np.random.Generator) -> Picture:
-    """Reflectors behind clear glass, an amber indicator at the outer end."""
+def _headlamp(variant: int, rng: np.random.Generator) -> Picture:
+    """Reflectors behind clear glass; the indicator at the outer end is clear, amber, or below."""
     size = 96
-    canvas = np.full((size, size, 3), 150.0, np.float32)
+    canvas = np.full((size, size, 3), 120.0, np.float32)
     canvas += 14.0 * white_noise(rng, size, size, 2.0)[..., None]
-    for x, radius in ((38, 21), (72, 19)):
-        cv2.circle(canvas, (x, 50), radius, (95, 98, 104), -1, cv2.LINE_AA)
-        cv2.circle(canvas, (x, 50), radius - 3, (232, 236, 240), -1, cv2.LINE_AA)
-        cv2.circle(canvas, (x, 52), radius // 2, (150, 155, 165), -1, cv2.LINE_AA)
+    for x, radius in ((36, 23), (72, 20)):
+        cv2.circle(canvas, (x, 50), radius, (70, 72, 78), -1, cv2.LINE_AA)
+        cv2.circle(canvas, (x, 50), radius - 3, (225, 230, 236), -1, cv2.LINE_AA)
+        cv2.circle(canvas, (x, 52), radius // 2, (120, 125, 135), -1, cv2.LINE_AA)
         cv2.circle(canvas, (x, 50), 4, (250, 250, 250), -1, cv2.LINE_AA)
-    canvas[:, :14] = (215, 140, 50)
-    for edge in (np.s_[:4], np.s_[-4:], np.s_[:, :3], np.s_[:, -3:]):
-        canvas[edge] *= 0.4
+    if variant == 1:
+        canvas[:, :11] = (190, 110, 40)
+    elif variant == 2:
+        canvas[76:, 20:] = (150, 95, 50)
+    for edge in (np.s_[:6], np.s_[-6:], np.s_[:, :4], np.s_[:, -4:]):
+        canvas[edge] *= 0.3
     return picture(canvas)
 
 
-def _tail_lamp(_: int, rng: np.random.Generator) -> Picture:
-    """Red with an amber and a white band."""
+def _tail_lamp(variant: int, rng: np.random.Generator) -> Picture:
+    """Red with an amber or a clear band, or all red with round lights."""
     size = 64
-    canvas = np.full((size, size, 3), (150, 8, 10), np.float32)
-    canvas[26:38] = (190, 84, 20)
-    canvas[38:48] = (205, 190, 185)
-    canvas[:6] = (110, 4, 6)
+    canvas = np.full((size, size, 3), (165, 8, 10), np.float32)
+    if variant == 0:
+        canvas[20:31] = (185, 80, 20)
+        canvas[31:40] = (200, 170, 165)
+    elif variant == 1:
+        canvas[36:50] = (205, 180, 178)
+    else:
+        for x in (18, 46):
+            cv2.circle(canvas, (x, 34), 12, (215, 30, 26), -1, cv2.LINE_AA)
+            cv2.circle(canvas, (x, 34), 5, (235, 120, 110), -1, cv2.LINE_AA)
     canvas *= 1.0 + 0.06 * white_noise(rng, size, size, 1.0)[..., None]
-    canvas[:3] = canvas[-3:] = 30.0
+    for edge in (np.s_[:4], np.s_[-4:], np.s_[:, :3], np.s_[:, -3:]):
+        canvas[edge] *= 0.35
+    return picture(canvas)
+
+
+def _bonnet(_: int, __: np.random.Generator) -> Picture:
+    """Seen from above, windscreen at the top: shut lines, the dark gap below the wipers."""
+    size = 256
+    canvas = np.full((size, size, 3), 250.0, np.float32)
+    for sign in (-1, 1):
+        path = [(0.5 + sign * u, v) for u, v in ((0.445, 0.0), (0.44, 0.45), (0.42, 0.8), (0.40, 1.0))]
+        line = np.round(np.array(path) * size).astype(np.int32)
+        cv2.polylines(canvas, [line], False, (90.0, 90.0, 90.0), 2, cv2.LINE_AA)
+    canvas[:14] = 20.0
     return picture(canvas)
 
 
@@ -203,6 +224,7 @@ TEXTURES: dict[str, Texture] = {
     "rear_glass": Texture((1.0, 1.0), 3, _window((0.25, 0.75), (60.0, 30.0, 45.0), wiper=True)),
     "wheel": Texture((2.0, 2.0), 8, _wheel),
     "grille": Texture((1.0, 1.0), 4, _grille),
-    "headlamp": Texture((1.0, 1.0), 1, _headlamp),
-    "tail_lamp": Texture((1.0, 1.0), 1, _tail_lamp),
+    "bonnet": Texture((1.0, 1.0), 1, _bonnet),
+    "headlamp": Texture((1.0, 1.0), 3, _headlamp),
+    "tail_lamp": Texture((1.0, 1.0), 3, _tail_lamp),
 }

@@ -25,5 +25,5 @@ TEXTURES: dict[str, Texture] = {
     "garage_door": Texture((1.0, 1.0), 4, facades.garage_door),
     "shutter": Texture((1.0, 1.0), 1, facades.shutter),
     "awning": Texture((1.6, 1.6), 2, facades.awning),
-    "shop_sign": Texture((1.0, 1.0), 10, facades.shop_sign),
+    "shop_sign": Texture((1.0, 1.0), 13, facades.shop_sign),
 }

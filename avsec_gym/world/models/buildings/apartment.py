@@ -19,8 +19,8 @@ _STOREY = 2.8
 
 
 def apartment(width: float, depth: float, rng: np.random.Generator) -> Mesh:
-    """Three to six storeys of like flats on both sides of a staircase."""
-    storeys = int(rng.integers(3, 7)) if width > 14 else int(rng.integers(3, 5))
+    """Three to five storeys of like flats on both sides of a staircase."""
+    storeys = int(rng.integers(3, 6)) if width > 14 else int(rng.integers(3, 5))
     plinth = float(rng.uniform(0.3, 1.0))
     eaves = plinth + storeys * _STOREY + 0.2
     paint = palette.stucco(rng)
@@ -39,9 +39,9 @@ def apartment(width: float, depth: float, rng: np.random.Generator) -> Mesh:
     sills = plinth + 0.9 + _STOREY * np.arange(storeys)
     sides = [
         _front(width, plinth, sills, bands, style, rng),
-        _plain(depth, sills, bands, style, rng, 5.0),
-        _plain(width, sills, bands, style, rng, 4.0),
-        _plain(depth, sills, bands, style, rng, 5.0),
+        _plain(depth, sills, bands, style, rng, 7.0),
+        _plain(width, sills, bands, style, rng, 5.0),
+        _plain(depth, sills, bands, style, rng, 7.0),
     ]
     if rng.random() < 0.6:
         rim = palette.pick(rng, palette.CONCRETE, palette.ZINC, palette.BROWN_FRAME)
@@ -112,8 +112,7 @@ def _plain(
     rng: np.random.Generator,
     pitch: float,
 ) -> list[Panels]:
-    openings = grid(evenly(length, pitch, 5), sills, 1.2, 1.3)
+    openings = grid(evenly(length, pitch, 4), sills, 1.2, 1.3)
     if rng.random() < 0.3:
         openings = openings[:0]
-    plain = replace(style, sill=None, frame_width=0.06)
-    return wall(length, bands, openings) + windows(openings, plain, rng)
+    return wall(length, bands, openings) + windows(openings, style.plain(), rng)

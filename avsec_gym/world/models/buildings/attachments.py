@@ -39,12 +39,19 @@ def balconies(
         edge, inner, low, high = half + 0.02, half - 0.04, -0.12, 0.95
         near, far = front - 0.04, front + 0.06
         parts += [
+            boxes(parapet, (-edge, near, low), (edge, far, high), without=("top", "bottom")),
             boxes(
                 parapet,
-                [(-edge, near, low), (-edge, far, low), (inner, far, low)],
-                [(edge, far, high), (-inner, 0.0, high), (edge, 0.0, high)],
+                [(-edge, far, low), (inner, far, low)],
+                [(-inner, 0.0, high), (edge, 0.0, high)],
+                without=("front", "back", "bottom"),
             ),
-            boxes(ALUMINIUM, (-edge, near - 0.01, high), (edge, far, high + 0.05)),
+            boxes(
+                ALUMINIUM,
+                (-edge, near - 0.01, high),
+                (edge, far, high + 0.05),
+                without=("bottom", "left", "right"),
+            ),
         ]
     return [part.at(at) for part in parts]
 

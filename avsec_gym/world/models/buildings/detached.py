@@ -86,12 +86,14 @@ def _style(paint: Material, rng: np.random.Generator) -> WindowStyle:
     )
     dark = palette.darker(paint, 0.4)
     surround = palette.pick(rng, dark, palette.WHITE) if rng.random() < 0.35 else None
+    folding = surround is None and rng.random() < 0.25
     return WindowStyle(
         frame=frame,
         reveal=paint,
         sill=palette.STONE_SILL if surround is None else None,
         surround=surround,
-        shutter=palette.roller_shutter(rng) if rng.random() < 0.75 else None,
+        shutter=palette.roller_shutter(rng) if not folding and rng.random() < 0.8 else None,
+        folding=palette.folding_shutter(rng) if folding else None,
     )
 
 
@@ -140,8 +142,7 @@ def _other(
     columns = evenly(length, 4.0, 3)
     openings = grid(columns, sills, 1.15, 1.2)
     openings = openings[rng.random(len(openings)) < 0.75]
-    plain = replace(style, surround=None, sill=palette.STONE_SILL)
-    return wall(length, bands, openings) + windows(openings, plain, rng)
+    return wall(length, bands, openings) + windows(openings, style.plain(), rng)
 
 
 def _gable(
@@ -153,10 +154,10 @@ def _gable(
     rng: np.random.Generator,
 ) -> list[Panels]:
     """The upper end of a wall, with a window of the attic if there is room."""
-    opening = grid([0.0], [eaves + 0.5], float(rng.uniform(1.0, 1.5)), 1.25)
-    if rise < 3.2 or rng.random() < 0.2:
+    opening = grid([0.0], [eaves + 0.35], float(rng.uniform(0.9, 1.4)), 1.2)
+    if rise < 2.6:
         return gable(span, eaves, rise, paint)
-    return gable(span, eaves, rise, paint, opening) + windows(opening, style, rng)
+    return gable(span, eaves, rise, paint, opening) + windows(opening, replace(style, folding=None, sashes=1), rng)
 
 
 def _hip(

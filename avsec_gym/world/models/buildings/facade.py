@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -40,7 +41,8 @@ def wall(
 
     Args:
         length: Metres.
-        bands: From the ground up, each beginning where the last one ends.
+        bands: From the ground up, each beginning where the last one ends; textures hang from a
+            band's upper edge.
         openings: Left, right, lower and upper end, shape (n, 4); they must not overlap.
         adjoining: Bands that stand out end with the wall, because the next house begins there;
             else they go round the corners.
@@ -64,7 +66,8 @@ def wall(
             ]
             rows += [(start, end, low, high) for start, end in spans]
             bottom = bottom or spans
-        parts.append(upright(band.material, *np.array(rows).T, y=-band.out))
+        face = upright(band.material, *np.array(rows).T, y=-band.out)
+        parts.append(replace(face, uv=face.uv + (0.0, band.high)))
         if adjoining and band.out > 0:
             low, high = (-half, -band.out, band.low), (half, 0.0, band.high)
             hidden = ("front", "back", "top", "bottom")

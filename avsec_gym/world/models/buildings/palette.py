@@ -32,7 +32,7 @@ DARK_FRAME = Material("plain", (0.045, 0.04, 0.035), mirror=0.03, infrared=0.2)
 BROWN_FRAME = Material("plain", (0.10, 0.05, 0.028), mirror=0.02, infrared=0.35)
 ALUMINIUM = Material("plain", (0.42, 0.43, 0.44), mirror=0.12, infrared=0.5)
 ZINC = Material("sheet_metal", (0.42, 0.44, 0.46), mirror=0.04, infrared=0.4)
-COPPER_GREEN = Material("sheet_metal", (0.30, 0.45, 0.36), infrared=0.35)
+COPPER = Material("sheet_metal", (0.17, 0.12, 0.09), infrared=0.3)
 STONE_SILL = Material("concrete/0", (0.62, 0.60, 0.56))
 CONCRETE = Material("concrete/1", (0.80, 0.79, 0.76))
 GRAVEL = Material("stucco/2", (0.32, 0.31, 0.29))
@@ -81,15 +81,21 @@ def tiled_roof(rng: np.random.Generator, *, slate: float = 0.0) -> RoofMaterials
     else:
         tiles = Material(f"roof_tile/{int(rng.choice(4, p=[0.4, 0.25, 0.22, 0.13]))}")
     board = pick(rng, WHITE, Material("timber/0", (0.35, 0.22, 0.14)), BROWN_FRAME)
-    return RoofMaterials(tiles, board, pick(rng, ZINC, COPPER_GREEN, BROWN_FRAME))
+    return RoofMaterials(tiles, board, pick(rng, ZINC, COPPER, BROWN_FRAME))
 
 
 def door_leaf(rng: np.random.Generator) -> Material:
-    """Wood, white plastic or aluminium with glass."""
-    return Material(f"door/{int(rng.integers(6))}", mirror=0.02, infrared=0.35)
+    """Wood, or white plastic with glass."""
+    return Material(f"door/{int(rng.integers(4))}", mirror=0.02, infrared=0.35)
 
 
 def roller_shutter(rng: np.random.Generator) -> Material:
     """White, grey, beige or brown slats."""
     tints = ((0.75, 0.75, 0.73), (0.5, 0.5, 0.5), (0.6, 0.52, 0.4), (0.25, 0.16, 0.1))
     return Material("shutter", tints[int(rng.integers(len(tints)))], infrared=0.5)
+
+
+def folding_shutter(rng: np.random.Generator) -> Material:
+    """Painted boards: brown, green, grey, blue."""
+    colours = ((92, 58, 36), (52, 78, 54), (120, 116, 108), (74, 92, 112))
+    return Material("shutter", linear(colours[int(rng.integers(len(colours)))]), infrared=0.4)

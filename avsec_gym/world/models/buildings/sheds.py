@@ -25,7 +25,7 @@ from avsec_gym.world.models.buildings.roofs import (
     gutter,
     swept_roof,
 )
-from avsec_gym.world.models.buildings.shop_front import SIGNS
+from avsec_gym.world.models.buildings.shop_front import SHOPS, SIGNS
 from avsec_gym.world.models.buildings.windows import bars, doors, pane_material, reveals
 
 _GARAGE_DOORS = 4
@@ -78,7 +78,7 @@ def hall(width: float, depth: float, rng: np.random.Generator) -> Mesh:
     ]
     if rng.random() < 0.7:
         x = float(rng.uniform(-0.2, 0.2)) * width
-        front += sign(x - 2.2, x + 2.2, height - 2.4, height - 1.5, int(rng.integers(SIGNS)))
+        front += sign(x - 2.2, x + 2.2, height - 2.4, height - 1.5, int(rng.integers(SHOPS, SIGNS)))
     side, rear = wall(depth, bands), wall(width, bands)
     if rng.random() < 0.5:
         roof = flat_roof(width, depth, height, palette.ZINC, palette.GRAVEL, 0.08)

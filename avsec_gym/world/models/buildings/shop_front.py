@@ -10,8 +10,8 @@ from avsec_gym.world.models.buildings.attachments import awning, sign
 from avsec_gym.world.models.buildings.panels import Floats, Panels, upright
 from avsec_gym.world.models.buildings.windows import bars, doors, reveals
 
-SIGNS = 10
-"""Variants of the texture ``shop_sign``."""
+SHOPS, SIGNS = 10, 13
+"""Variants of the texture ``shop_sign``: the first ones for shops, the others for workshops."""
 
 _DISPLAYS = 5
 
@@ -57,12 +57,12 @@ def _above(width: float, bays: int, height: float, rng: np.random.Generator) -> 
     if rng.random() < 0.5 or bays == 1:
         length = float(rng.uniform(0.5, 0.85)) * width
         length = min(length, 6.0)
-        parts += sign(-0.5 * length, 0.5 * length, low, low + 0.6, int(rng.integers(SIGNS)))
+        parts += sign(-0.5 * length, 0.5 * length, low, low + 0.6, int(rng.integers(SHOPS)))
     else:
         for bay in range(bays):
             middle = -0.5 * width + (bay + 0.5) * pitch
             half = 0.5 * pitch * float(rng.uniform(0.55, 0.85))
-            parts += sign(middle - half, middle + half, low, low + 0.55, int(rng.integers(SIGNS)))
+            parts += sign(middle - half, middle + half, low, low + 0.55, int(rng.integers(SHOPS)))
     if rng.random() < 0.55:
         tints = ((0.75, 0.73, 0.68), (0.45, 0.04, 0.04), (0.05, 0.18, 0.09), (0.7, 0.55, 0.25))
         stripes = int(rng.integers(2))

@@ -130,11 +130,16 @@ def _front(
     size = (1.15, 2.0) if house.historic else (float(rng.uniform(1.2, 1.9)), 1.4)
     upper = grid(columns, floors + 0.9 - 0.15 * house.historic, *size)
     parts, doorway = ground
-    balcony = rng.random() < 0.45
-    middle = len(columns) // 2
+    middle = int(rng.integers(len(columns)))
     stacked = np.arange(len(upper)) % len(columns) == middle
-    if balcony:
+    choice = str(rng.choice(["balcony", "bay", "none"], p=[0.4, 0.3, 0.3]))
+    bay = choice == "bay" and house.historic and 0 < middle < len(columns) - 1
+    if choice == "balcony":
         upper[stacked, 2] = floors + 0.12
+        parts = parts + _balconies(house, float(columns[middle]), floors, rng)
+    elif bay:
+        parts = parts + _bay(house, float(columns[middle]), upper[stacked][:-1], rng)
+        upper = np.concatenate([upper[~stacked], upper[stacked][-1:]])
     bands = [
         Band(BELOW_GROUND, 0.7, palette.darker(house.base, 0.6), 0.05),
         Band(0.7, house.ground - 0.2, house.base),
@@ -145,17 +150,58 @@ def _front(
     openings = np.concatenate([doorway, upper])
     parts = parts + wall(house.width, bands, openings, adjoining=True)
     parts += windows(upper, house.style, rng)
-    if balcony:
-        solid_parapet = house.trim if house.historic else palette.WHITE
-        places = np.c_[np.full(len(floors), columns[middle]), floors + 0.08]
-        bars = bool(rng.random() < 0.5) and house.width < 12
-        rail = palette.IRON if bars else solid_parapet
-        parts += balconies(places, min(2.6, house.width / 3), 1.0, house.trim, rail, bars=bars)
-    if house.historic and house.storeys > 3:
-        z = floors[1]
-        half = 0.5 * house.width
-        parts.append(boxes(house.trim, (-half, -0.08, z - 0.1), (half, 0.0, z + 0.08)))
+    if house.historic:
+        parts += _relief(house, floors)
     parts.append(downpipes([0.5 * house.width - 0.12], house.eaves - 0.35, house.roof.gutter))
+    return parts
+
+
+def _balconies(
+    house: _House, x: float, floors: Floats, rng: np.random.Generator
+) -> list[Panels]:
+    bars = bool(rng.random() < 0.4) and len(floors) < 3
+    parapet = house.trim if house.historic else palette.WHITE
+    places = np.c_[np.full(len(floors), x), floors + 0.08]
+    rail = palette.IRON if bars else parapet
+    width = min(2.4, 2.0 * (0.5 * house.width - abs(x)), house.width / 3)
+    return balconies(places, width, 0.95, house.trim, rail, bars=bars)
+
+
+def _bay(house: _House, x: float, openings: Floats, rng: np.random.Generator) -> list[Panels]:
+    """A box of rooms before the facade, with the windows that it hides in its own front."""
+    half, out = 1.05, 0.75
+    low, high = float(openings[0, 2]) - 0.8, float(openings[-1, 3]) + 0.5
+    front = openings - (x, x, 0.0, 0.0)
+    style = replace(house.style, lintel=False)
+    parts = wall(2 * half, [Band(low, high, house.wall)], front) + windows(front, style, rng)
+    parts = [part.at((x, -out, 0.0)) for part in parts]
+    sides = ("front", "back", "top", "bottom")
+    foot = 0.6 * half
+    return [
+        *parts,
+        boxes(house.wall, (x - half, -out, low), (x + half, 0.0, high), without=sides),
+        boxes(house.trim, (x - half - 0.1, -out - 0.1, high), (x + half + 0.1, 0.0, high + 0.25)),
+        boxes(house.trim, (x - half - 0.05, -out - 0.05, low - 0.2), (x + half + 0.05, 0.0, low)),
+        boxes(house.trim, (x - foot, -0.55 * out, low - 0.5), (x + foot, 0.0, low - 0.2)),
+    ]
+
+
+def _relief(house: _House, floors: Floats) -> list[Panels]:
+    """String courses and pilasters at both ends."""
+    half, high = 0.5 * house.width, house.eaves - 0.35
+    ends = ("back", "top", "bottom")
+    parts = [
+        boxes(
+            house.trim,
+            [(-half, -0.07, house.ground), (half - 0.45, -0.07, house.ground)],
+            [(0.45 - half, 0.0, high), (half, 0.0, high)],
+            without=ends,
+        )
+    ]
+    if len(floors) > 2:
+        low, top = floors[1] - 0.1, floors[1] + 0.08
+        course = boxes(house.trim, (-half, -0.1, low), (half, 0.0, top), without=("back",))
+        parts.append(course)
     return parts
 
 
@@ -163,11 +209,10 @@ def _rear(house: _House, rng: np.random.Generator) -> list[Panels]:
     columns = evenly(house.width, 4.0, 3)
     openings = grid(columns, 1.2 + house.storey * np.arange(house.storeys), 1.2, 1.4)
     openings = openings[openings[:, 3] < house.eaves - 0.2]
-    plain = replace(house.style, surround=None, lintel=False, shutter=None, sill=None)
     face = palette.stucco(rng)
-    return wall(house.width, [Band(BELOW_GROUND, house.eaves, face)], openings) + windows(
-        openings, replace(plain, reveal=face), rng
-    )
+    style = replace(house.style.plain(), reveal=face)
+    rear = wall(house.width, [Band(BELOW_GROUND, house.eaves, face)], openings)
+    return rear + windows(openings, style, rng)
 
 
 def _ground_floor(house: _House, rng: np.random.Generator) -> tuple[list[Panels], Floats]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,8 +12,6 @@ from avsec_gym.world.models.buildings.panels import Floats, Panels, boxes, quads
 PANES = 8
 """Variants of the texture ``window_pane``."""
 
-_FRAME_DEPTH = 0.05
-
 
 @dataclass(frozen=True)
 class WindowStyle:
@@ -22,8 +20,8 @@ class WindowStyle:
     Args:
         frame: Of the bars.
         reveal: Of the sides of the opening.
-        recess: From the facade's plane to the pane, metres.
-        frame_width: Metres; 0 leaves frames away, for windows that nobody sees from near.
+        recess: From the facade's plane to the frame, metres.
+        frame_width: Metres.
         sashes: Panes side by side.
         transom: Height of a cross bar as a share of the opening's; 0 for none.
         sill: Its slab below the window; None for none.
@@ -32,11 +30,12 @@ class WindowStyle:
         lintel: The surround has a small cornice above.
         shutter: Roller shutters; None for none.
         shutters_down: Share of the windows whose shutters are at least partly down.
+        folding: Wooden shutters that stand open left and right of the window; None for none.
     """
 
     frame: Material
     reveal: Material
-    recess: float = 0.15
+    recess: float = 0.13
     frame_width: float = 0.07
     sashes: int = 2
     transom: float = 0.0
@@ -46,6 +45,13 @@ class WindowStyle:
     lintel: bool = False
     shutter: Material | None = None
     shutters_down: float = 0.3
+    folding: Material | None = None
+
+    def plain(self) -> WindowStyle:
+        """Without all that only the street's side has."""
+        return replace(
+            self, sashes=1, transom=0.0, sill=None, surround=None, lintel=False, folding=None
+        )
 
 
 def pane_material(variant: int) -> Material:
@@ -58,19 +64,23 @@ def windows(openings: Floats, style: WindowStyle, rng: np.random.Generator) -> l
     if not len(openings):
         return []
     out = 0.05 if style.surround is not None else 0.0
-    parts = [reveals(openings, -out, style.recess, style.reveal)]
-    parts += _panes(openings, style.recess, rng)
-    if style.frame_width:
-        parts.append(_frames(openings, style))
+    x0, x1, z0, z1 = openings.T
+    parts = [
+        reveals(openings, -out, style.recess, style.reveal),
+        upright(style.frame, *openings.T, y=style.recess),
+        *_panes(openings, style, rng),
+    ]
     if style.shutter is not None:
         parts.append(_shutters(openings, style, style.shutter, rng))
     if style.surround is not None:
         parts += _surrounds(openings, style, style.surround, out)
     if style.sill is not None:
-        x0, x1, z0, _ = openings.T
-        low = np.stack([x0 - 0.06, np.full_like(x0, -0.09 - out), z0 - 0.06], axis=1)
-        high = np.stack([x1 + 0.06, np.zeros_like(x0), z0], axis=1)
-        parts.append(boxes(style.sill, low, high, without=("back",)))
+        hidden = ("left", "right")
+        parts.append(_raised(style.sill, x0 - 0.06, x1 + 0.06, z0 - 0.06, z0, 0.09 + out, hidden))
+    if style.folding is not None:
+        wide, near = 0.5 * (x1 - x0), style.surround_width * (style.surround is not None)
+        for inner, outer in ((x0 - near - wide, x0 - near), (x1 + near, x1 + near + wide)):
+            parts.append(_raised(style.folding, inner, outer, z0, z1, 0.06))
     return parts
 
 
@@ -140,36 +150,33 @@ def reveals(openings: Floats, front: float, back: float, material: Material) -> 
     return quads(material, np.concatenate(sides))
 
 
-def _panes(openings: Floats, recess: float, rng: np.random.Generator) -> list[Panels]:
-    """Neighbours in one house like the same curtains: a few variants, unevenly spread."""
+def _panes(openings: Floats, style: WindowStyle, rng: np.random.Generator) -> list[Panels]:
+    """The glass between the bars; all panes of a window show parts of one picture.
+
+    Neighbours in one house like the same curtains: a few variants, unevenly spread.
+    """
     house = rng.choice(PANES, 4, replace=False)
     variant = rng.choice(house, len(openings), p=[0.4, 0.3, 0.2, 0.1])
-    return [
-        upright(pane_material(int(number)), *openings[variant == number].T, y=recess, once=True)
-        for number in np.unique(variant)
-    ]
-
-
-def _frames(openings: Floats, style: WindowStyle) -> Panels:
-    x0, x1, z0, z1 = openings.T
-    width, y = style.frame_width, style.recess - _FRAME_DEPTH
-    parts = [
-        upright(style.frame, x0, x0 + width, z0, z1, y=y),
-        upright(style.frame, x1 - width, x1, z0, z1, y=y),
-        upright(style.frame, x0 + width, x1 - width, z0, z0 + width, y=y),
-        upright(style.frame, x0 + width, x1 - width, z1 - width, z1, y=y),
-    ]
-    top = z1 - width
+    x0, x1, z0, z1 = openings.T[..., None]
+    bar = style.frame_width
+    pitch = (x1 - x0 - bar) / style.sashes
+    left = x0 + bar + pitch * np.arange(style.sashes)
+    right = left + pitch - bar
+    low, high = np.broadcast_to(z0 + bar, left.shape), np.broadcast_to(z1 - bar, left.shape)
     if style.transom:
-        cross = z0 + style.transom * (z1 - z0)
-        parts.append(upright(style.frame, x0 + width, x1 - width, cross, cross + width, y=y))
-        top = cross
-    for share in np.arange(1, style.sashes) / style.sashes:
-        middle = x0 + share * (x1 - x0)
-        parts.append(
-            upright(style.frame, middle - 0.6 * width, middle + 0.6 * width, z0 + width, top, y=y)
-        )
-    return _joined(parts)
+        cross = np.broadcast_to(z0 + style.transom * (z1 - z0), left.shape)
+        low, high = np.hstack([low, cross + 0.5 * bar]), np.hstack([cross - 0.5 * bar, high])
+        left, right = np.hstack([left, left]), np.hstack([right, right])
+    u = (np.stack([left, right, right, left], axis=-1) - x0[..., None]) / (x1 - x0)[..., None]
+    v = (z1[..., None] - np.stack([low, low, high, high], axis=-1)) / (z1 - z0)[..., None]
+    uv = np.stack([u, v], axis=-1)
+    parts = []
+    for number in np.unique(variant):
+        here = variant == number
+        ends = (end[here].ravel() for end in (left, right, low, high))
+        glass = upright(pane_material(int(number)), *ends, y=style.recess - 0.02)
+        parts.append(replace(glass, uv=uv[here].reshape(-1, 4, 2)))
+    return parts
 
 
 def _shutters(
@@ -181,7 +188,7 @@ def _shutters(
     share = np.where(rng.random(count) < 0.35, 1.0, rng.uniform(0.12, 0.6, count))
     x0, x1, z0, z1 = openings[down].T
     low = z1 - share[down] * (z1 - z0)
-    return upright(material, x0, x1, low, z1, y=style.recess - _FRAME_DEPTH - 0.03)
+    return upright(material, x0, x1, low, z1, y=style.recess - 0.05)
 
 
 def _surrounds(
@@ -189,13 +196,14 @@ def _surrounds(
 ) -> list[Panels]:
     x0, x1, z0, z1 = openings.T
     width = style.surround_width
+    inner, ends = ("bottom", "top"), ("left", "right")
     parts = [
-        _raised(material, x0 - width, x0, z0, z1, out, hidden=("right", "bottom", "top")),
-        _raised(material, x1, x1 + width, z0, z1, out, hidden=("left", "bottom", "top")),
-        _raised(material, x0 - width, x1 + width, z1, z1 + width, out, hidden=("bottom",)),
+        _raised(material, x0 - width, x0, z0, z1, out, ("right", *inner)),
+        _raised(material, x1, x1 + width, z0, z1, out, ("left", *inner)),
+        _raised(material, x0 - width, x1 + width, z1, z1 + width, out, ("bottom", *ends)),
     ]
     if style.sill is None:
-        parts.append(_raised(material, x0 - width, x1 + width, z0 - width, z0, out))
+        parts.append(_raised(material, x0 - width, x1 + width, z0 - width, z0, 2 * out, ends))
     if style.lintel:
         high = z1 + 2.6 * width
         parts.append(
@@ -216,11 +224,3 @@ def _raised(
     low = np.stack([x0, np.full_like(x0, -out), z0], axis=1)
     high = np.stack([x1, np.zeros_like(x0), z1], axis=1)
     return boxes(material, low, high, without=("back", *hidden))
-
-
-def _joined(parts: list[Panels]) -> Panels:
-    return Panels(
-        np.concatenate([part.corners for part in parts]),
-        np.concatenate([part.uv for part in parts]),
-        parts[0].material,
-    )

@@ -11,7 +11,7 @@ from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.models.furniture.materials import CONCRETE, GALVANISED, GREY_CONCRETE
 from avsec_gym.world.models.furniture.poles import DEPTH
-from avsec_gym.world.models.furniture.sweep import along, copies, swept
+from avsec_gym.world.models.furniture.sweep import along, copies, lengths, swept
 from avsec_gym.world.shapes import box
 
 _BEAM = [(0.02, -0.155), (0.08, -0.11), (0.08, -0.06), (0.01, -0.02)]
@@ -30,7 +30,7 @@ def guard_rail(path: ArrayLike, *, spacing: float = 4.0, sunk_ends: bool = True)
         sunk_ends: The beam sinks into the ground at both ends, as it does at a gap.
     """
     places = along(path, spacing)
-    run = np.linspace(0.0, _length(path), len(places))
+    run = lengths(places[:, :3])
     height = np.full(len(places), _BEAM_HEIGHT)
     if sunk_ends:
         to_end = np.minimum(run, run[-1] - run) / min(_RAMP, 0.4 * run[-1])
@@ -77,10 +77,6 @@ def noise_barrier(
 def _rectangle(width: float, low: float, high: float) -> NDArray[np.float64]:
     half = 0.5 * width
     return np.array([(half, low), (half, high), (-half, high), (-half, low)])
-
-
-def _length(path: ArrayLike) -> float:
-    return float(np.linalg.norm(np.diff(np.asarray(path, float), axis=0), axis=1).sum())
 
 
 @functools.cache

@@ -9,8 +9,8 @@ from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.models.furniture.materials import GALVANISED, painted
 from avsec_gym.world.models.furniture.poles import DEPTH
-from avsec_gym.world.models.furniture.sweep import along, copies, swept
-from avsec_gym.world.shapes import box, polygon
+from avsec_gym.world.models.furniture.sweep import along, copies, lengths, located, swept
+from avsec_gym.world.shapes import box
 
 GREEN_COATED = painted(0.03, 0.09, 0.05)
 DARK_COATED = painted(0.03, 0.035, 0.035)
@@ -47,24 +47,9 @@ def chain_link_fence(
         material: Of all parts.
         pitch: Of the meshes, metres; wider than real ones, whose wires a camera cannot resolve.
     """
-    places = along(path, pitch)
-    # A wire leans over as far as the net is high, in strips of 8 mm that face across the path.
-    reach = min(0.5 * height, 0.5)
-    low, high = 0.05, height
-    lean = reach if len(places) > 2 * reach / pitch else 0.0
-    wires = []
-    for side in (-1.0, 1.0):
-        steps = np.linspace(0.0, 1.0, max(2, round(height / reach) + 1))
-        offset = lean * np.abs((steps * (len(steps) - 1)) % 2 - 0.0)
-        for first, last, start, end in zip(steps[:-1], steps[1:], offset[:-1], offset[1:], strict=True):
-            z0, z1 = low + (high - low) * first, low + (high - low) * last
-            x0, x1 = side * (start - 0.5 * lean), side * (end - 0.5 * lean)
-            strip = [(x0 - 0.005, 0, z0), (x0 + 0.005, 0, z0), (x1 + 0.005, 0, z1), (x1 - 0.005, 0, z1)]
-            wires.append(polygon(strip, material))
-    inner = places[np.abs(_from_ends(places)) >= 0.5 * lean + 1e-6] if lean else places
     post = box(0.05, 0.05, height + 0.03 + DEPTH, GALVANISED).placed(0, 0, -DEPTH)
-    edges = [swept(_raised(path, z), _square(0.006), material) for z in (low, high)]
-    return merge([copies(merge(wires), inner), copies(post, along(path, 2.5)), *edges])
+    edges = [swept(_raised(path, z), _square(0.006), material) for z in (0.05, height)]
+    return merge([_net(path, height, material, pitch), copies(post, along(path, 2.5)), *edges])
 
 
 def tube_railing(path: ArrayLike, *, height: float = 1.0, material: Material = GALVANISED) -> Mesh:
@@ -82,8 +67,30 @@ def _square(half: float) -> np.ndarray:
     return half * np.array([(1, -1), (1, 1), (-1, 1), (-1, -1)])
 
 
-def _from_ends(places: np.ndarray) -> np.ndarray:
-    """How far along the path each place is from the nearer end, metres."""
-    steps = np.linalg.norm(np.diff(places[:, :3], axis=0), axis=1)
-    run = np.concatenate([[0.0], np.cumsum(steps)])
-    return np.minimum(run, run[-1] - run)
+def _net(path: ArrayLike, height: float, material: Material, pitch: float) -> Mesh:
+    """Wires at 45 degrees in both directions: strips of 8 mm that face across the path."""
+    length = float(lengths(path)[-1])
+    start = np.arange(-height + 0.5 * pitch, length, pitch)
+    low, high = np.maximum(0.0, -start), np.minimum(height, length - start)
+    rows = []
+    for side in (-0.004, 0.004):
+        for up in (low, high):
+            rows.append(np.column_stack([located(path, start + up + side), up]))
+            rows.append(np.column_stack([located(path, length - start - up - side), up]))
+    points = np.array(rows).reshape(2, 2, 2, -1, 4)
+    points[..., 2] += points[..., 3]
+    strips = np.concatenate([points[0, 0], points[1, 0], points[1, 1], points[0, 1]], axis=-1)
+    corners = strips.reshape(-1, 4, 4)[..., :3].astype(np.float32)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    count = len(corners)
+    first = 4 * np.arange(count, dtype=np.int32)[:, None]
+    faces = np.concatenate([first + [0, 1, 2], first + [0, 2, 3]]).astype(np.int32)
+    return Mesh(
+        corners.reshape(-1, 3),
+        np.repeat(normals, 4, axis=0).astype(np.float32),
+        np.zeros((4 * count, 2), np.float32),
+        faces,
+        np.zeros(len(faces), np.int32),
+        (material,),
+    )

@@ -7,7 +7,7 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from avsec_gym.world.material import Material
-from avsec_gym.world.mesh import Float32s, Mesh, merge
+from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.shapes import polygon
 
 Floats = NDArray[np.float64]
@@ -25,7 +25,7 @@ def swept(path: ArrayLike, profile: ArrayLike, material: Material, *, ends: bool
         ends: Close the ends.
     """
     line, section = np.asarray(path, float), np.asarray(profile, float)
-    left, run = _lefts(line), _lengths(line)
+    left, run = _lefts(line), lengths(line)
     edge = np.stack([section, np.roll(section, -1, axis=0)], axis=1)
     step = edge[:, 1] - edge[:, 0]
     corners = line[:, None, None] + edge[None, ..., :1] * left[:, None, None]
@@ -95,17 +95,24 @@ def along(path: ArrayLike, spacing: float) -> Floats:
         x, y, z and the path's heading, shape (k, 4).
     """
     line = np.asarray(path, float)
-    run = _lengths(line)
+    run = lengths(line)
     at = np.linspace(0.0, run[-1], max(2, round(run[-1] / spacing) + 1))
-    places = np.stack([np.interp(at, run, line[:, axis]) for axis in range(3)], axis=1)
     segment = np.clip(np.searchsorted(run, at, side="right") - 1, 0, len(line) - 2)
     step = np.diff(line, axis=0)[segment]
-    return np.column_stack([places, np.arctan2(step[:, 1], step[:, 0])])
+    return np.column_stack([located(line, at), np.arctan2(step[:, 1], step[:, 0])])
 
 
-def flat_path(length: float) -> Float32s:
-    """A straight path along x, its middle at the origin, shape (2, 3)."""
-    return np.array([(-0.5 * length, 0, 0), (0.5 * length, 0, 0)], np.float32)
+def located(path: ArrayLike, run: ArrayLike) -> Floats:
+    """Where one is after so many metres along a path, shape (k, 3)."""
+    line = np.asarray(path, float)
+    ends = lengths(line)
+    return np.stack([np.interp(run, ends, line[:, axis]) for axis in range(3)], axis=-1)
+
+
+def lengths(path: ArrayLike) -> Floats:
+    """Metres along a path, shape (n, 3), from its start to each of its points, shape (n,)."""
+    steps = np.linalg.norm(np.diff(np.asarray(path, float), axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def _lefts(line: Floats) -> Floats:
@@ -117,11 +124,6 @@ def _lefts(line: Floats) -> Floats:
     # |middle| is the cosine of half the bend.
     middle /= np.maximum((middle**2).sum(axis=1, keepdims=True), 0.25)
     return np.column_stack([-middle[:, 1], middle[:, 0], np.zeros(len(line))])
-
-
-def _lengths(line: Floats) -> Floats:
-    steps = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def _triangles(section: Floats) -> Floats:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from avsec_gym.world.models.people.clothing import Outfit
@@ -17,20 +19,18 @@ _TRUNK = np.array(
         (0.000, 0.066, 0.074, 0.099),
         (0.045, 0.064, 0.062, 0.094),
         (0.095, 0.060, 0.054, 0.085),
-        (0.160, 0.066, 0.060, 0.092),
-        (0.215, 0.068, 0.066, 0.100),
-        (0.252, 0.062, 0.068, 0.106),
-        (0.279, 0.050, 0.064, 0.105),
-        (0.297, 0.038, 0.054, 0.082),
-        (0.311, 0.033, 0.044, 0.052),
-        (0.324, 0.032, 0.038, 0.037),
+        (0.180, 0.067, 0.062, 0.096),
+        (0.240, 0.064, 0.068, 0.107),
+        (0.276, 0.051, 0.064, 0.107),
+        (0.298, 0.037, 0.053, 0.080),
+        (0.322, 0.031, 0.039, 0.039),
     ]
 )
 # Limbs by station: 0 at shoulder or hip, 1 at elbow or knee, 2 at wrist or ankle.
 _ARM = np.array(
     [
-        (-0.13, 0.018, 0.018, 0.016),
-        (0.03, 0.034, 0.034, 0.031),
+        (-0.10, 0.024, 0.024, 0.022),
+        (0.08, 0.034, 0.035, 0.031),
         (0.35, 0.031, 0.031, 0.029),
         (0.75, 0.027, 0.028, 0.026),
         (1.00, 0.026, 0.028, 0.025),
@@ -68,8 +68,7 @@ _TROUSERS = np.array(
 _SHOE = np.array(
     [
         (-0.27, 0.030, 0.013),
-        (-0.22, 0.044, 0.020),
-        (-0.02, 0.050, 0.021),
+        (-0.20, 0.046, 0.021),
         (0.22, 0.038, 0.023),
         (0.46, 0.027, 0.028),
         (0.64, 0.021, 0.024),
@@ -122,7 +121,7 @@ def trunk_at(skeleton: Skeleton, level: Floats) -> tuple[Floats, Floats, Floats]
 def _trunk(skeleton: Skeleton, outfit: Outfit) -> Rings:
     table = _TRUNK.copy()
     level = table[:, 0]
-    table[:, 1:] *= _figure(level, outfit)
+    table[:, 1:] *= _figure(level, outfit, skeleton.size.breadth)
     table[:, 1:] += outfit.bulk * np.interp(level, [-0.04, 0.2, 0.32], [1.3, 1.0, 0.25])[:, None]
     low = max(outfit.hem, -0.04)
     first = np.array([low, *(np.interp(low, level, column) for column in table.T[1:])])
@@ -138,55 +137,53 @@ def _trunk(skeleton: Skeleton, outfit: Outfit) -> Rings:
     if outfit.is_open:
         codes[:, [0, 11]] = 1
     materials = (outfit.top, outfit.inner)
-    return sweep(
+    rings = sweep(
         centres, up, ahead, sizes, materials, sides=12, codes=codes, squareness=0.12
     )
+    return _flowing(rings, skeleton) if outfit.hem < -0.05 else rings
 
 
-def _figure(level: Floats, outfit: Outfit) -> Floats:
+def _figure(level: Floats, outfit: Outfit, breadth: float) -> Floats:
     """Factors of the trunk's half sizes, shape (n, 3)."""
     belly = np.interp(level, [-0.04, 0.08, 0.2, 0.28], [0.8, 1.0, 0.6, 0.1])
     factors = 1.0 + outfit.stout * belly[:, None] * np.array([1.8, 0.7, 1.0])
+    factors[:, 2] *= breadth
     if outfit.feminine:
         points = [-0.04, 0.02, 0.095, 0.2, 0.25, 0.32]
-        factors[:, 2] *= np.interp(level, points, [1.02, 1.02, 0.86, 0.88, 0.88, 0.92])
+        factors[:, 2] *= np.interp(level, points, [1.03, 1.03, 0.86, 0.90, 0.92, 0.92])
         factors[:, 0] *= np.interp(level, points, [0.95, 0.95, 0.92, 1.25, 1.05, 0.9])
     return factors
 
 
 def _seat(skeleton: Skeleton, outfit: Outfit) -> Rings:
     """Trousers from the waist to the crotch."""
-    level = np.array([-0.062, -0.035, 0.0, 0.05, 0.08])
+    level = np.array([-0.065, -0.035, 0.0, 0.06])
     table = np.array(
-        [
-            (0.030, 0.040, 0.040),
-            (0.058, 0.070, 0.090),
-            (0.063, 0.073, 0.095),
-            (0.061, 0.060, 0.090),
-            (0.058, 0.054, 0.084),
-        ]
+        [(0.030, 0.044, 0.050), (0.056, 0.070, 0.090), (0.062, 0.073, 0.096), (0.058, 0.056, 0.088)]
     )
     centres, up, ahead = trunk_at(skeleton, level)
-    sizes = table * _figure(level, outfit) * skeleton.height
+    sizes = table * _figure(level, outfit, skeleton.size.breadth) * skeleton.height
     material = outfit.lower if outfit.skirt is not None else outfit.legs
-    return sweep(centres, up, ahead, sizes, material, sides=12, squareness=0.12)
+    return sweep(centres, up, ahead, sizes, material, sides=10, squareness=0.12)
 
 
 def _skirt(skeleton: Skeleton, outfit: Outfit) -> Rings:
     edge = outfit.skirt or 0.0
-    level = np.array([edge, 0.55 * edge, -0.05])
-    centres, sizes = _around_legs(skeleton, level, 0.004 - 0.02 * edge)
+    level = np.array([edge, 0.6 * edge - 0.01, -0.05])
+    centres, sizes = _around_legs(skeleton, level, 0.004 - 0.04 * edge)
     top, up, ahead = trunk_at(skeleton, np.array([0.0, 0.09]))
     waist = np.array([(0.068, 0.076, 0.1), (0.060, 0.055, 0.078)]) * skeleton.height
-    upward = np.concatenate([np.tile([0.0, 0.0, 1.0], (3, 1)), up])
-    return sweep(
+    waist[:, 2] *= skeleton.size.breadth
+    rings = sweep(
         np.concatenate([centres, top]),
-        upward,
+        np.concatenate([np.tile([0.0, 0.0, 1.0], (3, 1)), up]),
         np.concatenate([ahead[:1].repeat(3, 0), ahead]),
         np.concatenate([sizes, waist]),
         outfit.lower,
         sides=12,
+        squareness=0.1,
     )
+    return _flowing(rings, skeleton)
 
 
 def _around_legs(skeleton: Skeleton, level: Floats, room: float) -> tuple[Floats, Floats]:
@@ -196,11 +193,20 @@ def _around_legs(skeleton: Skeleton, level: Floats, room: float) -> tuple[Floats
     legs = skeleton.legs[:, ::-1]
     x = np.stack([np.interp(z, leg[:, 2], leg[:, 0]) for leg in legs])
     y = np.stack([np.interp(z, leg[:, 2], leg[:, 1]) for leg in legs])
-    thick = (np.interp(level, [-0.4, -0.2, -0.05], [0.035, 0.046, 0.056]) + room) * height
+    thick = (np.interp(level, [-0.4, -0.2, -0.05], [0.036, 0.046, 0.056]) + room) * height
     centres = np.stack([x.mean(axis=0), y.mean(axis=0), z], axis=1)
-    reach = 0.5 * 1.1 * np.ptp(x, axis=0) + thick
+    reach = 0.5 * 1.2 * np.ptp(x, axis=0) + thick
     aside = 0.5 * np.ptp(y, axis=0) + thick
     return centres, np.stack([reach, reach, aside], axis=1)
+
+
+def _flowing(rings: Rings, skeleton: Skeleton) -> Rings:
+    """Cloth that widens with the stride."""
+    points = rings.points
+    give = np.zeros_like(points)
+    free = np.clip((skeleton.spine[0, 2] - points[..., 2]) / (0.1 * skeleton.height), 0.0, 1.0)
+    give[..., 0] = free * (points[..., 0] - skeleton.spine[0, 0])
+    return replace(rings, give=give)
 
 
 def _limb(
@@ -228,7 +234,7 @@ def _two_layers(
     stations = inner[:, 0]
 
     def at(table: Floats, station: float) -> list[float]:
-        return [station, *(float(np.interp(station, table[:, 0], line)) for line in table.T[1:])]
+        return [station, *(np.interp(station, stations, line) for line in table.T[1:])]
 
     if end >= 1.9:
         rows = outer.copy()
@@ -264,7 +270,7 @@ def _arm(skeleton: Skeleton, outfit: Outfit, side: int) -> Rings:
     front = skeleton.facing[3] + np.array([0.0, 0.0, 0.5])
     sizes = table[:, 1:] * skeleton.height
     return sweep(
-        places, direction, front, sizes, (outfit.top, outfit.skin), codes=codes, give=give
+        places, direction, front, sizes, (outfit.top, outfit.skin), sides=7, codes=codes, give=give
     )
 
 
@@ -278,7 +284,7 @@ def _hand(skeleton: Skeleton, outfit: Outfit, side: int) -> Rings:
     front = skeleton.facing[3] + np.array([0.0, 0.0, 0.5])
     return sweep(
         places, direction, front, sizes, outfit.skin, sides=6, give=skeleton.arm_give[side, 2]
-    ).attached(wrist, skeleton.arm_give[side, 2])
+    )
 
 
 def _shoe(skeleton: Skeleton, outfit: Outfit, side: int) -> Rings:
@@ -304,4 +310,4 @@ def _shoe(skeleton: Skeleton, outfit: Outfit, side: int) -> Rings:
     )
     turn = turn_z(float(skeleton.foot_turn[side])) @ turn_y(-pitch)
     ankle = skeleton.legs[side, 2]
-    return rings.carried(turn, ankle).attached(ankle, skeleton.leg_give[side, 2])
+    return rings.carried(turn, ankle, skeleton.leg_give[side, 2])

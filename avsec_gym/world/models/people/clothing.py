@@ -22,9 +22,9 @@ _LIGHT: tuple[Colour, ...] = (
     (236, 236, 232), (214, 206, 190), (196, 208, 222), (226, 216, 206), (222, 224, 226),
 )  # fmt: skip
 _STRONG: tuple[Colour, ...] = (
-    (156, 38, 38), (40, 74, 138), (44, 100, 72), (196, 128, 46), (140, 56, 84), (60, 130, 156),
+    (142, 40, 40), (54, 76, 120), (58, 92, 72), (178, 128, 70), (124, 62, 82), (78, 120, 136),
 )  # fmt: skip
-_JEANS: tuple[Colour, ...] = ((58, 74, 106), (84, 106, 140), (44, 52, 74), (130, 148, 172))
+_JEANS: tuple[Colour, ...] = ((64, 72, 90), (90, 100, 118), (44, 48, 60), (128, 136, 148))
 
 
 @dataclass(frozen=True)
@@ -165,7 +165,7 @@ def _top(
     inner = fabric("fabric/0", _pick(rng, _LIGHT, _DARK, _MUTED))
     if kind == "t-shirt":
         texture = str(rng.choice(["fabric/0", "fabric/1", "stripes/0", "stripes/2"], p=(0.5, 0.3, 0.1, 0.1)))
-        colour = _pick(rng, _LIGHT, _DARK, _STRONG, _MUTED)
+        colour = _pick(rng, _LIGHT, _DARK, _DARK, _STRONG, _MUTED, _MUTED)
         sleeve = 0.25 if feminine else 0.72
         return fabric(texture, colour), inner, sleeve, -0.015, 0.003, False
     if kind == "shirt":

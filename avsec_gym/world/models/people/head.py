@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from avsec_gym.world.material import Material
 from avsec_gym.world.models.people.clothing import Outfit
@@ -20,7 +19,6 @@ _HEAD = np.array(
         (-0.32, 0.24, 0.30, 0.27, -0.02),
         (-0.07, 0.25, 0.26, 0.235, 0.03),
         (0.00, 0.36, 0.29, 0.20, 0.08),
-        (0.09, 0.375, 0.33, 0.265, 0.09),
         (0.20, 0.36, 0.38, 0.300, 0.10),
         (0.31, 0.36, 0.42, 0.325, 0.10),
         (0.47, 0.35, 0.46, 0.340, 0.10),
@@ -39,28 +37,28 @@ def head(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
     size = Proportions(skeleton.height).head
     lift = np.array([0.0, 0.0, 0.024 * skeleton.height])
     parts = [_face(outfit), *_hair(outfit), *_hat(outfit)]
-    neck = skeleton.spine[3]
-    return [_scaled(part, size, lift).carried(skeleton.head, neck).attached(neck) for part in parts]
+    sized = [replace(part, points=part.points * size + lift) for part in parts]
+    return [part.carried(skeleton.head, skeleton.spine[3]) for part in sized]
 
 
 def _face(outfit: Outfit) -> Rings:
     """The face's own shape, with nose and ears, under a coat of hair."""
     rings = _rows(_HEAD, outfit.head)
-    level = rings.anchors[:, 2]
-    offsets = rings.offsets.copy()
-    offsets[:, 0, 0] += np.interp(level, [0.2, 0.3, 0.32, 0.47, 0.56], [0, 0.10, 0.10, 0.02, 0])
-    ear = np.interp(level, [0.2, 0.3, 0.47, 0.6], [0, 0.035, 0.05, 0])
+    level = rings.points[:, 0, 2]
+    middle = rings.points.mean(axis=1, keepdims=True)
+    offsets = rings.points - middle
+    offsets[:, 0, 0] += np.interp(level, [0.2, 0.31, 0.47, 0.56], [0, 0.10, 0.02, 0])
+    ear = np.interp(level, [0.2, 0.31, 0.47, 0.6], [0, 0.035, 0.05, 0])
     offsets[:, 3, 1] -= ear
     offsets[:, 9, 1] += ear
     behind = np.interp(np.arange(_SIDES), [0, 2, 4, 6, 8, 10, 12], [0, 0.3, 1, 1, 1, 0.3, 0])
     covered = np.interp(level, [0.05, 0.3, 0.55, 0.75], [0, 0.6, 0.9, 1.0])[:, None] * behind
     covered = np.maximum(covered, np.interp(level, [0.75, 0.9], [0, 1])[:, None])
-    thick = _HAIR.get(outfit.style, 0.035)
-    offsets *= 1.0 + (thick / 0.36 * covered)[..., None]
+    offsets *= 1.0 + (_HAIR.get(outfit.style, 0.035) / 0.36 * covered)[..., None]
     turns = (np.arange(_SIDES + 1) / _SIDES + 0.5) * HEAD_SIZE[0]
     down = (1.05 - level) / 1.35 * HEAD_SIZE[1]
     uv = np.stack(np.broadcast_arrays(turns, down[:, None]), axis=-1)
-    return replace(rings, offsets=offsets, uv=uv)
+    return replace(rings, points=middle + offsets, uv=uv)
 
 
 def _hair(outfit: Outfit) -> list[Rings]:
@@ -111,7 +109,3 @@ def _hat(outfit: Outfit) -> list[Rings]:
 def _rows(table: Floats, material: Material, sides: int = _SIDES) -> Rings:
     anchors = np.stack([table[:, 4], np.zeros(len(table)), table[:, 0]], axis=1)
     return sweep(anchors, (0, 0, 1), (1, 0, 0), table[:, 1:4], material, sides=sides)
-
-
-def _scaled(rings: Rings, size: float, lift: ArrayLike) -> Rings:
-    return replace(rings, anchors=rings.anchors * size + lift, offsets=rings.offsets * size)

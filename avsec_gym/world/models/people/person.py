@@ -2,17 +2,93 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.people.body import body
-from avsec_gym.world.models.people.clothing import dressed
+from avsec_gym.world.models.people.clothing import Outfit, dressed
 from avsec_gym.world.models.people.gait import walking as walking_posture
-from avsec_gym.world.models.people.rings import filling
-from avsec_gym.world.models.people.skeleton import pose
+from avsec_gym.world.models.people.luggage import luggage
+from avsec_gym.world.models.people.postures import (
+    SITTING,
+    STANDING,
+    WALKING,
+    carrying,
+    holding,
+    sitting,
+    standing,
+)
+from avsec_gym.world.models.people.rings import Rings, filling, rods, sweep
+from avsec_gym.world.models.people.skeleton import Posture, Skeleton, pose
 
 
-def make_person(category, dimensions, appearance, phase, walking) -> Mesh:
+def make_person(
+    category: str,
+    dimensions: tuple[float, float, float],
+    appearance: int,
+    phase: float = 0.0,
+    walking: bool = True,
+) -> Mesh:
+    """Somebody on foot or on a chair, who fills a box.
+
+    Args:
+        category: "Pedestrian" or "Person_sitting".
+        dimensions: Height, width, length of the box, metres.
+        appearance: Which person: build, clothes, luggage, habits; 0 or more.
+        phase: Of the gait cycle, in [0, 1); it advances by 1 with each `stride_length`.
+        walking: Otherwise standing.  Who sits does neither.
+
+    Raises:
+        ValueError: Another category.
+    """
     height, width, _ = dimensions
+    if category == "Person_sitting":
+        stature = height / 0.775
+        outfit = dressed(appearance, stature)
+        skeleton = pose(_habit(appearance, outfit, "sitting", phase), stature)
+        return filling([*body(skeleton, outfit), *_chair(skeleton, appearance)], dimensions)
+    if category != "Pedestrian":
+        raise ValueError(f"people are Pedestrian or Person_sitting, got {category!r}")
     outfit = dressed(appearance, height)
-    posture = walking_posture(phase)
-    skeleton = pose(posture, height)
-    return filling(body(skeleton, outfit), dimensions)
+    breadth = float(np.clip(width / height / 0.34, 0.88, 1.14))
+    posture = _habit(appearance, outfit, "walking" if walking else "standing", phase)
+    skeleton = pose(posture, height, breadth)
+    return filling([*body(skeleton, outfit), *luggage(skeleton, outfit)], dimensions)
+
+
+def _habit(appearance: int, outfit: Outfit, doing: str, phase: float) -> Posture:
+    """Everybody keeps to one gesture."""
+    rng = np.random.Generator(np.random.PCG64((appearance, 1)))
+    side = outfit.side
+    if doing == "sitting":
+        return holding(sitting(rng), SITTING[rng.integers(len(SITTING))], side)
+    if doing == "walking":
+        posture, gestures = walking_posture(phase), WALKING
+    else:
+        posture, gestures = standing(rng), STANDING
+    if outfit.luggage in ("handbag", "shopping bag"):
+        return carrying(posture, side)
+    gesture = gestures[rng.integers(len(gestures))]
+    if outfit.luggage == "backpack" and gesture == "hanging" and rng.random() < 0.4:
+        gesture = "strap"
+    return holding(posture, gesture, 1 - side)
+
+
+def _chair(skeleton: Skeleton, appearance: int) -> list[Rings]:
+    """A café chair under the person."""
+    wood = Material(tint=((0.16, 0.10, 0.06), (0.05, 0.05, 0.055), (0.45, 0.44, 0.42))[appearance % 3], infrared=0.4)
+    height = skeleton.height
+    hips = skeleton.spine[0]
+    top = hips[2] - 0.070 * height
+    middle, half = hips[0] + 0.075 * height, 0.115 * height
+    corners = np.array([(-half, -half), (-half, half), (half, -half), (half, half)])
+    feet = np.c_[corners * 1.08 + [middle, hips[1]], np.zeros(4)]
+    heads = np.c_[corners * 0.92 + [middle, hips[1]], np.full(4, top)]
+    posts = heads[:2] + [-0.05 * height, 0.0, 0.26 * height]
+    bars = rods(np.concatenate([feet, heads[:2]]), np.concatenate([heads, posts]), 0.011, wood)
+    plate = np.array([(middle, hips[1], top - 0.03), (middle, hips[1], top)])
+    seat = sweep(plate, (0, 0, 1), (1, 0, 0), (half, half, half), wood, squareness=0.8)
+    rest = posts.mean(axis=0) - [[0, 0, 0.11 * height], [0, 0, 0.0]]
+    back = sweep(rest, (0, 0, 1), (1, 0, 0), (0.012, 0.012, half), wood, squareness=0.8)
+    return [bars, seat, back]

@@ -67,6 +67,7 @@ class Proportions:
     """Lengths of the body's parts, metres (adults after Drillis and Contini; children differ)."""
 
     height: float
+    breadth: float = 1.0
 
     @property
     def childlike(self) -> float:
@@ -119,7 +120,7 @@ class Skeleton:
     """Joint positions in metres; x forward, y left, z up, the soles' lowest point at z = 0.
 
     Args:
-        height: Stature, metres.
+        size: The lengths of its parts.
         spine: Hips' centre, waist, chest, base of the neck, shape (4, 3).
         facing: Forward direction at each of them, shape (4, 3).
         legs: Hip, knee and ankle of both sides, shape (2, 3, 3).
@@ -131,7 +132,7 @@ class Skeleton:
         arm_give: The same for the arms.
     """
 
-    height: float
+    size: Proportions
     spine: Floats
     facing: Floats
     legs: Floats
@@ -142,14 +143,25 @@ class Skeleton:
     leg_give: Floats
     arm_give: Floats
 
+    @property
+    def height(self) -> float:
+        """Stature when upright, metres."""
+        return self.size.height
 
-def pose(posture: Posture, height: float) -> Skeleton:
-    """A skeleton of the given stature (metres) in a posture, standing on the ground."""
-    size = Proportions(height)
+
+def pose(posture: Posture, height: float, breadth: float = 1.0) -> Skeleton:
+    """A skeleton in a posture, standing on the ground.
+
+    Args:
+        posture: The joint angles.
+        height: Stature when upright, metres.
+        breadth: Of shoulders and hips, relative to the usual one.
+    """
+    size = Proportions(height, breadth)
     spine, facing = _spine(posture, size)
     hip_turn = turn_z(posture.pelvis_turn)
-    side = np.stack([0 * SIDES, 0.052 * height * SIDES, 0.052 * height * SIDES * posture.pelvis_drop])
-    hips = spine[0] + (hip_turn @ side).T
+    half = 0.050 * height * breadth * SIDES
+    hips = spine[0] + np.stack([0.0 * half, half, half * posture.pelvis_drop], axis=1) @ hip_turn.T
     thigh = _hanging(posture.thigh, posture.spread)
     shank = _hanging(posture.thigh - posture.knee, posture.spread)
     knees = hips + size.thigh * thigh
@@ -161,7 +173,7 @@ def pose(posture: Posture, height: float) -> Skeleton:
     for part in (spine, legs, arms):
         part[..., 2] -= ground
     return Skeleton(
-        height,
+        size,
         spine,
         facing,
         legs,
@@ -242,9 +254,8 @@ def _arms(
 ) -> tuple[Floats, np.ndarray]:
     turn = turn_z(posture.chest_turn)
     height = size.height
-    shoulders = spine[3] + np.stack(
-        [np.full(2, -0.004), 0.104 * SIDES, np.full(2, -0.030)], axis=1
-    ) * height @ turn.T
+    places = np.stack([np.full(2, -0.004), 0.096 * size.breadth * SIDES, np.full(2, -0.036)], axis=1)
+    shoulders = spine[3] + height * places @ turn.T
     elbows = shoulders + size.upper_arm * _hanging(posture.arm, posture.arm_spread) @ turn.T
     fore = _hanging(posture.arm + posture.elbow, posture.arm_spread - 0.35 * posture.elbow)
     wrists = elbows + size.forearm * fore @ turn.T
@@ -273,6 +284,6 @@ def _arm_give(arms: Floats, size: Proportions, reaching: np.ndarray) -> Floats:
     free = np.where(reaching, 0.0, 1.0)[:, None]
     give[..., 0] = (arms[..., 0] - arms[:, :1, 0]) * free
     length = size.upper_arm + size.forearm
-    out = np.array([0.0, 0.62, 1.0]) * free + np.array([0.0, 0.35, 0.0]) * (1.0 - free)
+    out = np.array([0.0, 0.80, 1.0]) * free + np.array([0.0, 0.60, 0.05]) * (1.0 - free)
     give[..., 1] = SIDES[:, None] * out * length
     return give

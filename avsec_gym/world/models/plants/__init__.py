@@ -1,5 +1,6 @@
 """Plants: trees, bushes, hedges, ivy, grass, and the woods and hills far away."""
 
+from avsec_gym.world.models.plants.backdrop import distant_woods, hills
 from avsec_gym.world.models.plants.bushes import BUSHES, bush, hedge, ivy
 from avsec_gym.world.models.plants.grass import grass_tufts
 from avsec_gym.world.models.plants.species import SPECIES, Detail
@@ -11,8 +12,10 @@ __all__ = [
     "VARIANTS",
     "Detail",
     "bush",
+    "distant_woods",
     "grass_tufts",
     "hedge",
+    "hills",
     "ivy",
     "tree",
 ]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.world.material import Material
-from avsec_gym.world.mesh import Float32s, Mesh, merge
+from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.models.plants.foliage import unit
 from avsec_gym.world.shapes import grid
 
@@ -20,8 +20,6 @@ _MEADOW = Material("meadow_far", infrared=0.5)
 
 _BELOW = -2.0
 """Bases lie below the ground, metres."""
-_COLUMNS = (440, 480)
-"""Of the front row of woods and of the back row; 4 triangles each."""
 _HILL_COLUMNS, _HILL_ROWS = 150, 8
 _RIDGE_COLUMNS = 600
 
@@ -38,39 +36,48 @@ def distant_woods(rng: np.random.Generator, radius_from: float, radius_to: float
         At most 4,000 triangles, seen from the inside.
     """
     span = radius_to - radius_from
-    front = (radius_from + 0.05 * span, radius_from + 0.35 * span, 0.5)
-    back = (radius_from + 0.6 * span, radius_from + 0.95 * span, 0.85)
-    return merge(
-        [
-            _edge_of_wood(rng, *row, columns)
-            for row, columns in zip((front, back), _COLUMNS, strict=True)
-        ]
+    front = _edge_of_wood(
+        rng, radius_from + 0.05 * span, radius_from + 0.3 * span, 0.55, columns=620, rows=3
     )
+    back = _edge_of_wood(
+        rng, radius_from + 0.6 * span, radius_from + 0.95 * span, 0.85, columns=720, rows=2
+    )
+    return merge([front, back])
 
 
 def _edge_of_wood(
-    rng: np.random.Generator, nearest: float, farthest: float, share: float, columns: int
+    rng: np.random.Generator,
+    nearest: float,
+    farthest: float,
+    share: float,
+    *,
+    columns: int,
+    rows: int,
 ) -> Mesh:
     """Canopies round the origin whose distance wanders; `share` of the circle is wooded."""
-    azimuth = np.linspace(0, 2 * np.pi, 8 * columns)
-    wooded = _wander(azimuth, rng, 9) < np.quantile(_wander(azimuth, rng, 9), share)
+    azimuth = np.linspace(0, 2 * np.pi, 16 * columns)
+    density = _wander(azimuth, rng, 9)
+    wooded = density < np.quantile(density, share)
     azimuth = azimuth[wooded][np.linspace(0, wooded.sum() - 1, columns).astype(int)]
     distance = nearest + (farthest - nearest) * (0.5 + 0.25 * _wander(azimuth, rng, 5)).clip(0, 1)
     course = azimuth * 0.5 * (nearest + farthest)
     lone = np.diff(course) > 4 * np.median(np.diff(course))
-    top = _canopy(course, rng) * (0.85 + 0.15 * _wander(azimuth, rng, 12))
+    ends = np.convolve(np.r_[1.0, lone, 1.0], [0.25, 0.5, 0.5, 0.25], "same")[:columns]
+    top = _canopy(course, rng) * (0.9 + 0.14 * _wander(azimuth, rng, 25)) * (1 - ends)
     inward = -np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
     swell = np.gradient(top, course)
     side = np.stack([-np.sin(azimuth), np.cos(azimuth)], axis=-1)
     lean = unit(inward - 0.8 * np.tanh(swell)[:, None] * side)
-    rows = [(np.full(columns, _BELOW), 0.0, 0.1), (0.6 * top, 0.5, 0.35), (top, 4.0, 1.1)]
+    # Height, setback and upward slope of the foot, the shoulder and the top of the canopy.
+    profile = [(np.full(columns, _BELOW), 0.0, 0.1), (0.6 * top, 0.6, 0.4), (top, 4.0, 1.1)]
+    profile = profile if rows == 3 else profile[::2]
     points = np.stack(
-        [np.column_stack([-(distance + back)[:, None] * inward, z]) for z, back, _ in rows]
+        [np.column_stack([-(distance + back)[:, None] * inward, z]) for z, back, _ in profile]
     )
-    normals = np.stack([unit(np.column_stack([lean, 0 * z + up])) for z, _, up in rows])
-    uv = np.stack([np.stack([-course, -z], axis=-1) for z, _, _ in rows])
+    normals = np.stack([unit(np.column_stack([lean, 0 * z + up])) for z, _, up in profile])
+    uv = np.stack([np.stack([-course, -z], axis=-1) for z, _, _ in profile])
     mesh = grid(points, uv, _MIXED if rng.random() < 0.7 else _CONIFERS)
-    kept = ~np.tile(lone, 2 * (len(rows) - 1))
+    kept = ~np.tile(lone, 2 * (rows - 1))
     return replace(
         mesh,
         normals=normals.reshape(-1, 3).astype(np.float32),
@@ -82,15 +89,14 @@ def _edge_of_wood(
 def _canopy(course: Floats, rng: np.random.Generator) -> Floats:
     """Height of the canopy along a course: the highest of round and pointed crowns, metres."""
     low, high = float(course.min()), float(course.max())
-    count = int((high - low) / 4.5) + 1
+    count = int((high - low) / 2.2) + 1
     middle = np.sort(rng.uniform(low, high, count))
-    half, height = rng.uniform(2.8, 6.5, count), rng.lognormal(np.log(13), 0.22, count)
-    pointed = rng.random(count) < 0.25
+    half, height = rng.uniform(2.5, 6.0, count), rng.lognormal(np.log(11), 0.22, count)
+    pointed = rng.random(count) < 0.2
     offset = np.abs(course[:, None] - middle) / half
     crown = np.where(pointed, 1.0 - offset, np.sqrt(np.clip(1 - offset**2, 0, None)))
-    height = np.where(pointed, 1.25 * height, height)
-    top = np.max(height * (0.45 + 0.55 * crown) * (offset < 1), axis=1)
-    return np.maximum(top, 5.0) + rng.normal(0, 0.35, len(course))
+    top = np.max(height * (0.5 + 0.5 * crown) * (offset < 1), axis=1)
+    return np.asarray(np.maximum(top, 6.0) + rng.normal(0, 0.5, len(course)))
 
 
 def hills(rng: np.random.Generator) -> Mesh:
@@ -112,8 +118,8 @@ def hills(rng: np.random.Generator) -> Mesh:
     uv = np.stack([np.broadcast_to(650 * azimuth, z.shape), -distance - z], axis=-1)
     slopes = grid(points, uv, _MIXED, closed=True)
     cover = np.stack([_wander(azimuth[:-1], rng, 8) for _ in share[:-1]])
-    cover += np.linspace(-0.9, 1.1, len(cover))[:, None]
-    kinds = np.select([cover < -0.4, cover > 0.9], [2, 1], 0).ravel()
+    cover += np.linspace(-1.2, 1.6, len(cover))[:, None]
+    kinds = np.select([cover < -0.7, cover > 0.9], [2, 1], 0).ravel()
     slopes = replace(
         slopes,
         material=np.tile(kinds, 2).astype(np.int32),
@@ -143,5 +149,3 @@ def _wander(azimuth: Floats, rng: np.random.Generator, waves: int) -> Floats:
     total = np.sin(azimuth[:, None] * number + phase) @ size
     return np.asarray(total / np.sqrt(0.5 * np.sum(size**2)))
 
-
-_ = Float32s

@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 BUSHES = 6
 """Variants of `bush`: 0.9 to 2.6 m high."""
 
-_BUSH_TRIANGLES = 1200
+_BUSH_TRIANGLES = 1500
 _HEDGE_SPRAYS = 110
 """For each square metre."""
 _HEDGE_TRIANGLES = 5000
@@ -31,7 +31,7 @@ _HEDGE_TRIANGLES = 5000
 
 @cache
 def bush(variant: int) -> Mesh:
-    """A free-standing shrub on the origin, leafy to the ground: a prototype, 1,200 triangles.
+    """A free-standing shrub on the origin, leafy to the ground: a prototype, 1,500 triangles.
 
     Args:
         variant: 0 to `BUSHES` - 1, from low and broad to tall.
@@ -47,11 +47,11 @@ def bush(variant: int) -> Mesh:
     centre = np.column_stack([reach * np.cos(azimuth), reach * np.sin(azimuth), z])
     clusters = Clusters(centre, size[:, None, None] * np.diag([1.0, 1.0, 0.85]))
     heart = np.array([0.0, 0.0, 0.3 * height])
-    family = ("shrub", "fruit", "copper_beech", "ivy", "shrub", "birch")[variant]
-    dark, light = leaf_material(family, 0.5), leaf_material(family)
-    inside = cores(clusters, 16, 0.78, dark, rng, heart=heart)
+    family = ("shrub", "fruit", "copper_beech", "hedge", "shrub", "lime")[variant]
+    dark, *tones = (leaf_material(family, tone) for tone in (0.25, 0.5, 1.0, 1.4))
+    inside = cores(clusters, 16, 0.8, dark, rng, heart=heart)
     rest = _BUSH_TRIANGLES - len(inside.faces)
-    leaves = sprays(clusters, rest, 0.5, (light,), rng, heart=heart, hang=0.1)
+    leaves = sprays(clusters, rest, 0.4, tuple(tones), rng, heart=heart, hang=0.1)
     whole = merge([inside, leaves])
     whole.vertices[:, 2] = np.maximum(whole.vertices[:, 2], 0.0)
     low, high = whole.bounds
@@ -87,8 +87,8 @@ def hedge(length: float, height: float, depth: float, variant: int = 0) -> Mesh:
     normals = unit(facing + 0.35 * swell + 0.25 * rng.normal(0, 1, (count, 3)))
     limit = 0.5 * size
     corners = np.clip(corners, -limit, limit)
-    tones = tuple(leaf_material(family, tone) for tone in (0.85, 1.0, 1.15))
-    dark = leaf_material(family, 0.55)
+    tones = tuple(leaf_material(family, tone) for tone in (0.6, 1.0, 1.35))
+    dark = leaf_material(family, 0.35)
     leaves = loose(
         _turned_outside(corners, normals),
         np.repeat(normals[:, None], 3, axis=1),

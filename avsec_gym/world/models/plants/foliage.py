@@ -21,7 +21,6 @@ REACH = 1.02
 """Sprays grow at most so far from their cluster's centre, relative to its half axes."""
 
 _INNERMOST = 0.68
-_COARSENING = 0.7
 _TEXTURE_SIZE = 1.1
 
 
@@ -48,22 +47,23 @@ def sprays(
     *,
     heart: Floats,
     hang: float = 0.0,
+    coarsening: float = 0.0,
 ) -> Mesh:
     """Triangles of a few leaves each, all over the outside of a crown.
-
-    They are finer at the bottom of the crown, which is what one sees from near by.
 
     Args:
         clusters: Which bear them.
         count: Of triangles.
         cover: Area of the leaves relative to that of the clusters.
-        materials: One is drawn for each cluster.
+        materials: Of sprays from the inside of clusters to their outside.
         rng: The source of chance.
         heart: Shape (3,); the crown's outside is away from it.
         hang: 0 sprays spread as they like, 1 they hang straight down, -1 they stand.
+        coarsening: How much longer they are at the top than at the bottom, which is what one
+            sees from near by, relative to the average.
     """
     height = clusters.centre[:, 2] - clusters.centre[:, 2].min()
-    coarseness = 1.0 + _COARSENING * (height / max(height.max(), 1e-9) - 0.5)
+    coarseness = 1.0 + coarsening * (height / max(height.max(), 1e-9) - 0.5)
     area = _surface(clusters)
     length = np.sqrt(2.1 * cover * area.sum() / count) * coarseness
     outward, owner = _places(clusters, count, area / coarseness**2, heart, rng)
@@ -88,7 +88,9 @@ def sprays(
         axis=1,
     )
     normals = unit(0.25 * facing + 0.55 * swell + 0.4 * unit(base - heart))
-    choice = rng.integers(len(materials), size=len(area))[owner]
+    depth = (np.linalg.norm(outward, axis=1) - _INNERMOST) / (REACH - _INNERMOST)
+    shade = np.clip(depth + rng.normal(0, 0.25, count), 0, 0.999)
+    choice = (shade * len(materials)).astype(np.intp)
     return loose(corners, np.repeat(normals[:, None], 3, axis=1), choice, materials, rng)
 
 

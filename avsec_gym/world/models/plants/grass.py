@@ -12,8 +12,8 @@ from avsec_gym.world.mesh import Mesh
 BLADES = 3
 """Triangles of a tuft."""
 
-_GRASS = Material("grass_blades", (0.9, 0.9, 0.9), translucent=0.35, infrared=0.55)
-_DARKER = Material("grass_blades", (0.65, 0.68, 0.6), translucent=0.35, infrared=0.55)
+_GRASS = Material("grass_blades", (1.1, 1.1, 1.05), translucent=0.35, infrared=0.55)
+_DARKER = Material("grass_blades", (0.8, 0.82, 0.75), translucent=0.35, infrared=0.55)
 _TEXTURE = (0.64, 0.25)
 
 

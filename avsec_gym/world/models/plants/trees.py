@@ -26,6 +26,7 @@ Floats = NDArray[np.float64]
 VARIANTS = 4
 """Of each species, from the smallest to the tallest."""
 
+_TONES = (0.4, 0.95, 1.5)
 _GOLDEN_ANGLE = np.pi * (3 - 5**0.5)
 
 
@@ -33,14 +34,16 @@ class _Fineness(NamedTuple):
     triangles: int
     shade: int
     """Inner triangles of a cluster."""
+    cover: float
+    """Of the outer ones, relative to the species'."""
     sides: int
     thinnest: float
 
 
 _FINENESS: dict[Detail, _Fineness] = {
-    "near": _Fineness(5000, 16, 9, 0.012),
-    "middle": _Fineness(1500, 10, 6, 0.05),
-    "far": _Fineness(400, 5, 4, 9.0),
+    "near": _Fineness(5000, 16, 1.0, 9, 0.012),
+    "middle": _Fineness(1500, 11, 0.6, 6, 0.06),
+    "far": _Fineness(400, 5, 0.5, 4, 9.0),
 }
 
 
@@ -70,11 +73,18 @@ def tree(species: str, variant: int, detail: Detail) -> Mesh:
     if kind.staked and detail != "far":
         parts.append(_stakes())
     if kind.shade > 0:
-        dark = leaf_material(kind.leaves, 0.5 * kind.brightness)
-        parts.append(cores(clusters, fine.shade, kind.shade, dark, rng, heart=heart))
-    tones = tuple(leaf_material(kind.leaves, tone * kind.brightness) for tone in (0.85, 1.0, 1.2))
+        size = kind.shade * (1.0 if detail == "near" else 1.12)
+        dark = leaf_material(kind.leaves, 0.22 * kind.brightness)
+        parts.append(cores(clusters, fine.shade, size, dark, rng, heart=heart))
+    tones = tuple(leaf_material(kind.leaves, tone * kind.brightness) for tone in _TONES)
     rest = fine.triangles - sum(len(part.faces) for part in parts)
-    parts.append(sprays(clusters, rest, kind.cover, tones, rng, heart=heart, hang=kind.hang))
+    leaves = sprays(
+        *(clusters, rest, fine.cover * kind.cover, tones, rng),
+        heart=heart,
+        hang=kind.hang,
+        coarsening=0.7,
+    )
+    parts.append(leaves)
     whole = merge(parts)
     stretch = height / float(whole.bounds[1][2])
     return whole.scaled(stretch, stretch, stretch)

@@ -11,19 +11,19 @@ from avsec_gym.world.shapes import box, ellipsoid
 
 def block(length: float, width: float, height: float, material: Material) -> Mesh:
     """As `shapes.box`, without a texture's scale."""
-    return _unit_box(material).scaled(length, width, height)
+    return _unit_box().with_material(material).scaled(length, width, height)
 
 
 def blob(length: float, width: float, height: float, material: Material) -> Mesh:
     """An ellipsoid about the origin, of few faces."""
-    return _unit_ball(material).scaled(0.5 * length, 0.5 * width, 0.5 * height)
+    return _unit_ball().with_material(material).scaled(0.5 * length, 0.5 * width, 0.5 * height)
 
 
-@functools.lru_cache(maxsize=256)
-def _unit_box(material: Material) -> Mesh:
-    return box(1.0, 1.0, 1.0, material)
+@functools.cache
+def _unit_box() -> Mesh:
+    return box(1.0, 1.0, 1.0)
 
 
-@functools.lru_cache(maxsize=256)
-def _unit_ball(material: Material) -> Mesh:
-    return ellipsoid((0.0, 0.0, 0.0), (1.0, 1.0, 1.0), material, rings=5)
+@functools.cache
+def _unit_ball() -> Mesh:
+    return ellipsoid((0.0, 0.0, 0.0), (1.0, 1.0, 1.0), rings=5)

@@ -8,10 +8,10 @@ import numpy as np
 
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh
+from avsec_gym.world.models.vehicles.block import block
 from avsec_gym.world.models.vehicles.designs import CarDesign
 from avsec_gym.world.models.vehicles.hull import Floats, Outline, Skin, outline, skin
 from avsec_gym.world.models.vehicles.paint import BLACK_GLOSS, SEAT, UNDERSIDE, Finish
-from avsec_gym.world.shapes import box
 
 ARCH_GAP = 0.055
 """Between tyre and wheel arch, metres."""
@@ -19,10 +19,10 @@ ARCH_GAP = 0.055
 _LIP = 0.045
 # Rows of the lower skin from the floor to the shoulder: how far inside the widest line they are,
 # how far behind the foremost one, and before the rearmost one; metres.
-_INSET = np.array([0.27, 0.27, 0.030, 0.014, 0.003, 0.0, 0.012, 0.030, 0.085])
-_FRONT = np.array([0.30, 0.30, 0.090, 0.040, 0.0, 0.010, 0.045, 0.085, 0.190])
-_REAR = np.array([0.30, 0.30, 0.080, 0.030, 0.0, 0.020, 0.045, 0.060, 0.090])
-_ACROSS = (0.10, 0.30, 0.5, 0.70, 0.90)
+_INSET = np.array([0.27, 0.27, 0.045, 0.022, 0.0, 0.006, 0.026, 0.044, 0.095])
+_FRONT = np.array([0.30, 0.30, 0.11, 0.055, 0.0, 0.012, 0.05, 0.09, 0.19])
+_REAR = np.array([0.30, 0.30, 0.11, 0.055, 0.0, 0.035, 0.065, 0.08, 0.115])
+_ACROSS = (0.08, 0.32, 0.68, 0.92)
 
 
 class CarBody(NamedTuple):
@@ -66,19 +66,18 @@ def shoulder_height(design: CarDesign, x: Floats) -> Floats:
 def _lower_skin(design: CarDesign) -> Skin:
     front = 0.5 * design.length
     radius = design.wheel + ARCH_GAP
-    steep = np.arccos(np.clip((design.sill - design.wheel) / radius, -1.0, 1.0)) * 0.999
-    arch = radius * np.sin(np.linspace(-steep, steep, 9)[[0, 1, 2, 3, 4, 5, 6, 7, 8]])
-    if steep > 0.5 * np.pi:
-        arch = radius * np.sin(np.linspace(-0.5 * np.pi, 0.5 * np.pi, 9))
-    between = np.linspace(design.rear_axle + radius, design.front_axle - radius, 5)[1:-1]
+    arch = radius * np.sin(np.linspace(-0.5 * np.pi, 0.5 * np.pi, 7))
+    arch = np.concatenate([[-radius - 0.02], arch, [radius + 0.02]])
+    between = np.linspace(design.rear_axle + radius, design.front_axle - radius, 4)[1:-1]
     stations = np.concatenate([design.rear_axle + arch, between, design.front_axle + arch])
     body = design.body
     plan = outline(
         -front, front, 0.6 * body.roundness, body.roundness, stations, squareness=body.squareness
     )
     top = shoulder_height(design, plan.x)
+    beyond = (plan.x > design.front_axle) + 1.3 * (plan.x < design.rear_axle)
     bottom = np.maximum(
-        design.sill + 0.05 * np.maximum(plan.front, 1.3 * plan.rear),
+        design.sill + 0.045 * beyond,
         np.maximum(*(_arch_height(plan.x - axle, radius, design.wheel)
                      for axle in (design.rear_axle, design.front_axle))),
     )
@@ -88,7 +87,8 @@ def _lower_skin(design: CarDesign) -> Skin:
     flank = np.maximum(flank, bottom[:, None] + _LIP + 0.02 * np.arange(4))
     inner = np.full_like(bottom, design.sill + 0.02)
     z = np.column_stack([np.minimum(inner, bottom), bottom, bottom, flank, top - 0.04, top])
-    left = _bent(plan, design.half_width, _INSET, _FRONT, _REAR, z)
+    upright = float(np.clip(body.tailgate / 0.3, 0.4, 1.0))
+    left = _bent(plan, design.half_width, _INSET, _FRONT, upright * _REAR, z)
     return skin(left, _ACROSS, 0.055)
 
 
@@ -130,7 +130,7 @@ def _lower_panels(design: CarDesign, finish: Finish, lower: Skin) -> list[Mesh]:
     parts += [
         lower.panel(finish.paint, slice(0, first + 1), across),
         lower.panel(SEAT, slice(first, last + 1), across),
-        lower.panel(finish.paint, slice(last, None), across),
+        lower.panel(finish.bonnet, slice(last, None), across, _bonnet_uv(lower, last, across)),
     ]
     return parts
 
@@ -152,6 +152,15 @@ def _flank_uv(design: CarDesign, lower: Skin) -> Floats:
     return np.stack([u, np.clip(v, 0.01, 0.99)], axis=-1)
 
 
+def _bonnet_uv(lower: Skin, first: int, across: slice) -> Floats:
+    """Once over the bonnet, from side to side and from the windscreen to the front."""
+    points = lower.points[first:, across]
+    x, y = points[..., 0], points[..., 1]
+    u = 0.5 + 0.49 * y / np.maximum(np.abs(y).max(axis=1, keepdims=True), 1e-6)
+    v = (x.max() - x) / np.ptp(x)
+    return np.stack([u, 0.99 - 0.98 * v], axis=-1)
+
+
 def _greenhouse(design: CarDesign) -> tuple[Outline, Skin]:
     body = design.body
     rear_round, front_round = 0.24, 0.34
@@ -165,17 +174,16 @@ def _greenhouse(design: CarDesign) -> tuple[Outline, Skin]:
     pillar = side[0] + (side[1] - side[0]) * 0.5
     forward = np.clip((plan.x - pillar) / (side[1] - pillar), 0.0, 1.0)
     backward = np.clip((pillar - plan.x) / (pillar - side[0]), 0.0, 1.0)
-    level = np.array([0.0, 0.06, 0.5, 0.90, 0.985, 1.0])
-    bulge = 0.05 * np.sin(np.pi * np.minimum(level, 1.0))
-    shift = (
-        forward[:, None] * ((design.roof_front - design.bonnet) * level + bulge)
-        + backward[:, None] * ((design.roof_rear - design.boot) * level - bulge)
-    )
+    level = np.tile([0.0, 0.06, 0.5, 0.90, 0.985, 1.0], (len(plan.x), 1))
+    level[plan.rear > 0, 1], level[plan.rear > 0, 3] = 0.15, 0.85
+    bulge = 0.05 * np.sin(np.pi * level)
+    shift = forward[:, None] * ((design.roof_front - design.bonnet) * level + bulge)
+    shift += backward[:, None] * ((design.roof_rear - design.boot) * level - bulge)
     x = plan.x[:, None] + shift
     shoulder = design.half_width - 0.075
     roof = design.half_width * body.roof
     width = shoulder + (roof - shoulder) * level**1.2 + 0.3 * bulge
-    width[-1] -= 0.06
+    width[:, -1] -= 0.06
     y = width * plan.y[:, None]
     base = shoulder_height(design, plan.x) - 0.012
     middle = 0.5 * (design.roof_front + design.roof_rear)
@@ -186,7 +194,7 @@ def _greenhouse(design: CarDesign) -> tuple[Outline, Skin]:
     z[:, -2] -= 0.022
     left = np.stack([x, y, z], axis=-1)
     left[:, -1, 0] -= 0.04 * forward * (plan.front > 0)
-    return plan, skin(left, (0.12, 0.5, 0.88), 0.045)
+    return plan, skin(left, (0.14, 0.38, 0.62, 0.86), 0.045)
 
 
 def _upper_panels(design: CarDesign, finish: Finish, plan: Outline, upper: Skin) -> list[Mesh]:
@@ -245,4 +253,4 @@ def _seats(design: CarDesign) -> list[Mesh]:
     """What LiDAR pulses meet behind the windows."""
     width, height = 1.5 * design.half_width, 0.45 * (design.height - design.belt)
     rows = [design.roof_front - 0.45, design.roof_rear + 0.25 * (design.roof_front - design.roof_rear)]
-    return [box(0.16, width, height, SEAT).placed(x, 0.0, design.belt - 0.05) for x in rows]
+    return [block(0.16, width, height, SEAT).placed(x, 0.0, design.belt - 0.05) for x in rows]

@@ -6,14 +6,14 @@ import numpy as np
 
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh
+from avsec_gym.world.models.vehicles.block import blob, block
 from avsec_gym.world.models.vehicles.car_body import CarBody, shoulder_height
 from avsec_gym.world.models.vehicles.designs import CarDesign
 from avsec_gym.world.models.vehicles.hull import column_at, on_side, patch
 from avsec_gym.world.models.vehicles.paint import CHROME, MIRROR_GLASS, PLASTIC, STEEL, Finish
 from avsec_gym.world.models.vehicles.plate import number_plate
-from avsec_gym.world.shapes import box, ellipsoid, tube
+from avsec_gym.world.shapes import tube
 
-HEADLAMP = Material("headlamp", mirror=0.12, infrared=0.6)
 INTAKE = Material(tint=(0.012, 0.012, 0.013), infrared=0.1)
 
 
@@ -42,8 +42,9 @@ def _front(
     columns = column_at(left, 3, np.linspace(outer, inner, 5), front=True)
     top = np.minimum(left[-1, -1, 2] + 0.6 * (on_side(left, columns, 9.0)[:, 2] - nose), 9.0) - 0.055
     tall = rng.uniform(0.13, 0.19)
+    lamp = Material(f"headlamp/{int(rng.integers(3))}", mirror=0.12, infrared=0.6)
     low = top - tall * np.array([0.55 + 0.4 * rng.random(), 0.95, 1.0, 1.0, 0.9])
-    parts = _both(patch(left, columns, low, top, HEADLAMP, uv_size=(1.0, 1.0)))
+    parts = _both(patch(left, columns, low, top, lamp, uv_size=(1.0, 1.0)))
     lamp_low = float(low.min())
     grille_width = inner - 0.03 if rng.random() < 0.6 else half * 0.36
     columns = column_at(left, 3, np.linspace(grille_width, 0.0, 4), front=True)
@@ -51,7 +52,7 @@ def _front(
     grille = Material(f"grille/{int(rng.integers(4))}", infrared=0.15)
     parts += _both(patch(left, columns, grille_low, nose - 0.065, grille, uv_size=(0.5, 1.0)))
     middle = on_side(left, len(left) - 1, 0.5 * (grille_low + nose - 0.065))
-    badge = ellipsoid((0.0, 0.0, 0.0), (0.012, 0.055, 0.055), CHROME, rings=4)
+    badge = blob(0.024, 0.11, 0.11, CHROME)
     parts.append(badge.placed(float(middle[0]) + 0.015, 0.0, float(middle[2])))
     # Below the bumper: the air intake and fog lamps, and a black lip.
     wide = half * rng.uniform(0.45, 0.95)
@@ -76,8 +77,8 @@ def _bumper(finish: Finish, body: CarBody, design: CarDesign, *, front: bool) ->
     low = design.sill + 0.02 if finish.bumper is PLASTIC else high - 0.055
     if finish.bumper is not PLASTIC and finish.strip is not PLASTIC:
         return []
-    lifted = 0.007 if finish.bumper is PLASTIC else 0.012
-    return _both(patch(body.lower, columns, low, high, PLASTIC, lifted=lifted, rows=4))
+    lifted, rows = (0.007, 4) if finish.bumper is PLASTIC else (0.012, 2)
+    return _both(patch(body.lower, columns, low, high, PLASTIC, lifted=lifted, rows=rows))
 
 
 def _rear(
@@ -86,7 +87,7 @@ def _rear(
     left, half = body.lower, design.half_width
     belt, sill = design.belt, design.sill
     lit = rng.random() < 0.15
-    red = Material("tail_lamp", glow=0.5 if lit else 0.0, mirror=0.1, infrared=0.6)
+    red = Material(f"tail_lamp/{int(rng.integers(3))}", glow=0.5 if lit else 0.0, mirror=0.1, infrared=0.6)
     upright = design.body.tailgate < 0.3
     inner = half * (0.84 if upright else rng.uniform(0.55, 0.78))
     outer = half * 1.0 + (0.06 if upright else rng.uniform(0.05, 0.2))
@@ -96,8 +97,6 @@ def _rear(
     low = high - tall * np.array([0.9, 1.0, 1.0, rng.uniform(0.5, 0.95)])
     parts = _both(patch(left, columns, low, high, red, uv_size=(1.0, 1.0)))
     parts += _bumper(finish, body, design, front=False)
-    columns = column_at(left, 1, np.linspace(0.0, 0.7 * half, 4), front=False)
-    parts += _both(patch(left, columns, sill + 0.05, sill + 0.13, PLASTIC))
     low_plate = rng.random() < 0.25 or design.height > 2.1
     plate_z = sill + 0.30 if low_plate else float(low.max()) + 0.5 * (high - float(low.max())) - 0.02
     behind = float(on_side(left, [0, 0], [plate_z - 0.05, plate_z + 0.05])[:, 0].min())
@@ -124,11 +123,9 @@ def _sides(
     depth = 0.085
     shell = PLASTIC if rng.random() < 0.3 or finish.bumper is PLASTIC else finish.paint
     middle = 0.5 * (inside + outside) + 0.02
-    radii = (depth, outside - middle, 0.5 * tall)
-    mirror = ellipsoid((0.0, 0.0, 0.0), radii, shell, rings=5).placed(
-        x, middle, base + 0.45 * tall
-    )
-    glass = box(0.004, 1.35 * (outside - middle), 0.62 * tall, MIRROR_GLASS)
+    mirror = blob(2.0 * depth, 2.0 * (outside - middle), tall, shell)
+    mirror = mirror.placed(x, middle, base + 0.45 * tall)
+    glass = block(0.004, 1.35 * (outside - middle), 0.62 * tall, MIRROR_GLASS)
     parts += _both(mirror)
     parts += _both(glass.placed(x - depth - 0.002, middle, base + 0.14 * tall))
     if finish.strip is PLASTIC and rng.random() < 0.45:

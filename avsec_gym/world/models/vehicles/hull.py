@@ -118,9 +118,11 @@ def skin(left: Floats, across: ArrayLike = (), crown: float | Floats = 0.0) -> S
     share = np.asarray(across, float)[None, :, None]
     top = right[:, -1:] * (1.0 - share) + left[:, -1:] * share
     rise = np.broadcast_to(np.asarray(crown, float), len(left))[:, None]
-    # Ends are narrow in the grid but not in the world: the crown fades with the width.
-    width = left[:, -1, 1:2] / left[:, -1, 1].max()
-    top[..., 2] += rise * np.sqrt(width) * (1.0 - (2.0 * share[..., 0] - 1.0) ** 2)
+    # The crown fades towards the ends.
+    place = left[:, -1, 0]
+    along = 2.0 * (place - place[0]) / (place[-1] - place[0]) - 1.0
+    fading = 1.0 - np.minimum(np.abs(along), 1.0)[:, None] ** 5
+    top[..., 2] += rise * fading * (1.0 - (2.0 * share[..., 0] - 1.0) ** 2)
     points = np.concatenate([right, top, left[:, ::-1]], axis=1)
     return Skin(points, grid_normals(points), left.shape[1])
 

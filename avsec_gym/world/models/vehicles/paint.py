@@ -46,6 +46,7 @@ class Finish:
 
     Args:
         paint: Of roof and bonnet.
+        bonnet: The same colour with shut lines and wipers.
         flank: The same colour with door seams, handles and road dirt.
         bumper: Paint, or black plastic.
         strip: Mouldings along bumpers and doors.
@@ -56,6 +57,7 @@ class Finish:
     """
 
     paint: Material
+    bonnet: Material
     flank: Material
     bumper: Material
     strip: Material
@@ -86,6 +88,7 @@ def draw_finish(rng: np.random.Generator, flank: str, *, commercial: bool = Fals
     window = int(rng.integers(3))
     return Finish(
         paint=paint,
+        bonnet=Material("bonnet", tint, 0.05, infrared=infrared),
         flank=Material(flank, tint, 0.05, infrared=infrared),
         bumper=PLASTIC if plain_bumper else paint,
         strip=strip,

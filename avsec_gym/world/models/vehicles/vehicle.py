@@ -44,6 +44,6 @@ def car(
 
 def _wheels(rng: np.random.Generator, design: CarDesign) -> list[Mesh]:
     left = wheel(int(rng.integers(RIMS))).scaled(*[design.wheel] * 3)
-    y = design.half_width - 0.03
+    y = design.half_width - 0.045
     pair = [left.placed(axle, y, design.wheel) for axle in (design.rear_axle, design.front_axle)]
     return [*pair, *(mesh.mirrored() for mesh in pair)]

@@ -1,0 +1,103 @@
+"""Dustbins, litter bins and containers."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from avsec_gym.world.material import Material
+from avsec_gym.world.mesh import Mesh, merge
+from avsec_gym.world.models.furniture.materials import BLACK_PLASTIC, GALVANISED, painted
+from avsec_gym.world.models.furniture.poles import pole
+from avsec_gym.world.models.furniture.variants import variants
+from avsec_gym.world.shapes import box, ellipsoid, grid, hard_edges, polygon, revolve, tube
+
+_LIDS = ((0.02, 0.02, 0.022), (0.015, 0.09, 0.04), (0.02, 0.08, 0.3), (0.75, 0.5, 0.02), (0.2, 0.1, 0.05))
+"""Black, green, blue (paper), yellow (wrappings), brown (garden)."""
+
+
+@variants(8)
+def wheelie_bin(rng: np.random.Generator) -> Mesh:
+    """A dustbin on two wheels, 1.05 m; its wheels and handle are at the back (+x)."""
+    lid = painted(*_LIDS[rng.integers(len(_LIDS))], infrared=0.3)
+    body = painted(0.03, 0.032, 0.034, infrared=0.15)
+    if rng.random() < 0.4:
+        body = lid
+    wide = float(rng.choice([0.48, 0.58]))
+    return merge(
+        [
+            _tapered((0.42, 0.38), (0.55, wide), 0.05, 0.95, body).placed(-0.02, 0),
+            _tapered((0.62, wide + 0.04), (0.5, wide - 0.04), 0.95, 1.04, lid).placed(0.0, 0),
+            tube([(0.31, -0.2, 0.96), (0.31, 0.2, 0.96)], 0.02, body, sides=6),
+            *[
+                tube([(0.2, y - 0.03, 0.1), (0.2, y + 0.03, 0.1)], 0.1, BLACK_PLASTIC)
+                for y in (-0.22, 0.22)
+            ],
+        ]
+    )
+
+
+@variants(2)
+def bin_row(rng: np.random.Generator) -> Mesh:
+    """Three to four dustbins side by side along y, as on collection day."""
+    count = int(rng.integers(3, 5))
+    return merge(
+        [
+            wheelie_bin(rng).placed(float(rng.uniform(-0.1, 0.1)), 0.72 * i - 0.36 * (count - 1), 0.0, float(rng.normal(0, 0.15)))
+            for i in range(count)
+        ]
+    )
+
+
+@variants(3)
+def litter_bin(rng: np.random.Generator) -> Mesh:
+    """A bin on a pole, 1.1 m, with a round mouth to the front."""
+    tint = ((0.75, 0.25, 0.02), (0.08, 0.16, 0.1), (0.18, 0.19, 0.2))[rng.integers(3)]
+    paint = painted(*tint, worn=int(rng.integers(3)))
+    drum = [(1e-3, 1.0), (0.1, 0.98), (0.19, 0.9), (0.2, 0.84), (0.19, 0.42), (1e-3, 0.4)]
+    mouth = tube([(-0.18, 0, 0.8), (-0.205, 0, 0.8)], 0.09, BLACK_PLASTIC)
+    return merge([pole(1.1, 0.035).placed(0.22, 0), revolve(drum, paint, sides=14), mouth])
+
+
+@variants(3)
+def waste_container(rng: np.random.Generator) -> Mesh:
+    """A container of 1.1 cubic metres on castors, 1.4 m wide, with a domed lid."""
+    lid = painted(*_LIDS[rng.integers(len(_LIDS))], infrared=0.3)
+    body = GALVANISED if rng.random() < 0.5 else painted(0.04, 0.045, 0.045, worn=1)
+    angle = np.linspace(0.0, np.pi, 7)
+    y = np.array([-0.69, 0.69])
+    arch = np.stack(
+        np.broadcast_arrays(0.55 * np.cos(angle)[:, None], y[None], 1.15 + 0.2 * np.sin(angle)[:, None]),
+        axis=-1,
+    )
+    sides = [polygon(arch[:, 0], lid), polygon(arch[::-1, 1], lid)]
+    castors = [
+        tube([(x, y - 0.03, 0.1), (x, y + 0.03, 0.1)], 0.1, BLACK_PLASTIC, sides=8)
+        for x in (-0.4, 0.4)
+        for y in (-0.55, 0.55)
+    ]
+    tub = _tapered((0.85, 1.2), (1.05, 1.36), 0.2, 1.15, body)
+    return merge([tub, grid(arch[::-1], None, lid), *sides, *castors])
+
+
+@variants(3)
+def bottle_bank(rng: np.random.Generator) -> Mesh:
+    """A bottle bank: a bell of 1.7 m, in green, white or brown."""
+    tint = ((0.03, 0.16, 0.07), (0.6, 0.6, 0.58), (0.14, 0.07, 0.03))[rng.integers(3)]
+    bell = [(1e-3, 1.7), (0.3, 1.66), (0.55, 1.45), (0.66, 1.1), (0.7, 0.06), (0.66, 0.0)]
+    holes = [
+        ellipsoid((x, y, 1.28), (0.12, 0.12, 0.1), BLACK_PLASTIC, rings=5)
+        for x, y in ((-0.55, 0), (0.55, 0))
+    ]
+    return merge([revolve(bell, painted(*tint, worn=2), sides=16), *holes])
+
+
+def _tapered(
+    low: tuple[float, float], high: tuple[float, float], bottom: float, top: float, material: Material
+) -> Mesh:
+    """A block whose lower and upper rectangles (x, y) differ."""
+    corner = np.array([(1, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)])
+    rings = [
+        np.column_stack([0.5 * corner * size, np.full(5, height)])
+        for size, height in (((1e-3, 1e-3), top), (high, top), (low, bottom), ((1e-3, 1e-3), bottom))
+    ]
+    return hard_edges(grid(np.array(rings), None, material))

@@ -1,0 +1,85 @@
+"""Backpacks and bags."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from avsec_gym.world.models.people.body import trunk_at
+from avsec_gym.world.models.people.clothing import Outfit
+from avsec_gym.world.models.people.rings import Floats, Rings, rods, sweep
+from avsec_gym.world.models.people.skeleton import SIDES, Skeleton
+
+
+def luggage(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
+    """What the person carries; empty for most people."""
+    if outfit.luggage == "backpack":
+        return _backpack(skeleton, outfit)
+    if outfit.luggage == "shoulder bag":
+        return _shoulder_bag(skeleton, outfit)
+    if outfit.luggage in ("handbag", "shopping bag"):
+        return _hand_bag(skeleton, outfit)
+    return []
+
+
+def _backpack(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
+    height = skeleton.height
+    centres, up, ahead = trunk_at(skeleton, np.array([0.06, 0.10, 0.22, 0.285]))
+    back = np.array([0.100, 0.118, 0.110, 0.082]) * height + outfit.bulk * height
+    sizes = np.array([(0.04, 0.045, 0.070), (0.05, 0.060, 0.088), (0.05, 0.055, 0.084), (0.03, 0.03, 0.058)])
+    sack = sweep(centres - back[:, None] * ahead, up, ahead, sizes * height, outfit.bag, squareness=0.5)
+    level = np.array([0.290, 0.250, 0.130])
+    spine, up, ahead = trunk_at(skeleton, level)
+    aside = np.stack([-ahead[:, 1], ahead[:, 0], 0.0 * level], axis=1)
+    straps = []
+    for side in SIDES:
+        out = side * np.array([0.050, 0.062, 0.090]) * skeleton.size.breadth
+        deep = np.array([0.030, 0.066, 0.020]) + outfit.bulk
+        line = spine + (out[:, None] * aside + deep[:, None] * ahead) * height
+        straps.append(_strap(line, outfit, 0.011 * height))
+    return [sack, *straps]
+
+
+def _shoulder_bag(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
+    """At the hip, its strap over the other shoulder."""
+    height, side = skeleton.height, SIDES[outfit.side]
+    spine, _, ahead = trunk_at(skeleton, np.array([0.01, 0.17, 0.295]))
+    aside = np.stack([-ahead[:, 1], ahead[:, 0], 0.0 * ahead[:, 0]], axis=1)
+    hip = spine[0] + side * (0.130 * skeleton.size.breadth + outfit.bulk) * height * aside[0]
+    hip -= 0.03 * height * ahead[0]
+    levels = np.array([-0.075, -0.06, 0.05, 0.062])[:, None] * [0.0, 0.0, height]
+    sizes = np.array([(0.075, 0.075, 0.018), (0.088, 0.088, 0.030), (0.088, 0.088, 0.024), (0.08, 0.08, 0.014)])
+    bag = sweep(hip + levels, (0, 0, 1), ahead[0], sizes * height, outfit.bag, squareness=0.6)
+    lines = []
+    for depth in (1.0, -1.0):
+        deep = depth * (0.066 + outfit.bulk) * height
+        middle = spine[1] + deep * ahead[1] + side * 0.02 * height * aside[1]
+        over = spine[2] - side * 0.055 * height * aside[2] + 0.35 * deep * ahead[2]
+        tip = hip + [0.0, 0.0, 0.05 * height] + 0.6 * deep * ahead[0]
+        lines.append(_strap(np.stack([over, middle, tip]), outfit, 0.009 * height))
+    return [bag, *lines]
+
+
+def _hand_bag(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
+    """Hanging from a hand."""
+    height = skeleton.height
+    elbow, wrist = skeleton.arms[outfit.side, 1:]
+    grip = wrist + 0.065 * height * (wrist - elbow) / np.linalg.norm(wrist - elbow)
+    large = 1.35 if outfit.luggage == "shopping bag" else 1.0
+    levels = np.array([-0.23, -0.215, -0.10, -0.09])[:, None] * [0.0, 0.0, large * height]
+    levels[:, 2] += 0.03 * (large - 1.0) * height
+    sizes = np.array([(0.07, 0.07, 0.028), (0.085, 0.085, 0.036), (0.072, 0.072, 0.024), (0.06, 0.06, 0.01)])
+    give = skeleton.arm_give[outfit.side, 2]
+    bag = sweep(
+        grip + levels, (0, 0, 1), skeleton.facing[0], sizes * large * height, outfit.bag, give=give,
+        squareness=0.6,
+    )  # fmt: skip
+    top = grip + levels[3]
+    ends = np.stack([top + skeleton.facing[0] * reach * height for reach in (0.045, -0.045)])
+    handle = rods(
+        np.stack([grip, grip]), ends, 0.005 * height, outfit.bag, sides=4, give=(give, give)
+    )
+    return [bag, handle]
+
+
+def _strap(line: Floats, outfit: Outfit, radius: float) -> Rings:
+    return rods(line[:-1], line[1:], radius, outfit.bag, sides=4)

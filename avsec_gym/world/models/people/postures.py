@@ -1,0 +1,105 @@
+"""Standing and sitting: what people do with their legs and hands when they do not walk."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from avsec_gym.world.models.people.rings import Floats
+from avsec_gym.world.models.people.skeleton import Posture
+
+# Wrists of (hand, other hand) relative to the base of the neck: forward, outward, up, in body
+# heights; None for an arm that hangs.
+_HANDS: dict[str, tuple[tuple[float, float, float] | None, ...]] = {
+    "hanging": (None, None),
+    "pocket": ((0.025, 0.125, -0.285), None),
+    "pockets": ((0.025, 0.125, -0.285), (0.025, 0.125, -0.285)),
+    "phone": ((0.165, 0.030, -0.120), None),
+    "calling": ((0.055, 0.085, 0.035), None),
+    "crossed": ((0.100, -0.050, -0.135), (0.112, -0.040, -0.115)),
+    "strap": ((0.075, 0.075, -0.085), None),
+    "hip": ((-0.010, 0.130, -0.235), None),
+    "talking": ((0.190, 0.130, -0.130), (0.130, 0.060, -0.170)),
+    "folded": ((0.110, 0.010, -0.270), (0.115, 0.015, -0.255)),
+    "behind": ((-0.085, 0.020, -0.270), (-0.090, 0.015, -0.255)),
+    "lap": ((0.200, 0.050, -0.215), (0.215, 0.070, -0.225)),
+    "table": ((0.210, 0.060, -0.120), (0.190, 0.030, -0.135)),
+}
+STANDING = ("pockets", "phone", "hanging", "crossed", "pocket", "talking", "hip", "folded", "calling", "behind")
+WALKING = ("hanging", "hanging", "hanging", "hanging", "hanging", "pocket", "phone", "hanging", "calling")
+SITTING = ("lap", "table", "phone", "lap", "crossed")
+
+
+def standing(rng: np.random.Generator) -> Posture:
+    """Weight on one leg, the other one relaxed and somewhat in front."""
+    weight = int(rng.integers(2))
+    relaxed = 1 - weight
+    ahead = float(rng.uniform(-0.10, 0.22))
+    thigh, knee, spread, out = (np.zeros(2) for _ in range(4))
+    knee[:] = 0.04
+    knee[relaxed] = 0.16 + 0.2 * float(rng.random())
+    thigh[relaxed] = ahead + 0.5 * knee[relaxed]
+    thigh[weight] = -0.03
+    spread[:] = 0.06
+    spread[relaxed] = 0.10 + 0.06 * float(rng.random())
+    out[:] = rng.uniform(0.1, 0.35, 2)
+    way = 1.0 if weight else -1.0
+    return Posture(
+        thigh=thigh,
+        spread=spread,
+        knee=knee,
+        ankle=knee - thigh,
+        arm=rng.uniform(-0.05, 0.12, 2),
+        arm_spread=rng.uniform(0.10, 0.16, 2),
+        elbow=rng.uniform(0.15, 0.4, 2),
+        lean=float(rng.uniform(-0.03, 0.03)),
+        pelvis_turn=float(rng.uniform(-0.12, 0.12)),
+        chest_turn=float(rng.uniform(-0.15, 0.15)),
+        pelvis_drop=0.10 * way,
+        sway=0.016 * way,
+        toe_out=out,
+        head_turn=float(rng.uniform(-0.6, 0.6)),
+        nod=float(rng.uniform(0.0, 0.12)),
+    )
+
+
+def sitting(rng: np.random.Generator) -> Posture:
+    """Upright on a chair, feet on the ground."""
+    thigh = rng.uniform(1.38, 1.46, 2)
+    knee = thigh + rng.uniform(-0.25, 0.12, 2)
+    return Posture(
+        thigh=thigh,
+        spread=rng.uniform(0.02, 0.16, 2),
+        knee=knee,
+        ankle=knee - thigh,
+        lean=float(rng.uniform(-0.12, 0.08)),
+        stoop=0.2,
+        chest_turn=float(rng.uniform(-0.1, 0.1)),
+        head_turn=float(rng.uniform(-0.5, 0.5)),
+        nod=float(rng.uniform(0.0, 0.25)),
+    )
+
+
+def holding(posture: Posture, gesture: str, side: int) -> Posture:
+    """The same posture with hands in pockets, at a telephone, folded and so on.
+
+    Args:
+        posture: Of the rest of the body.
+        gesture: One of `STANDING`, `SITTING`, or "strap".
+        side: Of the busy hand if there is only one: 0 right, 1 left.
+    """
+    hands: Floats = posture.hands.copy()
+    for hand, place in zip((side, 1 - side), _HANDS[gesture], strict=True):
+        if place is not None:
+            hands[hand] = place
+    looking = {"phone": 0.35, "lap": 0.15}.get(gesture, 0.0)
+    return replace(posture, hands=hands, nod=posture.nod + looking)
+
+
+def carrying(posture: Posture, side: int) -> Posture:
+    """The same posture with a weight in one hand, which hardly swings."""
+    arm, elbow = posture.arm.copy(), posture.elbow.copy()
+    arm[side] *= 0.35
+    elbow[side] = 0.12 + 0.2 * elbow[side]
+    return replace(posture, arm=arm, elbow=elbow)

@@ -1,0 +1,87 @@
+"""Who is on the road at the beginning, and on which route each travels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from avsec_gym.geometry import Floats
+from avsec_gym.world.traffic.routes import Route
+from avsec_gym.world.traffic.state import Integers
+
+EGO_SIZE = (1.50, 1.80, 4.70)
+"""Height, width, length of the estate cars that carry sensors, metres."""
+
+
+class Traveller(NamedTuple):
+    """Somebody who follows a route."""
+
+    category: str
+    dimensions: tuple[float, float, float]
+    """Height, width, length, metres."""
+    route: int
+    place: float
+    """Of the centre on the route, metres."""
+    speed: float
+    desired: float
+    """On a free road, m/s."""
+    weave: tuple[float, float, float]
+    """Amplitude (m), wavelength (m), phase (radians) of the small lateral motion."""
+    left: float = 0.0
+    """Distance kept to the left of the route, metres."""
+    pause: tuple[float, float] = (np.inf, np.inf)
+    """Seconds between which it stops."""
+    opens: float = 0.0
+    """Seconds from which it is willing to pass its gate."""
+    polite: bool = True
+    """Passes its gate only if nobody has to brake for it."""
+    started: bool = False
+    """Is passing its gate already."""
+
+    @property
+    def front(self) -> float:
+        """Place of its front on the route."""
+        return self.place + 0.5 * self.dimensions[2]
+
+    @property
+    def rear(self) -> float:
+        """Place of its rear on the route."""
+        return self.place - 0.5 * self.dimensions[2]
+
+
+class Bystander(NamedTuple):
+    """Somebody or something that stands still for good."""
+
+    category: str
+    dimensions: tuple[float, float, float]
+    pose: tuple[float, float, float]
+    """x, y, heading."""
+
+
+@dataclass(frozen=True, eq=False)
+class Population:
+    """Everybody on a site at time 0.
+
+    Args:
+        routes: That are travelled.
+        neighbours: Routes of the lanes to the left and right in the direction of travel, -1 for
+            none, shape (R, 2).
+        travellers: Who moves, or may.
+        bystanders: Who stands for good.
+        egos: The sensor vehicles: indices into travellers followed by bystanders.
+        appearance: Seeds of the looks, travellers first, shape (N,).
+        phase: Of gait and pedals, the same order.
+    """
+
+    routes: tuple[Route, ...]
+    neighbours: Integers
+    travellers: tuple[Traveller, ...]
+    bystanders: tuple[Bystander, ...]
+    egos: tuple[int, ...]
+    appearance: Integers = field(default_factory=lambda: np.zeros(0, np.int64))
+    phase: Floats = field(default_factory=lambda: np.zeros(0))
+
+    def __len__(self) -> int:
+        return len(self.travellers) + len(self.bystanders)

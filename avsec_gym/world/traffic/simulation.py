@@ -1,0 +1,217 @@
+"""Traffic over time: everybody's poses and speeds, moment by moment."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from avsec_gym.geometry import Floats
+from avsec_gym.world.actors import Actors, Moment
+from avsec_gym.world.site import Site
+from avsec_gym.world.traffic.ahead import interactions_ahead
+from avsec_gym.world.traffic.driving import Manners, idm_acceleration, slow_down
+from avsec_gym.world.traffic.gates import (
+    Zones,
+    find_zones,
+    interactions_with_gates,
+    pass_gates,
+)
+from avsec_gym.world.traffic.overtaking import change_lanes
+from avsec_gym.world.traffic.populate import populate
+from avsec_gym.world.traffic.population import Population, Traveller
+from avsec_gym.world.traffic.state import (
+    Network,
+    Shift,
+    Traffic,
+    network_of,
+    offsets,
+    on_route,
+    place_all,
+)
+from avsec_gym.world.traffic.surface import surface_height
+
+LONGEST_TICK = 0.1
+"""Of the simulation, seconds."""
+SIGHT = 100.0
+"""Metres from every ego vehicle within which nobody appears or vanishes at the site's ends."""
+MOVING = 0.3
+"""m/s above which somebody moves."""
+_MANNERS = {
+    "Car": (1.3, 2.0, 1.4, 2.0),
+    "Van": (1.4, 2.0, 1.2, 2.0),
+    "Truck": (1.7, 2.5, 0.7, 1.8),
+    "Cyclist": (0.9, 1.0, 0.8, 1.6),
+    "Pedestrian": (0.4, 0.35, 0.8, 1.2),
+}
+"""`Manners` by category: headway, distance when standing, acceleration, braking."""
+_GAIT, _CRANK = 1.4 / 1.75, 5.0
+"""Way of two steps by a person's height, and of one turn of the pedals, metres."""
+
+
+def simulate(
+    site: Site,
+    rng: np.random.Generator,
+    *,
+    duration: float,
+    step: float = 0.1,
+    egos: int = 1,
+    density: float | None = None,
+) -> list[Moment]:
+    """Traffic on a site.
+
+    Args:
+        site: The place.
+        rng: The source of chance; the same state gives the same traffic.
+        duration: Seconds; a shorter run has the same first moments as a longer one.
+        step: Seconds between moments.
+        egos: How many vehicles carry sensors.
+        density: See `populate`.
+
+    Returns:
+        Moments at 0, step, 2 step ... up to the duration. Ids are the same over time; who has left
+        the site is no longer among the actors, unless an ego vehicle is within `SIGHT`. The
+        ego vehicles are the first actors and always there. An actor moves if it is faster than
+        `MOVING`.
+    """
+    return run(site, populate(site, rng, egos=egos, density=density), duration, step)
+
+
+def still(site: Site, rng: np.random.Generator, egos: int = 1) -> Moment:
+    """One instant of the traffic on a site, as several connected vehicles may see it."""
+    return simulate(site, rng, duration=0.0, egos=egos)[0]
+
+
+def run(site: Site, population: Population, duration: float, step: float = 0.1) -> list[Moment]:
+    """Let a population go; see `simulate`."""
+    network = network_of(population.routes)
+    zones = find_zones(network)
+    traffic = _begin(network, population.travellers)
+    pauses = np.array([one.pause for one in population.travellers]).reshape(-1, 2)
+    ticks = max(1, int(np.ceil(step / LONGEST_TICK - 1e-9)))
+    count = int(duration / step + 1e-9) + 1
+    travelled = np.zeros(len(traffic.place))
+    history = []
+    for moment in range(count):
+        shown = _shown(network, traffic, population)
+        history.append((traffic.poses.copy(), traffic.speed.copy(), travelled.copy(), shown))
+        for tick in range(ticks):
+            time = step * (moment + tick / ticks)
+            travelled += _advance(
+                network, zones, population, traffic, pauses, time, step / ticks
+            )
+    return _moments(site, population, history, step)
+
+
+def _begin(network: Network, travellers: tuple[Traveller, ...]) -> Traffic:
+    """The arrays at time 0."""
+    count = len(travellers)
+    manners = np.array([_MANNERS[one.category] for one in travellers]).reshape(-1, 4)
+    left = np.array([one.left for one in travellers])
+    traffic = Traffic(
+        route=np.array([one.route for one in travellers], np.int64),
+        place=np.array([one.place for one in travellers], float),
+        speed=np.array([one.speed for one in travellers], float),
+        poses=np.zeros((count, 3)),
+        length=np.array([one.dimensions[2] for one in travellers]),
+        width=np.array([one.dimensions[1] for one in travellers]),
+        desired=np.array([one.desired for one in travellers]),
+        weave=np.array([one.weave for one in travellers]).reshape(-1, 3),
+        shift=Shift(np.full(count, -1e6), np.ones(count), left, left.copy()),
+        manners=Manners(*manners.T.copy()),
+        opens=np.array([one.opens for one in travellers]),
+        polite=np.array([one.polite for one in travellers], bool),
+        committed=np.array([one.started for one in travellers], bool),
+    )
+    traffic.poses[:] = place_all(network, traffic)[0]
+    return traffic
+
+
+def _advance(
+    network: Network,
+    zones: Zones,
+    population: Population,
+    traffic: Traffic,
+    pauses: Floats,
+    time: float,
+    tick: float,
+) -> Floats:
+    """One tick: decide, accelerate, move. Returns the metres travelled."""
+    # Everybody looks around for another lane once a second.
+    if (population.neighbours >= 0).any() and (time + 1e-9) % 1.0 < tick:
+        change_lanes(network, population.neighbours, traffic)
+    pass_gates(network, zones, traffic, time)
+    felt = np.maximum(
+        interactions_ahead(network, traffic), interactions_with_gates(network, zones, traffic)
+    )
+    wanted = idm_acceleration(traffic.speed, traffic.desired, felt, traffic.manners)
+    _, row = on_route(network, traffic.route, traffic.place)
+    wanted = slow_down(traffic.speed, network.limit[row], wanted)
+    pausing = (pauses[:, 0] <= time) & (time < pauses[:, 1])
+    wanted = np.where(pausing, np.minimum(wanted, -0.7 * traffic.manners.braking), wanted)
+    wanted = np.where((traffic.speed < 0.1) & (wanted < 0.1), -np.inf, wanted)
+    after = np.maximum(traffic.speed + wanted * tick, 0.0)
+    way = 0.5 * (traffic.speed + after) * tick
+    traffic.speed[:] = after
+    traffic.place[:] += way * place_all(network, traffic)[1]
+    traffic.poses[:] = place_all(network, traffic)[0]
+    return way
+
+
+def _shown(network: Network, traffic: Traffic, population: Population) -> np.ndarray:
+    """Who is within the site, or near enough to an ego vehicle to be seen; shape (N,)."""
+    limits = network.shown[traffic.route]
+    inside = (limits[:, 0] <= traffic.place) & (traffic.place <= limits[:, 1])
+    standing = [one.pose[:2] for one in population.bystanders]
+    places = np.concatenate([traffic.poses[:, :2], np.reshape(standing, (-1, 2))])
+    apart = traffic.poses[:, None, :2] - places[None, list(population.egos)]
+    return inside | (np.hypot(apart[..., 0], apart[..., 1]) < SIGHT).any(axis=1)
+
+
+def _moments(
+    site: Site,
+    population: Population,
+    history: list[tuple[Floats, Floats, Floats, np.ndarray]],
+    step: float,
+) -> list[Moment]:
+    standing = np.reshape([one.pose for one in population.bystanders], (-1, 3))
+    everybody = (*population.travellers, *population.bystanders)
+    category = np.array([one.category for one in everybody])
+    dimensions = np.array([one.dimensions for one in everybody])
+    moving_poses = np.stack([poses for poses, *_ in history])
+    heights = _heights(site, moving_poses, category[: len(population.travellers)])
+    standing_heights = surface_height(site, standing[:, 0], standing[:, 1])
+    turn = np.where(category == "Pedestrian", _GAIT * dimensions[:, 0], _CRANK)
+    steps = np.isin(category, ["Pedestrian", "Cyclist"])
+    still = np.zeros(len(standing))
+    # The ego vehicles come first.
+    order = np.array(
+        [*population.egos, *(i for i in range(len(everybody)) if i not in population.egos)]
+    )
+    moments = []
+    for index, (poses, speed, travelled, shown) in enumerate(history):
+        speeds = np.concatenate([speed, still])
+        way = np.concatenate([travelled, still])
+        actors = Actors(
+            id=np.arange(len(everybody)),
+            category=category,
+            dimensions=dimensions,
+            pose=np.concatenate([poses, standing]),
+            z=np.concatenate([heights[index], standing_heights]),
+            speed=speeds,
+            moving=np.abs(speeds) > MOVING,
+            appearance=population.appearance,
+            phase=np.where(steps, (population.phase + way / turn) % 1.0, 0.0),
+        )
+        here = np.concatenate([shown, np.ones(len(standing), bool)])
+        here[list(population.egos)] = True
+        chosen = actors.pick(order[here[order]])
+        moments.append(Moment(index * step, chosen, tuple(range(len(population.egos)))))
+    return moments
+
+
+def _heights(site: Site, poses: Floats, category: np.ndarray) -> Floats:
+    """Heights under travellers at all moments, shape (T, N)."""
+    heights = site.ground.height(poses[..., 0], poses[..., 1])
+    # Vehicles keep to the carriageways, which lie on the ground.
+    afoot = np.isin(category, ["Pedestrian", "Cyclist"])
+    heights[:, afoot] = surface_height(site, poses[:, afoot, 0], poses[:, afoot, 1])
+    return heights
