@@ -16,7 +16,7 @@ from avsec_gym.world.rendering.light import Light
 from avsec_gym.world.rendering.ray_scene import RayScene, Thing
 from avsec_gym.world.rendering.texturing import OverlayArrays
 from avsec_gym.world.road.land import land_mesh
-from avsec_gym.world.road.overlay import paint_overlay
+from avsec_gym.world.road.overlay import Overlay, paint_overlay
 from avsec_gym.world.road.section import Surface
 from avsec_gym.world.road.surface import road_meshes
 from avsec_gym.world.scenery.composition import compose
@@ -121,4 +121,15 @@ def build_stage(
     land.append(Thing(land_mesh(site, start, end, rng), Surface.TERRAIN))
     overlay = paint_overlay(site, start, end, rng)
     placements = compose(site, start, end, keep_clear)
-    return Stage(land, overlay_arrays(overlay), placements, light)
+    return Stage(land, _overlay_arrays(overlay), placements, light)
+
+
+def _overlay_arrays(overlay: Overlay) -> OverlayArrays:
+    levels = overlay.levels()
+    sizes = [level.shape[0] * level.shape[1] for level in levels]
+    return OverlayArrays(
+        texels=np.concatenate([level.reshape(-1, 4) for level in levels]),
+        first=np.cumsum([0, *sizes[:-1]]),
+        shape=np.array([level.shape[:2] for level in levels], np.int32),
+        scale=np.full(2, 1.0 / overlay.metres_per_pixel, np.float32),
+    )

@@ -20,7 +20,7 @@ class OverlayArrays(NamedTuple):
     """A scene's overlay with its levels of detail, for kernels."""
 
     texels: NDArray[np.uint8]
-    """Red, green, blue (multiplied by alpha, linear light), alpha; all levels, shape (N, 4)."""
+    """Red, green, blue (light times alpha, encoded like sRGB), alpha; all levels, shape (N, 4)."""
     first: NDArray[np.int64]
     """Where a level's pixels begin, shape (L,)."""
     shape: NDArray[np.int32]
@@ -125,8 +125,8 @@ def overlay_colour(overlay, u, v, short_u, short_v, long_u, long_v):  # type: ig
     level = min(int(np.log2(short) + np.float32(0.5)), len(overlay.first) - 1)
     taps = min(max(int(long / short + np.float32(0.5)), 1), _MOST_TAPS)
     height, width = overlay.shape[level, 0], overlay.shape[level, 1]
-    scale_x = across * width / overlay.shape[0, 1]
-    scale_y = down * height / overlay.shape[0, 0]
+    halved = np.float32(1.0 / (1 << level))
+    scale_x, scale_y = across * halved, down * halved
     first = overlay.first[level]
     red, green, blue = np.float32(0.0), np.float32(0.0), np.float32(0.0)
     alpha = np.float32(0.0)

@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import shapely
 from numba import njit
 from numpy.typing import NDArray
 
 from avsec_gym.world.road.canvas import Canvas
 from avsec_gym.world.road.covers import paint_covers
-from avsec_gym.world.road.junction import Mouth, mouths
+from avsec_gym.world.road.junction import mouths
 from avsec_gym.world.road.markings import paint_markings
 from avsec_gym.world.road.repairs import paint_repairs
 from avsec_gym.world.road.surface import painted_edges
@@ -22,6 +21,7 @@ _FINEST = 0.025
 """Metres per pixel."""
 _MEMORY = 60e6
 """Bytes of the picture with its coarser levels, at most."""
+_EVEN = 32
 _GAMMA = 2.2
 
 
@@ -80,23 +80,17 @@ def paint_overlay(site: Site, start: float, end: float, rng: np.random.Generator
     right, left = painted_edges(site.section)
     area = (end - start) * (left - right)
     metres = max(_FINEST, float(np.sqrt(area * 4 * 4 / 3 / _MEMORY)))
-    height, width = int(np.ceil((left - right) / metres)), int(np.ceil((end - start) / metres))
-    canvas = Canvas(np.zeros((height, width, 4), np.uint8), start, left, 1.0 / metres)
+    # Sides that halve without a rest for some levels.
+    size = _EVEN * np.ceil(np.array([left - right, end - start]) / metres / _EVEN).astype(int)
+    canvas = Canvas(np.zeros((*size, 4), np.uint8), start, left, 1.0 / metres)
     openings = mouths(site, start, end)
-    paint_tracks(canvas, site, rng)
+    paint_tracks(canvas, site, openings, rng)
     paint_repairs(canvas, site, rng)
     paint_stains(canvas, site, rng)
     paint_covers(canvas, site, openings, rng)
     paint_markings(canvas, site, openings, rng)
-    paint_leaves(canvas, site, rng)
-    _clear_pavement(canvas, openings)
+    paint_leaves(canvas, site, openings, rng)
     return Overlay(canvas.picture, start, left, metres)
-
-
-def _clear_pavement(canvas: Canvas, openings: list[Mouth]) -> None:
-    """What was drawn for a pavement is not seen where a street opens; kept: the carriageway."""
-    for mouth in openings:
-        shapely.prepare(mouth.paved)
 
 
 def _tables() -> tuple[NDArray[np.float32], NDArray[np.uint8]]:

@@ -46,9 +46,10 @@ def road_meshes(site: Site, start: float, end: float) -> list[tuple[Mesh, Surfac
     plain = Lay(site.course, site.ground)
     painted = plain._replace(overlay_corner=(start, painted_edges(site.section)[1]))
     parts = _section_meshes(painted, site.section, stations, materials, hole)
-    asphalt = next(s for s in site.section.strips if s.surface == Surface.ROAD)
+    lanes = [strip for strip in site.section.strips if strip.surface == Surface.ROAD]
+    widest = max(lanes, key=lambda strip: strip.left - strip.right)
     for mouth in openings:
-        road = strip_material(materials, asphalt)
+        road = strip_material(materials, widest)
         parts += [(m, Surface.ROAD) for m in area_meshes(painted, mouth.paved, 0.0, road)]
         kerb = materials["kerb"]
         stones = area_meshes(plain, mouth.kerb, mouth.height, kerb)

@@ -19,7 +19,7 @@ _TILES = ((62, 134, 172), (26, 30, 36))
 
 def stucco(variant: int, rng: np.random.Generator) -> Picture:
     """Near-white render: fine, rough, scratched and old; faint stains, no pattern to recognise."""
-    grain, bump, stain = ((0.012, 0.0, 0.012), (0.03, 0.03, 0.015), (0.035, 0.05, 0.02), (0.02, 0.02, 0.045))[variant]
+    grain, bump, stain = ((0.012, 0.0, 0.012), (0.03, 0.03, 0.015), (0.035, 0.05, 0.02), (0.02, 0.02, 0.03))[variant]
     size = 512
     noise = grain * white_noise(rng, size, size, 0.6)
     lumps = white_noise(rng, size, size, 1.6)

@@ -14,7 +14,6 @@ from avsec_gym.world.textures.drawing import (
     finished,
     letters,
     rectangle,
-    stroke,
 )
 from avsec_gym.world.textures.noise import fractal_noise, picture
 from avsec_gym.world.textures.texture import Picture, Texture
@@ -111,6 +110,7 @@ def scribbled(variant: int, rng: np.random.Generator) -> Picture:
         swing = np.hstack([0.5 * np.cos(turns), np.sin(turns + rng.uniform(-1, 1))])
         along = np.linspace(0.0, 1.0, 60)[:, None] * [rng.uniform(0.3, 0.7), rng.uniform(-0.1, 0.1)]
         line = rng.uniform(-0.8, 0.4, 2) + along + rng.uniform(0.06, 0.18) * swing
+        stroke(on, line, float(rng.uniform(0.012, 0.03)), colour)
     for _ in range(5 * variant):
         x, y = rng.uniform(-0.9, 0.9, 2).tolist()
         w, h = rng.uniform(0.03, 0.1, 2).tolist()

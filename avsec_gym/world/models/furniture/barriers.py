@@ -37,7 +37,7 @@ def guard_rail(path: ArrayLike, *, spacing: float = 4.0, sunk_ends: bool = True)
         height = np.interp(to_end, [0.0, 1.0], [-0.1, _BEAM_HEIGHT])
     beam = places[:, :3] + np.outer(height, [0.0, 0.0, 1.0])
     face = [*_BEAM, *[(y, -z) for y, z in reversed(_BEAM)]]
-    section = np.array([(0.0, 0.15), (0.0, -0.15), *face]) + [0.1, 0.0]
+    section = np.add([(0.0, 0.15), (0.0, -0.15), *face], (0.1, 0.0))
     # Where the beam sinks, so do its posts.
     places[:, 2] += height - _BEAM_HEIGHT
     standing = height > 0.25
@@ -52,7 +52,11 @@ def concrete_barrier(path: ArrayLike) -> Mesh:
 
 
 def noise_barrier(
-    path: ArrayLike, *, height: float = 3.0, panel: int = 0, tint: tuple[float, float, float] = (0.3, 0.42, 0.33)
+    path: ArrayLike,
+    *,
+    height: float = 3.0,
+    panel: int = 0,
+    tint: tuple[float, float, float] = (0.3, 0.42, 0.33),
 ) -> Mesh:
     """Panels between steel posts every 4 m, on a concrete plinth.
 

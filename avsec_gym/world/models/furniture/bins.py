@@ -9,9 +9,15 @@ from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.models.furniture.materials import BLACK_PLASTIC, GALVANISED, painted
 from avsec_gym.world.models.furniture.poles import pole
 from avsec_gym.world.models.furniture.variants import variants
-from avsec_gym.world.shapes import box, ellipsoid, grid, hard_edges, polygon, revolve, tube
+from avsec_gym.world.shapes import ellipsoid, grid, hard_edges, polygon, revolve, tube
 
-_LIDS = ((0.02, 0.02, 0.022), (0.015, 0.09, 0.04), (0.02, 0.08, 0.3), (0.75, 0.5, 0.02), (0.2, 0.1, 0.05))
+_LIDS = (
+    (0.02, 0.02, 0.022),
+    (0.015, 0.09, 0.04),
+    (0.02, 0.08, 0.3),
+    (0.75, 0.5, 0.02),
+    (0.2, 0.1, 0.05),
+)
 """Black, green, blue (paper), yellow (wrappings), brown (garden)."""
 
 
@@ -42,7 +48,12 @@ def bin_row(rng: np.random.Generator) -> Mesh:
     count = int(rng.integers(3, 5))
     return merge(
         [
-            wheelie_bin(rng).placed(float(rng.uniform(-0.1, 0.1)), 0.72 * i - 0.36 * (count - 1), 0.0, float(rng.normal(0, 0.15)))
+            wheelie_bin(rng).placed(
+                float(rng.uniform(-0.1, 0.1)),
+                0.72 * i - 0.36 * (count - 1),
+                0.0,
+                float(rng.normal(0, 0.15)),
+            )
             for i in range(count)
         ]
     )
@@ -66,7 +77,9 @@ def waste_container(rng: np.random.Generator) -> Mesh:
     angle = np.linspace(0.0, np.pi, 7)
     y = np.array([-0.69, 0.69])
     arch = np.stack(
-        np.broadcast_arrays(0.55 * np.cos(angle)[:, None], y[None], 1.15 + 0.2 * np.sin(angle)[:, None]),
+        np.broadcast_arrays(
+            0.55 * np.cos(angle)[:, None], y[None], 1.15 + 0.2 * np.sin(angle)[:, None]
+        ),
         axis=-1,
     )
     sides = [polygon(arch[:, 0], lid), polygon(arch[::-1, 1], lid)]
@@ -92,12 +105,21 @@ def bottle_bank(rng: np.random.Generator) -> Mesh:
 
 
 def _tapered(
-    low: tuple[float, float], high: tuple[float, float], bottom: float, top: float, material: Material
+    low: tuple[float, float],
+    high: tuple[float, float],
+    bottom: float,
+    top: float,
+    material: Material,
 ) -> Mesh:
     """A block whose lower and upper rectangles (x, y) differ."""
     corner = np.array([(1, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)])
     rings = [
         np.column_stack([0.5 * corner * size, np.full(5, height)])
-        for size, height in (((1e-3, 1e-3), top), (high, top), (low, bottom), ((1e-3, 1e-3), bottom))
+        for size, height in (
+            ((1e-3, 1e-3), top),
+            (high, top),
+            (low, bottom),
+            ((1e-3, 1e-3), bottom),
+        )
     ]
     return hard_edges(grid(np.array(rings), None, material))

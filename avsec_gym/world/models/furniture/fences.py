@@ -60,7 +60,7 @@ def tube_railing(path: ArrayLike, *, height: float = 1.0, material: Material = G
 
 
 def _raised(path: ArrayLike, height: float) -> np.ndarray:
-    return np.asarray(path, float) + [0.0, 0.0, height]
+    return np.add(path, (0.0, 0.0, height))
 
 
 def _square(half: float) -> np.ndarray:
@@ -85,7 +85,9 @@ def _net(path: ArrayLike, height: float, material: Material, pitch: float) -> Me
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     count = len(corners)
     first = 4 * np.arange(count, dtype=np.int32)[:, None]
-    faces = np.concatenate([first + [0, 1, 2], first + [0, 2, 3]]).astype(np.int32)
+    faces = np.concatenate([first + np.array([0, 1, 2]), first + np.array([0, 2, 3])]).astype(
+        np.int32
+    )
     return Mesh(
         corners.reshape(-1, 3),
         np.repeat(normals, 4, axis=0).astype(np.float32),

@@ -27,9 +27,9 @@ def lamp_mast(rng: np.random.Generator) -> Mesh:
     height, reach = float(rng.uniform(6.0, 9.0)), float(rng.uniform(1.0, 2.2))
     turn = np.linspace(0.0, 0.5 * np.pi, 5)
     bend = 0.7
-    arm = [(0, bend - bend * np.cos(a), height - bend + bend * np.sin(a)) for a in turn]
-    arm.append((0, reach, height + 0.12 * (reach - bend)))
-    tip = np.array(arm[-1])
+    curve = [(0.0, bend - bend * np.cos(a), height - bend + bend * np.sin(a)) for a in turn]
+    tip = np.array([0.0, reach, height + 0.12 * (reach - bend)])
+    arm = np.array([*curve, tip])
     return merge(
         [
             pole(1.1, 0.085, paint),
@@ -119,7 +119,7 @@ def lamp_lantern(rng: np.random.Generator) -> Mesh:
 def _head(tip: np.ndarray, paint: Material) -> list[Mesh]:
     """A flat lamp head along y that ends 0.35 m beyond the tip, its glass below."""
     side = 1.0 if tip[1] >= 0 else -1.0
-    centre = tip + [0.0, 0.25 * side, 0.03]
+    centre = np.add(tip, (0.0, 0.25 * side, 0.03))
     shell = ellipsoid(centre, (0.14, 0.38, 0.08), paint, rings=7)
-    glass = ellipsoid(centre + [0, 0.06 * side, -0.04], (0.11, 0.25, 0.07), _LENS, rings=5)
+    glass = ellipsoid(np.add(centre, (0, 0.06 * side, -0.04)), (0.11, 0.25, 0.07), _LENS, rings=5)
     return [shell, glass]

@@ -33,7 +33,7 @@ def plate(
     low, high = corners.min(axis=0), corners.max(axis=0)
     front = -0.5 * thickness
     near = np.column_stack([np.full(len(corners), front), -corners[:, 0], corners[:, 1]])
-    far = near + [thickness, 0.0, 0.0]
+    far = np.add(near, (thickness, 0.0, 0.0))
     uv = np.column_stack([corners[:, 0] - low[0], high[1] - corners[:, 1]])
     far_uv = np.column_stack([high[0] - corners[:, 0], high[1] - corners[:, 1]])
     sides = [

@@ -36,7 +36,9 @@ def delineator(rng: np.random.Generator) -> Mesh:
     uv = [(0, 1.08), (0.12, 1.08), (0.12, 0.08), (0, 0)]
     lid = [(-0.051, 0.06, 1.08), (-0.051, -0.06, 1.0), (0.07, 0.0, 1.0)]
     gap = [(0.07, 0.0, 1.0), (-0.05, 0.06, 1.0), (-0.051, 0.06, 1.08)]
-    return merge([body, polygon(front, face, uv), polygon(lid, WHITE_PLASTIC), polygon(gap, WHITE_PLASTIC)])
+    return merge(
+        [body, polygon(front, face, uv), polygon(lid, WHITE_PLASTIC), polygon(gap, WHITE_PLASTIC)]
+    )
 
 
 @variants(3)
@@ -71,7 +73,13 @@ def bollard_banded(rng: np.random.Generator) -> Mesh:
     rows = [(0.0, 0.15), (0.15, 0.4), (0.4, 0.6), (0.6, 0.8), (0.8, 1.0)]
     paints = [WHITE_PLASTIC, WHITE_PLASTIC, _RED_PAINT, _REFLECTING, _RED_PAINT]
     bands = [
-        tube([(0, 0, low if low else -DEPTH), (0, 0, high)], 0.042, paint, capped=high == 1.0, sides=8)
+        tube(
+            [(0, 0, low if low else -DEPTH), (0, 0, high)],
+            0.042,
+            paint,
+            capped=high == 1.0,
+            sides=8,
+        )
         for (low, high), paint in zip(rows, paints, strict=True)
     ]
     return merge(bands)
@@ -121,7 +129,14 @@ def warning_beacon(rng: np.random.Generator) -> Mesh:
     """An upright board with slanting bands on a foot, 1.2 m, with an amber lamp."""
     sign = board(0.25, 1.0, _SLANTED_BANDS, _SLANTED_BANDS).placed(0, 0, 0.65)
     foot = box(0.8, 0.4, 0.12, BLACK_PLASTIC)
-    return merge([foot, box(0.05, 0.05, 1.1, GALVANISED).placed(0.04), sign, _warning_lamp().placed(0, 0, 1.16)])
+    return merge(
+        [
+            foot,
+            box(0.05, 0.05, 1.1, GALVANISED).placed(0.04, 0),
+            sign,
+            _warning_lamp().placed(0, 0, 1.16),
+        ]
+    )
 
 
 def _warning_lamp() -> Mesh:
@@ -134,9 +149,7 @@ def site_fence(rng: np.random.Generator) -> Mesh:
     """A panel of 3.4 m by 2 m on concrete feet, its net as a tarpaulin: building sites."""
     tints = ((0.75, 0.75, 0.72), (0.12, 0.25, 0.5), (0.1, 0.35, 0.15))
     tarpaulin = Material("cloth", tints[rng.integers(3)], translucent=0.25, infrared=0.5)
-    frame = [
-        tube([(0, y, 0.1), (0, y, 2.05)], 0.022, GALVANISED, sides=6) for y in (-1.7, 1.7)
-    ]
+    frame = [tube([(0, y, 0.1), (0, y, 2.05)], 0.022, GALVANISED, sides=6) for y in (-1.7, 1.7)]
     frame += [tube([(0, -1.7, z), (0, 1.7, z)], 0.018, GALVANISED, sides=6) for z in (0.2, 2.02)]
     y, z = np.meshgrid(np.linspace(1.68, -1.68, 12), np.linspace(1.98, 0.24, 5), indexing="ij")
     waves = 0.03 * np.sin(5.0 * y + 2.0 * z + rng.uniform(0, 6)) * np.sin(np.pi * (z - 0.24) / 1.74)

@@ -55,7 +55,9 @@ def swept(path: ArrayLike, profile: ArrayLike, material: Material, *, ends: bool
     for at, order in ((0, -1), (-1, 1)):
         for triangle in _triangles(section)[:, ::order]:
             caps.append(
-                polygon(line[at] + triangle[:, :1] * left[at] + triangle[:, 1:] * [0, 0, 1], material)
+                polygon(
+                    line[at] + triangle[:, :1] * left[at] + triangle[:, 1:] * [0, 0, 1], material
+                )
             )
     return merge([body, *caps])
 
@@ -105,8 +107,8 @@ def along(path: ArrayLike, spacing: float) -> Floats:
 def located(path: ArrayLike, run: ArrayLike) -> Floats:
     """Where one is after so many metres along a path, shape (k, 3)."""
     line = np.asarray(path, float)
-    ends = lengths(line)
-    return np.stack([np.interp(run, ends, line[:, axis]) for axis in range(3)], axis=-1)
+    at, ends = np.asarray(run, float), lengths(line)
+    return np.stack([np.interp(at, ends, line[:, axis]) for axis in range(3)], axis=-1)
 
 
 def lengths(path: ArrayLike) -> Floats:

@@ -39,7 +39,9 @@ def standing_light(state: str) -> Mesh:
     Raises:
         KeyError: The state is not in `LIT`.
     """
-    return merge([*_post(3.6), _head(state, 0.1).placed(-0.04, -0.27, 2.2), _bracket(2.4), _bracket(2.9)])
+    return merge(
+        [*_post(3.6), _head(state, 0.1).placed(-0.04, -0.27, 2.2), _bracket(2.4), _bracket(2.9)]
+    )
 
 
 @functools.cache
@@ -82,7 +84,9 @@ def _head(state: str, radius: float) -> Mesh:
     depth, width = 1.5 * radius, 2.8 * radius
     parts = [
         box(depth, width, 3 * pitch, _HOUSING),
-        box(0.02, 0.96 * width, 2.96 * pitch, BLACK_PLASTIC).placed(-0.5 * depth - 0.01, 0, 0.02 * pitch),
+        box(0.02, 0.96 * width, 2.96 * pitch, BLACK_PLASTIC).placed(
+            -0.5 * depth - 0.01, 0, 0.02 * pitch
+        ),
     ]
     front = -0.5 * depth - 0.022
     angle = np.arange(12) * np.pi / 6
@@ -104,6 +108,7 @@ def _visor(radius: float, front: float, middle: float) -> Mesh:
     angle = np.linspace(-0.3, np.pi + 0.3, 8)
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1) * radius * 1.12
     out = front - radius * (0.7 + 1.0 * np.clip(np.sin(angle), 0, 1))
-    inner = np.column_stack([np.full(len(angle), front), ring]) + [0, 0, middle]
-    outer = np.column_stack([out, ring]) + [0, 0, middle]
+    ring[:, 1] += middle
+    inner = np.column_stack([np.full(len(angle), front), ring])
+    outer = np.column_stack([out, ring])
     return grid(np.stack([inner, outer]), None, BLACK_PLASTIC)

@@ -126,7 +126,9 @@ SIGNS: dict[str, Model] = {
     **{
         f"sign_{name}": _standing([name], _LOW.get(name, 2.1), 0.0)
         for name in SIGN_FACES
-        if not name.startswith(("street_name", "town", "direction", "gantry", "bend_arrows", "exit"))
+        if not name.startswith(
+            ("street_name", "town", "direction", "gantry", "bend_arrows", "exit")
+        )
     },
     **{f"sign_{name}": _standing(names, 2.0, 0.3) for name, names in _COMBINED.items()},
     "sign_street_name": street_name,

@@ -62,7 +62,7 @@ def _edge_of_wood(
     distance = nearest + (farthest - nearest) * (0.5 + 0.25 * _wander(azimuth, rng, 5)).clip(0, 1)
     course = azimuth * 0.5 * (nearest + farthest)
     lone = np.diff(course) > 4 * np.median(np.diff(course))
-    ends = np.convolve(np.r_[1.0, lone, 1.0], [0.25, 0.5, 0.5, 0.25], "same")[:columns]
+    ends = np.convolve(np.r_[1.0, lone, 1.0], [0.5, 0.9, 0.9, 0.5], "same")[:columns]
     top = _canopy(course, rng) * (0.9 + 0.14 * _wander(azimuth, rng, 25)) * (1 - ends)
     inward = -np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
     swell = np.gradient(top, course)
@@ -92,11 +92,12 @@ def _canopy(course: Floats, rng: np.random.Generator) -> Floats:
     count = int((high - low) / 2.2) + 1
     middle = np.sort(rng.uniform(low, high, count))
     half, height = rng.uniform(2.5, 6.0, count), rng.lognormal(np.log(11), 0.22, count)
-    pointed = rng.random(count) < 0.2
+    pointed = rng.random(count) < 0.12
+    half = np.where(pointed, 0.6 * half, half)
     offset = np.abs(course[:, None] - middle) / half
     crown = np.where(pointed, 1.0 - offset, np.sqrt(np.clip(1 - offset**2, 0, None)))
     top = np.max(height * (0.5 + 0.5 * crown) * (offset < 1), axis=1)
-    return np.asarray(np.maximum(top, 6.0) + rng.normal(0, 0.5, len(course)))
+    return np.asarray(np.maximum(top, 6.0) + rng.normal(0, 0.7, len(course)))
 
 
 def hills(rng: np.random.Generator) -> Mesh:
@@ -118,8 +119,8 @@ def hills(rng: np.random.Generator) -> Mesh:
     uv = np.stack([np.broadcast_to(650 * azimuth, z.shape), -distance - z], axis=-1)
     slopes = grid(points, uv, _MIXED, closed=True)
     cover = np.stack([_wander(azimuth[:-1], rng, 8) for _ in share[:-1]])
-    cover += np.linspace(-1.2, 1.6, len(cover))[:, None]
-    kinds = np.select([cover < -0.7, cover > 0.9], [2, 1], 0).ravel()
+    cover += np.linspace(-0.7, 1.6, len(cover))[:, None]
+    kinds = np.select([cover < -1.2, cover > 0.9], [2, 1], 0).ravel()
     slopes = replace(
         slopes,
         material=np.tile(kinds, 2).astype(np.int32),

@@ -33,9 +33,9 @@ class Species:
     """Greatest radius of the crown."""
     outline: tuple[tuple[float, float], ...]
     """Height within the crown and radius relative to the greatest one, from the bottom up."""
-    lumps: int = 34
+    clusters: int = 34
     """Clusters of leaves."""
-    lump: float = 0.42
+    cluster: float = 0.42
     """Radius of a cluster, as a share of the crown's radius."""
     flatness: float = 0.75
     """Height of a cluster relative to its width."""
@@ -45,11 +45,12 @@ class Species:
     """Radius of the trunk at the ground."""
     hang: float = 0.25
     """How much sprays hang: 0 they spread as they like, 1 they hang straight down."""
-    cover: float = 0.5
+    cover: float = 0.42
     """Area of the leaves relative to that of the clusters."""
-    shade: float = 0.75
+    shade: float = 0.78
     """Size of the dark inside of the clusters; 0 for a tree through which one sees the sky."""
     brightness: float = 1.0
+    """Of the leaves, relative to their texture."""
     whorled: bool = False
     """Branches in tiers round one trunk, each a flat drooping frond (spruce, fir)."""
     staked: bool = False
@@ -62,7 +63,7 @@ _DARK_BARK = Material("bark_rough/2")
 
 SPECIES: dict[str, Species] = {
     "lime": Species(
-        (11.0, 16.0), _GREY_BARK, "lime", 0.2, 0.31, _ROUND, lumps=40, lump=0.36, hang=0.35
+        (11.0, 16.0), _GREY_BARK, "lime", 0.2, 0.31, _ROUND, clusters=40, cluster=0.36, hang=0.35
     ),
     "maple": Species((9.0, 14.0), _LIME_BARK, "maple", 0.24, 0.36, _BROAD, girth=0.02),
     "birch": Species(
@@ -72,8 +73,8 @@ SPECIES: dict[str, Species] = {
         0.2,
         0.2,
         _FLAME,
-        lumps=40,
-        lump=0.4,
+        clusters=40,
+        cluster=0.4,
         flatness=1.7,
         leader=0.92,
         girth=0.011,
@@ -86,8 +87,8 @@ SPECIES: dict[str, Species] = {
         0.26,
         0.38,
         _BROAD,
-        lumps=36,
-        lump=0.36,
+        clusters=36,
+        cluster=0.36,
         leader=0.4,
         girth=0.024,
     ),
@@ -98,8 +99,8 @@ SPECIES: dict[str, Species] = {
         0.07,
         0.115,
         _SLENDER,
-        lumps=40,
-        lump=0.62,
+        clusters=40,
+        cluster=0.62,
         flatness=1.7,
         leader=0.9,
         girth=0.014,
@@ -112,7 +113,7 @@ SPECIES: dict[str, Species] = {
         0.05,
         0.2,
         _CONE,
-        lumps=64,
+        clusters=64,
         leader=1.0,
         girth=0.012,
         hang=0.6,
@@ -125,8 +126,8 @@ SPECIES: dict[str, Species] = {
         0.55,
         0.2,
         _DOME,
-        lumps=24,
-        lump=0.42,
+        clusters=24,
+        cluster=0.42,
         flatness=0.5,
         leader=0.8,
         girth=0.013,
@@ -139,8 +140,8 @@ SPECIES: dict[str, Species] = {
         0.14,
         0.36,
         _ROUND,
-        lumps=38,
-        lump=0.36,
+        clusters=38,
+        cluster=0.36,
         girth=0.02,
     ),
     "fruit": Species(
@@ -150,8 +151,8 @@ SPECIES: dict[str, Species] = {
         0.28,
         0.42,
         _BROAD,
-        lumps=26,
-        lump=0.4,
+        clusters=26,
+        cluster=0.4,
         leader=0.25,
         girth=0.022,
     ),
@@ -162,8 +163,8 @@ SPECIES: dict[str, Species] = {
         0.4,
         0.2,
         _ROUND,
-        lumps=20,
-        lump=0.48,
+        clusters=20,
+        cluster=0.48,
         leader=0.85,
         girth=0.009,
         brightness=1.15,
@@ -176,8 +177,8 @@ SPECIES: dict[str, Species] = {
         0.12,
         0.42,
         _DOME,
-        lumps=44,
-        lump=0.3,
+        clusters=44,
+        cluster=0.3,
         flatness=1.5,
         leader=0.4,
         girth=0.02,
@@ -192,8 +193,8 @@ SPECIES: dict[str, Species] = {
         0.22,
         0.32,
         _ROUND,
-        lumps=34,
-        lump=0.36,
+        clusters=34,
+        cluster=0.36,
         leader=0.6,
         girth=0.018,
         cover=0.25,

@@ -27,6 +27,7 @@ VARIANTS = 4
 """Of each species, from the smallest to the tallest."""
 
 _TONES = (0.4, 0.95, 1.5)
+_TRIES = 8
 _GOLDEN_ANGLE = np.pi * (3 - 5**0.5)
 
 
@@ -86,6 +87,7 @@ def tree(species: str, variant: int, detail: Detail) -> Mesh:
     )
     parts.append(leaves)
     whole = merge(parts)
+    np.maximum(whole.vertices[:, 2], 0.0, out=whole.vertices[:, 2])
     stretch = height / float(whole.bounds[1][2])
     return whole.scaled(stretch, stretch, stretch)
 
@@ -93,72 +95,76 @@ def tree(species: str, variant: int, detail: Detail) -> Mesh:
 def _trunk(kind: Species, height: float, rng: np.random.Generator) -> Floats:
     """From the ground to the end of the leader, shape (10, 3): nearly straight."""
     top = height * (kind.clear + kind.leader * (1 - kind.clear)) * 0.97
-    z = np.linspace(0, top, 10)
-    sway = np.cumsum(rng.normal(0, 0.006 * height, (10, 2)), axis=0) * np.linspace(0, 1, 10)[:, None]
-    return np.column_stack([sway, z])
+    step = rng.normal(0, 0.006 * height, (10, 2))
+    sway = np.cumsum(step, axis=0) * np.linspace(0, 1, 10)[:, None]
+    return np.column_stack([sway, np.linspace(0, top, 10)])
 
 
 def _crown(kind: Species, height: float, trunk: Floats, rng: np.random.Generator) -> Clusters:
-    """Clusters apart from each other that fill the species' outline, with dents and bulges."""
+    """Clusters that fill the species' outline, with dents and bulges, apart from each other."""
     bottom, radius = kind.clear * height, kind.spread * height
-    count, tries = kind.lumps, 8
-    level, azimuth = rng.random((count, tries)), rng.uniform(0, 2 * np.pi, (count, tries))
-    bulge = rng.normal(0, 1, 4)
+    count = kind.clusters
+    level = rng.random((count, _TRIES))
+    azimuth = rng.uniform(0, 2 * np.pi, (count, _TRIES))
+    bulge, phase = rng.normal(0, 0.1, 2), rng.uniform(0, 2 * np.pi, 2)
     share = np.interp(level, *zip(*kind.outline, strict=True)) * (
         1
-        + 0.1 * bulge[0] * np.sin(azimuth + 6 * bulge[1])
-        + 0.1 * bulge[2] * np.sin(2 * azimuth + 5 * level + 6 * bulge[3])
+        + bulge[0] * np.sin(azimuth + phase[0])
+        + bulge[1] * np.sin(2 * azimuth + 5 * level + phase[1])
     )
-    size = kind.lump * radius * rng.uniform(0.7, 1.2, (count, 1)) * (0.55 + 0.45 * share)
-    reach = np.maximum(share * radius - 0.8 * size, 0) * rng.random((count, tries)) ** 0.3
-    z = bottom + level * (height - bottom - size * kind.flatness) + 0.5 * size * kind.flatness
-    axis = np.stack([np.interp(z, trunk[:, 2], trunk[:, i]) for i in (0, 1)], axis=-1)
-    flat = axis + reach[..., None] * np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
-    candidates = np.concatenate([flat, z[..., None]], axis=-1)
+    size = kind.cluster * radius * rng.uniform(0.7, 1.2, (count, 1)) * (0.55 + 0.45 * share)
+    half_height = size * kind.flatness
+    reach = np.maximum(share * radius - 0.8 * size, 0) * rng.random((count, _TRIES)) ** 0.3
+    z = bottom + level * (height - bottom - half_height) + 0.5 * half_height
+    out = np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
+    candidates = np.dstack([_axis(trunk, z) + reach[..., None] * out, z])
+    # One after the other takes that of its candidates which is farthest from those before it.
     chosen = np.zeros(count, np.intp)
     centre = candidates[:, 0].copy()
     for number in range(1, count):
-        apart = np.linalg.norm(
-            (candidates[number, :, None] - centre[None, :number]) / [1, 1, kind.flatness], axis=2
-        )
-        chosen[number] = np.argmax(apart.min(axis=1))
+        away = (candidates[number, :, None] - centre[:number]) / [1, 1, kind.flatness]
+        chosen[number] = np.argmax(np.linalg.norm(away, axis=2).min(axis=1))
         centre[number] = candidates[number, chosen[number]]
     size = size[np.arange(count), chosen]
-    axes = size[:, None, None] * np.diag([1.0, 1.0, kind.flatness])
     tilt = np.linalg.qr(np.eye(3) + 0.25 * rng.normal(0, 1, (count, 3, 3)))[0]
-    return Clusters(centre, axes @ tilt)
+    return Clusters(centre, size[:, None, None] * np.diag([1, 1, kind.flatness]) @ tilt)
 
 
 def _fronds(kind: Species, height: float, trunk: Floats, rng: np.random.Generator) -> Clusters:
-    """Flat drooping fronds, spiralling up the trunk."""
-    count = kind.lumps
+    """Flat drooping fronds that spiral up the trunk, each a long cluster."""
+    count = kind.clusters
     bottom, radius = kind.clear * height, kind.spread * height
     level = 1 - (1 - np.arange(count) / count) ** 0.8
     azimuth = _GOLDEN_ANGLE * np.arange(count) + rng.normal(0, 0.3, count)
-    length = radius * np.interp(level, *zip(*kind.outline, strict=True)) * rng.uniform(0.8, 1.15, count)
+    length = radius * np.interp(level, *zip(*kind.outline, strict=True))
+    length = (length * rng.uniform(0.8, 1.15, count))[:, None]
     z = bottom + level * (height - bottom) * 0.97
     slope = np.interp(level, [0, 0.6, 1], [-0.45, -0.15, 0.8])
-    out = np.stack([np.cos(azimuth), np.sin(azimuth), slope], axis=1)
-    side = np.stack([-np.sin(azimuth), np.cos(azimuth), 0 * azimuth], axis=1)
-    up = unit(np.cross(out, side))
-    axis = np.stack([np.interp(z, trunk[:, 2], trunk[:, i]) for i in (0, 1)], axis=-1)
-    centre = np.column_stack([axis, z]) + 0.5 * length[:, None] * out
-    axes = np.stack(
-        [0.56 * length[:, None] * out, 0.36 * length[:, None] * side, 0.16 * length[:, None] * up], axis=1
-    )
+    out = np.column_stack([np.cos(azimuth), np.sin(azimuth), slope])
+    side = np.column_stack([-np.sin(azimuth), np.cos(azimuth), 0 * azimuth])
+    upwards = unit(np.cross(out, side))
+    centre = np.column_stack([_axis(trunk, z), z]) + 0.5 * length * out
+    centre[:, 2] = np.maximum(centre[:, 2], 0.25 * length[:, 0])
+    axes = np.stack([0.56 * length * out, 0.36 * length * side, 0.16 * length * upwards], axis=1)
     return Clusters(centre, axes)
 
 
+def _axis(trunk: Floats, z: Floats) -> Floats:
+    """Where the trunk is at heights of any shape, x and y along the last axis."""
+    return np.stack([np.interp(z, trunk[:, 2], trunk[:, i]) for i in (0, 1)], axis=-1)
+
+
 def _stakes() -> Mesh:
-    """Three posts and the rails that join them."""
+    """Three posts round the trunk and the rails that join them."""
     timber = Material("bark_rough/0", (1.6, 1.45, 1.2))
     angle = np.arange(3) * (2 * np.pi / 3)
-    posts = np.column_stack([0.4 * np.cos(angle), 0.4 * np.sin(angle), 0 * angle, angle])
-    rails = np.column_stack([0.2 * np.cos(angle + np.pi / 3), 0.2 * np.sin(angle + np.pi / 3), 0 * angle + 1.7, angle - np.pi/6 ])
+    between = angle + np.pi / 3
+    zero = np.zeros(3)
+    posts = np.column_stack([0.4 * np.cos(angle), 0.4 * np.sin(angle), zero, angle])
+    rails = np.column_stack([0.2 * np.cos(between), 0.2 * np.sin(between), zero + 1.7, between])
     return merge(
         [
             scattered([box(0.07, 0.07, 1.9, timber, top=timber)], posts),
-            scattered([box(0.03, 0.7, 0.08, timber)], rails),
+            scattered([box(0.03, 0.7, 0.08, timber, top=timber)], rails),
         ]
     )
-

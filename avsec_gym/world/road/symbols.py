@@ -1,0 +1,67 @@
+"""Shapes painted on lanes: arrows, a bicycle, digits."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from avsec_gym.geometry import Floats
+
+STROKES: dict[str, tuple[float, list[Floats]]] = {}
+"""For each symbol the width of its strokes and the strokes themselves: places ahead and to the
+left of its middle as a driver comes to it, metres, each of shape (n, 2)."""
+
+
+def _arc(
+    centre: tuple[float, float], radii: tuple[float, float], first: float, last: float
+) -> Floats:
+    angle = np.radians(np.linspace(first, last, 17))
+    return np.array(centre) + np.array(radii) * np.stack([np.cos(angle), np.sin(angle)], -1)
+
+
+def _lines(*points: tuple[float, float]) -> Floats:
+    return np.array(points, float)
+
+
+_WHEEL = (0.34, 0.3)
+STROKES["bicycle"] = (
+    0.06,
+    [
+        _arc((0.0, 0.52), _WHEEL, 0, 360),
+        _arc((0.0, -0.52), _WHEEL, 0, 360),
+        _lines((0.0, 0.52), (0.5, 0.3), (0.5, -0.35), (0.0, -0.52)),
+        _lines((0.0, 0.52), (0.02, 0.05), (0.5, 0.3)),
+        _lines((0.02, 0.05), (0.5, -0.35)),
+        _lines((0.5, 0.3), (0.62, 0.26), (0.62, 0.14), (0.62, 0.36)),
+        _lines((0.5, -0.35), (0.72, -0.4), (0.74, -0.52)),
+    ],
+)
+STROKES["30"] = (
+    0.14,
+    [
+        _arc((0.55, 0.42), (0.5, 0.26), 90, -90),
+        _arc((0.55, 0.42), (0.5, 0.26), 75, 130),
+        _arc((-0.45, 0.42), (0.5, 0.26), 90, -90),
+        _arc((-0.45, 0.42), (0.5, 0.26), -75, -130),
+        _arc((0.05, -0.42), (1.0, 0.28), 0, 360),
+    ],
+)
+
+_SHAFT, _HEAD = 0.075, 0.32
+ARROWS: dict[str, list[Floats]] = {
+    "straight": [
+        _lines((-2.5, -_SHAFT), (1.0, -_SHAFT), (1.0, _SHAFT), (-2.5, _SHAFT)),
+        _lines((1.0, -_HEAD), (2.5, 0.0), (1.0, _HEAD)),
+    ],
+    "left": [
+        _lines((-2.5, -_SHAFT), (0.5, -_SHAFT), (0.9, _SHAFT), (-2.5, _SHAFT)),
+        _lines((0.5, -_SHAFT), (1.5, 0.4), (1.1, 0.55), (0.5, _SHAFT)),
+        _lines((0.3, 0.45), (2.4, 0.45), (1.1, 1.0)),
+    ],
+}
+"""Polygons, as the strokes; an arrow to the right is the left one mirrored."""
+ARROWS["right"] = [shape * [1.0, -1.0] for shape in ARROWS["left"]]
+
+
+def placed(shape: Floats, along: float, left: float, direction: int) -> Floats:
+    """Road coordinates of a symbol's places in a lane of that direction."""
+    return np.asarray(np.array([along, left]) + direction * shape)

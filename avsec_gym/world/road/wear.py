@@ -1,0 +1,187 @@
+"""What traffic and weather leave on a road: tracks, dirt, oil, leaves."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.geometry import Floats
+from avsec_gym.world.road.canvas import Canvas, Mask
+from avsec_gym.world.road.junction import Mouth
+from avsec_gym.world.road.section import CrossSection, Surface
+from avsec_gym.world.site import Site, Style
+from avsec_gym.world.textures.noise import fractal_noise
+
+_COARSE = 8
+"""Tracks and dirt are drawn so many times coarser than the picture."""
+_DARK = np.array([44.0, 44.0, 46.0])
+_DUST = np.array([160.0, 149.0, 130.0])
+_OIL = (30.0, 29.0, 30.0)
+_LEAVES = np.array([(170, 132, 66), (142, 98, 52), (186, 160, 84), (112, 76, 48), (150, 120, 60)])
+
+
+def paint_tracks(
+    canvas: Canvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
+) -> None:
+    """Bands where wheels run and oil drips, dust where nobody drives; the canvas is empty."""
+    height, width = (side // _COARSE for side in canvas.picture.shape[:2])
+    along = canvas.start + (np.arange(width) + 0.5) * _COARSE / canvas.scale
+    left = canvas.top - (np.arange(height) + 0.5) * _COARSE / canvas.scale
+    cells = max(2.0, (canvas.end - canvas.start) / 12.0)
+    patchy = fractal_noise(rng, height, width, cells=cells, octaves=5, persistence=0.7)
+    cloudy = fractal_noise(rng, height, width, cells=cells * 2, octaves=4, persistence=0.8)
+
+    dark = np.zeros(height)
+    for lane in site.section.lanes:
+        wheels, middle = rng.uniform(-0.07, 0.15), rng.uniform(0.0, 0.16)
+        wheels = wheels * min(1.0, lane.speed / 12.0)
+        track = rng.uniform(0.68, 0.78)
+        for place, strength, spread in ((-track, wheels, 0.24), (track, wheels, 0.24)):
+            dark += strength * np.exp(-0.5 * ((left - lane.left - place) / spread) ** 2)
+        dark += middle * np.exp(-0.5 * ((left - lane.left) / 0.33) ** 2)
+    surface = site.section.surface(left)
+    drivable = np.isin(surface, (Surface.ROAD, Surface.PARKING))
+    shade = np.where(drivable, dark, 0.0)[:, None] * (1.0 + 0.35 * patchy) + 0.04 * cloudy
+
+    dirt = rng.uniform(0.25, 0.6) * np.exp(-_edge_distance(site.section, left) / 0.32)[:, None]
+    dirt = dirt * _closed(openings, along, left) * np.clip(0.8 + 0.7 * patchy, 0.0, 2.0)
+    dust = np.clip(dirt + np.maximum(-shade, 0.0), 0.0, 0.7)
+    soot = np.clip(shade, 0.0, 0.5)
+    alpha = dust + soot - dust * soot
+    share = (dust / (dust + soot + 1e-6))[..., None]
+    colour = _DARK + (_DUST - _DARK) * share
+    soft = np.concatenate([colour, 255.0 * alpha[..., None]], axis=-1)
+    cv2.resize(
+        np.round(soft).astype(np.uint8),
+        canvas.picture.shape[1::-1],
+        dst=canvas.picture,
+        interpolation=cv2.INTER_LINEAR,
+    )
+
+
+def paint_stains(canvas: Canvas, site: Site, rng: np.random.Generator) -> None:
+    """Oil in parking bays and in the middle of lanes, water marks, chewing gum."""
+    length = canvas.end - canvas.start
+    places: list[Floats] = []
+    for strip in site.section.strips:
+        if strip.surface == Surface.PARKING:
+            middle = 0.5 * (strip.left + strip.right)
+            count = rng.poisson(length / 9.0)
+            places.append(_scattered(canvas, rng, count, middle, 0.4, (0.25, 0.9)))
+        elif strip.surface == Surface.PAVEMENT:
+            middle, half = 0.5 * (strip.left + strip.right), 0.4 * (strip.left - strip.right)
+            places.append(
+                _scattered(canvas, rng, rng.poisson(length / 2), middle, half, (0.04, 0.12))
+            )
+    calm = site.style in (Style.RESIDENTIAL, Style.CAMPUS, Style.CITY)
+    for lane in site.section.lanes:
+        count = rng.poisson(length / (18.0 if calm else 60.0))
+        places.append(_scattered(canvas, rng, count, lane.left, 0.35, (0.15, 0.8)))
+    blobs = _blobs()
+    for along, left, size, strength in np.concatenate(places) if places else ():
+        blob = blobs[int(rng.integers(len(blobs)))]
+        pixels = max(2, round(size * canvas.scale))
+        stamp = cv2.resize(
+            blob, (max(2, int(pixels * rng.uniform(0.8, 1.9))), pixels), interpolation=cv2.INTER_AREA
+        )
+        x, y = canvas.pixels(along, left)
+        canvas.lay(stamp, int(x) - stamp.shape[1] // 2, int(y) - pixels // 2, _OIL, strength)
+
+
+def paint_leaves(
+    canvas: Canvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
+) -> None:
+    """Single leaves, most of them near kerbs and under trees."""
+    if site.style == Style.HIGHWAY:
+        return
+    density = 9.0 * rng.beta(0.7, 1.6)
+    count = int(density * (canvas.end - canvas.start))
+    kerbs = _kerbs(site.section)
+    if count == 0 or len(kerbs) == 0:
+        return
+    # Heaps here, nothing there.
+    heaps = rng.uniform(canvas.start, canvas.end, max(3, count // 150))
+    heap = rng.integers(0, len(heaps), count)
+    along = heaps[heap] + rng.normal(0.0, 5.0, count)
+    away = rng.exponential(0.45, count) * rng.choice([-1.0, 1.0], count)
+    left = rng.choice(kerbs, count) + away
+    x, y = canvas.pixels(along, left).astype(int).T
+    colour = _LEAVES[rng.integers(0, len(_LEAVES), count)] * rng.uniform(0.6, 1.1, (count, 1))
+    pixel = np.concatenate([colour, np.full((count, 1), 235.0)], axis=1).astype(np.uint8)
+    size = max(1, round(0.05 * canvas.scale))
+    height, width = canvas.picture.shape[:2]
+    lying = rng.random(count) < 0.5
+    for dx in range(size):
+        for dy in range(size):
+            # Leaves of various shapes: some corners stay free.
+            kept = (dx + dy == 0) | (rng.random(count) < 0.6) | (lying & (dy == 0))
+            column, row = x + dx, y + dy
+            inside = kept & (column >= 0) & (column < width) & (row >= 0) & (row < height)
+            canvas.picture[row[inside], column[inside]] = pixel[inside]
+
+
+def _scattered(
+    canvas: Canvas,
+    rng: np.random.Generator,
+    count: int,
+    middle: float,
+    spread: float,
+    sizes: tuple[float, float],
+) -> Floats:
+    """Rows of along, left, size, strength."""
+    return np.stack(
+        [
+            rng.uniform(canvas.start, canvas.end, count),
+            middle + spread * rng.uniform(-1.0, 1.0, count),
+            rng.uniform(*sizes, count),
+            rng.uniform(0.15, 0.55, count),
+        ],
+        axis=-1,
+    )
+
+
+def _kerbs(section: CrossSection) -> Floats:
+    """Where something ends: kerbs, verges, walls of gardens."""
+    strips = section.strips
+    return np.array(
+        [
+            one.left
+            for one, two in zip(strips[:-1], strips[1:], strict=True)
+            if Surface.KERB in (one.surface, two.surface)
+            or (one.surface == Surface.VERGE) != (two.surface == Surface.VERGE)
+        ]
+    )
+
+
+def _edge_distance(section: CrossSection, left: Floats) -> Floats:
+    """To the nearest edge where dirt gathers, metres."""
+    edges = np.array([*_kerbs(section), *section.edges])
+    return np.asarray(np.abs(left[:, None] - edges).min(axis=1))
+
+
+def _closed(openings: Sequence[Mouth], along: Floats, left: Floats) -> NDArray[np.float64]:
+    """1, but 0 before the mouths of side streets, shape (left, along)."""
+    closed = np.ones((len(left), len(along)))
+    for mouth in openings:
+        first, right, last, far = mouth.paved.bounds
+        beyond = left > right - 0.5 if mouth.street.side > 0 else left < far + 0.5
+        closed[np.ix_(beyond, (along > first) & (along < last))] = 0.0
+    return closed
+
+
+@functools.cache
+def _blobs() -> tuple[Mask, ...]:
+    """Irregular soft spots."""
+    rng = np.random.default_rng(73)
+    side = 64
+    radius = np.hypot(*np.meshgrid(*2 * [np.linspace(-1.0, 1.0, side)]))
+    masks = []
+    for _ in range(10):
+        noise = fractal_noise(rng, side, side, cells=3, octaves=4, persistence=0.6)
+        spot = np.clip(1.3 * (0.62 + 0.16 * noise - radius), 0.0, 1.0) ** 0.7
+        masks.append((255.0 * spot).astype(np.uint8))
+    return tuple(masks)
