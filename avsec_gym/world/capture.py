@@ -6,16 +6,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avsec_gym.frame import Image
 from avsec_gym.geometry import Floats
 from avsec_gym.rig import SensorRig
 from avsec_gym.world.labels import FrameLabels, label_frame
 from avsec_gym.world.mesh import Float32s
+from avsec_gym.world.models.vehicles import make_ego_vehicle
 from avsec_gym.world.rendering.camera import Geometry, PinholeCamera
 from avsec_gym.world.rendering.image_sensor import draw_sensors
 from avsec_gym.world.rendering.lidar import Lidar, Scan
+from avsec_gym.world.rendering.ray_scene import RayScene, Thing
 from avsec_gym.world.rendering.silhouettes import silhouettes
+from avsec_gym.world.road.section import Surface
 from avsec_gym.world.shots import Shot
 
 REFERENCE = 2
@@ -63,7 +67,7 @@ def take(
     moment, rig = shot.moment, shot.rig
     pose = shot.vehicle_to_world[ego]
     own = moment.egos[ego]
-    renderer = shot.stage.renderer(moment.actors, (pose[0, 3], pose[1, 3]), moment.egos)
+    renderer = shot.stage.renderer(moment.actors, own, moment.egos)
     reference = REFERENCE if REFERENCE in rig.cameras else rig.cameras[0]
     # A vehicle's cameras keep their gain and focus from moment to moment.
     made = np.random.Generator(np.random.PCG64(np.random.SeedSequence((*shot.seed[:2], own))))
@@ -84,9 +88,9 @@ def take(
     labels = label_frame(moment.actors, rig, pose, geometry, alone, own)
     scan = None
     if lidar is not None:
-        scan = lidar.scan(
-            renderer, pose @ rig.velodyne_pose, _generator(shot, own, _LIDAR_SEED), own
-        )
+        free = free_of_body(lidar, rig)
+        noise = _generator(shot, own, _LIDAR_SEED)
+        scan = lidar.scan(renderer, pose @ rig.velodyne_pose, noise, free)
     partner = _partner(rig, reference)
     baseline = 0.0 if partner is None else rig.calibration.baseline(reference, partner)
     disparity = np.where(
@@ -106,6 +110,16 @@ def pinhole(rig: SensorRig, camera: int, vehicle_to_world: Floats) -> PinholeCam
         (float(projection[0, 2]), float(projection[1, 2])),
         rig.size,
     )
+
+
+def free_of_body(lidar: Lidar, rig: SensorRig) -> NDArray[np.bool_]:
+    """Which pulses of a LiDAR the body of its own vehicle does not stop, shape (64 * columns,)."""
+    body = RayScene([Thing(make_ego_vehicle(), Surface.VEHICLE)])
+    pose = rig.velodyne_pose.astype(np.float32)
+    directions = np.ascontiguousarray(lidar.directions @ pose[:3, :3].T)
+    origins = np.empty_like(directions)
+    origins[:] = pose[:3, 3]
+    return ~body.blocked(origins, directions)
 
 
 def _partner(rig: SensorRig, reference: int) -> int | None:

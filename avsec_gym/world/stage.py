@@ -50,32 +50,34 @@ class Stage:
         self._places = np.array([[p.x, p.y, p.reach] for p in placements]).reshape(-1, 3)
         self.light = light
 
-    def scene(
-        self, actors: Actors, focus: tuple[float, float], egos: Sequence[int] = ()
-    ) -> RayScene:
-        """All that a sensor at `focus` may see; actor i has the object id i.
+    def scene(self, actors: Actors, looking: int, egos: Sequence[int] = ()) -> RayScene:
+        """All that an actor's sensors may see; actor i has the object id i.
 
         Args:
             actors: Who is there.
-            focus: Place of the sensor in the ground plane, metres.
+            looking: Index of the actor that looks; it does not see itself.
             egos: Indices of the actors that carry sensors.
         """
-        distance = np.hypot(self._places[:, 0] - focus[0], self._places[:, 1] - focus[1])
+        x, y, heading = actors.pose[looking]
+        away = self._places[:, :2] - (x, y)
+        distance = np.hypot(*away.T)
+        behind = away @ (np.cos(heading), np.sin(heading)) < -self._places[:, 2]
         near = np.flatnonzero(distance - self._places[:, 2] < SIGHT)
         things = list(self._land)
         for index in near:
             placement = self._placements[index]
-            mesh = placement.mesh(float(max(distance[index] - placement.reach, 0.0)))
+            # Cameras look ahead: what lies behind is for the LiDAR and for reflections.
+            away_from = max(distance[index] - placement.reach, 0.0) + 45.0 * behind[index]
+            mesh = placement.mesh(float(away_from))
             things.append(Thing(mesh, placement.surface))
         for index in range(len(actors)):
-            things.append(_actor(actors, index, index in egos))
+            if index != looking:
+                things.append(_actor(actors, index, index in egos))
         return RayScene(things)
 
-    def renderer(
-        self, actors: Actors, focus: tuple[float, float], egos: Sequence[int] = ()
-    ) -> Renderer:
+    def renderer(self, actors: Actors, looking: int, egos: Sequence[int] = ()) -> Renderer:
         """See `scene`."""
-        return Renderer(self.scene(actors, focus, egos), self.light, self._overlay)
+        return Renderer(self.scene(actors, looking, egos), self.light, self._overlay)
 
 
 def _actor(actors: Actors, index: int, carries_sensors: bool) -> Thing:

@@ -99,6 +99,44 @@ def _gather(which, directions, blocked, panorama, bounced, result):  # type: ign
 
 
 @njit(cache=True, fastmath=True)
+def smooth_ambient(light, normal, distance, columns, rows, out):  # type: ignore[no-untyped-def]
+    """Means over neighbours on the same surface: few rays make a rough estimate.
+
+    Args:
+        light: Of the grid, shape (columns * rows, 3).
+        normal: Shape (columns * rows, 3).
+        distance: Shape (columns * rows,).
+        columns: Of the grid.
+        rows: Of the grid.
+        out: Shape (columns * rows, 3).
+    """
+    for row in range(rows):
+        for column in range(columns):
+            i = row * columns + column
+            if distance[i] > _FAR:
+                continue
+            red, green, blue, total = _ZERO, _ZERO, _ZERO, _ZERO
+            for y in range(max(row - 2, 0), min(row + 3, rows)):
+                for x in range(max(column - 2, 0), min(column + 3, columns)):
+                    j = y * columns + x
+                    if distance[j] > _FAR:
+                        continue
+                    alike = (
+                        normal[i, 0] * normal[j, 0]
+                        + normal[i, 1] * normal[j, 1]
+                        + normal[i, 2] * normal[j, 2]
+                    )
+                    near = min(distance[i], distance[j])
+                    if alike < np.float32(0.8) or abs(distance[i] - distance[j]) > 0.15 * near:
+                        continue
+                    red += light[j, 0]
+                    green += light[j, 1]
+                    blue += light[j, 2]
+                    total += _ONE
+            out[i, 0], out[i, 1], out[i, 2] = red / total, green / total, blue / total
+
+
+@njit(cache=True, fastmath=True)
 def carry(pixels, found, distances, step, columns, rows, grid_light, grid_normal, grid_distance, out):  # type: ignore[no-untyped-def]
     """Ambient light at rays from the four grid points around each.
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
 from avsec_gym.world.mesh import Float32s, Int32s
-from avsec_gym.world.rendering.ambient import ambient_light, carry
+from avsec_gym.world.rendering.ambient import ambient_light, carry, smooth_ambient
+from avsec_gym.world.rendering.image_sensor import metered_exposure
 from avsec_gym.world.rendering.light import Light
 from avsec_gym.world.rendering.ray_scene import NOTHING, Hits, RayScene
 from avsec_gym.world.rendering.shading import (
@@ -122,7 +123,8 @@ class Renderer:
         geometry = self._geometry(camera, directions, hits)
         grid = self._ambient_grid(camera)
         light, found = self._light_along(camera, pixels, origins, directions, hits, grid)
-        light = np.minimum(light * np.float32(self._light.exposure), np.float32(_BRIGHTEST))
+        exposure = np.float32(metered_exposure(light[::17], self._light.brightness))
+        light = np.minimum(light * exposure, np.float32(_BRIGHTEST))
         edges = np.flatnonzero(_edges(light, hits.face, hits.distance, found.normal, width, height))
         total = light[edges]
         for offset in _EXTRA:
@@ -131,7 +133,7 @@ class Renderer:
             more, _ = self._light_along(
                 camera, moved, origins, directions, self.scene.hits(origins, directions), grid
             )
-            total += np.minimum(more * np.float32(self._light.exposure), np.float32(_BRIGHTEST))
+            total += np.minimum(more * exposure, np.float32(_BRIGHTEST))
         light[edges] = total / np.float32(1 + len(_EXTRA))
         return View(light.reshape(height, width, 3), geometry)
 
@@ -192,7 +194,10 @@ class Renderer:
             light.sun_colour,
             float(light.sun[2]),
         )
-        return open_light, found.normal, hits.distance
+        columns, rows = (-(-size // _GRID_STEP) for size in camera.size)
+        smooth = np.empty_like(open_light)
+        smooth_ambient(open_light, found.normal, hits.distance, columns, rows, smooth)
+        return smooth, found.normal, hits.distance
 
     def _light_along(
         self,

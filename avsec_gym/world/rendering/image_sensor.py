@@ -11,6 +11,10 @@ from avsec_gym.frame import Image
 from avsec_gym.world.mesh import Float32s
 
 
+GAMMA = 1.35
+"""Of the tone curve; a screen's would be 2.2."""
+
+
 @dataclass(frozen=True)
 class ImageSensor:
     """How a camera turns light into an image.
@@ -20,16 +24,12 @@ class ImageSensor:
         blur: Standard deviation of the lens' blur, pixels.
         read_noise: Standard deviation in the dark, share of full scale.
         shot_noise: Variance of the noise for each unit of light, share of full scale.
-        gamma: Of the tone curve.
-        contrast: Above 1 darkens the shade, as a camera's black level does.
     """
 
     gain: tuple[float, float, float] = (1.0, 1.0, 1.0)
     blur: float = 0.5
     read_noise: float = 0.003
     shot_noise: float = 0.0004
-    gamma: float = 2.2
-    contrast: float = 1.0
 
     def expose(self, light: Float32s, rng: np.random.Generator) -> Image:
         """Take a picture of linear light, shape (H, W, 3), as a view holds it."""
@@ -38,8 +38,29 @@ class ImageSensor:
         deviation = np.sqrt(self.read_noise**2 + self.shot_noise * np.maximum(signal, 0.0))
         signal = signal + deviation * rng.standard_normal(signal.shape, np.float32)
         np.clip(signal, 0.0, 1.0, out=signal)
-        shown = np.power(signal, np.float32(self.contrast / self.gamma))
-        return (shown * 255.0 + 0.5).astype(np.uint8)
+        return (tone_curve(signal) * 255.0 + 0.5).astype(np.uint8)
+
+
+def tone_curve(signal: Float32s) -> Float32s:
+    """From linear light to pixel values, both in [0, 1]: harder than a screen's, like KITTI's."""
+    return np.power(signal, np.float32(1.0 / GAMMA))
+
+
+def metered_exposure(light: Float32s, brightness: float) -> float:
+    """The exposure that gives an image a mean brightness.
+
+    Args:
+        light: Linear light of the image's pixels or of some of them, shape (n, 3).
+        brightness: Mean pixel value aimed for, in [0, 1].
+    """
+    low, high = -8.0, 8.0
+    for _ in range(24):
+        middle = 0.5 * (low + high)
+        if tone_curve(np.clip(light * np.float32(np.exp(middle)), 0.0, 1.0)).mean() > brightness:
+            high = middle
+        else:
+            low = middle
+    return float(np.exp(low))
 
 
 def draw_sensors(rng: np.random.Generator, count: int) -> list[ImageSensor]:

@@ -7,12 +7,12 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avsec_gym.frame import Points
 from avsec_gym.geometry import Floats
 from avsec_gym.world.mesh import Float32s, Int32s
 from avsec_gym.world.rendering.camera import Renderer
-from avsec_gym.world.rendering.ray_scene import NOTHING
 
 
 class Scan(NamedTuple):
@@ -71,7 +71,11 @@ class Lidar:
         return np.ascontiguousarray(rays.reshape(-1, 3), np.float32)
 
     def scan(
-        self, renderer: Renderer, to_world: Floats, rng: np.random.Generator, own_id: int = NOTHING
+        self,
+        renderer: Renderer,
+        to_world: Floats,
+        rng: np.random.Generator,
+        free: NDArray[np.bool_] | None = None,
     ) -> Scan:
         """One turn.
 
@@ -79,7 +83,8 @@ class Lidar:
             renderer: Of the scene.
             to_world: From the velodyne frame to the world, shape (4, 4).
             rng: Of noise and losses.
-            own_id: Object id of the vehicle that carries the LiDAR: its body gives no points.
+            free: Which pulses leave the vehicle that carries the LiDAR, shape (64 * columns,);
+                all if None.
         """
         beams = self.directions
         directions = np.ascontiguousarray(beams @ to_world[:3, :3].T.astype(np.float32))
@@ -95,8 +100,8 @@ class Lidar:
         seen = (distance > self.nearest) & (distance < self.farthest)
         seen &= signal > self.sensitivity * (0.5 + chance)
         seen &= chance > self.dropout
-        if own_id != NOTHING:
-            seen &= echo.object_id != own_id
+        if free is not None:
+            seen &= free
         points = np.empty((int(seen.sum()), 4), np.float32)
         points[:, :3] = beams[seen] * distance[seen, None]
         shown = echo.reflectance[seen] * (0.35 + 0.65 * echo.cosine[seen])

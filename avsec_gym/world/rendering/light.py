@@ -23,7 +23,8 @@ class Light:
         cloudiness: 0 for a clear sky, 1 for an overcast one: it hides the sun by as much.
         haze: Distance at which the air has taken 63 % of the contrast, metres.
         seed: Of the clouds.
-        exposure: Of a camera that looks at this light; a white wall square to the sun is 1 / 2.
+        brightness: Mean of the images that cameras aim for by their exposure, in [0, 1]; those
+            of KITTI have 0.36 on average.
     """
 
     azimuth: float = 2.2
@@ -31,7 +32,7 @@ class Light:
     cloudiness: float = 0.1
     haze: float = 1500.0
     seed: int = 0
-    exposure: float = 1.0
+    brightness: float = 0.36
 
     @property
     def sun(self) -> Float32s:
@@ -64,21 +65,21 @@ class Light:
             axis=-1,
         )
         towards_sun = np.clip(direction @ self.sun, -1.0, 1.0)[..., None]
-        zenith, horizon = np.array([0.20, 0.38, 0.78]), np.array([0.80, 0.92, 1.05])
+        zenith, horizon = np.array([0.24, 0.42, 0.82]), np.array([1.25, 1.36, 1.48])
         veil = (1.0 - height) ** 4
         clear = zenith * (1 - veil) + horizon * veil
         clear = clear * (1.0 + 0.35 * towards_sun**2 + 0.9 * np.maximum(towards_sun, 0) ** 24)
         noise = fractal_noise(rng, _ROWS, _COLUMNS, cells=7, octaves=6, persistence=0.55)
         cover = np.clip(0.5 + 0.45 * noise + 2.2 * (self.cloudiness - 0.5), 0.0, 1.0)[..., None]
         cover = cover * cover * (3.0 - 2.0 * cover)
-        shade = 1.0 - 0.35 * self.cloudiness * np.clip(0.5 + 0.5 * noise, 0, 1)[..., None]
-        cloud = np.array([1.15, 1.17, 1.22]) * shade * (1.0 + 0.5 * np.maximum(towards_sun, 0) ** 6)
+        shade = 1.0 - 0.55 * self.cloudiness * np.clip(0.6 + 0.4 * noise, 0, 1)[..., None]
+        cloud = np.array([1.90, 1.93, 2.00]) * shade * (1.0 + 0.5 * np.maximum(towards_sun, 0) ** 6)
         return np.asarray(clear * (1 - cover) + cloud * cover, np.float32)
 
     @cached_property
     def horizon(self) -> Float32s:
         """Light of the air between here and afar, shape (3,)."""
-        return np.asarray(self.panorama[:6].mean(axis=(0, 1)) * 0.85, np.float32)
+        return np.asarray(self.panorama[:6].mean(axis=(0, 1)) * 0.7, np.float32)
 
 
 def draw_light(rng: np.random.Generator) -> Light:
@@ -88,7 +89,7 @@ def draw_light(rng: np.random.Generator) -> Light:
         azimuth=float(rng.uniform(-np.pi, np.pi)),
         elevation=float(np.radians(rng.uniform(22.0, 58.0))),
         cloudiness=cloudiness,
-        haze=float(rng.uniform(600.0, 3000.0) * (1.0 - 0.6 * cloudiness)),
+        haze=float(rng.uniform(1200.0, 6000.0) * (1.0 - 0.6 * cloudiness)),
         seed=int(rng.integers(2**31)),
-        exposure=float(np.exp(rng.normal(0.0, 0.12)) * (1.0 + 0.8 * max(cloudiness - 0.5, 0.0))),
+        brightness=float(np.clip(rng.normal(0.36, 0.025), 0.28, 0.44)),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -21,7 +22,7 @@ _PATCH = (72.0, 72.0, 74.0)
 def paint_covers(
     canvas: Canvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
 ) -> None:
-    """Manholes in the lanes, drains along kerbs, small caps; none on highways and in the country."""
+    """Manholes in the lanes, drains along kerbs, small caps: where there are houses."""
     if site.style in (Style.HIGHWAY, Style.RURAL):
         return
     length = canvas.end - canvas.start
@@ -54,7 +55,7 @@ def _drains(
     """Gratings in the gutter where the kerb rises."""
     strips = site.section.strips
     low = (Surface.ROAD, Surface.PARKING)
-    for one, two in zip(strips[:-1], strips[1:], strict=True):
+    for one, two in pairwise(strips):
         if (one.surface in low) == (two.surface in low) or one.height == two.height:
             continue
         kerb, side = (one.left, -1.0) if one.surface in low else (two.right, 1.0)

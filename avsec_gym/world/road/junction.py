@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -11,11 +12,13 @@ from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
 from avsec_gym.geometry import Floats
-from avsec_gym.world.road.section import CrossSection, Strip, Surface
+from avsec_gym.world.road.section import CrossSection, Strip
 from avsec_gym.world.site import SideStreet, Site
 
 _KERB = 0.14
 """Width of a kerb stone, metres."""
+_STEP = 0.02
+"""Metres; what is lower is level with the carriageway."""
 _REACH = 60.0
 """How much of the main road a side street looks at, either way, metres."""
 
@@ -38,6 +41,11 @@ class Mouth(NamedTuple):
         """What the main road's strips leave out."""
         return shapely.union(self.paved, self.kerb)
 
+    @property
+    def opening(self) -> BaseGeometry:
+        """Where no upright face stands, its edges included."""
+        return self.paved.buffer(0.005)
+
 
 def mouths(site: Site, start: float, end: float) -> list[Mouth]:
     """Those between two road coordinates."""
@@ -54,12 +62,12 @@ def road_height(site: Site, along: ArrayLike, left: ArrayLike) -> Floats:
     return height
 
 
-def left_out(site: Site, mouth: Mouth) -> BaseGeometry:
-    """What the side street's own strips leave out, in its coordinates."""
+def left_out(site: Site, mouth: Mouth, area: BaseGeometry) -> BaseGeometry:
+    """An area of the main road's coordinates, and all of that road, in the side street's."""
     right, left = site.section.edges
     middle = mouth.street.along
     road = shapely.box(middle - _REACH, right, middle + _REACH, left)
-    both = shapely.union(road, mouth.area)
+    both = shapely.union(road, area)
     return _moved(both, lambda a, b: to_side(site, mouth.street, a, b))
 
 
@@ -75,6 +83,7 @@ def to_main(site: Site, street: SideStreet, along: Floats, left: Floats) -> Floa
     return np.stack(site.course.coordinates(poses[:, 0], poses[:, 1]), axis=-1)
 
 
+@functools.lru_cache(maxsize=64)
 def _mouth(site: Site, street: SideStreet) -> Mouth:
     side, radius = street.side, street.radius
     road_edge = _edge(site.section.carriageway, side)
@@ -94,24 +103,29 @@ def _mouth(site: Site, street: SideStreet) -> Mouth:
     width = 0.5 * (lane_left - lane_right) + 2.0 * radius + depth
     land = shapely.difference(beyond(2.0 * width, 2.0 * depth), lane)
     rounded = land.buffer(-radius, quad_segs=12).buffer(radius, quad_segs=12)
-    opening = shapely.difference(beyond(width, depth), rounded).buffer(-0.005).buffer(0.005)
-    first, _, last, _ = shapely.intersection(opening, beyond(width, 0.05)).bounds
-    front = shapely.box(first, *sorted([road_edge, kerb_edge + side * 0.01])[:1], last, max(road_edge, kerb_edge + side * 0.01))
-    paved = shapely.union(opening, front) if abs(kerb_edge - road_edge) > 0.02 else opening
-    raised = shapely.union_all(
-        [
-            *(_strip_box(strip, street.along) for strip in site.section.strips if strip.height > 0.02),
-            *(
-                _moved(
-                    shapely.box(0.0, strip.right, length, strip.left),
-                    lambda a, b: to_main(site, street, a, b),
-                )
-                for strip in street.section.strips
-                if strip.height > 0.02
-            ),
-        ]
+    # Shrunk and grown again: without the slivers that rounding leaves along straight edges.
+    paved = shapely.difference(beyond(width, depth), rounded)
+    paved = paved.buffer(-0.005, join_style="mitre").buffer(0.005, join_style="mitre")
+    paved = shapely.simplify(paved, 0.002)
+    if side * (kerb_edge - road_edge) > 0.02:
+        first, _, last, _ = shapely.intersection(paved, beyond(width, 0.05)).bounds
+        low, high = sorted([road_edge, kerb_edge + side * 0.01])
+        paved = shapely.union(paved, shapely.box(first, low, last, high))
+    main = [
+        shapely.box(street.along - _REACH, strip.right, street.along + _REACH, strip.left)
+        for strip in _raised(site.section)
+    ]
+    others = [
+        _moved(
+            shapely.box(0.0, strip.right, length, strip.left),
+            lambda a, b: to_main(site, street, a, b),
+        )
+        for strip in _raised(street.section)
+    ]
+    nearby = shapely.intersection(
+        shapely.union_all([*main, *others]), beyond(2.0 * width, 2.0 * depth)
     )
-    raised = shapely.difference(shapely.intersection(raised, beyond(2 * width, 2 * depth)), paved)
+    raised = shapely.difference(nearby, paved)
     kerb = shapely.intersection(shapely.difference(paved.buffer(_KERB), paved), raised)
     ring = shapely.orient_polygons(paved, exterior_cw=True).exterior
     steps = shapely.intersection(ring, raised.buffer(0.01))
@@ -123,13 +137,13 @@ def _kerb_line(section: CrossSection, side: int) -> tuple[float, float]:
     edge = _edge(section.carriageway, side)
     for strip in section.strips[::side]:
         inner = strip.right if side > 0 else strip.left
-        if side * (inner - edge) > -1e-6 and strip.height > 0.02:
+        if side * (inner - edge) > -1e-6 and strip.height > _STEP:
             return inner, strip.height
     return edge, 0.0
 
 
-def _strip_box(strip: Strip, along: float) -> BaseGeometry:
-    return shapely.box(along - _REACH, strip.right, along + _REACH, strip.left)
+def _raised(section: CrossSection) -> list[Strip]:
+    return [strip for strip in section.strips if strip.height > _STEP]
 
 
 def _edge(edges: tuple[float, float], side: int) -> float:
@@ -142,6 +156,3 @@ def _moved(area: BaseGeometry, move: Callable[[Floats, Floats], Floats]) -> Base
     return shapely.make_valid(
         shapely.transform(fine, lambda points: move(points[:, 0], points[:, 1]))
     )
-
-
-__all__ = ["Mouth", "Surface", "left_out", "mouths", "road_height", "to_main", "to_side"]

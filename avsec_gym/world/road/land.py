@@ -11,6 +11,7 @@ from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.road.loft import ground_normals, triangles
 from avsec_gym.world.road.materials import ground_materials
+from avsec_gym.world.road.section import Surface
 from avsec_gym.world.road.surface import outline
 from avsec_gym.world.site import Site, Style
 
@@ -22,13 +23,15 @@ _CELLS = 9_000
 """At most about so many of the finest cells."""
 _GROWTH = 1.35
 _NEAR = {
-    Style.CITY: ("soil", "footway", "gravel"),
+    Style.CITY: ("footway", "soil", "footway"),
     Style.RESIDENTIAL: ("grass", "grass", "soil"),
-    Style.CAMPUS: ("grass", "leaves", "soil"),
-    Style.HIGHWAY: ("meadow", "grass", "meadow"),
-    Style.RURAL: ("meadow", "grass", "meadow"),
+    Style.CAMPUS: ("grass", "grass", "leaves"),
+    Style.HIGHWAY: ("grass", "grass", "grass"),
+    Style.RURAL: ("grass", "grass", "meadow"),
 }
 """Mostly the first, here and there the others."""
+_GREENS = ((0.92, 1.0, 0.9), (1.06, 1.0, 0.95), (0.8, 0.86, 0.8))
+"""Tints of meadows."""
 
 
 def land_mesh(site: Site, start: float, end: float, rng: np.random.Generator) -> Mesh:
@@ -109,7 +112,11 @@ def _lines(bounds: tuple[float, float, float, float]) -> tuple[Floats, Floats]:
     far = np.cumsum(beyond)
     lines = [
         np.concatenate(
-            [first - far[::-1], np.linspace(first, last, int((last - first) / step) + 2), last + far]
+            [
+                first - far[::-1],
+                np.linspace(first, last, int((last - first) / step) + 2),
+                last + far,
+            ]
         )
         for first, last in zip(low, high, strict=True)
     ]
@@ -125,15 +132,17 @@ def _growth(
 ) -> tuple[tuple[Material, ...], NDArray[np.int32]]:
     """Materials, and which of them each cell shows: lots near the road, fields far off."""
     kinds = ground_materials(site)
-    near = [kinds[name] for name in _NEAR[site.style]]
-    greens = (0.92, 1.0, 0.9), (1.06, 1.0, 0.95), (0.8, 0.86, 0.8)
-    fields = [Material(f"field/{i}", infrared=0.35) for i in range(4)] if site.style in (
-        Style.RURAL,
-        Style.HIGHWAY,
-    ) else []
-    fields += [Material(f"meadow/{i}", tint, infrared=0.5) for i, tint in enumerate(greens)]
+    names = list(_NEAR[site.style])
+    outermost = [strip for strip in site.section.strips if strip.surface == Surface.VERGE]
+    if outermost:
+        # The verge goes on behind the road.
+        names[0] = outermost[0].material
+    near = [kinds[name] for name in names]
+    fields = [Material(f"meadow/{i}", tint, infrared=0.5) for i, tint in enumerate(_GREENS)]
+    if site.style in (Style.RURAL, Style.HIGHWAY):
+        fields += [Material(f"field/{i}", infrared=0.35) for i in range(4)]
     x, y = 0.5 * (xs[1:] + xs[:-1]), 0.5 * (ys[1:] + ys[:-1])
-    lots = _patchwork(x, y, 22.0, np.array([0, 0, 0, 1, 2]), rng)
+    lots = _patchwork(x, y, 22.0, np.array([0, 0, 0, 0, 1, 2]), rng)
     parcels = _patchwork(x, y, 110.0, len(near) + np.arange(len(fields)), rng)
     away = np.maximum(
         np.maximum(bounds[0] - x, x - bounds[2])[:, None],

@@ -71,9 +71,7 @@ def area_meshes(lay: Lay, area: BaseGeometry, height: float, material: Material)
     first, right, last, left = area.bounds
     stations = np.arange(np.floor(first), np.ceil(last) + 1.0)
     lefts = np.linspace(right, left, max(2, int(np.ceil((left - right) / 2.0)) + 1))
-    return _pieces(
-        lay, shapely.intersection(_cells(stations, lefts), area), height, material, 0.0
-    )
+    return _pieces(lay, shapely.intersection(_cells(stations, lefts), area), height, material, 0.0)
 
 
 def wall_meshes(
@@ -92,11 +90,11 @@ def wall_meshes(
     return [_wall(lay, shapely.get_coordinates(part), low, high, material) for part in parts]
 
 
-def laid(lay: Lay, along: ArrayLike, left: ArrayLike, height: float) -> Floats:
+def laid(lay: Lay, along: ArrayLike, left: ArrayLike, height: ArrayLike) -> Floats:
     """Points in the world frame, shape (..., 3), from road coordinates of shape (...)."""
     poses = lay.course.poses(along, left)
     x, y = poses[..., 0], poses[..., 1]
-    return np.stack([x, y, lay.ground.height(x, y) + height], axis=-1)
+    return np.stack([x, y, lay.ground.height(x, y) + np.asarray(height)], axis=-1)
 
 
 def ground_normals(ground: Ground, x: Floats, y: Floats) -> Float32s:
@@ -118,9 +116,7 @@ def triangles(areas: Sequence[BaseGeometry] | np.ndarray) -> Floats:
     return np.asarray(corners[np.abs(double_area) > 2 * _SLIVER])
 
 
-def _rows(
-    lay: Lay, stations: Floats, lefts: Floats, height: float, material: Material
-) -> Mesh:
+def _rows(lay: Lay, stations: Floats, lefts: Floats, height: float, material: Material) -> Mesh:
     along, left = np.meshgrid(stations, lefts, indexing="ij")
     uv = np.stack([along, lefts[-1] - left], axis=-1)
     return grid(
@@ -150,11 +146,25 @@ def _pieces(
 
 
 def _wall(lay: Lay, line: Floats, low: float, high: float, material: Material) -> Mesh:
-    along, left = line[:, 0], line[:, 1]
-    points = np.stack([laid(lay, along, left, height) for height in (low, high)], axis=1)
+    """A flat face for each piece of the line."""
     run = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    uv = np.stack([np.stack([run, np.full_like(run, high - z)], -1) for z in (low, high)], axis=1)
-    return grid(points, uv, material)
+    heights = np.array([low, low, high, high])
+    which = np.arange(len(line) - 1)[:, None] + np.array([0, 1, 1, 0])
+    points = laid(lay, line[which, 0], line[which, 1], heights)
+    ahead = points[:, 1] - points[:, 0]
+    normals = np.stack([ahead[:, 1], -ahead[:, 0], np.zeros(len(ahead))], axis=-1)
+    normals /= np.linalg.norm(normals, axis=-1, keepdims=True) + 1e-12
+    uv = np.stack([run[which], np.broadcast_to(high - heights, which.shape)], axis=-1)
+    first = 4 * np.arange(len(ahead), dtype=np.int32)[:, None]
+    faces = (first + np.array([[0, 1, 2, 0, 2, 3]], np.int32)).reshape(-1, 3)
+    return Mesh(
+        points.reshape(-1, 3).astype(np.float32),
+        np.repeat(normals, 4, axis=0).astype(np.float32),
+        uv.reshape(-1, 2).astype(np.float32),
+        faces,
+        np.zeros(len(faces), np.int32),
+        (material,),
+    )
 
 
 def _overlay_uv(lay: Lay, along: Floats, left: Floats) -> Float32s | None:

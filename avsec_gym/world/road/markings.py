@@ -31,9 +31,9 @@ def paint_markings(
         _paint(canvas, rng, _give_way(mouth, rng), min(wear + 1, 4))
     for strip in section.strips:
         if strip.surface == Surface.PARKING and strip.material == "asphalt" and rng.random() < 0.6:
-            _paint(canvas, rng, _bays(canvas, strip, openings), min(wear + 1, 4))
+            _paint(canvas, rng, _bays(canvas, strip, openings, rng), min(wear + 1, 4))
         if strip.surface == Surface.CYCLE_PATH:
-            _cycle_path(canvas, strip, rng, wear)
+            _cycle_path(canvas, strip, openings, rng, wear)
     if site.style in (Style.CITY, Style.RESIDENTIAL):
         _crossing(canvas, site, openings, rng, wear)
     if section.lines and site.style == Style.CITY and len(section.lanes) > 2:
@@ -48,9 +48,8 @@ def _paint(canvas: Canvas, rng: np.random.Generator, shapes: Sequence[Floats], w
     canvas.fill(shapes, _WHITE, wear=(wear_tile(wear), offset(rng)))
 
 
-def _line(
-    canvas: Canvas, line: Line, highway: bool, openings: Sequence[Mouth]
-) -> list[Floats]:
+def _line(canvas: Canvas, line: Line, highway: bool, openings: Sequence[Mouth]) -> list[Floats]:
+    """The pieces of a line."""
     half = 0.5 * line.width
     if line.kind == LineKind.DASHED:
         paint, gap = _DASHES[highway]
@@ -74,12 +73,11 @@ def _line(
 def _stretches(
     canvas: Canvas, left: float, openings: Sequence[Mouth]
 ) -> list[tuple[float, float, bool]]:
-    """Where a line runs: first, last, and whether it is broken because it lies before a mouth."""
+    """Where a line runs: first, last, and whether it is broken as it lies across a mouth."""
     at, stretches = canvas.start, []
     for mouth in sorted(openings, key=lambda each: each.street.along):
         first, right, last, far = mouth.paved.bounds
-        near = right if mouth.street.side > 0 else far
-        if abs(near - left) < 0.8 and first > at:
+        if right - 0.8 < left < far + 0.8 and first > at:
             stretches += [(at, first, False), (first, last, True)]
             at = last
     return [*stretches, (at, canvas.end, False)]
@@ -100,25 +98,36 @@ def _give_way(mouth: Mouth, rng: np.random.Generator) -> list[Floats]:
     return [rectangle(s, s + 0.5, near - 0.125, near + 0.125) for s in starts]
 
 
-def _bays(canvas: Canvas, strip: Strip, openings: Sequence[Mouth]) -> list[Floats]:
+def _bays(
+    canvas: Canvas, strip: Strip, openings: Sequence[Mouth], rng: np.random.Generator
+) -> list[Floats]:
     """Lines between bays: along the road, or across it where the strip is deep."""
     deep = strip.left - strip.right > 3.8
-    places = np.arange(np.ceil(canvas.start / 5.5) * 5.5, canvas.end, 2.5 if deep else 5.5)
+    length = 2.5 if deep else 5.5
     side = np.sign(strip.left + strip.right)
-    closed = [
-        mouth.paved.bounds[::2] for mouth in openings if np.sign(mouth.street.side) == side
+    closed = [mouth.paved.bounds[::2] for mouth in openings if mouth.street.side == side]
+    places = [
+        place
+        for place in np.arange(canvas.start + rng.uniform(0.0, length), canvas.end, length)
+        if not any(first - 1.0 < place < last + 1.0 for first, last in closed)
     ]
-    places = [p for p in places if not any(a - 1.0 < p < b + 1.0 for a, b in closed)]
     return [rectangle(p - 0.06, p + 0.06, strip.right + 0.1, strip.left - 0.1) for p in places]
 
 
-def _cycle_path(canvas: Canvas, strip: Strip, rng: np.random.Generator, wear: int) -> None:
+def _cycle_path(
+    canvas: Canvas,
+    strip: Strip,
+    openings: Sequence[Mouth],
+    rng: np.random.Generator,
+    wear: int,
+) -> None:
     """Narrow lines at its edges when it is beside a pavement, and bicycles now and then."""
     if strip.height > 0:
-        edges = (strip.right + 0.06, strip.left - 0.06)
-        lines = [rectangle(canvas.start, canvas.end, at - 0.06, at + 0.06) for at in edges]
-        if rng.random() < 0.5:
-            _paint(canvas, rng, lines, wear)
+        shown = rng.random() < 0.5
+        for edge in (strip.right + 0.06, strip.left - 0.06):
+            line = Line(LineKind.SOLID, edge)
+            if shown:
+                _paint(canvas, rng, _line(canvas, line, False, openings), wear)
     middle = 0.5 * (strip.left + strip.right)
     for along in np.arange(canvas.start + rng.uniform(5.0, 40.0), canvas.end, 45.0):
         direction = 1 if middle < 0 else -1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -131,9 +132,7 @@ def _both_ways(rng: np.random.Generator, own: int, oncoming: int, width: float) 
     return [float(offset) for offset in lanes]
 
 
-def _parked(
-    rng: np.random.Generator, side: int, share: float, edge: float
-) -> float | None:
+def _parked(rng: np.random.Generator, side: int, share: float, edge: float) -> float | None:
     depth = parking(rng)
     return edge + side * depth if rng.random() < share else None
 
@@ -142,8 +141,8 @@ def _outwards(edge: float, side: int, parts: Sequence[Part]) -> list[Strip]:
     """Strips beyond an edge of the carriageway, in order from right to left."""
     ends = edge + side * np.cumsum([0.0, *(part.width for part in parts)])
     strips = [
-        Strip(part.surface, *sorted((float(near), float(far))), part.height, part.material)
-        for part, near, far in zip(parts, ends[:-1], ends[1:], strict=True)
+        Strip(part.surface, min(pair), max(pair), part.height, part.material)
+        for part, pair in zip(parts, pairwise(ends.tolist()), strict=True)
     ]
     return strips if side > 0 else strips[::-1]
 
@@ -156,7 +155,7 @@ def _carriageway(
     if style == Style.CAMPUS:
         material = str(rng.choice(["asphalt", "concrete", "slabs"]))
     strips, begin = [], float(right)
-    for one, two in zip(lanes[:-1], lanes[1:], strict=True):
+    for one, two in pairwise(lanes):
         near, far = one.left + 0.5 * one.width + 0.3, two.left - 0.5 * two.width - 0.3
         if far - near > 1.5:
             strips += [
@@ -178,7 +177,7 @@ def _lines(
     lines = []
     if style == Style.RURAL:
         lines.append(Line(LineKind.SOLID, right + 0.25))
-    for one, two in zip(lanes[:-1], lanes[1:], strict=True):
+    for one, two in pairwise(lanes):
         kind = LineKind.DASHED
         apart = two.left - two.width / 2 - one.left - one.width / 2
         if one.direction != two.direction:
@@ -230,7 +229,7 @@ def _divided(
             0.0,
             material if number % 2 else "grass",
         )
-        for number, (begin, end) in enumerate(zip(borders[:-1], borders[1:], strict=True))
+        for number, (begin, end) in enumerate(pairwise(borders))
     ]
     speeds = _SPEEDS[Style.HIGHWAY] + 3.0 * np.arange(-1, len(own) + len(oncoming))
     lanes = [Lane(float(o), 1, float(v), width) for o, v in zip(own, speeds, strict=False)]

@@ -41,11 +41,14 @@ def road_meshes(site: Site, start: float, end: float) -> list[tuple[Mesh, Surfac
     """
     materials = ground_materials(site)
     openings = mouths(site, start, end)
-    hole = shapely.union_all([mouth.area for mouth in openings])
+    holes = tuple(
+        shapely.union_all(areas)
+        for areas in ([m.area for m in openings], [m.opening for m in openings])
+    )
     stations = _stations(start, end)
     plain = Lay(site.course, site.ground)
     painted = plain._replace(overlay_corner=(start, painted_edges(site.section)[1]))
-    parts = _section_meshes(painted, site.section, stations, materials, hole)
+    parts = _section_meshes(painted, site.section, stations, materials, holes)
     lanes = [strip for strip in site.section.strips if strip.surface == Surface.ROAD]
     widest = max(lanes, key=lambda strip: strip.left - strip.right)
     for mouth in openings:
@@ -57,9 +60,7 @@ def road_meshes(site: Site, start: float, end: float) -> list[tuple[Mesh, Surfac
         parts += [(stone, Surface.KERB) for stone in stones]
         parts += _side_meshes(site, mouth, materials)
     kinds = sorted({surface for _, surface in parts})
-    return [
-        (merge([mesh for mesh, surface in parts if surface == kind]), kind) for kind in kinds
-    ]
+    return [(merge([mesh for mesh, surface in parts if surface == kind]), kind) for kind in kinds]
 
 
 def painted_edges(section: CrossSection) -> tuple[float, float]:
@@ -90,9 +91,8 @@ def _side_meshes(
 ) -> list[tuple[Mesh, Surface]]:
     lay = Lay(mouth.street.course, site.ground)
     stations = _stations(0.0, mouth.street.course.end)
-    return _section_meshes(
-        lay, mouth.street.section, stations, materials, left_out(site, mouth)
-    )
+    holes = tuple(left_out(site, mouth, area) for area in (mouth.area, mouth.opening))
+    return _section_meshes(lay, mouth.street.section, stations, materials, holes)
 
 
 def _section_meshes(
@@ -100,8 +100,9 @@ def _section_meshes(
     section: CrossSection,
     stations: Floats,
     materials: dict[str, Material],
-    hole: BaseGeometry,
+    holes: tuple[BaseGeometry, ...],
 ) -> list[tuple[Mesh, Surface]]:
+    """All strips of a section and the faces between them; the holes of strips and of faces."""
     parts = []
     for strip in section.strips:
         shown = lay if strip.surface in PAINTED else lay._replace(overlay_corner=None)
@@ -111,7 +112,7 @@ def _section_meshes(
             (strip.right, strip.left),
             strip.height,
             strip_material(materials, strip),
-            hole,
+            holes[0],
         )
         parts += [(mesh, strip.surface) for mesh in meshes]
     # Upright faces between strips of different height, and at the outer edges.
@@ -124,7 +125,7 @@ def _section_meshes(
         line = shapely.linestrings(np.stack([along, np.full_like(along, border)], axis=-1))
         faces = wall_meshes(
             lay._replace(overlay_corner=None),
-            shapely.difference(line, hole),
+            shapely.difference(line, holes[1]),
             min(right, left),
             max(right, left),
             materials["kerb"],

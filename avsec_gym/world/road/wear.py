@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -82,12 +83,11 @@ def paint_stains(canvas: Canvas, site: Site, rng: np.random.Generator) -> None:
         count = rng.poisson(length / (18.0 if calm else 60.0))
         places.append(_scattered(canvas, rng, count, lane.left, 0.35, (0.15, 0.8)))
     blobs = _blobs()
-    for along, left, size, strength in np.concatenate(places) if places else ():
+    for along, left, across, strength in np.concatenate(places) if places else ():
         blob = blobs[int(rng.integers(len(blobs)))]
-        pixels = max(2, round(size * canvas.scale))
-        stamp = cv2.resize(
-            blob, (max(2, int(pixels * rng.uniform(0.8, 1.9))), pixels), interpolation=cv2.INTER_AREA
-        )
+        pixels = max(2, round(across * canvas.scale))
+        size = (max(2, int(pixels * rng.uniform(0.8, 1.9))), pixels)
+        stamp: Mask = cv2.resize(blob, size, interpolation=cv2.INTER_AREA).astype(np.uint8)
         x, y = canvas.pixels(along, left)
         canvas.lay(stamp, int(x) - stamp.shape[1] // 2, int(y) - pixels // 2, _OIL, strength)
 
@@ -150,7 +150,7 @@ def _kerbs(section: CrossSection) -> Floats:
     return np.array(
         [
             one.left
-            for one, two in zip(strips[:-1], strips[1:], strict=True)
+            for one, two in pairwise(strips)
             if Surface.KERB in (one.surface, two.surface)
             or (one.surface == Surface.VERGE) != (two.surface == Surface.VERGE)
         ]

@@ -13,7 +13,7 @@ from avsec_gym.world.road.section import Surface
 from avsec_gym.world.scenery.plot import Make, Plot
 
 BUSH_VARIANTS = 6
-_MIDDLE, _FAR = 35.0, 80.0
+_MIDDLE, _FAR = 24.0, 55.0
 
 
 def tree_maker(species: str, variant: int) -> Make:

@@ -75,6 +75,7 @@ class Plot:
         for area in (self._closed, self._carriageway, self._road):
             shapely.prepare(area)
         self._taken: list[shapely.Polygon] = []
+        self._bounds = np.empty((256, 4))
 
     def height(self, along: float, left: float) -> float:
         """Of the ground (or pavement) at road coordinates, metres."""
@@ -121,6 +122,9 @@ class Plot:
             return False
         if any(shapely.intersects(other, footprint) for other in self._near(footprint)):
             return False
+        if len(self._taken) == len(self._bounds):
+            self._bounds = np.concatenate([self._bounds, self._bounds])
+        self._bounds[len(self._taken)] = shapely.bounds(footprint)
         self._taken.append(footprint)
         corners = shapely.get_coordinates(footprint)[:4]
         base = float(self.site.ground.height(*corners.T).min())
@@ -161,15 +165,11 @@ class Plot:
         self.placements.append(Placement(make, surface, x, y, z, yaw, scale, reach))
 
     def _near(self, footprint: shapely.Polygon) -> list[shapely.Polygon]:
-        low_x, low_y, high_x, high_y = footprint.bounds
-        return [
-            other
-            for other in self._taken
-            if other.bounds[0] <= high_x
-            and other.bounds[2] >= low_x
-            and other.bounds[1] <= high_y
-            and other.bounds[3] >= low_y
-        ]
+        low_x, low_y, high_x, high_y = shapely.bounds(footprint)
+        bounds = self._bounds[: len(self._taken)]
+        close = (bounds[:, 0] <= high_x) & (bounds[:, 2] >= low_x)
+        close &= (bounds[:, 1] <= high_y) & (bounds[:, 3] >= low_y)
+        return [self._taken[index] for index in np.flatnonzero(close)]
 
 
 def _same(mesh: Mesh, distance: float) -> Mesh:

@@ -12,7 +12,21 @@ from avsec_gym.world.textures.texture import Picture
 Canvas = NDArray[np.float32]
 """Shape (h, w, 3), 0 to 255, to be painted on."""
 
-_NAMES = ("CAFE", "OPTIK", "Apotheke", "BLUMEN", "MODE", "Salon Eva", "PIZZERIA", "BUCH + BILD", "Foto", "BIO MARKT", "METALLBAU", "SPEDITION", "Elektro")
+_NAMES = (
+    "CAFE",
+    "OPTIK",
+    "Apotheke",
+    "BLUMEN",
+    "MODE",
+    "Salon Eva",
+    "PIZZERIA",
+    "BUCH + BILD",
+    "Foto",
+    "BIO MARKT",
+    "METALLBAU",
+    "SPEDITION",
+    "Elektro",
+)
 _SIGN_COLOURS = (
     ((238, 236, 228), (60, 40, 30)),
     ((30, 60, 130), (240, 240, 240)),
@@ -63,7 +77,14 @@ def shop_window(variant: int, rng: np.random.Generator) -> Picture:
 def door(variant: int, rng: np.random.Generator) -> Picture:
     """Panelled wood, wood with glass, white with glass, green boards, steel, all glass."""
     height, width = 320, 160
-    colour = ((92, 56, 34), (112, 70, 40), (214, 214, 210), (48, 72, 56), (150, 154, 156), (150, 152, 154))[variant]
+    colour = (
+        (92, 56, 34),
+        (112, 70, 40),
+        (214, 214, 210),
+        (48, 72, 56),
+        (150, 154, 156),
+        (150, 152, 154),
+    )[variant]
     grain = fractal_noise(rng, height, width, cells=10, octaves=5)
     canvas = coloured(colour, 0.05 * grain * (variant in (0, 1, 3)) + 0.015 * grain, 1.0)
     if variant in (0, 1):
@@ -112,7 +133,9 @@ def shutter(_: int, rng: np.random.Generator) -> Picture:
     size = 160
     step = (np.arange(size) % 8).astype(np.float32)
     shade = np.where(step == 0, -0.45, -0.05 + 0.02 * step)
-    return picture(coloured((228, 228, 226), shade[:, None] + 0.015 * white_noise(rng, size, size), 1.0))
+    return picture(
+        coloured((228, 228, 226), shade[:, None] + 0.015 * white_noise(rng, size, size), 1.0)
+    )
 
 
 def awning(variant: int, rng: np.random.Generator) -> Picture:
@@ -129,7 +152,9 @@ def shop_sign(variant: int, rng: np.random.Generator) -> Picture:
     height, width = 64, 384
     ground, ink = _SIGN_COLOURS[variant]
     canvas = picture(coloured(ground, 0.01 * white_noise(rng, height, width), 1.0))
-    font = (cv2.FONT_HERSHEY_DUPLEX, cv2.FONT_HERSHEY_TRIPLEX, cv2.FONT_HERSHEY_COMPLEX)[variant % 3]
+    font = (cv2.FONT_HERSHEY_DUPLEX, cv2.FONT_HERSHEY_TRIPLEX, cv2.FONT_HERSHEY_COMPLEX)[
+        variant % 3
+    ]
     name = _NAMES[variant]
     (long, tall), _ = cv2.getTextSize(name, font, 1.5, 3)
     where = ((width - long) // 2, (height + tall) // 2)
@@ -140,13 +165,13 @@ def shop_sign(variant: int, rng: np.random.Generator) -> Picture:
 def _room(rng: np.random.Generator, height: int, width: int, brightness: float) -> Canvas:
     """Gloom, a little lighter where a lamp or a far window is."""
     clouds = fractal_noise(rng, height, width, cells=3, octaves=3)
-    return coloured(np.float32([0.92, 1.0, 1.08]) * brightness, 0.25 * clouds, 1.0)
+    return coloured(np.array([0.92, 1.0, 1.08]) * brightness, 0.25 * clouds, 1.0)
 
 
 def _net_curtain(canvas: Canvas, rng: np.random.Generator, top: float, bottom: float) -> None:
     height, width = canvas.shape[:2]
     folds = fractal_noise(rng, 4, width, cells=14, octaves=3)[0]
-    cloth = np.clip(148.0 + 26.0 * folds, 60, 215)[None, :, None] * np.float32([1.0, 1.0, 0.97])
+    cloth = np.clip(148.0 + 26.0 * folds, 60, 215)[None, :, None] * np.array([1.0, 1.0, 0.97])
     hem = (0.006 * height * folds[None] + bottom * height).astype(int)
     rows = np.arange(height)[:, None]
     shown = 0.72 * ((rows >= top * height) & (rows < hem)).astype(np.float32)[..., None]
@@ -154,9 +179,14 @@ def _net_curtain(canvas: Canvas, rng: np.random.Generator, top: float, bottom: f
 
 
 def _drape(
-    canvas: Canvas, rng: np.random.Generator, shade: NDArray[np.floating], share: float, *, left: bool
+    canvas: Canvas,
+    rng: np.random.Generator,
+    shade: NDArray[np.floating],
+    share: float,
+    *,
+    left: bool,
 ) -> None:
-    height, width = canvas.shape[:2]
+    width = canvas.shape[1]
     reach = int(share * width)
     folds = fractal_noise(rng, 4, reach, cells=6, octaves=2)[0]
     cloth = np.clip(1.0 + 0.25 * folds, 0.4, 1.4)[None, :, None] * np.asarray(shade, np.float32)
@@ -169,37 +199,42 @@ def _plants(canvas: Canvas, rng: np.random.Generator) -> None:
     for x in rng.uniform(0.1, 0.9, 4) * width:
         spread = height * rng.uniform(0.08, 0.2)
         for dx, dy in rng.normal(0.0, 0.5, (14, 2)) * spread:
-            green = tuple((np.float32([46, 84, 40]) * rng.uniform(0.5, 1.3)).tolist())
+            green = (np.array([46, 84, 40]) * rng.uniform(0.5, 1.3)).tolist()
             centre = (int(x + dx), int(height - spread - 8 + dy))
             cv2.ellipse(canvas, centre, (9, 4), rng.uniform(0, 180), 0, 360, green, -1, cv2.LINE_AA)
-        pot = tuple((np.float32([120, 70, 48]) * rng.uniform(0.6, 1.2)).tolist())
+        pot = (np.array([120, 70, 48]) * rng.uniform(0.6, 1.2)).tolist()
         cv2.rectangle(canvas, (int(x) - 8, height - 18), (int(x) + 8, height), pot, -1)
 
 
 def _sky_gradient(height: int, width: int) -> Canvas:
     """Reflected sky above, reflected houses below."""
     up = np.linspace(1.0, 0.0, height, dtype=np.float32)[:, None, None]
-    return np.broadcast_to(40.0 + up * np.float32([80, 110, 150]), (height, width, 3)).astype(np.float32)
+    return np.broadcast_to(40.0 + up * np.array([80, 110, 150]), (height, width, 3)).astype(
+        np.float32
+    )
 
 
 def _display(canvas: Canvas, rng: np.random.Generator) -> None:
-    """Goods on shelves and stands, spots under the ceiling, a poster on the glass."""
+    """Goods on steps and shelves, spots under the ceiling, a poster on the glass."""
     height, width = canvas.shape[:2]
-    canvas[int(0.86 * height) :] = rng.uniform(90, 150, 3) * (1.0, 0.9, 0.8)
-    for _ in range(16):
-        x, tall = int(rng.integers(8, width - 40)), int(rng.uniform(0.08, 0.42) * height)
-        wide, low = int(rng.integers(10, 44)), int(height * rng.uniform(0.8, 0.94))
-        colour = tuple((rng.uniform(30, 210) * rng.uniform(0.5, 1.0, 3)).tolist())
-        if rng.random() < 0.5:
-            cv2.rectangle(canvas, (x, low - tall), (x + wide, low), colour, -1)
-        else:
-            cv2.ellipse(canvas, (x, low - tall // 2), (wide // 2, tall // 2), 0, 0, 360, colour, -1)
+    ground = rng.uniform(70, 150) * np.array([1.0, 0.95, 0.86])
+    canvas[int(0.86 * height) :] = ground
+    for level in (0.42, 0.62, 0.86):
+        base, x = int(level * height), int(rng.integers(4, 30))
+        cv2.rectangle(canvas, (0, base), (width, base + 3), (0.6 * ground).tolist(), -1)
+        while x < width - 12:
+            wide, tall = int(rng.integers(8, 30)), int(rng.uniform(0.04, 0.17) * height)
+            colour = rng.uniform(25, 190) * rng.uniform(0.6, 1.0, 3)
+            if rng.random() < 0.75:
+                cv2.rectangle(canvas, (x, base - tall), (x + wide, base), colour.tolist(), -1)
+            x += wide + int(rng.integers(2, 40))
+    canvas[:] = cv2.GaussianBlur(canvas, (0, 0), 1.3)
     for x in range(30, width, 62):
-        cv2.circle(canvas, (x, 14), 5, (250.0, 240.0, 210.0), -1, cv2.LINE_AA)
-    x, y = int(rng.integers(20, width - 110)), int(rng.integers(40, 90))
-    paper = tuple(rng.uniform(140, 240, 3).tolist())
-    cv2.rectangle(canvas, (x, y), (x + 70, y + 96), paper, -1)
-    cv2.rectangle(canvas, (x + 8, y + 10), (x + 62, y + 54), tuple((rng.uniform(20, 200, 3)).tolist()), -1)
+        cv2.circle(canvas, (x, 14), 4, (250.0, 240.0, 210.0), -1, cv2.LINE_AA)
+    x, y = int(rng.integers(20, width - 110)), int(rng.integers(60, 110))
+    paper, print_ = rng.uniform(170, 235) * np.ones(3), rng.uniform(20, 190, 3)
+    cv2.rectangle(canvas, (x, y), (x + 60, y + 82), paper.tolist(), -1)
+    cv2.rectangle(canvas, (x + 7, y + 9), (x + 53, y + 46), print_.tolist(), -1)
 
 
 def _hall(canvas: Canvas, rng: np.random.Generator) -> None:
@@ -207,8 +242,10 @@ def _hall(canvas: Canvas, rng: np.random.Generator) -> None:
     height, width = canvas.shape[:2]
     floor = int(0.8 * height)
     for x in np.linspace(0.1, 0.9, 5) * width:
-        light = tuple((rng.uniform(60, 130) * np.float32([0.9, 1.0, 0.95])).tolist())
-        cv2.rectangle(canvas, (int(x) - 22, int(0.35 * height)), (int(x) + 22, int(0.72 * height)), light, -1)
+        light = (rng.uniform(60, 130) * np.array([0.9, 1.0, 0.95])).tolist()
+        cv2.rectangle(
+            canvas, (int(x) - 22, int(0.35 * height)), (int(x) + 22, int(0.72 * height)), light, -1
+        )
     canvas[:] = cv2.GaussianBlur(canvas, (0, 0), 3.0)
     canvas[floor:] *= 0.6
     for x in (0.22, 0.7):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +17,14 @@ _Image = NDArray[np.float32]
 
 _ASPHALTS = (
     # red, green, blue, grain, its size in pixels, light stones, clouds
-    (122, 123, 124, 0.22, 0.45, 0.6, 0.035),
-    (106, 107, 110, 0.26, 0.60, 0.8, 0.040),
-    (90, 92, 96, 0.24, 0.45, 0.5, 0.035),
-    (130, 126, 119, 0.23, 0.55, 0.9, 0.055),
-    (148, 146, 140, 0.17, 0.40, 0.4, 0.045),
-    (113, 111, 108, 0.25, 0.75, 1.0, 0.060),
-    (98, 98, 99, 0.20, 0.40, 0.5, 0.030),
-    (137, 135, 131, 0.20, 0.45, 0.6, 0.045),
+    (116, 116, 115, 0.32, 0.35, 0.6, 0.025),
+    (101, 101, 102, 0.34, 0.45, 0.8, 0.025),
+    (86, 87, 89, 0.36, 0.35, 0.5, 0.025),
+    (124, 119, 110, 0.34, 0.35, 0.8, 0.032),
+    (141, 138, 130, 0.29, 0.30, 0.4, 0.028),
+    (107, 105, 100, 0.36, 0.45, 0.9, 0.035),
+    (93, 93, 92, 0.32, 0.30, 0.5, 0.021),
+    (130, 128, 121, 0.33, 0.30, 0.6, 0.028),
 )
 """From real streets: the last ones are an even dark top layer and a light worn one."""
 
@@ -42,7 +44,7 @@ def _red_asphalt(_: int, rng: np.random.Generator) -> Picture:
 
 def _bituminous(
     rng: np.random.Generator,
-    colour: tuple[float, ...] | list[float],
+    colour: Sequence[float],
     grain: float,
     size: float,
     light: float,
@@ -52,7 +54,7 @@ def _bituminous(
     fine = white_noise(rng, _SIDE, _SIDE, size)
     light_stones = np.maximum(white_noise(rng, _SIDE, _SIDE, 0.7) - 1.2, 0.0)
     pits = np.maximum(white_noise(rng, _SIDE, _SIDE, 0.8) - 1.5, 0.0)
-    cloud = fractal_noise(rng, _SIDE, _SIDE, cells=5, octaves=6, persistence=0.75)
+    cloud = fractal_noise(rng, _SIDE, _SIDE, cells=5, octaves=6, persistence=0.6)
     level = grain * (fine + light * light_stones - 0.7 * pits) + clouds * cloud
     level -= level.mean()
     image = coloured(colour, level, 1.0)
@@ -101,10 +103,10 @@ def _setts(variant: int, rng: np.random.Generator) -> Picture:
 
 def _clinker(variant: int, rng: np.random.Generator) -> Picture:
     """Red-grey paving bricks, 20 by 10 centimetres."""
-    colour = ((134, 98, 86), (128, 108, 100))[variant]
+    colour = ((128, 100, 90), (124, 110, 103))[variant]
     layout = bond(rng, _SIDE, 40, 20, stagger=0.5, jitter=0.02)
     return stones(
-        rng, layout, colour, joint_colour=(84, 76, 68), joint=1.2, spread=0.13, grain=0.09
+        rng, layout, colour, joint_colour=(84, 76, 68), joint=1.2, spread=0.10, grain=0.10
     )
 
 
@@ -209,8 +211,8 @@ def _wrapped(place: NDArray[np.float64], margin: float) -> list[NDArray[np.float
 
 
 TEXTURES: dict[str, Texture] = {
-    "asphalt": Texture((6.0, 6.0), len(_ASPHALTS), _asphalt),
-    "red_asphalt": Texture((6.0, 6.0), 1, _red_asphalt),
+    "asphalt": Texture((5.0, 5.0), len(_ASPHALTS), _asphalt),
+    "red_asphalt": Texture((5.0, 5.0), 1, _red_asphalt),
     "road_concrete": Texture((6.0, 6.0), 1, _concrete),
     "slabs": Texture((4.8, 4.8), 4, _slabs),
     "setts": Texture((4.0, 4.0), 3, _setts),

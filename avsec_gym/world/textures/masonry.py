@@ -11,7 +11,8 @@ from avsec_gym.world.textures.texture import Picture
 
 Floats = NDArray[np.float32]
 
-_BRICKS = ((150, 74, 54), (120, 58, 46), (186, 142, 88), (112, 76, 58), (168, 96, 62))
+_ROUGHNESS = ((0.012, 0.0, 0.012), (0.03, 0.03, 0.015), (0.035, 0.05, 0.02), (0.02, 0.02, 0.03))
+_BRICKS = ((150, 74, 54), (120, 58, 46), (178, 140, 96), (112, 76, 58), (168, 96, 62))
 _MORTARS = ((168, 160, 148), (130, 124, 116), (176, 168, 152), (140, 134, 126), (188, 180, 168))
 _STONES = ((172, 132, 110), (198, 176, 138), (158, 152, 142), (188, 170, 148))
 _TILES = ((62, 134, 172), (26, 30, 36))
@@ -19,7 +20,7 @@ _TILES = ((62, 134, 172), (26, 30, 36))
 
 def stucco(variant: int, rng: np.random.Generator) -> Picture:
     """Near-white render: fine, rough, scratched and old; faint stains, no pattern to recognise."""
-    grain, bump, stain = ((0.012, 0.0, 0.012), (0.03, 0.03, 0.015), (0.035, 0.05, 0.02), (0.02, 0.02, 0.03))[variant]
+    grain, bump, stain = _ROUGHNESS[variant]
     size = 512
     noise = grain * white_noise(rng, size, size, 0.6)
     lumps = white_noise(rng, size, size, 1.6)
@@ -33,26 +34,27 @@ def stucco_foot(_: int, rng: np.random.Generator) -> Picture:
     """The lowest metre of a rendered wall: splashed and mouldy below, clean at the top."""
     height, width = 128, 512
     noise = 0.02 * white_noise(rng, height, width, 0.6)
-    clouds = fractal_noise(rng, height, width, cells=24, octaves=5, persistence=0.65)
+    clouds = fractal_noise(rng, height, width, cells=10, octaves=6, persistence=0.75)
     up = np.linspace(1.0, 0.0, height, dtype=np.float32)[:, None]
-    dirt = np.clip(0.75 * (1.0 - up) ** 1.0 * 0 + (1.15 * (1.0 - up) - 0.55 + 0.18 * clouds), 0, 1)
+    dirt = np.clip(0.5 - 1.3 * up + 0.24 * clouds, 0, 1) * np.clip(4.0 - 4.0 * up, 0, 1)
     colour = coloured((233, 232, 229), noise, 1.0)
     grime = coloured((128, 120, 104), 0.06 * clouds, 1.0)
-    share = (0.75 * dirt)[..., None]
+    share = (0.6 * dirt)[..., None]
     return picture(colour * (1 - share) + grime * share)
 
 
 def brick(variant: int, rng: np.random.Generator) -> Picture:
     """Running bond, 0.25 m x 0.071 m with its joints; 4 m x 4 m."""
     size, rows, columns = 512, 56, 16
-    tone = rng.normal(0.0, 0.11, (rows, columns)).astype(np.float32)
-    tone -= 0.35 * (rng.random((rows, columns)) < 0.06)
+    tone = rng.normal(0.0, 0.08, (rows, columns)).astype(np.float32)
+    tone -= 0.25 * (rng.random((rows, columns)) < 0.05)
     shift = 0.5 * (np.arange(rows) % 2)
     cell, edge = _bond(size, size, rows, columns, shift, (0.7, 0.7))
     clouds = fractal_noise(rng, size, size, cells=5, octaves=6, persistence=0.6)
-    face = coloured(_BRICKS[variant], tone[cell] + 0.04 * clouds + 0.05 * white_noise(rng, size, size), 1.0)
+    noise = tone[cell] + 0.04 * clouds + 0.05 * white_noise(rng, size, size)
+    face = coloured(_BRICKS[variant], noise, 1.0)
     mortar = coloured(_MORTARS[variant], 0.04 * clouds, 1.0)
-    return picture(np.where(edge[..., None], 0.75 * mortar + 0.25 * face, face))
+    return picture(np.where(edge[..., None], mortar, face))
 
 
 def sandstone(variant: int, rng: np.random.Generator) -> Picture:
@@ -91,7 +93,7 @@ def concrete(variant: int, rng: np.random.Generator) -> Picture:
         value = coloured((176, 170, 158), stain + 0.11 * white_noise(rng, size, size, 0.8), 1.0)
     if variant > 0:
         _, joint = _bond(size, size, 4, 2, np.zeros(4), (0.8, 0.8))
-        value = np.where(joint[..., None], 0.6 * value, value)
+        value *= np.where(joint, 0.6, 1.0)[..., None].astype(np.float32)
     return picture(value)
 
 
@@ -105,8 +107,8 @@ def wall_tile(variant: int, rng: np.random.Generator) -> Picture:
     noise = tone[cell] + 0.05 * clouds
     face = coloured(_TILES[variant], noise, 1.0)
     # Lighter tiles are also paler: more of white.
-    face += np.float32(45.0 * (1 - variant)) * np.clip(noise, 0, 1)[..., None] * (1.2, 1.0, 0.6)
-    joint = 0.5 * face + 0.5 * np.float32([[40, 62, 74], [120, 66, 40]][variant])
+    face += 45.0 * (1 - variant) * np.clip(noise, 0, 1)[..., None] * (1.2, 1.0, 0.6)
+    joint = 0.5 * face + 0.5 * np.array(((40, 62, 74), (120, 66, 40))[variant])
     return picture(np.where(edge[..., None], joint, face))
 
 
@@ -116,8 +118,8 @@ def timber(variant: int, rng: np.random.Generator) -> Picture:
     tone = rng.normal(0.0, 0.1, count).astype(np.float32)
     board = np.arange(width) * count // width
     gap = np.arange(width) % (width // count) == 0
-    grain = fractal_noise(rng, 32, width, cells=64, octaves=3)
-    grain = cv2.resize(grain, (width, height), interpolation=cv2.INTER_CUBIC)
+    fibres = fractal_noise(rng, 32, width, cells=64, octaves=3)
+    grain = np.asarray(cv2.resize(fibres, (width, height), interpolation=cv2.INTER_CUBIC))
     noise = tone[board][None] + 0.1 * grain + 0.03 * white_noise(rng, height, width)
     value = coloured(((112, 76, 46), (142, 128, 110))[variant], noise, 1.0)
     return picture(np.where(gap[None, :, None], 0.4 * value, value))
@@ -129,11 +131,16 @@ def glass_blocks(_: int, rng: np.random.Generator) -> Picture:
     tone = rng.normal(0.0, 0.12, (count, count)).astype(np.float32)
     cell, edge = _bond(size, size, count, count, np.zeros(count), (1.2, 1.2))
     shade = tone[cell] + 0.08 * white_noise(rng, size, size, 2.0)
-    return picture(np.where(edge[..., None], np.float32(168), coloured((96, 112, 116), shade, 1.0)))
+    return picture(np.where(edge[..., None], 168.0, coloured((96, 112, 116), shade, 1.0)))
 
 
 def _bond(
-    height: int, width: int, rows: int, columns: int, shift: NDArray[np.floating], joint: tuple[float, float]
+    height: int,
+    width: int,
+    rows: int,
+    columns: int,
+    shift: NDArray[np.floating],
+    joint: tuple[float, float],
 ) -> tuple[tuple[NDArray[np.intp], NDArray[np.intp]], NDArray[np.bool_]]:
     """Which brick a pixel shows (row, column), and whether it is a joint.
 
@@ -157,7 +164,7 @@ def _bond(
 
 def _runs(rng: np.random.Generator, height: int, width: int) -> Floats:
     """Streaks that rain left on the wall: noise stretched downwards."""
-    low = white_noise(rng, max(4, height // 64), width, 1.2)
-    tall = cv2.resize(np.concatenate([low, low[:1]]), (width, height + height // len(low)), interpolation=cv2.INTER_LINEAR)
-    start = height // len(low) // 2
-    return np.asarray(tall[start : start + height], np.float32)
+    step = 64
+    low = white_noise(rng, height // step, width, 1.2)
+    tall = cv2.resize(np.concatenate([low, low[:1]]), (width, height + step))
+    return np.asarray(tall[step // 2 : step // 2 + height], np.float32)

@@ -14,6 +14,7 @@ from avsec_gym.world.textures.drawing import (
     finished,
     letters,
     rectangle,
+    stroke,
 )
 from avsec_gym.world.textures.noise import fractal_noise, picture
 from avsec_gym.world.textures.texture import Picture, Texture
@@ -32,19 +33,21 @@ _WORDS = (
 )
 _LINES = ("ab 3. Oktober", "Karlsruhe", "Stadthalle", "jeden Freitag", "am Schlossplatz", "20 Uhr")
 _COLOURS: tuple[Colour, ...] = (
-    (214, 40, 40),
-    (247, 200, 40),
-    (30, 90, 170),
-    (240, 240, 236),
-    (30, 130, 90),
-    (236, 110, 30),
-    (24, 26, 32),
-    (120, 40, 120),
-    (150, 200, 226),
-    (230, 150, 160),
+    (176, 44, 42),
+    (208, 168, 58),
+    (40, 84, 140),
+    (206, 206, 200),
+    (44, 112, 84),
+    (196, 100, 44),
+    (34, 36, 42),
+    (104, 46, 102),
+    (136, 172, 190),
+    (196, 138, 142),
 )
+"""Printing inks after some weeks of sun."""
 _POSTER = (1.2, 1.7)
-"""Metres."""
+"""Width and height, metres."""
+_WIDE_POSTER = (3.6, 2.5)
 
 
 def poster(_: int, rng: np.random.Generator) -> Picture:
@@ -54,7 +57,7 @@ def poster(_: int, rng: np.random.Generator) -> Picture:
     rectangle(on, (-0.57, -0.82), (0.57, 0.82), ground)
     _motif(on, rng, motif, ink)
     dark = sum(ground) < 380
-    text: Colour = (242, 242, 238) if dark else (20, 20, 24)
+    text: Colour = (212, 212, 206) if dark else (20, 20, 24)
     top = float(rng.choice([0.62, -0.34]))
     letters(on, str(rng.choice(_WORDS)), (0, top), 0.22, text, widest=1.0, weight=0.2)
     letters(on, str(rng.choice(_LINES)), (0, top - 0.22), 0.09, text, widest=0.9)
@@ -62,6 +65,20 @@ def poster(_: int, rng: np.random.Generator) -> Picture:
         reach = float(rng.uniform(0.2, 0.48))
         y = -0.68 - 0.04 * line
         rectangle(on, (-reach, y), (reach, y + 0.018), text)
+    return finished(on, rng, 0.05)
+
+
+def wide_poster(_: int, rng: np.random.Generator) -> Picture:
+    """A poster of 3.6 m by 2.5 m: the motif at the left, words at the right."""
+    on = canvas(*_WIDE_POSTER, (214, 213, 206), 90)
+    ground, motif, ink = (_COLOURS[i] for i in rng.permutation(len(_COLOURS))[:3])
+    rectangle(on, (-1.75, -1.2), (1.75, 1.2), ground)
+    _motif(Canvas(on.pixels[:, : on.pixels.shape[1] // 2], on.metre * 1.45), rng, motif, ink)
+    text: Colour = (212, 212, 206) if sum(ground) < 380 else (20, 20, 24)
+    letters(on, str(rng.choice(_WORDS)), (0.85, 0.45), 0.42, text, widest=1.6, weight=0.2)
+    letters(on, str(rng.choice(_LINES)), (0.85, -0.1), 0.2, text, widest=1.5)
+    letters(on, str(rng.choice(_LINES)), (0.85, -0.5), 0.2, text, widest=1.5)
+    rectangle(on, (0.2, -1.0), (1.5, -0.9), text)
     return finished(on, rng, 0.05)
 
 
@@ -102,27 +119,29 @@ def flag(variant: int, rng: np.random.Generator) -> Picture:
 
 def scribbled(variant: int, rng: np.random.Generator) -> Picture:
     """Paint that weathered, 2 m by 2 m, with stickers and sprayed scrawls on all but the first."""
-    on = canvas(2.0, 2.0, (226, 226, 222), 128)
+    on = canvas(2.0, 2.0, (214, 214, 210), 128)
     for _ in range(3 * variant):
         colour = _COLOURS[rng.integers(len(_COLOURS))]
-        # A hand that swings up and down while the arm moves on.
-        turns = np.cumsum(rng.uniform(0.15, 0.6, 60))[:, None]
-        swing = np.hstack([0.5 * np.cos(turns), np.sin(turns + rng.uniform(-1, 1))])
-        along = np.linspace(0.0, 1.0, 60)[:, None] * [rng.uniform(0.3, 0.7), rng.uniform(-0.1, 0.1)]
-        line = rng.uniform(-0.8, 0.4, 2) + along + rng.uniform(0.06, 0.18) * swing
+        # A tag: a hand that hurries through a few places.
+        places = rng.uniform((-0.06, -0.14), (0.06, 0.14), (9, 2))
+        places[:, 0] += np.linspace(0.0, rng.uniform(0.2, 0.5), 9)
+        at = np.linspace(0.0, 8.0, 65)
+        line = np.stack([np.interp(at, np.arange(9), column) for column in places.T], axis=1)
+        line = cv2.GaussianBlur(line, (1, 9), 0) + rng.uniform(-0.8, 0.5, 2)
         stroke(on, line, float(rng.uniform(0.012, 0.03)), colour)
     for _ in range(5 * variant):
         x, y = rng.uniform(-0.9, 0.9, 2).tolist()
         w, h = rng.uniform(0.03, 0.1, 2).tolist()
         rectangle(on, (x, y), (x + w, y + h), _COLOURS[rng.integers(len(_COLOURS))])
     clean = finished(on, rng, 0.0).astype(np.float32)
-    dirt = 1.0 + 0.05 * fractal_noise(rng, 256, 256, cells=3)
-    dirt -= 0.035 * np.clip(fractal_noise(rng, 256, 256, cells=24, octaves=3), 0, None) ** 2
+    # Rain leaves faint streaks, the road splashes from below.
+    streaks = fractal_noise(rng, 256, 256, cells=48, octaves=3)[:1]
+    dirt = 1.0 + 0.02 * fractal_noise(rng, 256, 256, cells=4) - 0.03 * np.clip(streaks, 0, None)
     return picture(clean * dirt[..., None])
 
 
 def _empty(rng: np.random.Generator) -> Canvas:
-    paper: Colour = (238, 237, 230) if rng.random() < 0.8 else (40, 42, 46)
+    paper: Colour = (214, 213, 206) if rng.random() < 0.8 else (40, 42, 46)
     return canvas(*_POSTER, paper, 110)
 
 
@@ -156,6 +175,7 @@ def _motif(on: Canvas, rng: np.random.Generator, colour: Colour, ink: Colour) ->
 
 POSTERS: dict[str, Texture] = {
     "poster": Texture(_POSTER, 10, poster),
+    "wide_poster": Texture(_WIDE_POSTER, 5, wide_poster),
     "pillar_posters": Texture((4.4, 2.8), 3, pasted),
     "flag": Texture((1.2, 3.0), 4, flag),
     "scribbled": Texture((2.0, 2.0), 4, scribbled),

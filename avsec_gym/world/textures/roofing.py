@@ -7,7 +7,7 @@ import numpy as np
 from avsec_gym.world.textures.noise import coloured, fractal_noise, picture, white_noise
 from avsec_gym.world.textures.texture import Picture
 
-_CLAY = ((158, 86, 62), (124, 72, 56), (98, 68, 54), (66, 66, 68))
+_CLAY = ((146, 78, 56), (120, 70, 54), (98, 68, 54), (66, 66, 68))
 
 
 def roof_tile(variant: int, rng: np.random.Generator) -> Picture:
@@ -15,7 +15,7 @@ def roof_tile(variant: int, rng: np.random.Generator) -> Picture:
     size, count = 512, 12
     at = (np.arange(size) + 0.5) * count / size
     across, down = at % 1.0, at % 1.0
-    tone = rng.normal(0.0, (0.05, 0.12, 0.1, 0.05)[variant], (count, count)).astype(np.float32)
+    tone = rng.normal(0.0, (0.035, 0.075, 0.06, 0.035)[variant], (count, count)).astype(np.float32)
     index = at.astype(np.intp)
     wave = 0.16 * np.sin(2 * np.pi * across) - 0.28 * (across < 0.09)
     course = 0.1 * (down - 0.5) - 0.42 * (down < 0.1) + 0.1 * (down > 0.9)
@@ -25,7 +25,7 @@ def roof_tile(variant: int, rng: np.random.Generator) -> Picture:
     value = coloured(_CLAY[variant], noise, 1.0)
     if variant == 1:
         moss = np.clip(0.5 * clouds - 0.35, 0, 0.6)[..., None]
-        value = value * (1 - moss) + np.float32([84, 80, 58]) * moss
+        value = value * (1 - moss) + np.array([84, 80, 58]) * moss
     return picture(value)
 
 

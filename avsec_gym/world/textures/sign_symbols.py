@@ -16,12 +16,12 @@ from avsec_gym.world.textures.drawing import (
     stroke,
 )
 
-WHITE: Colour = (236, 238, 238)
+WHITE: Colour = (216, 219, 219)
 BLACK: Colour = (22, 22, 24)
-RED: Colour = (196, 22, 32)
-BLUE: Colour = (12, 62, 146)
-YELLOW: Colour = (250, 196, 10)
-GREEN: Colour = (10, 110, 70)
+RED: Colour = (168, 14, 24)
+BLUE: Colour = (8, 48, 120)
+YELLOW: Colour = (222, 152, 6)
+GREEN: Colour = (6, 84, 52)
 
 
 def outline(name: str, width: float, height: float) -> NDArray[np.float64]:
@@ -279,10 +279,10 @@ def gantry_board(places: tuple[tuple[str, ...], tuple[str, ...]], on: Canvas) ->
     """Places above the lanes of a motorway, for the left and the right half."""
     for x, names in zip((-1.6, 1.6), places, strict=True):
         for row, name in enumerate(names):
-            letters(on, name, (x, 0.85 - 0.5 * row), 0.32, WHITE, widest=2.6, weight=0.14)
-        for side in (-0.7, 0.7):
-            arrow(on, (x + side, -0.55), (x + side, -1.15), 0.11, WHITE)
-    rectangle(on, (-0.02, -1.25), (0.02, 1.25), WHITE)
+            letters(on, name, (x, 0.86 - 0.56 * row), 0.38, WHITE, widest=2.7, weight=0.16)
+        for side in (-0.75, 0.75):
+            arrow(on, (x + side, -0.35), (x + side, -1.15), 0.15, WHITE)
+    rectangle(on, (-0.03, -1.25), (0.03, 1.25), WHITE)
 
 
 def motorway_exit(on: Canvas) -> None:

@@ -20,7 +20,7 @@ def galvanised(_: int, rng: np.random.Generator) -> Picture:
     steps = np.abs(np.stack([y, x], -1)[:, :, None] - places)
     nearest = (np.minimum(steps, size - steps) ** 2).sum(-1).argmin(-1)
     clouds = fractal_noise(rng, size, size, cells=3, octaves=3)
-    return picture(coloured((172, 177, 180), 0.5 * greys[nearest] + clouds, 0.07))
+    return picture(coloured((152, 157, 160), greys[nearest] + 0.7 * clouds, 0.03))
 
 
 def cast_concrete(variant: int, rng: np.random.Generator) -> Picture:
@@ -48,15 +48,23 @@ def rusty(_: int, rng: np.random.Generator) -> Picture:
     )
 
 
-def weathered_wood(_: int, rng: np.random.Generator) -> Picture:
-    """Wood that went grey, 1 m: the grain runs along u."""
+def raw_concrete(_: int, rng: np.random.Generator) -> Picture:
+    """Concrete in small pieces, without seams: 1 m."""
+    clouds = fractal_noise(rng, 128, 128, cells=3, persistence=0.6)
+    grain = white_noise(rng, 128, 128, 0.6)
+    return picture(coloured((158, 155, 148), clouds + 0.7 * grain, 0.05))
+
+
+def weathered_wood(variant: int, rng: np.random.Generator) -> Picture:
+    """Wood, 1 m: the grain runs along u in the first variant, along v in the second."""
     size = 256
     grain = fractal_noise(rng, size, size, cells=48, octaves=3)
     long = cv2.resize(grain[:, : size // 16], (size, size), interpolation=cv2.INTER_CUBIC)
     # The stretched grain meets its own mirror image at the edge.
     long = np.concatenate([long[:, ::2], long[:, ::-2]], axis=1)
     clouds = fractal_noise(rng, size, size, cells=3, octaves=3)
-    return picture(coloured((140, 118, 92), 0.7 * long + 0.5 * clouds, 0.14))
+    wood = picture(coloured((128, 108, 86), 0.7 * long + 0.5 * clouds, 0.12))
+    return wood if variant == 0 else np.ascontiguousarray(wood.transpose(1, 0, 2))
 
 
 def ribbed(variant: int, rng: np.random.Generator) -> Picture:
@@ -89,7 +97,7 @@ def banded(variant: int, _: np.random.Generator) -> Picture:
     size = 64
     y, x = np.mgrid[:size, :size]
     red = (x if variant == 0 else x + y) % size < size // 2
-    return np.where(red[..., None], (200, 30, 34), (236, 236, 234)).astype(np.uint8)
+    return np.where(red[..., None], (172, 16, 22), (218, 218, 216)).astype(np.uint8)
 
 
 def delineator(_: int, rng: np.random.Generator) -> Picture:
@@ -109,7 +117,8 @@ TEXTURES: dict[str, Texture] = {
     "galvanised": Texture((0.6, 0.6), 1, galvanised),
     "cast_concrete": Texture((4.0, 4.0), 2, cast_concrete),
     "rusty": Texture((1.0, 1.0), 1, rusty),
-    "weathered_wood": Texture((1.0, 1.0), 1, weathered_wood),
+    "raw_concrete": Texture((1.0, 1.0), 1, raw_concrete),
+    "weathered_wood": Texture((1.0, 1.0), 2, weathered_wood),
     "ribbed": Texture((4.0, 1.0), 2, ribbed),
     "cloth": Texture((1.0, 1.0), 1, cloth),
     "banded": Texture((0.5, 0.5), 2, banded),

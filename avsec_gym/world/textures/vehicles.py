@@ -216,6 +216,102 @@ def _bonnet(_: int, __: np.random.Generator) -> Picture:
     return picture(canvas)
 
 
+_COMPANIES = ("KOCH", "BADEN LOGISTIK", "Frische Kiste", "MAYER", "SPEDITION HUBER", "Moebel Ruf",
+              "EUROTRANS", "")
+_COMPANY_COLOURS = ((240, 240, 238), (30, 70, 150), (235, 236, 230), (200, 60, 30), (35, 110, 60),
+                    (235, 190, 40), (60, 60, 70), (150, 60, 45))
+
+
+def _cargo_side(variant: int, rng: np.random.Generator) -> Picture:
+    """The side of a box or tarpaulin, 8 by 2.5 m: lettering, a stripe, folds or ribs, road dirt."""
+    height, width = 160, 512
+    ground = np.array(_COMPANY_COLOURS[variant], np.uint8)
+    canvas = np.full((height, width, 3), ground, np.uint8)
+    dark = ground.astype(int).sum() < 380
+    ink = (240, 240, 235) if dark else _COMPANY_COLOURS[(variant + 1) % 6 if variant else 1]
+    if variant in (0, 2, 4, 6):
+        cv2.rectangle(canvas, (0, 118), (width, 134), ink, -1)
+    if variant in (1, 2, 5):
+        corners = np.array([(400, 0), (470, 0), (420, height), (350, height)])
+        cv2.fillPoly(canvas, [corners], _COMPANY_COLOURS[(variant + 2) % 6], cv2.LINE_AA)
+    text = _COMPANIES[variant]
+    if text:
+        wide = cv2.getTextSize(text, cv2.FONT_HERSHEY_DUPLEX, 1.0, 3)[0][0]
+        scale = min(2.2, 400.0 / wide)
+        cv2.putText(canvas, text, (36, 96), cv2.FONT_HERSHEY_DUPLEX, scale, ink, max(2, int(3 * scale)),
+                    cv2.LINE_AA)
+    x = np.arange(width, dtype=np.float32)[None, :]
+    folds = (2 * np.pi * 40 / width, 2 * np.pi * 12 / width)[variant % 2] * x
+    shade = 1.0 + (0.22 if variant == 7 else 0.04) * np.cos(folds)
+    shade = shade * (1.0 + 0.03 * fractal_noise(rng, height, width, cells=5))
+    v = np.linspace(0.0, 1.0, height, dtype=np.float32)[:, None]
+    shade = shade * (1.0 - 0.25 * np.clip((v - 0.8) / 0.2, 0.0, 1.0))
+    result = canvas.astype(np.float32) * shade[..., None]
+    result[:4] *= 0.7
+    result[-6:] *= 0.5
+    result[:, :4] *= 0.7
+    result[:, -4:] *= 0.7
+    return picture(result)
+
+
+def _van_sign(variant: int, _: np.random.Generator) -> Picture:
+    """A firm's name and what it does, on white."""
+    firm, trade = (
+        ("WEBER", "Sanitaer + Heizung"), ("Elektro Kunz", "Tel. 0721 / 40 17 3"), ("BLITZ", "Paketdienst"),
+        ("Malerbetrieb Vogt", "Meisterbetrieb"), ("BAECKEREI RAU", "seit 1926"), ("KRAUSE", "Glas & Fenster"),
+    )[variant]
+    ink = ((200, 30, 25), (25, 60, 150), (190, 20, 60), (30, 110, 60), (120, 60, 20), (20, 90, 140))[variant]
+    canvas = np.full((128, 384, 3), 245, np.uint8)
+    scale = 330.0 / cv2.getTextSize(firm, cv2.FONT_HERSHEY_DUPLEX, 1.0, 3)[0][0]
+    scale = min(scale, 2.4)
+    cv2.putText(canvas, firm, (24, 66), cv2.FONT_HERSHEY_DUPLEX, scale, ink, max(2, int(2.5 * scale)), cv2.LINE_AA)
+    cv2.putText(canvas, trade, (26, 108), cv2.FONT_HERSHEY_SIMPLEX, 0.95, (60, 60, 60), 2, cv2.LINE_AA)
+    return canvas
+
+
+def _cargo_doors(_: int, rng: np.random.Generator) -> Picture:
+    """Two rear doors with locking bars and hinges, red and white warning plates."""
+    size = 192
+    canvas = np.full((size, size, 3), (205, 206, 204), np.uint8)
+    cv2.rectangle(canvas, (1, 1), (size - 2, size - 2), (90, 90, 92), 5)
+    cv2.line(canvas, (96, 0), (96, size), (70, 70, 70), 2)
+    for x in (40, 74, 118, 152):
+        cv2.line(canvas, (x, 6), (x, size - 6), (140, 142, 145), 3)
+    cv2.line(canvas, (60, 140), (86, 140), (60, 60, 60), 4)
+    cv2.line(canvas, (106, 140), (132, 140), (60, 60, 60), 4)
+    for x in (10, 150):
+        cv2.rectangle(canvas, (x, 168), (x + 30, 182), (225, 225, 225), -1)
+        cv2.rectangle(canvas, (x, 168), (x + 14, 182), (190, 30, 25), -1)
+    shade = 1.0 + 0.05 * fractal_noise(rng, size, size, cells=3)
+    return picture(canvas.astype(np.float32) * shade[..., None])
+
+
+def _tarpaulin(_: int, rng: np.random.Generator) -> Picture:
+    """Cloth in soft upright folds."""
+    size = 128
+    x = np.arange(size, dtype=np.float32)[None, :] * (2 * np.pi / size)
+    clouds = fractal_noise(rng, size, size, cells=4)
+    folds = np.cos(3 * x + 0.6 * clouds) + 0.6 * np.cos(7 * x + 0.5 * clouds)
+    return picture(coloured((205, 205, 205), folds, 0.09))
+
+
+def _bus_door(_: int, rng: np.random.Generator) -> Picture:
+    """Two door wings of glass in black frames."""
+    canvas = _through(rng, 45.0)
+    for x in (0, 60, 122):
+        canvas[:, x : x + 6] = 10.0
+    canvas[:5] = canvas[-6:] = 10.0
+    return picture(canvas)
+
+
+def _destination(_: int, __: np.random.Generator) -> Picture:
+    """Amber letters on black."""
+    canvas = np.full((48, 256, 3), 12, np.uint8)
+    cv2.putText(canvas, "2 Wolfartsweier", (10, 34), cv2.FONT_HERSHEY_DUPLEX, 0.85, (250, 180, 40), 2,
+                cv2.LINE_AA)
+    return picture(canvas)
+
+
 TEXTURES: dict[str, Texture] = {
     "plate": Texture((0.52, 0.115), 24, _plate),
     "car_side": Texture((4.0, 1.0), 3, _car_side),
@@ -227,4 +323,10 @@ TEXTURES: dict[str, Texture] = {
     "bonnet": Texture((1.0, 1.0), 1, _bonnet),
     "headlamp": Texture((1.0, 1.0), 3, _headlamp),
     "tail_lamp": Texture((1.0, 1.0), 3, _tail_lamp),
+    "cargo_side": Texture((8.0, 2.5), 8, _cargo_side),
+    "cargo_doors": Texture((2.5, 2.5), 1, _cargo_doors),
+    "van_sign": Texture((1.0, 1.0), 6, _van_sign),
+    "tarpaulin": Texture((1.0, 1.0), 1, _tarpaulin),
+    "bus_door": Texture((1.0, 1.0), 1, _bus_door),
+    "destination": Texture((1.0, 1.0), 1, _destination),
 }

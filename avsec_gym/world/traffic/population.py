@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from avsec_gym.geometry import Floats
+from avsec_gym.world.actors import Integers
 from avsec_gym.world.traffic.routes import Route
-from avsec_gym.world.traffic.state import Integers
 
 EGO_SIZE = (1.50, 1.80, 4.70)
 """Height, width, length of the estate cars that carry sensors, metres."""
@@ -39,6 +39,8 @@ class Traveller(NamedTuple):
     """Passes its gate only if nobody has to brake for it."""
     started: bool = False
     """Is passing its gate already."""
+    ego: bool = False
+    """Carries sensors."""
 
     @property
     def front(self) -> float:

@@ -8,7 +8,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.world.actors import Actors, Moment
 from avsec_gym.world.site import Site
 from avsec_gym.world.traffic.ahead import interactions_ahead
-from avsec_gym.world.traffic.driving import Manners, idm_acceleration, slow_down
+from avsec_gym.world.traffic.driving import idm_acceleration, slow_down
 from avsec_gym.world.traffic.gates import (
     Zones,
     find_zones,
@@ -17,11 +17,11 @@ from avsec_gym.world.traffic.gates import (
 )
 from avsec_gym.world.traffic.overtaking import change_lanes
 from avsec_gym.world.traffic.populate import populate
-from avsec_gym.world.traffic.population import Population, Traveller
+from avsec_gym.world.traffic.population import Population
 from avsec_gym.world.traffic.state import (
     Network,
-    Shift,
     Traffic,
+    begin,
     network_of,
     offsets,
     on_route,
@@ -35,14 +35,6 @@ SIGHT = 100.0
 """Metres from every ego vehicle within which nobody appears or vanishes at the site's ends."""
 MOVING = 0.3
 """m/s above which somebody moves."""
-_MANNERS = {
-    "Car": (1.3, 2.0, 1.4, 2.0),
-    "Van": (1.4, 2.0, 1.2, 2.0),
-    "Truck": (1.7, 2.5, 0.7, 1.8),
-    "Cyclist": (0.9, 1.0, 0.8, 1.6),
-    "Pedestrian": (0.4, 0.35, 0.8, 1.2),
-}
-"""`Manners` by category: headway, distance when standing, acceleration, braking."""
 _GAIT, _CRANK = 1.4 / 1.75, 5.0
 """Way of two steps by a person's height, and of one turn of the pedals, metres."""
 
@@ -84,7 +76,7 @@ def run(site: Site, population: Population, duration: float, step: float = 0.1) 
     """Let a population go; see `simulate`."""
     network = network_of(population.routes)
     zones = find_zones(network)
-    traffic = _begin(network, population.travellers)
+    traffic = begin(network, population.travellers)
     pauses = np.array([one.pause for one in population.travellers]).reshape(-1, 2)
     ticks = max(1, int(np.ceil(step / LONGEST_TICK - 1e-9)))
     count = int(duration / step + 1e-9) + 1
@@ -99,30 +91,6 @@ def run(site: Site, population: Population, duration: float, step: float = 0.1) 
                 network, zones, population, traffic, pauses, time, step / ticks
             )
     return _moments(site, population, history, step)
-
-
-def _begin(network: Network, travellers: tuple[Traveller, ...]) -> Traffic:
-    """The arrays at time 0."""
-    count = len(travellers)
-    manners = np.array([_MANNERS[one.category] for one in travellers]).reshape(-1, 4)
-    left = np.array([one.left for one in travellers])
-    traffic = Traffic(
-        route=np.array([one.route for one in travellers], np.int64),
-        place=np.array([one.place for one in travellers], float),
-        speed=np.array([one.speed for one in travellers], float),
-        poses=np.zeros((count, 3)),
-        length=np.array([one.dimensions[2] for one in travellers]),
-        width=np.array([one.dimensions[1] for one in travellers]),
-        desired=np.array([one.desired for one in travellers]),
-        weave=np.array([one.weave for one in travellers]).reshape(-1, 3),
-        shift=Shift(np.full(count, -1e6), np.ones(count), left, left.copy()),
-        manners=Manners(*manners.T.copy()),
-        opens=np.array([one.opens for one in travellers]),
-        polite=np.array([one.polite for one in travellers], bool),
-        committed=np.array([one.started for one in travellers], bool),
-    )
-    traffic.poses[:] = place_all(network, traffic)[0]
-    return traffic
 
 
 def _advance(

@@ -10,9 +10,20 @@ from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
 from avsec_gym.world.traffic.driving import Manners, bend_limits
+from avsec_gym.world.traffic.population import Traveller
 from avsec_gym.world.traffic.routes import SPACING, Route, between
 
 Integers = NDArray[np.int64]
+
+
+_MANNERS = {
+    "Car": (1.3, 2.0, 1.4, 2.0),
+    "Van": (1.4, 2.0, 1.2, 2.0),
+    "Truck": (1.7, 2.5, 0.7, 1.8),
+    "Cyclist": (0.9, 1.0, 0.8, 1.6),
+    "Pedestrian": (0.4, 0.35, 0.8, 1.2),
+}
+"""`Manners` by category: headway, distance when standing, acceleration, braking."""
 
 
 class Network(NamedTuple):
@@ -85,6 +96,30 @@ class Traffic(NamedTuple):
     """Passes its gate only if nobody has to brake for it."""
     committed: NDArray[np.bool_]
     """Has begun to pass its gate."""
+
+
+def begin(network: Network, travellers: tuple[Traveller, ...]) -> Traffic:
+    """Some travellers at time 0."""
+    count = len(travellers)
+    manners = np.array([_MANNERS[one.category] for one in travellers]).reshape(-1, 4)
+    left = np.array([one.left for one in travellers])
+    traffic = Traffic(
+        route=np.array([one.route for one in travellers], np.int64),
+        place=np.array([one.place for one in travellers], float),
+        speed=np.array([one.speed for one in travellers], float),
+        poses=np.zeros((count, 3)),
+        length=np.array([one.dimensions[2] for one in travellers]),
+        width=np.array([one.dimensions[1] for one in travellers]),
+        desired=np.array([one.desired for one in travellers]),
+        weave=np.array([one.weave for one in travellers]).reshape(-1, 3),
+        shift=Shift(np.full(count, -1e6), np.ones(count), left, left.copy()),
+        manners=Manners(*manners.T.copy()),
+        opens=np.array([one.opens for one in travellers]),
+        polite=np.array([one.polite for one in travellers], bool),
+        committed=np.array([one.started for one in travellers], bool),
+    )
+    traffic.poses[:] = place_all(network, traffic)[0]
+    return traffic
 
 
 def offsets(weave: Floats, shift: Shift, place: Floats) -> tuple[Floats, Floats]:

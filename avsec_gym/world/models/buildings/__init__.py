@@ -19,10 +19,17 @@ from avsec_gym.world.models.buildings.fences import garden_wall, picket_fence
 from avsec_gym.world.models.buildings.sheds import garage, hall
 from avsec_gym.world.models.buildings.terrace import shop, terrace
 
-__all__ = ["FRONT_OVERHANG", "KINDS", "SIDE_OVERHANG", "garden_wall", "make_building", "picket_fence"]
+__all__ = [
+    "FRONT_OVERHANG",
+    "KINDS",
+    "SIDE_OVERHANG",
+    "garden_wall",
+    "make_building",
+    "picket_fence",
+]
 
 FRONT_OVERHANG = 2.0
-"""How far eaves, balconies, awnings and steps reach before the facade (and behind the rear), metres."""
+"""How far eaves, balconies, awnings and steps reach before the facade, metres."""
 
 KINDS: dict[str, Callable[[float, float, np.random.Generator], Mesh]] = {
     "detached": detached,
@@ -36,7 +43,7 @@ KINDS: dict[str, Callable[[float, float, np.random.Generator], Mesh]] = {
 """Kind of building to the function that makes it from width, depth (metres) and chance."""
 
 SIDE_OVERHANG: dict[str, float] = {
-    "detached": 0.65,
+    "detached": 0.75,
     "terrace": 0.05,
     "apartment": 0.65,
     "shop": 0.05,

@@ -12,7 +12,7 @@ from avsec_gym.world.models.buildings import palette
 from avsec_gym.world.models.buildings.attachments import balconies, canopy, downpipes, steps
 from avsec_gym.world.models.buildings.facade import BELOW_GROUND, Band, enclose, evenly, grid, wall
 from avsec_gym.world.models.buildings.panels import Floats, Panels, boxes, solid, upright
-from avsec_gym.world.models.buildings.roofs import flat_roof, gutter, hip_roof
+from avsec_gym.world.models.buildings.roofs import flat_roof, gutters, hip_roof
 from avsec_gym.world.models.buildings.windows import WindowStyle, bars, doors, reveals, windows
 
 _STOREY = 2.8
@@ -39,9 +39,9 @@ def apartment(width: float, depth: float, rng: np.random.Generator) -> Mesh:
     sills = plinth + 0.9 + _STOREY * np.arange(storeys)
     sides = [
         _front(width, plinth, sills, bands, style, rng),
-        _plain(depth, sills, bands, style, rng, 7.0),
-        _plain(width, sills, bands, style, rng, 5.0),
-        _plain(depth, sills, bands, style, rng, 7.0),
+        _plain(depth, sills, bands, style, rng, 1),
+        _plain(width, sills, bands, style, rng, 3),
+        _plain(depth, sills, bands, style, rng, 1),
     ]
     if rng.random() < 0.6:
         rim = palette.pick(rng, palette.CONCRETE, palette.ZINC, palette.BROWN_FRAME)
@@ -53,7 +53,7 @@ def apartment(width: float, depth: float, rng: np.random.Generator) -> Mesh:
         overhang, rise = 0.5, 0.22 * min(width, depth)
         roof = hip_roof(width, depth, eaves, rise, overhang, tiles)
         reach = 0.5 * width + overhang
-        roof.append(gutter(tiles.gutter, -reach, reach, -overhang, eaves))
+        roof.append(gutters(tiles.gutter, -reach, reach, -overhang, depth + overhang, eaves))
     return merge([enclose(width, depth, sides), solid(roof)])
 
 
@@ -67,7 +67,7 @@ def _front(
 ) -> list[Panels]:
     half, eaves = 0.5 * width, bands[-1].high
     stair = 1.2
-    inner = evenly(half - stair, 3.4, 3) + 0.5 * (half + stair)
+    inner = evenly(half - stair, 3.4, 3 if len(sills) < 5 else 2) + 0.5 * (half + stair)
     columns = np.concatenate([-inner[::-1], inner])
     openings = grid(columns, sills, 1.6, 1.35)
     # The column nearest to each end of the wall, or to the stairs, has the balconies.
@@ -110,9 +110,9 @@ def _plain(
     bands: list[Band],
     style: WindowStyle,
     rng: np.random.Generator,
-    pitch: float,
+    columns: int,
 ) -> list[Panels]:
-    openings = grid(evenly(length, pitch, 4), sills, 1.2, 1.3)
+    openings = grid(evenly(length, length / columns), sills, 1.2, 1.3)
     if rng.random() < 0.3:
         openings = openings[:0]
     return wall(length, bands, openings) + windows(openings, style.plain(), rng)

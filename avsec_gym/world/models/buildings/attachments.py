@@ -101,15 +101,20 @@ def sign(left: float, right: float, low: float, high: float, variant: int) -> li
 
 
 def satellite_dish(x: float, y: float, z: float) -> list[Panels]:
-    """A plate on an arm, looking south-east as they all do; seen from both sides."""
+    """A plate on an arm, looking at the street."""
     angle = np.linspace(0.0, 2.0 * np.pi, 9)[:8]
     rim = np.stack([x + 0.4 * np.cos(angle), y - 0.1 * np.sin(angle), z + 0.4 * np.sin(angle)], 1)
     dish = Material("plain", (0.6, 0.6, 0.58))
     hub = np.array([x, y + 0.12, z])
     after = np.roll(rim, -1, axis=0)
     corners = np.stack([np.broadcast_to(hub, rim.shape), rim, after, after], axis=1)
+    back = (0.0, 0.03, 0.0)
+    edge = np.stack([rim, np.add(rim, back), np.add(after, back), after], axis=1)
     arm = boxes(dish, (x - 0.03, y + 0.05, z - 0.9), (x + 0.03, y + 0.11, z))
-    return [quads(dish, corners), quads(dish, corners[:, [0, 2, 1, 1]] + (0.0, 0.02, 0.0)), arm]
+    return [
+        quads(dish, np.concatenate([corners, np.add(corners[:, [0, 2, 1, 1]], back), edge])),
+        arm,
+    ]
 
 
 def _railing(iron: Material, half: float, front: float) -> list[Panels]:
@@ -120,10 +125,14 @@ def _railing(iron: Material, half: float, front: float) -> list[Panels]:
     y = np.concatenate([np.full(len(along), front), side, side])
     low = np.stack([x, y, np.zeros(len(x))], axis=1)
     return [
-        boxes(iron, low, low + (0.025, 0.025, 0.95), without=("back", "top", "bottom")),
+        boxes(iron, low, np.add(low, (0.025, 0.025, 0.95)), without=("back", "top", "bottom")),
         boxes(
             iron,
-            [(-half, front - 0.02, 0.95), (-half, front + 0.04, 0.95), (half - 0.03, front + 0.04, 0.95)],
+            [
+                (-half, front - 0.02, 0.95),
+                (-half, front + 0.04, 0.95),
+                (half - 0.03, front + 0.04, 0.95),
+            ],
             [(half, front + 0.04, 1.0), (-half + 0.03, 0.0, 1.0), (half, 0.0, 1.0)],
         ),
     ]

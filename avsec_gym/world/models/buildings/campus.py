@@ -121,9 +121,7 @@ def _pavilion(width: float, depth: float, rng: np.random.Generator) -> Mesh:
     top = height - 1.3
     for number in range(columns):
         room = Material(f"shop_window/{int(rng.integers(3, 5))}", mirror=0.08, infrared=0.05)
-        parts.append(
-            upright(room, edges[number], edges[number + 1], 0.35, top, y=0.3, once=True)
-        )
+        parts.append(upright(room, edges[number], edges[number + 1], 0.35, top, y=0.3, once=True))
     sky = Material("plain", (0.03, 0.035, 0.04), mirror=0.09, infrared=0.05)
     parts += [
         upright(sky, edges[:-1], edges[1:], top, height - 0.35, y=0.3),

@@ -32,7 +32,7 @@ from avsec_gym.world.models.buildings.roofs import (
     RoofMaterials,
     chimney,
     gable_profile,
-    gutter,
+    gutters,
     hip_roof,
     swept_roof,
 )
@@ -108,7 +108,11 @@ def _front(
 ) -> list[Panels]:
     columns = evenly(width, 3.0, 5)
     entrance = int(rng.integers(len(columns)))
-    size = float(rng.uniform(1.1, 1.6)), float(rng.uniform(1.15, 1.4))
+    # Folding shutters need as much room again.
+    size = (
+        min(float(rng.uniform(1.1, 1.6)), 0.42 * width / len(columns)),
+        float(rng.uniform(1.15, 1.4)),
+    )
     ground = grid(np.delete(columns, entrance), sills[:1], *size)
     upper = grid(columns, sills[1:], *size)
     balcony = len(sills) > 1 and rng.random() < 0.35
@@ -157,7 +161,9 @@ def _gable(
     opening = grid([0.0], [eaves + 0.35], float(rng.uniform(0.9, 1.4)), 1.2)
     if rise < 2.6:
         return gable(span, eaves, rise, paint)
-    return gable(span, eaves, rise, paint, opening) + windows(opening, replace(style, folding=None, sashes=1), rng)
+    return gable(span, eaves, rise, paint, opening) + windows(
+        opening, replace(style, folding=None, sashes=1), rng
+    )
 
 
 def _hip(
@@ -172,7 +178,7 @@ def _hip(
     parts = hip_roof(width, depth, eaves, rise, overhang, materials)
     reach = 0.5 * width + overhang
     edge = eaves + THICKNESS - overhang * rise / (0.5 * min(width, depth))
-    parts.append(gutter(materials.gutter, -reach, reach, -overhang, edge))
+    parts.append(gutters(materials.gutter, -reach, reach, -overhang, depth + overhang, edge))
     return solid(parts + _top(0.0, 0.5 * depth, eaves + rise, rng))
 
 
@@ -192,7 +198,7 @@ def _ridge(
     reach = 0.5 * length + 0.3
     parts = swept_roof(gable_profile(span, eaves, rise, overhang), -reach, reach, materials)
     edge = slope.eaves - overhang * slope.rise
-    parts.append(gutter(materials.gutter, -reach, reach, -overhang, edge))
+    parts.append(gutters(materials.gutter, -reach, reach, -overhang, span + overhang, edge))
     parts += _roof_windows(length, span, slope, paint, style, materials, rng)
     x = float(0.3 * length * rng.choice([-1, 1]))
     return solid(parts + _top(x, 0.5 * span + 0.6, eaves + rise - 0.4, rng))

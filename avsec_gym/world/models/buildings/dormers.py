@@ -81,7 +81,9 @@ def skylights(columns: Floats, y: float, slope: Slope, frame: Material) -> list[
         low, high = (slope.eaves + end * slope.rise + lift for end in (near, far))
         return [(-x, near, low), (x, near, low), (x, far, high), (-x, far, high)]
 
-    glass = quads(Material("plain", (0.02, 0.025, 0.03), mirror=0.1, infrared=0.05), plane(0.07, 0.1))
+    glass = quads(
+        Material("plain", (0.02, 0.025, 0.03), mirror=0.1, infrared=0.05), plane(0.07, 0.1)
+    )
     return _repeated(
         [*slab(frame, plane(0.0, 0.09), 0.14, under=frame, edge=frame), glass], columns
     )
@@ -95,14 +97,14 @@ def _window(
     left, right = np.array([-x + 0.07, 0.04]), np.array([-0.04, x - 0.07])
     return [
         upright(frame, -x, x, z0, z1, y=front - 0.03),
-        upright(
-            pane_material(pane), left, right, z0 + 0.07, z1 - 0.07, y=front - 0.045, once=True
-        ),
+        upright(pane_material(pane), left, right, z0 + 0.07, z1 - 0.07, y=front - 0.045, once=True),
     ]
 
 
 def _gable_roof(
-    half: float, heights: tuple[float, float], depths: tuple[float, float, float],
+    half: float,
+    heights: tuple[float, float],
+    depths: tuple[float, float, float],
     materials: RoofMaterials,
 ) -> list[Panels]:
     """Two planes over (eaves, peak), from the front to where eaves and ridge meet the slope."""

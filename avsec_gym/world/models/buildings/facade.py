@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +12,15 @@ from numpy.typing import ArrayLike
 
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
-from avsec_gym.world.models.buildings.panels import Floats, Panels, boxes, fan, quads, solid, upright
+from avsec_gym.world.models.buildings.panels import (
+    Floats,
+    Panels,
+    boxes,
+    fan,
+    quads,
+    solid,
+    upright,
+)
 
 BELOW_GROUND = -0.6
 """How deep walls reach, metres, so that no gap opens on a slope."""
@@ -55,7 +64,7 @@ def wall(
         heights = np.unique([band.low, *cuts, band.high])
         rows: list[tuple[float, float, float, float]] = []
         bottom: list[tuple[float, float]] = []
-        for low, high in zip(heights[:-1], heights[1:], strict=True):
+        for low, high in pairwise(heights):
             middle = 0.5 * (low + high)
             cut = openings[(openings[:, 2] < middle) & (middle < openings[:, 3])]
             cut = cut[np.argsort(cut[:, 0])]
@@ -67,7 +76,7 @@ def wall(
             rows += [(start, end, low, high) for start, end in spans]
             bottom = bottom or spans
         face = upright(band.material, *np.array(rows).T, y=-band.out)
-        parts.append(replace(face, uv=face.uv + (0.0, band.high)))
+        parts.append(replace(face, uv=np.add(face.uv, (0.0, band.high))))
         if adjoining and band.out > 0:
             low, high = (-half, -band.out, band.low), (half, 0.0, band.high)
             hidden = ("front", "back", "top", "bottom")
@@ -101,7 +110,10 @@ def gable(
     return [
         fan(material, [(-half, 0.0, eaves), (-x, 0.0, eaves), (-x, 0.0, slant)]),
         fan(material, [(x, 0.0, eaves), (half, 0.0, eaves), (x, 0.0, slant)]),
-        fan(material, [(-x, 0.0, high), (x, 0.0, high), (x, 0.0, slant), (0.0, 0.0, peak), (-x, 0.0, slant)]),
+        fan(
+            material,
+            [(-x, 0.0, high), (x, 0.0, high), (x, 0.0, slant), (0.0, 0.0, peak), (-x, 0.0, slant)],
+        ),
         upright(material, -x, x, eaves, low),
     ]
 
@@ -115,7 +127,12 @@ def enclose(width: float, depth: float, sides: Sequence[Sequence[Panels]]) -> Me
         sides: Each built for a wall along x that faces -y, its middle at the origin.
     """
     half = 0.5 * width
-    places = [(0.0, 0.0, 0.0), (half, 0.5 * depth, 0.5), (0.0, depth, 1.0), (-half, 0.5 * depth, -0.5)]
+    places = [
+        (0.0, 0.0, 0.0),
+        (half, 0.5 * depth, 0.5),
+        (0.0, depth, 1.0),
+        (-half, 0.5 * depth, -0.5),
+    ]
     return merge(
         [
             solid(parts).placed(x, y, yaw=turn * np.pi)

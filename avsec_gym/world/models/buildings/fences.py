@@ -38,11 +38,11 @@ def garden_wall(length: float, rng: np.random.Generator) -> Mesh:
         parts += _railing(length, high + 0.06, rng)
         pillars = np.linspace(-half + 0.22, half - 0.22, max(2, round(length / 4.0) + 1))
         low = np.stack([pillars - 0.2, *np.full((2, len(pillars)), [[-0.2], [0.0]])], axis=1)
-        top = low + (0.4, 0.4, high + 0.75)
+        top = np.add(low, (0.4, 0.4, high + 0.75))
         low[:, 2] = BELOW_GROUND
         parts += [
             boxes(stone, low, top, without=("top", "bottom")),
-            boxes(coping, top * (1, 1, 1) - (0.43, 0.43, 0.0), top + (0.03, 0.03, 0.07)),
+            boxes(coping, np.subtract(top, (0.43, 0.43, 0.0)), np.add(top, (0.03, 0.03, 0.07))),
         ]
     return solid(parts)
 
@@ -55,13 +55,17 @@ def picket_fence(length: float, rng: np.random.Generator) -> Mesh:
         rng: Draws height, spacing and colour.
     """
     wood = palette.pick(
-        rng, Material("timber/0"), Material("timber/1"), Material("timber/0", (0.6, 0.6, 0.6)), palette.WHITE
+        rng,
+        Material("timber/0"),
+        Material("timber/1"),
+        Material("timber/0", (0.6, 0.6, 0.6)),
+        palette.WHITE,
     )
     high, pitch = float(rng.uniform(0.8, 1.15)), float(rng.uniform(0.125, 0.17))
     half = 0.5 * length
     x = np.arange(-half, half - 0.08, pitch)
     low = np.stack([x, *np.full((2, len(x)), [[-0.05], [0.05]])], axis=1)
-    boards = boxes(wood, low, low + (0.08, 0.025, high - 0.05), without=("bottom",))
+    boards = boxes(wood, low, np.add(low, (0.08, 0.025, high - 0.05)), without=("bottom",))
     rails = boxes(
         wood,
         [(-half, -0.025, 0.25 * high), (-half, -0.025, 0.75 * high)],
@@ -69,7 +73,9 @@ def picket_fence(length: float, rng: np.random.Generator) -> Mesh:
     )
     at = np.linspace(-half + 0.05, half - 0.05, max(2, round(length / 2.5) + 1))
     foot = np.stack([at - 0.05, *np.full((2, len(at)), [[0.02], [BELOW_GROUND]])], axis=1)
-    posts = boxes(wood, foot, foot + (0.1, 0.09, high - BELOW_GROUND - 0.03), without=("bottom",))
+    posts = boxes(
+        wood, foot, np.add(foot, (0.1, 0.09, high - BELOW_GROUND - 0.03)), without=("bottom",)
+    )
     return solid([boards, rails, posts])
 
 
@@ -84,7 +90,7 @@ def _railing(length: float, low: float, rng: np.random.Generator) -> list[Panels
     half, high, pitch = 0.5 * length, low + float(rng.uniform(0.4, 0.6)), 0.12
     x = np.arange(-half + 0.05, half - 0.05, pitch)
     start = np.stack([x, *np.full((2, len(x)), [[-0.015], [low + 0.05]])], axis=1)
-    bars = boxes(iron, start, start + (0.03, 0.03, high - low), without=("bottom",))
+    bars = boxes(iron, start, np.add(start, (0.03, 0.03, high - low)), without=("bottom",))
     rails = boxes(
         iron,
         [(-half, -0.03, low + 0.04), (-half, -0.03, high - 0.08)],

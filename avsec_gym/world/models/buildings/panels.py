@@ -15,9 +15,14 @@ from numpy.typing import ArrayLike, NDArray
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh
 
-Floats = NDArray[np.float64]
+Floats = NDArray[np.floating]
 
 _ONCE = np.array([(0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)])
+
+_TRIANGLES = np.array([(0, 1, 2), (0, 2, 3)], np.int32)
+
+_UPRIGHT = np.array([(0, 2, 3), (1, 2, 3), (1, 2, 4), (0, 2, 4)])
+"""x, y, z of a rectangle's corners among left, right, back, low, high."""
 
 _SIDES = {
     "front": ((0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)),
@@ -58,13 +63,12 @@ def solid(parts: Iterable[Panels]) -> Mesh:
     codes = [index.setdefault(part.material, len(index)) for part in panels]
     material = np.repeat(np.array(codes, np.int32), [len(part.corners) for part in panels])
     corners = np.concatenate([part.corners for part in panels])
-    a, b, c, d = np.moveaxis(corners, 1, 0)
-    normals = np.cross(c - a, d - b)
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True) + 1e-12
+    a, b, c, d = corners.transpose(1, 0, 2)
+    normals = _unit(_cross(c - a, d - b))
     first = 4 * np.arange(len(corners), dtype=np.int32)[:, None]
-    faces = np.concatenate([first + np.int32([0, 1, 2]), first + np.int32([0, 2, 3])])
-    areas = np.concatenate([np.cross(b - a, c - a), np.cross(c - a, d - a)])
-    kept = np.linalg.norm(areas, axis=1) > 1e-6
+    faces = np.concatenate([first + _TRIANGLES[0], first + _TRIANGLES[1]])
+    areas = np.concatenate([_cross(b - a, c - a), _cross(c - a, d - a)])
+    kept = np.abs(areas).max(axis=1) > 1e-6
     return Mesh(
         vertices=corners.reshape(-1, 3).astype(np.float32),
         normals=np.repeat(normals, 4, axis=0).astype(np.float32),
@@ -96,16 +100,8 @@ def upright(
         y: How far behind the facade's plane.
         once: Each shows one whole repeat of a texture of 1 m x 1 m, not metres.
     """
-    left, right, low, high, back = np.broadcast_arrays(*np.atleast_1d(x0, x1, z0, z1, y))
-    corners = np.stack(
-        [
-            np.stack([left, back, low], axis=-1),
-            np.stack([right, back, low], axis=-1),
-            np.stack([right, back, high], axis=-1),
-            np.stack([left, back, high], axis=-1),
-        ],
-        axis=1,
-    ).astype(float)
+    ends = np.array(np.broadcast_arrays(*np.atleast_1d(x0, x1, y, z0, z1)), float)
+    corners = ends[_UPRIGHT].transpose(2, 0, 1)
     if once:
         return Panels(corners, np.tile(_ONCE, (len(corners), 1, 1)), material)
     return Panels(corners, corners[..., [0, 2]] * (1.0, -1.0), material)
@@ -136,14 +132,11 @@ def boxes(
 def quads(material: Material, corners: ArrayLike) -> Panels:
     """Any flat quadrilaterals, shape (n, 4, 3); the first edge runs along the texture's u."""
     points = np.asarray(corners, float).reshape(-1, 4, 3)
-    right = points[:, 1] - points[:, 0]
-    right /= np.linalg.norm(right, axis=1, keepdims=True) + 1e-12
-    up = np.cross(np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1]), right)
-    up /= np.linalg.norm(up, axis=1, keepdims=True) + 1e-12
-    offset = points - points[:, :1]
-    start = points[:, :1] @ right[:, :, None]
-    u = (offset @ right[:, :, None] + start)[..., 0]
-    v = -(offset @ up[:, :, None])[..., 0]
+    right = _unit(points[:, 1] - points[:, 0])
+    across = _cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1])
+    up = _unit(_cross(across, right))
+    u = (points * right[:, None]).sum(axis=-1)
+    v = -((points - points[:, :1]) * up[:, None]).sum(axis=-1)
     return Panels(points, np.stack([u, v], axis=-1), material)
 
 
@@ -192,3 +185,13 @@ def _flat_uv(corners: Floats) -> Floats:
     """Metres in the wall's own plane, from the ground, whichever way the wall looks."""
     spread = np.ptp(corners.reshape(-1, 3), axis=0)
     return corners[..., [0 if spread[0] >= spread[1] else 1, 2]] * (1.0, -1.0)
+
+
+def _cross(first: Floats, second: Floats) -> Floats:
+    """Cross products; several times as fast as NumPy's for a handful of vectors."""
+    ahead, behind = [1, 2, 0], [2, 0, 1]
+    return first[:, ahead] * second[:, behind] - first[:, behind] * second[:, ahead]
+
+
+def _unit(vectors: Floats) -> Floats:
+    return vectors / (np.sqrt((vectors * vectors).sum(axis=-1, keepdims=True)) + 1e-12)

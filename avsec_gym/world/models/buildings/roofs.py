@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,7 +39,7 @@ def swept_roof(
     line = np.asarray(profile, float)
     parts: list[Panels] = []
     last = len(line) - 2
-    for number, (near, far) in enumerate(zip(line[:-1], line[1:], strict=True)):
+    for number, (near, far) in enumerate(pairwise(line)):
         corners = np.array([(left, *near), (right, *near), (right, *far), (left, *far)])
         near_edge, far_edge = 0, 2
         if far[1] < near[1]:
@@ -69,15 +70,15 @@ def gable_profile(depth: float, eaves: float, rise: float, overhang: float) -> F
 
 def mansard_profile(depth: float, eaves: float, lower: float, rise: float) -> Floats:
     """A steep lower slope of height `lower`, then a flat upper one."""
-    z = eaves + THICKNESS
-    steep = 0.3 * lower
+    z, steep, overhang = eaves + THICKNESS, 0.3 * lower, 0.05
+    drop = overhang * lower / steep
     return np.array(
         [
-            (-0.05, z - 0.1),
+            (-overhang, z - drop),
             (steep, z + lower),
             (0.5 * depth, z + lower + rise),
             (depth - steep, z + lower),
-            (depth + 0.05, z - 0.1),
+            (depth + overhang, z - drop),
         ]
     )
 
@@ -142,18 +143,27 @@ def flat_roof(
     return [ring, _level(top, *inner)]
 
 
-def gutter(material: Material, left: float, right: float, y: float, z: float) -> Panels:
-    """Along the eaves at y, hanging in front of them, upper edge at z."""
-    return boxes(material, (left, y - 0.13, z - 0.11), (right, y, z))
+def gutters(
+    material: Material, left: float, right: float, front: float, rear: float, z: float
+) -> Panels:
+    """Before the eaves at y = front and behind those at y = rear, upper edges at z."""
+    low = np.array([(left, front - 0.13, z - 0.11), (left, rear, z - 0.11)])
+    return boxes(material, low, np.add(low, (right - left, 0.13, 0.11)))
 
 
-def chimney(x: float, y: float, low: float, high: float, body: Material, cap: Material) -> list[Panels]:
+def chimney(
+    x: float, y: float, low: float, high: float, body: Material, cap: Material
+) -> list[Panels]:
     """A stack of 0.7 m x 0.5 m from inside the roof, with a slab on top."""
     size = np.array([0.35, 0.25])
     start, end = (x - size[0], y - size[1]), (x + size[0], y + size[1])
     return [
         boxes(body, (*start, low), (*end, high), without=("bottom",)),
-        boxes(cap, (start[0] - 0.06, start[1] - 0.06, high), (end[0] + 0.06, end[1] + 0.06, high + 0.1)),
+        boxes(
+            cap,
+            (start[0] - 0.06, start[1] - 0.06, high),
+            (end[0] + 0.06, end[1] + 0.06, high + 0.1),
+        ),
     ]
 
 

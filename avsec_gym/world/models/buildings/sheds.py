@@ -22,7 +22,7 @@ from avsec_gym.world.models.buildings.roofs import (
     RoofMaterials,
     flat_roof,
     gable_profile,
-    gutter,
+    gutters,
     swept_roof,
 )
 from avsec_gym.world.models.buildings.shop_front import SHOPS, SIGNS
@@ -69,7 +69,9 @@ def hall(width: float, depth: float, rng: np.random.Generator) -> Mesh:
     front += [
         reveals(opening, -0.06, 0.3, palette.ALUMINIUM),
         upright(gate, *opening.T, y=0.3),
-        *doors(door, Material("door/4"), palette.ALUMINIUM, palette.ALUMINIUM, recess=0.1, border=0.06),
+        *doors(
+            door, Material("door/4"), palette.ALUMINIUM, palette.ALUMINIUM, recess=0.1, border=0.06
+        ),
         reveals(strip, 0.0, 0.1, palette.ALUMINIUM),
         upright(pane_material(6), *strip.T, y=0.1),
         bars(palette.ALUMINIUM, strip[0], round(0.9 * width / 1.6), 1, 0.07, 0.06),
@@ -89,7 +91,7 @@ def hall(width: float, depth: float, rng: np.random.Generator) -> Mesh:
     reach = 0.5 * width + 0.15
     profile = gable_profile(depth, height, rise, 0.3)
     roof = swept_roof(profile, -reach, reach, metal)
-    roof.append(gutter(palette.ZINC, -reach, reach, -0.3, float(profile[0, 1])))
+    roof.append(gutters(palette.ZINC, -reach, reach, -0.3, depth + 0.3, float(profile[0, 1])))
     light = boxes(
         Material("plain", (0.5, 0.52, 0.54), mirror=0.05),
         (-0.35 * width, 0.45 * depth, height + 0.7 * rise),

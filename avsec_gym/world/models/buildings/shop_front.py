@@ -41,8 +41,8 @@ def shop_front(
     glass[entrance, 1] -= 1.35
     door = np.array([[glass[entrance, 1] + 0.15, x1[entrance], 0.05, high]])
     parts = [reveals(glass, 0.0, 0.25, frame)]
-    for bay in glass:
-        display = Material(f"shop_window/{int(rng.integers(_DISPLAYS))}", mirror=0.08, infrared=0.06)
+    for bay, number in zip(glass, np.resize(rng.permutation(_DISPLAYS), bays), strict=True):
+        display = Material(f"shop_window/{number}", mirror=0.08, infrared=0.06)
         parts.append(upright(display, *bay, y=0.25, once=True))
         parts.append(bars(frame, bay, 1 + int(bay[1] - bay[0] > 2.4), 1, 0.08, 0.2))
     parts += doors(door, Material("door/5", mirror=0.06, infrared=0.1), frame, frame, border=0.0)
@@ -53,16 +53,15 @@ def shop_front(
 def _above(width: float, bays: int, height: float, rng: np.random.Generator) -> list[Panels]:
     """Signs over all bays or one long one; awnings over some."""
     parts: list[Panels] = []
-    pitch, low = width / bays, height - 0.9
+    pitch, low, names = width / bays, height - 0.9, rng.permutation(SHOPS)
     if rng.random() < 0.5 or bays == 1:
-        length = float(rng.uniform(0.5, 0.85)) * width
-        length = min(length, 6.0)
-        parts += sign(-0.5 * length, 0.5 * length, low, low + 0.6, int(rng.integers(SHOPS)))
+        half = 0.5 * min(6.0, float(rng.uniform(0.5, 0.85)) * width)
+        parts += sign(-half, half, low, low + 0.6, int(names[0]))
     else:
         for bay in range(bays):
             middle = -0.5 * width + (bay + 0.5) * pitch
             half = 0.5 * pitch * float(rng.uniform(0.55, 0.85))
-            parts += sign(middle - half, middle + half, low, low + 0.55, int(rng.integers(SHOPS)))
+            parts += sign(middle - half, middle + half, low, low + 0.55, int(names[bay % SHOPS]))
     if rng.random() < 0.55:
         tints = ((0.75, 0.73, 0.68), (0.45, 0.04, 0.04), (0.05, 0.18, 0.09), (0.7, 0.55, 0.25))
         stripes = int(rng.integers(2))

@@ -14,12 +14,11 @@ from avsec_gym.world.models.buildings.dormers import Slope, dormers, skylights
 from avsec_gym.world.models.buildings.facade import BELOW_GROUND, Band, enclose, evenly, grid, wall
 from avsec_gym.world.models.buildings.panels import Floats, Panels, boxes, solid
 from avsec_gym.world.models.buildings.roofs import (
-    THICKNESS,
     RoofMaterials,
     chimney,
     end_wall,
     gable_profile,
-    gutter,
+    gutters,
     mansard_profile,
     swept_roof,
 )
@@ -45,6 +44,11 @@ class _House:
     """Of the ground floor."""
     roof: RoofMaterials
     style: WindowStyle
+
+    @property
+    def columns(self) -> Floats:
+        """Middles of the windows; high houses have fewer, wider apart."""
+        return evenly(self.width, 2.6 if self.historic else 3.0, min(5, 20 // self.storeys))
 
     @property
     def eaves(self) -> float:
@@ -125,7 +129,7 @@ def _built(house: _House, ground: tuple[list[Panels], Floats], rng: np.random.Ge
 def _front(
     house: _House, ground: tuple[list[Panels], Floats], rng: np.random.Generator
 ) -> list[Panels]:
-    columns = evenly(house.width, 2.6 if house.historic else 3.0, 5)
+    columns = house.columns
     floors = house.ground + house.storey * np.arange(house.storeys - 1)
     size = (1.15, 2.0) if house.historic else (float(rng.uniform(1.2, 1.9)), 1.4)
     upper = grid(columns, floors + 0.9 - 0.15 * house.historic, *size)
@@ -156,9 +160,7 @@ def _front(
     return parts
 
 
-def _balconies(
-    house: _House, x: float, floors: Floats, rng: np.random.Generator
-) -> list[Panels]:
+def _balconies(house: _House, x: float, floors: Floats, rng: np.random.Generator) -> list[Panels]:
     bars = bool(rng.random() < 0.4) and len(floors) < 3
     parapet = house.trim if house.historic else palette.WHITE
     places = np.c_[np.full(len(floors), x), floors + 0.08]
@@ -217,7 +219,7 @@ def _rear(house: _House, rng: np.random.Generator) -> list[Panels]:
 
 def _ground_floor(house: _House, rng: np.random.Generator) -> tuple[list[Panels], Floats]:
     """Windows and the entrance, and the openings they need."""
-    columns = evenly(house.width, 2.6 if house.historic else 3.0, 5)
+    columns = house.columns
     entrance = int(rng.integers(len(columns)))
     size = (1.2, 1.9) if house.historic else (1.5, 1.4)
     openings = grid(np.delete(columns, entrance), [1.25], *size)
@@ -242,7 +244,7 @@ def _on_the_roof(house: _House, profile: Floats, rng: np.random.Generator) -> li
     rise = (z1 - z0) / (y1 - y0)
     slope = Slope(z0 - y0 * rise, rise)
     edge = 0.5 * house.width
-    parts = [gutter(house.roof.gutter, -edge, edge, y0, z0)]
+    parts = [gutters(house.roof.gutter, -edge, edge, y0, house.depth - y0, z0)]
     columns = evenly(house.width, 3.2, 4)
     mansard = len(profile) > 3
     if mansard or (rise > 0.55 and rng.random() < 0.6):

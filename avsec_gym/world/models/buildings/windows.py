@@ -13,6 +13,18 @@ PANES = 8
 """Variants of the texture ``window_pane``."""
 
 
+_REVEAL = np.array(
+    [
+        [(0, 4, 2), (0, 5, 2), (0, 5, 3), (0, 4, 3)],
+        [(1, 5, 2), (1, 4, 2), (1, 4, 3), (1, 5, 3)],
+        [(0, 4, 2), (1, 4, 2), (1, 5, 2), (0, 5, 2)],
+        [(0, 5, 3), (1, 5, 3), (1, 4, 3), (0, 4, 3)],
+    ]
+)
+"""Corners of an opening's left, right, lower and upper side: x, y, z among left, right, low, high,
+near, far."""
+
+
 @dataclass(frozen=True)
 class WindowStyle:
     """How all windows of a facade look.
@@ -136,18 +148,8 @@ def bars(
 def reveals(openings: Floats, front: float, back: float, material: Material) -> Panels:
     """Left, right, upper and lower sides of the openings."""
     x0, x1, z0, z1 = openings.T
-    near, far = np.full_like(x0, front), np.full_like(x0, back)
-
-    def side(*corners: tuple[Floats, Floats, Floats]) -> Floats:
-        return np.stack([np.stack(corner, axis=1) for corner in corners], axis=1)
-
-    sides = [
-        side((x0, near, z0), (x0, far, z0), (x0, far, z1), (x0, near, z1)),
-        side((x1, far, z0), (x1, near, z0), (x1, near, z1), (x1, far, z1)),
-        side((x0, near, z0), (x1, near, z0), (x1, far, z0), (x0, far, z0)),
-        side((x0, far, z1), (x1, far, z1), (x1, near, z1), (x0, near, z1)),
-    ]
-    return quads(material, np.concatenate(sides))
+    ends = np.array(np.broadcast_arrays(x0, x1, z0, z1, front, back))
+    return quads(material, ends[_REVEAL].transpose(3, 0, 1, 2).reshape(-1, 4, 3))
 
 
 def _panes(openings: Floats, style: WindowStyle, rng: np.random.Generator) -> list[Panels]:
@@ -206,9 +208,8 @@ def _surrounds(
         parts.append(_raised(material, x0 - width, x1 + width, z0 - width, z0, 2 * out, ends))
     if style.lintel:
         high = z1 + 2.6 * width
-        parts.append(
-            _raised(material, x0 - 1.5 * width, x1 + 1.5 * width, high - 0.12, high, 0.18)
-        )
+        left, right = x0 - 1.5 * width, x1 + 1.5 * width
+        parts.append(_raised(material, left, right, high - 0.12, high, 0.18, ends))
     return parts
 
 
@@ -221,6 +222,6 @@ def _raised(
     out: float,
     hidden: tuple[str, ...] = (),
 ) -> Panels:
-    low = np.stack([x0, np.full_like(x0, -out), z0], axis=1)
-    high = np.stack([x1, np.zeros_like(x0), z1], axis=1)
+    low = np.array(np.broadcast_arrays(x0, -out, z0)).T
+    high = np.array(np.broadcast_arrays(x1, 0.0, z1)).T
     return boxes(material, low, high, without=("back", *hidden))

@@ -1,5 +1,6 @@
 """Street furniture: lamps, signs, lights, barriers, and all that stands on pavements.
 
-Everything has its origin at its foot and faces -x: placed with the road's heading, it faces
-oncoming traffic.
+`catalogue` has everything that stands on one spot, by name; `barriers`, `fences` and
+`poles.overhead_wire` follow a path; `crossings` spans a road.  The origin is at the foot, and the
+front is at -x: placed with the road's heading, a thing faces oncoming traffic.
 """

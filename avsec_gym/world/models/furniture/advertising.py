@@ -8,8 +8,8 @@ from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.models.furniture.materials import (
     ALUMINIUM,
-    GREY_CONCRETE,
-    WOOD,
+    RAW_CONCRETE,
+    UPRIGHT_WOOD,
     painted,
 )
 from avsec_gym.world.models.furniture.plate import board
@@ -37,7 +37,7 @@ def advertising_pillar(rng: np.random.Generator) -> Mesh:
         [
             grid(wall, uv, paper, closed=True),
             revolve(dome, _DARK, sides=20),
-            revolve(foot, GREY_CONCRETE, sides=20),
+            revolve(foot, RAW_CONCRETE, sides=20),
         ]
     )
 
@@ -83,10 +83,13 @@ def poster_on_pole(rng: np.random.Generator) -> Mesh:
 @variants(6)
 def billboard(rng: np.random.Generator) -> Mesh:
     """A big wall of posters, 3.8 m by 2.8 m, on wooden legs."""
-    picture = _sheet(f"poster/{rng.integers(10)}").scaled(1.0, 3.0, 1.5)
-    frame = box(0.08, 3.75, 2.7, painted(0.3, 0.32, 0.3)).placed(0, 0, 0.8)
-    legs = [tube([(0.06, y, -0.2), (0.06, y, 3.3)], 0.06, WOOD, sides=6) for y in (-1.3, 1.3)]
-    return merge([frame, picture.placed(-0.05, 0, 0.8 + 1.35), *legs])
+    paper = Material(f"wide_poster/{rng.integers(5)}", mirror=0.02, infrared=0.6)
+    picture = board(3.6, 2.5, paper, ALUMINIUM)
+    frame = box(0.08, 3.75, 2.65, painted(0.3, 0.32, 0.3)).placed(0, 0, 0.8)
+    legs = [
+        tube([(0.06, y, -0.2), (0.06, y, 3.3)], 0.06, UPRIGHT_WOOD, sides=6) for y in (-1.3, 1.3)
+    ]
+    return merge([frame, picture.placed(-0.05, 0, 0.8 + 1.325), *legs])
 
 
 def _sheet(texture: str) -> Mesh:

@@ -31,11 +31,11 @@ def wheelie_bin(rng: np.random.Generator) -> Mesh:
     wide = float(rng.choice([0.48, 0.58]))
     return merge(
         [
-            _tapered((0.42, 0.38), (0.55, wide), 0.05, 0.95, body).placed(-0.02, 0),
-            _tapered((0.62, wide + 0.04), (0.5, wide - 0.04), 0.95, 1.04, lid).placed(0.0, 0),
-            tube([(0.31, -0.2, 0.96), (0.31, 0.2, 0.96)], 0.02, body, sides=6),
+            _tapered((0.44, wide - 0.12), (0.54, wide), 0.04, 0.95, body).placed(-0.02, 0),
+            _tapered((0.63, wide + 0.05), (0.56, wide - 0.02), 0.93, 1.03, lid).placed(0.0, 0),
+            tube([(0.31, -0.2, 0.96), (0.31, 0.2, 0.96)], 0.02, body, sides=4),
             *[
-                tube([(0.2, y - 0.03, 0.1), (0.2, y + 0.03, 0.1)], 0.1, BLACK_PLASTIC)
+                tube([(0.2, y - 0.03, 0.1), (0.2, y + 0.03, 0.1)], 0.1, BLACK_PLASTIC, sides=8)
                 for y in (-0.22, 0.22)
             ],
         ]
@@ -44,8 +44,8 @@ def wheelie_bin(rng: np.random.Generator) -> Mesh:
 
 @variants(2)
 def bin_row(rng: np.random.Generator) -> Mesh:
-    """Three to four dustbins side by side along y, as on collection day."""
-    count = int(rng.integers(3, 5))
+    """Two or three dustbins side by side along y, as on collection day."""
+    count = int(rng.integers(2, 4))
     return merge(
         [
             wheelie_bin(rng).placed(

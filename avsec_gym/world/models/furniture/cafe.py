@@ -6,10 +6,11 @@ import numpy as np
 
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
+from avsec_gym.world.models.furniture.facets import facets
 from avsec_gym.world.models.furniture.materials import (
     ALUMINIUM,
     CAST_IRON,
-    GREY_CONCRETE,
+    RAW_CONCRETE,
     SOIL,
     WOOD,
     painted,
@@ -17,7 +18,7 @@ from avsec_gym.world.models.furniture.materials import (
 from avsec_gym.world.models.furniture.poles import pole
 from avsec_gym.world.models.furniture.sweep import copies
 from avsec_gym.world.models.furniture.variants import variants
-from avsec_gym.world.shapes import box, grid, polygon, revolve, tube
+from avsec_gym.world.shapes import box, ellipsoid, grid, polygon, revolve, tube
 
 _CLOTHS = (
     (0.75, 0.04, 0.03),
@@ -70,7 +71,7 @@ def parasol(rng: np.random.Generator) -> Mesh:
         [
             pole(2.6, 0.025, ALUMINIUM),
             grid(np.array([*rings, valance]), None, cloth),
-            revolve(foot, GREY_CONCRETE, sides=10),
+            revolve(foot, RAW_CONCRETE, sides=10),
         ]
     )
 
@@ -82,14 +83,14 @@ def parasol_closed(rng: np.random.Generator) -> Mesh:
     folds = [(1e-3, 2.6), (0.06, 2.5), (0.12, 1.9), (0.1, 1.6), (0.17, 1.1), (0.03, 1.08)]
     foot = [(0.04, 0.1), (0.3, 0.06), (0.3, 0.0)]
     body = revolve(folds, cloth, sides=10)
-    return merge([pole(2.6, 0.025, ALUMINIUM), body, revolve(foot, GREY_CONCRETE, sides=10)])
+    return merge([pole(2.6, 0.025, ALUMINIUM), body, revolve(foot, RAW_CONCRETE, sides=10)])
 
 
 @variants(5)
 def planter(rng: np.random.Generator) -> Mesh:
     """A tub with a bush or flowers, 0.9 to 1.5 m."""
     pots = (
-        GREY_CONCRETE,
+        RAW_CONCRETE,
         Material(tint=(0.35, 0.14, 0.08), infrared=0.5),
         painted(0.05, 0.055, 0.06),
     )
@@ -100,15 +101,15 @@ def planter(rng: np.random.Generator) -> Mesh:
         vessel = revolve(tub, pot, sides=14)
     else:
         vessel = box(0.7, 0.7, high, pot)
-    bush = _leaves(rng, (0.42, 0.42, float(rng.uniform(0.35, 0.6))), 70)
+    bush = _leaves(rng, (0.42, 0.42, float(rng.uniform(0.35, 0.6))), 170)
     return merge([vessel, _soil(0.33, high + 0.005), bush.placed(0, 0, high + 0.25)])
 
 
 @variants(5)
 def flower_box(rng: np.random.Generator) -> Mesh:
     """A long box of flowers, 1 m along y; for pavements and window sills."""
-    pot = painted(0.3, 0.13, 0.07) if rng.random() < 0.5 else GREY_CONCRETE
-    bush = _leaves(rng, (0.16, 0.52, 0.16), 60, flowers=0.5)
+    pot = painted(0.3, 0.13, 0.07) if rng.random() < 0.5 else RAW_CONCRETE
+    bush = _leaves(rng, (0.16, 0.52, 0.16), 150, flowers=0.5)
     return merge([box(0.24, 1.0, 0.22, pot), bush.placed(0.0, 0.0, 0.28)])
 
 
@@ -129,20 +130,21 @@ def _chair(material: Material) -> Mesh:
 def _leaves(
     rng: np.random.Generator, radii: tuple[float, float, float], count: int, flowers: float = 0.15
 ) -> Mesh:
-    """Small quadrangles in all directions, spread through an ellipsoid."""
+    """Small leaves and flowers round a dark core."""
     green = Material(tint=(0.06, 0.13, 0.03), translucent=0.35, infrared=0.7)
     bloom = Material(tint=_FLOWERS[rng.integers(len(_FLOWERS))], translucent=0.2, infrared=0.6)
-    parts = []
+    dark = Material(tint=(0.015, 0.03, 0.01), infrared=0.5)
+    parts = [ellipsoid((0, 0, 0), 0.7 * np.array(radii), dark, rings=5)]
     for material, number in ((green, count - int(flowers * count)), (bloom, int(flowers * count))):
         ray = rng.standard_normal((number, 3))
         ray /= np.linalg.norm(ray, axis=1, keepdims=True)
-        place = ray * np.array(radii) * rng.uniform(0.6, 1.0, (number, 1))
-        size = 0.13 if material is green else 0.07
+        place = ray * np.array(radii) * rng.uniform(0.7, 1.0, (number, 1))
+        size = 0.075 if material is green else 0.05
         first = np.cross(ray, rng.standard_normal((number, 3)))
         first *= size / np.linalg.norm(first, axis=1, keepdims=True)
         second = np.cross(ray, first) * 0.8 + 0.4 * size * rng.standard_normal((number, 1)) * ray
         corners = np.stack([place - first, place - second, place + first, place + second], axis=1)
-        parts += [polygon(leaf, material) for leaf in corners]
+        parts.append(facets(corners, material))
     return merge(parts)
 
 

@@ -134,19 +134,13 @@ def _pier(side: float, opening: float, width: float, height: float) -> Mesh:
 
 
 def _bank(side: float, length: float, width: float, top: float, material: Material) -> Mesh:
-    """Earth behind an abutment: slopes to both sides and towards our road."""
-    run, end = 1.6 * top, 0.5 * length
-    reach = 25.0
+    """Earth behind an abutment, 30 m long: slopes to both sides and towards our road."""
+    run, end, below = 1.6 * top, 0.5 * length, -0.5
     x = np.array([-0.5 * width - run, -0.5 * width, 0.5 * width, 0.5 * width + run])
-    level = np.array([-0.5, top - 0.05, top - 0.05, -0.5])
-    near = np.column_stack([x, np.full(4, side * end), level])
-    near[[0, 3], 0] *= 1.0
-    far = near + [0.0, side * reach, 0.0]
-    toe = near.copy()
-    toe[:, 1] -= side * 0.7 * run
-    toe[:, 2] = -0.5
-    rows = [toe, near, far]
-    if side < 0:
-        rows = rows[::-1]
-    surface = np.stack(rows, axis=1)
-    return grid(surface, surface[..., :2], material)
+    crest = np.array([below, top - 0.05, top - 0.05, below])
+    rows = [
+        np.column_stack([x, np.full(4, side * y), level])
+        for y, level in ((end - 0.6 * run, 0 * crest + below), (end, crest), (end + 30.0, crest))
+    ]
+    surface = np.stack(rows[:: int(side)], axis=1)
+    return hard_edges(grid(surface, surface[..., :2], material))

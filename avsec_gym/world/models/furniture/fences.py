@@ -7,10 +7,11 @@ from numpy.typing import ArrayLike
 
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
+from avsec_gym.world.models.furniture.facets import facets
 from avsec_gym.world.models.furniture.materials import GALVANISED, painted
 from avsec_gym.world.models.furniture.poles import DEPTH
 from avsec_gym.world.models.furniture.sweep import along, copies, lengths, located, swept
-from avsec_gym.world.shapes import box
+from avsec_gym.world.shapes import box, tube
 
 GREEN_COATED = painted(0.03, 0.09, 0.05)
 DARK_COATED = painted(0.03, 0.035, 0.035)
@@ -27,7 +28,7 @@ def bar_fence(
         material: Of all parts.
         pitch: From bar to bar, metres.
     """
-    bar = box(0.018, 0.018, height - 0.1, material).placed(0, 0, 0.08)
+    bar = tube([(0, 0, 0.08), (0, 0, height)], 0.011, material, sides=3, capped=False)
     post = box(0.05, 0.05, height + 0.02 + DEPTH, material).placed(0, 0, -DEPTH)
     rails = [
         swept(_raised(path, z), _square(half), material)
@@ -80,19 +81,4 @@ def _net(path: ArrayLike, height: float, material: Material, pitch: float) -> Me
     points = np.array(rows).reshape(2, 2, 2, -1, 4)
     points[..., 2] += points[..., 3]
     strips = np.concatenate([points[0, 0], points[1, 0], points[1, 1], points[0, 1]], axis=-1)
-    corners = strips.reshape(-1, 4, 4)[..., :3].astype(np.float32)
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    count = len(corners)
-    first = 4 * np.arange(count, dtype=np.int32)[:, None]
-    faces = np.concatenate([first + np.array([0, 1, 2]), first + np.array([0, 2, 3])]).astype(
-        np.int32
-    )
-    return Mesh(
-        corners.reshape(-1, 3),
-        np.repeat(normals, 4, axis=0).astype(np.float32),
-        np.zeros((4 * count, 2), np.float32),
-        faces,
-        np.zeros(len(faces), np.int32),
-        (material,),
-    )
+    return facets(strips.reshape(-1, 4, 4)[..., :3], material)

@@ -25,11 +25,11 @@ def lamp_mast(rng: np.random.Generator) -> Mesh:
     """A mast of 6 to 9 m with a curved arm and a flat head over the road."""
     paint = _DARK if rng.random() < 0.35 else GALVANISED
     height, reach = float(rng.uniform(6.0, 9.0)), float(rng.uniform(1.0, 2.2))
-    turn = np.linspace(0.0, 0.5 * np.pi, 5)
     bend = 0.7
-    curve = [(0.0, bend - bend * np.cos(a), height - bend + bend * np.sin(a)) for a in turn]
+    turn = np.linspace(0.0, 0.5 * np.pi, 5)
+    curve = np.stack([0 * turn, bend - bend * np.cos(turn), bend * np.sin(turn) - bend], axis=1)
     tip = np.array([0.0, reach, height + 0.12 * (reach - bend)])
-    arm = np.array([*curve, tip])
+    arm = np.vstack([np.add(curve, (0.0, 0.0, height)), tip])
     return merge(
         [
             pole(1.1, 0.085, paint),
@@ -47,7 +47,7 @@ def lamp_double(rng: np.random.Generator) -> Mesh:
     parts = [pole(1.2, 0.1), pole(height, 0.08, top_radius=0.05)]
     for side in (-1.0, 1.0):
         tip = np.array([0.0, side * 0.9, height + 0.25])
-        parts.append(tube([(0, 0, height - 0.05), tip], 0.03, GALVANISED, sides=6))
+        parts.append(tube(np.array([(0, 0, height - 0.05), tip]), 0.03, GALVANISED, sides=4))
         parts += _head(tip, GALVANISED)
     return merge(parts)
 
@@ -117,9 +117,9 @@ def lamp_lantern(rng: np.random.Generator) -> Mesh:
 
 
 def _head(tip: np.ndarray, paint: Material) -> list[Mesh]:
-    """A flat lamp head along y that ends 0.35 m beyond the tip, its glass below."""
+    """A flat lamp head along y that ends 0.6 m beyond the tip, its glass below."""
     side = 1.0 if tip[1] >= 0 else -1.0
     centre = np.add(tip, (0.0, 0.25 * side, 0.03))
-    shell = ellipsoid(centre, (0.14, 0.38, 0.08), paint, rings=7)
-    glass = ellipsoid(np.add(centre, (0, 0.06 * side, -0.04)), (0.11, 0.25, 0.07), _LENS, rings=5)
+    shell = ellipsoid(centre, (0.14, 0.38, 0.08), paint, rings=6)
+    glass = ellipsoid(np.add(centre, (0, 0.06 * side, -0.04)), (0.11, 0.25, 0.07), _LENS, rings=4)
     return [shell, glass]

@@ -11,7 +11,8 @@ from avsec_gym.world.models.furniture.materials import (
     CAST_IRON,
     DARK_GLASS,
     GALVANISED,
-    GREY_CONCRETE,
+    RAW_CONCRETE,
+    UPRIGHT_WOOD,
     WOOD,
     painted,
 )
@@ -27,8 +28,8 @@ _YELLOW = painted(0.85, 0.5, 0.005, infrared=0.8)
 def bench(rng: np.random.Generator) -> Mesh:
     """A bench of 1.8 m along y with a back of slats; one sits looking to -x."""
     tint = ((1.0, 1.0, 1.0), (0.55, 0.4, 0.3), (0.25, 0.5, 0.3))[rng.integers(3)]
-    wood = Material(WOOD.texture, tint, infrared=0.5)
-    seat = [box(0.11, 1.8, 0.035, wood).placed(x, 0, 0.43) for x in (-0.2, -0.07, 0.06)]
+    wood, across = (Material(f"weathered_wood/{i}", tint, infrared=0.5) for i in (0, 1))
+    seat = [box(0.11, 1.8, 0.035, wood, top=across).placed(x, 0, 0.43) for x in (-0.2, -0.07, 0.06)]
     back = [box(0.03, 1.8, 0.11, wood).placed(0.17 + 0.25 * (z - 0.5), 0, z) for z in (0.55, 0.7)]
     sides = []
     for y in (-0.7, 0.7):
@@ -43,8 +44,10 @@ def bench(rng: np.random.Generator) -> Mesh:
 @variants(1)
 def bench_block(rng: np.random.Generator) -> Mesh:
     """A concrete block with a wooden seat, 2 m along y."""
-    slats = [box(0.12, 1.9, 0.04, WOOD).placed(x, 0, 0.42) for x in (-0.15, 0.0, 0.15)]
-    return merge([box(0.45, 2.0, 0.42, GREY_CONCRETE), *slats])
+    slats = [
+        box(0.12, 1.9, 0.04, WOOD, top=UPRIGHT_WOOD).placed(x, 0, 0.42) for x in (-0.15, 0.0, 0.15)
+    ]
+    return merge([box(0.45, 2.0, 0.42, RAW_CONCRETE), *slats])
 
 
 @variants(2)
@@ -70,9 +73,11 @@ def bicycle_stand(rng: np.random.Generator) -> Mesh:
     count = int(rng.integers(3, 6))
     half = 0.32
     turn = np.linspace(0, np.pi, 5)
-    bow = [(half * np.cos(a) * 1.0, 0, 0.55 + 0.25 * np.sin(a)) for a in turn]
-    hoop = tube([(half, 0, -0.1), *bow, (-half, 0, -0.1)], 0.024, GALVANISED, sides=6, capped=False)
-    return merge([hoop.placed(0, 0.9 * (i - 0.5 * (count - 1))) for i in range(count)])
+    bow = [(0, half * np.cos(a), 0.55 + 0.25 * np.sin(a)) for a in turn]
+    hoop = tube([(0, half, -0.1), *bow, (0, -half, -0.1)], 0.024, GALVANISED, sides=5, capped=False)
+    return merge(
+        [hoop.placed(0, 0.9 * (i - 0.5 * (count - 1)), 0, np.pi / 2) for i in range(count)]
+    )
 
 
 @variants(6)
@@ -88,7 +93,7 @@ def junction_box(rng: np.random.Generator) -> Mesh:
     ]
     return merge(
         [
-            box(deep - 0.04, wide - 0.04, 0.12 + 0.2, GREY_CONCRETE).placed(0, 0, -0.2),
+            box(deep - 0.04, wide - 0.04, 0.12 + 0.2, RAW_CONCRETE).placed(0, 0, -0.2),
             box(deep, wide, high - 0.16, paint).placed(0, 0, 0.12),
             box(deep + 0.06, wide + 0.06, 0.05, plain).placed(0, 0, high - 0.05),
             *gaps,
@@ -117,9 +122,10 @@ def parking_meter(rng: np.random.Generator) -> Mesh:
 def grit_bin(rng: np.random.Generator) -> Mesh:
     """A box of grit for icy days, 1.1 m along y, its lid sloped to the front."""
     paint = painted(0.75, 0.48, 0.02) if rng.random() < 0.5 else painted(0.25, 0.27, 0.25)
-    # Its side view, turned up: x becomes height.
-    side = np.array([(0.0, -0.35), (0.0, 0.35), (0.75, 0.25), (0.55, -0.38)])
-    return _extruded(side, 1.1, paint)
+    # Seen from the side: z, then x.
+    tub = np.array([(0.5, -0.36), (0.66, 0.3), (0.0, 0.34), (0.0, -0.34)])
+    lid = np.array([(0.56, -0.42), (0.74, 0.36), (0.66, 0.36), (0.48, -0.42)])
+    return merge([_extruded(tub, 1.04, paint), _extruded(lid, 1.14, paint)])
 
 
 def _extruded(side: np.ndarray, width: float, material: Material) -> Mesh:

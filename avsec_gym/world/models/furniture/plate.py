@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
+from avsec_gym.world.models.furniture.facets import facets
 from avsec_gym.world.models.furniture.materials import ALUMINIUM
 from avsec_gym.world.shapes import polygon
 
@@ -36,10 +37,10 @@ def plate(
     far = np.add(near, (thickness, 0.0, 0.0))
     uv = np.column_stack([corners[:, 0] - low[0], high[1] - corners[:, 1]])
     far_uv = np.column_stack([high[0] - corners[:, 0], high[1] - corners[:, 1]])
-    sides = [
-        polygon([near[i - 1], near[i], far[i], far[i - 1]][::-1], rim) for i in range(len(corners))
-    ]
-    return merge([polygon(near, face, uv), polygon(far[::-1], back, far_uv[::-1]), *sides])
+    sides = np.stack([near, np.roll(near, 1, axis=0), np.roll(far, 1, axis=0), far], axis=1)
+    return merge(
+        [polygon(near, face, uv), polygon(far[::-1], back, far_uv[::-1]), facets(sides, rim)]
+    )
 
 
 def board(width: float, height: float, face: Material, back: Material = ALUMINIUM) -> Mesh:

@@ -10,6 +10,7 @@ from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.models.furniture.materials import (
     BLACK_PLASTIC,
     GALVANISED,
+    UPRIGHT_WOOD,
     WHITE_PLASTIC,
     WOOD,
     painted,
@@ -44,7 +45,7 @@ def telephone_mast(rng: np.random.Generator) -> Mesh:
         tube([(0.13, y, height - 0.4), (0.13, y, height - 0.22)], 0.035, WHITE_PLASTIC, sides=6)
         for y in (-0.65, -0.3, 0.3, 0.65)
     ]
-    return merge([pole(height, 0.14, WOOD, top_radius=0.09), bar, *cups])
+    return merge([pole(height, 0.14, UPRIGHT_WOOD, top_radius=0.09), bar, *cups])
 
 
 @variants(3)

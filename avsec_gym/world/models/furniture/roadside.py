@@ -10,7 +10,7 @@ from avsec_gym.world.models.furniture.materials import (
     BLACK_PLASTIC,
     CAST_IRON,
     GALVANISED,
-    GREY_CONCRETE,
+    RAW_CONCRETE,
     WHITE_PLASTIC,
     painted,
 )
@@ -89,9 +89,9 @@ def bollard_banded(rng: np.random.Generator) -> Mesh:
 def bollard_stone(rng: np.random.Generator) -> Mesh:
     """A block of concrete, round or square, 0.5 to 0.8 m."""
     if rng.random() < 0.5:
-        return hard_edges(box(0.4, 0.4, 0.5 + 0.2, GREY_CONCRETE).placed(0, 0, -0.2))
+        return hard_edges(box(0.4, 0.4, 0.5 + 0.2, RAW_CONCRETE).placed(0, 0, -0.2))
     profile = [(1e-3, 0.8), (0.13, 0.77), (0.17, 0.7), (0.2, -DEPTH)]
-    return revolve(profile, GREY_CONCRETE, sides=14)
+    return revolve(profile, RAW_CONCRETE, sides=14)
 
 
 @variants(1)
@@ -154,5 +154,5 @@ def site_fence(rng: np.random.Generator) -> Mesh:
     y, z = np.meshgrid(np.linspace(1.68, -1.68, 12), np.linspace(1.98, 0.24, 5), indexing="ij")
     waves = 0.03 * np.sin(5.0 * y + 2.0 * z + rng.uniform(0, 6)) * np.sin(np.pi * (z - 0.24) / 1.74)
     sheet = grid(np.stack([waves, y, z], axis=-1), None, tarpaulin)
-    feet = [box(0.7, 0.24, 0.15, GREY_CONCRETE).placed(0, y) for y in (-1.7, 1.7)]
+    feet = [box(0.7, 0.24, 0.15, RAW_CONCRETE).placed(0, y) for y in (-1.7, 1.7)]
     return merge([*frame, sheet, *feet])

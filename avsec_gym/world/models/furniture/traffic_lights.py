@@ -16,8 +16,8 @@ from avsec_gym.world.shapes import box, grid, polygon, tube
 LIT = {"red": (True, False, False), "amber": (False, True, False), "green": (False, False, True)}
 """Which of the lamps are on, from above."""
 
-_COLOURS = ((1.0, 0.03, 0.02), (1.0, 0.45, 0.02), (0.05, 0.9, 0.5))
-_HOUSING = painted(0.2, 0.25, 0.22)
+_COLOURS = ((1.0, 0.02, 0.015), (1.0, 0.3, 0.01), (0.03, 0.75, 0.4))
+_HOUSING = painted(0.33, 0.38, 0.35)
 _BUTTON = painted(0.85, 0.45, 0.01)
 _BLUE = painted(0.02, 0.08, 0.3)
 
@@ -96,7 +96,7 @@ def _head(state: str, radius: float) -> Mesh:
             tint=colour if lit else tuple(0.06 * c + 0.01 for c in colour),  # type: ignore[arg-type]
             mirror=0.06,
             infrared=0.3,
-            glow=1.2 if lit else 0.0,
+            glow=0.9 if lit else 0.0,
         )
         disc = [(front, -radius * np.sin(a), middle - radius * np.cos(a)) for a in angle]
         parts += [polygon(disc, light), _visor(radius, front, middle)]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from avsec_gym.world.models.people.clothing import Outfit
@@ -21,21 +19,20 @@ _TRUNK = np.array(
         (0.095, 0.060, 0.054, 0.085),
         (0.180, 0.067, 0.062, 0.096),
         (0.240, 0.064, 0.068, 0.107),
-        (0.276, 0.051, 0.064, 0.107),
-        (0.298, 0.037, 0.053, 0.080),
+        (0.276, 0.051, 0.064, 0.108),
+        (0.299, 0.037, 0.053, 0.086),
         (0.322, 0.031, 0.039, 0.039),
     ]
 )
 # Limbs by station: 0 at shoulder or hip, 1 at elbow or knee, 2 at wrist or ankle.
 _ARM = np.array(
     [
-        (-0.10, 0.024, 0.024, 0.022),
-        (0.08, 0.034, 0.035, 0.031),
+        (-0.09, 0.022, 0.022, 0.019),
+        (0.10, 0.034, 0.035, 0.031),
         (0.35, 0.031, 0.031, 0.029),
-        (0.75, 0.027, 0.028, 0.026),
-        (1.00, 0.026, 0.028, 0.025),
-        (1.28, 0.026, 0.026, 0.025),
-        (1.65, 0.021, 0.021, 0.020),
+        (0.80, 0.027, 0.028, 0.026),
+        (1.15, 0.026, 0.028, 0.025),
+        (1.60, 0.021, 0.022, 0.020),
         (2.00, 0.017, 0.017, 0.015),
     ]
 )
@@ -78,9 +75,9 @@ _SHOE = np.array(
 _HAND = np.array(
     [
         (0.000, 0.016, 0.012),
-        (0.028, 0.024, 0.013),
-        (0.060, 0.023, 0.012),
-        (0.095, 0.013, 0.009),
+        (0.028, 0.023, 0.013),
+        (0.058, 0.022, 0.013),
+        (0.088, 0.016, 0.010),
     ]
 )
 
@@ -118,29 +115,32 @@ def trunk_at(skeleton: Skeleton, level: Floats) -> tuple[Floats, Floats, Floats]
     return centres, up, ahead
 
 
+def trunk_sizes(skeleton: Skeleton, outfit: Outfit, level: Floats) -> Floats:
+    """Half sizes of the clothed trunk to the front, to the back and to the side, shape (n, 3)."""
+    sizes = np.stack([np.interp(level, _TRUNK[:, 0], line) for line in _TRUNK.T[1:]], axis=1)
+    thick = outfit.bulk * np.interp(level, [-0.04, 0.2, 0.32], [1.3, 1.0, 0.25])
+    figure = _figure(level, outfit, skeleton.size.breadth)
+    return np.asarray((sizes * figure + thick[:, None]) * skeleton.height)
+
+
 def _trunk(skeleton: Skeleton, outfit: Outfit) -> Rings:
-    table = _TRUNK.copy()
-    level = table[:, 0]
-    table[:, 1:] *= _figure(level, outfit, skeleton.size.breadth)
-    table[:, 1:] += outfit.bulk * np.interp(level, [-0.04, 0.2, 0.32], [1.3, 1.0, 0.25])[:, None]
     low = max(outfit.hem, -0.04)
-    first = np.array([low, *(np.interp(low, level, column) for column in table.T[1:])])
-    table = np.concatenate([first[None], table[level > low + 0.01]])
-    centres, up, ahead = trunk_at(skeleton, table[:, 0])
-    sizes = table[:, 1:] * skeleton.height
+    level = np.append(low, _TRUNK[_TRUNK[:, 0] > low + 0.01, 0])
+    sizes = trunk_sizes(skeleton, outfit, level)
+    centres, up, ahead = trunk_at(skeleton, level)
     if outfit.hem < -0.05:
         hang = _around_legs(skeleton, np.array([outfit.hem, 0.5 * (outfit.hem - 0.04)]), outfit.bulk)
         centres, sizes = np.concatenate([hang[0], centres]), np.concatenate([hang[1], sizes])
         up = np.concatenate([np.tile([0.0, 0.0, 1.0], (2, 1)), up])
         ahead = np.concatenate([ahead[:1], ahead[:1], ahead])
+    swell = np.where(np.arange(len(centres)) < len(centres) - len(level), 0.8, 0.0)
     codes = np.zeros((len(centres), 12), np.int32)
     if outfit.is_open:
         codes[:, [0, 11]] = 1
     materials = (outfit.top, outfit.inner)
-    rings = sweep(
-        centres, up, ahead, sizes, materials, sides=12, codes=codes, squareness=0.12
+    return sweep(
+        centres, up, ahead, sizes, materials, sides=12, codes=codes, squareness=0.12, swell=swell
     )
-    return _flowing(rings, skeleton) if outfit.hem < -0.05 else rings
 
 
 def _figure(level: Floats, outfit: Outfit, breadth: float) -> Floats:
@@ -164,7 +164,7 @@ def _seat(skeleton: Skeleton, outfit: Outfit) -> Rings:
     centres, up, ahead = trunk_at(skeleton, level)
     sizes = table * _figure(level, outfit, skeleton.size.breadth) * skeleton.height
     material = outfit.lower if outfit.skirt is not None else outfit.legs
-    return sweep(centres, up, ahead, sizes, material, sides=10, squareness=0.12)
+    return sweep(centres, up, ahead, sizes, material, squareness=0.12)
 
 
 def _skirt(skeleton: Skeleton, outfit: Outfit) -> Rings:
@@ -174,16 +174,16 @@ def _skirt(skeleton: Skeleton, outfit: Outfit) -> Rings:
     top, up, ahead = trunk_at(skeleton, np.array([0.0, 0.09]))
     waist = np.array([(0.068, 0.076, 0.1), (0.060, 0.055, 0.078)]) * skeleton.height
     waist[:, 2] *= skeleton.size.breadth
-    rings = sweep(
+    return sweep(
         np.concatenate([centres, top]),
         np.concatenate([np.tile([0.0, 0.0, 1.0], (3, 1)), up]),
         np.concatenate([ahead[:1].repeat(3, 0), ahead]),
         np.concatenate([sizes, waist]),
         outfit.lower,
         sides=12,
-        squareness=0.1,
+        squareness=0.3,
+        swell=[1.0, 1.0, 0.4, 0.0, 0.0],
     )
-    return _flowing(rings, skeleton)
 
 
 def _around_legs(skeleton: Skeleton, level: Floats, room: float) -> tuple[Floats, Floats]:
@@ -198,15 +198,6 @@ def _around_legs(skeleton: Skeleton, level: Floats, room: float) -> tuple[Floats
     reach = 0.5 * 1.2 * np.ptp(x, axis=0) + thick
     aside = 0.5 * np.ptp(y, axis=0) + thick
     return centres, np.stack([reach, reach, aside], axis=1)
-
-
-def _flowing(rings: Rings, skeleton: Skeleton) -> Rings:
-    """Cloth that widens with the stride."""
-    points = rings.points
-    give = np.zeros_like(points)
-    free = np.clip((skeleton.spine[0, 2] - points[..., 2]) / (0.1 * skeleton.height), 0.0, 1.0)
-    give[..., 0] = free * (points[..., 0] - skeleton.spine[0, 0])
-    return replace(rings, give=give)
 
 
 def _limb(
@@ -270,7 +261,7 @@ def _arm(skeleton: Skeleton, outfit: Outfit, side: int) -> Rings:
     front = skeleton.facing[3] + np.array([0.0, 0.0, 0.5])
     sizes = table[:, 1:] * skeleton.height
     return sweep(
-        places, direction, front, sizes, (outfit.top, outfit.skin), sides=7, codes=codes, give=give
+        places, direction, front, sizes, (outfit.top, outfit.skin), sides=8, codes=codes, give=give
     )
 
 

@@ -84,23 +84,23 @@ class Outfit:
     side: int
 
 
-def dressed(appearance: int, height: float = 1.76, *, riding: bool = False) -> Outfit:
+def dressed(appearance: int, height: float = 1.76, *, seated: bool = False) -> Outfit:
     """The outfit that belongs to a number.
 
     Args:
         appearance: Any number of 0 or more.
         height: Of the person, metres; children wear children's clothes.
-        riding: Without what would hinder on a bicycle.
+        seated: Without luggage, skirts and coats, which would hinder.
     """
     rng = np.random.Generator(np.random.PCG64(appearance))
     child = height < 1.45
     looks = [n for n, look in enumerate(HEADS) if not (child and _grown_up(n))]
     look = int(rng.choice(looks))
     feminine = HEADS[look].style in _FEMININE
-    top, inner, sleeve, hem, bulk, is_open = _top(rng, feminine, riding)
+    top, inner, sleeve, hem, bulk, is_open = _top(rng, feminine, seated)
     legs, trouser_end, loose = _trousers(rng, feminine)
     skirt, lower = None, top
-    if feminine and not riding and rng.random() < 0.30:
+    if feminine and not seated and rng.random() < 0.30:
         skirt = float(rng.choice([-0.17, -0.24, -0.40]))
         if rng.random() < 0.5:
             lower = fabric("fabric/1", _pick(rng, _DARK, _MUTED, _STRONG))
@@ -128,8 +128,8 @@ def dressed(appearance: int, height: float = 1.76, *, riding: bool = False) -> O
         lower,
         shoes,
         soles,
-        *_hat(rng, feminine, riding),
-        *_luggage(rng, feminine, child, riding),
+        *_hat(rng, feminine),
+        *_luggage(rng, feminine, child, seated),
         int(rng.integers(2)),
     )
 
@@ -157,7 +157,7 @@ def _pick(rng: np.random.Generator, *families: tuple[Colour, ...]) -> Colour:
 
 
 def _top(
-    rng: np.random.Generator, feminine: bool, riding: bool
+    rng: np.random.Generator, feminine: bool, seated: bool
 ) -> tuple[Material, Material, float, float, float, bool]:
     kinds = ("t-shirt", "shirt", "jumper", "jacket", "coat")
     weights = (0.30, 0.20, 0.18, 0.27, 0.05)
@@ -175,9 +175,9 @@ def _top(
     if kind == "jumper":
         colour = _pick(rng, _DARK, _MUTED, _STRONG)
         return fabric(f"knit/{rng.integers(2)}", colour), inner, 2.0, -0.02, 0.008, False
-    is_open = bool(rng.random() < 0.5) and not riding
+    is_open = bool(rng.random() < 0.5) and not seated
     material = fabric(f"fabric/{rng.integers(1, 3)}", _pick(rng, _DARK, _DARK, _MUTED, _LIGHT))
-    hem = -0.04 if kind == "jacket" or riding else -0.19
+    hem = -0.04 if kind == "jacket" or seated else -0.19
     return material, inner, 2.03, hem, 0.012, is_open
 
 
@@ -197,22 +197,19 @@ def _shoes(rng: np.random.Generator) -> tuple[Material, Material]:
     return fabric("leather", upper, 0.4), fabric("leather", sole, 0.4)
 
 
-def _hat(rng: np.random.Generator, feminine: bool, riding: bool) -> tuple[str, Material]:
-    if riding:
-        hat = "helmet" if rng.random() < 0.35 else "none"
-        return hat, fabric("leather", _pick(rng, _LIGHT, _DARK, _STRONG), 0.6)
+def _hat(rng: np.random.Generator, feminine: bool) -> tuple[str, Material]:
     chance = rng.random()
     hat = "cap" if chance < 0.09 and not feminine else "hat" if chance > 0.95 else "none"
     return hat, fabric("fabric/0", _pick(rng, _DARK, _MUTED, _LIGHT, _STRONG))
 
 
 def _luggage(
-    rng: np.random.Generator, feminine: bool, child: bool, riding: bool
+    rng: np.random.Generator, feminine: bool, child: bool, seated: bool
 ) -> tuple[str, Material]:
     names = ("none", "backpack", "shoulder bag", "handbag", "shopping bag")
     shares = (0.52, 0.18, 0.14, 0.08, 0.08) if not feminine else (0.40, 0.10, 0.20, 0.22, 0.08)
     name = names[rng.choice(len(names), p=shares)]
-    if (child or riding) and name != "backpack":
+    if (child or seated) and name != "backpack":
         name = "none"
     texture = "leather" if name == "handbag" else "fabric/0"
     return name, fabric(texture, _pick(rng, _DARK, _DARK, _MUTED, _STRONG))

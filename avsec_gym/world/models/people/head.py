@@ -37,28 +37,26 @@ def head(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
     size = Proportions(skeleton.height).head
     lift = np.array([0.0, 0.0, 0.024 * skeleton.height])
     parts = [_face(outfit), *_hair(outfit), *_hat(outfit)]
-    sized = [replace(part, points=part.points * size + lift) for part in parts]
+    sized = [
+        replace(part, centres=part.centres * size + lift, sizes=part.sizes * size) for part in parts
+    ]
     return [part.carried(skeleton.head, skeleton.spine[3]) for part in sized]
 
 
 def _face(outfit: Outfit) -> Rings:
     """The face's own shape, with nose and ears, under a coat of hair."""
-    rings = _rows(_HEAD, outfit.head)
-    level = rings.points[:, 0, 2]
-    middle = rings.points.mean(axis=1, keepdims=True)
-    offsets = rings.points - middle
-    offsets[:, 0, 0] += np.interp(level, [0.2, 0.31, 0.47, 0.56], [0, 0.10, 0.02, 0])
-    ear = np.interp(level, [0.2, 0.31, 0.47, 0.6], [0, 0.035, 0.05, 0])
-    offsets[:, 3, 1] -= ear
-    offsets[:, 9, 1] += ear
+    rings = _rows(_HEAD, outfit.head, _SIDES)
+    level = rings.centres[:, 2]
     behind = np.interp(np.arange(_SIDES), [0, 2, 4, 6, 8, 10, 12], [0, 0.3, 1, 1, 1, 0.3, 0])
     covered = np.interp(level, [0.05, 0.3, 0.55, 0.75], [0, 0.6, 0.9, 1.0])[:, None] * behind
     covered = np.maximum(covered, np.interp(level, [0.75, 0.9], [0, 1])[:, None])
-    offsets *= 1.0 + (_HAIR.get(outfit.style, 0.035) / 0.36 * covered)[..., None]
+    bulge = 1.0 + _HAIR.get(outfit.style, 0.035) / 0.36 * covered
+    bulge[:, 0] += np.interp(level, [0.2, 0.31, 0.47, 0.56], [0, 0.27, 0.05, 0])
+    bulge[:, [3, 9]] += np.interp(level, [0.2, 0.31, 0.47, 0.6], [0, 0.10, 0.15, 0])[:, None]
     turns = (np.arange(_SIDES + 1) / _SIDES + 0.5) * HEAD_SIZE[0]
     down = (1.05 - level) / 1.35 * HEAD_SIZE[1]
     uv = np.stack(np.broadcast_arrays(turns, down[:, None]), axis=-1)
-    return replace(rings, points=middle + offsets, uv=uv)
+    return replace(rings, bulge=bulge, uv=uv)
 
 
 def _hair(outfit: Outfit) -> list[Rings]:
@@ -74,7 +72,7 @@ def _hair(outfit: Outfit) -> list[Rings]:
                 (0.85, 0.16, 0.24, 0.30, -0.06),
             ]
         )
-        return [_rows(table, outfit.hair, sides=10)]
+        return [_rows(table, outfit.hair)]
     if outfit.style == "ponytail":
         table = np.array(
             [
@@ -87,7 +85,7 @@ def _hair(outfit: Outfit) -> list[Rings]:
         return [_rows(table, outfit.hair, sides=6)]
     if outfit.style == "bun":
         table = np.array([(0.58, 0.1, 0.1, 0.1, -0.42), (0.72, 0.15, 0.15, 0.16, -0.43), (0.85, 0.1, 0.1, 0.1, -0.40)])  # fmt: skip
-        return [_rows(table, outfit.hair, sides=8)]
+        return [_rows(table, outfit.hair, sides=6)]
     return []
 
 
@@ -99,13 +97,13 @@ def _hat(outfit: Outfit) -> list[Rings]:
     }  # fmt: skip
     if outfit.hat not in crowns:
         return []
-    parts = [_rows(np.array(crowns[outfit.hat]), outfit.headgear, sides=10)]
+    parts = [_rows(np.array(crowns[outfit.hat]), outfit.headgear)]
     if outfit.hat == "cap":
         brim = np.array([(0.62, 0.30, 0.10, 0.26, 0.48), (0.66, 0.30, 0.10, 0.28, 0.46)])
-        parts.append(_rows(brim, outfit.headgear, sides=8))
+        parts.append(_rows(brim, outfit.headgear))
     return parts
 
 
-def _rows(table: Floats, material: Material, sides: int = _SIDES) -> Rings:
+def _rows(table: Floats, material: Material, sides: int = 8) -> Rings:
     anchors = np.stack([table[:, 4], np.zeros(len(table)), table[:, 0]], axis=1)
     return sweep(anchors, (0, 0, 1), (1, 0, 0), table[:, 1:4], material, sides=sides)

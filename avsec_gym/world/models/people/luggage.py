@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from avsec_gym.world.models.people.body import trunk_at
+from avsec_gym.world.models.people.body import trunk_at, trunk_sizes
 from avsec_gym.world.models.people.clothing import Outfit
 from avsec_gym.world.models.people.rings import Floats, Rings, rods, sweep
 from avsec_gym.world.models.people.skeleton import SIDES, Skeleton
@@ -23,18 +23,18 @@ def luggage(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
 
 def _backpack(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
     height = skeleton.height
+    straps = []
     centres, up, ahead = trunk_at(skeleton, np.array([0.06, 0.10, 0.22, 0.285]))
-    back = np.array([0.100, 0.118, 0.110, 0.082]) * height + outfit.bulk * height
+    back = trunk_sizes(skeleton, outfit, np.array([0.06, 0.10, 0.22, 0.285]))[:, 1]
+    back += np.array([0.032, 0.042, 0.040, 0.020]) * height
     sizes = np.array([(0.04, 0.045, 0.070), (0.05, 0.060, 0.088), (0.05, 0.055, 0.084), (0.03, 0.03, 0.058)])
     sack = sweep(centres - back[:, None] * ahead, up, ahead, sizes * height, outfit.bag, squareness=0.5)
-    level = np.array([0.290, 0.250, 0.130])
-    spine, up, ahead = trunk_at(skeleton, level)
-    aside = np.stack([-ahead[:, 1], ahead[:, 0], 0.0 * level], axis=1)
-    straps = []
+    level = np.array([0.314, 0.298, 0.250, 0.130])
+    spine, _, ahead = trunk_at(skeleton, level)
+    depth = np.array([-0.2, 0.85, 0.97, 0.30]) * trunk_sizes(skeleton, outfit, level)[:, 0]
+    out = np.array([0.048, 0.052, 0.064, 0.092]) * skeleton.size.breadth * height
     for side in SIDES:
-        out = side * np.array([0.050, 0.062, 0.090]) * skeleton.size.breadth
-        deep = np.array([0.030, 0.066, 0.020]) + outfit.bulk
-        line = spine + (out[:, None] * aside + deep[:, None] * ahead) * height
+        line = spine + depth[:, None] * ahead + side * out[:, None] * _aside(ahead)
         straps.append(_strap(line, outfit, 0.011 * height))
     return [sack, *straps]
 
@@ -42,21 +42,21 @@ def _backpack(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
 def _shoulder_bag(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
     """At the hip, its strap over the other shoulder."""
     height, side = skeleton.height, SIDES[outfit.side]
-    spine, _, ahead = trunk_at(skeleton, np.array([0.01, 0.17, 0.295]))
-    aside = np.stack([-ahead[:, 1], ahead[:, 0], 0.0 * ahead[:, 0]], axis=1)
-    hip = spine[0] + side * (0.130 * skeleton.size.breadth + outfit.bulk) * height * aside[0]
+    level = np.array([0.01, 0.17, 0.314])
+    spine, _, ahead = trunk_at(skeleton, level)
+    sizes, aside = trunk_sizes(skeleton, outfit, level), _aside(ahead)
+    hip = spine[0] + side * (sizes[0, 2] + 0.028 * height) * aside[0]
     hip -= 0.03 * height * ahead[0]
     levels = np.array([-0.075, -0.06, 0.05, 0.062])[:, None] * [0.0, 0.0, height]
-    sizes = np.array([(0.075, 0.075, 0.018), (0.088, 0.088, 0.030), (0.088, 0.088, 0.024), (0.08, 0.08, 0.014)])
-    bag = sweep(hip + levels, (0, 0, 1), ahead[0], sizes * height, outfit.bag, squareness=0.6)
-    lines = []
-    for depth in (1.0, -1.0):
-        deep = depth * (0.066 + outfit.bulk) * height
-        middle = spine[1] + deep * ahead[1] + side * 0.02 * height * aside[1]
-        over = spine[2] - side * 0.055 * height * aside[2] + 0.35 * deep * ahead[2]
-        tip = hip + [0.0, 0.0, 0.05 * height] + 0.6 * deep * ahead[0]
-        lines.append(_strap(np.stack([over, middle, tip]), outfit, 0.009 * height))
-    return [bag, *lines]
+    sack = np.array([(0.075, 0.075, 0.018), (0.088, 0.088, 0.030), (0.088, 0.088, 0.024), (0.08, 0.08, 0.014)])
+    bag = sweep(hip + levels, (0, 0, 1), ahead[0], sack * height, outfit.bag, squareness=0.6)
+    over = spine[2] - side * 0.050 * height * aside[2]
+    line = []
+    for face, depth in ((0, 1.03), (1, -1.03)):
+        middle = spine[1] + depth * sizes[1, face] * ahead[1] + side * 0.02 * height * aside[1]
+        tip = hip + [0.0, 0.0, 0.05 * height] + 0.6 * depth * sizes[0, face] * ahead[0]
+        line += [tip, middle, over] if face == 0 else [middle, tip]
+    return [bag, _strap(np.array(line), outfit, 0.009 * height)]
 
 
 def _hand_bag(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
@@ -83,3 +83,8 @@ def _hand_bag(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
 
 def _strap(line: Floats, outfit: Outfit, radius: float) -> Rings:
     return rods(line[:-1], line[1:], radius, outfit.bag, sides=4)
+
+
+def _aside(ahead: Floats) -> Floats:
+    """To the left of directions, shape (n, 3)."""
+    return np.stack([-ahead[:, 1], ahead[:, 0], 0.0 * ahead[:, 0]], axis=1)

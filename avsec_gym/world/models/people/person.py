@@ -11,6 +11,7 @@ from avsec_gym.world.models.people.clothing import Outfit, dressed
 from avsec_gym.world.models.people.gait import walking as walking_posture
 from avsec_gym.world.models.people.luggage import luggage
 from avsec_gym.world.models.people.postures import (
+    REACHING,
     SITTING,
     STANDING,
     WALKING,
@@ -42,37 +43,39 @@ def make_person(
     Raises:
         ValueError: Another category.
     """
-    height, width, _ = dimensions
+    height, width, length = dimensions
     if category == "Person_sitting":
         stature = height / 0.775
-        outfit = dressed(appearance, stature)
-        skeleton = pose(_habit(appearance, outfit, "sitting", phase), stature)
+        outfit = dressed(appearance, stature, seated=True)
+        skeleton = pose(_seated(appearance, outfit), stature)
         return filling([*body(skeleton, outfit), *_chair(skeleton, appearance)], dimensions)
     if category != "Pedestrian":
         raise ValueError(f"people are Pedestrian or Person_sitting, got {category!r}")
     outfit = dressed(appearance, height)
     breadth = float(np.clip(width / height / 0.34, 0.88, 1.14))
-    posture = _habit(appearance, outfit, "walking" if walking else "standing", phase)
+    posture = _habit(appearance, outfit, walking, phase, length / height)
     skeleton = pose(posture, height, breadth)
     return filling([*body(skeleton, outfit), *luggage(skeleton, outfit)], dimensions)
 
 
-def _habit(appearance: int, outfit: Outfit, doing: str, phase: float) -> Posture:
+def _habit(
+    appearance: int, outfit: Outfit, walking: bool, phase: float, room: float
+) -> Posture:
     """Everybody keeps to one gesture."""
     rng = np.random.Generator(np.random.PCG64((appearance, 1)))
-    side = outfit.side
-    if doing == "sitting":
-        return holding(sitting(rng), SITTING[rng.integers(len(SITTING))], side)
-    if doing == "walking":
-        posture, gestures = walking_posture(phase), WALKING
-    else:
-        posture, gestures = standing(rng), STANDING
+    posture = walking_posture(phase) if walking else standing(rng, room)
     if outfit.luggage in ("handbag", "shopping bag"):
-        return carrying(posture, side)
+        return carrying(posture, outfit.side)
+    gestures = WALKING if walking else REACHING if room > 0.36 else STANDING
     gesture = gestures[rng.integers(len(gestures))]
     if outfit.luggage == "backpack" and gesture == "hanging" and rng.random() < 0.4:
         gesture = "strap"
-    return holding(posture, gesture, 1 - side)
+    return holding(posture, gesture, 1 - outfit.side)
+
+
+def _seated(appearance: int, outfit: Outfit) -> Posture:
+    rng = np.random.Generator(np.random.PCG64((appearance, 2)))
+    return holding(sitting(rng), SITTING[rng.integers(len(SITTING))], outfit.side)
 
 
 def _chair(skeleton: Skeleton, appearance: int) -> list[Rings]:
@@ -81,7 +84,7 @@ def _chair(skeleton: Skeleton, appearance: int) -> list[Rings]:
     height = skeleton.height
     hips = skeleton.spine[0]
     top = hips[2] - 0.070 * height
-    middle, half = hips[0] + 0.075 * height, 0.115 * height
+    middle, half = hips[0] + 0.055 * height, 0.115 * height
     corners = np.array([(-half, -half), (-half, half), (half, -half), (half, half)])
     feet = np.c_[corners * 1.08 + [middle, hips[1]], np.zeros(4)]
     heads = np.c_[corners * 0.92 + [middle, hips[1]], np.full(4, top)]

@@ -26,21 +26,27 @@ _HANDS: dict[str, tuple[tuple[float, float, float] | None, ...]] = {
     "lap": ((0.200, 0.050, -0.215), (0.215, 0.070, -0.225)),
     "table": ((0.210, 0.060, -0.120), (0.190, 0.030, -0.135)),
 }
-STANDING = ("pockets", "phone", "hanging", "crossed", "pocket", "talking", "hip", "folded", "calling", "behind")
-WALKING = ("hanging", "hanging", "hanging", "hanging", "hanging", "pocket", "phone", "hanging", "calling")
+STANDING = ("pockets", "hanging", "pocket", "hip", "calling", "behind", "crossed")
+REACHING = ("phone", "talking", "crossed", "folded", "talking")
+WALKING = ("hanging",) * 7 + ("pocket", "phone", "calling")
 SITTING = ("lap", "table", "phone", "lap", "crossed")
 
 
-def standing(rng: np.random.Generator) -> Posture:
-    """Weight on one leg, the other one relaxed and somewhat in front."""
+def standing(rng: np.random.Generator, room: float) -> Posture:
+    """Weight on one leg, the other one relaxed and more or less in front.
+
+    Args:
+        rng: The source of chance.
+        room: Length of ground that is stood on, in body heights.
+    """
     weight = int(rng.integers(2))
     relaxed = 1 - weight
-    ahead = float(rng.uniform(-0.10, 0.22))
+    ahead = float(np.clip(1.2 * (room - 0.28), -0.05, 0.30) + rng.uniform(-0.05, 0.05))
     thigh, knee, spread, out = (np.zeros(2) for _ in range(4))
     knee[:] = 0.04
     knee[relaxed] = 0.16 + 0.2 * float(rng.random())
     thigh[relaxed] = ahead + 0.5 * knee[relaxed]
-    thigh[weight] = -0.03
+    thigh[weight] = -0.03 - 0.4 * ahead
     spread[:] = 0.06
     spread[relaxed] = 0.10 + 0.06 * float(rng.random())
     out[:] = rng.uniform(0.1, 0.35, 2)
@@ -86,7 +92,7 @@ def holding(posture: Posture, gesture: str, side: int) -> Posture:
 
     Args:
         posture: Of the rest of the body.
-        gesture: One of `STANDING`, `SITTING`, or "strap".
+        gesture: One of `STANDING`, `REACHING`, `WALKING`, `SITTING`, or "strap".
         side: Of the busy hand if there is only one: 0 right, 1 left.
     """
     hands: Floats = posture.hands.copy()

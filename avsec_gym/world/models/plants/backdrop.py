@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
-from avsec_gym.world.models.plants.foliage import unit
+from avsec_gym.world.models.plants.skeleton import unit
 from avsec_gym.world.shapes import grid
 
 Floats = NDArray[np.float64]
@@ -55,15 +55,20 @@ def _edge_of_wood(
     rows: int,
 ) -> Mesh:
     """Canopies round the origin whose distance wanders; `share` of the circle is wooded."""
-    azimuth = np.linspace(0, 2 * np.pi, 16 * columns)
+    azimuth = np.linspace(0, 2 * np.pi, 16 * columns, endpoint=False)
     density = _wander(azimuth, rng, 9)
+    # The course begins and ends in a clearing.
+    first = int(np.argmax(density))
+    azimuth = np.concatenate([azimuth[first:], azimuth[:first] + 2 * np.pi])
+    density = np.roll(density, -first)
     wooded = density < np.quantile(density, share)
     azimuth = azimuth[wooded][np.linspace(0, wooded.sum() - 1, columns).astype(int)]
     distance = nearest + (farthest - nearest) * (0.5 + 0.25 * _wander(azimuth, rng, 5)).clip(0, 1)
     course = azimuth * 0.5 * (nearest + farthest)
     lone = np.diff(course) > 4 * np.median(np.diff(course))
     ends = np.convolve(np.r_[1.0, lone, 1.0], [0.5, 0.9, 0.9, 0.5], "same")[:columns]
-    top = _canopy(course, rng) * (0.9 + 0.14 * _wander(azimuth, rng, 25)) * (1 - ends)
+    stand = np.clip(0.95 + 0.18 * _wander(azimuth, rng, 30), 0.5, 1.35)
+    top = _canopy(course, rng) * stand * (1 - ends)
     inward = -np.stack([np.cos(azimuth), np.sin(azimuth)], axis=-1)
     swell = np.gradient(top, course)
     side = np.stack([-np.sin(azimuth), np.cos(azimuth)], axis=-1)
@@ -89,15 +94,14 @@ def _edge_of_wood(
 def _canopy(course: Floats, rng: np.random.Generator) -> Floats:
     """Height of the canopy along a course: the highest of round and pointed crowns, metres."""
     low, high = float(course.min()), float(course.max())
-    count = int((high - low) / 2.2) + 1
+    count = int((high - low) / 1.8) + 1
     middle = np.sort(rng.uniform(low, high, count))
-    half, height = rng.uniform(2.5, 6.0, count), rng.lognormal(np.log(11), 0.22, count)
+    half, height = rng.uniform(1.6, 4.5, count), rng.lognormal(np.log(11.5), 0.16, count)
     pointed = rng.random(count) < 0.12
-    half = np.where(pointed, 0.6 * half, half)
     offset = np.abs(course[:, None] - middle) / half
-    crown = np.where(pointed, 1.0 - offset, np.sqrt(np.clip(1 - offset**2, 0, None)))
-    top = np.max(height * (0.5 + 0.5 * crown) * (offset < 1), axis=1)
-    return np.asarray(np.maximum(top, 6.0) + rng.normal(0, 0.7, len(course)))
+    crown = np.where(pointed, 1.1 - offset, np.sqrt(np.clip(1 - offset**2, 0, None)))
+    top = np.max(height * (0.65 + 0.35 * crown) * (offset < 1), axis=1)
+    return np.asarray(np.maximum(top, 6.0) + rng.normal(0, 0.6, len(course)))
 
 
 def hills(rng: np.random.Generator) -> Mesh:
@@ -149,4 +153,3 @@ def _wander(azimuth: Floats, rng: np.random.Generator, waves: int) -> Floats:
     size = rng.lognormal(0, 0.5, waves) * number**-0.3
     total = np.sin(azimuth[:, None] * number + phase) @ size
     return np.asarray(total / np.sqrt(0.5 * np.sum(size**2)))
-

@@ -14,8 +14,8 @@ from avsec_gym.world.models.plants.foliage import (
     leaf_material,
     loose,
     sprays,
-    unit,
 )
+from avsec_gym.world.models.plants.skeleton import unit
 from avsec_gym.world.shapes import box
 
 Floats = NDArray[np.float64]
@@ -40,10 +40,11 @@ def bush(variant: int) -> Mesh:
     height = 0.9 + 1.7 * variant / (BUSHES - 1)
     radius = height * rng.uniform(0.45, 0.75)
     count = 10 + 2 * variant
-    azimuth, level = rng.uniform(0, 2 * np.pi, count), rng.random(count)
+    azimuth = 2.4 * np.arange(count) + rng.normal(0, 0.3, count)
+    level = np.linspace(0, 1, count) ** 1.3
     size = radius * rng.uniform(0.35, 0.55, count)
     reach = np.maximum((radius - size) * np.sqrt(1 - 0.7 * level**2) * rng.random(count) ** 0.4, 0)
-    z = 0.75 * size + level * (height - 1.6 * size)
+    z = 0.45 * size + level * (height - 1.3 * size)
     centre = np.column_stack([reach * np.cos(azimuth), reach * np.sin(azimuth), z])
     clusters = Clusters(centre, size[:, None, None] * np.diag([1.0, 1.0, 0.85]))
     heart = np.array([0.0, 0.0, 0.3 * height])
@@ -96,7 +97,8 @@ def hedge(length: float, height: float, depth: float, variant: int = 0) -> Mesh:
         tones,
         rng,
     )
-    inside = box(*(size - 2.4 * shaggy)[[0, 1]].tolist(), height - 1.2 * shaggy, dark, top=dark)
+    less = 2.4 * shaggy
+    inside = box(length - less, depth - less, height - 0.5 * less, dark, top=dark)
     whole = merge([inside, leaves.placed(0.0, 0.0, 0.5 * height)])
     return whole.fitted(length, depth, height)
 

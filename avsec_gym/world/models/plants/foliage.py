@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.world.material import Material
-from avsec_gym.world.mesh import Float32s, Mesh
+from avsec_gym.world.mesh import Mesh
+from avsec_gym.world.models.plants.skeleton import unit
 
 Floats = NDArray[np.float64]
 
@@ -34,8 +35,14 @@ class Clusters(NamedTuple):
 
 
 def leaf_material(family: str, tone: float = 1.0) -> Material:
-    """Leaves of a texture family (``lime`` for ``leaves_lime``); `tone` makes them lighter."""
-    return Material(f"leaves_{family}", (tone, tone, tone), translucent=0.35, infrared=0.6)
+    """Leaves of a texture family (``lime`` for ``leaves_lime``).
+
+    Args:
+        family: Which leaves.
+        tone: Their lightness relative to the texture; lighter ones are yellower.
+    """
+    tint = (tone**1.2, tone, tone**0.75)
+    return Material(f"leaves_{family}", tint, translucent=0.35, infrared=0.6)
 
 
 def sprays(
@@ -161,22 +168,18 @@ def loose(
     )
 
 
-def unit(vectors: Floats) -> Floats:
-    """Scaled to length 1 along the last axis."""
-    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12))
-
-
 def _places(
     clusters: Clusters, count: int, weight: Floats, heart: Floats, rng: np.random.Generator
 ) -> tuple[Floats, NDArray[np.intp]]:
     """Where (in the unit sphere) on which cluster sprays grow: outside of others, and outside."""
-    many = int(2.2 * count)
+    many = int(1.8 * count)
     owner = rng.choice(len(weight), many, p=weight / weight.sum())
-    outward = unit(rng.normal(0, 1, (many, 3)) + [0, 0, 0.2])
+    outward = unit(rng.normal((0, 0, 0.2), 1, (many, 3)))
     outward *= rng.uniform(_INNERMOST, REACH, (many, 1))
     point = clusters.centre[owner] + _times(outward, clusters.axes[owner])
-    within = (point[None] - clusters.centre[:, None]) @ np.linalg.inv(clusters.axes)
-    hidden = (np.sum(within**2, axis=2) < 0.95 * _INNERMOST**2).any(axis=0)
+    offset = (point[None] - clusters.centre[:, None]).astype(np.float32)
+    within = offset @ np.linalg.inv(clusters.axes).astype(np.float32)
+    hidden = (np.einsum("cni,cni->cn", within, within) < 0.95 * _INNERMOST**2).any(axis=0)
     inward = np.sum(unit(point - clusters.centre[owner]) * unit(point - heart), axis=1) < -0.1
     kept = np.argsort(hidden | inward, kind="stable")[:count]
     return outward[kept], owner[kept]
@@ -184,7 +187,8 @@ def _places(
 
 def _normals(clusters: Clusters, outward: Floats, owner: NDArray[np.intp]) -> Floats:
     """Of the ellipsoids, at points of the unit sphere."""
-    return unit(_times(outward, np.linalg.inv(clusters.axes).transpose(0, 2, 1)[owner]))
+    gradient = np.asarray(np.linalg.inv(clusters.axes).transpose(0, 2, 1), np.float64)
+    return unit(_times(outward, gradient[owner]))
 
 
 def _surface(clusters: Clusters) -> Floats:

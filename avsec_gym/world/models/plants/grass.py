@@ -53,7 +53,8 @@ def grass_tufts(
     normals[..., :2], normals[..., 2] = 0.35 * out[:, :, None], 1.0
     normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
     uv = np.empty((tufts, BLADES, 3, 2))
-    uv[..., 0] = rng.uniform(0, _TEXTURE[0], (tufts, BLADES, 1)) + [-0.012, 0.012, 0.0]
+    uv[..., 0] = rng.uniform(0, _TEXTURE[0], (tufts, BLADES, 1))
+    uv[..., 0] += [-0.012, 0.012, 0.0]
     uv[..., 1] = [0.95 * _TEXTURE[1], 0.95 * _TEXTURE[1], 0.05 * _TEXTURE[1]]
     count = tufts * BLADES
     return Mesh(

@@ -20,6 +20,9 @@ Floats = NDArray[np.float64]
 _PIPE_EXPONENT = 2.2
 _DOWNWARDS = 1.6
 _SAG = 0.12
+_FLARE = 1.3
+"""Of the trunk at its roots."""
+_BRANCH_SIDES = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,12 +79,44 @@ def wood(skeleton: Skeleton, bark: Material, *, sides: int, thinnest: float) -> 
         thinnest: Branches of a smaller radius are left out, metres.
     """
     points, radius, trunk = skeleton.points, skeleton.radius.copy(), skeleton.trunk
-    radius[0] *= 1.3  # the roots' flare
-    parts = [tube(points[:trunk], radius[:trunk], bark, sides=sides, capped=False)]
-    for middle in range(trunk, len(points), 2):
-        root = skeleton.parent[middle]
-        if radius[middle] >= thinnest:
-            sizes = [min(radius[root], 1.25 * radius[middle]), radius[middle], 0.4 * radius[middle]]
-            way = points[[root, middle, middle + 1]]
-            parts.append(tube(way, sizes, bark, sides=3 if radius[middle] < 0.04 else sides - 3, capped=False))
-    return merge(parts)
+    radius[0] *= _FLARE
+    stem = tube(points[:trunk], radius[:trunk], bark, sides=sides, capped=False)
+    middle = np.arange(trunk, len(points), 2)
+    middle = middle[radius[middle] >= thinnest]
+    if len(middle) == 0:
+        return stem
+    root = skeleton.parent[middle]
+    way = points[np.stack([root, middle, middle + 1], axis=1)]
+    own = radius[middle]
+    sizes = np.stack([np.minimum(radius[root], 1.25 * own), own, 0.4 * own], axis=1)
+    return merge([stem, _branches(way, sizes, bark)])
+
+
+def _branches(way: Floats, radius: Floats, bark: Material) -> Mesh:
+    """N tubes at once, each through 3 points: `way` of shape (n, 3, 3), `radius` (n, 3)."""
+    along = unit(way[:, 2] - way[:, 0])
+    first = unit(np.cross(along, [0.13, 0.29, 0.95]))
+    second = np.cross(first, along)
+    angle = np.linspace(0, 2 * np.pi, _BRANCH_SIDES + 1)[:, None]
+    around = np.cos(angle) * first[:, None] + np.sin(angle) * second[:, None]
+    points = way[:, :, None] + radius[:, :, None, None] * around[:, None]
+    normals = np.broadcast_to(around[:, None], points.shape)
+    length = np.linalg.norm(way - way[:, :1], axis=2)
+    uv = np.stack(np.broadcast_arrays(angle[:, 0] * radius[:, :1, None], length[..., None]), -1)
+    corner = np.arange(len(way) * 3 * len(angle), dtype=np.int32).reshape(-1, 3, len(angle))
+    a, b = corner[:, :-1, :-1].ravel(), corner[:, 1:, :-1].ravel()
+    c, d = corner[:, 1:, 1:].ravel(), corner[:, :-1, 1:].ravel()
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    return Mesh(
+        points.reshape(-1, 3).astype(np.float32),
+        normals.reshape(-1, 3).astype(np.float32),
+        uv.reshape(-1, 2).astype(np.float32),
+        faces,
+        np.zeros(len(faces), np.int32),
+        (bark,),
+    )
+
+
+def unit(vectors: Floats) -> Floats:
+    """Scaled to length 1 along the last axis."""
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12))

@@ -90,7 +90,7 @@ SPECIES: dict[str, Species] = {
         clusters=36,
         cluster=0.36,
         leader=0.4,
-        girth=0.024,
+        girth=0.02,
     ),
     "poplar": Species(
         (13.0, 18.0),
@@ -118,6 +118,7 @@ SPECIES: dict[str, Species] = {
         girth=0.012,
         hang=0.6,
         whorled=True,
+        brightness=1.3,
     ),
     "pine": Species(
         (12.0, 18.0),
@@ -132,6 +133,7 @@ SPECIES: dict[str, Species] = {
         leader=0.8,
         girth=0.013,
         hang=-0.2,
+        brightness=1.3,
     ),
     "copper_beech": Species(
         (8.0, 14.0),
@@ -197,7 +199,7 @@ SPECIES: dict[str, Species] = {
         cluster=0.36,
         leader=0.6,
         girth=0.018,
-        cover=0.25,
+        cover=0.32,
         shade=0.0,
     ),
 }

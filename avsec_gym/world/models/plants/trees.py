@@ -15,9 +15,8 @@ from avsec_gym.world.models.plants.foliage import (
     cores,
     leaf_material,
     sprays,
-    unit,
 )
-from avsec_gym.world.models.plants.skeleton import grow, wood
+from avsec_gym.world.models.plants.skeleton import grow, unit, wood
 from avsec_gym.world.models.plants.species import SPECIES, Detail, Species
 from avsec_gym.world.shapes import box, scattered
 
@@ -26,15 +25,15 @@ Floats = NDArray[np.float64]
 VARIANTS = 4
 """Of each species, from the smallest to the tallest."""
 
-_TONES = (0.4, 0.95, 1.5)
+_TONES = (0.4, 0.95, 1.65)
 _TRIES = 8
 _GOLDEN_ANGLE = np.pi * (3 - 5**0.5)
 
 
 class _Fineness(NamedTuple):
     triangles: int
-    shade: int
-    """Inner triangles of a cluster."""
+    shade: float
+    """Share of them in the dark inside of the clusters."""
     cover: float
     """Of the outer ones, relative to the species'."""
     sides: int
@@ -42,9 +41,9 @@ class _Fineness(NamedTuple):
 
 
 _FINENESS: dict[Detail, _Fineness] = {
-    "near": _Fineness(5000, 16, 1.0, 9, 0.012),
-    "middle": _Fineness(1500, 11, 0.6, 6, 0.06),
-    "far": _Fineness(400, 5, 0.5, 4, 9.0),
+    "near": _Fineness(5000, 0.13, 1.0, 9, 0.012),
+    "middle": _Fineness(1500, 0.26, 0.6, 6, 0.06),
+    "far": _Fineness(400, 0.45, 0.5, 4, 9.0),
 }
 
 
@@ -76,14 +75,19 @@ def tree(species: str, variant: int, detail: Detail) -> Mesh:
     if kind.shade > 0:
         size = kind.shade * (1.0 if detail == "near" else 1.12)
         dark = leaf_material(kind.leaves, 0.22 * kind.brightness)
-        parts.append(cores(clusters, fine.shade, size, dark, rng, heart=heart))
+        each = int(fine.shade * fine.triangles / kind.clusters)
+        parts.append(cores(clusters, each, size, dark, rng, heart=heart))
     tones = tuple(leaf_material(kind.leaves, tone * kind.brightness) for tone in _TONES)
     rest = fine.triangles - sum(len(part.faces) for part in parts)
     leaves = sprays(
-        *(clusters, rest, fine.cover * kind.cover, tones, rng),
+        clusters,
+        rest,
+        fine.cover * kind.cover,
+        tones,
+        rng,
         heart=heart,
         hang=kind.hang,
-        coarsening=0.7,
+        coarsening=0.7 if detail == "near" else 0.3,
     )
     parts.append(leaves)
     whole = merge(parts)
@@ -107,7 +111,7 @@ def _crown(kind: Species, height: float, trunk: Floats, rng: np.random.Generator
     level = rng.random((count, _TRIES))
     azimuth = rng.uniform(0, 2 * np.pi, (count, _TRIES))
     bulge, phase = rng.normal(0, 0.1, 2), rng.uniform(0, 2 * np.pi, 2)
-    share = np.interp(level, *zip(*kind.outline, strict=True)) * (
+    share = _width(kind, level) * (
         1
         + bulge[0] * np.sin(azimuth + phase[0])
         + bulge[1] * np.sin(2 * azimuth + 5 * level + phase[1])
@@ -136,7 +140,7 @@ def _fronds(kind: Species, height: float, trunk: Floats, rng: np.random.Generato
     bottom, radius = kind.clear * height, kind.spread * height
     level = 1 - (1 - np.arange(count) / count) ** 0.8
     azimuth = _GOLDEN_ANGLE * np.arange(count) + rng.normal(0, 0.3, count)
-    length = radius * np.interp(level, *zip(*kind.outline, strict=True))
+    length = radius * _width(kind, level)
     length = (length * rng.uniform(0.8, 1.15, count))[:, None]
     z = bottom + level * (height - bottom) * 0.97
     slope = np.interp(level, [0, 0.6, 1], [-0.45, -0.15, 0.8])
@@ -147,6 +151,12 @@ def _fronds(kind: Species, height: float, trunk: Floats, rng: np.random.Generato
     centre[:, 2] = np.maximum(centre[:, 2], 0.25 * length[:, 0])
     axes = np.stack([0.56 * length * out, 0.36 * length * side, 0.16 * length * upwards], axis=1)
     return Clusters(centre, axes)
+
+
+def _width(kind: Species, level: Floats) -> Floats:
+    """Of the crown at heights within it, relative to its greatest."""
+    heights, widths = np.array(kind.outline).T
+    return np.asarray(np.interp(level, heights, widths))
 
 
 def _axis(trunk: Floats, z: Floats) -> Floats:

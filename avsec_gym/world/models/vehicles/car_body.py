@@ -174,8 +174,9 @@ def _greenhouse(design: CarDesign) -> tuple[Outline, Skin]:
     pillar = side[0] + (side[1] - side[0]) * 0.5
     forward = np.clip((plan.x - pillar) / (side[1] - pillar), 0.0, 1.0)
     backward = np.clip((pillar - plan.x) / (pillar - side[0]), 0.0, 1.0)
-    level = np.tile([0.0, 0.06, 0.5, 0.90, 0.985, 1.0], (len(plan.x), 1))
-    level[plan.rear > 0, 1], level[plan.rear > 0, 3] = 0.15, 0.85
+    glass = body.glass
+    level = np.tile([0.0, 0.06, 0.5 * glass + 0.05, glass, 0.985, 1.0], (len(plan.x), 1))
+    level[plan.rear > 0, 1], level[plan.rear > 0, 3] = body.rear_glass
     bulge = 0.05 * np.sin(np.pi * level)
     shift = forward[:, None] * ((design.roof_front - design.bonnet) * level + bulge)
     shift += backward[:, None] * ((design.roof_rear - design.boot) * level - bulge)
@@ -193,7 +194,7 @@ def _greenhouse(design: CarDesign) -> tuple[Outline, Skin]:
     # The last row rounds the roof's edge off.
     z[:, -2] -= 0.022
     left = np.stack([x, y, z], axis=-1)
-    left[:, -1, 0] -= 0.04 * forward * (plan.front > 0)
+    left[:, -1, 0] += 0.05 * (backward * (plan.rear > 0) - forward * (plan.front > 0))
     return plan, skin(left, (0.14, 0.38, 0.62, 0.86), 0.045)
 
 
@@ -202,8 +203,6 @@ def _upper_panels(design: CarDesign, finish: Finish, plan: Outline, upper: Skin)
     count, last = upper.points.shape[1], len(plan.x) - 1
     parts = [
         upper.panel(finish.paint, every, slice(3, count - 3)),
-        upper.panel(BLACK_GLOSS, every, slice(0, 2)),
-        upper.panel(BLACK_GLOSS, every, slice(count - 2, count)),
     ]
     rear_edge = int(np.flatnonzero(plan.rear > 0.3)[-1])
     front_edge = int(np.flatnonzero(plan.front > 0)[0])
@@ -222,6 +221,9 @@ def _upper_panels(design: CarDesign, finish: Finish, plan: Outline, upper: Skin)
         for across in (slice(1, 4), slice(count - 4, count - 1)):
             uv = _glass_uv(upper, columns, across, material)
             parts.append(upper.panel(material, columns, across, uv))
+        below = finish.paint if material is finish.paint else BLACK_GLOSS
+        for across in (slice(0, 2), slice(count - 2, count)):
+            parts.append(upper.panel(below, columns, across))
     return parts
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from avsec_gym.world.material import Material
@@ -114,7 +116,7 @@ def _rear(
 def _sides(
     rng: np.random.Generator, design: CarDesign, finish: Finish, body: CarBody
 ) -> list[Mesh]:
-    parts: list[Mesh] = []
+    parts = _sign(rng, design, body)
     x = design.bonnet - 0.42
     base = float(shoulder_height(design, np.array([x]))[0])
     inside = design.half_width - 0.10
@@ -138,8 +140,26 @@ def _sides(
     return parts
 
 
+def _sign(rng: np.random.Generator, design: CarDesign, body: CarBody) -> list[Mesh]:
+    """A firm's name on the flank of a delivery van."""
+    if design.name not in ("large van", "panel van", "delivery car") or rng.random() < 0.4:
+        return []
+    radius = design.wheel + 0.12
+    at = np.linspace(design.rear_axle + radius, design.front_axle - radius - 0.5, 4)
+    line = body.lower[:, 3, 0]
+    columns = np.interp(at, line, np.arange(len(line)))
+    low = design.sill + 0.42 * (design.belt - design.sill)
+    name = Material(f"van_sign/{int(rng.integers(6))}", mirror=0.04, infrared=0.5)
+    left = patch(body.lower, columns, low, design.belt - 0.10, name, rows=3, uv_size=(1.0, 1.0))
+    # The letters run from the rear to the front on the right side.
+    right = left.mirrored()
+    return [left, replace(right, uv=right.uv * [-1.0, 1.0] + [1.0, 0.0])]
+
+
 def _on_roof(rng: np.random.Generator, design: CarDesign, body: CarBody) -> list[Mesh]:
     long_roof = design.name in ("estate", "off-roader", "people carrier")
+    if rng.random() < 0.02:
+        return [_roof_box(design)]
     if not (long_roof and rng.random() < 0.6):
         return []
     x = np.linspace(design.roof_rear + 0.05, design.roof_front - 0.15, 6)
@@ -149,3 +169,10 @@ def _on_roof(rng: np.random.Generator, design: CarDesign, body: CarBody) -> list
     y = np.interp(x, edge[order, 0], edge[order, 1]) - 0.01
     material = PLASTIC if rng.random() < 0.6 else STEEL
     return _both(tube(np.column_stack([x, y, z]), 0.017, material, sides=5))
+
+
+def _roof_box(design: CarDesign) -> Mesh:
+    """A luggage box; it stands above the body, which shrinks to leave room for it."""
+    middle = 0.5 * (design.roof_front + design.roof_rear)
+    case = blob(1.1 * (design.roof_front - design.roof_rear), 0.85, 0.40, PLASTIC)
+    return case.placed(middle, 0.15 * design.half_width, design.height - 0.04)

@@ -29,6 +29,8 @@ class Body:
         roof: Width of the roof, share of the body's.
         windows: Their rear and front edges, shares of the side from the rear to the windscreen.
         doors: Which texture shows its seams.
+        glass: Upper edge of the windows, share of the way from the belt to the roof.
+        rear_glass: Lower and upper edge of the rear window; equal if there is none.
     """
 
     length: float
@@ -48,6 +50,8 @@ class Body:
     roof: float
     windows: tuple[tuple[float, float], ...]
     doors: int
+    glass: float = 0.90
+    rear_glass: tuple[float, float] = (0.15, 0.85)
 
 
 _TWO = ((0.06, 0.46), (0.53, 0.97))
@@ -73,13 +77,13 @@ BODIES = {
     "box car": Body(4.2, .86, .70, 1.02, .66, .08, .05, .44, .56, .57, .30, .19, .60, 3.4, .86,
                     _THREE, 2),
     "delivery car": Body(4.2, .86, .70, 1.02, .66, .08, .05, .44, .56, .57, .30, .19, .60, 3.4,
-                         .86, ((0.62, 0.97),), 2),
+                         .86, ((0.62, 0.97),), 2, .86, (.18, .80)),
     "minibus": Body(4.9, .92, .98, .78, .72, .12, .05, .43, .53, .53, .325, .20, .55, 3.8, .88,
-                    _THREE, 2),
+                    _THREE, 2, .80, (.12, .76)),
     "panel van": Body(4.9, .92, .98, .80, .72, .10, .05, .43, .53, .53, .325, .20, .55, 3.8, .88,
-                      _FRONT_ONLY, 2),
+                      _FRONT_ONLY, 2, .80, (.20, .72)),
     "large van": Body(5.7, .98, 1.15, .88, .78, .05, .05, .36, .46, .47, .34, .22, .55, 4.2, .88,
-                      _FRONT_ONLY, 2),
+                      _FRONT_ONLY, 2, .60, (.14, .50)),
 }
 
 

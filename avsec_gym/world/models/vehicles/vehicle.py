@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from avsec_gym.world.mesh import Mesh, merge
+from avsec_gym.world.models.vehicles.block import block
+from avsec_gym.world.models.vehicles.bus import bus, tram
 from avsec_gym.world.models.vehicles.car_body import car_body
 from avsec_gym.world.models.vehicles.car_details import car_details
 from avsec_gym.world.models.vehicles.designs import CarDesign, choose_car, choose_van, draw_design
-from avsec_gym.world.models.vehicles.paint import draw_finish
+from avsec_gym.world.models.vehicles.lorry import lorry
+from avsec_gym.world.models.vehicles.paint import BLACK_GLOSS, STEEL, draw_finish
+from avsec_gym.world.models.vehicles.trailer import misc
 from avsec_gym.world.models.vehicles.wheel import RIMS, wheel
+from avsec_gym.world.shapes import tube
+
+_CAMERAS = (-0.27, -0.21, 0.27, 0.33)
+"""y of the cameras on the ego vehicle, metres."""
 
 
 def make_vehicle(
@@ -26,9 +36,32 @@ def make_vehicle(
         ValueError: The category is unknown.
     """
     height, width, length = dimensions
-    rng = np.random.default_rng((appearance, len(category)))
-    parts = car(rng, choose_car(rng, height, length) if category == "Car" else choose_van(rng, height, length), height, width, length)
+    if category not in _MAKERS:
+        raise ValueError(f"a vehicle is one of {', '.join(_MAKERS)}, got {category!r}")
+    rng = np.random.default_rng((appearance, len(_MAKERS), list(_MAKERS).index(category)))
+    parts = _MAKERS[category](rng, height, width, length)
     return merge(parts).fitted(length, width, height)
+
+
+def make_ego_vehicle() -> Mesh:
+    """A dark estate with a rack of cameras and a LiDAR on its roof, as others see it.
+
+    4.7 m long and 1.8 m wide; its roof is 1.5 m high, the LiDAR's top 1.9 m.
+    """
+    length, width, height = 4.7, 1.8, 1.5
+    parts = car(np.random.default_rng(3), "estate", height, width, length)
+    body = merge(parts).fitted(length, width, height)
+    bars = [block(0.05, 1.2, 0.05, STEEL).placed(x, 0.0, 1.53) for x in (-0.9, 0.1)]
+    posts = [
+        block(0.05, 0.05, 0.12, STEEL).placed(x, y, 1.44) for x in (-0.9, 0.1) for y in (-0.55, 0.55)
+    ]
+    cameras = [block(0.10, 0.06, 0.06, BLACK_GLOSS).placed(0.16, y, 1.58) for y in _CAMERAS]
+    lidar = [
+        tube([(-0.15, 0.0, 1.50), (-0.15, 0.0, 1.66)], 0.05, STEEL, sides=8),
+        tube([(-0.15, 0.0, 1.66), (-0.15, 0.0, 1.90)], 0.10, BLACK_GLOSS, sides=14),
+    ]
+    plate = block(1.05, 0.10, 0.04, STEEL).placed(-0.4, 0.0, 1.54)
+    return merge([body, *bars, *posts, *cameras, *lidar, plate])
 
 
 def car(
@@ -47,3 +80,27 @@ def _wheels(rng: np.random.Generator, design: CarDesign) -> list[Mesh]:
     y = design.half_width - 0.045
     pair = [left.placed(axle, y, design.wheel) for axle in (design.rear_axle, design.front_axle)]
     return [*pair, *(mesh.mirrored() for mesh in pair)]
+
+
+def _passenger_car(
+    rng: np.random.Generator, height: float, width: float, length: float
+) -> list[Mesh]:
+    return car(rng, choose_car(rng, height, length), height, width, length)
+
+
+def _van(rng: np.random.Generator, height: float, width: float, length: float) -> list[Mesh]:
+    return car(rng, choose_van(rng, height, length), height, width, length)
+
+
+def _truck(rng: np.random.Generator, height: float, width: float, length: float) -> list[Mesh]:
+    is_bus = 8.0 < length < 14.0 and height > 2.7 and rng.random() < 0.2
+    return (bus if is_bus else lorry)(rng, height, width, length)
+
+
+_MAKERS: dict[str, Callable[[np.random.Generator, float, float, float], list[Mesh]]] = {
+    "Car": _passenger_car,
+    "Van": _van,
+    "Truck": _truck,
+    "Misc": misc,
+    "Tram": tram,
+}

@@ -1,0 +1,128 @@
+"""Makes a data set in a folder: what is there is kept, what is missing is made, all is listed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.world.export.folder_lock import folder_lock
+from avsec_gym.world.export.manifest import (
+    check_same,
+    list_files,
+    new_manifest,
+    read_manifest,
+    sweep,
+    write_manifest,
+)
+from avsec_gym.world.export.recipe import Recipe
+from avsec_gym.world.export.workers import make_frames, usual_workers
+
+Progress = Callable[[int, int], None]
+"""Takes how much of how much is done."""
+
+
+@dataclass(frozen=True)
+class DataSetReport:
+    """What was done."""
+
+    root: Path
+    made: int
+    """Frames made now."""
+    kept: int
+    """Frames that were there."""
+    remarks: tuple[str, ...] = ()
+    """Of the frames made now."""
+
+
+def make_data_set(
+    recipe: Recipe,
+    root: str | Path,
+    *,
+    workers: int | None = None,
+    on_progress: Progress | None = None,
+) -> DataSetReport:
+    """Make a data set, or complete one.
+
+    May be killed at any moment and started again: frames whose last file is there are kept. The
+    files do not depend on the number of workers, nor on interruptions. A set of more frames
+    continues one of fewer; frames beyond those asked for are kept.
+
+    Args:
+        recipe: What to make.
+        root: Folder of the data set: new, empty, or with the same data set.
+        workers: Processes; two if None (one where there is one processor).
+        on_progress: Called with frames done and frames in all.
+
+    Raises:
+        ConfigurationError: No frames or workers are asked for.
+        DataError: The folder holds something else, is being written by another process, or
+            cannot be written.
+    """
+    if workers is not None and workers < 1:
+        raise ConfigurationError(f"1 worker or more, got {workers}")
+    if not len(recipe):
+        raise ConfigurationError("a data set has 1 frame or more, got none")
+    root = Path(root)
+    _make_folder(root)
+    with folder_lock(root):
+        manifest, asked = read_manifest(root), new_manifest(recipe.settings)
+        if manifest is None:
+            _check_empty(root)
+        else:
+            check_same(root, manifest, asked)
+            sweep(root)
+        missing = [i for i in range(len(recipe)) if not (root / recipe.last_file(i)).is_file()]
+        kept = len(recipe) - len(missing)
+        if manifest is not None and manifest["complete"] and not missing:
+            _check_sizes(root, manifest["files"])
+            return DataSetReport(root, 0, kept)
+        write_manifest(root, asked)
+        remarks: dict[int, list[str]] = {}
+        frames = make_frames(recipe, root, missing, workers or usual_workers())
+        for done, (number, said) in enumerate(frames, start=kept + 1):
+            remarks[number] = said
+            if on_progress is not None:
+                on_progress(done, len(recipe))
+        recipe.finish(root)
+        files = list_files(root)
+        frames_there = sum(recipe.is_last_file(name) for name in files)
+        write_manifest(root, asked | {"complete": True, "frames": frames_there, "files": files})
+    every = tuple(remark for number in sorted(remarks) for remark in remarks[number])
+    return DataSetReport(root, len(missing), kept, every)
+
+
+def _make_folder(root: Path) -> None:
+    if root.exists() and not root.is_dir():
+        raise DataError("This is a file.", path=root, remedy="Name a folder.")
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise DataError(
+            f"The folder cannot be made ({error}).",
+            path=root,
+            remedy="Check the path and its permissions.",
+        ) from error
+
+
+def _check_empty(root: Path) -> None:
+    there = next((path.name for path in sorted(root.iterdir())), None)
+    if there is not None:
+        raise DataError(
+            f"The folder is not empty ({there}) and has no manifest of a data set.",
+            path=root,
+            remedy="Name a new or empty folder; nothing is overwritten.",
+        )
+
+
+def _check_sizes(root: Path, files: dict[str, dict[str, int]]) -> None:
+    for name, facts in files.items():
+        path = root / name
+        if not path.is_file() or path.stat().st_size != facts["bytes"]:
+            raise DataError(
+                "The file is missing or has another size than the manifest says.",
+                path=path,
+                remedy="Remove the label file of its frame and run the command again to have the "
+                "frame made anew, or remove the folder.",
+            )

@@ -1,0 +1,384 @@
+"""Fill a site with everybody who is there at time 0."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from avsec_gym.geometry import wrap_angle
+from avsec_gym.world.layouts.view import without_overlaps
+from avsec_gym.world.site import Site, Style
+from avsec_gym.world.traffic.parking import out_of_the_way, parked_rows, poses_of, pull_out
+from avsec_gym.world.traffic.pavements import (
+    Pavement,
+    make_way,
+    off_crossings,
+    pavements_of,
+    walking_route,
+)
+from avsec_gym.world.traffic.people import (
+    companion,
+    crosser,
+    crossings,
+    standing_groups,
+    walkers,
+)
+from avsec_gym.world.traffic.population import EGO_SIZE, Bystander, Population, Traveller
+from avsec_gym.world.traffic.roads import Roads, roads_of
+from avsec_gym.world.traffic.routes import SPACING
+from avsec_gym.world.traffic.state import begin, network_of
+from avsec_gym.world.traffic.styles import STYLES, Bustle
+from avsec_gym.world.traffic.vehicles import (
+    ego_vehicle,
+    fill_cycling,
+    fill_lane,
+    fill_side_street,
+    settle,
+)
+
+_EGO_FROM_START = 80.0
+"""Metres from the site's beginning to the first ego vehicle, if the site is long enough."""
+_CONNECTED = (15.0, 60.0)
+"""Between ego vehicles, metres."""
+_AROUND_EGO = 8.0
+"""Free metres in the lane before and behind an ego vehicle at first."""
+_RED_LIGHT = 0.25
+"""Probability on a city street."""
+_FROM_MOUTH = 25.0
+"""Between a red light and side streets, metres."""
+_COUPLES = 0.3
+"""Share of the walkers beside whom somebody walks."""
+
+
+def populate(
+    site: Site, rng: np.random.Generator, *, egos: int = 1, density: float | None = None
+) -> Population:
+    """Draw who is on a site at time 0: sensor vehicles, traffic, parked cars, people.
+
+    Args:
+        site: The place.
+        rng: The source of chance.
+        egos: How many vehicles carry sensors, 1 or more. The first drives along the course; the
+            others are 15 to 60 m from it: before or behind it, oncoming, or parked.
+        density: How busy it is; 1 as usual for the style, 0 for nobody but the ego vehicles,
+            drawn if None.
+    """
+    bustle = _tonight(STYLES[site.style], density, rng)
+    roads = roads_of(site)
+    bystanders = out_of_the_way(parked_rows(site, bustle, rng), roads.routes)
+    pavements = pavements_of(site, rng)
+    places = crossings(site, bustle, pavements, rng)
+    bystanders = off_crossings(site, bystanders, places)
+    drivers, bystanders, parked_egos = _sensor_vehicles(site, roads, bystanders, bustle, egos, rng)
+    traffic = _traffic(site, roads, drivers, bustle, rng)
+    leaving, bystanders = _leaving(site, roads, bystanders, parked_egos, bustle, rng)
+    groups = off_crossings(site, standing_groups(site, pavements, bustle, rng), places)
+    bystanders = (*bystanders, *out_of_the_way(groups, roads.routes))
+    pavements, bystanders = _make_way(site, pavements, bystanders, parked_egos)
+    people = _people(site, roads, pavements, places, traffic, bustle, rng)
+    return _assemble(
+        site, roads, [*traffic, *leaving, *people], bystanders, len(drivers), parked_egos, rng
+    )
+
+
+def _tonight(usual: Bustle, density: float | None, rng: np.random.Generator) -> Bustle:
+    """The style's numbers, scaled by chance."""
+    vehicles, people, riders = rng.gamma([1.5, 0.9, 0.8]) / [1.5, 0.9, 0.8]
+    parked = usual.parked * rng.uniform(0.3, 1.3)
+    nobody = rng.random(4) < [0.1, 0.15, 0.3, 0.15]
+    vehicles, people, riders, parked = np.where(nobody, 0.0, [vehicles, people, riders, parked])
+    if density is not None:
+        vehicles, people, riders = (max(each, 0.3) * density for each in (vehicles, people, riders))
+        parked *= min(density, 1.0)
+    return replace(
+        usual,
+        flow=usual.flow / vehicles if vehicles > 0.01 else np.inf,
+        parked=float(np.clip(parked, 0.0, 0.97)),
+        waiting=usual.waiting * float(min(vehicles, 2.0)),
+        walkers=usual.walkers * float(people),
+        groups=usual.groups * float(people),
+        riders=usual.riders * float(riders),
+    )
+
+
+def _sensor_vehicles(
+    site: Site,
+    roads: Roads,
+    bystanders: tuple[Bystander, ...],
+    bustle: Bustle,
+    egos: int,
+    rng: np.random.Generator,
+) -> tuple[list[Traveller], tuple[Bystander, ...], list[Bystander]]:
+    """The ego vehicles that drive, everybody who stands, and the ego vehicles among these."""
+    lanes = site.section.lanes
+    forward = [i for i in range(len(lanes)) if lanes[i].direction > 0]
+    own = min(forward, key=lambda i: abs(lanes[i].left))
+    reach = site.course.end - site.course.start
+    along = site.course.start + min(_EGO_FROM_START, 0.3 * reach) + float(rng.uniform(-5.0, 5.0))
+    drivers, parked = [_at(site, roads, own, along, bustle, rng)], []
+    against = [i for i in range(len(lanes)) if lanes[i].direction < 0]
+    taken = {own: [along]}
+    while len(drivers) + len(parked) < egos:
+        kind, away = rng.random(), float(rng.uniform(*_CONNECTED))
+        spots = _parked_near(site, bystanders, parked, along)
+        if kind < 0.25 and spots:
+            chosen = spots[int(rng.integers(len(spots)))]
+            ego = Bystander("Car", EGO_SIZE, chosen.pose)
+            bystanders = tuple(ego if one is chosen else one for one in bystanders)
+            parked.append(ego)
+            continue
+        lane = int(rng.choice(against)) if kind < 0.6 and against else int(rng.choice(forward))
+        there = along + away * (1 if lane in against or rng.random() < 0.5 else -1)
+        others = taken.setdefault(lane, [])
+        # Where sixty metres of lane are full, the row of ego vehicles grows longer.
+        while any(abs(there - other) < _CONNECTED[0] for other in others):
+            there += _CONNECTED[0]
+        others.append(there)
+        drivers.append(_at(site, roads, lane, there, bustle, rng))
+    return drivers, bystanders, parked
+
+
+def _at(
+    site: Site, roads: Roads, lane: int, along: float, bustle: Bustle, rng: np.random.Generator
+) -> Traveller:
+    x, y, _ = site.course.poses(along, site.section.lanes[lane].left)
+    place = roads.routes[roads.lanes[lane]].nearest(float(x), float(y))
+    return ego_vehicle(site, roads, lane, place, bustle, rng)
+
+
+def _parked_near(
+    site: Site, bystanders: tuple[Bystander, ...], taken: list[Bystander], along: float
+) -> list[Bystander]:
+    """Parked cars whose place an ego vehicle may have."""
+    if not bystanders:
+        return []
+    poses = poses_of(bystanders)
+    places, _ = site.course.coordinates(poses[:, 0], poses[:, 1])
+    near = (np.abs(places - along) > _CONNECTED[0]) & (np.abs(places - along) < _CONNECTED[1])
+    return [
+        one
+        for one, fits in zip(bystanders, near.tolist(), strict=True)
+        if fits and one.dimensions[2] > EGO_SIZE[2] - 0.6 and one not in taken
+    ]
+
+
+def _traffic(
+    site: Site,
+    roads: Roads,
+    drivers: list[Traveller],
+    bustle: Bustle,
+    rng: np.random.Generator,
+) -> list[Traveller]:
+    """Vehicles and cyclists with speeds at which all can follow; the ego vehicles first."""
+    found: list[Traveller] = []
+    lights = _red_lights(site, roads, rng)
+    for lane, route in enumerate(roads.lanes):
+        queue = fill_lane(site, roads, lane, bustle, rng)
+        for riding, beside in roads.cycling:
+            if beside == lane:
+                queue += fill_cycling(site, roads, riding, bustle, rng)
+        own = [ego for ego in drivers if ego.route == route]
+        queue = [
+            one
+            for one in queue
+            if all(
+                one.rear > ego.front + _AROUND_EGO or one.front < ego.rear - _AROUND_EGO
+                for ego in own
+            )
+        ]
+        queue = [_before_light(one, lights, roads) for one in [*own, *queue]]
+        found += settle(roads, queue)
+    for riding, beside in roads.cycling:
+        if beside < 0:
+            found += settle(roads, fill_cycling(site, roads, riding, bustle, rng))
+    for street in range(len(site.side_streets)):
+        found += settle(roads, fill_side_street(roads, street, bustle, rng))
+    return sorted(found, key=lambda one: not one.ego)
+
+
+def _red_lights(
+    site: Site, roads: Roads, rng: np.random.Generator
+) -> dict[int, tuple[int, float]]:
+    """Copies of the lanes' routes with a red light, and when it turns green, by their originals."""
+    length = site.course.end - site.course.start
+    along = site.course.start + length * float(rng.uniform(0.3, 0.7))
+    mouths = [abs(along - street.along) for street in site.side_streets]
+    likely = _RED_LIGHT if site.style == Style.CITY else 0.0
+    if rng.random() > likely or min(mouths, default=np.inf) < _FROM_MOUTH:
+        return {}
+    green = float(rng.uniform(2.0, 25.0))
+    lights = {}
+    for index in [*roads.lanes, *(route for route, lane in roads.cycling if lane >= 0)]:
+        route = roads.routes[index]
+        x, y, _ = site.course.poses(along, 0.0)
+        gate = route.nearest(float(x), float(y)) - 4.0
+        roads.routes.append(replace(route, gate=gate, clear=gate + 5.0))
+        lights[index] = (len(roads.routes) - 1, green)
+    return lights
+
+
+def _before_light(
+    one: Traveller, lights: dict[int, tuple[int, float]], roads: Roads
+) -> Traveller:
+    if one.route not in lights:
+        return one
+    route, green = lights[one.route]
+    if one.front > roads.routes[route].gate - 1.0:
+        return one
+    return one._replace(route=route, opens=green, polite=False)
+
+
+def _leaving(
+    site: Site,
+    roads: Roads,
+    bystanders: tuple[Bystander, ...],
+    egos: list[Bystander],
+    bustle: Bustle,
+    rng: np.random.Generator,
+) -> tuple[list[Traveller], tuple[Bystander, ...]]:
+    """Parked cars that wait to pull out, and those that stay parked."""
+    leaving: list[Traveller] = []
+    lanes = site.section.lanes
+    for _ in range(min(int(rng.poisson(0.7 * bustle.parked)), 2)):
+        candidates = [one for one in bystanders if one.category == "Car" and one not in egos]
+        if not candidates:
+            break
+        chosen = candidates[int(rng.integers(len(candidates)))]
+        x, y, heading = chosen.pose
+        along, left = site.course.coordinates(x, y)
+        road = float(site.course.poses(along, 0.0)[2])
+        direction = 1 if np.cos(heading - road) > 0 else -1
+        lane = min(range(len(lanes)), key=lambda i: abs(lanes[i].left - left))
+        aslant = abs(wrap_angle(heading - road - (0.0 if direction > 0 else np.pi))) > 0.15
+        if lanes[lane].direction != direction or aslant or abs(lanes[lane].left - left) > 4.0:
+            continue
+        route, place = pull_out(chosen, roads.routes[roads.lanes[lane]])
+        around = tuple(one for one in bystanders if one is not chosen)
+        way = replace(route, poses=route.poses[int(place / SPACING) :])
+        free = out_of_the_way(around, [way])
+        if any(all(ego is not one for one in free) for ego in egos):
+            continue
+        bystanders = free
+        roads.routes.append(route)
+        desired = lanes[lane].speed * float(rng.uniform(*bustle.pace))
+        leaving.append(
+            Traveller(
+                chosen.category,
+                chosen.dimensions,
+                len(roads.routes) - 1,
+                place,
+                0.0,
+                desired,
+                (0.0, 75.0, 0.0),
+                opens=float(rng.exponential(6.0)),
+            )
+        )
+    return leaving, bystanders
+
+
+def _make_way(
+    site: Site,
+    pavements: list[Pavement],
+    bystanders: tuple[Bystander, ...],
+    egos: list[Bystander],
+) -> tuple[list[Pavement], tuple[Bystander, ...]]:
+    """Pavements whose lines lead around whoever stands there, without those who block them."""
+    ways = []
+    for pavement in pavements:
+        way, refused = make_way(site, pavement, bystanders)
+        bystanders = tuple(
+            one for i, one in enumerate(bystanders) if i not in refused or one in egos
+        )
+        ways.append(way)
+    return ways, bystanders
+
+
+def _people(
+    site: Site,
+    roads: Roads,
+    pavements: list[Pavement],
+    places: list[float],
+    traffic: list[Traveller],
+    bustle: Bustle,
+    rng: np.random.Generator,
+) -> list[Traveller]:
+    """Who walks along the pavements and across the road."""
+    people: list[Traveller] = []
+    for along in places:
+        route, person = crosser(site, pavements, along, len(roads.routes), rng)
+        if person.started and not _can_stop(site, roads, traffic, along):
+            waits = route.gate - 0.5 * person.dimensions[2] - 0.05
+            person = person._replace(place=waits, speed=0.0, started=False)
+        roads.routes.append(route)
+        people.append(person)
+    for pavement in pavements:
+        companions: list[Traveller] = []
+        for line, direction in enumerate(pavement.directions):
+            route = walking_route(site, pavement, line)
+            roads.routes.append(route)
+            index = len(roads.routes) - 1
+            mean = bustle.walkers / len(pavement.directions)
+            alone = [*companions, *walkers(index, route.length, mean, rng)]
+            people += alone
+            beside = pavement.directions[line + 1 : line + 2]
+            together = (rng.random(len(alone)) < _COUPLES) & (beside == (direction,))
+            companions = [
+                companion(one, index + 1, rng)
+                for one, two in zip(alone, together.tolist(), strict=True)
+                if two
+            ]
+    return people
+
+
+def _can_stop(site: Site, roads: Roads, traffic: list[Traveller], along: float) -> bool:
+    """Whether all vehicles and cyclists can stop before somebody who crosses."""
+    for one in traffic:
+        route = roads.routes[one.route]
+        row = int(np.clip(one.place / SPACING, 0, len(route.poses) - 1))
+        x, y, heading = route.poses[row]
+        there, _ = site.course.coordinates(x, y)
+        road = float(site.course.poses(there, 0.0)[2])
+        gap = (along - float(there)) * np.sign(np.cos(heading - road)) - 0.5 * one.dimensions[2]
+        if -one.dimensions[2] - 2.0 < gap - 1.5 < one.speed**2 / 4.0 + 0.7 * one.speed + 2.0:
+            return False
+    return True
+
+
+def _assemble(
+    site: Site,
+    roads: Roads,
+    travellers: list[Traveller],
+    bystanders: tuple[Bystander, ...],
+    drivers: int,
+    parked_egos: list[Bystander],
+    rng: np.random.Generator,
+) -> Population:
+    """Leave out whoever stands in another; the sensor vehicles stay."""
+    routes = tuple(roads.routes)
+    network = network_of(routes)
+    poses = begin(network, tuple(travellers)).poses
+    standing = sorted(bystanders, key=lambda one: one not in parked_egos)
+    every = [*travellers[:drivers], *standing[: len(parked_egos)]]
+    every += [*travellers[drivers:], *standing[len(parked_egos) :]]
+    ahead = len(parked_egos)
+    where = np.concatenate(
+        [poses[:drivers], poses_of(standing[:ahead]), poses[drivers:], poses_of(standing[ahead:])]
+    )
+    sizes = np.array([one.dimensions for one in every])
+    room = np.where(sizes[:, 1] > 1.2, 0.3, 0.1)
+    stays = without_overlaps(where, sizes[:, 2] + room, sizes[:, 1] + 0.1)
+    kept = [one for one, stay in zip(every, stays.tolist(), strict=True) if stay]
+    moving = tuple(one for one in kept if isinstance(one, Traveller))
+    still = tuple(one for one in kept if isinstance(one, Bystander))
+    egos = (*range(drivers), *range(len(moving), len(moving) + ahead))
+    changing = site.style == Style.HIGHWAY
+    return Population(
+        routes,
+        roads.neighbours(site.section.lanes, changing),
+        moving,
+        still,
+        egos,
+        rng.integers(0, 2**31, len(kept)),
+        rng.random(len(kept)),
+    )
