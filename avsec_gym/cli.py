@@ -19,6 +19,7 @@ from avsec_gym.commands.demo import Demo
 from avsec_gym.commands.draw import Draw
 from avsec_gym.commands.evaluate import Evaluate
 from avsec_gym.commands.plan import PlanFiles
+from avsec_gym.commands.world import World
 from avsec_gym.errors import AvsecError, ConfigurationError
 
 Command = (
@@ -27,6 +28,7 @@ Command = (
     | Annotated[PlanFiles, tyro.conf.subcommand("plan")]
     | Annotated[Draw, tyro.conf.subcommand("draw")]
     | Annotated[DataCheck, tyro.conf.subcommand("data")]
+    | Annotated[World, tyro.conf.subcommand("world")]
 )
 
 

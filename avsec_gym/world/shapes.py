@@ -128,11 +128,10 @@ def prism(
         parts.append(polygon(corners, material, uv))
         start += length
     if top is not None:
-        triangles = shapely.constrained_delaunay_triangles(shapely.Polygon(plan)).geoms
-        for triangle in triangles:
-            flat = np.array(shapely.orient_polygons(triangle).exterior.coords)[:3]
-            parts.append(polygon(np.c_[flat, np.full(3, height)], top, flat))
-            parts.append(polygon(np.c_[flat[::-1], np.full(3, bottom)], top, flat[::-1]))
+        for flat in _convex_parts(plan):
+            parts.append(polygon(np.c_[flat, np.full(len(flat), height)], top, flat))
+            below = np.c_[flat[::-1], np.full(len(flat), bottom)]
+            parts.append(polygon(below, top, flat[::-1]))
     return merge(parts)
 
 
@@ -272,6 +271,16 @@ def scattered(meshes: Sequence[Mesh], places: ArrayLike) -> Mesh:
     rows = np.asarray(places, float).tolist()
     every = list(meshes) * (len(rows) if len(meshes) == 1 else 1)
     return merge([mesh.placed(*row) for mesh, row in zip(every, rows, strict=True)])
+
+
+def _convex_parts(plan: np.ndarray) -> list[np.ndarray]:
+    """The polygon itself if it is convex, else triangles."""
+    edges = np.roll(plan, -1, axis=0) - plan
+    onward = np.roll(edges, -1, axis=0)
+    if (edges[:, 0] * onward[:, 1] - edges[:, 1] * onward[:, 0] >= 0).all():
+        return [plan]
+    triangles = shapely.constrained_delaunay_triangles(shapely.Polygon(plan)).geoms
+    return [shapely.get_coordinates(shapely.orient_polygons(part))[:3] for part in triangles]
 
 
 def _arc_lengths(points: np.ndarray, axis: int) -> np.ndarray:

@@ -31,6 +31,8 @@ from avsec_gym.world.stage import Stage, build_stage
 
 BEHIND, AHEAD = -90.0, 210.0
 """Metres of road built behind and ahead of the ego vehicle for a single frame."""
+PAINTED = (-15.0, 160.0)
+"""Metres of it with markings and wear: as far as a camera can tell them."""
 
 _SPEEDS = {RoadType.STREET: (6.0, 8.0), RoadType.HIGHWAY: (11.0, 13.0)}
 _STREET_STYLES = {
@@ -148,7 +150,8 @@ def _shot(
     z = np.concatenate([actors.z[:shown], (level + lifted(actors, course, section))[shown:]])
     actors = replace(actors, z=z)
     in_sight = np.concatenate([in_sight, np.zeros(len(actors) - shown, bool)])
-    stage = build_stage(site, draw_light(rng), BEHIND, AHEAD, keep_clear(actors, in_sight, 0.4))
+    clear = keep_clear(actors, in_sight, 0.4)
+    stage = build_stage(site, draw_light(rng), BEHIND, AHEAD, clear, PAINTED)
     return Shot(site, stage, Moment(0.0, actors), rig, np.eye(4)[None], seed)
 
 

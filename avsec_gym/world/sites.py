@@ -52,9 +52,7 @@ def draw_site(style: Style, rng: np.random.Generator, *, length: float) -> Site:
     return Site(style, course, section, ground, int(rng.integers(2**31)), streets)
 
 
-def _course(
-    style: Style, section: CrossSection, rng: np.random.Generator, length: float
-) -> Course:
+def _course(style: Style, section: CrossSection, rng: np.random.Generator, length: float) -> Course:
     """Straight stretches, gentle bends, now and then a sharp one; bends begin like clothoids."""
     count = int(length) + 1
     widest = max(abs(edge) for edge in section.edges)
@@ -137,9 +135,7 @@ def _side_street(
     easing = np.clip((np.arange(count) - begin) / 15.0, 0.0, 1.0)
     curvature = easing * float(rng.normal(0.0, 0.008))
     line = course_from_curvature(curvature, pose=(float(x), float(y), float(heading + turn)))
-    return SideStreet(
-        along, side, line, side_section(style, rng), float(rng.uniform(5.0, 7.0))
-    )
+    return SideStreet(along, side, line, side_section(style, rng), float(rng.uniform(5.0, 7.0)))
 
 
 def side_section(style: Style, rng: np.random.Generator) -> CrossSection:
@@ -160,4 +156,3 @@ def side_section(style: Style, rng: np.random.Generator) -> CrossSection:
         for strip in right[::-1]
     )
     return CrossSection((*right, road, *left), (), lanes)
-

@@ -108,6 +108,7 @@ def build_stage(
     start: float,
     end: float,
     keep_clear: Iterable[shapely.Geometry] = (),
+    painted: tuple[float, float] | None = None,
 ) -> Stage:
     """Build up a site: road, land, paint, scenery.
 
@@ -117,16 +118,17 @@ def build_stage(
         start: Where to begin, road coordinate along the main course, metres.
         end: Where to stop.
         keep_clear: Areas where no scenery may stand, in the world's ground plane.
+        painted: Where the road has markings and wear; all of it if None.
     """
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((site.seed, 0))))
     land = [Thing(mesh, surface) for mesh, surface in road_meshes(site, start, end)]
     land.append(Thing(land_mesh(site, start, end, rng), Surface.TERRAIN))
-    overlay = paint_overlay(site, start, end, rng)
+    overlay = paint_overlay(site, *(painted or (start, end)), rng)
     placements = compose(site, start, end, keep_clear)
-    return Stage(land, _overlay_arrays(overlay), placements, light)
+    return Stage(land, _overlay_arrays(overlay, start), placements, light)
 
 
-def _overlay_arrays(overlay: Overlay) -> OverlayArrays:
+def _overlay_arrays(overlay: Overlay, start: float) -> OverlayArrays:
     levels = overlay.levels()
     sizes = [level.shape[0] * level.shape[1] for level in levels]
     return OverlayArrays(
@@ -134,4 +136,5 @@ def _overlay_arrays(overlay: Overlay) -> OverlayArrays:
         first=np.cumsum([0, *sizes[:-1]]),
         shape=np.array([level.shape[:2] for level in levels], np.int32),
         scale=np.full(2, 1.0 / overlay.metres_per_pixel, np.float32),
+        begin=np.array([overlay.start - start], np.float32),
     )

@@ -86,9 +86,9 @@ def make_data_set(
             if on_progress is not None:
                 on_progress(done, len(recipe))
         recipe.finish(root)
-        files = list_files(root)
-        frames_there = sum(recipe.is_last_file(name) for name in files)
-        write_manifest(root, asked | {"complete": True, "frames": frames_there, "files": files})
+        frames_there = sum(1 for _ in root.glob(recipe.last_files))
+        asked |= {"complete": True, "frames": frames_there, "files": list_files(root)}
+        write_manifest(root, asked)
     every = tuple(remark for number in sorted(remarks) for remark in remarks[number])
     return DataSetReport(root, len(missing), kept, every)
 
@@ -107,10 +107,10 @@ def _make_folder(root: Path) -> None:
 
 
 def _check_empty(root: Path) -> None:
-    there = next((path.name for path in sorted(root.iterdir())), None)
-    if there is not None:
+    there = sorted(path.name for path in root.iterdir() if not path.name.startswith("."))
+    if there:
         raise DataError(
-            f"The folder is not empty ({there}) and has no manifest of a data set.",
+            f"The folder is not empty ({there[0]}) and has no manifest of a data set.",
             path=root,
             remedy="Name a new or empty folder; nothing is overwritten.",
         )

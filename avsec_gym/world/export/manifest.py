@@ -6,7 +6,7 @@ import functools
 import hashlib
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -95,19 +95,13 @@ def check_same(root: Path, there: Mapping[str, Any], asked: Mapping[str, Any]) -
         )
 
 
-def list_files(
-    root: Path, on_progress: Callable[[int, int], None] | None = None
-) -> dict[str, dict[str, Any]]:
+def list_files(root: Path) -> dict[str, dict[str, Any]]:
     """Size and SHA-256 of every file of a data set but the manifest, by its path."""
     paths = sorted(path for path in _all_files(root) if path != MANIFEST)
-    result = {}
-    for done, path in enumerate(paths, start=1):
-        with open(root / path, "rb") as file:
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
-        result[path] = {"bytes": (root / path).stat().st_size, "sha256": digest}
-        if on_progress is not None:
-            on_progress(done, len(paths))
-    return result
+    return {
+        path: {"bytes": (root / path).stat().st_size, "sha256": _sha256(root / path)}
+        for path in paths
+    }
 
 
 def changed_files(root: str | Path, *, full: bool = False) -> list[str]:
@@ -146,12 +140,14 @@ def _differs(path: Path, facts: Mapping[str, Any], full: bool) -> bool:
     try:
         if path.stat().st_size != facts["bytes"]:
             return True
-        if not full:
-            return False
-        with open(path, "rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest() != facts["sha256"]
+        return full and _sha256(path) != facts["sha256"]
     except OSError:
         return True
+
+
+def _sha256(path: Path) -> str:
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _all_files(root: Path) -> list[str]:

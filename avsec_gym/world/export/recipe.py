@@ -74,6 +74,10 @@ class Recipe(Protocol):
     def __len__(self) -> int:
         """How many frames it has."""
 
+    @property
+    def last_files(self) -> str:
+        """A glob of the files that `last_file` names, relative to the root."""
+
     def last_file(self, number: int) -> str:
         """The file of a frame that is written last, relative to the root: once it is there, the
         frame is complete."""

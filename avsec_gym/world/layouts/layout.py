@@ -61,12 +61,15 @@ class Layout:
     """The layout is number `index` of the set with seed `set_seed`."""
 
 
-def generate_layout(seed: int, road_type: RoadType | None = None) -> Layout:
-    """Make one layout: number `seed` of the set with seed 0.
+def generate_layout(
+    seed: int, road_type: RoadType | None = None, *, set_seed: int = 0
+) -> Layout:
+    """Make one layout: number `seed` of the set with seed 0, or of another set.
 
     Args:
         seed: 0 or more.
         road_type: STREET, HIGHWAY, or None to draw it (72 % streets).
+        set_seed: Names the set, 0 or more.
 
     Returns:
         The same layout for the same arguments in every process.
@@ -79,7 +82,7 @@ def generate_layout(seed: int, road_type: RoadType | None = None) -> Layout:
         >>> layout.id
         'street-000123'
     """
-    return _layout(0, seed, road_type)
+    return _layout(set_seed, seed, road_type)
 
 
 def generate_layouts(count: int, seed: int = 0, road_type: RoadType | None = None) -> list[Layout]:

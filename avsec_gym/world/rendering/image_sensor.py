@@ -11,7 +11,7 @@ from avsec_gym.frame import Image
 from avsec_gym.world.mesh import Float32s
 
 
-GAMMA = 1.35
+GAMMA = 1.25
 """Of the tone curve; a screen's would be 2.2."""
 
 

@@ -289,8 +289,8 @@ def laser_reflectance(scene, faces, distances, origins, directions, reflectance,
 @njit(cache=True, fastmath=True, inline="always")
 def _smooth(lattice, x, y, z):  # type: ignore[no-untyped-def]
     """Smooth noise in [-1, 1] with cells of 1."""
-    cx, cy, cz = int(np.floor(x)), int(np.floor(y)), int(np.floor(z))
-    fx, fy, fz = np.float32(x - cx), np.float32(y - cy), np.float32(z - cz)
+    cx, cy, cz = np.int32(np.floor(x)), np.int32(np.floor(y)), np.int32(np.floor(z))
+    fx, fy, fz = x - np.float32(cx), y - np.float32(cy), z - np.float32(cz)
     fx = fx * fx * (np.float32(3.0) - np.float32(2.0) * fx)
     fy = fy * fy * (np.float32(3.0) - np.float32(2.0) * fy)
     fz = fz * fz * (np.float32(3.0) - np.float32(2.0) * fz)

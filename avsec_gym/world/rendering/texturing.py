@@ -13,7 +13,7 @@ from avsec_gym.world.textures.library import TextureArrays
 
 _LINEAR = ((np.arange(256) / 255.0) ** 2.2).astype(np.float32)
 _MOST_TAPS = 8
-_ONE = np.float32(1.0)
+_ONE, _HALF = np.float32(1.0), np.float32(0.5)
 
 
 class OverlayArrays(NamedTuple):
@@ -27,6 +27,8 @@ class OverlayArrays(NamedTuple):
     """Height and width of a level, shape (L, 2)."""
     scale: Float32s
     """Pixels of the finest level per metre, shape (2,)."""
+    begin: Float32s
+    """Overlay coordinate of the picture's left edge, metres, shape (1,)."""
 
 
 @njit(cache=True, fastmath=True, inline="always")
@@ -34,13 +36,17 @@ def texel_colour(textures, index, level, s, t):  # type: ignore[no-untyped-def]
     """Bilinear colour in linear light at (s, t), in repeats of the texture."""
     height = textures.shape[index, level, 0]
     width = textures.shape[index, level, 1]
+    x = (s - np.floor(s)) * np.float32(width) - _HALF
+    y = (t - np.floor(t)) * np.float32(height) - _HALF
+    column, row = np.int32(np.floor(x)), np.int32(np.floor(y))
+    fx, fy = x - np.float32(column), y - np.float32(row)
+    # Cheaper than remainders: x and y are at most half a texel outside.
+    left = column if column >= 0 else width - 1
+    right = column + 1 if column + 1 < width else 0
+    upper = row if row >= 0 else height - 1
+    lower = row + 1 if row + 1 < height else 0
     first = textures.first[index, level]
-    x = np.float32((s - np.floor(s)) * width - np.float32(0.5))
-    y = np.float32((t - np.floor(t)) * height - np.float32(0.5))
-    column, row = int(np.floor(x)), int(np.floor(y))
-    fx, fy = np.float32(x - column), np.float32(y - row)
-    left, right = column % width, (column + 1) % width
-    upper, lower = first + (row % height) * width, first + ((row + 1) % height) * width
+    upper, lower = first + upper * width, first + lower * width
     a, b = (_ONE - fx) * (_ONE - fy), fx * (_ONE - fy)
     c, d = (_ONE - fx) * fy, fx * fy
     texels = textures.texels
@@ -80,23 +86,23 @@ def filtered_colour(textures, index, u, v, short_u, short_v, long_u, long_v):  #
         long_v: Likewise.
     """
     width, height = textures.size[index, 0], textures.size[index, 1]
-    columns, rows = textures.shape[index, 0, 1], textures.shape[index, 0, 0]
-    across, down = columns / width, rows / height
+    across = np.float32(textures.shape[index, 0, 1]) / width
+    down = np.float32(textures.shape[index, 0, 0]) / height
     short = np.sqrt((short_u * across) ** 2 + (short_v * down) ** 2)
     long = np.sqrt((long_u * across) ** 2 + (long_v * down) ** 2)
     if short > long:
         short, long = long, short
         long_u, long_v = short_u, short_v
-    short = max(short, long / _MOST_TAPS, np.float32(1e-6))
-    level = np.log2(short)
+    short = max(short, long / np.float32(_MOST_TAPS), np.float32(1e-6))
     last = textures.levels[index] - 1
-    level = min(max(level, np.float32(0.0)), np.float32(last))
-    fine = min(int(level), last)
-    share = np.float32(level - fine)
-    taps = min(max(int(long / max(short, _ONE) + np.float32(0.5)), 1), _MOST_TAPS)
+    level = min(max(np.log2(short), np.float32(0.0)), np.float32(last))
+    taps = min(max(np.int32(long / max(short, _ONE) + _HALF), 1), _MOST_TAPS)
+    # Many taps hide the step between levels; one needs both neighbours.
+    fine = np.int32(level + _HALF) if taps > 2 else np.int32(level)
+    share = np.float32(0.0) if taps > 2 else level - np.float32(fine)
     red, green, blue = np.float32(0.0), np.float32(0.0), np.float32(0.0)
     for tap in range(taps):
-        step = np.float32((tap + 0.5) / taps - 0.5)
+        step = (np.float32(tap) + _HALF) / np.float32(taps) - _HALF
         s, t = (u + step * long_u) / width, (v + step * long_v) / height
         one = texel_colour(textures, index, fine, s, t)
         if share > np.float32(0.02) and fine < last:
@@ -108,7 +114,7 @@ def filtered_colour(textures, index, u, v, short_u, short_v, long_u, long_v):  #
             red += one[0]
             green += one[1]
             blue += one[2]
-    scale = np.float32(1.0 / taps)
+    scale = _ONE / np.float32(taps)
     return red * scale, green * scale, blue * scale
 
 
@@ -121,9 +127,9 @@ def overlay_colour(overlay, u, v, short_u, short_v, long_u, long_v):  # type: ig
     if short > long:
         short, long = long, short
         long_u, long_v = short_u, short_v
-    short = max(short, long / _MOST_TAPS, _ONE)
-    level = min(int(np.log2(short) + np.float32(0.5)), len(overlay.first) - 1)
-    taps = min(max(int(long / short + np.float32(0.5)), 1), _MOST_TAPS)
+    short = max(short, long / np.float32(_MOST_TAPS), _ONE)
+    level = min(np.int32(np.log2(short) + _HALF), len(overlay.first) - 1)
+    taps = min(max(np.int32(long / short + _HALF), 1), _MOST_TAPS)
     height, width = overlay.shape[level, 0], overlay.shape[level, 1]
     halved = np.float32(1.0 / (1 << level))
     scale_x, scale_y = across * halved, down * halved
@@ -131,13 +137,13 @@ def overlay_colour(overlay, u, v, short_u, short_v, long_u, long_v):  # type: ig
     red, green, blue = np.float32(0.0), np.float32(0.0), np.float32(0.0)
     alpha = np.float32(0.0)
     for tap in range(taps):
-        step = np.float32((tap + 0.5) / taps - 0.5)
-        x = np.float32((u + step * long_u) * scale_x - np.float32(0.5))
-        y = np.float32((v + step * long_v) * scale_y - np.float32(0.5))
-        column, row = int(np.floor(x)), int(np.floor(y))
+        step = (np.float32(tap) + _HALF) / np.float32(taps) - _HALF
+        x = (u - overlay.begin[0] + step * long_u) * scale_x - _HALF
+        y = (v + step * long_v) * scale_y - _HALF
+        column, row = np.int32(np.floor(x)), np.int32(np.floor(y))
         if column < -1 or row < -1 or column >= width or row >= height:
             continue
-        fx, fy = np.float32(x - column), np.float32(y - row)
+        fx, fy = x - np.float32(column), y - np.float32(row)
         for dy in range(2):
             for dx in range(2):
                 i = min(max(row + dy, 0), height - 1)
@@ -148,7 +154,7 @@ def overlay_colour(overlay, u, v, short_u, short_v, long_u, long_v):  # type: ig
                 green += weight * _LINEAR[overlay.texels[place, 1]]
                 blue += weight * _LINEAR[overlay.texels[place, 2]]
                 alpha += weight * overlay.texels[place, 3]
-    scale = np.float32(1.0 / taps)
+    scale = _ONE / np.float32(taps)
     return red * scale, green * scale, blue * scale, alpha * scale / np.float32(255.0)
 
 
@@ -159,6 +165,7 @@ def no_overlay() -> OverlayArrays:
         np.zeros(1, np.int64),
         np.ones((1, 2), np.int32),
         np.ones(2, np.float32),
+        np.zeros(1, np.float32),
     )
 
 

@@ -50,18 +50,21 @@ def strip_meshes(
     """
     lefts = np.linspace(*edges, max(2, int(np.ceil((edges[1] - edges[0]) / 3.0)) + 1))
     box = shapely.box(stations[0], edges[0], stations[-1], edges[1])
-    if hole is None or hole.is_empty or not hole.intersects(box):
-        return [_rows(lay, stations, lefts, height, material)]
-    first, _, last, _ = shapely.intersection(hole, box).bounds
-    before = max(int(np.searchsorted(stations, first, side="right")) - 1, 0)
-    after = min(int(np.searchsorted(stations, last)), len(stations) - 1)
-    meshes = [
-        _rows(lay, part, lefts, height, material)
-        for part in (stations[: before + 1], stations[after:])
-        if len(part) > 1
-    ]
-    cells = shapely.difference(_cells(stations[before : after + 1], lefts), hole)
-    return [*meshes, *_pieces(lay, cells, height, material, edges[1])]
+    cut = shapely.get_parts(shapely.intersection(hole, box)) if hole is not None else []
+    cut = [part for part in cut if part.area > _SLIVER]
+    meshes, done = [], 0
+    for first, _, last, _ in sorted(part.bounds for part in cut):
+        before = max(int(np.searchsorted(stations, first, side="right")) - 1, done)
+        after = min(int(np.searchsorted(stations, last)), len(stations) - 1)
+        if before > done:
+            meshes.append(_rows(lay, stations[done : before + 1], lefts, height, material))
+        if after > before:
+            cells = shapely.difference(_cells(stations[before : after + 1], lefts), hole)
+            meshes += _pieces(lay, cells, height, material, edges[1])
+            done = after
+    if done < len(stations) - 1:
+        meshes.append(_rows(lay, stations[done:], lefts, height, material))
+    return meshes
 
 
 def area_meshes(lay: Lay, area: BaseGeometry, height: float, material: Material) -> list[Mesh]:

@@ -21,9 +21,11 @@ _DASHES = {False: (3.0, 6.0), True: (6.0, 12.0)}
 def paint_markings(
     canvas: Canvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
 ) -> None:
-    """All markings of a road, worn alike."""
-    wear = int(rng.choice(5, p=[0.2, 0.35, 0.25, 0.15, 0.05]))
+    """All markings of a road, worn alike; on highways they are kept fresh."""
     section = site.section
+    wear = int(rng.choice(4, p=[0.25, 0.4, 0.25, 0.1]))
+    if site.style == Style.HIGHWAY:
+        wear = min(wear, 1)
     for line in section.lines:
         shapes = _line(canvas, line, site.style == Style.HIGHWAY, openings)
         _paint(canvas, rng, shapes, wear)
@@ -62,10 +64,10 @@ def _line(canvas: Canvas, line: Line, highway: bool, openings: Sequence[Mouth]) 
     shapes = []
     for middle in middles:
         for first, last, broken in _stretches(canvas, middle, openings):
-            starts = np.arange(first, last, 3.0) if broken else [first]
+            length = 1.5 if broken else last - first
             shapes += [
-                rectangle(s, min(s + 1.5, last) if broken else last, middle - half, middle + half)
-                for s in starts
+                rectangle(s, min(s + length, last), middle - half, middle + half)
+                for s in np.arange(first, last, 2.0 * length)
             ]
     return shapes
 
@@ -168,8 +170,8 @@ def _arrows(
             turning = "left" if mouth.street.side == lane.direction else "right"
             outer = abs(lane.left - site.section.carriageway[int(mouth.street.side > 0)])
             kind = turning if outer < 1.2 * lane.width else "straight"
-            shapes = [placed(s, along, lane.left, lane.direction) for s in ARROWS[kind]]
-            _paint(canvas, rng, shapes, wear)
+            arrow = placed(ARROWS[kind], along, lane.left, lane.direction)
+            _paint(canvas, rng, [arrow], wear)
 
 
 def _symbol(

@@ -14,7 +14,7 @@ from avsec_gym.world.road.junction import mouths
 from avsec_gym.world.road.markings import paint_markings
 from avsec_gym.world.road.repairs import paint_repairs
 from avsec_gym.world.road.surface import painted_edges
-from avsec_gym.world.road.wear import paint_leaves, paint_stains, paint_tracks
+from avsec_gym.world.road.wear import paint_leaves, paint_ragged_edges, paint_stains, paint_tracks
 from avsec_gym.world.site import Site
 
 _FINEST = 0.025
@@ -86,6 +86,7 @@ def paint_overlay(site: Site, start: float, end: float, rng: np.random.Generator
     openings = mouths(site, start, end)
     paint_tracks(canvas, site, openings, rng)
     paint_repairs(canvas, site, rng)
+    paint_ragged_edges(canvas, site, openings, rng)
     paint_stains(canvas, site, rng)
     paint_covers(canvas, site, openings, rng)
     paint_markings(canvas, site, openings, rng)

@@ -32,9 +32,12 @@ def paint_repairs(canvas: Canvas, site: Site, rng: np.random.Generator) -> None:
     _resurfaced(canvas, site, rng, age)
     _trenches(canvas, rng, age, right, left)
     walked = [strip for strip in site.section.strips if strip.surface == Surface.PAVEMENT]
-    for strip in (strip for strip in (*road, *walked) if strip.material == "asphalt"):
-        _patches(canvas, rng, age, strip)
-        _cracks(canvas, rng, age, strip)
+    for strip in (*road, *walked):
+        if strip.material == "asphalt":
+            _patches(canvas, rng, age, strip)
+            _cracks(canvas, rng, age, strip)
+        if strip.material == "concrete":
+            _slab_joints(canvas, rng, strip)
     _joints(canvas, site, rng, age)
 
 
@@ -58,17 +61,17 @@ def _trenches(
 ) -> None:
     """Where pipes were laid: long narrow strips along or across."""
     length = canvas.end - canvas.start
-    for _ in range(rng.poisson(age * length / 70.0)):
+    for _ in range(rng.poisson(age * length / 110.0)):
         first = rng.uniform(canvas.start, canvas.end)
         width = rng.uniform(0.5, 1.1)
         if rng.random() < 0.5:
             side = rng.uniform(right, left - width)
-            area = rectangle(first, first + rng.uniform(8.0, 60.0), side, side + width)
+            area = rectangle(first, first + rng.uniform(5.0, 40.0), side, side + width)
         else:
             ends = np.sort(rng.choice([right, 0.5 * (right + left), left], 2, replace=False))
             area = rectangle(first, first + width, *ends)
             area[:, 0] += rng.normal(0.0, 0.5) * (area[:, 1] > area[:, 1].mean())
-        _patch(canvas, rng, area, _either(rng), rng.uniform(0.3, 0.75))
+        _patch(canvas, rng, area, _either(rng), rng.uniform(0.2, 0.65))
 
 
 def _patches(canvas: Canvas, rng: np.random.Generator, age: float, strip: Strip) -> None:
@@ -115,6 +118,18 @@ def _joints(canvas: Canvas, site: Site, rng: np.random.Generator, age: float) ->
         width, wear = (0.05, 1) if rng.random() < 0.3 else (0.025, 3)
         line = np.stack([along, np.clip(left, side - 0.15, side + 0.15)], axis=-1)
         canvas.stroke([line], width, _TAR, 0.6, wear=(wear_tile(wear), offset(rng)))
+
+
+def _slab_joints(canvas: Canvas, rng: np.random.Generator, strip: Strip) -> None:
+    """Concrete is cast in fields of five metres; tar fills what is between."""
+    if strip.left - strip.right < 1.0:
+        return
+    ends = [strip.right, strip.left]
+    lines = [
+        np.array([(at, end) for end in ends])
+        for at in np.arange(canvas.start + rng.uniform(0.0, 5.0), canvas.end, 5.0)
+    ]
+    canvas.stroke(lines, 0.03, _TAR, 0.6, wear=(wear_tile(2), offset(rng)))
 
 
 def _cracks(canvas: Canvas, rng: np.random.Generator, age: float, strip: Strip) -> None:

@@ -38,28 +38,36 @@ STROKES["bicycle"] = (
 STROKES["30"] = (
     0.14,
     [
-        _arc((0.55, 0.42), (0.5, 0.26), 90, -90),
-        _arc((0.55, 0.42), (0.5, 0.26), 75, 130),
-        _arc((-0.45, 0.42), (0.5, 0.26), 90, -90),
-        _arc((-0.45, 0.42), (0.5, 0.26), -75, -130),
-        _arc((0.05, -0.42), (1.0, 0.28), 0, 360),
+        _arc((0.5, 0.4), (0.5, 0.26), 60, -180),
+        _arc((-0.5, 0.4), (0.5, 0.26), 0, -240),
+        _arc((0.0, -0.4), (1.0, 0.26), 0, 360),
     ],
 )
 
-_SHAFT, _HEAD = 0.075, 0.32
-ARROWS: dict[str, list[Floats]] = {
-    "straight": [
-        _lines((-2.5, -_SHAFT), (1.0, -_SHAFT), (1.0, _SHAFT), (-2.5, _SHAFT)),
-        _lines((1.0, -_HEAD), (2.5, 0.0), (1.0, _HEAD)),
-    ],
-    "left": [
-        _lines((-2.5, -_SHAFT), (0.5, -_SHAFT), (0.9, _SHAFT), (-2.5, _SHAFT)),
-        _lines((0.5, -_SHAFT), (1.5, 0.4), (1.1, 0.55), (0.5, _SHAFT)),
-        _lines((0.3, 0.45), (2.4, 0.45), (1.1, 1.0)),
-    ],
+ARROWS: dict[str, Floats] = {
+    "straight": _lines(
+        (-2.5, -0.08),
+        (1.0, -0.08),
+        (1.0, -0.32),
+        (2.5, 0.0),
+        (1.0, 0.32),
+        (1.0, 0.08),
+        (-2.5, 0.08),
+    ),
+    "left": _lines(
+        (-2.5, -0.08),
+        (0.7, -0.08),
+        (1.45, 0.42),
+        (1.95, 0.42),
+        (1.3, 1.0),
+        (0.55, 0.42),
+        (1.05, 0.42),
+        (0.55, 0.08),
+        (-2.5, 0.08),
+    ),
 }
-"""Polygons, as the strokes; an arrow to the right is the left one mirrored."""
-ARROWS["right"] = [shape * [1.0, -1.0] for shape in ARROWS["left"]]
+"""Polygons, in the strokes' coordinates; an arrow to the right is the left one mirrored."""
+ARROWS["right"] = ARROWS["left"] * [1.0, -1.0]
 
 
 def placed(shape: Floats, along: float, left: float, direction: int) -> Floats:

@@ -11,17 +11,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
-from avsec_gym.world.road.canvas import Canvas, Mask
+from avsec_gym.world.road.canvas import Canvas, Mask, offset
 from avsec_gym.world.road.junction import Mouth
 from avsec_gym.world.road.section import CrossSection, Surface
 from avsec_gym.world.site import Site, Style
 from avsec_gym.world.textures.noise import fractal_noise
 
-_COARSE = 8
-"""Tracks and dirt are drawn so many times coarser than the picture."""
+_COARSE = (8, 32)
+"""Tracks and dirt are drawn so many times coarser than the picture, across and along the road."""
 _DARK = np.array([44.0, 44.0, 46.0])
 _DUST = np.array([160.0, 149.0, 130.0])
 _OIL = (30.0, 29.0, 30.0)
+_EDGES = {
+    "grass": (84.0, 84.0, 50.0),
+    "soil": (108.0, 92.0, 72.0),
+    "gravel": (138.0, 130.0, 114.0),
+    "leaves": (112.0, 88.0, 58.0),
+}
+"""What creeps over an edge."""
+_CREEP = 0.35
+"""How far at most, metres."""
+_WEEDS = np.array([(72, 80, 42), (98, 94, 56), (60, 66, 38)])
 _LEAVES = np.array([(170, 132, 66), (142, 98, 52), (186, 160, 84), (112, 76, 48), (150, 120, 60)])
 
 
@@ -29,9 +39,9 @@ def paint_tracks(
     canvas: Canvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
 ) -> None:
     """Bands where wheels run and oil drips, dust where nobody drives; the canvas is empty."""
-    height, width = (side // _COARSE for side in canvas.picture.shape[:2])
-    along = canvas.start + (np.arange(width) + 0.5) * _COARSE / canvas.scale
-    left = canvas.top - (np.arange(height) + 0.5) * _COARSE / canvas.scale
+    height, width = (canvas.picture.shape[axis] // _COARSE[axis] for axis in (0, 1))
+    left = canvas.top - (np.arange(height) + 0.5) * _COARSE[0] / canvas.scale
+    along = canvas.start + (np.arange(width) + 0.5) * _COARSE[1] / canvas.scale
     cells = max(2.0, (canvas.end - canvas.start) / 12.0)
     patchy = fractal_noise(rng, height, width, cells=cells, octaves=5, persistence=0.7)
     cloudy = fractal_noise(rng, height, width, cells=cells * 2, octaves=4, persistence=0.8)
@@ -62,6 +72,34 @@ def paint_tracks(
         dst=canvas.picture,
         interpolation=cv2.INTER_LINEAR,
     )
+
+
+def paint_ragged_edges(
+    canvas: Canvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
+) -> None:
+    """Earth and plants that creep onto asphalt where a verge lies beside it."""
+    strips = site.section.strips
+    for one, two in pairwise(strips):
+        if (one.surface == Surface.VERGE) == (two.surface == Surface.VERGE):
+            continue
+        verge, side = (one, 1.0) if one.surface == Surface.VERGE else (two, -1.0)
+        if verge.material not in _EDGES or abs(one.height - two.height) > 0.02:
+            continue
+        _, row = canvas.pixels(canvas.start, one.left)
+        first = round(float(row)) - (0 if side < 0 else round(_CREEP * canvas.scale))
+        depth = np.arange(round(_CREEP * canvas.scale)) + 0.5
+        depth = (depth if side < 0 else depth[::-1]) / canvas.scale
+        noise = np.roll(_creep_tile(), offset(rng), axis=(0, 1))
+        reach = rng.uniform(0.02, 0.09) + 0.06 * noise[: len(depth)]
+        mask = np.clip((reach - depth[:, None]) / 0.025, 0.0, 1.0)
+        copies = -(-canvas.picture.shape[1] // mask.shape[1])
+        whole = np.tile((230.0 * mask).astype(np.uint8), (1, copies))
+        for mouth in openings:
+            begin, right, end, left = mouth.paved.bounds
+            if right - 0.1 < one.left < left + 0.1:
+                columns = canvas.pixels([begin, end], 0.0)[:, 0].astype(int)
+                whole[:, max(columns[0], 0) : max(columns[1], 0)] = 0
+        canvas.lay(whole, 0, first, _EDGES[verge.material], grain=offset(rng))
 
 
 def paint_stains(canvas: Canvas, site: Site, rng: np.random.Generator) -> None:
@@ -95,22 +133,37 @@ def paint_stains(canvas: Canvas, site: Site, rng: np.random.Generator) -> None:
 def paint_leaves(
     canvas: Canvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
 ) -> None:
-    """Single leaves, most of them near kerbs and under trees."""
-    if site.style == Style.HIGHWAY:
+    """Single leaves near kerbs and under trees, and weeds in the joints of kerbs."""
+    if site.style == Style.HIGHWAY or len(_kerbs(site.section)) == 0:
         return
-    density = 9.0 * rng.beta(0.7, 1.6)
-    count = int(density * (canvas.end - canvas.start))
-    kerbs = _kerbs(site.section)
-    if count == 0 or len(kerbs) == 0:
-        return
+    length = canvas.end - canvas.start
+    _strew(canvas, site, openings, rng, _LEAVES, int(9.0 * rng.beta(0.7, 1.6) * length), 0.45)
+    _strew(canvas, site, openings, rng, _WEEDS, int(14.0 * rng.beta(0.7, 1.6) * length), 0.035)
+
+
+def _strew(
+    canvas: Canvas,
+    site: Site,
+    openings: Sequence[Mouth],
+    rng: np.random.Generator,
+    colours: NDArray[np.int64],
+    count: int,
+    spread: float,
+) -> None:
+    """So many specks of some colours, mostly within `spread` metres of kerbs."""
     # Heaps here, nothing there.
     heaps = rng.uniform(canvas.start, canvas.end, max(3, count // 150))
     heap = rng.integers(0, len(heaps), count)
     along = heaps[heap] + rng.normal(0.0, 5.0, count)
-    away = rng.exponential(0.45, count) * rng.choice([-1.0, 1.0], count)
-    left = rng.choice(kerbs, count) + away
+    away = rng.exponential(spread, count) * rng.choice([-1.0, 1.0], count)
+    left = rng.choice(_kerbs(site.section), count) + away
+    for mouth in openings:
+        first, right, last, far = mouth.paved.bounds
+        away_from = (along < first) | (along > last) | (left < right) | (left > far)
+        along, left = along[away_from], left[away_from]
+    count = len(along)
     x, y = canvas.pixels(along, left).astype(int).T
-    colour = _LEAVES[rng.integers(0, len(_LEAVES), count)] * rng.uniform(0.6, 1.1, (count, 1))
+    colour = colours[rng.integers(0, len(colours), count)] * rng.uniform(0.6, 1.1, (count, 1))
     pixel = np.concatenate([colour, np.full((count, 1), 235.0)], axis=1).astype(np.uint8)
     size = max(1, round(0.05 * canvas.scale))
     height, width = canvas.picture.shape[:2]
@@ -171,6 +224,12 @@ def _closed(openings: Sequence[Mouth], along: Floats, left: Floats) -> NDArray[n
         beyond = left > right - 0.5 if mouth.street.side > 0 else left < far + 0.5
         closed[np.ix_(beyond, (along > first) & (along < last))] = 0.0
     return closed
+
+
+@functools.cache
+def _creep_tile() -> NDArray[np.float32]:
+    rng = np.random.default_rng(74)
+    return fractal_noise(rng, 512, 512, cells=9, octaves=7, persistence=0.8)
 
 
 @functools.cache

@@ -39,20 +39,20 @@ def city(plot: Plot, rng: np.random.Generator) -> None:
         kerb = abs(plot.site.section.carriageway[1 if side > 0 else 0])
         if rng.random() < 0.6:
             _avenue(plot, rng, side * (kerb + float(rng.uniform(0.7, 1.2))))
-        lamp = str(rng.choice(["street_lamp", "old_town_lantern"]))
-        line_up(plot, rng, lamp, side * (kerb + 0.5), 28.0, heading=_to_road(side))
+        lamp = str(rng.choice(["lamp_mast", "lamp_post_top", "lamp_lantern"], p=[0.6, 0.2, 0.2]))
+        line_up(plot, rng, lamp, side * (kerb + 0.5), 28.0)
         scatter(
             plot,
             rng,
             {
-                "sign": 3.0,
+                "street_sign": 3.0,
                 "traffic_light": 0.8,
-                "street_name": 0.8,
+                "sign_street_name": 0.8,
                 "litter_bin": 1.0,
                 "post_box": 0.3,
-                "power_box": 0.8,
+                "junction_box": 0.8,
                 "bollard": 1.5,
-                "poster_stand": 0.7,
+                "poster": 0.7,
                 "bicycle": 2.0,
             },
             side,
@@ -64,10 +64,10 @@ def city(plot: Plot, rng: np.random.Generator) -> None:
             rng,
             {
                 "bicycle": 2.0,
-                "poster_stand": 0.8,
+                "poster": 0.8,
                 "planter": 1.0,
-                "cafe_table": 1.2 * shops,
-                "wheelie_bin": 1.0,
+                "cafe": 4.0 * shops,
+                "bin": 1.0,
             },
             side,
             edge - 1.2,
@@ -100,15 +100,15 @@ def residential(plot: Plot, rng: np.random.Generator) -> None:
         if rng.random() < 0.22:
             _avenue(plot, rng, side * (kerb + 0.8))
         if side > 0 or rng.random() < 0.3:
-            line_up(plot, rng, "street_lamp", side * (edge - 0.3), 33.0, heading=_to_road(side))
+            line_up(plot, rng, "lamp_mast", side * (edge - 0.3), 33.0)
         scatter(
             plot,
             rng,
             {
-                "sign": 1.4,
-                "street_name": 0.5,
-                "power_box": 0.8,
-                "wheelie_bin": 2.5,
+                "street_sign": 1.4,
+                "sign_street_name": 0.5,
+                "junction_box": 0.8,
+                "bin": 2.5,
                 "bicycle": 0.7,
                 "telephone_mast": 0.3,
             },
@@ -142,7 +142,7 @@ def campus(plot: Plot, rng: np.random.Generator) -> None:
         if rng.random() < 0.4:
             length = float(rng.uniform(8.0, 20.0))
             plant_hedge(plot, rng, float(rng.uniform(5, 60)), side * (edge + 1.2), length, 1.4)
-        line_up(plot, rng, "globe_lamp", side * (edge + 0.6), 22.0, on_road=False)
+        line_up(plot, rng, "lamp_globe", side * (edge + 0.6), 22.0, on_road=False)
         scatter(
             plot,
             rng,
@@ -151,9 +151,9 @@ def campus(plot: Plot, rng: np.random.Generator) -> None:
                 "bench": 2.5,
                 "litter_bin": 1.5,
                 "bollard": 2.0,
-                "sign": 0.8,
+                "street_sign": 0.8,
                 "bicycle_stand": 1.5,
-                "poster_stand": 0.8,
+                "poster": 0.8,
                 "flag_pole": 0.4,
             },
             side,
@@ -179,8 +179,3 @@ def _fill_gaps(plot: Plot, rng: np.random.Generator, side: int, density: float) 
     count = int(rng.poisson(density * (plot.end - plot.start) / 100.0))
     along = rng.uniform(plot.start, plot.end, count)
     plant_trees(plot, rng, _GARDEN_TREES, along, side * (edge + rng.uniform(8.0, 40.0, count)))
-
-
-def _to_road(side: int) -> float:
-    """Heading of things whose arm (x axis) reaches over the road."""
-    return -0.5 * np.pi * side

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
+from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.buildings import garden_wall, make_building, picket_fence
 from avsec_gym.world.road.section import Surface
 from avsec_gym.world.scenery.planting import plant_bushes, plant_hedge, plant_trees
@@ -65,12 +67,11 @@ def build_row(
             width, depth = float(rng.choice([6.0, 9.0, 12.0])), 6.0
         jitter = 0.15 if row.gap_share < 0.6 else 1.0
         setback = max(line + float(rng.normal(0.0, jitter)), row.setback[0])
-        building_seed = int(rng.integers(2**31))
         middle = along + 0.5 * width
-        mesh = make_building(kind, width, depth, np.random.default_rng(building_seed))
+        make = partial(_building, kind, width, depth, int(rng.integers(2**31)))
         for retreat in (0.0, 2.5, 6.0, 10.0, 14.0):
             if plot.place(
-                mesh,
+                make,
                 Surface.BUILDING,
                 middle,
                 side * (edge + setback + retreat),
@@ -85,6 +86,10 @@ def build_row(
         along += width
         if rng.random() < row.gap_share:
             along += float(rng.uniform(*row.gap))
+
+
+def _building(kind: str, width: float, depth: float, seed: int, distance: float) -> Mesh:
+    return make_building(kind, width, depth, np.random.default_rng(seed))
 
 
 def front_garden(

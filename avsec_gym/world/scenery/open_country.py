@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from avsec_gym.geometry import Floats
+from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.buildings import make_building
-from avsec_gym.world.models.furniture import guard_rail, noise_barrier, overpass
+from avsec_gym.world.models.furniture.barriers import guard_rail, noise_barrier
+from avsec_gym.world.models.furniture.crossings import overpass, sign_gantry
 from avsec_gym.world.road.section import Surface
 from avsec_gym.world.scenery.planting import grove, plant_bushes, plant_trees
 from avsec_gym.world.scenery.plot import Plot
@@ -22,7 +24,9 @@ def highway(plot: Plot, rng: np.random.Generator) -> None:
     for strip in plot.site.section.strips:
         inside = strip.right > right + 1.0 and strip.left < left - 1.0
         if strip.surface == Surface.VERGE and inside:
-            _rail(plot, 0.5 * (strip.right + strip.left) - 0.25)
+            middle = 0.5 * (strip.right + strip.left)
+            _rail(plot, middle - 0.25, traffic_on_left=False)
+            _rail(plot, middle + 0.25, traffic_on_left=True)
             if strip.left - strip.right > 2.5 and rng.random() < 0.5:
                 along = np.arange(plot.start, plot.end, float(rng.uniform(4.0, 9.0)))
                 plant_bushes(
@@ -32,10 +36,8 @@ def highway(plot: Plot, rng: np.random.Generator) -> None:
         edge = abs(plot.site.section.edges[1 if side > 0 else 0])
         outer = _outer_verge(plot, side)
         if rng.random() < 0.55:
-            _rail(plot, side * outer)
-        line_up(
-            plot, rng, "delineator", side * (outer + 0.4), 25.0, missing=0.05, heading=_facing(side)
-        )
+            _rail(plot, side * outer, traffic_on_left=side < 0)
+        line_up(plot, rng, "delineator", side * (outer + 0.4), 25.0, missing=0.05)
         beyond = str(rng.choice(["woods", "bank", "fields", "barrier"], p=[0.45, 0.2, 0.25, 0.1]))
         if beyond == "barrier":
             plot.add(
@@ -45,12 +47,15 @@ def highway(plot: Plot, rng: np.random.Generator) -> None:
                 np.inf,
             )
         _land(plot, rng, side, edge, beyond)
-    if rng.random() < 0.22:
+    over = rng.random()
+    if over < 0.18:
         _bridge(plot, rng)
+    elif over < 0.45:
+        _gantry(plot, rng)
     scatter(
         plot,
         rng,
-        {"highway_gantry": 0.25, "highway_sign": 0.5, "sign": 0.6},
+        {"highway_sign": 1.0, "billboard": 0.1},
         -1,
         -right - 1.2,
         -right - 0.2,
@@ -62,9 +67,9 @@ def rural(plot: Plot, rng: np.random.Generator) -> None:
     for side in (1, -1):
         edge = abs(plot.site.section.edges[1 if side > 0 else 0])
         outer = _outer_verge(plot, side)
-        line_up(plot, rng, "delineator", side * outer, 25.0, missing=0.05, heading=_facing(side))
+        line_up(plot, rng, "delineator", side * outer, 25.0, missing=0.05)
         if rng.random() < 0.25:
-            _rail(plot, side * (outer - 0.1))
+            _rail(plot, side * (outer - 0.1), traffic_on_left=side < 0)
         beyond = str(rng.choice(["woods", "bank", "fields", "avenue"], p=[0.35, 0.2, 0.25, 0.2]))
         if beyond == "avenue":
             along = np.arange(plot.start + 3.0, plot.end, float(rng.uniform(9.0, 16.0)))
@@ -76,7 +81,7 @@ def rural(plot: Plot, rng: np.random.Generator) -> None:
                 np.full(len(along), side * (edge + 1.2)),
             )
         _land(plot, rng, side, edge, beyond)
-        scatter(plot, rng, {"sign": 0.8, "town_sign": 0.1}, side, edge - 0.9, edge - 0.3)
+        scatter(plot, rng, {"country_sign": 1.2, "sign_town": 0.1}, side, edge - 0.9, edge - 0.3)
         if rng.random() < 0.3:
             mesh = make_building(
                 str(rng.choice(["detached", "hall"])),
@@ -146,23 +151,35 @@ def _path(plot: Plot, left: float) -> Floats:
     return np.column_stack([poses[:, :2], height])
 
 
-def _rail(plot: Plot, left: float) -> None:
-    plot.add(guard_rail(_path(plot, left)), Surface.FURNITURE, (0.0, 0.0), np.inf)
+def _rail(plot: Plot, left: float, *, traffic_on_left: bool) -> None:
+    path = _path(plot, left)
+    rail = guard_rail(path if traffic_on_left else path[::-1], sunk_ends=False)
+    plot.add(rail, Surface.FURNITURE, (0.0, 0.0), np.inf)
 
 
 def _bridge(plot: Plot, rng: np.random.Generator) -> None:
     """A road on a bridge across."""
-    along = float(rng.uniform(35.0, 120.0))
-    x, y, heading = plot.site.course.poses(along, 0.0).tolist()
     right, left = plot.site.section.edges
-    span = left - right + 14.0
-    mesh = overpass(span, float(rng.uniform(8.0, 13.0)), float(rng.uniform(4.9, 6.0)))
-    middle = 0.5 * (left + right)
-    x, y = x - middle * np.sin(heading), y + middle * np.cos(heading)
+    opening = left - right + 3.0
+    mesh = overpass(
+        opening + 36.0,
+        float(rng.uniform(8.0, 13.0)),
+        float(rng.uniform(4.9, 6.0)),
+        opening=opening,
+    )
+    _across(plot, mesh, float(rng.uniform(35.0, 120.0)), 0.5 * (left + right), 0.5 * opening + 20.0)
+
+
+def _gantry(plot: Plot, rng: np.random.Generator) -> None:
+    """Direction signs over the lanes that lead along the course."""
+    own = [lane for lane in plot.site.section.lanes if lane.direction > 0]
+    right, left = own[0].left - 4.5, own[-1].left + 3.0
+    boards = tuple(f"gantry_{int(i)}" for i in rng.permutation(3)[: max(1, len(own) - 1)])
+    mesh = sign_gantry(left - right, 5.4, boards)
+    _across(plot, mesh, float(rng.uniform(40.0, 110.0)), 0.5 * (left + right), left - right)
+
+
+def _across(plot: Plot, mesh: Mesh, along: float, left: float, reach: float) -> None:
+    x, y, heading = plot.site.course.poses(along, left).tolist()
     height = float(plot.site.ground.height(x, y))
-    plot.add(mesh.placed(x, y, height, heading), Surface.BUILDING, (x, y), span)
-
-
-def _facing(side: int) -> float:
-    """Signs face the traffic that passes on their side."""
-    return 0.0 if side < 0 else np.pi
+    plot.add(mesh.placed(x, y, height, heading), Surface.BUILDING, (x, y), reach)

@@ -6,10 +6,57 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from avsec_gym.world.models.furniture import FURNITURE
+from avsec_gym.world.mesh import Mesh
+from avsec_gym.world.models.furniture.catalogue import FURNITURE
 from avsec_gym.world.models.people import make_bicycle
 from avsec_gym.world.road.section import Surface
 from avsec_gym.world.scenery.plot import Plot
+
+GROUPS = {
+    "street_sign": (
+        "sign_speed_30",
+        "sign_zone_30",
+        "sign_no_entry",
+        "sign_no_stopping",
+        "sign_no_parking",
+        "sign_parking",
+        "sign_crossing",
+        "sign_priority_road",
+        "sign_give_way",
+        "sign_one_way",
+        "sign_residents",
+        "sign_footpath",
+        "sign_children",
+        "sign_bus_stop",
+    ),
+    "country_sign": (
+        "sign_speed_70",
+        "sign_speed_100",
+        "sign_bend",
+        "sign_no_overtaking",
+        "sign_priority_road",
+        "sign_direction",
+    ),
+    "highway_sign": ("sign_speed_100", "sign_speed_120", "sign_no_overtaking", "sign_exit"),
+    "bollard": ("bollard_iron", "bollard_steel", "bollard_banded", "bollard_stone"),
+    "bin": ("wheelie_bin", "bin_row"),
+    "poster": ("poster_stand", "pavement_board", "poster_on_pole", "advertising_pillar"),
+    "cafe": ("cafe_table", "parasol", "parasol_closed", "flower_box", "planter"),
+    "works": ("site_barrier", "warning_beacon", "traffic_cone", "site_fence"),
+}
+"""Names that stand for one of several things."""
+_TOWARDS_ROAD = ("bench", "bench_block", "post_box", "junction_box", "bicycle_stand", "bus_shelter")
+
+
+def make(name: str, rng: np.random.Generator) -> Mesh:
+    """A thing of the catalogue, or one of a group."""
+    names = GROUPS.get(name, (name,))
+    return FURNITURE[names[int(rng.integers(len(names)))]](rng)
+
+
+def heading_beside(side: int) -> float:
+    """Of things beside the road: they face the traffic that passes, arms reach over the road."""
+    return 0.0 if side < 0 else np.pi
 
 
 def line_up(
@@ -20,7 +67,6 @@ def line_up(
     spacing: float,
     *,
     missing: float = 0.1,
-    heading: float = 0.0,
     on_road: bool = True,
 ) -> None:
     """One thing at even distances along the road: lamps, bollards, posts.
@@ -28,14 +74,13 @@ def line_up(
     Args:
         plot: Where.
         rng: The source of chance.
-        name: In `FURNITURE`.
+        name: In `FURNITURE` or `GROUPS`.
         left: Offset from the course, metres.
         spacing: Metres.
         missing: Share left out.
-        heading: Relative to the road.
         on_road: It stands on the pavement or verge.
     """
-    mesh = FURNITURE[name](rng)
+    mesh, heading = make(name, rng), heading_beside(1 if left > 0 else -1)
     for along in np.arange(plot.start + float(rng.uniform(0, spacing)), plot.end, spacing):
         if rng.random() < missing:
             continue
@@ -58,7 +103,8 @@ def scatter(
     Args:
         plot: Where.
         rng: The source of chance.
-        things: Names in `FURNITURE` (or ``bicycle``) and how many there are in 100 m on average.
+        things: Names in `FURNITURE` or `GROUPS` (or ``bicycle``), and how many there are in
+            100 m on average.
         side: 1 left, -1 right.
         nearest: Metres from the course.
         farthest: Metres from the course.
@@ -71,9 +117,9 @@ def scatter(
             if name == "bicycle":
                 _bicycles(plot, rng, along, left, side)
                 continue
-            # Things face the road or the traffic that comes along on their side.
-            turn = float(rng.normal(0.0, 0.06)) + (0.0 if side < 0 else np.pi)
-            mesh = FURNITURE[name](rng)
+            turn = float(rng.normal(0.0, 0.06))
+            turn += 0.5 * np.pi * side if name in _TOWARDS_ROAD else heading_beside(side)
+            mesh = make(name, rng)
             low, high = mesh.bounds
             at_foot = mesh.vertices[:, 2] < 0.5
             extent = (

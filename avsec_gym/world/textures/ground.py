@@ -28,8 +28,8 @@ _ASPHALTS = (
 )
 """From real streets: the last ones are an even dark top layer and a light worn one."""
 
-_GRASSES = ((84, 92, 44), (96, 100, 52), (74, 86, 42), (108, 104, 58))
-_MEADOWS = ((92, 98, 50), (110, 106, 60), (86, 88, 46), (124, 114, 68))
+_GRASSES = ((92, 99, 56), (102, 104, 62), (84, 94, 54), (112, 108, 68))
+_MEADOWS = ((98, 102, 60), (114, 109, 68), (92, 94, 56), (126, 117, 76))
 _FIELDS = ((134, 112, 84), (176, 156, 108), (98, 108, 54), (116, 96, 74))
 
 
@@ -66,7 +66,8 @@ def _bituminous(
 
 def _concrete(_: int, rng: np.random.Generator) -> Picture:
     """Cast lanes: fine, light, brushed across."""
-    brushed = cv2.blur(white_noise(rng, _SIDE, _SIDE), (1, 9), borderType=cv2.BORDER_REPLICATE)
+    noise = white_noise(rng, _SIDE, _SIDE)
+    brushed = np.mean([np.roll(noise, shift, axis=0) for shift in range(9)], axis=0)
     cloud = fractal_noise(rng, _SIDE, _SIDE, cells=4, persistence=0.7)
     level = 0.05 * white_noise(rng, _SIDE, _SIDE, 0.6) + 0.10 * brushed + 0.035 * cloud
     return picture(coloured((158, 154, 144), level, 1.0))

@@ -11,7 +11,13 @@ from avsec_gym.world.textures.texture import Picture
 
 Floats = NDArray[np.float32]
 
-_ROUGHNESS = ((0.012, 0.0, 0.012), (0.03, 0.03, 0.015), (0.035, 0.05, 0.02), (0.02, 0.02, 0.03))
+_RENDER = (233, 232, 229)
+_GRAIN_LUMPS_STAINS = (
+    (0.012, 0.0, 0.012),
+    (0.03, 0.03, 0.015),
+    (0.035, 0.05, 0.02),
+    (0.02, 0.02, 0.03),
+)
 _BRICKS = ((150, 74, 54), (120, 58, 46), (178, 140, 96), (112, 76, 58), (168, 96, 62))
 _MORTARS = ((168, 160, 148), (130, 124, 116), (176, 168, 152), (140, 134, 126), (188, 180, 168))
 _STONES = ((172, 132, 110), (198, 176, 138), (158, 152, 142), (188, 170, 148))
@@ -20,27 +26,19 @@ _TILES = ((62, 134, 172), (26, 30, 36))
 
 def stucco(variant: int, rng: np.random.Generator) -> Picture:
     """Near-white render: fine, rough, scratched and old; faint stains, no pattern to recognise."""
-    grain, bump, stain = _ROUGHNESS[variant]
-    size = 512
-    noise = grain * white_noise(rng, size, size, 0.6)
-    lumps = white_noise(rng, size, size, 1.6)
-    noise += bump * (lumps - np.roll(lumps, 1, axis=0))
-    noise += stain * fractal_noise(rng, size, size, cells=6, octaves=4, persistence=0.6)
-    noise += 0.6 * stain * _runs(rng, size, size)
-    return picture(coloured((233, 232, 229), noise, 1.0))
+    return picture(coloured(_RENDER, _roughness(variant, rng, 512, 512), 1.0))
 
 
-def stucco_foot(_: int, rng: np.random.Generator) -> Picture:
-    """The lowest metre of a rendered wall: splashed and mouldy below, clean at the top."""
-    height, width = 128, 512
-    noise = 0.02 * white_noise(rng, height, width, 0.6)
+def stucco_foot(variant: int, rng: np.random.Generator) -> Picture:
+    """The lowest metre of such a wall: splashed and mouldy below, clean at the top."""
+    height, width = 102, 512
     clouds = fractal_noise(rng, height, width, cells=10, octaves=6, persistence=0.75)
     up = np.linspace(1.0, 0.0, height, dtype=np.float32)[:, None]
     dirt = np.clip(0.5 - 1.3 * up + 0.24 * clouds, 0, 1) * np.clip(4.0 - 4.0 * up, 0, 1)
-    colour = coloured((233, 232, 229), noise, 1.0)
+    share = 0.6 * dirt[..., None]
     grime = coloured((128, 120, 104), 0.06 * clouds, 1.0)
-    share = (0.6 * dirt)[..., None]
-    return picture(colour * (1 - share) + grime * share)
+    clean = coloured(_RENDER, _roughness(variant, rng, height, width), 1.0)
+    return picture(clean * (1 - share) + grime * share)
 
 
 def brick(variant: int, rng: np.random.Generator) -> Picture:
@@ -132,6 +130,16 @@ def glass_blocks(_: int, rng: np.random.Generator) -> Picture:
     cell, edge = _bond(size, size, count, count, np.zeros(count), (1.2, 1.2))
     shade = tone[cell] + 0.08 * white_noise(rng, size, size, 2.0)
     return picture(np.where(edge[..., None], 168.0, coloured((96, 112, 116), shade, 1.0)))
+
+
+def _roughness(variant: int, rng: np.random.Generator, height: int, width: int) -> Floats:
+    """Grain, lumps and faint stains of render."""
+    grain, bump, stain = _GRAIN_LUMPS_STAINS[variant]
+    lumps = white_noise(rng, height, width, 1.6)
+    noise = grain * white_noise(rng, height, width, 0.6)
+    noise += bump * (lumps - np.roll(lumps, 1, axis=0))
+    noise += stain * fractal_noise(rng, height, width, cells=6, octaves=4, persistence=0.6)
+    return noise + 0.6 * stain * _runs(rng, height, width)
 
 
 def _bond(

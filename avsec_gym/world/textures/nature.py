@@ -22,7 +22,9 @@ Outline = NDArray[np.float64]
 
 _PIXELS = 256
 _SHADE = 0.2
-_BRIGHTNESS = 1.22
+_BRIGHTNESS = 1.4
+_PALENESS = 0.22
+"""Share of grey in the leaves: waxy leaves mirror the sky, and cameras' tone curves are hard."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,7 @@ def _leaves(variant: int, rng: np.random.Generator, *, leaf: _Leaf) -> Picture:
     if leaf.accent is not None:
         turned = rng.random(count) < 0.125
         colour[turned] = np.multiply(leaf.accent, light[turned, None])
+    colour += _PALENESS * (colour.mean(axis=1, keepdims=True) - colour)
     angle = rng.uniform(0, 2 * np.pi, count)
     size = leaf.length * _PIXELS * rng.uniform(0.7, 1.25, count)
     cos, sin = np.cos(angle) * size, np.sin(angle) * size
@@ -96,7 +99,7 @@ def _lobed() -> Outline:
 _OVAL, _LOBED, _NEEDLE = _oval(0.75), _lobed(), _oval(0.16)
 _FOLIAGE = {
     "lime": _Leaf((50, 68, 30), (100, 114, 48), _OVAL, 0.075),
-    "maple": _Leaf((44, 64, 28), (86, 104, 42), _LOBED, 0.11, 420),
+    "maple": _Leaf((48, 63, 29), (94, 105, 46), _LOBED, 0.11, 420),
     "birch": _Leaf((66, 80, 34), (122, 128, 58), _oval(0.8), 0.045, 1500),
     "plane": _Leaf((62, 76, 36), (116, 122, 60), _LOBED, 0.13, 330, (128, 116, 50)),
     "poplar": _Leaf((48, 66, 34), (92, 110, 56), _oval(0.9), 0.055, 1000),
@@ -198,7 +201,7 @@ def _far_meadow(_: int, rng: np.random.Generator) -> Picture:
     """Fields and meadows from afar: broad tones, the mower's stripes."""
     tone = fractal_noise(rng, 256, 256, cells=3, octaves=7, persistence=0.55)
     stripes = np.sin(np.arange(256) * (2 * np.pi * 24 / 256))[None, :]
-    ground = coloured((98, 110, 54), tone + 0.25 * stripes, 0.12)
+    ground = coloured((102, 108, 66), tone + 0.25 * stripes, 0.12)
     dry = np.clip(0.5 * fractal_noise(rng, 256, 256, cells=5, octaves=4), 0, 0.7)[..., None]
     return picture(ground * (1 - dry) + np.array([146, 132, 84], np.float32) * dry)
 

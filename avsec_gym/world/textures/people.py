@@ -12,6 +12,7 @@ from avsec_gym.world.textures.noise import Noise, coloured, fractal_noise, pictu
 from avsec_gym.world.textures.texture import Picture, Texture
 
 Colour = tuple[int, int, int]
+Floats = NDArray[np.floating]
 
 
 class HeadLook(NamedTuple):
@@ -29,7 +30,7 @@ class HeadLook(NamedTuple):
 
 HEADS = (
     HeadLook((214, 168, 142), (62, 44, 32), "short"),
-    HeadLook((222, 178, 152), (118, 86, 54), "short", glasses="clear"),
+    HeadLook((222, 178, 152), (104, 80, 58), "short", glasses="clear"),
     HeadLook((206, 156, 130), (36, 30, 28), "short", beard=True),
     HeadLook((224, 182, 160), (150, 146, 140), "receding", glasses="clear"),
     HeadLook((210, 160, 136), (92, 84, 78), "receding"),
@@ -62,7 +63,7 @@ def _cloth(variant: int, rng: np.random.Generator) -> Picture:
     size = 256
     weave = white_noise(rng, size, size)
     shade = _folds(rng, size, 0.10 + 0.03 * variant)
-    return picture(coloured((232, 232, 232), weave, 0.03) * shade[..., None])
+    return picture(coloured((224, 224, 224), weave, 0.03) * shade[..., None])
 
 
 def _denim(variant: int, rng: np.random.Generator) -> Picture:
@@ -87,12 +88,9 @@ def _knit(variant: int, rng: np.random.Generator) -> Picture:
 def _stripes(variant: int, rng: np.random.Generator) -> Picture:
     """Round the body: broad and dark, fine and pale, two widths."""
     size = 240
-    second, shares = (((40, 44, 60), (0, 0.5)), ((170, 176, 190), (0, 0.3)), ((60, 52, 50), (0, 0.35)))[
-        variant
-    ]
-    period = (60, 12, 40)[variant]
-    row = (np.arange(size) % period) / period
-    band = ((row >= shares[0]) & (row < shares[1]))[:, None, None]
+    second = ((40, 44, 60), (170, 176, 190), (60, 52, 50))[variant]
+    period, share = ((60, 0.5), (12, 0.3), (40, 0.35))[variant]
+    band = (np.arange(size) % period < share * period)[:, None, None]
     base = np.where(band, np.array(second), 236) * np.ones((1, size, 1))
     shade = _folds(rng, size, 0.10)
     return picture(base * shade[..., None])
@@ -120,7 +118,7 @@ def _skin(_: int, rng: np.random.Generator) -> Picture:
 def _hair(_: int, rng: np.random.Generator) -> Picture:
     """Strands run along the limb, that is down the picture."""
     strands = fractal_noise(rng, 16, 128, cells=24, octaves=3)
-    strands = cv2.resize(strands, (128, 96), interpolation=cv2.INTER_LINEAR)
+    strands = np.asarray(cv2.resize(strands, (128, 96)), np.float32)
     waves = fractal_noise(rng, 96, 128, cells=3, octaves=3)
     return picture(coloured((205, 205, 205), 0.8 * strands + 0.4 * waves, 0.16))
 
@@ -136,26 +134,26 @@ def _head(variant: int, rng: np.random.Generator) -> Picture:
     skin *= 1.0 + 0.02 * fractal_noise(rng, height, width, cells=6)[..., None]
     _draw_face(skin, azimuth[None, :], level, look)
     strands = fractal_noise(rng, height // 8, width, cells=60, octaves=2)
-    strands = cv2.resize(strands, (width, height), interpolation=cv2.INTER_LINEAR)
-    hair = coloured(look.hair, strands, 0.14)
-    fringe = 0.02 * white_noise(rng, 1, width, 3.0)
+    strands = np.asarray(cv2.resize(strands, (width, height)), np.float32)
+    hair = coloured(look.hair, strands, 0.09)
+    fringe = 0.012 * white_noise(rng, 1, width, 3.0)
     covered = _soft((level - _hairline(azimuth, look)[None, :] - fringe) / 0.03)
     if look.beard:
-        jaw = _soft((0.27 - level) / 0.04) * _soft((level + 0.02) / 0.03) * _soft((1.5 - across) / 0.1)
+        edge = np.interp(across, [0.0, 0.3, 0.6, 1.0, 1.45], [0.24, 0.23, 0.14, 0.20, 0.42])
+        jaw = _soft((edge - level) / 0.05) * _soft((level + 0.04) / 0.06)
+        jaw = jaw * _soft((1.55 - across) / 0.2)
         covered = np.maximum(covered, 0.75 * jaw)
     return picture(skin + covered[..., None] * (hair - skin))
 
 
-def _draw_face(
-    skin: NDArray[np.float32], azimuth: NDArray[np.float64], level: NDArray[np.float64], look: HeadLook
-) -> None:
+def _draw_face(skin: NDArray[np.float32], azimuth: Floats, level: Floats, look: HeadLook) -> None:
     """Eyes in shaded sockets, brows, the nose's shadow, lips, ears and the shade of the chin."""
 
-    def spot(centre: float, height: float, wide: float, high: float) -> NDArray[np.float64]:
+    def spot(centre: float, height: float, wide: float, high: float) -> Floats:
         distance = ((np.abs(azimuth) - centre) / wide) ** 2 + ((level - height) / high) ** 2
         return np.asarray(np.exp(-(distance**2)))
 
-    def paint(mask: NDArray[np.float64], colour: NDArray[np.float64]) -> None:
+    def paint(mask: Floats, colour: Floats) -> None:
         skin[:] += mask[..., None] * (colour - skin)
 
     tone = np.array(look.skin, float)
@@ -176,7 +174,7 @@ def _draw_face(
         paint(0.8 * temple, dark)
 
 
-def _hairline(azimuth: NDArray[np.float64], look: HeadLook) -> NDArray[np.float64]:
+def _hairline(azimuth: Floats, look: HeadLook) -> Floats:
     """Lowest level that is covered by hair, at each azimuth (0 in front)."""
     turns = [0.0, 0.45, 0.75, 1.0, 1.25, 1.42, 1.75, 2.1, np.pi]
     lines = {
@@ -191,7 +189,7 @@ def _hairline(azimuth: NDArray[np.float64], look: HeadLook) -> NDArray[np.float6
     return np.interp(np.abs(azimuth), turns, lines[look.style])
 
 
-def _soft(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _soft(values: Floats) -> Floats:
     """0 below 0, 1 above 1, smooth between."""
     share = np.clip(values, 0.0, 1.0)
     return share * share * (3.0 - 2.0 * share)

@@ -1,6 +1,8 @@
-"""Textures: vehicles."""
+"""Textures of vehicles: flanks with door seams, windows, rims, lamps, grilles, tarpaulins."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import cv2
 import numpy as np
@@ -8,37 +10,14 @@ from numpy.typing import NDArray
 
 from avsec_gym.world.textures.noise import coloured, fractal_noise, picture, white_noise
 from avsec_gym.world.textures.texture import Picture, Texture
+from avsec_gym.world.textures.vehicle_lettering import (
+    cargo_side,
+    destination,
+    plate,
+    van_sign,
+)
 
 _Canvas = NDArray[np.float32]
-
-_TOWNS = ("KA", "KA", "KA", "KA", "S", "HD", "RA", "GER", "PF", "F", "MA", "SUW")
-_LETTERS = "ABCDEFGHJKLMNPRSTUVWXYZ"
-
-
-def _plate(variant: int, rng: np.random.Generator) -> Picture:
-    """German: a blue strip with an E of stars and D, black letters on white, two small seals."""
-    canvas = np.full((112, 512, 3), (236, 236, 230), np.uint8)
-    letters = "".join(rng.choice(list(_LETTERS), int(rng.integers(1, 3))))
-    town = _TOWNS[variant % len(_TOWNS)]
-    number = str(int(rng.integers(10, 9999 if len(town + letters) < 5 else 999)))
-    left, right = f"{town}", f"{letters} {number}"
-    cv2.rectangle(canvas, (2, 2), (509, 109), (20, 20, 20), 4, cv2.LINE_AA)
-    cv2.rectangle(canvas, (6, 6), (42, 105), (10, 50, 160), -1)
-    cv2.circle(canvas, (24, 34), 11, (230, 200, 20), 2, cv2.LINE_AA)
-    cv2.putText(canvas, "D", (14, 94), cv2.FONT_HERSHEY_DUPLEX, 0.9, (255, 255, 255), 2, cv2.LINE_AA)
-    widths = [cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, 2.75, 9)[0][0] for text in (left, right)]
-    squeeze = min(1.0, 418 / (sum(widths) + 44))
-    wide = np.full((112, sum(widths) + 60, 3), (236, 236, 230), np.uint8)
-    cv2.putText(wide, left, (6, 86), cv2.FONT_HERSHEY_SIMPLEX, 2.75, (12, 12, 12), 9, cv2.LINE_AA)
-    seal = widths[0] + 26
-    for y, colour in ((36, (60, 120, 70)), (74, (170, 150, 60))):
-        cv2.circle(wide, (seal, y), 14, colour, -1, cv2.LINE_AA)
-    cv2.putText(wide, right, (seal + 24, 86), cv2.FONT_HERSHEY_SIMPLEX, 2.75, (12, 12, 12), 9, cv2.LINE_AA)
-    size = (int(wide.shape[1] * squeeze), 84)
-    small = cv2.resize(wide[14:98], size, interpolation=cv2.INTER_AREA)
-    start = 48 + (456 - size[0]) // 2
-    canvas[14:98, start : start + size[0]] = small
-    return picture(canvas)
 
 
 def _car_side(variant: int, rng: np.random.Generator) -> Picture:
@@ -56,18 +35,26 @@ def _car_side(variant: int, rng: np.random.Generator) -> Picture:
         cv2.polylines(seams, [np.round(path).astype(np.int32)], False, 1.0, thickness, cv2.LINE_AA)
 
     if variant == 0:  # four doors
-        line((1.16, 0.0), (1.20, 0.18), (1.34, 0.45), (1.36, 0.85), (1.42, 0.9), (3.02, 0.9), (3.1, 0.8),
-             (3.1, 0.0))
+        line(
+            (1.16, 0.0),
+            (1.20, 0.18),
+            (1.34, 0.45),
+            (1.36, 0.85),
+            (1.42, 0.9),
+            (3.02, 0.9),
+            (3.1, 0.8),
+            (3.1, 0.0),
+        )
         line((2.1, 0.0), (2.1, 0.9))
-        handles = (1.3, 2.25)
+        handles = [1.3, 2.25]
     elif variant == 1:  # two doors
         line((1.98, 0.0), (2.0, 0.85), (2.06, 0.9), (3.02, 0.9), (3.1, 0.8), (3.1, 0.0))
-        handles = (2.12,)
+        handles = [2.12]
     else:  # sliding door
         line((1.1, 0.0), (1.1, 0.88), (2.08, 0.88), (2.08, 0.0))
         line((2.1, 0.0), (2.1, 0.9), (3.02, 0.9), (3.08, 0.0))
         line((0.45, 0.22), (1.1, 0.22))
-        handles = (1.98, 2.22)
+        handles = [1.98, 2.22]
     line((0.1, 0.55), (0.42, 0.5))
     line((3.62, 0.5), (3.9, 0.6))
     canvas *= 1.0 - 0.85 * seams[..., None]
@@ -76,7 +63,9 @@ def _car_side(variant: int, rng: np.random.Generator) -> Picture:
         cv2.rectangle(canvas, (x - 1, y + 3), (x + 20, y + 7), (95, 95, 95), -1)
         cv2.rectangle(canvas, (x, y), (x + 19, y + 3), (235, 235, 235), -1)
     if variant < 2:
-        cv2.rectangle(canvas, (int(0.62 * scale), 20), (int(0.62 * scale) + 17, 36), (130, 130, 130), 1)
+        cv2.rectangle(
+            canvas, (int(0.62 * scale), 20), (int(0.62 * scale) + 17, 36), (130, 130, 130), 1
+        )
     # The light catches the crease below the handles; the lower third is dusty.
     v = np.linspace(0.0, 1.0, height, dtype=np.float32)[:, None, None]
     canvas *= 1.0 - 0.10 * np.exp(-(((v - 0.36) / 0.05) ** 2))
@@ -92,10 +81,28 @@ def _seat_shapes(canvas: _Canvas, places: tuple[float, ...], colour: float) -> N
     height, width = canvas.shape[:2]
     for u in places:
         x = int(u * width)
-        cv2.ellipse(canvas, (x, int(0.52 * height)), (int(0.07 * width), int(0.14 * height)), 0, 0, 360,
-                    (colour,) * 3, -1, cv2.LINE_AA)
-        cv2.ellipse(canvas, (x, height), (int(0.13 * width), int(0.34 * height)), 0, 0, 360,
-                    (colour,) * 3, -1, cv2.LINE_AA)
+        cv2.ellipse(
+            canvas,
+            (x, int(0.52 * height)),
+            (int(0.07 * width), int(0.14 * height)),
+            0,
+            0,
+            360,
+            (colour,) * 3,
+            -1,
+            cv2.LINE_AA,
+        )
+        cv2.ellipse(
+            canvas,
+            (x, height),
+            (int(0.13 * width), int(0.34 * height)),
+            0,
+            0,
+            360,
+            (colour,) * 3,
+            -1,
+            cv2.LINE_AA,
+        )
 
 
 def _through(rng: np.random.Generator, brightness: float) -> _Canvas:
@@ -107,7 +114,15 @@ def _through(rng: np.random.Generator, brightness: float) -> _Canvas:
     return coloured((0.92, 1.0, 1.02), light / 1.0 - 1.0, 1.0)
 
 
-def _window(places: tuple[float, ...], brightness: tuple[float, ...], *, board: bool = False, wiper: bool = False):  # type: ignore[no-untyped-def]
+def _window(
+    places: tuple[float, ...],
+    brightness: tuple[float, ...],
+    *,
+    board: bool = False,
+    wiper: bool = False,
+) -> Callable[[int, np.random.Generator], Picture]:
+    """A window with seats behind it, a dashboard below it, or a wiper on it."""
+
     def make(variant: int, rng: np.random.Generator) -> Picture:
         canvas = _through(rng, brightness[variant])
         _seat_shapes(canvas, places, 12.0)
@@ -139,7 +154,9 @@ def _wheel(variant: int, rng: np.random.Generator) -> Picture:
     holes = ~spoke & (radius > 0.2) & (radius < 0.56)
     if variant >= 4:  # covers: small holes near the edge
         holes &= (radius > 0.38) & (radius < 0.54)
-    value = metal * (0.85 + 0.25 * np.clip(0.6 - radius, 0, 1)) + 6.0 * white_noise(rng, size, size, 1.5)
+    value = metal * (0.85 + 0.25 * np.clip(0.6 - radius, 0, 1)) + 6.0 * white_noise(
+        rng, size, size, 1.5
+    )
     value = np.where(holes, 22.0, value)
     value = np.where((radius > 0.615) & (radius < 0.64), metal * 1.15, value)
     value = np.where(radius > 0.64, 60.0, value)
@@ -172,9 +189,9 @@ def _headlamp(variant: int, rng: np.random.Generator) -> Picture:
     canvas = np.full((size, size, 3), 120.0, np.float32)
     canvas += 14.0 * white_noise(rng, size, size, 2.0)[..., None]
     for x, radius in ((36, 23), (72, 20)):
-        cv2.circle(canvas, (x, 50), radius, (70, 72, 78), -1, cv2.LINE_AA)
-        cv2.circle(canvas, (x, 50), radius - 3, (225, 230, 236), -1, cv2.LINE_AA)
-        cv2.circle(canvas, (x, 52), radius // 2, (120, 125, 135), -1, cv2.LINE_AA)
+        cv2.circle(canvas, (x, 50), radius, (98, 100, 106), -1, cv2.LINE_AA)
+        cv2.circle(canvas, (x, 50), radius - 3, (205, 210, 216), -1, cv2.LINE_AA)
+        cv2.circle(canvas, (x, 52), radius // 2, (160, 165, 173), -1, cv2.LINE_AA)
         cv2.circle(canvas, (x, 50), 4, (250, 250, 250), -1, cv2.LINE_AA)
     if variant == 1:
         canvas[:, :11] = (190, 110, 40)
@@ -209,64 +226,13 @@ def _bonnet(_: int, __: np.random.Generator) -> Picture:
     size = 256
     canvas = np.full((size, size, 3), 250.0, np.float32)
     for sign in (-1, 1):
-        path = [(0.5 + sign * u, v) for u, v in ((0.445, 0.0), (0.44, 0.45), (0.42, 0.8), (0.40, 1.0))]
+        path = [
+            (0.5 + sign * u, v) for u, v in ((0.445, 0.0), (0.44, 0.45), (0.42, 0.8), (0.40, 1.0))
+        ]
         line = np.round(np.array(path) * size).astype(np.int32)
         cv2.polylines(canvas, [line], False, (90.0, 90.0, 90.0), 2, cv2.LINE_AA)
     canvas[:14] = 20.0
     return picture(canvas)
-
-
-_COMPANIES = ("KOCH", "BADEN LOGISTIK", "Frische Kiste", "MAYER", "SPEDITION HUBER", "Moebel Ruf",
-              "EUROTRANS", "")
-_COMPANY_COLOURS = ((240, 240, 238), (30, 70, 150), (235, 236, 230), (200, 60, 30), (35, 110, 60),
-                    (235, 190, 40), (60, 60, 70), (150, 60, 45))
-
-
-def _cargo_side(variant: int, rng: np.random.Generator) -> Picture:
-    """The side of a box or tarpaulin, 8 by 2.5 m: lettering, a stripe, folds or ribs, road dirt."""
-    height, width = 160, 512
-    ground = np.array(_COMPANY_COLOURS[variant], np.uint8)
-    canvas = np.full((height, width, 3), ground, np.uint8)
-    dark = ground.astype(int).sum() < 380
-    ink = (240, 240, 235) if dark else _COMPANY_COLOURS[(variant + 1) % 6 if variant else 1]
-    if variant in (0, 2, 4, 6):
-        cv2.rectangle(canvas, (0, 118), (width, 134), ink, -1)
-    if variant in (1, 2, 5):
-        corners = np.array([(400, 0), (470, 0), (420, height), (350, height)])
-        cv2.fillPoly(canvas, [corners], _COMPANY_COLOURS[(variant + 2) % 6], cv2.LINE_AA)
-    text = _COMPANIES[variant]
-    if text:
-        wide = cv2.getTextSize(text, cv2.FONT_HERSHEY_DUPLEX, 1.0, 3)[0][0]
-        scale = min(2.2, 400.0 / wide)
-        cv2.putText(canvas, text, (36, 96), cv2.FONT_HERSHEY_DUPLEX, scale, ink, max(2, int(3 * scale)),
-                    cv2.LINE_AA)
-    x = np.arange(width, dtype=np.float32)[None, :]
-    folds = (2 * np.pi * 40 / width, 2 * np.pi * 12 / width)[variant % 2] * x
-    shade = 1.0 + (0.22 if variant == 7 else 0.04) * np.cos(folds)
-    shade = shade * (1.0 + 0.03 * fractal_noise(rng, height, width, cells=5))
-    v = np.linspace(0.0, 1.0, height, dtype=np.float32)[:, None]
-    shade = shade * (1.0 - 0.25 * np.clip((v - 0.8) / 0.2, 0.0, 1.0))
-    result = canvas.astype(np.float32) * shade[..., None]
-    result[:4] *= 0.7
-    result[-6:] *= 0.5
-    result[:, :4] *= 0.7
-    result[:, -4:] *= 0.7
-    return picture(result)
-
-
-def _van_sign(variant: int, _: np.random.Generator) -> Picture:
-    """A firm's name and what it does, on white."""
-    firm, trade = (
-        ("WEBER", "Sanitaer + Heizung"), ("Elektro Kunz", "Tel. 0721 / 40 17 3"), ("BLITZ", "Paketdienst"),
-        ("Malerbetrieb Vogt", "Meisterbetrieb"), ("BAECKEREI RAU", "seit 1926"), ("KRAUSE", "Glas & Fenster"),
-    )[variant]
-    ink = ((200, 30, 25), (25, 60, 150), (190, 20, 60), (30, 110, 60), (120, 60, 20), (20, 90, 140))[variant]
-    canvas = np.full((128, 384, 3), 245, np.uint8)
-    scale = 330.0 / cv2.getTextSize(firm, cv2.FONT_HERSHEY_DUPLEX, 1.0, 3)[0][0]
-    scale = min(scale, 2.4)
-    cv2.putText(canvas, firm, (24, 66), cv2.FONT_HERSHEY_DUPLEX, scale, ink, max(2, int(2.5 * scale)), cv2.LINE_AA)
-    cv2.putText(canvas, trade, (26, 108), cv2.FONT_HERSHEY_SIMPLEX, 0.95, (60, 60, 60), 2, cv2.LINE_AA)
-    return canvas
 
 
 def _cargo_doors(_: int, rng: np.random.Generator) -> Picture:
@@ -304,16 +270,8 @@ def _bus_door(_: int, rng: np.random.Generator) -> Picture:
     return picture(canvas)
 
 
-def _destination(_: int, __: np.random.Generator) -> Picture:
-    """Amber letters on black."""
-    canvas = np.full((48, 256, 3), 12, np.uint8)
-    cv2.putText(canvas, "2 Wolfartsweier", (10, 34), cv2.FONT_HERSHEY_DUPLEX, 0.85, (250, 180, 40), 2,
-                cv2.LINE_AA)
-    return picture(canvas)
-
-
 TEXTURES: dict[str, Texture] = {
-    "plate": Texture((0.52, 0.115), 24, _plate),
+    "plate": Texture((0.52, 0.115), 24, plate),
     "car_side": Texture((4.0, 1.0), 3, _car_side),
     "side_glass": Texture((1.0, 1.0), 3, _window((0.45,), (85.0, 50.0, 120.0))),
     "windscreen": Texture((1.0, 1.0), 3, _window((0.28, 0.72), (60.0, 40.0, 80.0), board=True)),
@@ -323,10 +281,10 @@ TEXTURES: dict[str, Texture] = {
     "bonnet": Texture((1.0, 1.0), 1, _bonnet),
     "headlamp": Texture((1.0, 1.0), 3, _headlamp),
     "tail_lamp": Texture((1.0, 1.0), 3, _tail_lamp),
-    "cargo_side": Texture((8.0, 2.5), 8, _cargo_side),
+    "cargo_side": Texture((8.0, 2.5), 8, cargo_side),
     "cargo_doors": Texture((2.5, 2.5), 1, _cargo_doors),
-    "van_sign": Texture((1.0, 1.0), 6, _van_sign),
+    "van_sign": Texture((1.0, 1.0), 6, van_sign),
     "tarpaulin": Texture((1.0, 1.0), 1, _tarpaulin),
     "bus_door": Texture((1.0, 1.0), 1, _bus_door),
-    "destination": Texture((1.0, 1.0), 1, _destination),
+    "destination": Texture((1.0, 1.0), 1, destination),
 }

@@ -7,7 +7,7 @@ from avsec_gym.world.textures.texture import Texture
 
 TEXTURES: dict[str, Texture] = {
     "stucco": Texture((5.0, 5.0), 4, masonry.stucco),
-    "stucco_foot": Texture((4.0, 1.0), 1, masonry.stucco_foot),
+    "stucco_foot": Texture((5.0, 1.0), 4, masonry.stucco_foot),
     "brick": Texture((4.0, 4.0), 5, masonry.brick),
     "sandstone": Texture((4.8, 4.8), 4, masonry.sandstone),
     "rubble": Texture((2.0, 2.0), 1, masonry.rubble),

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from avsec_gym.geometry import Floats
-from avsec_gym.world.traffic.driving import idm_interaction
+from avsec_gym.world.traffic.driving import calm_interaction
 from avsec_gym.world.traffic.routes import SPACING
 from avsec_gym.world.traffic.state import Network, Traffic
 
@@ -18,13 +18,15 @@ _SIDE_AMONG_PEOPLE = 0.1
 _NARROW = 1.2
 """Whoever is narrower is a person or a cyclist, metres."""
 _FARTHEST = 150.0
+_BEHIND = 8.0
+"""Metres."""
 _BESIDE = 1.0
 """What is less than this behind one's front is still ahead, metres."""
 
 
 @njit(cache=True)
 def interactions_ahead(network: Network, traffic: Traffic) -> Floats:
-    """Strongest `idm_interaction` of each with another that is in the way, shape (N,).
+    """Strongest `calm_interaction` of each with another that is in the way, shape (N,).
 
     A footprint is a row of discs as wide as it; the corridor is the stretch of the route ahead,
     with the sideways motion still to come.
@@ -40,12 +42,18 @@ def interactions_ahead(network: Network, traffic: Traffic) -> Floats:
             apart_x = traffic.poses[other, 0] - traffic.poses[one, 0]
             apart_y = traffic.poses[other, 1] - traffic.poses[one, 1]
             reach = horizon + 0.5 * traffic.length[one] + traffic.length[other]
-            if apart_x * apart_x + apart_y * apart_y > reach * reach:
+            squared = apart_x * apart_x + apart_y * apart_y
+            if squared > reach * reach:
+                continue
+            forward = apart_x * np.cos(traffic.poses[one, 2])
+            forward += apart_y * np.sin(traffic.poses[one, 2])
+            # No turn leads back to what is far behind.
+            if forward < -_BEHIND - 0.5 * traffic.length[other]:
                 continue
             gap, heading = _gap(network, traffic, one, other, horizon)
             if gap < horizon:
                 theirs = traffic.speed[other] * np.cos(traffic.poses[other, 2] - heading)
-                felt = idm_interaction(
+                felt = calm_interaction(
                     speed,
                     gap,
                     speed - max(theirs, 0.0),
@@ -73,8 +81,9 @@ def _gap(
         offset = 0.0 if discs == 1 else spread * (2.0 * disc / (discs - 1) - 1.0)
         x = traffic.poses[other, 0] + offset * cos
         y = traffic.poses[other, 1] + offset * sin
-        met, direction = _meets(network, traffic, one, x, y, radius + _side(traffic, one, other),
-                                horizon)
+        met, direction = _meets(
+            network, traffic, one, x, y, radius + _side(traffic, one, other), horizon
+        )
         gap = met - radius - traffic.place[one] - 0.5 * traffic.length[one]
         if gap < nearest:
             nearest, heading = gap, direction
@@ -99,7 +108,9 @@ def _meets(
     front = traffic.place[one] + 0.5 * traffic.length[one]
     half = 0.5 * traffic.width[one] + room
     row = first + int(max(front - _BESIDE, 0.0) / SPACING)
-    widest = half + 4.5
+    widest = half + traffic.weave[one, 0] + abs(traffic.shift.after[one])
+    if (row - first) * SPACING < traffic.shift.begin[one] + traffic.shift.length[one]:
+        widest += abs(traffic.shift.before[one])
     while row <= last:
         place = (row - first) * SPACING
         if place > front + horizon + room:

@@ -20,8 +20,8 @@ HARDEST_BRAKING = 8.0
 """m/s2."""
 _APPROACH_BRAKING = 1.2
 """Before bends, m/s2."""
-_RESPONSE = 0.6
-"""Seconds in which a speed above that of a bend is given up."""
+RESPONSE = 0.6
+"""Seconds that drivers look ahead for bends."""
 
 
 class Manners(NamedTuple):
@@ -62,6 +62,24 @@ def idm_interaction(
     return ((standstill + max(dynamic, 0.0)) / max(gap, 0.01)) ** 2
 
 
+@njit(cache=True)
+def calm_interaction(
+    speed: float,
+    gap: float,
+    closing: float,
+    headway: float,
+    standstill: float,
+    acceleration: float,
+    braking: float,
+) -> float:
+    """`idm_interaction` without its panic: fast followers of the IDM brake hard for slower ones
+    far ahead, these no harder than comfortably plus half as hard again as they need to.
+    """
+    felt = idm_interaction(speed, gap, closing, headway, standstill, acceleration, braking)
+    needed = 0.5 * max(closing, 0.0) ** 2 / max(gap - 0.5 * standstill, 0.1)
+    return min(felt, (braking + 1.5 * needed) / acceleration)
+
+
 def idm_acceleration(
     speed: ArrayLike, desired: ArrayLike, interaction: ArrayLike, manners: Manners
 ) -> Floats:
@@ -86,8 +104,14 @@ def equilibrium_gap(speed: ArrayLike, desired: ArrayLike, manners: Manners) -> F
 
 
 def slow_down(speed: Floats, limit: Floats, acceleration: Floats) -> Floats:
-    """Acceleration that gives up what is too fast for the bend ahead."""
-    return np.asarray(np.minimum(acceleration, np.maximum((limit - speed) / _RESPONSE, -4.0)))
+    """Acceleration that has come down to the limit of a bend in `RESPONSE` seconds.
+
+    Args:
+        speed: m/s, shape (N,).
+        limit: On the way of the next `RESPONSE` seconds, m/s, shape (N,).
+        acceleration: Wanted otherwise, m/s2, shape (N,).
+    """
+    return np.asarray(np.minimum(acceleration, np.maximum((limit - speed) / RESPONSE, -4.0)))
 
 
 def bend_limits(curvature: Floats, spacing: float) -> Floats:

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from avsec_gym.geometry import Floats
-from avsec_gym.world.traffic.driving import idm_interaction
+from avsec_gym.world.traffic.driving import calm_interaction
 from avsec_gym.world.traffic.routes import SPACING
 from avsec_gym.world.traffic.state import Integers, Network, Traffic
 
@@ -47,7 +47,8 @@ class Zones(NamedTuple):
 def find_zones(network: Network) -> Zones:
     """Every zone of a network."""
     found = _find_zones(network)
-    return Zones(*(found[:, i].astype(np.int64) for i in (0, 1)), *found[:, 2:].T.copy())
+    minor, major = found[:, 0].astype(np.int64), found[:, 1].astype(np.int64)
+    return Zones(minor, major, *found[:, 2:].T.copy())
 
 
 @njit(cache=True)
@@ -191,7 +192,7 @@ def _travel_time(traffic: Traffic, one: int, distance: float, top: float) -> flo
 
 @njit(cache=True)
 def interactions_with_gates(network: Network, zones: Zones, traffic: Traffic) -> Floats:
-    """Strongest `idm_interaction` of each with its closed gate and with held zones, shape (N,)."""
+    """Strongest `calm_interaction` of each with its closed gate and with held zones, shape (N,)."""
     strongest = np.zeros(len(traffic.place))
     for one in range(len(traffic.place)):
         front = traffic.place[one] + 0.5 * traffic.length[one]
@@ -220,7 +221,7 @@ def interactions_with_gates(network: Network, zones: Zones, traffic: Traffic) ->
 def _with_line(traffic: Traffic, one: int, gap: float) -> float:
     """Interaction with a line at which to stop."""
     speed, standstill = traffic.speed[one], traffic.manners.standstill[one]
-    return idm_interaction(
+    return calm_interaction(
         speed,
         max(gap, 0.0) + max(standstill - _STOP_BEFORE, 0.0),
         speed,

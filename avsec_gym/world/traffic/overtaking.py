@@ -8,11 +8,11 @@ hard; here also back to the right where that costs nothing.
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 
-from avsec_gym.geometry import Floats
-from avsec_gym.world.traffic.driving import Manners, idm_acceleration, idm_interaction
+from avsec_gym.world.traffic.driving import calm_interaction
 from avsec_gym.world.traffic.routes import SPACING
-from avsec_gym.world.traffic.state import Integers, Network, Traffic, offsets, on_route
+from avsec_gym.world.traffic.state import Integers, Network, Traffic
 
 _GAIN = 0.35
 """Acceleration to be won by changing to the left, m/s2."""
@@ -20,12 +20,16 @@ _COST = 0.1
 """Acceleration that may be lost by changing to the right."""
 _SAFE_BRAKING = 2.0
 """Asked of the new follower at most, m/s2."""
+_SLOWEST = 5.0
+"""Nobody changes at less, m/s."""
 _DURATION = 5.0
 """Seconds that a change takes."""
 _REST = 6.0
 """Seconds until the next."""
+_NOBODY = -1
 
 
+@njit(cache=True)
 def change_lanes(network: Network, neighbours: Integers, traffic: Traffic) -> None:
     """Let everyone who wants to and can begin to change: gives them a new route and a shift.
 
@@ -35,36 +39,38 @@ def change_lanes(network: Network, neighbours: Integers, traffic: Traffic) -> No
             -1 for none, shape (R, 2).
         traffic: Changed in place; the poses stay what they are.
     """
-    for one in np.flatnonzero((neighbours[traffic.route] >= 0).any(axis=1)):
-        speed = traffic.speed[one]
-        rested = traffic.shift.begin[one] + traffic.shift.length[one] + _REST * speed
-        if speed < 5.0 or traffic.place[one] < rested:
+    for one in range(len(traffic.place)):
+        shift, speed, place = traffic.shift, traffic.speed[one], traffic.place[one]
+        rested = shift.begin[one] + shift.length[one] + _REST * speed
+        if speed < _SLOWEST or place < rested:
             continue
-        own = _acceleration(traffic, one, _leader(traffic, one, traffic.route[one]))
-        for side, least in ((0, own + _GAIN), (1, own - _COST)):
-            target = int(neighbours[traffic.route[one], side])
+        route = traffic.route[one]
+        own = _acceleration(traffic, one, _ahead(traffic, one, route, place), place)
+        for side, least in ((0, own + _GAIN), (1, max(own - _COST, -_COST))):
+            target = neighbours[route, side]
             if target >= 0 and _can_change(network, traffic, one, target, least):
                 _change(network, traffic, one, target)
                 break
 
 
-def _can_change(
-    network: Network, traffic: Traffic, one: int, target: int, least: float
-) -> bool:
+@njit(cache=True)
+def _can_change(network: Network, traffic: Traffic, one: int, target: int, least: float) -> bool:
     place, _ = _project(network, traffic, one, target)
-    ahead = _leader(traffic, one, target, place)
-    behind = _follower(traffic, target, place)
-    if ahead is not None and ahead[1] < 2.0 + 0.5 * traffic.speed[one]:
+    ahead = _ahead(traffic, one, target, place)
+    if ahead != _NOBODY and _gap(traffic, one, place, ahead) < 2.0 + 0.5 * traffic.speed[one]:
         return False
-    if _acceleration(traffic, one, ahead) < max(least, -_SAFE_BRAKING):
+    if _acceleration(traffic, one, ahead, place) < max(least, -_SAFE_BRAKING):
         return False
-    if behind is None:
+    behind = _behind(traffic, one, target, place)
+    if behind == _NOBODY:
         return True
-    follower, gap = behind[0], behind[1] - 0.5 * traffic.length[one]
-    braked = _acceleration(traffic, follower, (one, gap))
-    return gap > 2.0 + 0.5 * traffic.speed[follower] and braked > -_SAFE_BRAKING
+    # Seen from the new follower, one will be ahead of it.
+    gap = place - traffic.place[behind] - 0.5 * (traffic.length[one] + traffic.length[behind])
+    braked = _following(traffic, behind, gap, traffic.speed[one])
+    return gap > 2.0 + 0.5 * traffic.speed[behind] and braked > -_SAFE_BRAKING
 
 
+@njit(cache=True)
 def _change(network: Network, traffic: Traffic, one: int, target: int) -> None:
     """Onto the other route, at the same pose, with a shift to its middle."""
     place, left = _project(network, traffic, one, target)
@@ -76,48 +82,75 @@ def _change(network: Network, traffic: Traffic, one: int, target: int) -> None:
     shift.after[one] = 0.0
 
 
+@njit(cache=True)
 def _project(network: Network, traffic: Traffic, one: int, target: int) -> tuple[float, float]:
     """Place on another route beside one, and how far to its left one is."""
-    rows = slice(network.first[target], network.first[target + 1])
-    x, y = traffic.poses[one, :2]
-    distance = ((network.poses[rows, :2] - (x, y)) ** 2).sum(axis=1)
-    place, left = SPACING * float(distance.argmin()), 0.0
-    for _ in range(3):
-        line, _ = on_route(network, np.array([target]), np.array([place]))
-        cos, sin = np.cos(line[0, 2]), np.sin(line[0, 2])
-        apart = (x - line[0, 0], y - line[0, 1])
-        place += cos * apart[0] + sin * apart[1]
-        left = cos * apart[1] - sin * apart[0]
-    return place, float(left)
+    x, y = traffic.poses[one, 0], traffic.poses[one, 1]
+    first, last = network.first[target], network.first[target + 1] - 2
+    row = min(first + int(traffic.place[one] / SPACING), last)
+    share = 0.0
+    # Towards the foot of the perpendicular; the lanes are nearly parallel.
+    for _ in range(8):
+        heading = network.poses[row, 2]
+        ahead = (x - network.poses[row, 0]) * np.cos(heading)
+        ahead += (y - network.poses[row, 1]) * np.sin(heading)
+        share = ahead / SPACING
+        if 0.0 <= share < 1.0:
+            break
+        row = min(max(row + int(np.floor(share)), first), last)
+    one_x = network.poses[row, 0] + share * (network.poses[row + 1, 0] - network.poses[row, 0])
+    one_y = network.poses[row, 1] + share * (network.poses[row + 1, 1] - network.poses[row, 1])
+    heading += share * (network.poses[row + 1, 2] - heading)
+    left = np.cos(heading) * (y - one_y) - np.sin(heading) * (x - one_x)
+    return (row - first + share) * SPACING, left
 
 
-def _leader(
-    traffic: Traffic, one: int, route: int, place: float | None = None
-) -> tuple[int, float] | None:
-    """Who drives ahead of one on a route, and the gap to it."""
-    place = traffic.place[one] if place is None else place
-    there = (traffic.route == route) & (traffic.place >= place)
-    there[one] = False
-    if not there.any():
-        return None
-    ahead = int(np.where(there, traffic.place, np.inf).argmin())
-    lengths = 0.5 * (traffic.length[one] + traffic.length[ahead])
-    return ahead, float(traffic.place[ahead] - place - lengths)
+@njit(cache=True)
+def _ahead(traffic: Traffic, one: int, route: int, place: float) -> int:
+    """Who drives next ahead of a place on a route, but one itself."""
+    found, nearest = _NOBODY, np.inf
+    for other in range(len(traffic.place)):
+        if other != one and traffic.route[other] == route:
+            if place <= traffic.place[other] < nearest:
+                found, nearest = other, traffic.place[other]
+    return found
 
 
-def _follower(traffic: Traffic, route: int, place: float) -> tuple[int, float] | None:
-    """Who drives behind a place on a route, and how far its front is from there."""
-    there = (traffic.route == route) & (traffic.place < place)
-    if not there.any():
-        return None
-    behind = int(np.where(there, traffic.place, -np.inf).argmax())
-    return behind, float(place - traffic.place[behind] - 0.5 * traffic.length[behind])
+@njit(cache=True)
+def _behind(traffic: Traffic, one: int, route: int, place: float) -> int:
+    """Who drives next behind a place on a route, but one itself."""
+    found, nearest = _NOBODY, -np.inf
+    for other in range(len(traffic.place)):
+        if other != one and traffic.route[other] == route:
+            if nearest < traffic.place[other] < place:
+                found, nearest = other, traffic.place[other]
+    return found
 
 
-def _acceleration(traffic: Traffic, one: int, ahead: tuple[int, float] | None) -> float:
-    manners = Manners(*(float(column[one]) for column in traffic.manners))
-    felt = 0.0
-    if ahead is not None:
-        closing = traffic.speed[one] - traffic.speed[ahead[0]]
-        felt = idm_interaction(traffic.speed[one], ahead[1], closing, *manners)
-    return float(idm_acceleration(traffic.speed[one], traffic.desired[one], felt, manners))
+@njit(cache=True)
+def _gap(traffic: Traffic, one: int, place: float, ahead: int) -> float:
+    return traffic.place[ahead] - place - 0.5 * (traffic.length[one] + traffic.length[ahead])
+
+
+@njit(cache=True)
+def _acceleration(traffic: Traffic, one: int, ahead: int, place: float) -> float:
+    """Of one at a place behind another, or alone."""
+    if ahead == _NOBODY:
+        return _following(traffic, one, np.inf, traffic.speed[one])
+    return _following(traffic, one, _gap(traffic, one, place, ahead), traffic.speed[ahead])
+
+
+@njit(cache=True)
+def _following(traffic: Traffic, one: int, gap: float, speed_ahead: float) -> float:
+    """Acceleration of the IDM."""
+    manners, speed = traffic.manners, traffic.speed[one]
+    felt = calm_interaction(
+        speed,
+        gap,
+        speed - speed_ahead,
+        manners.headway[one],
+        manners.standstill[one],
+        manners.acceleration[one],
+        manners.braking[one],
+    )
+    return manners.acceleration[one] * (1.0 - (speed / traffic.desired[one]) ** 4 - felt)

@@ -94,9 +94,7 @@ def pull_out(bystander: Bystander, lane: Route) -> tuple[Route, float]:
     return Route(poses, lane.width, gate, end + 1.0, shown), 6.0
 
 
-def _row(
-    site: Site, strip: Strip, left: float, bustle: Bustle, rng: np.random.Generator
-) -> Placed:
+def _row(site: Site, strip: Strip, left: float, bustle: Bustle, rng: np.random.Generator) -> Placed:
     """A row along or, in a deep strip, across the road; full or with lulls, or a short one."""
     side = np.sign(left)
     deep = strip.surface == Surface.PARKING and strip.left - strip.right >= _DEEP

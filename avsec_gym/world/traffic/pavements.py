@@ -110,7 +110,9 @@ def make_way(
             refused.append(index)
         else:
             free = narrowed
-    return replace(pavement, free=np.stack([_smooth(free[:, 0], 1), _smooth(free[:, 1], -1)], -1)), refused
+    return replace(
+        pavement, free=np.stack([_smooth(free[:, 0], 1), _smooth(free[:, 1], -1)], -1)
+    ), refused
 
 
 def _smooth(edge: Floats, inwards: int) -> Floats:
@@ -120,7 +122,10 @@ def _smooth(edge: Floats, inwards: int) -> Floats:
     windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1)
     widened = windows.max(axis=1)
     weights = np.hanning(2 * reach + 3)[1:-1]
-    return np.asarray(np.convolve(widened, weights / weights.sum(), "same")[2 * reach : -2 * reach]) * inwards
+    return (
+        np.asarray(np.convolve(widened, weights / weights.sum(), "same")[2 * reach : -2 * reach])
+        * inwards
+    )
 
 
 def walking_route(site: Site, pavement: Pavement, line: int) -> Route:
@@ -148,9 +153,11 @@ def crossing_route(
         lefts.append(float(np.interp(along, stations(site.course, _BEYOND), left)))
     count = int(abs(lefts[1] - lefts[0]) / SPACING) + 1
     sign = np.sign(lefts[1] - lefts[0])
-    across = site.course.poses(along, lefts[0] + sign * SPACING * np.arange(count), sign * 0.5 * np.pi)
-    poses, _, _ = join(_around(here, across[0], 12.0, 3.0), across, 1.0, 1.0)
-    poses, _, _ = join(poses, _around(there, across[-1], 3.0, 150.0), 1.0, 1.0)
+    across = site.course.poses(
+        along, lefts[0] + sign * SPACING * np.arange(count), sign * 0.5 * np.pi
+    )
+    poses, _, _ = join(_around(here, across[0], 12.0, 3.0), across, 1.3, 1.3)
+    poses, _, _ = join(poses, _around(there, across[-1], 3.0, 150.0), 1.3, 1.3)
     _, left = site.course.coordinates(*poses[:, :2].T)
     leaves, arrives = (
         pavement.strip.left if pavement.side < 0 else pavement.strip.right

@@ -44,7 +44,7 @@ def standing_groups(
             left = outer - pavement.side * (0.4 + radius)
             turn = float(rng.uniform(0.0, 2 * np.pi))
             for angle in turn + 2 * np.pi * np.arange(count) / count:
-                x, y, heading = site.course.poses(along, left)
+                x, y, _ = site.course.poses(along, left)
                 height, width, _ = draw_person(rng)
                 size = (height, min(width, 0.65), float(rng.uniform(*_STANDING_LENGTH)))
                 pose = (
@@ -56,9 +56,7 @@ def standing_groups(
     return tuple(people)
 
 
-def walkers(
-    route: int, length: float, count: float, rng: np.random.Generator
-) -> list[Traveller]:
+def walkers(route: int, length: float, count: float, rng: np.random.Generator) -> list[Traveller]:
     """People on one line, `count` of them for 100 m; some stop now and then."""
     people: list[Traveller] = []
     places = np.sort(rng.uniform(0.0, length, int(rng.poisson(count * length / 100.0))))
@@ -124,7 +122,9 @@ def _nearest(pavements: list[Pavement], side: int) -> Pavement:
 def _walker(route: int, place: float, rng: np.random.Generator) -> Traveller:
     speed = float(np.clip(rng.normal(1.35, 0.2), *_SPEEDS))
     begin = float(rng.choice([0.0, rng.uniform(0.0, 40.0)]))
-    pause = (begin, begin + float(rng.uniform(2.0, 12.0))) if rng.random() < 0.2 else (np.inf, np.inf)
+    pause = (
+        (begin, begin + float(rng.uniform(2.0, 12.0))) if rng.random() < 0.2 else (np.inf, np.inf)
+    )
     return Traveller(
         "Pedestrian",
         draw_person(rng),

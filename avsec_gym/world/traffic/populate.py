@@ -45,6 +45,8 @@ _AROUND_EGO = 8.0
 """Free metres in the lane before and behind an ego vehicle at first."""
 _RED_LIGHT = 0.25
 """Probability on a city street."""
+_JAM = 0.06
+"""Probability that one direction's traffic crawls."""
 _FROM_MOUTH = 25.0
 """Between a red light and side streets, metres."""
 _COUPLES = 0.3
@@ -116,7 +118,8 @@ def _sensor_vehicles(
     own = min(forward, key=lambda i: abs(lanes[i].left))
     reach = site.course.end - site.course.start
     along = site.course.start + min(_EGO_FROM_START, 0.3 * reach) + float(rng.uniform(-5.0, 5.0))
-    drivers, parked = [_at(site, roads, own, along, bustle, rng)], []
+    drivers = [_at(site, roads, own, along, bustle, rng)]
+    parked: list[Bystander] = []
     against = [i for i in range(len(lanes)) if lanes[i].direction < 0]
     taken = {own: [along]}
     while len(drivers) + len(parked) < egos:
@@ -173,12 +176,18 @@ def _traffic(
     """Vehicles and cyclists with speeds at which all can follow; the ego vehicles first."""
     found: list[Traveller] = []
     lights = _red_lights(site, roads, rng)
+    jams = np.where(rng.random(2) < _JAM, rng.uniform(0.1, 0.4, 2), 1.0)
     for lane, route in enumerate(roads.lanes):
-        queue = fill_lane(site, roads, lane, bustle, rng)
+        jam = float(jams[site.section.lanes[lane].direction > 0])
+        queue = fill_lane(site, roads, lane, bustle, jam, rng)
         for riding, beside in roads.cycling:
             if beside == lane:
                 queue += fill_cycling(site, roads, riding, bustle, rng)
-        own = [ego for ego in drivers if ego.route == route]
+        own = [
+            ego._replace(speed=ego.speed * jam, desired=ego.desired * jam)
+            for ego in drivers
+            if ego.route == route
+        ]
         queue = [
             one
             for one in queue
@@ -197,9 +206,7 @@ def _traffic(
     return sorted(found, key=lambda one: not one.ego)
 
 
-def _red_lights(
-    site: Site, roads: Roads, rng: np.random.Generator
-) -> dict[int, tuple[int, float]]:
+def _red_lights(site: Site, roads: Roads, rng: np.random.Generator) -> dict[int, tuple[int, float]]:
     """Copies of the lanes' routes with a red light, and when it turns green, by their originals."""
     length = site.course.end - site.course.start
     along = site.course.start + length * float(rng.uniform(0.3, 0.7))
@@ -218,9 +225,7 @@ def _red_lights(
     return lights
 
 
-def _before_light(
-    one: Traveller, lights: dict[int, tuple[int, float]], roads: Roads
-) -> Traveller:
+def _before_light(one: Traveller, lights: dict[int, tuple[int, float]], roads: Roads) -> Traveller:
     if one.route not in lights:
         return one
     route, green = lights[one.route]
@@ -319,7 +324,7 @@ def _people(
             roads.routes.append(route)
             index = len(roads.routes) - 1
             mean = bustle.walkers / len(pavement.directions)
-            alone = [*companions, *walkers(index, route.length, mean, rng)]
+            alone = settle(roads, [*companions, *walkers(index, route.length, mean, rng)])
             people += alone
             beside = pavement.directions[line + 1 : line + 2]
             together = (rng.random(len(alone)) < _COUPLES) & (beside == (direction,))
@@ -359,7 +364,7 @@ def _assemble(
     network = network_of(routes)
     poses = begin(network, tuple(travellers)).poses
     standing = sorted(bystanders, key=lambda one: one not in parked_egos)
-    every = [*travellers[:drivers], *standing[: len(parked_egos)]]
+    every: list[Traveller | Bystander] = [*travellers[:drivers], *standing[: len(parked_egos)]]
     every += [*travellers[drivers:], *standing[len(parked_egos) :]]
     ahead = len(parked_egos)
     where = np.concatenate(

@@ -14,7 +14,7 @@ from avsec_gym.world.traffic.state import Integers
 
 _WIDTH, _RIDERS_WIDTH = 1.9, 0.7
 """Of vehicles and cyclists on their routes, metres."""
-_BEYOND, _BEYOND_HIGHWAY = 350.0, 900.0
+_BEYOND, _BEYOND_HIGHWAY = 350.0, 600.0
 """How far traffic reaches beyond the site's ends, so that more comes after it, metres."""
 _TURN_BEFORE, _TURN_BEHIND = 8.0, 4.0
 """Where turns begin and end: before the lanes meet, and behind the carriageway's edge, metres."""
@@ -41,7 +41,8 @@ class Roads:
     def neighbours(self, lanes: tuple[Lane, ...], changing: bool) -> Integers:
         """Lanes to the left and right in the direction of travel, -1 for none, shape (R, 2)."""
         table = np.full((len(self.routes), 2), -1)
-        for one, two in zip(range(len(lanes) - 1), range(1, len(lanes)), strict=True):
+        for one in range(len(lanes) - 1):
+            two = one + 1
             if changing and lanes[one].direction == lanes[two].direction:
                 right, left = (one, two) if lanes[one].direction > 0 else (two, one)
                 table[self.lanes[right], 0] = self.lanes[left]
@@ -52,8 +53,8 @@ class Roads:
 def roads_of(site: Site) -> Roads:
     """Every vehicle's possible route."""
     roads = Roads([], [], [], [], [])
-    for lane in site.section.lanes:
-        roads.lanes.append(_add(roads, main_route(site, lane.left, lane.direction)))
+    for each in site.section.lanes:
+        roads.lanes.append(_add(roads, main_route(site, each.left, each.direction)))
     for street in site.side_streets:
         roads.entries.append([])
         for direction in (1, -1):
@@ -113,9 +114,9 @@ def _add_turns(roads: Roads, site: Site, street: SideStreet, direction: int) -> 
     poses, _, end = join(towards, main.poses, to_edge, _TURN_BEFORE)
     route = Route(poses, _WIDTH)
     stop = street.course.poses(outer + 0.8, 0.0)[:2]
-    last = route.nearest(*site.course.poses(
-        site.course.end if direction > 0 else site.course.start, lane.left
-    )[:2])
+    last = route.nearest(
+        *site.course.poses(site.course.end if direction > 0 else site.course.start, lane.left)[:2]
+    )
     route = replace(
         route, gate=route.nearest(*stop), clear=end + 1.0, shown=(route.nearest(*far), last)
     )

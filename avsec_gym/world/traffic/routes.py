@@ -1,4 +1,4 @@
-"""Lines that travellers follow: lanes, turns, paths, crossings; sampled evenly, smooth in heading."""
+"""Lines that travellers follow: lanes, turns, paths, crossings; even and smooth."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from avsec_gym.geometry import Floats
 from avsec_gym.world.road.course import Course
+from avsec_gym.world.traffic.driving import bend_limits
 
 SPACING = 0.5
 """Metres between the poses of a route."""
@@ -38,6 +39,10 @@ class Route:
         """Metres."""
         return SPACING * (len(self.poses) - 1)
 
+    def limits(self) -> Floats:
+        """Highest speeds for the bends at the poses, m/s, shape (n,)."""
+        return bend_limits(np.gradient(self.poses[:, 2], SPACING), SPACING)
+
     def nearest(self, x: float, y: float) -> float:
         """The place on the route that is nearest to a point."""
         distance = ((self.poses[:, :2] - (x, y)) ** 2).sum(axis=1)
@@ -63,13 +68,13 @@ def along_course(
     poses = course.poses(along, left)
     bend = np.gradient(poses[:, 2], along)
     poses[:, 2] += np.arctan2(np.gradient(left, along), 1.0 - bend * left)
-    return evenly(poses if direction > 0 else (poses + [0.0, 0.0, np.pi])[::-1])
+    return evenly(poses if direction > 0 else (poses + np.array([0.0, 0.0, np.pi]))[::-1])
 
 
 def stations(course: Course, margin: float = 0.0) -> Floats:
     """Road coordinates of the course's points, continued by `margin` at both ends."""
     more = int(np.ceil(margin / course.spacing))
-    return course.start + course.spacing * np.arange(-more, len(course.points) + more)
+    return np.asarray(course.start + course.spacing * np.arange(-more, len(course.points) + more))
 
 
 def evenly(poses: Floats) -> Floats:
@@ -93,19 +98,25 @@ def between(one: Floats, two: Floats, length: ArrayLike, share: Floats) -> Float
     Before 0 and after 1 the line runs on straight.
     """
     inside = np.clip(share, 0.0, 1.0)[:, None]
-    beyond = ((share - inside[:, 0]) * length)[:, None]
-    length = np.broadcast_to(length, share.shape)[:, None]
+    length = np.broadcast_to(np.asarray(length, float), share.shape)[:, None]
     heading = one[:, 2:] * (1 - inside) + two[:, 2:] * inside
-    begin, end = (np.stack([np.cos(p[:, 2]), np.sin(p[:, 2])], -1) * length for p in (one, two))
+    beyond = (share[:, None] - inside) * length
+    begin, end = length * _directions(one), length * _directions(two)
     rest = 1.0 - inside
     places = (
         one[:, :2] * (1 + 2 * inside) * rest**2
         + two[:, :2] * (1 + 2 * rest) * inside**2
         + begin * inside * rest**2
         - end * rest * inside**2
-        + beyond * np.concatenate([np.cos(heading), np.sin(heading)], axis=-1)
     )
-    return np.concatenate([places, heading], axis=-1)
+    poses = np.concatenate([places, heading], axis=-1)
+    poses[:, :2] += beyond * _directions(poses)
+    return poses
+
+
+def _directions(poses: Floats) -> Floats:
+    """Unit vectors along the headings, shape (N, 2)."""
+    return np.stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])], axis=-1)
 
 
 def join(first: Floats, second: Floats, before: float, after: float) -> tuple[Floats, float, float]:
@@ -120,11 +131,22 @@ def join(first: Floats, second: Floats, before: float, after: float) -> tuple[Fl
     Returns:
         The joined poses, and the places on them where the turn begins and ends.
     """
-    gaps = ((first[:, None, :2] - second[None, :, :2]) ** 2).sum(-1)
-    meets, met = np.unravel_index(int(gaps.argmin()), gaps.shape)
+    meets, met = _nearest_pair(first[:, :2], second[:, :2])
     begin = max(int(meets - before / SPACING), 0)
     end = min(int(met + after / SPACING), len(second) - 1)
     return splice(first[: begin + 1], second[end:])
+
+
+def _nearest_pair(first: Floats, second: Floats) -> tuple[int, int]:
+    """Indices of the points at which two evenly spaced lines are nearest to each other."""
+    coarse = 8
+    gaps = ((first[::coarse, None] - second[None, ::coarse]) ** 2).sum(-1)
+    one, two = (int(i) * coarse for i in np.unravel_index(int(gaps.argmin()), gaps.shape))
+    begin_one, begin_two = max(one - 2 * coarse, 0), max(two - 2 * coarse, 0)
+    near = first[begin_one : one + 2 * coarse], second[begin_two : two + 2 * coarse]
+    gaps = ((near[0][:, None] - near[1][None]) ** 2).sum(-1)
+    one, two = (int(i) for i in np.unravel_index(int(gaps.argmin()), gaps.shape))
+    return begin_one + one, begin_two + two
 
 
 def splice(first: Floats, second: Floats) -> tuple[Floats, float, float]:
@@ -134,9 +156,10 @@ def splice(first: Floats, second: Floats) -> tuple[Floats, float, float]:
         The joined poses, and the places on them where the turn begins and ends.
     """
     start, end = first[-1], second[0]
-    second = second + [0.0, 0.0, 2 * np.pi * np.round((start[2] - end[2]) / (2 * np.pi))]
+    full_turns = np.round((start[2] - end[2]) / (2 * np.pi))
+    second = second + np.array([0.0, 0.0, 2 * np.pi * full_turns])
     turn = _quintic(start, second[0])
-    whole = np.concatenate([evenly(np.concatenate([turn, second[1:]]))])
+    whole = evenly(np.concatenate([turn, second[1:]]))
     begin = SPACING * (len(first) - 1)
     arc = float(np.hypot(*np.diff(turn[:, :2], axis=0).T).sum())
     return np.concatenate([first[:-1], whole]), begin, begin + arc

@@ -8,7 +8,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.world.actors import Actors, Moment
 from avsec_gym.world.site import Site
 from avsec_gym.world.traffic.ahead import interactions_ahead
-from avsec_gym.world.traffic.driving import idm_acceleration, slow_down
+from avsec_gym.world.traffic.driving import RESPONSE, idm_acceleration, slow_down
 from avsec_gym.world.traffic.gates import (
     Zones,
     find_zones,
@@ -17,13 +17,12 @@ from avsec_gym.world.traffic.gates import (
 )
 from avsec_gym.world.traffic.overtaking import change_lanes
 from avsec_gym.world.traffic.populate import populate
-from avsec_gym.world.traffic.population import Population
+from avsec_gym.world.traffic.population import Bystander, Population, Traveller
 from avsec_gym.world.traffic.state import (
     Network,
     Traffic,
     begin,
     network_of,
-    offsets,
     on_route,
     place_all,
 )
@@ -87,9 +86,7 @@ def run(site: Site, population: Population, duration: float, step: float = 0.1) 
         history.append((traffic.poses.copy(), traffic.speed.copy(), travelled.copy(), shown))
         for tick in range(ticks):
             time = step * (moment + tick / ticks)
-            travelled += _advance(
-                network, zones, population, traffic, pauses, time, step / ticks
-            )
+            travelled += _advance(network, zones, population, traffic, pauses, time, step / ticks)
     return _moments(site, population, history, step)
 
 
@@ -111,8 +108,10 @@ def _advance(
         interactions_ahead(network, traffic), interactions_with_gates(network, zones, traffic)
     )
     wanted = idm_acceleration(traffic.speed, traffic.desired, felt, traffic.manners)
-    _, row = on_route(network, traffic.route, traffic.place)
-    wanted = slow_down(traffic.speed, network.limit[row], wanted)
+    _, here = on_route(network, traffic.route, traffic.place)
+    _, ahead = on_route(network, traffic.route, traffic.place + RESPONSE * traffic.speed)
+    limit = np.minimum(network.limit[here], network.limit[ahead])
+    wanted = slow_down(traffic.speed, limit, wanted)
     pausing = (pauses[:, 0] <= time) & (time < pauses[:, 1])
     wanted = np.where(pausing, np.minimum(wanted, -0.7 * traffic.manners.braking), wanted)
     wanted = np.where((traffic.speed < 0.1) & (wanted < 0.1), -np.inf, wanted)
@@ -141,7 +140,7 @@ def _moments(
     step: float,
 ) -> list[Moment]:
     standing = np.reshape([one.pose for one in population.bystanders], (-1, 3))
-    everybody = (*population.travellers, *population.bystanders)
+    everybody: list[Traveller | Bystander] = [*population.travellers, *population.bystanders]
     category = np.array([one.category for one in everybody])
     dimensions = np.array([one.dimensions for one in everybody])
     moving_poses = np.stack([poses for poses, *_ in history])

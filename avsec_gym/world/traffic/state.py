@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
-from avsec_gym.world.traffic.driving import Manners, bend_limits
+from avsec_gym.world.traffic.driving import Manners
 from avsec_gym.world.traffic.population import Traveller
 from avsec_gym.world.traffic.routes import SPACING, Route, between
 
 Integers = NDArray[np.int64]
 
 
-_MANNERS = {
+MANNERS = {
     "Car": (1.3, 2.0, 1.4, 2.0),
     "Van": (1.4, 2.0, 1.2, 2.0),
     "Truck": (1.7, 2.5, 0.7, 1.8),
@@ -48,11 +48,10 @@ class Network(NamedTuple):
 def network_of(routes: Sequence[Route]) -> Network:
     """The table of some routes."""
     counts = [len(route.poses) for route in routes]
-    bends = [np.gradient(route.poses[:, 2], SPACING) for route in routes]
     return Network(
         np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
         np.concatenate([route.poses for route in routes]),
-        np.concatenate([bend_limits(bend, SPACING) for bend in bends]),
+        np.concatenate([route.limits() for route in routes]),
         np.array([route.width for route in routes]),
         np.array([route.gate for route in routes]),
         np.array([route.clear for route in routes]),
@@ -101,7 +100,7 @@ class Traffic(NamedTuple):
 def begin(network: Network, travellers: tuple[Traveller, ...]) -> Traffic:
     """Some travellers at time 0."""
     count = len(travellers)
-    manners = np.array([_MANNERS[one.category] for one in travellers]).reshape(-1, 4)
+    manners = np.array([MANNERS[one.category] for one in travellers]).reshape(-1, 4)
     left = np.array([one.left for one in travellers])
     traffic = Traffic(
         route=np.array([one.route for one in travellers], np.int64),

@@ -6,7 +6,7 @@ and empty streets.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from avsec_gym.world.layouts.dimensions import CategoryMix
 from avsec_gym.world.site import Style
@@ -41,7 +41,7 @@ class Bustle:
     groups: float = 0.0
     crossing: float = 0.0
     riders: float = 0.0
-    mix: CategoryMix = CategoryMix(Car=0.91, Van=0.07, Truck=0.02)
+    mix: CategoryMix = field(default_factory=lambda: CategoryMix(Car=0.91, Van=0.07, Truck=0.02))
 
 
 STYLES = {

@@ -12,7 +12,7 @@ from avsec_gym.world.site import Site
 def surface_height(site: Site, x: ArrayLike, y: ArrayLike) -> Floats:
     """Height of road, pavement or land, metres, of the inputs' shape."""
     x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
-    along, left = site.course.coordinates(x, y)
+    _, left = site.course.coordinates(x, y)
     above = site.section.height(left)
     right_edge, left_edge = site.section.carriageway
     for street in site.side_streets:

@@ -8,16 +8,19 @@ import numpy as np
 
 from avsec_gym.world.layouts.dimensions import CATEGORIES, CategoryMix, draw_dimensions
 from avsec_gym.world.site import Site, Style
-from avsec_gym.world.traffic.driving import bend_limits
+from avsec_gym.world.traffic.driving import calm_interaction
 from avsec_gym.world.traffic.population import EGO_SIZE, Traveller
 from avsec_gym.world.traffic.roads import Roads
 from avsec_gym.world.traffic.routes import SPACING
+from avsec_gym.world.traffic.state import MANNERS
 from avsec_gym.world.traffic.styles import Bustle
 
 _CYCLIST = int(np.flatnonzero(CATEGORIES == "Cyclist")[0])
 _SMALL = CategoryMix(Car=0.93, Van=0.07)
 _BRAKING = 1.5
-"""With which everybody could stop at time 0, m/s2."""
+"""At time 0, m/s2 at most."""
+_CLOSEST = 1.5
+"""Metres between those who follow each other at time 0."""
 
 
 def draw_vehicle(
@@ -40,18 +43,25 @@ def draw_weave(category: str, rng: np.random.Generator) -> tuple[float, float, f
 
 
 def fill_lane(
-    site: Site, roads: Roads, lane: int, bustle: Bustle, rng: np.random.Generator
+    site: Site, roads: Roads, lane: int, bustle: Bustle, jam: float, rng: np.random.Generator
 ) -> list[Traveller]:
-    """Vehicles along a lane, some of which will turn off; those at the same places overlap none.
+    """Vehicles along a lane, some of which will turn off.
 
-    Their speeds are those they want; see `settle`.
+    Args:
+        site: The place.
+        roads: Its routes.
+        lane: Index of the lane.
+        bustle: How busy it is.
+        jam: Share of their speed that a jam leaves the drivers, 1 without one.
+        rng: The source of chance.
+
+    Returns:
+        One behind the other, at the speeds that they want; see `settle`.
     """
     usual = site.section.lanes[lane].speed
     widest = max(site.section.lanes[lane].width - 0.35, 1.5)
     route = roads.routes[roads.lanes[lane]]
     turns = [turn for start, turn in roads.exits if start == roads.lanes[lane]]
-    # In a jam everybody crawls.
-    jam = float(rng.uniform(0.08, 0.35)) if rng.random() < 0.06 else 1.0
     vehicles, place = [], float(rng.exponential(bustle.flow))
     while np.isfinite(bustle.flow) and place < route.length:
         category, size = draw_vehicle(bustle, widest, rng)
@@ -130,30 +140,39 @@ def ego_vehicle(
 
 
 def settle(roads: Roads, queue: list[Traveller]) -> list[Traveller]:
-    """Speeds at which those who follow each other on one line can all stop.
+    """Speeds at which those who follow each other on one line brake comfortably at most.
 
     Args:
         roads: The routes.
-        queue: From back to front, on routes that share their beginning.
+        queue: On routes that share their beginning; sensor vehicles have free room around them.
 
     Returns:
-        The same without those who stand in another; the first of an overlapping pair leaves.
+        From front to back, without those who would stand in the one ahead.
     """
     settled: list[Traveller] = []
+    limits = {one.route: roads.routes[one.route].limits() for one in queue}
     for one in sorted(queue, key=lambda each: -each.place):
-        route = roads.routes[one.route]
-        limit = bend_limits(np.gradient(route.poses[:, 2], SPACING), SPACING)
-        bend = limit[min(max(int(one.place / SPACING), 0), len(limit) - 1)]
-        speed = min(one.speed, float(bend))
+        route, limit = roads.routes[one.route], limits[one.route]
+        row = int(np.clip(one.place / SPACING, 0, len(limit) - 1))
+        speed = min(one.speed, float(limit[row]))
         if settled:
-            ahead = settled[-1]
-            gap = ahead.rear - one.front - 2.5
-            if gap < -1.0:
+            gap = settled[-1].rear - one.front
+            if gap < _CLOSEST:
                 continue
-            speed = min(speed, float(np.sqrt(ahead.speed**2 + 2 * _BRAKING * max(gap, 0.0))))
-            speed = min(speed, max(ahead.speed, max(gap, 0.0) / 1.2))
+            speed = _comfortable(one, speed, gap, settled[-1].speed)
         if np.isfinite(route.gate) and not one.started:
-            gap = max(route.gate - one.front - 0.5, 0.0)
-            speed = min(speed, float(np.sqrt(2 * _BRAKING * gap)))
+            gap = route.gate - one.front + MANNERS[one.category][1] - 0.5
+            speed = _comfortable(one, speed, max(gap, 0.1), 0.0)
         settled.append(one._replace(speed=speed))
     return settled
+
+
+def _comfortable(one: Traveller, speed: float, gap: float, speed_ahead: float) -> float:
+    """The speed, or a lower one, with which one brakes little behind another."""
+    manners = MANNERS[one.category]
+    while speed > 0.3:
+        felt = calm_interaction(speed, gap, speed - speed_ahead, *manners)
+        if manners[2] * (1.0 - (speed / one.desired) ** 4 - felt) > -_BRAKING:
+            return speed
+        speed *= 0.93
+    return 0.0

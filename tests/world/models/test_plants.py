@@ -98,6 +98,16 @@ def test_light_falls_on_a_crown_as_on_a_volume(species):
     assert agreement.mean() > 0.4
 
 
+@pytest.mark.parametrize("species", SPECIES)
+def test_sprays_near_by_are_small(species):
+    """5,000 triangles do not cover a great crown with smaller ones."""
+    mesh = tree(species, VARIANTS - 1, "near")
+    corners = mesh.vertices[mesh.faces[leafy(mesh)]]
+    sides = corners[:, 1:] - corners[:, :1]
+    area = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    assert np.sqrt(np.median(area)) < 0.26
+
+
 @pytest.mark.parametrize("detail", ["middle", "far"])
 @pytest.mark.parametrize("species", ["lime", "spruce", "birch"])
 def test_coarse_trees_keep_the_outline(species, detail):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from avsec_gym.world.material import Material
@@ -27,7 +25,7 @@ def apartment(width: float, depth: float, rng: np.random.Generator) -> Mesh:
     base = Material("concrete/1", (0.5, 0.5, 0.5))
     bands = [
         Band(BELOW_GROUND, plinth, base, 0.03),
-        Band(plinth, plinth + 1.0, replace(paint, texture="stucco_foot")),
+        Band(plinth, plinth + 1.0, palette.splashed(paint)),
         Band(plinth + 1.0, eaves, paint),
     ]
     style = WindowStyle(
@@ -40,7 +38,7 @@ def apartment(width: float, depth: float, rng: np.random.Generator) -> Mesh:
     sides = [
         _front(width, plinth, sills, bands, style, rng),
         _plain(depth, sills, bands, style, rng, 1),
-        _plain(width, sills, bands, style, rng, 3),
+        _plain(width, sills, bands, style, rng, 12 // storeys),
         _plain(depth, sills, bands, style, rng, 1),
     ]
     if rng.random() < 0.6:

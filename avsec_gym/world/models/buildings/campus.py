@@ -135,7 +135,7 @@ def _pavilion(width: float, depth: float, rng: np.random.Generator) -> Mesh:
             reveals(window[None], 0.0, 0.15, palette.WHITE_FRAME),
             upright(pane_material(int(rng.integers(PANES))), *window, y=0.15, once=True),
         ]
-    side_door = np.array([[-0.5, 0.5, 0.0, 2.1]])
+    side_door = np.array([[-0.5, 0.5, 0.03, 2.1]])
     side = wall(depth, bands, side_door)
     leaf = Material("door/4", infrared=0.4)
     side += doors(side_door, leaf, palette.ALUMINIUM, palette.ALUMINIUM, recess=0.1, border=0.06)

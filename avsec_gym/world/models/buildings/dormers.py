@@ -48,7 +48,7 @@ def dormers(
         pane: Variant of the window glass.
         gabled: With a small gable; else with a roof that falls gently forwards.
     """
-    half, low, high = 0.5 * size[0], slope.eaves + front * slope.rise, 0.0
+    half, low = 0.5 * size[0], slope.eaves + front * slope.rise
     high = low + size[1]
     tilt = 0.0 if gabled else 0.18 * slope.rise
     reach = front + size[1] / (slope.rise - tilt)

@@ -58,20 +58,21 @@ def wall(
     """
     parts: list[Panels] = []
     below: tuple[Band, list[tuple[float, float]]] | None = None
+    cuts = sorted(openings.tolist())
     for band in bands:
         half = 0.5 * length + (0.0 if adjoining else band.out)
-        cuts = np.unique(np.clip(openings[:, 2:].ravel(), band.low, band.high))
-        heights = np.unique([band.low, *cuts, band.high])
+        ends = {min(max(end, band.low), band.high) for cut in cuts for end in cut[2:]}
         rows: list[tuple[float, float, float, float]] = []
         bottom: list[tuple[float, float]] = []
-        for low, high in pairwise(heights):
+        for low, high in pairwise(sorted({band.low, band.high, *ends})):
             middle = 0.5 * (low + high)
-            cut = openings[(openings[:, 2] < middle) & (middle < openings[:, 3])]
-            cut = cut[np.argsort(cut[:, 0])]
+            cut_here = [cut for cut in cuts if cut[2] < middle < cut[3]]
+            starts = [-half, *(cut[1] for cut in cut_here)]
+            stops = [*(cut[0] for cut in cut_here), half]
             spans = [
-                (start, end)
-                for start, end in zip([-half, *cut[:, 1]], [*cut[:, 0], half], strict=True)
-                if end - start > 1e-6
+                (start, stop)
+                for start, stop in zip(starts, stops, strict=True)
+                if stop - start > 1e-6
             ]
             rows += [(start, end, low, high) for start, end in spans]
             bottom = bottom or spans

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from avsec_gym.world.material import Material
@@ -24,7 +26,8 @@ STUCCO: tuple[Colour, ...] = (
     (226, 212, 168),
     (196, 160, 120),
 )
-"""Cream, white, sand, ochre, apricot, salmon, greys, pale green and blue, yellow, brown."""
+"""Cream, white, sand (these most often), ochre, apricot, salmon, greys, pale green and blue,
+yellow, brown."""
 
 WHITE = Material("plain", (0.78, 0.78, 0.76))
 WHITE_FRAME = Material("plain", (0.72, 0.72, 0.70), mirror=0.02, infrared=0.6)
@@ -52,10 +55,15 @@ def pick(rng: np.random.Generator, *choices: Material) -> Material:
 
 def stucco(rng: np.random.Generator) -> Material:
     """A painted wall."""
-    colour = STUCCO[int(rng.integers(len(STUCCO)))]
-    faded = 1.0 - 0.12 * rng.random()
-    red, green, blue = linear((round(colour[0] * faded), round(colour[1] * faded), colour[2]))
-    return Material(f"stucco/{int(rng.integers(4))}", (red, green, min(blue, green)))
+    colour = STUCCO[int(rng.integers(3 if rng.random() < 0.3 else len(STUCCO)))]
+    return darker(
+        Material(f"stucco/{int(rng.integers(4))}", linear(colour)), rng.uniform(0.75, 1.0)
+    )
+
+
+def splashed(render: Material) -> Material:
+    """The lowest metre of a wall of render."""
+    return replace(render, texture=render.texture.replace("stucco", "stucco_foot"))
 
 
 def darker(material: Material, share: float) -> Material:

@@ -6,6 +6,7 @@ NumPy expression; `solid` joins them into a mesh.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -118,15 +119,11 @@ def boxes(
         high: Right rear upper corners, like `low`.
         without: Sides that nobody sees: front, right, back, left, top, bottom.
     """
+    corner, axis = _shown(without)
     ends = np.stack(np.broadcast_arrays(np.atleast_2d(low), np.atleast_2d(high)), axis=1)
-    shown = [side for side in _SIDES if side not in without]
-    take = np.array([_SIDES[side] for side in shown])
-    corners = ends[:, take, np.arange(3)].astype(float)
-    uv = np.empty((*corners.shape[:-1], 2))
-    for number, side in enumerate(shown):
-        axes = {"left": (1, 2), "right": (1, 2), "top": (0, 1), "bottom": (0, 1)}.get(side, (0, 2))
-        uv[:, number] = corners[:, number][..., axes] * (1.0, -1.0)
-    return Panels(corners.reshape(-1, 4, 3), uv.reshape(-1, 4, 2), material)
+    corners = ends[:, corner, np.arange(3)].astype(float)
+    uv = np.take_along_axis(corners, np.broadcast_to(axis, (len(corners), *axis.shape)), axis=-1)
+    return Panels(corners.reshape(-1, 4, 3), uv.reshape(-1, 4, 2) * (1.0, -1.0), material)
 
 
 def quads(material: Material, corners: ArrayLike) -> Panels:
@@ -175,10 +172,19 @@ def slab(
     rim = [
         (lower[i], lower[(i + 1) % 4], upper[(i + 1) % 4], upper[i])
         for i in edges
-        if not np.allclose(upper[i], upper[(i + 1) % 4])
+        if not np.array_equal(upper[i], upper[(i + 1) % 4])
     ]
     parts = [quads(top, upper[None]), quads(under, lower[[1, 0, 3, 2]][None])]
     return [*parts, quads(edge, rim)] if rim else parts
+
+
+@functools.cache
+def _shown(without: tuple[str, ...]) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+    """A box's shown sides: ends of their corners (s, 4, 3), axes of their textures (s, 4, 2)."""
+    sides = [side for side in _SIDES if side not in without]
+    axes = {"left": (1, 2), "right": (1, 2), "top": (0, 1), "bottom": (0, 1)}
+    axis = np.array([[axes.get(side, (0, 2))] * 4 for side in sides])
+    return np.array([_SIDES[side] for side in sides]), axis
 
 
 def _flat_uv(corners: Floats) -> Floats:

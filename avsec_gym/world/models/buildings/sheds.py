@@ -38,9 +38,12 @@ def garage(width: float, depth: float, rng: np.random.Generator) -> Mesh:
     pitch, height = width / count, float(rng.uniform(2.4, 2.75))
     red, green, blue = palette.linear(palette.STUCCO[int(rng.choice([0, 1, 1, 6, 7]))])
     paint = Material(f"stucco/{int(rng.integers(4))}", (red, green, blue))
-    foot = Material("stucco_foot", (red, green, blue))
-    bands = [Band(BELOW_GROUND, 0.0, foot), Band(0.0, 1.0, foot), Band(1.0, height, paint)]
-    openings = grid(evenly(width, pitch, count), [0.0], min(2.45, pitch - 0.4), 2.05)
+    bands = [
+        Band(BELOW_GROUND, 0.0, paint),
+        Band(0.0, 1.0, palette.splashed(paint)),
+        Band(1.0, height, paint),
+    ]
+    openings = grid(evenly(width, pitch, count), [0.03], min(2.45, pitch - 0.4), 2.05)
     front = wall(width, bands, openings)
     like = rng.random() < 0.5
     first = _garage_door(rng)
@@ -61,8 +64,8 @@ def hall(width: float, depth: float, rng: np.random.Generator) -> Mesh:
     bands = [Band(BELOW_GROUND, base, Material("concrete/2"), 0.03), Band(base, height, clad)]
     gates = max(1, round(width / 9.0))
     columns = evenly(width, width / gates, gates)
-    opening = grid(columns, [0.0], 3.6, 4.0)
-    door = np.array([[columns[0] + 2.6, columns[0] + 3.6, 0.0, 2.1]])
+    opening = grid(columns, [0.03], 3.6, 4.0)
+    door = np.array([[columns[0] + 2.6, columns[0] + 3.6, 0.03, 2.1]])
     strip = np.array([[-0.45 * width, 0.45 * width, height - 1.25, height - 0.35]])
     front = wall(width, bands, np.concatenate([opening, door, strip]))
     gate = Material("cladding", tints[int(rng.integers(len(tints)))], infrared=0.5)

@@ -76,7 +76,7 @@ def _draw(width: float, depth: float, rng: np.random.Generator, modern: float) -
         face = palette.brick(rng) if historic else Material(f"concrete/{int(rng.integers(3))}")
     else:
         face = palette.stucco(rng)
-    stone = Material(f"sandstone/{int(rng.integers(4))}")
+    stone = palette.sandstone(rng)
     trim = palette.pick(rng, palette.WHITE, stone, Material("concrete/0"))
     if not historic:
         trim = palette.pick(rng, palette.darker(face, 0.5), palette.WHITE)
@@ -208,7 +208,7 @@ def _relief(house: _House, floors: Floats) -> list[Panels]:
 
 
 def _rear(house: _House, rng: np.random.Generator) -> list[Panels]:
-    columns = evenly(house.width, 4.0, 3)
+    columns = evenly(house.width, 4.0, 12 // house.storeys)
     openings = grid(columns, 1.2 + house.storey * np.arange(house.storeys), 1.2, 1.4)
     openings = openings[openings[:, 3] < house.eaves - 0.2]
     face = palette.stucco(rng)

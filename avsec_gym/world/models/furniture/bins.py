@@ -35,7 +35,7 @@ def wheelie_bin(rng: np.random.Generator) -> Mesh:
             _tapered((0.63, wide + 0.05), (0.56, wide - 0.02), 0.93, 1.03, lid).placed(0.0, 0),
             tube([(0.31, -0.2, 0.96), (0.31, 0.2, 0.96)], 0.02, body, sides=4),
             *[
-                tube([(0.2, y - 0.03, 0.1), (0.2, y + 0.03, 0.1)], 0.1, BLACK_PLASTIC, sides=8)
+                tube([(0.2, y - 0.03, 0.1), (0.2, y + 0.03, 0.1)], 0.1, BLACK_PLASTIC, sides=7)
                 for y in (-0.22, 0.22)
             ],
         ]
@@ -64,9 +64,10 @@ def litter_bin(rng: np.random.Generator) -> Mesh:
     """A bin on a pole, 1.1 m, with a round mouth to the front."""
     tint = ((0.75, 0.25, 0.02), (0.08, 0.16, 0.1), (0.18, 0.19, 0.2))[rng.integers(3)]
     paint = painted(*tint, worn=int(rng.integers(3)))
-    drum = [(1e-3, 1.0), (0.1, 0.98), (0.19, 0.9), (0.2, 0.84), (0.19, 0.42), (1e-3, 0.4)]
+    profile = [(1e-3, 1.0), (0.1, 0.98), (0.19, 0.9), (0.2, 0.84), (0.19, 0.42), (1e-3, 0.4)]
+    drum = revolve(profile, paint, sides=14)
     mouth = tube([(-0.18, 0, 0.8), (-0.205, 0, 0.8)], 0.09, BLACK_PLASTIC)
-    return merge([pole(1.1, 0.035).placed(0.22, 0), revolve(drum, paint, sides=14), mouth])
+    return merge([pole(1.1, 0.035), *[part.placed(-0.22, 0) for part in (drum, mouth)]])
 
 
 @variants(3)

@@ -92,7 +92,7 @@ def overpass(
             swept(edge, [(0.2, -0.45), (0.2, 0.12), (-0.2, 0.12), (-0.2, -0.45)], CONCRETE)
         )
         rails.append(
-            bar_fence(np.add(edge, (0, 0, 0.12)), height=1.05, material=GALVANISED, pitch=0.25)
+            bar_fence(np.add(edge, (0, 0, 0.12)), height=1.05, material=GALVANISED, pitch=0.35)
         )
     piers = [_pier(side, opening, width, clearance) for side in (-1.0, 1.0)]
     ends = [

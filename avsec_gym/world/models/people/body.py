@@ -6,7 +6,7 @@ import numpy as np
 
 from avsec_gym.world.models.people.clothing import Outfit
 from avsec_gym.world.models.people.head import head
-from avsec_gym.world.models.people.rings import Floats, Rings, sweep, unit
+from avsec_gym.world.models.people.rings import Floats, Rings, interpolated, sweep, unit
 from avsec_gym.world.models.people.skeleton import Proportions, Skeleton, turn_y, turn_z
 
 # All sizes are in body heights: half sizes to the front, to the back and to the side.
@@ -39,11 +39,10 @@ _ARM = np.array(
 _LEG = np.array(
     [
         (0.02, 0.046, 0.056, 0.048),
-        (0.30, 0.046, 0.050, 0.045),
-        (0.65, 0.039, 0.041, 0.038),
-        (0.92, 0.034, 0.033, 0.032),
+        (0.40, 0.045, 0.048, 0.044),
+        (0.88, 0.035, 0.034, 0.033),
         (1.10, 0.031, 0.034, 0.030),
-        (1.40, 0.027, 0.039, 0.030),
+        (1.42, 0.027, 0.039, 0.030),
         (1.75, 0.021, 0.027, 0.022),
         (2.00, 0.019, 0.023, 0.018),
     ]
@@ -51,11 +50,10 @@ _LEG = np.array(
 _TROUSERS = np.array(
     [
         (0.02, 0.048, 0.058, 0.050),
-        (0.30, 0.048, 0.052, 0.047),
-        (0.65, 0.041, 0.044, 0.041),
-        (0.92, 0.037, 0.036, 0.035),
+        (0.40, 0.047, 0.050, 0.046),
+        (0.88, 0.037, 0.037, 0.036),
         (1.10, 0.035, 0.037, 0.034),
-        (1.40, 0.031, 0.040, 0.034),
+        (1.42, 0.031, 0.040, 0.034),
         (1.75, 0.029, 0.037, 0.032),
         (2.00, 0.032, 0.037, 0.032),
     ]
@@ -65,11 +63,10 @@ _TROUSERS = np.array(
 _SHOE = np.array(
     [
         (-0.27, 0.030, 0.013),
-        (-0.20, 0.046, 0.021),
-        (0.22, 0.038, 0.023),
-        (0.46, 0.027, 0.028),
-        (0.64, 0.021, 0.024),
-        (0.73, 0.013, 0.012),
+        (-0.18, 0.047, 0.021),
+        (0.18, 0.040, 0.023),
+        (0.47, 0.027, 0.028),
+        (0.73, 0.014, 0.015),
     ]
 )
 _HAND = np.array(
@@ -84,9 +81,8 @@ _HAND = np.array(
 
 def body(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
     """Everything from the shoes to the hat, without luggage."""
-    parts = [_trunk(skeleton, outfit), _seat(skeleton, outfit), *head(skeleton, outfit)]
-    if outfit.skirt is not None:
-        parts.append(_skirt(skeleton, outfit))
+    below = _seat if outfit.skirt is None else _skirt
+    parts = [_trunk(skeleton, outfit), below(skeleton, outfit), *head(skeleton, outfit)]
     for side in range(2):
         parts += [
             _leg(skeleton, outfit, side),
@@ -104,20 +100,19 @@ def trunk_at(skeleton: Skeleton, level: Floats) -> tuple[Floats, Floats, Floats]
         skeleton: Whose trunk.
         level: Above the hip joints along the spine, in body heights, shape (n,).
     """
-    steps = np.linalg.norm(np.diff(skeleton.spine, axis=0), axis=1)
-    way = np.concatenate([[0.0], np.cumsum(steps)])
     place = np.asarray(level, float) * skeleton.height
-    centres = np.stack([np.interp(place, way, line) for line in skeleton.spine.T], axis=1)
-    rise = unit(np.gradient(skeleton.spine, axis=0))
-    up = unit(np.stack([np.interp(place, way, line) for line in rise.T], axis=1))
-    ahead = np.stack([np.interp(place, way, line) for line in skeleton.facing.T], axis=1)
-    centres += np.minimum(place, 0.0)[:, None] * up + np.maximum(place - way[-1], 0.0)[:, None] * up
-    return centres, up, ahead
+    way = skeleton.size.trunk * np.array([0.0, 0.30, 0.66, 1.0])
+    step = skeleton.spine[[1, 2, 3, 3]] - skeleton.spine[[0, 0, 1, 2]]
+    table = np.concatenate([skeleton.spine, unit(step), skeleton.facing], axis=1)
+    rows = interpolated(place, way, table)
+    centres, up, ahead = rows[:, :3], rows[:, 3:6], rows[:, 6:]
+    beyond = np.minimum(place, 0.0) + np.maximum(place - way[-1], 0.0)
+    return centres + beyond[:, None] * up, up, ahead
 
 
 def trunk_sizes(skeleton: Skeleton, outfit: Outfit, level: Floats) -> Floats:
     """Half sizes of the clothed trunk to the front, to the back and to the side, shape (n, 3)."""
-    sizes = np.stack([np.interp(level, _TRUNK[:, 0], line) for line in _TRUNK.T[1:]], axis=1)
+    sizes = interpolated(level, _TRUNK[:, 0], _TRUNK[:, 1:])
     thick = outfit.bulk * np.interp(level, [-0.04, 0.2, 0.32], [1.3, 1.0, 0.25])
     figure = _figure(level, outfit, skeleton.size.breadth)
     return np.asarray((sizes * figure + thick[:, None]) * skeleton.height)
@@ -129,7 +124,9 @@ def _trunk(skeleton: Skeleton, outfit: Outfit) -> Rings:
     sizes = trunk_sizes(skeleton, outfit, level)
     centres, up, ahead = trunk_at(skeleton, level)
     if outfit.hem < -0.05:
-        hang = _around_legs(skeleton, np.array([outfit.hem, 0.5 * (outfit.hem - 0.04)]), outfit.bulk)
+        hang = _around_legs(
+            skeleton, np.array([outfit.hem, 0.5 * (outfit.hem - 0.04)]), outfit.bulk
+        )
         centres, sizes = np.concatenate([hang[0], centres]), np.concatenate([hang[1], sizes])
         up = np.concatenate([np.tile([0.0, 0.0, 1.0], (2, 1)), up])
         ahead = np.concatenate([ahead[:1], ahead[:1], ahead])
@@ -157,14 +154,11 @@ def _figure(level: Floats, outfit: Outfit, breadth: float) -> Floats:
 
 def _seat(skeleton: Skeleton, outfit: Outfit) -> Rings:
     """Trousers from the waist to the crotch."""
-    level = np.array([-0.065, -0.035, 0.0, 0.06])
-    table = np.array(
-        [(0.030, 0.044, 0.050), (0.056, 0.070, 0.090), (0.062, 0.073, 0.096), (0.058, 0.056, 0.088)]
-    )
+    level = np.array([-0.065, -0.03, 0.06])
+    table = np.array([(0.030, 0.044, 0.050), (0.058, 0.071, 0.093), (0.058, 0.058, 0.088)])
     centres, up, ahead = trunk_at(skeleton, level)
     sizes = table * _figure(level, outfit, skeleton.size.breadth) * skeleton.height
-    material = outfit.lower if outfit.skirt is not None else outfit.legs
-    return sweep(centres, up, ahead, sizes, material, squareness=0.12)
+    return sweep(centres, up, ahead, sizes, outfit.legs, squareness=0.12)
 
 
 def _skirt(skeleton: Skeleton, outfit: Outfit) -> Rings:
@@ -195,14 +189,12 @@ def _around_legs(skeleton: Skeleton, level: Floats, room: float) -> tuple[Floats
     y = np.stack([np.interp(z, leg[:, 2], leg[:, 1]) for leg in legs])
     thick = (np.interp(level, [-0.4, -0.2, -0.05], [0.036, 0.046, 0.056]) + room) * height
     centres = np.stack([x.mean(axis=0), y.mean(axis=0), z], axis=1)
-    reach = 0.5 * 1.2 * np.ptp(x, axis=0) + thick
+    reach = 0.5 * 1.3 * np.ptp(x, axis=0) + thick
     aside = 0.5 * np.ptp(y, axis=0) + thick
     return centres, np.stack([reach, reach, aside], axis=1)
 
 
-def _limb(
-    joints: Floats, give: Floats, station: Floats
-) -> tuple[Floats, Floats, Floats]:
+def _limb(joints: Floats, give: Floats, station: Floats) -> tuple[Floats, Floats, Floats]:
     """Places, directions and give along a limb of two bones."""
     bones = np.diff(joints, axis=0)
     share = np.clip((station - 0.82) / 0.36, 0.0, 1.0)[:, None]
@@ -214,13 +206,10 @@ def _limb(
         joints[0] + station[:, None] * bones[0],
     )
     direction = unit(unit(bones[0]) * (1.0 - share) + unit(bones[1]) * share)
-    gives = np.stack([np.interp(station, [0.0, 1.0, 2.0], line) for line in give.T], axis=1)
-    return places, direction, gives
+    return places, direction, interpolated(station, np.arange(3.0), give)
 
 
-def _two_layers(
-    inner: Floats, outer: Floats, end: float
-) -> tuple[Floats, np.ndarray]:
+def _two_layers(inner: Floats, outer: Floats, end: float) -> tuple[Floats, np.ndarray]:
     """A table of sizes, clothed up to a station and bare beyond, and which band is bare."""
     stations = inner[:, 0]
 
@@ -247,7 +236,14 @@ def _leg(skeleton: Skeleton, outfit: Outfit, side: int) -> Rings:
     front = np.array([np.cos(turn), np.sin(turn), 0.35])
     sizes = table[:, 1:] * skeleton.height
     return sweep(
-        places, direction, front, sizes, (outfit.legs, outfit.skin), codes=codes, give=give
+        places,
+        direction,
+        front,
+        sizes,
+        (outfit.legs, outfit.skin),
+        codes=codes,
+        give=give,
+        capped=False,
     )
 
 

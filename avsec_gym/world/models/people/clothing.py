@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,6 +85,7 @@ class Outfit:
     side: int
 
 
+@functools.lru_cache(maxsize=512)
 def dressed(appearance: int, height: float = 1.76, *, seated: bool = False) -> Outfit:
     """The outfit that belongs to a number.
 
@@ -128,7 +130,7 @@ def dressed(appearance: int, height: float = 1.76, *, seated: bool = False) -> O
         lower,
         shoes,
         soles,
-        *_hat(rng, feminine),
+        *_hat(rng, HEADS[look].style),
         *_luggage(rng, feminine, child, seated),
         int(rng.integers(2)),
     )
@@ -148,7 +150,8 @@ def bare(colour: Colour) -> Material:
 
 
 def _grown_up(look: int) -> bool:
-    return HEADS[look].beard or bool(HEADS[look].glasses) or HEADS[look].style in ("receding", "bald")
+    head = HEADS[look]
+    return head.beard or bool(head.glasses) or head.style in ("receding", "bald")
 
 
 def _pick(rng: np.random.Generator, *families: tuple[Colour, ...]) -> Colour:
@@ -164,14 +167,17 @@ def _top(
     kind = kinds[rng.choice(len(kinds), p=weights)]
     inner = fabric("fabric/0", _pick(rng, _LIGHT, _DARK, _MUTED))
     if kind == "t-shirt":
-        texture = str(rng.choice(["fabric/0", "fabric/1", "stripes/0", "stripes/2"], p=(0.5, 0.3, 0.1, 0.1)))
+        textures = ["fabric/0", "fabric/1", "stripes/0", "stripes/2"]
+        texture = str(rng.choice(textures, p=(0.5, 0.3, 0.1, 0.1)))
         colour = _pick(rng, _LIGHT, _DARK, _DARK, _STRONG, _MUTED, _MUTED)
         sleeve = 0.25 if feminine else 0.72
         return fabric(texture, colour), inner, sleeve, -0.015, 0.003, False
     if kind == "shirt":
-        texture = str(rng.choice(["fabric/1", "checks/0", "checks/1", "stripes/1"], p=(0.6, 0.15, 0.15, 0.1)))
+        textures = ["fabric/1", "checks/0", "checks/1", "stripes/1"]
+        texture = str(rng.choice(textures, p=(0.6, 0.15, 0.15, 0.1)))
         sleeve = 1.25 if rng.random() < 0.3 else 1.98
-        return fabric(texture, _pick(rng, _LIGHT, _LIGHT, _MUTED)), inner, sleeve, -0.03, 0.004, False
+        material = fabric(texture, _pick(rng, _LIGHT, _LIGHT, _MUTED))
+        return material, inner, sleeve, -0.03, 0.004, False
     if kind == "jumper":
         colour = _pick(rng, _DARK, _MUTED, _STRONG)
         return fabric(f"knit/{rng.integers(2)}", colour), inner, 2.0, -0.02, 0.008, False
@@ -197,9 +203,11 @@ def _shoes(rng: np.random.Generator) -> tuple[Material, Material]:
     return fabric("leather", upper, 0.4), fabric("leather", sole, 0.4)
 
 
-def _hat(rng: np.random.Generator, feminine: bool) -> tuple[str, Material]:
+def _hat(rng: np.random.Generator, style: str) -> tuple[str, Material]:
     chance = rng.random()
-    hat = "cap" if chance < 0.09 and not feminine else "hat" if chance > 0.95 else "none"
+    hat = "cap" if chance < 0.09 else "hat" if chance > 0.95 else "none"
+    if style in _FEMININE:
+        hat = "none"
     return hat, fabric("fabric/0", _pick(rng, _DARK, _MUTED, _LIGHT, _STRONG))
 
 

@@ -7,16 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from avsec_gym.world.mesh import Mesh
-from avsec_gym.world.models.people.bicycle import (
-    Bicycle,
-    bicycle_parts,
-    chosen_bicycle,
-    stretching,
-)
+from avsec_gym.world.models.people.bicycle import chosen_bicycle, stretching
+from avsec_gym.world.models.people.bicycle_parts import Bicycle, bicycle_parts
 from avsec_gym.world.models.people.body import body
 from avsec_gym.world.models.people.clothing import dressed
 from avsec_gym.world.models.people.luggage import luggage
-from avsec_gym.world.models.people.rings import filling
+from avsec_gym.world.models.people.rings import unit
 from avsec_gym.world.models.people.skeleton import (
     SIDES,
     Posture,
@@ -24,8 +20,8 @@ from avsec_gym.world.models.people.skeleton import (
     pose,
     reach,
     turn_y,
-    unit,
 )
+from avsec_gym.world.models.people.skin import filling
 
 _LIMITS = ((-0.3, 0.3), (-0.08, 0.12), (-0.2, 0.2))
 
@@ -65,7 +61,7 @@ def riding(bicycle: Bicycle, stature: float, phase: float) -> Skeleton:
     lean = 0.55 if bicycle.sporty else 0.26
     rider = pose(Posture(lean=lean, stoop=0.35, nod=0.0), stature)
     size = rider.size
-    shift = bicycle.seat + [-0.03, 0.0, 0.052 * stature] - rider.spine[0]
+    shift = bicycle.seat + np.array([-0.03, 0.0, 0.052 * stature]) - rider.spine[0]
     spine, legs, arms = rider.spine + shift, rider.legs + shift, rider.arms + shift
     swing = np.sin(2.0 * np.pi * (phase + np.array([0.0, 0.5])))
     pitch = -0.22 + 0.12 * swing

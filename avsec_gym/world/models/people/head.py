@@ -19,7 +19,7 @@ _HEAD = np.array(
         (-0.32, 0.24, 0.30, 0.27, -0.02),
         (-0.07, 0.25, 0.26, 0.235, 0.03),
         (0.00, 0.36, 0.29, 0.20, 0.08),
-        (0.20, 0.36, 0.38, 0.300, 0.10),
+        (0.13, 0.37, 0.35, 0.28, 0.09),
         (0.31, 0.36, 0.42, 0.325, 0.10),
         (0.47, 0.35, 0.46, 0.340, 0.10),
         (0.60, 0.37, 0.48, 0.345, 0.10),
@@ -28,6 +28,33 @@ _HEAD = np.array(
         (0.985, 0.12, 0.20, 0.130, 0.07),
     ]
 )
+_CROWNS = {
+    "cap": np.array(
+        [
+            (0.64, 0.42, 0.52, 0.39, 0.1),
+            (0.80, 0.41, 0.52, 0.385, 0.1),
+            (0.97, 0.32, 0.40, 0.30, 0.1),
+            (1.05, 0.14, 0.18, 0.14, 0.08),
+        ]
+    ),
+    "hat": np.array(
+        [
+            (0.66, 0.68, 0.76, 0.64, 0.08),
+            (0.72, 0.42, 0.50, 0.38, 0.1),
+            (1.02, 0.36, 0.44, 0.33, 0.1),
+            (1.10, 0.26, 0.32, 0.24, 0.1),
+        ]
+    ),
+    "helmet": np.array(
+        [
+            (0.62, 0.44, 0.54, 0.40, 0.1),
+            (0.82, 0.45, 0.56, 0.41, 0.1),
+            (1.02, 0.34, 0.46, 0.32, 0.08),
+            (1.12, 0.14, 0.22, 0.14, 0.06),
+        ]
+    ),
+}
+_PEAK = np.array([(0.62, 0.30, 0.10, 0.26, 0.48), (0.66, 0.30, 0.10, 0.28, 0.46)])
 _SIDES = 12
 _HAIR = {"short": 0.035, "receding": 0.02, "bald": 0.0, "long": 0.06, "bob": 0.07}
 
@@ -51,8 +78,8 @@ def _face(outfit: Outfit) -> Rings:
     covered = np.interp(level, [0.05, 0.3, 0.55, 0.75], [0, 0.6, 0.9, 1.0])[:, None] * behind
     covered = np.maximum(covered, np.interp(level, [0.75, 0.9], [0, 1])[:, None])
     bulge = 1.0 + _HAIR.get(outfit.style, 0.035) / 0.36 * covered
-    bulge[:, 0] += np.interp(level, [0.2, 0.31, 0.47, 0.56], [0, 0.27, 0.05, 0])
-    bulge[:, [3, 9]] += np.interp(level, [0.2, 0.31, 0.47, 0.6], [0, 0.10, 0.15, 0])[:, None]
+    bulge[:, 0] += np.interp(level, [0.13, 0.31, 0.47, 0.56], [0, 0.27, 0.05, 0])
+    bulge[:, [3, 9]] += np.interp(level, [0.13, 0.31, 0.47, 0.6], [0, 0.10, 0.15, 0])[:, None]
     turns = (np.arange(_SIDES + 1) / _SIDES + 0.5) * HEAD_SIZE[0]
     down = (1.05 - level) / 1.35 * HEAD_SIZE[1]
     uv = np.stack(np.broadcast_arrays(turns, down[:, None]), axis=-1)
@@ -84,23 +111,23 @@ def _hair(outfit: Outfit) -> list[Rings]:
         )
         return [_rows(table, outfit.hair, sides=6)]
     if outfit.style == "bun":
-        table = np.array([(0.58, 0.1, 0.1, 0.1, -0.42), (0.72, 0.15, 0.15, 0.16, -0.43), (0.85, 0.1, 0.1, 0.1, -0.40)])  # fmt: skip
+        table = np.array(
+            [
+                (0.58, 0.10, 0.10, 0.10, -0.42),
+                (0.72, 0.15, 0.15, 0.16, -0.43),
+                (0.85, 0.10, 0.10, 0.10, -0.40),
+            ]
+        )
         return [_rows(table, outfit.hair, sides=6)]
     return []
 
 
 def _hat(outfit: Outfit) -> list[Rings]:
-    crowns = {
-        "cap": [(0.64, 0.42, 0.52, 0.39, 0.1), (0.80, 0.41, 0.52, 0.385, 0.1), (0.97, 0.32, 0.40, 0.30, 0.1), (1.05, 0.14, 0.18, 0.14, 0.08)],
-        "hat": [(0.66, 0.68, 0.76, 0.64, 0.08), (0.70, 0.66, 0.74, 0.62, 0.08), (0.73, 0.42, 0.50, 0.38, 0.1), (1.02, 0.36, 0.44, 0.33, 0.1), (1.10, 0.26, 0.32, 0.24, 0.1)],
-        "helmet": [(0.62, 0.44, 0.54, 0.40, 0.1), (0.82, 0.45, 0.56, 0.41, 0.1), (1.02, 0.34, 0.46, 0.32, 0.08), (1.12, 0.14, 0.22, 0.14, 0.06)],
-    }  # fmt: skip
-    if outfit.hat not in crowns:
+    if outfit.hat not in _CROWNS:
         return []
-    parts = [_rows(np.array(crowns[outfit.hat]), outfit.headgear)]
+    parts = [_rows(_CROWNS[outfit.hat], outfit.headgear)]
     if outfit.hat == "cap":
-        brim = np.array([(0.62, 0.30, 0.10, 0.26, 0.48), (0.66, 0.30, 0.10, 0.28, 0.46)])
-        parts.append(_rows(brim, outfit.headgear))
+        parts.append(_rows(_PEAK, outfit.headgear))
     return parts
 
 

@@ -27,8 +27,12 @@ def _backpack(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
     centres, up, ahead = trunk_at(skeleton, np.array([0.06, 0.10, 0.22, 0.285]))
     back = trunk_sizes(skeleton, outfit, np.array([0.06, 0.10, 0.22, 0.285]))[:, 1]
     back += np.array([0.032, 0.042, 0.040, 0.020]) * height
-    sizes = np.array([(0.04, 0.045, 0.070), (0.05, 0.060, 0.088), (0.05, 0.055, 0.084), (0.03, 0.03, 0.058)])
-    sack = sweep(centres - back[:, None] * ahead, up, ahead, sizes * height, outfit.bag, squareness=0.5)
+    sizes = np.array(
+        [(0.04, 0.045, 0.070), (0.05, 0.060, 0.088), (0.05, 0.055, 0.084), (0.03, 0.03, 0.058)]
+    )
+    sack = sweep(
+        centres - back[:, None] * ahead, up, ahead, sizes * height, outfit.bag, squareness=0.5
+    )
     level = np.array([0.314, 0.298, 0.250, 0.130])
     spine, _, ahead = trunk_at(skeleton, level)
     depth = np.array([-0.2, 0.85, 0.97, 0.30]) * trunk_sizes(skeleton, outfit, level)[:, 0]
@@ -48,7 +52,9 @@ def _shoulder_bag(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
     hip = spine[0] + side * (sizes[0, 2] + 0.028 * height) * aside[0]
     hip -= 0.03 * height * ahead[0]
     levels = np.array([-0.075, -0.06, 0.05, 0.062])[:, None] * [0.0, 0.0, height]
-    sack = np.array([(0.075, 0.075, 0.018), (0.088, 0.088, 0.030), (0.088, 0.088, 0.024), (0.08, 0.08, 0.014)])
+    sack = np.array(
+        [(0.075, 0.075, 0.018), (0.088, 0.088, 0.030), (0.088, 0.088, 0.024), (0.08, 0.08, 0.014)]
+    )
     bag = sweep(hip + levels, (0, 0, 1), ahead[0], sack * height, outfit.bag, squareness=0.6)
     over = spine[2] - side * 0.050 * height * aside[2]
     line = []
@@ -64,15 +70,22 @@ def _hand_bag(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
     height = skeleton.height
     elbow, wrist = skeleton.arms[outfit.side, 1:]
     grip = wrist + 0.065 * height * (wrist - elbow) / np.linalg.norm(wrist - elbow)
-    large = 1.35 if outfit.luggage == "shopping bag" else 1.0
+    large = 1.15 if outfit.luggage == "shopping bag" else 1.0
     levels = np.array([-0.23, -0.215, -0.10, -0.09])[:, None] * [0.0, 0.0, large * height]
     levels[:, 2] += 0.03 * (large - 1.0) * height
-    sizes = np.array([(0.07, 0.07, 0.028), (0.085, 0.085, 0.036), (0.072, 0.072, 0.024), (0.06, 0.06, 0.01)])
+    sizes = np.array(
+        [(0.07, 0.07, 0.028), (0.085, 0.085, 0.036), (0.072, 0.072, 0.024), (0.06, 0.06, 0.01)]
+    )
     give = skeleton.arm_give[outfit.side, 2]
     bag = sweep(
-        grip + levels, (0, 0, 1), skeleton.facing[0], sizes * large * height, outfit.bag, give=give,
+        grip + levels,
+        (0, 0, 1),
+        skeleton.facing[0],
+        sizes * large * height,
+        outfit.bag,
+        give=give,
         squareness=0.6,
-    )  # fmt: skip
+    )
     top = grip + levels[3]
     ends = np.stack([top + skeleton.facing[0] * reach * height for reach in (0.045, -0.045)])
     handle = rods(

@@ -20,8 +20,9 @@ from avsec_gym.world.models.people.postures import (
     sitting,
     standing,
 )
-from avsec_gym.world.models.people.rings import Rings, filling, rods, sweep
+from avsec_gym.world.models.people.rings import Rings, rods, sweep
 from avsec_gym.world.models.people.skeleton import Posture, Skeleton, pose
+from avsec_gym.world.models.people.skin import filling
 
 
 def make_person(
@@ -58,12 +59,11 @@ def make_person(
     return filling([*body(skeleton, outfit), *luggage(skeleton, outfit)], dimensions)
 
 
-def _habit(
-    appearance: int, outfit: Outfit, walking: bool, phase: float, room: float
-) -> Posture:
+def _habit(appearance: int, outfit: Outfit, walking: bool, phase: float, room: float) -> Posture:
     """Everybody keeps to one gesture."""
     rng = np.random.Generator(np.random.PCG64((appearance, 1)))
-    posture = walking_posture(phase) if walking else standing(rng, room)
+    hurry = float(np.clip(4.0 * (room - 0.5), 0.0, 1.0))
+    posture = walking_posture(phase, hurry) if walking else standing(rng, room)
     if outfit.luggage in ("handbag", "shopping bag"):
         return carrying(posture, outfit.side)
     gestures = WALKING if walking else REACHING if room > 0.36 else STANDING
@@ -80,7 +80,10 @@ def _seated(appearance: int, outfit: Outfit) -> Posture:
 
 def _chair(skeleton: Skeleton, appearance: int) -> list[Rings]:
     """A café chair under the person."""
-    wood = Material(tint=((0.16, 0.10, 0.06), (0.05, 0.05, 0.055), (0.45, 0.44, 0.42))[appearance % 3], infrared=0.4)
+    wood = Material(
+        tint=((0.16, 0.10, 0.06), (0.05, 0.05, 0.055), (0.45, 0.44, 0.42))[appearance % 3],
+        infrared=0.4,
+    )
     height = skeleton.height
     hips = skeleton.spine[0]
     top = hips[2] - 0.070 * height
@@ -88,8 +91,10 @@ def _chair(skeleton: Skeleton, appearance: int) -> list[Rings]:
     corners = np.array([(-half, -half), (-half, half), (half, -half), (half, half)])
     feet = np.c_[corners * 1.08 + [middle, hips[1]], np.zeros(4)]
     heads = np.c_[corners * 0.92 + [middle, hips[1]], np.full(4, top)]
-    posts = heads[:2] + [-0.05 * height, 0.0, 0.26 * height]
-    bars = rods(np.concatenate([feet, heads[:2]]), np.concatenate([heads, posts]), 0.011, wood)
+    posts = heads[:2] + np.array([-0.05 * height, 0.0, 0.26 * height])
+    bars = rods(
+        np.concatenate([feet, heads[:2]]), np.concatenate([heads, posts]), 0.011, wood, sides=4
+    )
     plate = np.array([(middle, hips[1], top - 0.03), (middle, hips[1], top)])
     seat = sweep(plate, (0, 0, 1), (1, 0, 0), (half, half, half), wood, squareness=0.8)
     rest = posts.mean(axis=0) - [[0, 0, 0.11 * height], [0, 0, 0.0]]

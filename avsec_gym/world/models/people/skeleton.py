@@ -254,7 +254,9 @@ def _arms(
 ) -> tuple[Floats, np.ndarray]:
     turn = turn_z(posture.chest_turn)
     height = size.height
-    places = np.stack([np.full(2, -0.004), 0.092 * size.breadth * SIDES, np.full(2, -0.041)], axis=1)
+    places = np.stack(
+        [np.full(2, -0.004), 0.092 * size.breadth * SIDES, np.full(2, -0.041)], axis=1
+    )
     shoulders = spine[3] + height * places @ turn.T
     elbows = shoulders + size.upper_arm * _hanging(posture.arm, posture.arm_spread) @ turn.T
     fore = _hanging(posture.arm + posture.elbow, posture.arm_spread - 0.35 * posture.elbow)
@@ -265,16 +267,14 @@ def _arms(
         wrists[index] = spine[3] + turn @ (posture.hands[index] * outward[index])
         raised = posture.hands[index, 2] > -0.05
         bend = turn @ np.array([0.1 if raised else -0.45, SIDES[index] * 0.6, -0.85])
-        elbows[index] = reach(
-            shoulders[index], wrists[index], size.upper_arm, size.forearm, bend
-        )
+        elbows[index] = reach(shoulders[index], wrists[index], size.upper_arm, size.forearm, bend)
     return np.stack([shoulders, elbows, wrists], axis=1), reaching
 
 
 def _leg_give(legs: Floats, spine: Floats) -> Floats:
     """Loosened legs stride farther and stand slightly wider."""
     give = np.zeros_like(legs)
-    give[..., 0] = legs[..., 0] - spine[0, 0]
+    give[..., 0] = (legs[..., 0] - spine[0, 0]) * np.array([1.0, 0.75, 1.0])
     give[..., 1] = (legs[..., 1] - spine[0, 1]) * np.array([0.0, 0.3, 0.6])
     return give
 
@@ -283,7 +283,7 @@ def _arm_give(arms: Floats, size: Proportions, reaching: np.ndarray) -> Floats:
     """Loosened arms swing farther and hang farther out; a hand that holds something stays."""
     give = np.zeros_like(arms)
     free = np.where(reaching, 0.0, 1.0)[:, None]
-    give[..., 0] = (arms[..., 0] - arms[:, :1, 0]) * np.maximum(free, 0.3)
+    give[..., 0] = (arms[..., 0] - arms[:, :1, 0]) * np.maximum(1.3 * free, 0.3)
     length = size.upper_arm + size.forearm
     out = np.array([0.0, 0.80, 1.0]) * free + np.array([0.0, 0.60, 0.05]) * (1.0 - free)
     give[..., 1] = SIDES[:, None] * out * length

@@ -49,7 +49,7 @@ def bush(variant: int) -> Mesh:
     clusters = Clusters(centre, size[:, None, None] * np.diag([1.0, 1.0, 0.85]))
     heart = np.array([0.0, 0.0, 0.3 * height])
     family = ("shrub", "fruit", "copper_beech", "hedge", "shrub", "lime")[variant]
-    dark, *tones = (leaf_material(family, tone) for tone in (0.25, 0.5, 1.0, 1.4))
+    dark, *tones = (leaf_material(family, tone) for tone in (0.32, 0.55, 1.05, 1.5))
     inside = cores(clusters, 16, 0.8, dark, rng, heart=heart)
     rest = _BUSH_TRIANGLES - len(inside.faces)
     leaves = sprays(clusters, rest, 0.4, tuple(tones), rng, heart=heart, hang=0.1)

@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 VARIANTS = 4
 """Of each species, from the smallest to the tallest."""
 
-_TONES = (0.4, 0.95, 1.65)
+_TONES = (0.5, 1.05, 1.7)
 _TRIES = 8
 _GOLDEN_ANGLE = np.pi * (3 - 5**0.5)
 
@@ -41,7 +41,7 @@ class _Fineness(NamedTuple):
 
 
 _FINENESS: dict[Detail, _Fineness] = {
-    "near": _Fineness(5000, 0.13, 1.0, 9, 0.012),
+    "near": _Fineness(5000, 0.16, 0.72, 9, 0.012),
     "middle": _Fineness(1500, 0.26, 0.6, 6, 0.06),
     "far": _Fineness(400, 0.45, 0.5, 4, 9.0),
 }
@@ -74,7 +74,7 @@ def tree(species: str, variant: int, detail: Detail) -> Mesh:
         parts.append(_stakes())
     if kind.shade > 0:
         size = kind.shade * (1.0 if detail == "near" else 1.12)
-        dark = leaf_material(kind.leaves, 0.22 * kind.brightness)
+        dark = leaf_material(kind.leaves, 0.32 * kind.brightness)
         each = int(fine.shade * fine.triangles / kind.clusters)
         parts.append(cores(clusters, each, size, dark, rng, heart=heart))
     tones = tuple(leaf_material(kind.leaves, tone * kind.brightness) for tone in _TONES)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from avsec_gym.world.material import Material
@@ -10,7 +12,10 @@ from avsec_gym.world.models.vehicles.block import block
 from avsec_gym.world.models.vehicles.coach import Band, coach
 from avsec_gym.world.models.vehicles.lorry import facing
 from avsec_gym.world.models.vehicles.paint import (
-    BLACK_GLOSS, PLASTIC, UNDERSIDE, glass,
+    BLACK_GLOSS,
+    PLASTIC,
+    UNDERSIDE,
+    glass,
 )
 from avsec_gym.world.models.vehicles.plate import number_plate
 from avsec_gym.world.models.vehicles.wheel import wheel
@@ -63,7 +68,8 @@ def tram(rng: np.random.Generator, height: float, width: float, length: float) -
         parts += _module(below, above, rear, rear + module, half, roof, ends)
         middle = rear + 0.5 * module
         equipment = Material(tint=(0.30, 0.31, 0.32), infrared=0.4)
-        parts.append(block(0.45 * module, 1.3 * half, 0.07 * height, equipment).placed(middle, 0.0, roof - 0.02))
+        boxes = block(0.45 * module, 1.3 * half, 0.07 * height, equipment)
+        parts.append(boxes.placed(middle, 0.0, roof - 0.02))
         for share in (0.22, 0.78):
             x = rear + share * module
             bogie = block(1.7, 1.5 * half, 0.5, UNDERSIDE).placed(x, 0.0, 0.02)
@@ -119,10 +125,9 @@ def _body(
     count = max(2, round(length / 1.5))
     edges = np.linspace(rear + 0.35, front - (1.0 if ends[1] else 0.35), count + 1)
     pane, door = glass("side_glass/1"), glass("bus_door")
-    windows = tuple((a + 0.05, b - 0.05, pane) for a, b in zip(edges[:-1], edges[1:], strict=True))
+    windows = tuple((a + 0.05, b - 0.05, pane) for a, b in pairwise(edges))
     doors = tuple(
-        (0.5 * (a + b) - 0.6, 0.5 * (a + b) + 0.6, door)
-        for a, b in list(zip(edges[:-1], edges[1:], strict=True))[1::3]
+        (0.5 * (a + b) - 0.6, 0.5 * (a + b) + 0.6, door) for a, b in list(pairwise(edges))[1::3]
     )
     screen, blind = glass("windscreen/1"), BLACK_GLOSS
     rear_screen = screen if two_ended else glass("rear_glass/1")
@@ -132,8 +137,23 @@ def _body(
     bands = [
         Band(0.22 * top, below, lean=0.0),
         Band(0.40 * top, below, front=below, openings=doors, lean=0.02),
-        Band(0.76 * top, stripe, front=front_pane, rear=rear_pane, openings=windows, lean=0.16, inset=0.02),
-        Band(0.86 * top, above, front=blind if ends[1] else None, rear=blind if ends[0] else None, lean=0.22, inset=0.05),
+        Band(
+            0.76 * top,
+            stripe,
+            front=front_pane,
+            rear=rear_pane,
+            openings=windows,
+            lean=0.16,
+            inset=0.02,
+        ),
+        Band(
+            0.86 * top,
+            above,
+            front=blind if ends[1] else None,
+            rear=blind if ends[0] else None,
+            lean=0.22,
+            inset=0.05,
+        ),
         Band(top, above, lean=0.34, inset=0.12),
     ]
     parts, _ = coach(
@@ -153,7 +173,9 @@ def _body(
     board = Material("destination", glow=0.12, infrared=0.1)
     for side in (-1.0, 1.0):
         if ends[1]:
-            parts.append(facing(front - 0.035, side * 0.66 * half, 0.26 * top, 0.36, 0.2, lamp, 1.0))
+            parts.append(
+                facing(front - 0.035, side * 0.66 * half, 0.26 * top, 0.36, 0.2, lamp, 1.0)
+            )
         if ends[0]:
             parts.append(facing(rear + 0.035, side * 0.68 * half, 0.28 * top, 0.3, 0.24, red, -1.0))
     if ends[1]:

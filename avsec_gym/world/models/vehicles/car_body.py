@@ -11,7 +11,7 @@ from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.vehicles.block import block
 from avsec_gym.world.models.vehicles.designs import CarDesign
 from avsec_gym.world.models.vehicles.hull import Floats, Outline, Skin, outline, skin
-from avsec_gym.world.models.vehicles.paint import BLACK_GLOSS, SEAT, UNDERSIDE, Finish
+from avsec_gym.world.models.vehicles.paint import BLACK_GLOSS, PLASTIC, SEAT, UNDERSIDE, Finish
 
 ARCH_GAP = 0.055
 """Between tyre and wheel arch, metres."""
@@ -22,7 +22,7 @@ _LIP = 0.045
 _INSET = np.array([0.27, 0.27, 0.045, 0.022, 0.0, 0.006, 0.026, 0.044, 0.095])
 _FRONT = np.array([0.30, 0.30, 0.11, 0.055, 0.0, 0.012, 0.05, 0.09, 0.19])
 _REAR = np.array([0.30, 0.30, 0.11, 0.055, 0.0, 0.035, 0.065, 0.08, 0.115])
-_ACROSS = (0.08, 0.32, 0.68, 0.92)
+_ACROSS = (0.10, 0.5, 0.90)
 
 
 class CarBody(NamedTuple):
@@ -78,8 +78,12 @@ def _lower_skin(design: CarDesign) -> Skin:
     beyond = (plan.x > design.front_axle) + 1.3 * (plan.x < design.rear_axle)
     bottom = np.maximum(
         design.sill + 0.045 * beyond,
-        np.maximum(*(_arch_height(plan.x - axle, radius, design.wheel)
-                     for axle in (design.rear_axle, design.front_axle))),
+        np.maximum(
+            *(
+                _arch_height(plan.x - axle, radius, design.wheel)
+                for axle in (design.rear_axle, design.front_axle)
+            )
+        ),
     )
     start = design.sill + _LIP
     shares = np.array([0.0, 0.36, 0.68, 1.0])
@@ -115,9 +119,21 @@ def _lower_panels(design: CarDesign, finish: Finish, lower: Skin) -> list[Mesh]:
     parts = [
         lower.panel(UNDERSIDE, every, slice(0, 3)),
         lower.panel(UNDERSIDE, every, slice(count - 3, count)),
-        lower.panel(finish.flank, every, slice(2, 9), uv[:, 2:9]),
-        lower.panel(finish.flank, every, slice(count - 9, count - 2), uv[:, count - 9 : count - 2]),
     ]
+    radius = design.wheel + ARCH_GAP
+    behind = int((lower.points[:, 9, 0] < design.rear_axle - radius).sum())
+    ahead = int((lower.points[:, 9, 0] <= design.front_axle + radius).sum())
+    for columns, material in (
+        (slice(0, behind + 1), finish.bumper),
+        (slice(behind, ahead), finish.flank),
+        (slice(ahead - 1, None), finish.bumper),
+    ):
+        # Bumpers of black plastic reach up to the second row above the lip.
+        whole = material is not PLASTIC
+        for low, high in ((2, 9),) if whole else ((2, 5), (4, 9)):
+            used = material if low == 2 and not whole else finish.flank
+            for across in (slice(low, high), slice(count - high, count - low)):
+                parts.append(lower.panel(used, columns, across, uv[columns, across]))
     # The floor closes the underside; under the greenhouse the deck is the dark inside of the car.
     floor = np.stack([lower.points[:, -1], lower.points[:, 0]], axis=1)
     down = np.zeros_like(floor)
@@ -140,13 +156,10 @@ def _flank_uv(design: CarDesign, lower: Skin) -> Floats:
     front = 0.5 * design.length
     side_rear = design.boot + 0.25
     side = design.bonnet - 0.3 - side_rear
-    pillar = np.mean([design.body.windows[-1][0]]) if design.body.windows else 0.5
     x = lower.points[..., 0]
-    u = np.interp(
-        x,
-        [-front, design.rear_axle, side_rear + side * pillar - 0.04, design.front_axle - 0.42, front],
-        [0.0, 0.8, 2.1, 3.1, 4.0],
-    )
+    pillar = side_rear + side * design.body.windows[-1][0] - 0.04
+    places = np.array([-front, design.rear_axle, pillar, design.front_axle - 0.42, front])
+    u = np.interp(x, places, [0.0, 0.8, 2.1, 3.1, 4.0])
     top = shoulder_height(design, x)
     v = (top - lower.points[..., 2]) / np.maximum(top - design.sill, 0.1)
     return np.stack([u, np.clip(v, 0.01, 0.99)], axis=-1)
@@ -168,7 +181,11 @@ def _greenhouse(design: CarDesign) -> tuple[Outline, Skin]:
     edges = np.array(sorted({edge for window in body.windows for edge in window}))
     stations = side[0] + edges * (side[1] - side[0])
     plan = outline(
-        design.boot, design.bonnet, rear_round, front_round, stations,
+        design.boot,
+        design.bonnet,
+        rear_round,
+        front_round,
+        stations,
         squareness=max(2.6, body.squareness - 0.2),
     )
     pillar = side[0] + (side[1] - side[0]) * 0.5
@@ -195,7 +212,7 @@ def _greenhouse(design: CarDesign) -> tuple[Outline, Skin]:
     z[:, -2] -= 0.022
     left = np.stack([x, y, z], axis=-1)
     left[:, -1, 0] += 0.05 * (backward * (plan.rear > 0) - forward * (plan.front > 0))
-    return plan, skin(left, (0.14, 0.38, 0.62, 0.86), 0.045)
+    return plan, skin(left, (0.16, 0.5, 0.84), 0.05)
 
 
 def _upper_panels(design: CarDesign, finish: Finish, plan: Outline, upper: Skin) -> list[Mesh]:
@@ -254,5 +271,6 @@ def _glass_uv(upper: Skin, columns: slice, across: slice, material: Material) ->
 def _seats(design: CarDesign) -> list[Mesh]:
     """What LiDAR pulses meet behind the windows."""
     width, height = 1.5 * design.half_width, 0.45 * (design.height - design.belt)
-    rows = [design.roof_front - 0.45, design.roof_rear + 0.25 * (design.roof_front - design.roof_rear)]
+    rear = design.roof_rear + 0.25 * (design.roof_front - design.roof_rear)
+    rows = (design.roof_front - 0.45, rear)
     return [block(0.16, width, height, SEAT).placed(x, 0.0, design.belt - 0.05) for x in rows]

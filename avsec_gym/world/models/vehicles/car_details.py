@@ -42,7 +42,8 @@ def _front(
     nose, sill = design.nose, design.sill
     inner, outer = half * rng.uniform(0.52, 0.66), half * rng.uniform(1.05, 1.22) + 0.05
     columns = column_at(left, 3, np.linspace(outer, inner, 5), front=True)
-    top = np.minimum(left[-1, -1, 2] + 0.6 * (on_side(left, columns, 9.0)[:, 2] - nose), 9.0) - 0.055
+    edge = on_side(left, columns, np.full(5, np.inf))[:, 2]
+    top = left[-1, -1, 2] + 0.6 * (edge - nose) - 0.055
     tall = rng.uniform(0.13, 0.19)
     lamp = Material(f"headlamp/{int(rng.integers(3))}", mirror=0.12, infrared=0.6)
     low = top - tall * np.array([0.55 + 0.4 * rng.random(), 0.95, 1.0, 1.0, 0.9])
@@ -60,36 +61,32 @@ def _front(
     wide = half * rng.uniform(0.45, 0.95)
     columns = column_at(left, 1, np.linspace(wide, 0.0, 5), front=True)
     parts += _both(patch(left, columns, sill + 0.10, sill + rng.uniform(0.17, 0.24), INTAKE))
-    parts += _bumper(finish, body, design, front=True)
+    parts += _moulding(finish, body, design, front=True)
     plate_z = float(np.clip(0.5 * (sill + 0.24 + lamp_low), sill + 0.24, nose - 0.3))
     ahead = float(on_side(left, [len(left) - 1] * 2, [plate_z - 0.05, plate_z + 0.05])[:, 0].max())
     parts.append(number_plate(finish.plate, ahead + 0.02, plate_z, front=True))
     return parts
 
 
-def _bumper(finish: Finish, body: CarBody, design: CarDesign, *, front: bool) -> list[Mesh]:
-    """A moulding round the corner, or the whole bumper in black plastic."""
-    radius = design.wheel + 0.05
-    end = 0.5 * design.length - abs(design.front_axle if front else design.rear_axle)
-    far = design.half_width + max(end - radius - 0.12, 0.1)
-    columns = column_at(body.lower, 3, np.linspace(far, 0.0, 8), front=front)
-    if not front:
-        columns = columns[::-1]
-    high = design.sill + (0.33 if design.height < 2.2 else 0.38)
-    low = design.sill + 0.02 if finish.bumper is PLASTIC else high - 0.055
-    if finish.bumper is not PLASTIC and finish.strip is not PLASTIC:
+def _moulding(finish: Finish, body: CarBody, design: CarDesign, *, front: bool) -> list[Mesh]:
+    """A black strip round the bumper."""
+    if finish.bumper is PLASTIC or finish.strip is not PLASTIC:
         return []
-    lifted, rows = (0.007, 4) if finish.bumper is PLASTIC else (0.012, 2)
-    return _both(patch(body.lower, columns, low, high, PLASTIC, lifted=lifted, rows=rows))
+    axle = design.front_axle if front else design.rear_axle
+    end = 0.5 * design.length - abs(axle)
+    far = design.half_width + max(end - design.wheel - 0.17, 0.1)
+    columns = column_at(body.lower, 3, np.linspace(far, 0.0, 8), front=front)
+    high = design.sill + (0.33 if design.height < 2.2 else 0.38)
+    places = columns if front else columns[::-1]
+    return _both(patch(body.lower, places, high - 0.055, high, PLASTIC, rows=2))
 
 
-def _rear(
-    rng: np.random.Generator, design: CarDesign, finish: Finish, body: CarBody
-) -> list[Mesh]:
+def _rear(rng: np.random.Generator, design: CarDesign, finish: Finish, body: CarBody) -> list[Mesh]:
     left, half = body.lower, design.half_width
     belt, sill = design.belt, design.sill
-    lit = rng.random() < 0.15
-    red = Material(f"tail_lamp/{int(rng.integers(3))}", glow=0.5 if lit else 0.0, mirror=0.1, infrared=0.6)
+    red = Material(f"tail_lamp/{int(rng.integers(3))}", mirror=0.1, infrared=0.6)
+    if rng.random() < 0.15:
+        red = replace(red, glow=0.5)
     upright = design.body.tailgate < 0.3
     inner = half * (0.84 if upright else rng.uniform(0.55, 0.78))
     outer = half * 1.0 + (0.06 if upright else rng.uniform(0.05, 0.2))
@@ -98,9 +95,10 @@ def _rear(
     tall = rng.uniform(0.26, 0.40) if upright else rng.uniform(0.15, 0.24)
     low = high - tall * np.array([0.9, 1.0, 1.0, rng.uniform(0.5, 0.95)])
     parts = _both(patch(left, columns, low, high, red, uv_size=(1.0, 1.0)))
-    parts += _bumper(finish, body, design, front=False)
+    parts += _moulding(finish, body, design, front=False)
     low_plate = rng.random() < 0.25 or design.height > 2.1
-    plate_z = sill + 0.30 if low_plate else float(low.max()) + 0.5 * (high - float(low.max())) - 0.02
+    lamp_low = float(low.max())
+    plate_z = sill + 0.30 if low_plate else 0.5 * (lamp_low + high) - 0.02
     behind = float(on_side(left, [0, 0], [plate_z - 0.05, plate_z + 0.05])[:, 0].min())
     parts.append(number_plate(finish.plate, behind - 0.02, plate_z, front=False))
     # The shut line under the tailgate, and the exhaust.
@@ -153,19 +151,21 @@ def _sign(rng: np.random.Generator, design: CarDesign, body: CarBody) -> list[Me
     left = patch(body.lower, columns, low, design.belt - 0.10, name, rows=3, uv_size=(1.0, 1.0))
     # The letters run from the rear to the front on the right side.
     right = left.mirrored()
-    return [left, replace(right, uv=right.uv * [-1.0, 1.0] + [1.0, 0.0])]
+    return [left, replace(right, uv=(right.uv * [-1.0, 1.0] + [1.0, 0.0]).astype(np.float32))]
 
 
 def _on_roof(rng: np.random.Generator, design: CarDesign, body: CarBody) -> list[Mesh]:
     long_roof = design.name in ("estate", "off-roader", "people carrier")
-    if rng.random() < 0.02:
+    if design.height < 1.6 and rng.random() < 0.03:
         return [_roof_box(design)]
     if not (long_roof and rng.random() < 0.6):
         return []
     x = np.linspace(design.roof_rear + 0.05, design.roof_front - 0.15, 6)
     edge = body.upper[:, -1]
     order = np.argsort(edge[:, 0])
-    z = np.interp(x, edge[order, 0], edge[order, 2]) + np.array([0.0, 0.045, 0.05, 0.05, 0.045, 0.0])
+    z = np.interp(x, edge[order, 0], edge[order, 2]) + np.array(
+        [0.0, 0.045, 0.05, 0.05, 0.045, 0.0]
+    )
     y = np.interp(x, edge[order, 0], edge[order, 1]) - 0.01
     material = PLASTIC if rng.random() < 0.6 else STEEL
     return _both(tube(np.column_stack([x, y, z]), 0.017, material, sides=5))
@@ -174,5 +174,5 @@ def _on_roof(rng: np.random.Generator, design: CarDesign, body: CarBody) -> list
 def _roof_box(design: CarDesign) -> Mesh:
     """A luggage box; it stands above the body, which shrinks to leave room for it."""
     middle = 0.5 * (design.roof_front + design.roof_rear)
-    case = blob(1.1 * (design.roof_front - design.roof_rear), 0.85, 0.40, PLASTIC)
+    case = blob(1.05 * (design.roof_front - design.roof_rear), 0.8, 0.36, PLASTIC)
     return case.placed(middle, 0.15 * design.half_width, design.height - 0.04)

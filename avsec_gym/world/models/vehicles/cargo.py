@@ -24,21 +24,33 @@ def cargo_box(
     side = Material(f"cargo_side/{int(rng.integers(SIDES))}", infrared=0.5)
     doors = Material("cargo_doors", infrared=0.5)
     white = Material(tint=(0.62, 0.62, 0.61), infrared=0.55)
-    u, v = _SIDE_SIZE
-    over = [(0.0, v), (u, v), (u, 0.0), (0.0, 0.0)]
-    # One repeat is stretched over the side; the edges lie within it.
-    over = [(0.005 * u + 0.99 * a, 0.005 * v + 0.99 * b) for a, b in over]
-    d = [(0.99 * a * _DOOR_SIZE[0] + 0.01, 0.99 * b * _DOOR_SIZE[1] + 0.01)
-         for a, b in ((0, 1), (1, 1), (1, 0), (0, 0))]
-    low, high = bottom, top
+    left, right = (front, half), (rear, -half)
+    back, ahead = (rear, half), (front, -half)
+    roof = [(rear, -half, top), (front, -half, top), (front, half, top), (rear, half, top)]
+    floor = [(x, y, bottom) for x, y, _ in reversed(roof)]
     return [
-        polygon([(front, half, low), (rear, half, low), (rear, half, high), (front, half, high)], side, over),
-        polygon([(rear, -half, low), (front, -half, low), (front, -half, high), (rear, -half, high)], side, over),
-        polygon([(rear, half, low), (rear, -half, low), (rear, -half, high), (rear, half, high)], doors, d),
-        polygon([(front, -half, low), (front, half, low), (front, half, high), (front, -half, high)], white),
-        polygon([(rear, -half, high), (front, -half, high), (front, half, high), (rear, half, high)], white),
-        polygon([(rear, half, low), (front, half, low), (front, -half, low), (rear, -half, low)], UNDERSIDE),
+        _wall(left, back, bottom, top, side, _SIDE_SIZE),
+        _wall(right, ahead, bottom, top, side, _SIDE_SIZE),
+        _wall(back, right, bottom, top, doors, _DOOR_SIZE),
+        _wall(ahead, left, bottom, top, white, (1.0, 1.0)),
+        polygon(roof, white),
+        polygon(floor, UNDERSIDE),
     ]
+
+
+def _wall(
+    first: tuple[float, float],
+    second: tuple[float, float],
+    bottom: float,
+    top: float,
+    material: Material,
+    size: tuple[float, float],
+) -> Mesh:
+    """An upright wall, first to second from left to right, that shows its texture once."""
+    corners = [(*first, bottom), (*second, bottom), (*second, top), (*first, top)]
+    # A little inside the picture, whose edges would run on at the other side.
+    uv = np.array([(0.005, 0.995), (0.995, 0.995), (0.995, 0.005), (0.005, 0.005)])
+    return polygon(corners, material, uv * size)
 
 
 def tank(rear: float, front: float, half: float, bottom: float, top: float) -> list[Mesh]:
@@ -49,8 +61,12 @@ def tank(rear: float, front: float, half: float, bottom: float, top: float) -> l
     metal = Material(tint=(0.5, 0.51, 0.52), mirror=0.35, infrared=0.6)
     radii = radius * np.array([0.5, 0.8, 1.0, 1.0, 0.8, 0.5])
     body = tube(path, radii, metal, sides=20).scaled(1.0, (half - 0.02) / radius, 1.0)
-    walk = block(0.8 * (front - rear), 0.5, 0.10, STEEL).placed(0.5 * (rear + front), 0.0, top - 0.1)
-    frame = block(front - rear, 1.4 * half, 0.14, UNDERSIDE).placed(0.5 * (rear + front), 0.0, bottom - 0.02)
+    walk = block(0.8 * (front - rear), 0.5, 0.10, STEEL).placed(
+        0.5 * (rear + front), 0.0, top - 0.1
+    )
+    frame = block(front - rear, 1.4 * half, 0.14, UNDERSIDE).placed(
+        0.5 * (rear + front), 0.0, bottom - 0.02
+    )
     return [body, walk, frame]
 
 

@@ -67,11 +67,18 @@ def coach(
         The surfaces, and the left side, shape (K, J, 3).
     """
     radius = wheel + 0.08
-    arch = np.concatenate([[-radius - 0.02], radius * np.sin(np.linspace(-1.57, 1.57, 7)),
-                           [radius + 0.02]])
+    arch = np.concatenate(
+        [[-radius - 0.02], radius * np.sin(np.linspace(-1.57, 1.57, 7)), [radius + 0.02]]
+    )
     edges = [edge for band in bands for opening in band.openings for edge in opening[:2]]
-    stations = np.unique(np.round(np.concatenate([*(axle + arch for axle in axles), edges,
-                                                  [rear + rounding[0], front - rounding[1]]]), 3))
+    stations = np.unique(
+        np.round(
+            np.concatenate(
+                [*(axle + arch for axle in axles), edges, [rear + rounding[0], front - rounding[1]]]
+            ),
+            3,
+        )
+    )
     inside = (stations > rear + 0.06) & (stations < front - 0.06)
     plan = outline(rear, front, *rounding, stations[inside], squareness=squareness)
     low = np.full(len(plan.x), bottom)
@@ -149,9 +156,7 @@ def _columns(plan: Outline, band: Band) -> list[tuple[slice, Material]]:
     return result
 
 
-def _uv(
-    body: Skin, columns: slice, low: int, high: int, material: Material, side: int
-) -> Floats:
+def _uv(body: Skin, columns: slice, low: int, high: int, material: Material, side: int) -> Floats:
     """Windows show their texture once; other surfaces have it in metres, legible on both sides."""
     left = body.left[columns, low : high + 1]
     x, y, z = left[..., 0], left[..., 1], left[..., 2]

@@ -79,11 +79,14 @@ class Skin:
             rear to the front, shape (K, 2 J + D, 3): J rows on each side, D across the top.
         normals: Outward, the same shape.
         rows: J.
+        solid: Which triangles have not shrunk to a line, shape (2, K - 1, 2 J + D - 1); unknown if
+            None.
     """
 
     points: Floats
     normals: Floats
     rows: int
+    solid: NDArray[np.bool_] | None = None
 
     @property
     def left(self) -> Floats:
@@ -96,12 +99,22 @@ class Skin:
         columns: slice,
         across: slice,
         uv: Floats | None = None,
-        *,
-        lifted: float = 0.0,
     ) -> Mesh:
         """One rectangle of the grid as a mesh; `uv` has the shape of the rectangle, or is x, y."""
         points, normals = self.points[columns, across], self.normals[columns, across]
-        return surface(points + lifted * normals, normals, material, uv)
+        solid = None
+        if self.solid is not None:
+            shape = self.points.shape[:2]
+            first, last = _ends(columns, shape[0])
+            low, high = _ends(across, shape[1])
+            solid = self.solid[:, first:last, low:high]
+        return surface(points, normals, material, uv, solid)
+
+
+def _ends(part: slice, count: int) -> tuple[int, int]:
+    """First and last of the points in a slice: the faces between them."""
+    first, stop, _ = part.indices(count)
+    return first, stop - 1
 
 
 def skin(left: Floats, across: ArrayLike = (), crown: float | Floats = 0.0) -> Skin:
@@ -124,7 +137,7 @@ def skin(left: Floats, across: ArrayLike = (), crown: float | Floats = 0.0) -> S
     fading = 1.0 - np.minimum(np.abs(along), 1.0)[:, None] ** 5
     top[..., 2] += rise * fading * (1.0 - (2.0 * share[..., 0] - 1.0) ** 2)
     points = np.concatenate([right, top, left[:, ::-1]], axis=1)
-    return Skin(points, grid_normals(points), left.shape[1])
+    return Skin(points, grid_normals(points), left.shape[1], _solid(points))
 
 
 def grid_normals(points: Floats) -> Floats:
@@ -141,12 +154,18 @@ def grid_normals(points: Floats) -> Floats:
     for row in (0, -1):
         if np.abs(points[row, :, 1]).max() < 1e-6:
             total[row, :, 1] = 0.0
-    length = np.sqrt(np.einsum("...i,...i", total, total))[..., None]
-    return np.asarray(total / np.maximum(length, 1e-12))
+    length = np.sqrt(np.einsum("...i,...i", total, total))
+    # Where the grid has shrunk to a point any direction will do.
+    total[length < 1e-12] = (0.0, 0.0, 1.0)
+    return np.asarray(total / np.where(length < 1e-12, 1.0, length)[..., None])
 
 
 def surface(
-    points: Floats, normals: Floats, material: Material, uv: Floats | None = None
+    points: Floats,
+    normals: Floats,
+    material: Material,
+    uv: Floats | None = None,
+    solid: NDArray[np.bool_] | None = None,
 ) -> Mesh:
     """A grid of points with known normals as a mesh; without `uv` the texture lies on x and y.
 
@@ -155,19 +174,29 @@ def surface(
         normals: Shape (n, m, 3).
         material: Of all faces.
         uv: Metres on the texture, shape (n, m, 2).
+        solid: Which triangles to keep, shape (2, n - 1, m - 1); those with an area if None.
     """
-    faces = _grid_faces(*points.shape[:2])
-    corners = points.reshape(-1, 3)
-    a, b, c = corners[faces[:, 0]], corners[faces[:, 1]], corners[faces[:, 2]]
-    faces = faces[np.abs(_cross(b - a, c - a)).max(axis=1) > 1e-9]
+    if solid is None:
+        solid = _solid(points)
+    faces = _grid_faces(*points.shape[:2])[solid.ravel()]
     return Mesh(
-        corners.astype(np.float32),
+        points.reshape(-1, 3).astype(np.float32),
         normals.reshape(-1, 3).astype(np.float32),
         (points[..., :2] if uv is None else uv).reshape(-1, 2).astype(np.float32),
         faces,
         np.zeros(len(faces), np.int32),
         (material,),
     )
+
+
+def _solid(points: Floats) -> NDArray[np.bool_]:
+    """Which triangles of a grid have an area, in the order of `_grid_faces`."""
+    across = points[1:, 1:] - points[:-1, :-1]
+    halves = [
+        _cross(points[1:, :-1] - points[:-1, :-1], across),
+        _cross(across, points[:-1, 1:] - points[:-1, :-1]),
+    ]
+    return np.asarray(np.abs(np.stack(halves)).max(axis=-1) > 1e-9)
 
 
 @functools.cache
@@ -264,5 +293,6 @@ def column_at(left: Floats, row: int, distance: ArrayLike, *, front: bool) -> Fl
     """
     line = left[::-1, row] if front else left[:, row]
     steps = np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1)
-    place = np.interp(distance, np.concatenate([[0.0], np.cumsum(steps)]), np.arange(len(line)))
+    along = np.concatenate([[0.0], np.cumsum(steps)])
+    place = np.interp(np.asarray(distance, float), along, np.arange(len(line)))
     return np.asarray(len(line) - 1 - place if front else place)

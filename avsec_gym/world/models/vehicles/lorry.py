@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh
-from avsec_gym.world.models.vehicles.block import block, blob
+from avsec_gym.world.models.vehicles.block import blob, block
 from avsec_gym.world.models.vehicles.cargo import cargo_box, platform, tank
 from avsec_gym.world.models.vehicles.coach import Band, coach
 from avsec_gym.world.models.vehicles.paint import (
-    BLACK_GLOSS, CHROME, MIRROR_GLASS, PLASTIC, STEEL, UNDERSIDE, Finish, draw_finish, glass,
+    BLACK_GLOSS,
+    CHROME,
+    MIRROR_GLASS,
+    PLASTIC,
+    STEEL,
+    UNDERSIDE,
+    Finish,
+    draw_finish,
 )
 from avsec_gym.world.models.vehicles.plate import number_plate
 from avsec_gym.world.models.vehicles.wheel import wheel
@@ -67,10 +76,12 @@ def _cab(
         Band(step, finish.bumper, lean=0.0),
         Band(sill, finish.paint, front=finish.paint, lean=0.01),
         Band(belt, finish.paint, lean=0.03),
-        Band(head, finish.paint, front=finish.windscreen, openings=(window,), lean=0.16, inset=0.05),
+        Band(
+            head, finish.paint, front=finish.windscreen, openings=(window,), lean=0.16, inset=0.05
+        ),
         Band(top, finish.paint, lean=0.34 if top > 1.3 * belt else 0.2, inset=0.09),
     ]
-    parts, left = coach(
+    parts, _ = coach(
         rear, front, half, 0.5 * radius, bands, axles=[axle], wheel=radius, rounding=(0.1, 0.3)
     )
     x = front + 0.005
@@ -81,8 +92,14 @@ def _cab(
         parts.append(facing(x - 0.005, y, 0.5 * step + 0.3 * radius, 0.38, size, lamp, 1.0))
         mirror_y = side * (half + 0.01)
         parts.append(block(0.10, 0.18, 0.5, PLASTIC).placed(front - 0.12, mirror_y, belt + 0.1))
-        parts.append(block(0.01, 0.14, 0.42, MIRROR_GLASS).placed(front - 0.176, mirror_y, belt + 0.14))
-    parts.append(facing(x - 0.005, 0.0, 0.5 * (sill + step) + 0.05, 1.1 * half, 0.8 * (sill - step), grille, 1.0))
+        parts.append(
+            block(0.01, 0.14, 0.42, MIRROR_GLASS).placed(front - 0.176, mirror_y, belt + 0.14)
+        )
+    parts.append(
+        facing(
+            x - 0.005, 0.0, 0.5 * (sill + step) + 0.05, 1.1 * half, 0.8 * (sill - step), grille, 1.0
+        )
+    )
     parts.append(number_plate(finish.plate, x + 0.01, 0.8 * step, front=True))
     parts.append(blob(0.03, 0.16, 0.16, CHROME).placed(x - 0.01, 0.0, sill + 0.05))
     return parts
@@ -113,7 +130,9 @@ def _load(
 ) -> list[Mesh]:
     kind = rng.random()
     if low:
-        return platform(rear, front, half, deck, min(height, deck + rng.uniform(0.4, 0.7)), finish.paint)
+        return platform(
+            rear, front, half, deck, min(height, deck + rng.uniform(0.4, 0.7)), finish.paint
+        )
     if kind < 0.15 and front - rear > 4.0:
         return tank(rear, front, half, deck, height)
     return cargo_box(rng, rear, front, half, deck, height)
@@ -137,14 +156,18 @@ def _chassis(
         parts.append(facing(rear + 0.02, side * (half - 0.3), deck - 0.16, 0.42, 0.13, lamp, -1.0))
     parts.append(number_plate(finish.plate, rear + 0.005, deck - 0.16, front=False))
     # Side guards between the axles, tanks, and mudguards over the wheels.
-    for first, second in zip(axles[:-1], axles[1:], strict=True):
+    for first, second in pairwise(axles):
         gap = second - first - 2.0 * radius - 0.3
         if gap > 0.6:
             centre = 0.5 * (first + second)
             for z in (0.45, 0.75):
                 rail = block(gap, 0.04, 0.12, STEEL).placed(centre, half - 0.08, z * deck)
                 parts += [rail, rail.mirrored()]
-            parts.append(block(0.5 * gap, 0.5, 0.45 * deck, BLACK_GLOSS).placed(centre, half - 0.45, 0.42 * deck))
+            parts.append(
+                block(0.5 * gap, 0.5, 0.45 * deck, BLACK_GLOSS).placed(
+                    centre, half - 0.45, 0.42 * deck
+                )
+            )
     for axle in axles:
         parts.append(block(0.16, 1.8 * half, 0.16, UNDERSIDE).placed(axle, 0.0, radius - 0.08))
     return parts

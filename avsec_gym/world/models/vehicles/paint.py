@@ -1,4 +1,4 @@
-"""What vehicles are made of: paint in the colours of German roads of 2011, glass, rubber, chrome."""
+"""What vehicles are made of: paint in the colours of German roads of 2011, glass, rubber."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SEAT = Material(tint=(0.04, 0.04, 0.045), infrared=0.25)
 MIRROR_GLASS = Material(tint=(0.3, 0.3, 0.3), mirror=0.7, infrared=0.1)
 
 _COLOURS = (
-    # share, red, green, blue in linear light, infrared, the same in the last digit's spread
+    # share; red, green, blue in linear light; infrared
     (0.20, (0.42, 0.43, 0.44), 0.55),  # silver
     (0.23, (0.012, 0.012, 0.013), 0.10),  # black
     (0.11, (0.060, 0.064, 0.070), 0.30),  # dark grey
@@ -78,8 +78,11 @@ def draw_finish(rng: np.random.Generator, flank: str, *, commercial: bool = Fals
     shares = _COMMERCIAL if commercial else _SHARES
     kind = int(rng.choice(len(_COLOURS), p=shares / shares.sum()))
     _, colour, infrared = _COLOURS[kind]
-    varied = np.clip(np.array(colour) * np.exp(0.15 * rng.standard_normal() + 0.04 *
-                     rng.standard_normal(3)), 0.006, 0.85)
+    varied = np.clip(
+        np.array(colour) * np.exp(0.15 * rng.standard_normal() + 0.04 * rng.standard_normal(3)),
+        0.006,
+        0.85,
+    )
     tint = (float(varied[0]), float(varied[1]), float(varied[2]))
     infrared = round(float(np.clip(infrared + 0.06 * rng.standard_normal(), 0.05, 0.8)), 2)
     paint = Material(tint=tint, mirror=0.05, infrared=infrared)

@@ -22,9 +22,7 @@ _CAMERAS = (-0.27, -0.21, 0.27, 0.33)
 """y of the cameras on the ego vehicle, metres."""
 
 
-def make_vehicle(
-    category: str, dimensions: tuple[float, float, float], appearance: int
-) -> Mesh:
+def make_vehicle(category: str, dimensions: tuple[float, float, float], appearance: int) -> Mesh:
     """A vehicle that fills its box.
 
     Args:
@@ -53,7 +51,9 @@ def make_ego_vehicle() -> Mesh:
     body = merge(parts).fitted(length, width, height)
     bars = [block(0.05, 1.2, 0.05, STEEL).placed(x, 0.0, 1.53) for x in (-0.9, 0.1)]
     posts = [
-        block(0.05, 0.05, 0.12, STEEL).placed(x, y, 1.44) for x in (-0.9, 0.1) for y in (-0.55, 0.55)
+        block(0.05, 0.05, 0.12, STEEL).placed(x, y, 1.44)
+        for x in (-0.9, 0.1)
+        for y in (-0.55, 0.55)
     ]
     cameras = [block(0.10, 0.06, 0.06, BLACK_GLOSS).placed(0.16, y, 1.58) for y in _CAMERAS]
     lidar = [

@@ -14,7 +14,7 @@ from avsec_gym.world.models.vehicles.paint import RUBBER
 RIMS = 8
 """Number of rim textures."""
 
-_SIDES = 16
+_SIDES = 14
 
 
 @functools.cache
@@ -40,7 +40,11 @@ def _turned(profile: list[tuple[float, float]], material: Material) -> Mesh:
     angle = np.linspace(0.0, 2.0 * np.pi, _SIDES + 1)
     radius, y = line[:, :1], line[:, 1:]
     points = np.stack(
-        [radius * np.cos(angle), np.broadcast_to(y, (len(line), _SIDES + 1)), radius * np.sin(angle)],
+        [
+            radius * np.cos(angle),
+            np.broadcast_to(y, (len(line), _SIDES + 1)),
+            radius * np.sin(angle),
+        ],
         axis=-1,
     )
     along = np.gradient(line, axis=0)

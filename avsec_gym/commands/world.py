@@ -1,0 +1,193 @@
+"""`avsec world`: procedural data sets in KITTI's layouts, and digital twins of real frames."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import tyro
+
+from avsec_gym.commands import console
+from avsec_gym.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from avsec_gym.world.export import Recipe
+
+
+@dataclass(frozen=True)
+class WorldMake:
+    """Write a procedural data set: images, scans, labels, and the truth beside them.
+
+    A run that was stopped goes on where it was; more --frames continue a data set.
+    """
+
+    suite: Literal["street", "highway", "mixed", "connected", "raw"]
+    """Single frames on streets, highways, or both as in the labelled scenarios; several vehicles
+    at the same instants; or drives of 10 frames each second."""
+    out: Path
+    """Folder of the data set: new, empty, or with the same data set."""
+    frames: int = 100
+    """How many; for `connected` instants, each seen by all vehicles."""
+    seed: int = 0
+    """Names the data set: same seed, same bytes."""
+    workers: int | None = None
+    """Processes; each takes about 1 GB.  Default: 2, or 1 on one processor."""
+    cameras: tuple[int, ...] = ()
+    """Numbers from 0 to 3.  Default: 2 and 3; all four for `raw`."""
+    no_lidar: bool = False
+    """Write no scans."""
+    previous: int = 0
+    """Moments 0.1 s apart before each frame, 0 to 3 (prev_2, ...; street, highway, mixed)."""
+    vehicles: int = 3
+    """With sensors (connected)."""
+    drive_frames: int = 50
+    """Frames of a drive (raw)."""
+    json: bool = False
+    """Print a summary as JSON."""
+
+    def run(self) -> int:
+        """Do it; the exit code."""
+        from avsec_gym.world.export import Sensors, suite_recipe
+
+        given = {"previous": self.previous != 0, "vehicles": self.vehicles != 3}
+        given |= {"drive_frames": self.drive_frames != 50}
+        meant = {"connected": "vehicles", "raw": "drive_frames"}.get(self.suite, "previous")
+        for name, is_given in given.items():
+            if is_given and name != meant:
+                option = "--" + name.replace("_", "-")
+                raise ConfigurationError(f"{option} does not belong to --suite {self.suite}")
+        recipe = suite_recipe(
+            self.suite,
+            self.frames,
+            self.seed,
+            sensors=Sensors(self.cameras, not self.no_lidar),
+            previous=self.previous,
+            vehicles=self.vehicles,
+            drive_frames=self.drive_frames,
+        )
+        return _make(recipe, self.out, self.workers, self.json)
+
+
+@dataclass(frozen=True)
+class WorldTwin:
+    """Render the very layout of real labelled frames: same objects, calibration and ids."""
+
+    kitti: Path
+    """Root of the KITTI object data (the folder that holds `training`)."""
+    out: Path
+    """Folder of the data set: new, empty, or with the same data set."""
+    ids: tuple[str, ...] = ()
+    """Frames, such as 000107 000274.  Default: all that have label and calibration."""
+    split: str | None = None
+    """The frames of ImageSets/SPLIT.txt, such as val, that have label and calibration."""
+    limit: int | None = None
+    """Only the first frames."""
+    seed: int = 0
+    """Draws what labels do not tell: looks, surroundings, light."""
+    style: Literal["city", "residential", "campus", "highway", "rural"] | None = None
+    """How the places are built up.  Default: drawn to suit each frame."""
+    road_type: Literal["street", "highway"] | None = None
+    """Of the places.  Default: that of the style; street without one."""
+    workers: int | None = None
+    """Processes; each takes about 1 GB.  Default: 2, or 1 on one processor."""
+    cameras: tuple[int, ...] = (2, 3)
+    """Numbers from 0 to 3."""
+    no_lidar: bool = False
+    """Write no scans."""
+    json: bool = False
+    """Print a summary as JSON."""
+
+    def run(self) -> int:
+        """Do it; the exit code."""
+        from avsec_gym.kitti.dataset import KittiObject
+        from avsec_gym.road_type import RoadType
+        from avsec_gym.world.export.twins import Twins, twin_ids
+        from avsec_gym.world.site import Style
+
+        if self.limit is not None and self.limit < 1:
+            raise ConfigurationError(f"--limit is 1 or more, got {self.limit}")
+        if self.seed < 0:
+            raise ConfigurationError(f"--seed is 0 or more, got {self.seed}")
+        style = None if self.style is None else Style(self.style)
+        road_type = self.road_type or (
+            None if style is None else "highway" if style is Style.HIGHWAY else "street"
+        )
+        if style is not None and (style is Style.HIGHWAY) != (road_type == "highway"):
+            raise ConfigurationError(f"--style {style} is no --road-type {road_type}")
+        ids = twin_ids(KittiObject(self.kitti), self.ids, self.split)[: self.limit]
+        recipe = Twins(
+            self.kitti,
+            ids,
+            self.seed,
+            style,
+            None if road_type is None else RoadType(road_type),
+            self.cameras,
+            not self.no_lidar,
+        )
+        return _make(recipe, self.out, self.workers, self.json)
+
+
+@dataclass(frozen=True)
+class WorldVerify:
+    """Compare a data set with its manifest."""
+
+    root: Annotated[Path, tyro.conf.Positional]
+    """Folder of the data set."""
+    json: bool = False
+    """Print JSON."""
+
+    def run(self) -> int:
+        """Do it; the exit code: 1 where a file is missing or changed."""
+        from avsec_gym.world.export import changed_files
+
+        changed = changed_files(self.root, full=True)
+        if self.json:
+            console.print_json({"root": str(self.root), "changed": changed})
+        for name in changed:
+            console.say(f"missing or changed: {name}")
+        if not changed and not self.json:
+            console.say("every file is as the manifest says")
+        return console.BAD_DATA if changed else console.DONE
+
+
+@dataclass(frozen=True)
+class World:
+    """Procedural data sets in KITTI's layouts, and digital twins of real frames."""
+
+    verb: tyro.conf.OmitSubcommandPrefixes[
+        Annotated[WorldMake, tyro.conf.subcommand("make")]
+        | Annotated[WorldTwin, tyro.conf.subcommand("twin")]
+        | Annotated[WorldVerify, tyro.conf.subcommand("verify")]
+    ]
+
+    def run(self) -> int:
+        """Do it; the exit code."""
+        return self.verb.run()
+
+
+def _make(recipe: Recipe, out: Path, workers: int | None, json: bool) -> int:
+    from avsec_gym.world.export import make_data_set
+
+    begun = time.monotonic()
+    with console.progress("rendering") as shown:
+        report = make_data_set(recipe, out, workers=workers, on_progress=shown)
+    seconds = time.monotonic() - begun
+    for remark in report.remarks:
+        console.say(f"note: {remark}")
+    if json:
+        summary = {
+            "root": str(report.root),
+            "frames": report.made + report.kept,
+            "made": report.made,
+            "kept": report.kept,
+            "seconds": round(seconds, 1),
+            "remarks": list(report.remarks),
+        }
+        console.print_json(summary)
+    else:
+        console.say(
+            f"{report.root}: {report.made} frames made in {seconds:.0f} s, {report.kept} kept"
+        )
+    return console.DONE

@@ -1,0 +1,172 @@
+"""Drives: the same place and traffic over time, as one or several sensor vehicles see them."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import overload
+
+import numpy as np
+import shapely
+
+from avsec_gym.geometry import Floats, rectangle_polygons
+from avsec_gym.rig import SensorRig, kitti_rig
+from avsec_gym.world.ground import Ground
+from avsec_gym.world.rendering.light import draw_light
+from avsec_gym.world.actors import Moment
+from avsec_gym.world.shots import Shot
+from avsec_gym.world.site import Site, Style
+from avsec_gym.world.sites import draw_site
+from avsec_gym.world.stage import Stage, build_stage
+from avsec_gym.world.traffic import simulate
+
+STEP = 0.1
+"""Seconds between frames."""
+
+_BEFORE, _BEYOND = 80.0, 260.0
+"""Metres of road before the ego vehicle's first place and beyond its last."""
+_BEHIND, _AHEAD = 90.0, 210.0
+"""Metres of road built behind the rearmost and ahead of the foremost ego vehicle."""
+_STYLES = {
+    Style.RESIDENTIAL: 14.0,
+    Style.CITY: 16.0,
+    Style.HIGHWAY: 40.0,
+    Style.RURAL: 30.0,
+    Style.CAMPUS: 12.0,
+}
+"""In the order in which the drives of a set take turns, and the fastest that anyone drives, m/s."""
+_WHEELBASE, _TRACK = 2.7, 1.55
+_ROOM = 0.4
+"""Metres left free around everybody."""
+_SEED = 7
+
+
+class DriveShots(Sequence[Shot]):
+    """The frames of a drive, 10 each second, made when asked for.
+
+    Args:
+        world: Place and traffic.
+        rig: That every ego vehicle carries.
+    """
+
+    def __init__(self, world: DriveWorld, rig: SensorRig) -> None:
+        self.world, self.rig = world, rig
+
+    def __len__(self) -> int:
+        return len(self.world.moments)
+
+    @overload
+    def __getitem__(self, index: int) -> Shot: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Shot]: ...
+    def __getitem__(self, index: int | slice) -> Shot | list[Shot]:
+        """A frame, or several."""
+        if isinstance(index, slice):
+            return [self[i] for i in range(*index.indices(len(self)))]
+        number = range(len(self))[index]
+        world = self.world
+        return Shot(
+            site=world.site,
+            stage=world.stage,
+            moment=world.moments[number],
+            rig=self.rig,
+            vehicle_to_world=world.ego_poses[number],
+            seed=(*world.seed, number),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class DriveWorld:
+    """Place and traffic of a drive; the place is built up when it is first looked at."""
+
+    site: Site
+    moments: tuple[Moment, ...]
+    seed: tuple[int, int, int]
+
+    @cached_property
+    def ego_poses(self) -> Floats:
+        """From each ego vehicle's frame to the world at each moment, shape (T, E, 4, 4)."""
+        egos = [moment.actors.pose[list(moment.egos)] for moment in self.moments]
+        return vehicle_poses(self.site.ground, np.stack(egos))
+
+    @cached_property
+    def stage(self) -> Stage:
+        """The place built up and lit."""
+        rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((*self.seed, 1))))
+        places = self.ego_poses[..., :2, 3].reshape(-1, 2)
+        along, _ = self.site.course.coordinates(places[:, 0], places[:, 1])
+        course = self.site.course
+        start = max(float(along.min()) - _BEHIND, course.start)
+        end = min(float(along.max()) + _AHEAD, course.end)
+        return build_stage(self.site, draw_light(rng), start, end, _free_areas(self.moments))
+
+
+def drive_shots(
+    seed: int, index: int, frames: int, egos: int = 1, rig: SensorRig | None = None
+) -> DriveShots:
+    """A drive; same arguments, same drive.
+
+    Args:
+        seed: Names a set of drives.
+        index: Number of the drive in the set; styles of places take turns.
+        frames: How many, 0.1 s apart.
+        egos: Vehicles with sensors.
+        rig: That they carry; KITTI's if None.
+    """
+    return DriveShots(_drive_world(seed, index, frames, egos), rig or kitti_rig())
+
+
+def vehicle_poses(ground: Ground, poses: Floats) -> Floats:
+    """Poses of vehicles whose wheels stand on the ground.
+
+    Args:
+        ground: The land.
+        poses: x, y, heading of the body's centre, shape (..., 3).
+
+    Returns:
+        From the vehicle frame (x forward, y left, z up) to the world, shape (..., 4, 4).
+    """
+    x, y, heading = np.moveaxis(np.asarray(poses, float), -1, 0)
+    cos, sin = np.cos(heading), np.sin(heading)
+
+    def slope(east: Floats, north: Floats, reach: float) -> Floats:
+        east, north = 0.5 * reach * east, 0.5 * reach * north
+        rise = ground.height(x + east, y + north) - ground.height(x - east, y - north)
+        return np.asarray(rise / reach)
+
+    forward = np.stack([cos, sin, slope(cos, sin, _WHEELBASE)], axis=-1)
+    left = np.stack([-sin, cos, slope(-sin, cos, _TRACK)], axis=-1)
+    up = np.cross(forward, left)
+    forward /= np.linalg.norm(forward, axis=-1, keepdims=True)
+    up /= np.linalg.norm(up, axis=-1, keepdims=True)
+    place = np.stack([x, y, ground.height(x, y)], axis=-1)
+    result = np.zeros((*x.shape, 4, 4))
+    result[..., :3, :] = np.stack([forward, np.cross(up, forward), up, place], axis=-1)
+    result[..., 3, 3] = 1.0
+    return result
+
+
+@functools.lru_cache(maxsize=1)
+def _drive_world(seed: int, index: int, frames: int, egos: int) -> DriveWorld:
+    """Kept for the next frame: a worker goes through a drive in order."""
+    numbers = (seed, index, _SEED)
+    rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(numbers)))
+    style = list(_STYLES)[(seed + index) % len(_STYLES)]
+    duration = STEP * (frames - 1)
+    site = draw_site(style, rng, length=_BEFORE + _STYLES[style] * duration + _BEYOND)
+    moments = simulate(site, rng, duration=duration, step=STEP, egos=egos)
+    return DriveWorld(site, tuple(moments), numbers)
+
+
+def _free_areas(moments: Sequence[Moment]) -> list[shapely.Geometry]:
+    """Where anybody ever is."""
+    actors = [moment.actors for moment in moments]
+    rows = np.concatenate(
+        [np.column_stack([each.id, each.pose, each.dimensions[:, 1:]]) for each in actors]
+    )
+    rows = np.unique(rows, axis=0)  # Who stands has one footprint, however long.
+    size = rows[:, 4:] + 2.0 * _ROOM
+    footprints = rectangle_polygons(rows[:, 1:4], size[:, 1], size[:, 0])
+    return [shapely.union_all(footprints[rows[:, 0] == id]) for id in np.unique(rows[:, 0])]

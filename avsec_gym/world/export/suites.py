@@ -1,0 +1,159 @@
+"""The suites by name, and those of single frames: street, highway, mixed."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.kitti.label_folders import frame_ids
+from avsec_gym.kitti.text_files import read_text, write_text
+from avsec_gym.road_type import RoadType
+from avsec_gym.world.capture import take
+from avsec_gym.world.earlier import earlier, plausible_ego_speed
+from avsec_gym.world.export.connected import ConnectedVehicles
+from avsec_gym.world.export.frame_files import write_object_files
+from avsec_gym.world.export.raw_drives import RawDrives
+from avsec_gym.world.export.recipe import Recipe, Sensors, whole_number
+from avsec_gym.world.layouts import generate_layout
+from avsec_gym.world.shots import shot_of_layout
+
+SUITES = ("street", "highway", "mixed", "connected", "raw")
+"""Names of the suites."""
+
+_VALIDATION = 4
+"""Every so manieth frame is for validation."""
+_MOST_PREVIOUS = 3
+_STEP = 0.1
+_ROAD_TYPES = {"street": RoadType.STREET, "highway": RoadType.HIGHWAY, "mixed": None}
+
+
+def suite_recipe(
+    suite: str,
+    frames: int,
+    seed: int = 0,
+    *,
+    sensors: Sensors | None = None,
+    previous: int = 0,
+    vehicles: int = 3,
+    drive_frames: int = 50,
+) -> Recipe:
+    """How to make a suite.
+
+    Args:
+        suite: One of `SUITES`.
+        frames: How many; of several vehicles, instants.
+        seed: Names the set.
+        sensors: That are written; KITTI's if None.
+        previous: Moments before each frame (street, highway, mixed).
+        vehicles: With sensors (connected).
+        drive_frames: Of each drive (raw).
+
+    Raises:
+        ConfigurationError: An unknown suite, or a number that cannot be.
+    """
+    sensors = sensors or Sensors()
+    whole_number("the number of frames", frames, 1)
+    whole_number("the seed", seed, 0)
+    if suite == "raw":
+        return RawDrives(frames, seed, sensors, drive_frames)
+    if suite == "connected":
+        return ConnectedVehicles(frames, seed, sensors, vehicles)
+    if suite in _ROAD_TYPES:
+        return LayoutFrames(suite, frames, seed, sensors, previous)
+    raise ConfigurationError(f"{suite!r} is no suite; there are {', '.join(SUITES)}")
+
+
+@dataclass(frozen=True, eq=False)
+class LayoutFrames:
+    """A frame for each layout of a set, in KITTI's object layout.
+
+    Args:
+        suite: ``street``, ``highway`` or ``mixed``.
+        count: Of frames.
+        seed: Of the set of layouts.
+        sensors: That are written.
+        previous: Moments before each frame, 0 to 3.
+
+    Raises:
+        ConfigurationError: Another number of moments.
+    """
+
+    suite: str
+    count: int
+    seed: int = 0
+    sensors: Sensors = field(default_factory=Sensors)
+    previous: int = 0
+    last_files: str = field(default="training/label_2/*.txt", init=False)
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.previous <= _MOST_PREVIOUS:
+            raise ConfigurationError(
+                f"a frame has 0 to {_MOST_PREVIOUS} moments before it, got {self.previous}"
+            )
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """See `Recipe`."""
+        return {
+            "suite": self.suite,
+            "seed": self.seed,
+            "previous": self.previous,
+            **self.sensors.to_json(self._cameras),
+        }
+
+    def __len__(self) -> int:
+        return self.count
+
+    def last_file(self, number: int) -> str:
+        """See `Recipe`."""
+        return f"training/label_2/{number:06d}.txt"
+
+    def make(self, root: Path, number: int) -> list[str]:
+        """See `Recipe`."""
+        layout = generate_layout(number, _ROAD_TYPES[self.suite], set_seed=self.seed)
+        shot = shot_of_layout(layout, self.sensors.rig)
+        speed = plausible_ego_speed(shot)
+        before = tuple(
+            take(earlier(shot, _STEP * step, speed), cameras=self._cameras, lidar=None)
+            for step in range(1, self.previous + 1)
+        )
+        write_object_files(
+            root / "training",
+            f"{number:06d}",
+            shot,
+            take(shot, cameras=self._cameras, lidar=self.sensors.scanner),
+            previous=before,
+            notes={"layout": layout.id, "ego_speed": round(speed, 3)},
+        )
+        return []
+
+    def finish(self, root: Path) -> None:
+        """See `Recipe`."""
+        write_lists(root)
+
+    @property
+    def _cameras(self) -> tuple[int, ...]:
+        return self.sensors.or_usual(2, 3)
+
+
+def write_lists(root: Path) -> None:
+    """Write ``ImageSets`` and ``road_type.csv`` for the frames of an object layout."""
+    training = root / "training"
+    ids = frame_ids(training / "label_2", ".txt")
+    validation = [id for id in ids if int(id) % _VALIDATION == _VALIDATION - 1]
+    lists = {
+        "train": [id for id in ids if id not in set(validation)],
+        "val": validation,
+        "trainval": ids,
+    }
+    for name, chosen in lists.items():
+        text = "".join(f"{id}\n" for id in chosen)
+        write_text(root / "ImageSets" / f"{name}.txt", text, overwrite=True)
+    rows = ["img_name,label"]
+    for id in ids:
+        road_type = json.loads(read_text(training / "scene" / f"{id}.json"))["road_type"]
+        rows.append(f"{id}.png,{int(road_type == RoadType.STREET)}")
+    write_text(training / "road_type.csv", "\n".join(rows) + "\n", overwrite=True)
