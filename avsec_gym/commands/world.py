@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 from avsec_gym.commands import console
-from avsec_gym.errors import ConfigurationError
+from avsec_gym.errors import ConfigurationError, DataError
 
 if TYPE_CHECKING:
     from avsec_gym.world.export import Recipe
@@ -117,6 +117,8 @@ class WorldTwin:
         if style is not None and (style is Style.HIGHWAY) != (road_type == "highway"):
             raise ConfigurationError(f"--style {style} is no --road-type {road_type}")
         ids = twin_ids(KittiObject(self.kitti), self.ids, self.split)[: self.limit]
+        if not ids:
+            raise DataError("No frame has both label and calibration.", path=self.kitti)
         recipe = Twins(
             self.kitti,
             ids,
@@ -182,6 +184,7 @@ def _make(recipe: Recipe, out: Path, workers: int | None, json: bool) -> int:
             "frames": report.made + report.kept,
             "made": report.made,
             "kept": report.kept,
+            "left_out": report.left_out,
             "seconds": round(seconds, 1),
             "remarks": list(report.remarks),
         }
@@ -190,4 +193,4 @@ def _make(recipe: Recipe, out: Path, workers: int | None, json: bool) -> int:
         console.say(
             f"{report.root}: {report.made} frames made in {seconds:.0f} s, {report.kept} kept"
         )
-    return console.DONE
+    return console.DONE_IN_PART if report.left_out else console.DONE

@@ -13,9 +13,9 @@ import shapely
 
 from avsec_gym.geometry import Floats, rectangle_polygons
 from avsec_gym.rig import SensorRig, kitti_rig
+from avsec_gym.world.actors import Moment
 from avsec_gym.world.ground import Ground
 from avsec_gym.world.rendering.light import draw_light
-from avsec_gym.world.actors import Moment
 from avsec_gym.world.shots import Shot
 from avsec_gym.world.site import Site, Style
 from avsec_gym.world.sites import draw_site

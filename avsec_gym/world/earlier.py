@@ -28,7 +28,7 @@ def earlier(shot: Shot, seconds: float, ego_speed: float) -> Shot:
         seconds: How much earlier.
         ego_speed: Of the ego vehicle, m/s.
     """
-    actors, site, own = shot.moment.actors, shot.site, shot.moment.egos[0]
+    actors, own = shot.moment.actors, shot.moment.egos[0]
     way = actors.speed * seconds
     heading = actors.pose[:, 2]
     pose = actors.pose.copy()
@@ -71,7 +71,7 @@ def _back_along_road(shot: Shot, now: Floats, way: float) -> Floats:
     then = np.eye(4)
     cos, sin = np.cos(turn), np.sin(turn)
     then[:3, :3] = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]) @ now[:3, :3]
-    then[:2, 3] = (x, y) + there[:2] - here[:2]
+    then[:2, 3] = now[:2, 3] + there[:2] - here[:2]
     rise = ground.height(then[0, 3], then[1, 3]) - ground.height(x, y)
     then[2, 3] = now[2, 3] + float(rise)
     return then

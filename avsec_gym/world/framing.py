@@ -24,6 +24,7 @@ EGO_DIMENSIONS = (1.50, 1.80, 4.70)
 """Height, width, length of the car with the sensors, metres."""
 VEHICLES = ("Car", "Van", "Truck", "Tram", "Misc")
 
+_LANE_WIDTH, _MEDIAN = 3.5, 3.0
 _PLANE_WEIGHT = 0.02
 _SWELL_RADIUS = (2.5, 9.0)
 
@@ -164,6 +165,30 @@ def keep_clear(
             cone = shapely.union(eye, footprints[index])
             areas.append(shapely.convex_hull(cone))
     return areas
+
+
+def highway_lanes(actors: Actors, course: Course, known: tuple[float, ...]) -> tuple[float, ...]:
+    """Lanes under all vehicles in line with a highway, and an opposite carriageway.
+
+    Args:
+        actors: Everybody.
+        course: The highway's line.
+        known: Middles of lanes that are there anyway, metres to the left of the line.
+    """
+    x, y, heading = actors.pose.T
+    along, left = course.coordinates(x, y)
+    turn = heading - course.poses(along, left)[:, 2]
+    in_line = (np.abs(np.sin(turn)) < 0.25) & np.isin(actors.category, VEHICLES)
+    in_line &= (left > -6.5) & (left < 20.0)
+    lanes = list(known)
+    for place in np.sort(left[in_line]):
+        if min(abs(place - lane) for lane in lanes) > 2.4:
+            lanes.append(float(place))
+    lanes.sort()
+    apart = np.diff(lanes)
+    if len(apart) == 0 or apart.max() < _MEDIAN + _LANE_WIDTH:
+        lanes += [lanes[-1] + _MEDIAN + _LANE_WIDTH, lanes[-1] + _MEDIAN + 2 * _LANE_WIDTH]
+    return tuple(lanes)
 
 
 def usual_heading(actors: Actors, near: float = 40.0) -> float:

@@ -14,6 +14,7 @@ from avsec_gym.world.actors import Actors, Moment
 from avsec_gym.world.framing import (
     actors_from_boxes,
     ground_through,
+    highway_lanes,
     keep_clear,
     lifted,
     parked_beside,
@@ -135,6 +136,8 @@ def _shot(
     rng: np.random.Generator,
 ) -> Shot:
     """Build the place around actors; the ground is fitted to them if None."""
+    if style == Style.HIGHWAY:
+        lanes = highway_lanes(actors, course, lanes)
     parked = parked_beside(actors, course, lanes, lane_width)
     section = section_for_lanes(lanes, lane_width, style, rng, *parked)
     lift = lifted(actors, course, section)
@@ -184,9 +187,6 @@ def _lanes(actors: Actors, course: Course, style: Style) -> tuple[float, ...]:
     _, left = course.coordinates(actors.pose[:, 0], actors.pose[:, 1])
     left = left[1:]
     lanes = [0.0]
-    if style == Style.HIGHWAY:
-        lanes += [-3.5] if ((left > -5.0) & (left < -2.2)).any() else []
-        lanes += [3.5, 12.0, 15.5]
-    elif not ((left > 1.2) & (left < 2.9)).any():
+    if style != Style.HIGHWAY and not ((left > 1.2) & (left < 2.9)).any():
         lanes.append(3.3)
     return tuple(sorted(lanes))

@@ -32,8 +32,10 @@ class DataSetReport:
     """Frames made now."""
     kept: int
     """Frames that were there."""
+    left_out: int = 0
+    """Frames whose sources are broken; each has its remark."""
     remarks: tuple[str, ...] = ()
-    """Of the frames made now."""
+    """On the frames made now."""
 
 
 def make_data_set(
@@ -73,7 +75,7 @@ def make_data_set(
         else:
             check_same(root, manifest, asked)
             sweep(root)
-        missing = [i for i in range(len(recipe)) if not (root / recipe.last_file(i)).is_file()]
+        missing = _missing(recipe, root)
         kept = len(recipe) - len(missing)
         if manifest is not None and manifest["complete"] and not missing:
             _check_sizes(root, manifest["files"])
@@ -81,16 +83,23 @@ def make_data_set(
         write_manifest(root, asked)
         remarks: dict[int, list[str]] = {}
         frames = make_frames(recipe, root, missing, workers or usual_workers())
-        for done, (number, said) in enumerate(frames, start=kept + 1):
-            remarks[number] = said
+        for done, (number, noted) in enumerate(frames, start=kept + 1):
+            remarks[number] = noted
             if on_progress is not None:
                 on_progress(done, len(recipe))
+        said = tuple(remark for number in sorted(remarks) for remark in remarks[number])
+        left_out = len(_missing(recipe, root))
+        if left_out == len(recipe):
+            raise DataError(f"No frame could be made. {said[0]}", path=root)
         recipe.finish(root)
         frames_there = sum(1 for _ in root.glob(recipe.last_files))
         asked |= {"complete": True, "frames": frames_there, "files": list_files(root)}
         write_manifest(root, asked)
-    every = tuple(remark for number in sorted(remarks) for remark in remarks[number])
-    return DataSetReport(root, len(missing), kept, every)
+    return DataSetReport(root, len(missing) - left_out, kept, left_out, said)
+
+
+def _missing(recipe: Recipe, root: Path) -> list[int]:
+    return [i for i in range(len(recipe)) if not (root / recipe.last_file(i)).is_file()]
 
 
 def _make_folder(root: Path) -> None:

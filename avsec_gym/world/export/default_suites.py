@@ -113,7 +113,9 @@ def world_drives() -> KittiRaw:
 
 def _is_sound(root: Path, full: bool) -> bool:
     manifest = read_manifest(root)
-    return manifest is not None and bool(manifest["complete"]) and not changed_files(root, full=full)
+    if manifest is None or not manifest["complete"]:
+        return False
+    return not changed_files(root, full=full)
 
 
 def _logged(name: str) -> Progress:

@@ -121,9 +121,7 @@ def changed_files(root: str | Path, *, full: bool = False) -> list[str]:
     manifest = read_manifest(root)
     if manifest is None or not manifest["complete"]:
         raise DataError(
-            "There is no manifest.json."
-            if manifest is None
-            else "The data set is not complete.",
+            "There is no manifest.json." if manifest is None else "The data set is not complete.",
             path=root,
             remedy="`avsec world make` with the same arguments completes a data set.",
         )

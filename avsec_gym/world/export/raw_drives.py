@@ -93,9 +93,7 @@ class RawDrives:
     def finish(self, root: Path) -> None:
         """See `Recipe`: calibration, and what belongs to each drive as a whole."""
         rig = self.sensors.rig
-        write_raw_calibration(
-            root / DATE, rig.calibration, image_size=rig.size, overwrite=True
-        )
+        write_raw_calibration(root / DATE, rig.calibration, image_size=rig.size, overwrite=True)
         for folder in sorted((root / DATE).glob("*_sync")):
             drive = int(folder.name.split("_")[-2]) - 1
             self._finish_drive(folder, drive)
@@ -142,7 +140,8 @@ def _sightings(folder: Path, path: Path) -> list[Sighting]:
     """Who is labelled in a frame, from its label and scene files."""
     boxes = read_labels(path)
     scene = json.loads(read_text(folder / "scene_02" / "data" / f"{path.stem}.json"))
-    assert boxes.occlusion is not None and boxes.truncation is not None, "labels have them"
+    assert boxes.occlusion is not None, "labels have it"
+    assert boxes.truncation is not None, "labels have it"
     return [
         Sighting(each["actor"], int(occlusion), float(truncation))
         for each, occlusion, truncation in zip(

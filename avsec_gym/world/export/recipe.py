@@ -79,11 +79,15 @@ class Recipe(Protocol):
         """A glob of the files that `last_file` names, relative to the root."""
 
     def last_file(self, number: int) -> str:
-        """The file of a frame that is written last, relative to the root: once it is there, the
-        frame is complete."""
+        """The file of a frame that is written last, relative to the root.
+
+        Once it is there, the frame is complete.
+        """
 
     def make(self, root: Path, number: int) -> list[str]:
         """Write a frame, over what an interrupted run left of it.
+
+        A frame whose sources are broken is left out, with a remark.
 
         Returns:
             Remarks for people.

@@ -45,9 +45,7 @@ class _Place(NamedTuple):
     yaw: float
 
 
-def tracklets_of(
-    shots: DriveShots, sightings: Mapping[int, Sequence[Sighting]]
-) -> list[Tracklet]:
+def tracklets_of(shots: DriveShots, sightings: Mapping[int, Sequence[Sighting]]) -> list[Tracklet]:
     """Tracklets by their first frame.
 
     Between two labels an object is there without a break, hidden where no label tells of it.

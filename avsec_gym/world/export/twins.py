@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.errors import ConfigurationError
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.label_folders import check_id
 from avsec_gym.kitti.sensor_files import read_image_size
@@ -83,8 +83,11 @@ class Twins:
     def make(self, root: Path, number: int) -> list[str]:
         """See `Recipe`; remarks on objects that are hidden in the twin."""
         id, data = self.ids[number], KittiObject(self.kitti)
-        boxes = data.labels(id)
-        rig = twin_rig(data, id, boxes)
+        try:
+            boxes = data.labels(id)
+            rig = twin_rig(data, id, boxes)
+        except DataError as error:
+            return [f"left out: {error}"]
         shot = shot_of_labels(
             boxes,
             rig,

@@ -65,7 +65,7 @@ class Light:
             axis=-1,
         )
         towards_sun = np.clip(direction @ self.sun, -1.0, 1.0)[..., None]
-        zenith, horizon = np.array([0.24, 0.42, 0.82]), np.array([1.25, 1.36, 1.48])
+        zenith, horizon = np.array([0.36, 0.48, 0.76]), np.array([1.25, 1.36, 1.48])
         veil = (1.0 - height) ** 4
         clear = zenith * (1 - veil) + horizon * veil
         clear = clear * (1.0 + 0.35 * towards_sun**2 + 0.9 * np.maximum(towards_sun, 0) ** 24)
@@ -84,12 +84,12 @@ class Light:
 
 def draw_light(rng: np.random.Generator) -> Light:
     """Some daylight hour: mostly sunny as in KITTI, sometimes hazy or overcast."""
-    cloudiness = float(rng.choice([0.02, 0.15, 0.35, 0.6, 0.95], p=[0.3, 0.25, 0.2, 0.1, 0.15]))
+    cloudiness = float(rng.choice([0.02, 0.15, 0.35, 0.6, 0.95], p=[0.32, 0.28, 0.2, 0.1, 0.1]))
     return Light(
         azimuth=float(rng.uniform(-np.pi, np.pi)),
         elevation=float(np.radians(rng.uniform(22.0, 58.0))),
         cloudiness=cloudiness,
         haze=float(rng.uniform(1200.0, 6000.0) * (1.0 - 0.6 * cloudiness)),
         seed=int(rng.integers(2**31)),
-        brightness=float(np.clip(rng.normal(0.36, 0.025), 0.28, 0.44)),
+        brightness=float(np.clip(rng.normal(0.355, 0.02), 0.30, 0.42) + 0.06 * cloudiness**2),
     )

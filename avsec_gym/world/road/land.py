@@ -27,7 +27,7 @@ _NEAR = {
     Style.RESIDENTIAL: ("grass", "grass", "soil"),
     Style.CAMPUS: ("grass", "grass", "leaves"),
     Style.HIGHWAY: ("grass", "grass", "grass"),
-    Style.RURAL: ("grass", "grass", "meadow"),
+    Style.RURAL: ("grass", "grass", "grass"),
 }
 """Mostly the first, here and there the others."""
 _GREENS = ((0.92, 1.0, 0.9), (1.06, 1.0, 0.95), (0.8, 0.86, 0.8))
@@ -133,10 +133,10 @@ def _growth(
     """Materials, and which of them each cell shows: lots near the road, fields far off."""
     kinds = ground_materials(site)
     names = list(_NEAR[site.style])
-    outermost = [strip for strip in site.section.strips if strip.surface == Surface.VERGE]
-    if outermost:
-        # The verge goes on behind the road.
-        names[0] = outermost[0].material
+    for outermost in (site.section.strips[0], site.section.strips[-1]):
+        if outermost.surface == Surface.VERGE:
+            # The verge goes on behind the road.
+            names[0] = outermost.material
     near = [kinds[name] for name in names]
     fields = [Material(f"meadow/{i}", tint, infrared=0.5) for i, tint in enumerate(_GREENS)]
     if site.style in (Style.RURAL, Style.HIGHWAY):

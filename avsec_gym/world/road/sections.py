@@ -90,7 +90,7 @@ def section_for_lanes(
         style: How the place is built up.
         rng: The source of chance.
         parked_right: Outer side of the cars parked on the right, metres to the left of the
-            course (so negative); None without any.
+            course (so negative); None without any.  Highways have none.
         parked_left: Outer side of those on the left.
     """
     offsets = np.sort(np.asarray(lane_offsets, float))

@@ -16,9 +16,9 @@ BUSH_VARIANTS = 6
 _MIDDLE, _FAR = 24.0, 55.0
 
 
-def tree_maker(species: str, variant: int) -> Make:
-    """A tree whose detail falls with distance."""
-    return partial(_tree, species, variant)
+def tree_maker(species: str, variant: int, hidden: float = 0.0) -> Make:
+    """A tree whose detail falls with distance; half-hidden ones count as farther, by metres."""
+    return partial(_tree, species, variant, hidden)
 
 
 def plant_trees(
@@ -30,14 +30,15 @@ def plant_trees(
     *,
     on_road: bool = False,
     scale: tuple[float, float] = (0.8, 1.2),
+    hidden: float = 0.0,
 ) -> int:
-    """Trees at places; returns how many had room."""
+    """Trees at places; returns how many had room (see `tree_maker` for `hidden`)."""
     planted = 0
     for station, offset in zip(along, left, strict=True):
         kind, variant = str(rng.choice(list(species))), int(rng.integers(VARIANTS))
         size, turn = float(rng.uniform(*scale)), float(rng.uniform(0, 2 * np.pi))
         planted += plot.place(
-            tree_maker(kind, variant),
+            tree_maker(kind, variant, hidden),
             Surface.VEGETATION,
             float(station),
             float(offset),
@@ -111,13 +112,16 @@ def grove(
     count = int(area / spacing**2)
     along = rng.uniform(plot.start, plot.end, count)
     depth = nearest + (deepest - nearest) * rng.random(count) ** 1.4
-    plant_trees(plot, rng, species, along, side * depth)
+    front = depth < nearest + 7.0
+    plant_trees(plot, rng, species, along[front], side * depth[front])
+    plant_trees(plot, rng, species, along[~front], side * depth[~front], hidden=_FAR)
     edge = int((plot.end - plot.start) / (1.3 * spacing))
     along = rng.uniform(plot.start, plot.end, edge)
     plant_bushes(plot, rng, along, side * (nearest + rng.uniform(-1.5, 2.0, edge)))
 
 
-def _tree(species: str, variant: int, distance: float) -> Mesh:
+def _tree(species: str, variant: int, hidden: float, distance: float) -> Mesh:
+    distance += hidden
     detail = "near" if distance < _MIDDLE else "middle" if distance < _FAR else "far"
     return tree(species, variant, detail)  # type: ignore[arg-type]
 

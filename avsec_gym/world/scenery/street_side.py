@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache, partial
 
 import numpy as np
 
@@ -140,8 +141,8 @@ def _bicycles(plot: Plot, rng: np.random.Generator, along: float, left: float, s
     """A few parked side by side."""
     heading = float(rng.choice([0.0, 0.5 * np.pi])) + float(rng.normal(0.0, 0.1))
     across = abs(np.sin(heading)) > 0.5
-    for index in range(int(rng.integers(1, 6))):
-        bicycle = make_bicycle(int(rng.integers(2**31)))
+    for index in range(int(rng.integers(1, 5))):
+        bicycle = partial(_bicycle, int(rng.integers(8)))
         step = 0.65 * index
         plot.place(
             bicycle,
@@ -152,3 +153,10 @@ def _bicycles(plot: Plot, rng: np.random.Generator, along: float, left: float, s
             size=(1.75, 0.5),
             on_road=True,
         )
+
+
+def _bicycle(appearance: int, distance: float) -> Mesh:
+    return _bicycles_by_look(appearance)
+
+
+_bicycles_by_look = cache(make_bicycle)

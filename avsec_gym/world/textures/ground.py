@@ -28,7 +28,7 @@ _ASPHALTS = (
 )
 """From real streets: the last ones are an even dark top layer and a light worn one."""
 
-_GRASSES = ((92, 99, 56), (102, 104, 62), (84, 94, 54), (112, 108, 68))
+_GRASSES = ((92, 99, 56), (102, 104, 62), (84, 94, 54), (106, 107, 64))
 _MEADOWS = ((98, 102, 60), (114, 109, 68), (92, 94, 56), (126, 117, 76))
 _FIELDS = ((134, 112, 84), (176, 156, 108), (98, 108, 54), (116, 96, 74))
 
@@ -82,7 +82,7 @@ def _slabs(variant: int, rng: np.random.Generator) -> Picture:
         rows, columns, stagger = ((16, 16, 0.5), (0, 0, 0), (16, 8, 0.5), (8, 8, 0.0))[variant]
         layout = bond(rng, _SIDE, rows, columns, stagger=stagger, jitter=0.0)
     return stones(
-        rng, layout, colour, joint_colour=(84, 80, 70), joint=1.1, spread=0.055, grain=0.075
+        rng, layout, colour, joint_colour=(84, 80, 70), joint=1.1, spread=0.042, grain=0.075
     )
 
 
@@ -136,9 +136,9 @@ def _green(
 ) -> Picture:
     """Blades with dark gaps, in clumps, here and there dry or a herb of another green."""
     blades = white_noise(rng, _SIDE, _SIDE, blade) + 0.7 * white_noise(rng, _SIDE, _SIDE, 3.0)
-    clumps = fractal_noise(rng, _SIDE, _SIDE, cells=10, octaves=5, persistence=0.7)
+    clumps = fractal_noise(rng, _SIDE, _SIDE, cells=14, octaves=5, persistence=0.75)
     dry = np.clip(
-        dryness * (fractal_noise(rng, _SIDE, _SIDE, cells=5, octaves=6, persistence=0.75) + 0.6),
+        dryness * (fractal_noise(rng, _SIDE, _SIDE, cells=11, octaves=6, persistence=0.85) + 0.6),
         0.0,
         1.0,
     )[..., None]
@@ -153,7 +153,7 @@ def _green(
 def _soil(variant: int, rng: np.random.Generator) -> Picture:
     """Bare earth with pebbles and straws."""
     colour = ((122, 102, 80), (102, 88, 72))[variant]
-    cloud = fractal_noise(rng, _SIDE, _SIDE, cells=6, octaves=8, persistence=0.8)
+    cloud = fractal_noise(rng, _SIDE, _SIDE, cells=12, octaves=7, persistence=0.85)
     crumbs = white_noise(rng, _SIDE, _SIDE, 1.1)
     pebbles = np.maximum(white_noise(rng, _SIDE, _SIDE, 1.4) - 1.7, 0.0)
     return picture(coloured(colour, 0.11 * cloud + 0.13 * crumbs + 0.3 * pebbles, 1.0))
@@ -219,9 +219,9 @@ TEXTURES: dict[str, Texture] = {
     "setts": Texture((4.0, 4.0), 3, _setts),
     "clinker": Texture((4.0, 4.0), 2, _clinker),
     "kerb_stone": Texture((4.0, 4.0), 1, _kerb_stone),
-    "grass": Texture((4.0, 4.0), len(_GRASSES), _grass),
-    "meadow": Texture((7.0, 7.0), len(_MEADOWS), _meadow),
-    "soil": Texture((4.0, 4.0), 2, _soil),
+    "grass": Texture((6.0, 6.0), len(_GRASSES), _grass),
+    "meadow": Texture((8.0, 8.0), len(_MEADOWS), _meadow),
+    "soil": Texture((6.0, 6.0), 2, _soil),
     "gravel": Texture((4.0, 4.0), 1, _gravel),
     "leaf_litter": Texture((5.0, 5.0), 1, _leaf_litter),
     "field": Texture((16.0, 16.0), len(_FIELDS), _field),

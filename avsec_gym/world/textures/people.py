@@ -29,22 +29,22 @@ class HeadLook(NamedTuple):
 
 
 HEADS = (
-    HeadLook((214, 168, 142), (62, 44, 32), "short"),
+    HeadLook((214, 168, 142), (72, 54, 42), "short"),
     HeadLook((222, 178, 152), (104, 80, 58), "short", glasses="clear"),
-    HeadLook((206, 156, 130), (36, 30, 28), "short", beard=True),
+    HeadLook((206, 156, 130), (50, 43, 40), "short", beard=True),
     HeadLook((224, 182, 160), (150, 146, 140), "receding", glasses="clear"),
     HeadLook((210, 160, 136), (92, 84, 78), "receding"),
     HeadLook((218, 172, 148), (120, 104, 92), "bald"),
-    HeadLook((188, 138, 108), (28, 24, 22), "short", glasses="sun"),
-    HeadLook((118, 80, 60), (22, 20, 20), "short"),
+    HeadLook((188, 138, 108), (44, 39, 36), "short", glasses="sun"),
+    HeadLook((118, 80, 60), (38, 35, 34), "short"),
     HeadLook((226, 186, 164), (176, 150, 106), "long"),
     HeadLook((220, 176, 152), (70, 46, 32), "long", glasses="sun"),
-    HeadLook((214, 168, 144), (34, 28, 26), "ponytail"),
+    HeadLook((214, 168, 144), (48, 41, 38), "ponytail"),
     HeadLook((226, 184, 162), (148, 116, 80), "ponytail"),
     HeadLook((220, 178, 156), (88, 56, 42), "bob"),
     HeadLook((216, 172, 150), (176, 172, 166), "bob", glasses="clear"),
     HeadLook((222, 180, 156), (88, 60, 40), "bun"),
-    HeadLook((142, 100, 76), (26, 22, 22), "bun"),
+    HeadLook((142, 100, 76), (42, 37, 36), "bun"),
 )
 """What ``head/0`` and so on look like."""
 

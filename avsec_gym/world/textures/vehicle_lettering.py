@@ -81,7 +81,7 @@ def cargo_side(variant: int, rng: np.random.Generator) -> Picture:
     text = _COMPANIES[variant]
     if text:
         wide = cv2.getTextSize(text, cv2.FONT_HERSHEY_DUPLEX, 1.0, 3)[0][0]
-        scale = min(2.2, 400.0 / wide)
+        scale = min(2.2, 310.0 / wide)
         cv2.putText(
             canvas,
             text,

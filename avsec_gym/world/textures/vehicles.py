@@ -273,9 +273,9 @@ def _bus_door(_: int, rng: np.random.Generator) -> Picture:
 TEXTURES: dict[str, Texture] = {
     "plate": Texture((0.52, 0.115), 24, plate),
     "car_side": Texture((4.0, 1.0), 3, _car_side),
-    "side_glass": Texture((1.0, 1.0), 3, _window((0.45,), (85.0, 50.0, 120.0))),
-    "windscreen": Texture((1.0, 1.0), 3, _window((0.28, 0.72), (60.0, 40.0, 80.0), board=True)),
-    "rear_glass": Texture((1.0, 1.0), 3, _window((0.25, 0.75), (60.0, 30.0, 45.0), wiper=True)),
+    "side_glass": Texture((1.0, 1.0), 3, _window((0.45,), (110.0, 60.0, 150.0))),
+    "windscreen": Texture((1.0, 1.0), 3, _window((0.28, 0.72), (80.0, 45.0, 110.0), board=True)),
+    "rear_glass": Texture((1.0, 1.0), 3, _window((0.25, 0.75), (75.0, 35.0, 55.0), wiper=True)),
     "wheel": Texture((2.0, 2.0), 8, _wheel),
     "grille": Texture((1.0, 1.0), 4, _grille),
     "bonnet": Texture((1.0, 1.0), 1, _bonnet),

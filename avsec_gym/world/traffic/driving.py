@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from avsec_gym.geometry import Floats
 
-LATERAL_ACCELERATION = 2.0
+LATERAL_ACCELERATION = 1.8
 """In bends, m/s2."""
 HARDEST_BRAKING = 8.0
 """m/s2."""
@@ -72,8 +72,10 @@ def calm_interaction(
     acceleration: float,
     braking: float,
 ) -> float:
-    """`idm_interaction` without its panic: fast followers of the IDM brake hard for slower ones
-    far ahead, these no harder than comfortably plus half as hard again as they need to.
+    """`idm_interaction` without its panic.
+
+    At high speed the IDM brakes hard for somebody little slower far ahead; here nobody brakes
+    harder than comfortably plus half as hard again as it must.
     """
     felt = idm_interaction(speed, gap, closing, headway, standstill, acceleration, braking)
     needed = 0.5 * max(closing, 0.0) ** 2 / max(gap - 0.5 * standstill, 0.1)

@@ -110,9 +110,9 @@ def _ahead(traffic: Traffic, one: int, route: int, place: float) -> int:
     """Who drives next ahead of a place on a route, but one itself."""
     found, nearest = _NOBODY, np.inf
     for other in range(len(traffic.place)):
-        if other != one and traffic.route[other] == route:
-            if place <= traffic.place[other] < nearest:
-                found, nearest = other, traffic.place[other]
+        there = other != one and traffic.route[other] == route
+        if there and place <= traffic.place[other] < nearest:
+            found, nearest = other, traffic.place[other]
     return found
 
 
@@ -121,9 +121,9 @@ def _behind(traffic: Traffic, one: int, route: int, place: float) -> int:
     """Who drives next behind a place on a route, but one itself."""
     found, nearest = _NOBODY, -np.inf
     for other in range(len(traffic.place)):
-        if other != one and traffic.route[other] == route:
-            if nearest < traffic.place[other] < place:
-                found, nearest = other, traffic.place[other]
+        there = other != one and traffic.route[other] == route
+        if there and nearest < traffic.place[other] < place:
+            found, nearest = other, traffic.place[other]
     return found
 
 

@@ -178,7 +178,7 @@ def _traffic(
     lights = _red_lights(site, roads, rng)
     jams = np.where(rng.random(2) < _JAM, rng.uniform(0.1, 0.4, 2), 1.0)
     for lane, route in enumerate(roads.lanes):
-        jam = float(jams[site.section.lanes[lane].direction > 0])
+        jam = float(jams[int(site.section.lanes[lane].direction > 0)])
         queue = fill_lane(site, roads, lane, bustle, jam, rng)
         for riding, beside in roads.cycling:
             if beside == lane:

@@ -14,6 +14,8 @@ from avsec_gym.world.traffic.state import Integers
 
 _WIDTH, _RIDERS_WIDTH = 1.9, 0.7
 """Of vehicles and cyclists on their routes, metres."""
+_FROM_EDGE = 1.2
+"""Between the middles of lanes and the carriageway's edges at least, metres."""
 _BEYOND, _BEYOND_HIGHWAY = 350.0, 600.0
 """How far traffic reaches beyond the site's ends, so that more comes after it, metres."""
 _TURN_BEFORE, _TURN_BEHIND = 8.0, 4.0
@@ -53,8 +55,11 @@ class Roads:
 def roads_of(site: Site) -> Roads:
     """Every vehicle's possible route."""
     roads = Roads([], [], [], [], [])
+    right, left = site.section.carriageway
     for each in site.section.lanes:
-        roads.lanes.append(_add(roads, main_route(site, each.left, each.direction)))
+        # Where cars park so close that a lane is narrow, its vehicles keep off them.
+        middle = float(np.clip(each.left, right + _FROM_EDGE, left - _FROM_EDGE))
+        roads.lanes.append(_add(roads, main_route(site, middle, each.direction)))
     for street in site.side_streets:
         roads.entries.append([])
         for direction in (1, -1):

@@ -15,9 +15,9 @@ WHEEL_RADIUS = 0.35
 CRANK = 0.17
 """Length of a crank, metres."""
 
-_RUBBER = Material(tint=(0.02, 0.02, 0.02), infrared=0.06)
+_RUBBER = Material(tint=(0.03, 0.03, 0.03), infrared=0.06)
 ALLOY = Material(tint=(0.42, 0.42, 0.43), mirror=0.25, infrared=0.5)
-BLACK = Material(tint=(0.025, 0.025, 0.027), mirror=0.03, infrared=0.1)
+BLACK = Material(tint=(0.035, 0.035, 0.037), mirror=0.03, infrared=0.1)
 _GLASS = Material(tint=(0.75, 0.77, 0.80), mirror=0.1, infrared=0.9)
 _RED = Material(tint=(0.45, 0.02, 0.02), mirror=0.05, infrared=1.0)
 _LEATHER = Material("leather", (0.09, 0.05, 0.03), infrared=0.3)

@@ -13,7 +13,7 @@ from avsec_gym.world.textures.people import HEADS, Colour
 _FEMININE = ("long", "bob", "ponytail", "bun")
 
 _DARK: tuple[Colour, ...] = (
-    (30, 30, 34), (38, 42, 58), (52, 54, 58), (44, 38, 36), (34, 46, 44), (58, 34, 36),
+    (48, 48, 52), (50, 56, 76), (66, 68, 74), (62, 54, 50), (48, 62, 58), (76, 50, 52),
 )  # fmt: skip
 _MUTED: tuple[Colour, ...] = (
     (112, 114, 118), (146, 138, 122), (92, 98, 84), (84, 104, 132), (122, 88, 72), (104, 84, 96),
@@ -25,7 +25,7 @@ _LIGHT: tuple[Colour, ...] = (
 _STRONG: tuple[Colour, ...] = (
     (142, 40, 40), (54, 76, 120), (58, 92, 72), (178, 128, 70), (124, 62, 82), (78, 120, 136),
 )  # fmt: skip
-_JEANS: tuple[Colour, ...] = ((64, 72, 90), (90, 100, 118), (44, 48, 60), (128, 136, 148))
+_JEANS: tuple[Colour, ...] = ((64, 72, 90), (90, 100, 118), (56, 62, 76), (128, 136, 148))
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def dressed(appearance: int, height: float = 1.76, *, seated: bool = False) -> O
         if rng.random() < 0.5:
             lower = fabric("fabric/1", _pick(rng, _DARK, _MUTED, _STRONG))
         hem = max(hem, -0.03)
-        legs = fabric("fabric/0", (36, 34, 36)) if rng.random() < 0.4 else bare(HEADS[look].skin)
+        legs = fabric("fabric/0", (48, 46, 48)) if rng.random() < 0.4 else bare(HEADS[look].skin)
         trouser_end, loose = 2.0, 0.74
     shoes, soles = _shoes(rng)
     return Outfit(
@@ -197,9 +197,9 @@ def _trousers(rng: np.random.Generator, feminine: bool) -> tuple[Material, float
 
 
 def _shoes(rng: np.random.Generator) -> tuple[Material, Material]:
-    dark, brown, white = (28, 26, 26), (74, 52, 38), (214, 214, 210)
+    dark, brown, white = (44, 42, 42), (74, 52, 38), (214, 214, 210)
     upper = (dark, dark, brown, white, (96, 98, 104))[rng.integers(5)]
-    sole = white if upper != brown and rng.random() < 0.45 else (24, 22, 22)
+    sole = white if upper != brown and rng.random() < 0.45 else (40, 38, 38)
     return fabric("leather", upper, 0.4), fabric("leather", sole, 0.4)
 
 

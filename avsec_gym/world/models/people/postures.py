@@ -47,8 +47,8 @@ def standing(rng: np.random.Generator, room: float) -> Posture:
     knee[relaxed] = 0.16 + 0.2 * float(rng.random())
     thigh[relaxed] = ahead + 0.5 * knee[relaxed]
     thigh[weight] = -0.03 - 0.4 * ahead
-    spread[:] = 0.06
-    spread[relaxed] = 0.10 + 0.06 * float(rng.random())
+    spread[:] = 0.04
+    spread[relaxed] = 0.06 + 0.06 * float(rng.random())
     out[:] = rng.uniform(0.1, 0.35, 2)
     way = 1.0 if weight else -1.0
     return Posture(

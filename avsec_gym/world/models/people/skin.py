@@ -85,10 +85,12 @@ def _joined(parts: Sequence[Rings]) -> Rings:
 
 
 def _lengths(part: Rings) -> Floats:
-    """Texture coordinates: metres round and along."""
+    """Texture coordinates: metres round both sides from the front, and along."""
     count, sides = part.codes.shape
+    turn = np.arange(sides + 1)
     uv = np.empty((count, sides + 1, 2))
-    uv[..., 0] = np.arange(sides + 1) * (2.0 * np.pi / sides * part.sizes.max())
+    # Mirrored left and right, as clothes are, so that there is no seam.
+    uv[..., 0] = np.minimum(turn, sides - turn) * (2.0 * np.pi / sides * part.sizes.max())
     step = np.diff(part.centres, axis=0)
     uv[0, :, 1] = 0.0
     uv[1:, :, 1] = np.sqrt((step * step).sum(axis=1)).cumsum()[:, None]

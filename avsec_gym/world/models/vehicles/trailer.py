@@ -37,7 +37,7 @@ def misc(rng: np.random.Generator, height: float, width: float, length: float) -
     if width < 0.9 or length < 1.3:
         return _container(rng, height, width, length)
     if length > 3.2 and height > 1.9:
-        return (_caravan if rng.random() < 0.6 else _tractor)(rng, height, width, length)
+        return (_caravan if rng.random() < 0.8 else _tractor)(rng, height, width, length)
     return _small_trailer(rng, height, width, length)
 
 
@@ -121,6 +121,7 @@ def _small_trailer(
 
 
 def _caravan(rng: np.random.Generator, height: float, width: float, length: float) -> list[Mesh]:
+    """A caravan, or a trailer with a closed body."""
     half, front, rear = 0.5 * width, 0.5 * length, -0.5 * length
     body_front = front - 0.2 * length
     radius = 0.32
@@ -130,10 +131,13 @@ def _caravan(rng: np.random.Generator, height: float, width: float, length: floa
     stripe = Material(tint=stripe_tint, mirror=0.04, infrared=0.4)
     pane = glass("side_glass/1")
     third = (body_front - rear) / 3.0
-    windows = (
+    windows: tuple[tuple[float, float, Material], ...] = (
         (rear + 0.25, rear + 0.9 * third, pane),
         (body_front - 1.1 * third, body_front - 0.3, pane),
     )
+    if rng.random() < 0.3:
+        # A box trailer has no windows.
+        windows, pane = (), white
     bands = [
         Band(0.34 * height, white),
         Band(0.38 * height, stripe),
