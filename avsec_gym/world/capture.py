@@ -11,15 +11,16 @@ from numpy.typing import NDArray
 from avsec_gym.frame import Image
 from avsec_gym.geometry import Floats
 from avsec_gym.rig import SensorRig
+from avsec_gym.world.framing import EGO_DIMENSIONS
 from avsec_gym.world.labels import FrameLabels, label_frame
 from avsec_gym.world.mesh import Float32s
-from avsec_gym.world.models.vehicles import make_ego_vehicle
 from avsec_gym.world.rendering.camera import Geometry, PinholeCamera
 from avsec_gym.world.rendering.image_sensor import draw_sensors
 from avsec_gym.world.rendering.lidar import Lidar, Scan
 from avsec_gym.world.rendering.ray_scene import RayScene, Thing
 from avsec_gym.world.rendering.silhouettes import silhouettes
 from avsec_gym.world.road.section import Surface
+from avsec_gym.world.shapes import box
 from avsec_gym.world.shots import Shot
 
 REFERENCE = 2
@@ -113,8 +114,12 @@ def pinhole(rig: SensorRig, camera: int, vehicle_to_world: Floats) -> PinholeCam
 
 
 def free_of_body(lidar: Lidar, rig: SensorRig) -> NDArray[np.bool_]:
-    """Which pulses of a LiDAR the body of its own vehicle does not stop, shape (64 * columns,)."""
-    body = RayScene([Thing(make_ego_vehicle(), Surface.VEHICLE)])
+    """Which pulses of a LiDAR the body of its own vehicle does not stop, shape (64 * columns,).
+
+    The rear of the roof is all that KITTI's LiDAR sees of its car: the lowest beams end there.
+    """
+    roof = box(1.1, 1.1, EGO_DIMENSIONS[0]).placed(-1.42, 0.0)
+    body = RayScene([Thing(roof, Surface.VEHICLE)])
     pose = rig.velodyne_pose.astype(np.float32)
     directions = np.ascontiguousarray(lidar.directions @ pose[:3, :3].T)
     origins = np.empty_like(directions)

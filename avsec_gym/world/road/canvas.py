@@ -170,7 +170,7 @@ def grain_tile() -> NDArray[np.uint8]:
     """Grain of asphalt: brightness, 128 for the mean; repeats."""
     rng = np.random.default_rng(71)
     noise = white_noise(rng, _TILE, _TILE, 0.4) + 0.35 * white_noise(rng, _TILE, _TILE, 1.5)
-    return np.clip(128.0 + 19.0 * noise, 0, 255).astype(np.uint8)
+    return np.clip(128.0 + 13.0 * noise, 0, 255).astype(np.uint8)
 
 
 @functools.cache

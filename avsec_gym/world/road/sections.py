@@ -115,12 +115,12 @@ def section_for_lanes(
     if parked_left is not None:
         left = min(left, max(parked_left - _CAR_WIDTH, offsets[-1] + 0.2))
         beside_left = parked_left - left + 0.15
-    kinds = _lines(rng, lanes, style, right, left)
     carriageway, material = _carriageway(rng, lanes, style, right, left)
+    lines = () if material == "slabs" else _lines(rng, lanes, style, right, left)
     sides = [roadside(rng, style, depth, material) for depth in (beside_right, beside_left)]
     return CrossSection(
         (*_outwards(right, -1, sides[0]), *carriageway, *_outwards(left, 1, sides[1])),
-        kinds,
+        lines,
         lanes,
     )
 

@@ -48,7 +48,7 @@ def paint_tracks(
 
     dark = np.zeros(height)
     for lane in site.section.lanes:
-        wheels, middle = rng.uniform(-0.07, 0.15), rng.uniform(0.0, 0.16)
+        wheels, middle = rng.uniform(-0.05, 0.10), rng.uniform(0.0, 0.11)
         wheels = wheels * min(1.0, lane.speed / 12.0)
         track = rng.uniform(0.68, 0.78)
         for place, strength, spread in ((-track, wheels, 0.24), (track, wheels, 0.24)):
@@ -56,7 +56,7 @@ def paint_tracks(
         dark += middle * np.exp(-0.5 * ((left - lane.left) / 0.33) ** 2)
     surface = site.section.surface(left)
     drivable = np.isin(surface, (Surface.ROAD, Surface.PARKING))
-    shade = np.where(drivable, dark, 0.0)[:, None] * (1.0 + 0.35 * patchy) + 0.04 * cloudy
+    shade = np.where(drivable, dark, 0.0)[:, None] * (1.0 + 0.2 * patchy) + 0.012 * cloudy
 
     dirt = rng.uniform(0.25, 0.6) * np.exp(-_edge_distance(site.section, left) / 0.32)[:, None]
     dirt = dirt * _closed(openings, along, left) * np.clip(0.8 + 0.7 * patchy, 0.0, 2.0)

@@ -8,15 +8,13 @@ from numba import njit
 from avsec_gym.geometry import Floats
 from avsec_gym.world.traffic.driving import calm_interaction
 from avsec_gym.world.traffic.routes import SPACING
-from avsec_gym.world.traffic.state import Network, Traffic
+from avsec_gym.world.traffic.state import NARROW, Network, Traffic
 
 _SIDE = 0.2
 """Room that vehicles leave beside each other, metres."""
 _SIDE_OF_PEOPLE = 0.35
 """Room that vehicles leave beside cyclists and people."""
 _SIDE_AMONG_PEOPLE = 0.1
-_NARROW = 1.2
-"""Whoever is narrower is a person or a cyclist, metres."""
 _FARTHEST = 150.0
 _BEHIND = 8.0
 """Metres."""
@@ -92,7 +90,7 @@ def _gap(
 
 @njit(cache=True)
 def _side(traffic: Traffic, one: int, other: int) -> float:
-    narrow = (traffic.width[one] < _NARROW) + (traffic.width[other] < _NARROW)
+    narrow = (traffic.width[one] < NARROW) + (traffic.width[other] < NARROW)
     if narrow == 0:
         return _SIDE
     return _SIDE_OF_PEOPLE if narrow == 1 else _SIDE_AMONG_PEOPLE

@@ -16,7 +16,7 @@ from numba import njit
 from avsec_gym.geometry import Floats
 from avsec_gym.world.traffic.driving import calm_interaction
 from avsec_gym.world.traffic.routes import SPACING
-from avsec_gym.world.traffic.state import Integers, Network, Traffic
+from avsec_gym.world.traffic.state import NARROW, Integers, Network, Traffic
 
 _ROOM = 0.4
 """Between footprints on routes that do not conflict, metres."""
@@ -26,6 +26,8 @@ _PATIENCE = 1.5
 """Seconds that others are away after a polite one has passed."""
 _STOPPING = 2.0
 """Braking that may be asked of others, m/s2."""
+_WALKING = 2.5
+"""Who is slower walks, m/s."""
 _STOP_BEFORE = 0.5
 """Where fronts come to rest before a gate or a zone, metres."""
 
@@ -173,7 +175,9 @@ def _lets_pass(
         return True
     if gap < speed * speed / (2.0 * _STOPPING) + 0.5 * speed + 1.0:
         return False
-    if not traffic.polite[one]:
+    # People make each other wait a moment.
+    among_people = traffic.width[one] < NARROW and speed < _WALKING
+    if among_people or not traffic.polite[one]:
         return True
     distance = zones.minor_end[zone] - traffic.place[one] + 0.5 * traffic.length[one]
     takes = _travel_time(traffic, one, distance, min(traffic.desired[one], 5.5))

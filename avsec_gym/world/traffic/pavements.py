@@ -21,7 +21,7 @@ _EDGE = 0.45
 """Between the outermost lines and the pavement's edges, metres."""
 _AROUND = 0.55
 """Between lines and whatever stands, metres."""
-_BEYOND = 40.0
+_BEYOND = 120.0
 """How far the lines go on beyond the site's ends, metres."""
 _FORETHOUGHT = 2.0
 """Metres before an obstacle at which the way around it begins to matter."""
@@ -157,13 +157,13 @@ def crossing_route(
         along, lefts[0] + sign * SPACING * np.arange(count), sign * 0.5 * np.pi
     )
     poses, _, _ = join(_around(here, across[0], 12.0, 3.0), across, 1.3, 1.3)
-    poses, _, _ = join(poses, _around(there, across[-1], 3.0, 150.0), 1.3, 1.3)
+    poses, _, _ = join(poses, _around(there, across[-1], 3.0, 300.0), 1.3, 1.3)
     _, left = site.course.coordinates(*poses[:, :2].T)
     leaves, arrives = (
         pavement.strip.left if pavement.side < 0 else pavement.strip.right
         for pavement in (start, goal)
     )
-    gate = int(np.flatnonzero((left - leaves) * sign > -0.1)[0])
+    gate = int(np.flatnonzero((left - leaves) * sign > -0.4)[0])
     clear = int(np.flatnonzero((left - arrives) * sign > 0.3)[0])
     begins, _ = site.course.coordinates(*poses[0, :2])
     return Route(poses, WIDTH, SPACING * gate, SPACING * clear + 0.5), float(begins)

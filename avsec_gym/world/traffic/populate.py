@@ -27,7 +27,7 @@ from avsec_gym.world.traffic.people import (
 from avsec_gym.world.traffic.population import EGO_SIZE, Bystander, Population, Traveller
 from avsec_gym.world.traffic.roads import Roads, roads_of
 from avsec_gym.world.traffic.routes import SPACING
-from avsec_gym.world.traffic.state import begin, network_of
+from avsec_gym.world.traffic.state import NARROW, begin, network_of
 from avsec_gym.world.traffic.styles import STYLES, Bustle
 from avsec_gym.world.traffic.vehicles import (
     ego_vehicle,
@@ -371,7 +371,7 @@ def _assemble(
         [poses[:drivers], poses_of(standing[:ahead]), poses[drivers:], poses_of(standing[ahead:])]
     )
     sizes = np.array([one.dimensions for one in every])
-    room = np.where(sizes[:, 1] > 1.2, 0.3, 0.1)
+    room = np.where(sizes[:, 1] > NARROW, 0.3, 0.5)
     stays = without_overlaps(where, sizes[:, 2] + room, sizes[:, 1] + 0.1)
     kept = [one for one, stay in zip(every, stays.tolist(), strict=True) if stay]
     moving = tuple(one for one in kept if isinstance(one, Traveller))

@@ -18,6 +18,7 @@ from avsec_gym.world.traffic.gates import (
 from avsec_gym.world.traffic.overtaking import change_lanes
 from avsec_gym.world.traffic.populate import populate
 from avsec_gym.world.traffic.population import Bystander, Population, Traveller
+from avsec_gym.world.traffic.routes import SPACING
 from avsec_gym.world.traffic.state import (
     Network,
     Traffic,
@@ -130,7 +131,9 @@ def _shown(network: Network, traffic: Traffic, population: Population) -> np.nda
     standing = [one.pose[:2] for one in population.bystanders]
     places = np.concatenate([traffic.poses[:, :2], np.reshape(standing, (-1, 2))])
     apart = traffic.poses[:, None, :2] - places[None, list(population.egos)]
-    return inside | (np.hypot(apart[..., 0], apart[..., 1]) < SIGHT).any(axis=1)
+    near = (np.hypot(apart[..., 0], apart[..., 1]) < SIGHT).any(axis=1)
+    ends = SPACING * (np.diff(network.first) - 1)[traffic.route]
+    return (inside | near) & (traffic.place >= 0.0) & (traffic.place <= ends)
 
 
 def _moments(

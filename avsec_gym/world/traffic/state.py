@@ -16,6 +16,8 @@ from avsec_gym.world.traffic.routes import SPACING, Route, between
 Integers = NDArray[np.int64]
 
 
+NARROW = 1.2
+"""Whoever is narrower is a person or a cyclist, metres."""
 MANNERS = {
     "Car": (1.3, 2.0, 1.4, 2.0),
     "Van": (1.4, 2.0, 1.2, 2.0),

@@ -98,7 +98,8 @@ def fill_side_street(
         if place < 0.5 * size[2]:
             break
         weave = draw_weave(category, rng)
-        vehicles.append(Traveller(category, size, index, place, 8.0, 10.0, weave))
+        polite = bool(rng.random() < 0.5)
+        vehicles.append(Traveller(category, size, index, place, 8.0, 10.0, weave, polite=polite))
         behind += size[2] + float(rng.uniform(2.0, 6.0))
     return vehicles
 

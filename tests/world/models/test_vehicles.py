@@ -13,7 +13,7 @@ KINDS = ("Car", "Van", "Truck", "Misc", "Tram")
 def some_vehicle(category, appearance):
     rng = np.random.default_rng(appearance)
     if category == "Tram":
-        size = np.array([3.5, 2.3, rng.uniform(12.0, 30.0)])
+        size = rng.uniform([2.9, 2.0, 11.0], [3.9, 2.8, 36.0])
     else:
         code = CATEGORIES.tolist().index(category)
         size = draw_dimensions(rng, np.array([code]))[0]
@@ -29,7 +29,7 @@ def scene_of(mesh):
 
 @pytest.mark.parametrize("category", KINDS)
 def test_every_appearance_fills_its_box_with_sound_surfaces(category):
-    for appearance in range(50 if category != "Tram" else 12):
+    for appearance in range(50):
         mesh, (height, width, length) = some_vehicle(category, appearance)
         low, high = mesh.bounds
         np.testing.assert_allclose(low, [-0.5 * length, -0.5 * width, 0.0], atol=1e-3)
@@ -51,7 +51,7 @@ def test_triangles_are_few(category):
         assert len(some_vehicle(category, appearance)[0].faces) <= 3500
 
 
-@pytest.mark.parametrize("category", ["Car", "Van"])
+@pytest.mark.parametrize("category", ["Car", "Van", "Truck", "Tram"])
 def test_no_ray_towards_the_middle_passes_through(category):
     rng = np.random.default_rng(0)
     directions = rng.standard_normal((4000, 3))
@@ -59,10 +59,11 @@ def test_no_ray_towards_the_middle_passes_through(category):
     for appearance in range(5):
         mesh, (height, _, _) = some_vehicle(category, appearance)
         middle = np.array([0.0, 0.0, 0.4 * height])
-        origins = (middle - 20.0 * directions).astype(np.float32)
+        origins = (middle - 40.0 * directions).astype(np.float32)
         hits = scene_of(mesh).run(origins, directions.astype(np.float32), output=True)
         assert (hits["primID"] >= 0).all()
-        assert (hits["tfar"] < 20.0).all()
+        # Above the bed of an open platform lorry the middle is in the air.
+        assert category == "Truck" or (hits["tfar"] < 40.0).all()
 
 
 def test_there_is_air_under_a_car_and_one_cannot_look_up_into_it():
@@ -118,7 +119,12 @@ def test_one_seed_gives_one_vehicle_and_seeds_differ():
     np.testing.assert_array_equal(first.vertices, again.vertices)
     assert first.materials == again.materials
     others = [make_vehicle("Car", (1.45, 1.65, 4.4), seed) for seed in range(12)]
-    paints = {mesh.materials[mesh.material[-1]] for mesh in others}
+    paints = {
+        material.tint
+        for mesh in others
+        for material in mesh.materials
+        if material.texture.startswith("car_side")
+    }
     assert len(paints) > 3
     assert len({side_view(mesh).tobytes() for mesh in others}) > 6
 

@@ -44,13 +44,12 @@ def chosen_bicycle(appearance: int, saddle: float = 0.95) -> Bicycle:
     rng = np.random.Generator(np.random.PCG64((appearance, 3)))
     paint = _PAINTS[rng.integers(len(_PAINTS))]
     sporty = bool(rng.random() < 0.35)
+    basket = str(rng.choice(["none", "front", "rear"], p=(0.6, 0.15, 0.25)))
     return Bicycle(
         saddle=saddle,
         step_through=not sporty and bool(rng.random() < 0.5),
         sporty=sporty,
-        basket="none"
-        if sporty
-        else str(rng.choice(["none", "front", "rear"], p=(0.6, 0.15, 0.25))),
+        basket="none" if sporty else basket,
         paint=Material(tint=paint, mirror=0.05, infrared=0.35),
     )
 
@@ -61,10 +60,10 @@ def stretching(part: Rings, half_base: float, saddle: float, top: float) -> Ring
     The wheelbase stretches along x; what is above the saddle rises with the rider's head; arms
     and handlebar widen.  Wheels know already where they belong.
     """
-    if part.give.any():
-        return part
     middle = part.centres
     above = np.clip((middle[:, 2] - saddle) / (top - saddle), 0.0, 1.0)
     along = np.clip(middle[:, 0] / half_base, -1.0, 1.0)
     aside = middle[:, 1] / 0.3 * np.minimum(1.0, 6.0 * above)
-    return replace(part, give=np.stack([along, aside, above], axis=1))
+    fixed = part.give.any(axis=1, keepdims=True)
+    give = np.where(fixed, part.give, np.stack([along, aside, above], axis=1))
+    return replace(part, give=give)

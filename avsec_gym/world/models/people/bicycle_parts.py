@@ -9,6 +9,7 @@ import numpy as np
 
 from avsec_gym.world.material import Material
 from avsec_gym.world.models.people.rings import Floats, Rings, rods, sweep
+from avsec_gym.world.models.people.skin import grouped
 
 WHEEL_RADIUS = 0.35
 """Metres, tyre included."""
@@ -71,26 +72,24 @@ class Bicycle:
 
 def bicycle_parts(bicycle: Bicycle, phase: float) -> list[Rings]:
     """The bicycle with its cranks turned by `phase` revolutions."""
-    half = 0.5 * bicycle.wheelbase
-    turning = [part for x in (-half, half) for part in _wheel(x, 3.0 * phase)]
-    return [*_still_parts(bicycle), *turning, *_drive(bicycle, phase)]
+    hubs = (-0.5 * bicycle.wheelbase, 0.5 * bicycle.wheelbase)
+    spokes = [_spokes(x, 3.0 * phase) for x in hubs]
+    return [*_still_parts(bicycle), *spokes, *_drive(bicycle, phase)]
 
 
 @functools.lru_cache(maxsize=128)
 def _still_parts(bicycle: Bicycle) -> tuple[Rings, ...]:
-    guards = [_mudguard(sign * 0.5 * bicycle.wheelbase, bicycle) for sign in (-1.0, 1.0)]
-    return (
-        _frame(bicycle),
-        _fork(bicycle),
-        *([] if bicycle.sporty else guards),
-        *_handlebar(bicycle),
-        _saddle(bicycle),
-        *_extras(bicycle),
-    )
+    """What does not turn, or looks the same when it does."""
+    parts = [_frame(bicycle), _fork(bicycle), *_handlebar(bicycle), _saddle(bicycle)]
+    for x in (-0.5 * bicycle.wheelbase, 0.5 * bicycle.wheelbase):
+        parts += _wheel(x)
+        if not bicycle.sporty:
+            parts.append(_mudguard(x, bicycle))
+    return tuple(grouped([*parts, *_extras(bicycle)]))
 
 
-def _wheel(x: float, turns: float) -> list[Rings]:
-    """Tyre and rim in one, spokes and hub; the wheel goes along with its hub."""
+def _wheel(x: float) -> list[Rings]:
+    """Tyre and rim in one, and the hub; the wheel goes along with its hub."""
     angle = np.linspace(0.0, 2.0 * np.pi, 25)
     round_ = np.stack([np.cos(angle), 0.0 * angle, np.sin(angle)], axis=1)
     hub = np.array([x, 0.0, WHEEL_RADIUS])
@@ -110,20 +109,24 @@ def _wheel(x: float, turns: float) -> list[Rings]:
         give=give,
         capped=False,
     )
+    axle = np.array([[x, -0.055, WHEEL_RADIUS]])
+    core = rods(axle, axle * [1, -1, 1], 0.022, ALLOY, sides=6, give=(give, give))
+    return [tyre, core]
+
+
+def _spokes(x: float, turns: float) -> Rings:
+    hub, give = np.array([x, 0.0, WHEEL_RADIUS]), (np.sign(x), 0.0, 0.0)
     spin = -2.0 * np.pi * turns + np.arange(18) * (2.0 * np.pi / 18)
     way = np.stack([np.cos(spin), 0.0 * spin, np.sin(spin)], axis=1)
     flange = np.stack([0.0 * spin, np.where(np.arange(18) % 2, 0.03, -0.03), 0.0 * spin], axis=1)
-    spokes = rods(
+    return rods(
         hub + 0.03 * way + flange,
-        hub + (centre - 0.018) * way,
+        hub + (WHEEL_RADIUS - 0.04) * way,
         0.0020,
         ALLOY,
         sides=3,
         give=(give, give),
     )
-    axle = np.array([[x, -0.055, WHEEL_RADIUS]])
-    core = rods(axle, axle * [1, -1, 1], 0.022, ALLOY, sides=6, give=(give, give))
-    return [tyre, spokes, core]
 
 
 def _mudguard(x: float, bicycle: Bicycle) -> Rings:

@@ -163,20 +163,20 @@ def _seat(skeleton: Skeleton, outfit: Outfit) -> Rings:
 
 def _skirt(skeleton: Skeleton, outfit: Outfit) -> Rings:
     edge = outfit.skirt or 0.0
-    level = np.array([edge, 0.6 * edge - 0.01, -0.05])
+    level = np.array([edge, 0.5 * edge - 0.02])
     centres, sizes = _around_legs(skeleton, level, 0.004 - 0.04 * edge)
     top, up, ahead = trunk_at(skeleton, np.array([0.0, 0.09]))
     waist = np.array([(0.068, 0.076, 0.1), (0.060, 0.055, 0.078)]) * skeleton.height
     waist[:, 2] *= skeleton.size.breadth
     return sweep(
         np.concatenate([centres, top]),
-        np.concatenate([np.tile([0.0, 0.0, 1.0], (3, 1)), up]),
-        np.concatenate([ahead[:1].repeat(3, 0), ahead]),
+        np.concatenate([np.tile([0.0, 0.0, 1.0], (2, 1)), up]),
+        np.concatenate([ahead[:1].repeat(2, 0), ahead]),
         np.concatenate([sizes, waist]),
         outfit.lower,
         sides=12,
         squareness=0.3,
-        swell=[1.0, 1.0, 0.4, 0.0, 0.0],
+        swell=[1.0, 0.9, 0.0, 0.0],
     )
 
 
@@ -256,9 +256,7 @@ def _arm(skeleton: Skeleton, outfit: Outfit, side: int) -> Rings:
     places, direction, give = _limb(skeleton.arms[side], skeleton.arm_give[side], table[:, 0])
     front = skeleton.facing[3] + np.array([0.0, 0.0, 0.5])
     sizes = table[:, 1:] * skeleton.height
-    return sweep(
-        places, direction, front, sizes, (outfit.top, outfit.skin), sides=8, codes=codes, give=give
-    )
+    return sweep(places, direction, front, sizes, (outfit.top, outfit.skin), codes=codes, give=give)
 
 
 def _hand(skeleton: Skeleton, outfit: Outfit, side: int) -> Rings:

@@ -113,7 +113,7 @@ def dressed(appearance: int, height: float = 1.76, *, seated: bool = False) -> O
     return Outfit(
         HEADS[look].style,
         feminine,
-        max(0.0, 0.16 * float(rng.standard_normal()) + 0.02) * (not child),
+        float(np.clip(0.14 * rng.standard_normal() + 0.02, 0.0, 0.25)) * (not child),
         Material(f"head/{look}", infrared=0.5),
         fabric("hair", HEADS[look].hair, 0.4),
         bare(HEADS[look].skin),

@@ -21,7 +21,7 @@ from avsec_gym.world.models.people.skeleton import (
     reach,
     turn_y,
 )
-from avsec_gym.world.models.people.skin import filling
+from avsec_gym.world.models.people.skin import filling, grouped
 
 _LIMITS = ((-0.3, 0.3), (-0.08, 0.12), (-0.2, 0.2))
 
@@ -46,7 +46,9 @@ def make_cyclist(
     people = [*body(rider, outfit), *luggage(rider, outfit)]
     parts = [*people, *bicycle_parts(bicycle, phase)]
     top = float(rider.spine[3, 2])
-    loose = [stretching(part, 0.5 * bicycle.wheelbase, bicycle.saddle, top) for part in parts]
+    loose = [
+        stretching(part, 0.5 * bicycle.wheelbase, bicycle.saddle, top) for part in grouped(parts)
+    ]
     return filling(loose, dimensions, _LIMITS)
 
 

@@ -46,7 +46,7 @@ def _backpack(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
 def _shoulder_bag(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
     """At the hip, its strap over the other shoulder."""
     height, side = skeleton.height, SIDES[outfit.side]
-    level = np.array([0.01, 0.17, 0.314])
+    level = np.array([0.01, 0.13, 0.25, 0.314])
     spine, _, ahead = trunk_at(skeleton, level)
     sizes, aside = trunk_sizes(skeleton, outfit, level), _aside(ahead)
     hip = spine[0] + side * (sizes[0, 2] + 0.028 * height) * aside[0]
@@ -56,12 +56,13 @@ def _shoulder_bag(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
         [(0.075, 0.075, 0.018), (0.088, 0.088, 0.030), (0.088, 0.088, 0.024), (0.08, 0.08, 0.014)]
     )
     bag = sweep(hip + levels, (0, 0, 1), ahead[0], sack * height, outfit.bag, squareness=0.6)
-    over = spine[2] - side * 0.050 * height * aside[2]
+    over = spine[3] - side * 0.050 * height * aside[3]
     line = []
     for face, depth in ((0, 1.03), (1, -1.03)):
-        middle = spine[1] + depth * sizes[1, face] * ahead[1] + side * 0.02 * height * aside[1]
+        across = side * height * np.array([[0.050], [-0.025]])
+        chest = spine[1:3] + depth * sizes[1:3, face, None] * ahead[1:3] + across * aside[1:3]
         tip = hip + [0.0, 0.0, 0.05 * height] + 0.6 * depth * sizes[0, face] * ahead[0]
-        line += [tip, middle, over] if face == 0 else [middle, tip]
+        line += [tip, *chest, over] if face == 0 else [*chest[::-1], tip]
     return [bag, _strap(np.array(line), outfit, 0.009 * height)]
 
 
@@ -95,7 +96,7 @@ def _hand_bag(skeleton: Skeleton, outfit: Outfit) -> list[Rings]:
 
 
 def _strap(line: Floats, outfit: Outfit, radius: float) -> Rings:
-    return rods(line[:-1], line[1:], radius, outfit.bag, sides=4)
+    return rods(line[:-1], line[1:], radius, outfit.bag, sides=3)
 
 
 def _aside(ahead: Floats) -> Floats:

@@ -28,7 +28,7 @@ _HANDS: dict[str, tuple[tuple[float, float, float] | None, ...]] = {
 }
 STANDING = ("pockets", "hanging", "pocket", "hip", "calling", "behind", "crossed")
 REACHING = ("phone", "talking", "crossed", "folded", "talking")
-WALKING = ("hanging",) * 7 + ("pocket", "phone", "calling")
+WALKING = ("hanging",) * 11 + ("pocket", "phone", "calling")
 SITTING = ("lap", "table", "phone", "lap", "crossed")
 
 

@@ -31,7 +31,7 @@ def filling(
         limits: Least and greatest looseness along x, y and z.
     """
     height, width, length = dimensions
-    groups = _groups(parts)
+    groups = grouped(parts)
     places = [_points(group) for group in groups]
     points, gives = (
         np.concatenate([pair[number].reshape(-1, 3) for pair in places]).T.copy()
@@ -50,15 +50,15 @@ def filling(
     return merge(skins).fitted(length, width, height)
 
 
-def surface(parts: Sequence[Rings]) -> Mesh:
-    """The parts as one smooth mesh, where they are."""
-    return merge([_skin(group, _points(group)[0]) for group in _groups(parts)])
-
-
-def _groups(parts: Sequence[Rings]) -> list[Rings]:
+def grouped(parts: Sequence[Rings]) -> list[Rings]:
     """All parts with equally many points in a ring as one."""
     sizes = sorted({part.codes.shape[1] for part in parts})
     return [_joined([part for part in parts if part.codes.shape[1] == size]) for size in sizes]
+
+
+def surface(parts: Sequence[Rings]) -> Mesh:
+    """The parts as one smooth mesh, where they are."""
+    return merge([_skin(group, _points(group)[0]) for group in grouped(parts)])
 
 
 def _joined(parts: Sequence[Rings]) -> Rings:
