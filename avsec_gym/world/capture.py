@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,12 +114,13 @@ def pinhole(rig: SensorRig, camera: int, vehicle_to_world: Floats) -> PinholeCam
     )
 
 
+@cache
 def free_of_body(lidar: Lidar, rig: SensorRig) -> NDArray[np.bool_]:
     """Which pulses of a LiDAR the body of its own vehicle does not stop, shape (64 * columns,).
 
     The rear of the roof is all that KITTI's LiDAR sees of its car: the lowest beams end there.
     """
-    roof = box(1.1, 1.1, EGO_DIMENSIONS[0]).placed(-1.42, 0.0)
+    roof = box(0.47, 0.7, EGO_DIMENSIONS[0]).placed(-0.635, 0.0)
     body = RayScene([Thing(roof, Surface.VEHICLE)])
     pose = rig.velodyne_pose.astype(np.float32)
     directions = np.ascontiguousarray(lidar.directions @ pose[:3, :3].T)

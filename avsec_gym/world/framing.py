@@ -117,10 +117,11 @@ def lifted(actors: Actors, course: Course, section: CrossSection) -> Floats:
     return section.height(left)
 
 
-def with_street_behind(actors: Actors, rng: np.random.Generator) -> Actors:
+def with_street_behind(actors: Actors) -> Actors:
     """The street behind the ego vehicle peopled like the one ahead, which is all that labels know.
 
-    Vehicles and people are mirrored to the rear, keeping their side and heading, with new looks.
+    Vehicles and people are mirrored to the rear, keeping their side, heading and looks: no camera
+    sees both.
     """
     ahead = np.flatnonzero(actors.pose[:, 0] > 4.0)
     ahead = ahead[ahead > 0]
@@ -140,8 +141,8 @@ def with_street_behind(actors: Actors, rng: np.random.Generator) -> Actors:
         z=np.concatenate([actors.z, behind.z]),
         speed=np.concatenate([actors.speed, behind.speed]),
         moving=np.concatenate([actors.moving, behind.moving]),
-        appearance=np.concatenate([actors.appearance, rng.integers(2**31, size=count)]),
-        phase=np.concatenate([actors.phase, rng.random(count)]),
+        appearance=np.concatenate([actors.appearance, behind.appearance]),
+        phase=np.concatenate([actors.phase, behind.phase]),
     )
 
 

@@ -30,7 +30,7 @@ from avsec_gym.world.road.sections import section_for_lanes
 from avsec_gym.world.site import Site, Style
 from avsec_gym.world.stage import Stage, build_stage
 
-BEHIND, AHEAD = -90.0, 210.0
+BEHIND, AHEAD = -60.0, 190.0
 """Metres of road built behind and ahead of the ego vehicle for a single frame."""
 PAINTED = (-15.0, 160.0)
 """Metres of it with markings and wear: as far as a camera can tell them."""
@@ -148,7 +148,7 @@ def _shot(
         actors = replace(actors, z=level + lift)
     site = Site(style, course, section, ground, int(rng.integers(2**31)))
     shown = len(actors)
-    actors = with_street_behind(actors, rng)
+    actors = with_street_behind(actors)
     level = ground.height(actors.pose[:, 0], actors.pose[:, 1])
     z = np.concatenate([actors.z[:shown], (level + lifted(actors, course, section))[shown:]])
     actors = replace(actors, z=z)

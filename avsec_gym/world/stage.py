@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import cache, lru_cache
 
 import numpy as np
 import shapely
@@ -82,7 +83,7 @@ class Stage:
 
 def _actor(actors: Actors, index: int, carries_sensors: bool) -> Thing:
     x, y, heading = actors.pose[index].tolist()
-    mesh = make_ego_vehicle() if carries_sensors else actor_mesh(actors, index)
+    mesh = _ego_vehicle() if carries_sensors else actor_mesh(actors, index)
     people = actors.category[index] in ("Pedestrian", "Person_sitting", "Cyclist")
     surface = Surface.PERSON if people else Surface.VEHICLE
     return Thing(mesh.placed(x, y, float(actors.z[index]), heading), surface, index)
@@ -99,7 +100,18 @@ def actor_mesh(actors: Actors, index: int) -> Mesh:
     if category in ("Pedestrian", "Person_sitting"):
         walking = bool(actors.moving[index])
         return make_person(category, dimensions, appearance, phase, walking)
+    return _vehicle(category, dimensions, appearance)
+
+
+@lru_cache(maxsize=256)
+def _vehicle(category: str, dimensions: tuple[float, float, float], appearance: int) -> Mesh:
+    """Vehicles keep their looks: in a drive they are made once."""
     return make_vehicle(category, dimensions, appearance)
+
+
+@cache
+def _ego_vehicle() -> Mesh:
+    return make_ego_vehicle()
 
 
 def build_stage(

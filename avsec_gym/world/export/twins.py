@@ -23,7 +23,7 @@ from avsec_gym.world.rendering.lidar import Lidar
 from avsec_gym.world.shots import shot_of_labels
 from avsec_gym.world.site import Style
 
-_CAMERA_HEIGHT, _HEIGHTS = 1.65, (1.50, 1.85)
+_CAMERA_HEIGHT, _HEIGHTS = 1.65, (1.60, 1.72)
 _NEAR, _FEWEST = 22.0, 2
 _IDS = 1_000_000
 

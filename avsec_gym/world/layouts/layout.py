@@ -61,9 +61,7 @@ class Layout:
     """The layout is number `index` of the set with seed `set_seed`."""
 
 
-def generate_layout(
-    seed: int, road_type: RoadType | None = None, *, set_seed: int = 0
-) -> Layout:
+def generate_layout(seed: int, road_type: RoadType | None = None, *, set_seed: int = 0) -> Layout:
     """Make one layout: number `seed` of the set with seed 0, or of another set.
 
     Args:

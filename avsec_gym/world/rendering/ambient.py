@@ -137,7 +137,9 @@ def smooth_ambient(light, normal, distance, columns, rows, out):  # type: ignore
 
 
 @njit(cache=True, fastmath=True)
-def carry(pixels, found, distances, step, columns, rows, grid_light, grid_normal, grid_distance, out):  # type: ignore[no-untyped-def]
+def carry(
+    pixels, found, distances, step, columns, rows, grid_light, grid_normal, grid_distance, out
+):  # type: ignore[no-untyped-def]
     """Ambient light at rays from the four grid points around each.
 
     Args:

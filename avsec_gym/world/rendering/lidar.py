@@ -108,5 +108,3 @@ class Lidar:
         # KITTI's reflectances come in hundredths.
         points[:, 3] = np.round(np.clip(shown, 0.0, 0.99), 2)
         return Scan(points, echo.object_id[seen])
-
-

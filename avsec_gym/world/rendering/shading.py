@@ -114,19 +114,13 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):  # ty
         gx, gy, gz = gx * scale, gy * scale, gz * scale
         # Shading normal.
         nx = (
-            first * scene.normals[a, 0]
-            + second * scene.normals[b, 0]
-            + third * scene.normals[c, 0]
+            first * scene.normals[a, 0] + second * scene.normals[b, 0] + third * scene.normals[c, 0]
         )
         ny = (
-            first * scene.normals[a, 1]
-            + second * scene.normals[b, 1]
-            + third * scene.normals[c, 1]
+            first * scene.normals[a, 1] + second * scene.normals[b, 1] + third * scene.normals[c, 1]
         )
         nz = (
-            first * scene.normals[a, 2]
-            + second * scene.normals[b, 2]
-            + third * scene.normals[c, 2]
+            first * scene.normals[a, 2] + second * scene.normals[b, 2] + third * scene.normals[c, 2]
         )
         scale = _ONE / np.sqrt(max(nx * nx + ny * ny + nz * nz, np.float32(1e-12)))
         nx, ny, nz = nx * scale, ny * scale, nz * scale
@@ -151,7 +145,11 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):  # ty
         sx, sy, sz = gy * lz - gz * ly, gz * lx - gx * lz, gx * ly - gy * lx
         foot = distance * pixel_angle
         # Barycentric steps of the two axes.
-        ee, ef, ff = ex * ex + ey * ey + ez * ez, ex * fx + ey * fy + ez * fz, fx * fx + fy * fy + fz * fz
+        ee, ef, ff = (
+            ex * ex + ey * ey + ez * ez,
+            ex * fx + ey * fy + ez * fz,
+            fx * fx + fy * fy + fz * fz,
+        )
         inverse = _ONE / max(ee * ff - ef * ef, np.float32(1e-20))
         le, lf = lx * ex + ly * ey + lz * ez, lx * fx + ly * fy + lz * fz
         se, sf = sx * ex + sy * ey + sz * ez, sx * fx + sy * fy + sz * fz
@@ -178,8 +176,18 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):  # ty
         pz = origins[i, 2] + distance * dz
         if scene.object_id[face] < 0:
             break_up = _ONE + _BREAK_UP * (
-                _smooth(scene.lattice, px * np.float32(0.31), py * np.float32(0.31), pz * np.float32(0.31))
-                + _smooth(scene.lattice, px * np.float32(0.057), py * np.float32(0.057), pz * np.float32(0.09))
+                _smooth(
+                    scene.lattice,
+                    px * np.float32(0.31),
+                    py * np.float32(0.31),
+                    pz * np.float32(0.31),
+                )
+                + _smooth(
+                    scene.lattice,
+                    px * np.float32(0.057),
+                    py * np.float32(0.057),
+                    pz * np.float32(0.09),
+                )
             )
             red, green, blue = red * break_up, green * break_up, blue * break_up
         if overlaid and scene.overlay_uv[a, 0] > NO_OVERLAY:
@@ -201,7 +209,11 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):  # ty
                 (long2 * v_ab + long3 * v_ac) * stretch,
             )
             rest = _ONE - paint[3]
-            red, green, blue = red * rest + paint[0], green * rest + paint[1], blue * rest + paint[2]
+            red, green, blue = (
+                red * rest + paint[0],
+                green * rest + paint[1],
+                blue * rest + paint[2],
+            )
         result.albedo[i, 0], result.albedo[i, 1], result.albedo[i, 2] = red, green, blue
         result.normal[i, 0], result.normal[i, 1], result.normal[i, 2] = nx, ny, nz
         sunward = nx * sun[0] + ny * sun[1] + nz * sun[2]
@@ -334,7 +346,9 @@ def sky_colour(panorama, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=True)
-def radiance(faces, distances, directions, found, ambient, sun_colour, panorama, horizon, haze, out):  # type: ignore[no-untyped-def]
+def radiance(
+    faces, distances, directions, found, ambient, sun_colour, panorama, horizon, haze, out
+):  # type: ignore[no-untyped-def]
     """Light that comes back along n rays, into `out`, shape (n, 3).
 
     Args:
@@ -378,9 +392,7 @@ def add_mirrored(rays, directions, found, mirrored, open_sun, sun, sun_colour, o
     for j in range(len(rays)):
         i = rays[j]
         share = found.mirror[i]
-        towards = (
-            directions[j, 0] * sun[0] + directions[j, 1] * sun[1] + directions[j, 2] * sun[2]
-        )
+        towards = directions[j, 0] * sun[0] + directions[j, 1] * sun[1] + directions[j, 2] * sun[2]
         glint = _ZERO
         if open_sun[j] and towards > np.float32(0.9):
             glint = np.float32(18.0) * towards**400 + np.float32(0.5) * towards**40

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -89,6 +89,12 @@ def build_row(
 
 
 def _building(kind: str, width: float, depth: float, seed: int, distance: float) -> Mesh:
+    return _built(kind, width, depth, seed)
+
+
+@lru_cache(maxsize=256)
+def _built(kind: str, width: float, depth: float, seed: int) -> Mesh:
+    """In a drive a house is made once."""
     return make_building(kind, width, depth, np.random.default_rng(seed))
 
 

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 
 from avsec_gym.world.mesh import Mesh
-from avsec_gym.world.models.plants import VARIANTS, bush, hedge, tree
+from avsec_gym.world.models.plants import BUSHES, VARIANTS, Detail, bush, hedge, tree
 from avsec_gym.world.road.section import Surface
 from avsec_gym.world.scenery.plot import Make, Plot
 
-BUSH_VARIANTS = 6
-_MIDDLE, _FAR = 24.0, 55.0
+_MIDDLE, _FAR = 26.0, 55.0
 
 
 def tree_maker(species: str, variant: int, hidden: float = 0.0) -> Make:
@@ -60,7 +59,7 @@ def plant_bushes(
 ) -> None:
     """Bushes at places."""
     for station, offset in zip(along, left, strict=True):
-        variant = int(rng.integers(BUSH_VARIANTS))
+        variant = int(rng.integers(BUSHES))
         size, turn = float(rng.uniform(*scale)), float(rng.uniform(0, 2 * np.pi))
         plot.place(
             partial(_bush, variant),
@@ -79,7 +78,7 @@ def plant_hedge(
     """A clipped hedge along the road, from its middle."""
     depth = float(rng.uniform(0.6, 1.0))
     return plot.place(
-        hedge(length, height, depth, int(rng.integers(4))),
+        partial(_hedge, length, height, depth, int(rng.integers(4))),
         Surface.VEGETATION,
         along,
         left,
@@ -121,10 +120,21 @@ def grove(
 
 
 def _tree(species: str, variant: int, hidden: float, distance: float) -> Mesh:
-    distance += hidden
-    detail = "near" if distance < _MIDDLE else "middle" if distance < _FAR else "far"
-    return tree(species, variant, detail)  # type: ignore[arg-type]
+    return tree(species, variant, _detail(distance + hidden))
 
 
 def _bush(variant: int, distance: float) -> Mesh:
-    return bush(variant)
+    return bush(variant, _detail(distance + 0.5 * _MIDDLE))
+
+
+@lru_cache(maxsize=256)
+def _cut(length: float, height: float, depth: float, variant: int, detail: Detail) -> Mesh:
+    return hedge(length, height, depth, variant, detail)
+
+
+def _hedge(length: float, height: float, depth: float, variant: int, distance: float) -> Mesh:
+    return _cut(length, height, depth, variant, _detail(distance + 0.3 * _MIDDLE))
+
+
+def _detail(distance: float) -> Detail:
+    return "near" if distance < _MIDDLE else "middle" if distance < _FAR else "far"

@@ -167,4 +167,3 @@ def _save(path: Path, write: Callable[[BinaryIO], None]) -> None:
     with os.fdopen(handle, "wb") as file:
         write(file)
     os.replace(name, path)
-

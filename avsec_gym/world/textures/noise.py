@@ -66,7 +66,9 @@ def fractal_noise(
     return np.asarray(total / (total.std() + 1e-6), np.float32)
 
 
-def coloured(colour: ArrayLike, noise: NDArray[np.floating], contrast: float) -> NDArray[np.float32]:
+def coloured(
+    colour: ArrayLike, noise: NDArray[np.floating], contrast: float
+) -> NDArray[np.float32]:
     """A colour (0..255 each) that varies by noise: ``colour * (1 + contrast * noise)``."""
     base = np.asarray(colour, np.float32)
     return np.asarray(base * (1.0 + contrast * noise[..., None]), np.float32)

@@ -22,7 +22,7 @@ _SAFE_BRAKING = 2.0
 """Asked of the new follower at most, m/s2."""
 _SLOWEST = 5.0
 """Nobody changes at less, m/s."""
-_DURATION = 5.0
+_DURATION = 6.0
 """Seconds that a change takes."""
 _REST = 6.0
 """Seconds until the next."""

@@ -14,7 +14,7 @@ from avsec_gym.world.layouts.view import without_overlaps
 from avsec_gym.world.road.section import Strip, Surface
 from avsec_gym.world.site import Site
 from avsec_gym.world.traffic.population import Bystander
-from avsec_gym.world.traffic.routes import SPACING, Route, splice
+from avsec_gym.world.traffic.routes import Route
 from avsec_gym.world.traffic.styles import Bustle
 
 _PARKED = CategoryMix(Car=0.885, Van=0.08, Misc=0.025, Truck=0.01)
@@ -77,21 +77,6 @@ def footprints(bystanders: Sequence[Bystander]) -> np.ndarray:
     poses = np.array([one.pose for one in bystanders])
     sizes = np.array([one.dimensions for one in bystanders])
     return rectangle_polygons(poses, sizes[:, 2], sizes[:, 1])
-
-
-def pull_out(bystander: Bystander, lane: Route) -> tuple[Route, float]:
-    """A route from a parked vehicle's place into a lane, and its place on it at the beginning."""
-    x, y, heading = bystander.pose
-    behind = np.arange(-6.0, 1.0 + SPACING, SPACING)
-    start = np.stack(
-        [x + behind * np.cos(heading), y + behind * np.sin(heading), np.full(len(behind), heading)],
-        axis=-1,
-    )
-    onto = int((lane.nearest(x, y) + 15.0) / SPACING)
-    poses, _, end = splice(start, lane.poses[onto:])
-    gate = 6.0 + 0.5 * bystander.dimensions[2] + 0.2
-    shown = (-np.inf, lane.shown[1] - lane.nearest(x, y) + 6.0)
-    return Route(poses, lane.width, gate, end + 1.0, shown), 6.0
 
 
 def _row(site: Site, strip: Strip, left: float, bustle: Bustle, rng: np.random.Generator) -> Placed:

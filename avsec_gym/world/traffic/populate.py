@@ -6,10 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from avsec_gym.geometry import wrap_angle
 from avsec_gym.world.layouts.view import without_overlaps
 from avsec_gym.world.site import Site, Style
-from avsec_gym.world.traffic.parking import out_of_the_way, parked_rows, poses_of, pull_out
+from avsec_gym.world.traffic.parking import out_of_the_way, parked_rows, poses_of
 from avsec_gym.world.traffic.pavements import (
     Pavement,
     make_way,
@@ -24,23 +23,18 @@ from avsec_gym.world.traffic.people import (
     standing_groups,
     walkers,
 )
-from avsec_gym.world.traffic.population import EGO_SIZE, Bystander, Population, Traveller
+from avsec_gym.world.traffic.population import Bystander, Population, Traveller
 from avsec_gym.world.traffic.roads import Roads, roads_of
 from avsec_gym.world.traffic.routes import SPACING
 from avsec_gym.world.traffic.state import NARROW, begin, network_of
 from avsec_gym.world.traffic.styles import STYLES, Bustle
 from avsec_gym.world.traffic.vehicles import (
-    ego_vehicle,
     fill_cycling,
     fill_lane,
     fill_side_street,
     settle,
 )
 
-_EGO_FROM_START = 80.0
-"""Metres from the site's beginning to the first ego vehicle, if the site is long enough."""
-_CONNECTED = (15.0, 60.0)
-"""Between ego vehicles, metres."""
 _AROUND_EGO = 8.0
 """Free metres in the lane before and behind an ego vehicle at first."""
 _RED_LIGHT = 0.25
@@ -72,9 +66,9 @@ def populate(
     pavements = pavements_of(site, rng)
     places = crossings(site, bustle, pavements, rng)
     bystanders = off_crossings(site, bystanders, places)
-    drivers, bystanders, parked_egos = _sensor_vehicles(site, roads, bystanders, bustle, egos, rng)
+    drivers, bystanders, parked_egos = sensor_vehicles(site, roads, bystanders, bustle, egos, rng)
     traffic = _traffic(site, roads, drivers, bustle, rng)
-    leaving, bystanders = _leaving(site, roads, bystanders, parked_egos, bustle, rng)
+    leaving, bystanders = leave_parking(site, roads, bystanders, parked_egos, bustle, rng)
     groups = off_crossings(site, standing_groups(site, pavements, bustle, rng), places)
     bystanders = (*bystanders, *out_of_the_way(groups, roads.routes))
     pavements, bystanders = _make_way(site, pavements, bystanders, parked_egos)
@@ -102,68 +96,6 @@ def _tonight(usual: Bustle, density: float | None, rng: np.random.Generator) -> 
         groups=usual.groups * float(people),
         riders=usual.riders * float(riders),
     )
-
-
-def _sensor_vehicles(
-    site: Site,
-    roads: Roads,
-    bystanders: tuple[Bystander, ...],
-    bustle: Bustle,
-    egos: int,
-    rng: np.random.Generator,
-) -> tuple[list[Traveller], tuple[Bystander, ...], list[Bystander]]:
-    """The ego vehicles that drive, everybody who stands, and the ego vehicles among these."""
-    lanes = site.section.lanes
-    forward = [i for i in range(len(lanes)) if lanes[i].direction > 0]
-    own = min(forward, key=lambda i: abs(lanes[i].left))
-    reach = site.course.end - site.course.start
-    along = site.course.start + min(_EGO_FROM_START, 0.3 * reach) + float(rng.uniform(-5.0, 5.0))
-    drivers = [_at(site, roads, own, along, bustle, rng)]
-    parked: list[Bystander] = []
-    against = [i for i in range(len(lanes)) if lanes[i].direction < 0]
-    taken = {own: [along]}
-    while len(drivers) + len(parked) < egos:
-        kind, away = rng.random(), float(rng.uniform(*_CONNECTED))
-        spots = _parked_near(site, bystanders, parked, along)
-        if kind < 0.25 and spots:
-            chosen = spots[int(rng.integers(len(spots)))]
-            ego = Bystander("Car", EGO_SIZE, chosen.pose)
-            bystanders = tuple(ego if one is chosen else one for one in bystanders)
-            parked.append(ego)
-            continue
-        lane = int(rng.choice(against)) if kind < 0.6 and against else int(rng.choice(forward))
-        there = along + away * (1 if lane in against or rng.random() < 0.5 else -1)
-        others = taken.setdefault(lane, [])
-        # Where sixty metres of lane are full, the row of ego vehicles grows longer.
-        while any(abs(there - other) < _CONNECTED[0] for other in others):
-            there += _CONNECTED[0]
-        others.append(there)
-        drivers.append(_at(site, roads, lane, there, bustle, rng))
-    return drivers, bystanders, parked
-
-
-def _at(
-    site: Site, roads: Roads, lane: int, along: float, bustle: Bustle, rng: np.random.Generator
-) -> Traveller:
-    x, y, _ = site.course.poses(along, site.section.lanes[lane].left)
-    place = roads.routes[roads.lanes[lane]].nearest(float(x), float(y))
-    return ego_vehicle(site, roads, lane, place, bustle, rng)
-
-
-def _parked_near(
-    site: Site, bystanders: tuple[Bystander, ...], taken: list[Bystander], along: float
-) -> list[Bystander]:
-    """Parked cars whose place an ego vehicle may have."""
-    if not bystanders:
-        return []
-    poses = poses_of(bystanders)
-    places, _ = site.course.coordinates(poses[:, 0], poses[:, 1])
-    near = (np.abs(places - along) > _CONNECTED[0]) & (np.abs(places - along) < _CONNECTED[1])
-    return [
-        one
-        for one, fits in zip(bystanders, near.tolist(), strict=True)
-        if fits and one.dimensions[2] > EGO_SIZE[2] - 0.6 and one not in taken
-    ]
 
 
 def _traffic(
@@ -232,54 +164,6 @@ def _before_light(one: Traveller, lights: dict[int, tuple[int, float]], roads: R
     if one.front > roads.routes[route].gate - 1.0:
         return one
     return one._replace(route=route, opens=green, polite=False)
-
-
-def _leaving(
-    site: Site,
-    roads: Roads,
-    bystanders: tuple[Bystander, ...],
-    egos: list[Bystander],
-    bustle: Bustle,
-    rng: np.random.Generator,
-) -> tuple[list[Traveller], tuple[Bystander, ...]]:
-    """Parked cars that wait to pull out, and those that stay parked."""
-    leaving: list[Traveller] = []
-    lanes = site.section.lanes
-    for _ in range(min(int(rng.poisson(0.7 * bustle.parked)), 2)):
-        candidates = [one for one in bystanders if one.category == "Car" and one not in egos]
-        if not candidates:
-            break
-        chosen = candidates[int(rng.integers(len(candidates)))]
-        x, y, heading = chosen.pose
-        along, left = site.course.coordinates(x, y)
-        road = float(site.course.poses(along, 0.0)[2])
-        direction = 1 if np.cos(heading - road) > 0 else -1
-        lane = min(range(len(lanes)), key=lambda i: abs(lanes[i].left - left))
-        aslant = abs(wrap_angle(heading - road - (0.0 if direction > 0 else np.pi))) > 0.15
-        if lanes[lane].direction != direction or aslant or abs(lanes[lane].left - left) > 4.0:
-            continue
-        route, place = pull_out(chosen, roads.routes[roads.lanes[lane]])
-        around = tuple(one for one in bystanders if one is not chosen)
-        way = replace(route, poses=route.poses[int(place / SPACING) :])
-        free = out_of_the_way(around, [way])
-        if any(all(ego is not one for one in free) for ego in egos):
-            continue
-        bystanders = free
-        roads.routes.append(route)
-        desired = lanes[lane].speed * float(rng.uniform(*bustle.pace))
-        leaving.append(
-            Traveller(
-                chosen.category,
-                chosen.dimensions,
-                len(roads.routes) - 1,
-                place,
-                0.0,
-                desired,
-                (0.0, 75.0, 0.0),
-                opens=float(rng.exponential(6.0)),
-            )
-        )
-    return leaving, bystanders
 
 
 def _make_way(

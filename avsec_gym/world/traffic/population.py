@@ -11,9 +11,6 @@ from avsec_gym.geometry import Floats
 from avsec_gym.world.actors import Integers
 from avsec_gym.world.traffic.routes import Route
 
-EGO_SIZE = (1.50, 1.80, 4.70)
-"""Height, width, length of the estate cars that carry sensors, metres."""
-
 
 class Traveller(NamedTuple):
     """Somebody who follows a route."""

@@ -9,7 +9,7 @@ import numpy as np
 from avsec_gym.world.layouts.dimensions import CATEGORIES, CategoryMix, draw_dimensions
 from avsec_gym.world.site import Site, Style
 from avsec_gym.world.traffic.driving import calm_interaction
-from avsec_gym.world.traffic.population import EGO_SIZE, Traveller
+from avsec_gym.world.traffic.population import Traveller
 from avsec_gym.world.traffic.roads import Roads
 from avsec_gym.world.traffic.routes import SPACING
 from avsec_gym.world.traffic.state import MANNERS
@@ -121,23 +121,6 @@ def fill_cycling(
             )
             last = place
     return riders
-
-
-def ego_vehicle(
-    site: Site, roads: Roads, lane: int, place: float, bustle: Bustle, rng: np.random.Generator
-) -> Traveller:
-    """A sensor car in a lane; now and then it stands at first, or stops on its way."""
-    low, high = bustle.pace
-    desired = site.section.lanes[lane].speed * float(rng.uniform(low, min(high, 1.0)))
-    kind, begin, takes = rng.random(), rng.uniform(1.0, 25.0), rng.uniform(2.0, 8.0)
-    pause = (np.inf, np.inf)
-    if site.style != Style.HIGHWAY and kind < 0.2:
-        pause = (0.0, takes) if kind < 0.1 else (begin, begin + takes)
-    speed = 0.0 if pause[0] == 0.0 else desired
-    weave = draw_weave("Car", rng)
-    return Traveller(
-        "Car", EGO_SIZE, roads.lanes[lane], place, speed, desired, weave, pause=pause, ego=True
-    )
 
 
 def settle(roads: Roads, queue: list[Traveller]) -> list[Traveller]:

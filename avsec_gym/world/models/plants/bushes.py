@@ -16,6 +16,7 @@ from avsec_gym.world.models.plants.foliage import (
     sprays,
 )
 from avsec_gym.world.models.plants.skeleton import unit
+from avsec_gym.world.models.plants.species import Detail
 from avsec_gym.world.shapes import box
 
 Floats = NDArray[np.float64]
@@ -23,18 +24,20 @@ Floats = NDArray[np.float64]
 BUSHES = 6
 """Variants of `bush`: 0.9 to 2.6 m high."""
 
-_BUSH_TRIANGLES = 1500
+_BUSH_TRIANGLES: dict[Detail, int] = {"near": 1500, "middle": 700, "far": 250}
 _HEDGE_SPRAYS = 110
 """For each square metre."""
 _HEDGE_TRIANGLES = 5000
+_HEDGE_SHARE: dict[Detail, float] = {"near": 1.0, "middle": 0.5, "far": 0.2}
 
 
 @cache
-def bush(variant: int) -> Mesh:
-    """A free-standing shrub on the origin, leafy to the ground: a prototype, 1,500 triangles.
+def bush(variant: int, detail: Detail = "near") -> Mesh:
+    """A free-standing shrub on the origin, leafy to the ground: a prototype.
 
     Args:
         variant: 0 to `BUSHES` - 1, from low and broad to tall.
+        detail: 1,500 triangles near, 700 in the middle, 250 far; the same shape.
     """
     rng = np.random.default_rng((101, variant))
     height = 0.9 + 1.7 * variant / (BUSHES - 1)
@@ -50,8 +53,8 @@ def bush(variant: int) -> Mesh:
     heart = np.array([0.0, 0.0, 0.3 * height])
     family = ("shrub", "fruit", "copper_beech", "hedge", "shrub", "lime")[variant]
     dark, *tones = (leaf_material(family, tone) for tone in (0.32, 0.55, 1.05, 1.5))
-    inside = cores(clusters, 16, 0.8, dark, rng, heart=heart)
-    rest = _BUSH_TRIANGLES - len(inside.faces)
+    inside = cores(clusters, 16 if detail == "near" else 6, 0.8, dark, rng, heart=heart)
+    rest = _BUSH_TRIANGLES[detail] - len(inside.faces)
     leaves = sprays(clusters, rest, 0.4, tuple(tones), rng, heart=heart, hang=0.1)
     whole = merge([inside, leaves])
     whole.vertices[:, 2] = np.maximum(whole.vertices[:, 2], 0.0)
@@ -60,7 +63,9 @@ def bush(variant: int) -> Mesh:
     return whole.fitted(length, width, height)
 
 
-def hedge(length: float, height: float, depth: float, variant: int = 0) -> Mesh:
+def hedge(
+    length: float, height: float, depth: float, variant: int = 0, detail: Detail = "near"
+) -> Mesh:
     """A clipped hedge along x: a dark box behind leaves that stand out here and there.
 
     Args:
@@ -68,6 +73,7 @@ def hedge(length: float, height: float, depth: float, variant: int = 0) -> Mesh:
         height: Metres.
         depth: Metres.
         variant: Other leaves at other places; even ones are privet, odd ones a darker shrub.
+        detail: Half the leaves in the middle, a fifth far away, larger instead.
 
     Returns:
         A mesh that fills its box exactly, at most 5,000 triangles.
@@ -77,7 +83,7 @@ def hedge(length: float, height: float, depth: float, variant: int = 0) -> Mesh:
     size = np.array([length, depth, height])
     shaggy = min(0.07, 0.2 * depth)
     areas = np.array([depth * height, depth * height, *[length * height] * 2, length * depth])
-    count = int(min(_HEDGE_SPRAYS * areas.sum(), _HEDGE_TRIANGLES - 300))
+    count = int(min(_HEDGE_SPRAYS * areas.sum(), _HEDGE_TRIANGLES - 300) * _HEDGE_SHARE[detail])
     outward = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1]], float)
     facing = outward[rng.choice(5, count, p=areas / areas.sum())]
     place = np.where(facing != 0, 0.5 * facing, rng.uniform(-0.5, 0.5, (count, 3)))

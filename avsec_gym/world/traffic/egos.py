@@ -1,0 +1,98 @@
+"""The vehicles that carry sensors: in the traffic, oncoming, or parked near one another."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from avsec_gym.world.site import Site, Style
+from avsec_gym.world.traffic.parking import poses_of
+from avsec_gym.world.traffic.population import Bystander, Traveller
+from avsec_gym.world.traffic.roads import Roads
+from avsec_gym.world.traffic.styles import Bustle
+from avsec_gym.world.traffic.vehicles import draw_weave
+
+EGO_SIZE = (1.50, 1.80, 4.70)
+"""Height, width, length of the estate cars that carry sensors, metres."""
+_EGO_FROM_START = 80.0
+"""Metres from the site's beginning to the first ego vehicle, if the site is long enough."""
+_CONNECTED = (15.0, 60.0)
+"""Between ego vehicles, metres."""
+
+
+def sensor_vehicles(
+    site: Site,
+    roads: Roads,
+    bystanders: tuple[Bystander, ...],
+    bustle: Bustle,
+    egos: int,
+    rng: np.random.Generator,
+) -> tuple[list[Traveller], tuple[Bystander, ...], list[Bystander]]:
+    """The ego vehicles that drive, everybody who stands, and the ego vehicles among these."""
+    lanes = site.section.lanes
+    forward = [i for i in range(len(lanes)) if lanes[i].direction > 0]
+    own = min(forward, key=lambda i: abs(lanes[i].left))
+    reach = site.course.end - site.course.start
+    along = site.course.start + min(_EGO_FROM_START, 0.3 * reach) + float(rng.uniform(-5.0, 5.0))
+    drivers = [_at(site, roads, own, along, bustle, rng)]
+    parked: list[Bystander] = []
+    against = [i for i in range(len(lanes)) if lanes[i].direction < 0]
+    taken = {own: [along]}
+    while len(drivers) + len(parked) < egos:
+        kind, away = rng.random(), float(rng.uniform(*_CONNECTED))
+        spots = _parked_near(site, bystanders, parked, along)
+        if kind < 0.25 and spots:
+            chosen = spots[int(rng.integers(len(spots)))]
+            ego = Bystander("Car", EGO_SIZE, chosen.pose)
+            bystanders = tuple(ego if one is chosen else one for one in bystanders)
+            parked.append(ego)
+            continue
+        lane = int(rng.choice(against)) if kind < 0.6 and against else int(rng.choice(forward))
+        there = along + away * (1 if lane in against or rng.random() < 0.5 else -1)
+        others = taken.setdefault(lane, [])
+        # Where sixty metres of lane are full, the row of ego vehicles grows longer.
+        while any(abs(there - other) < _CONNECTED[0] for other in others):
+            there += _CONNECTED[0]
+        others.append(there)
+        drivers.append(_at(site, roads, lane, there, bustle, rng))
+    return drivers, bystanders, parked
+
+
+def _ego_vehicle(
+    site: Site, roads: Roads, lane: int, place: float, bustle: Bustle, rng: np.random.Generator
+) -> Traveller:
+    """A sensor car in a lane; now and then it stands at first, or stops on its way."""
+    low, high = bustle.pace
+    desired = site.section.lanes[lane].speed * float(rng.uniform(low, min(high, 1.0)))
+    kind, begin, takes = rng.random(), rng.uniform(1.0, 25.0), rng.uniform(2.0, 8.0)
+    pause = (np.inf, np.inf)
+    if site.style != Style.HIGHWAY and kind < 0.2:
+        pause = (0.0, takes) if kind < 0.1 else (begin, begin + takes)
+    speed = 0.0 if pause[0] == 0.0 else desired
+    weave = draw_weave("Car", rng)
+    return Traveller(
+        "Car", EGO_SIZE, roads.lanes[lane], place, speed, desired, weave, pause=pause, ego=True
+    )
+
+
+def _at(
+    site: Site, roads: Roads, lane: int, along: float, bustle: Bustle, rng: np.random.Generator
+) -> Traveller:
+    x, y, _ = site.course.poses(along, site.section.lanes[lane].left)
+    place = roads.routes[roads.lanes[lane]].nearest(float(x), float(y))
+    return _ego_vehicle(site, roads, lane, place, bustle, rng)
+
+
+def _parked_near(
+    site: Site, bystanders: tuple[Bystander, ...], taken: list[Bystander], along: float
+) -> list[Bystander]:
+    """Parked cars whose place an ego vehicle may have."""
+    if not bystanders:
+        return []
+    poses = poses_of(bystanders)
+    places, _ = site.course.coordinates(poses[:, 0], poses[:, 1])
+    near = (np.abs(places - along) > _CONNECTED[0]) & (np.abs(places - along) < _CONNECTED[1])
+    return [
+        one
+        for one, fits in zip(bystanders, near.tolist(), strict=True)
+        if fits and one.dimensions[2] > EGO_SIZE[2] - 0.6 and one not in taken
+    ]
