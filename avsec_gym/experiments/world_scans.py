@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.world_frames import command, quantiles, rows_of
+from avsec_gym.experiments.world_command import command, measure_one
+from avsec_gym.experiments.world_frames import quantiles
 from avsec_gym.experiments.world_stereo import visible_points
 from avsec_gym.frame import Points
 from avsec_gym.geometry import Floats, transform_points
@@ -231,7 +232,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         __doc__,
         arguments,
         lambda options: summary(
-            rows_of(measure, options), real_scans(options.kitti) if options.kitti else {}
+            measure_one(options, measure), real_scans(options.kitti) if options.kitti else {}
         ),
     )
 

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.experiments.world_frames import command, quantiles, rows_of
+from avsec_gym.experiments.world_command import command, measure_one
+from avsec_gym.experiments.world_frames import quantiles
 from avsec_gym.frame import Calibration, Image, Points
 from avsec_gym.geometry import project, transform_points
 from avsec_gym.kitti.dataset import KittiObject
@@ -194,7 +195,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         __doc__,
         arguments,
         lambda options: summary(
-            rows_of(measure, options), real_pairs(options.kitti) if options.kitti else {}
+            measure_one(options, measure), real_pairs(options.kitti) if options.kitti else {}
         ),
     )
 

@@ -67,7 +67,8 @@ def polygon(corners: ArrayLike, material: Material = _PLAIN, uv: ArrayLike | Non
     """
     points = np.asarray(corners, np.float64)
     right = points[1] - points[0]
-    normal = np.cross(right, points[2] - points[0])
+    # The sum over the fan: a corner within an edge does no harm.
+    normal = np.cross(points[1:-1] - points[0], points[2:] - points[0]).sum(axis=0)
     if uv is None:
         right = right / np.linalg.norm(right)
         up = np.cross(normal, right)
@@ -159,8 +160,7 @@ def tube(
         centres = np.concatenate([centres[:1], centres, centres[-1:]])
         tangents = np.concatenate([tangents[:1], tangents, tangents[-1:]])
         sizes = np.concatenate([[1e-4], sizes, [1e-4]])
-    helper = np.array([0.0, 0.0, 1.0] if abs(tangents[0, 2]) < 0.9 else [1.0, 0.0, 0.0])
-    first = _unit(np.cross(tangents, helper)).astype(float)
+    first = _beside(tangents)
     second = np.cross(first, tangents)
     angle = np.linspace(0.0, 2.0 * np.pi, sides + 1)
     around = np.cos(angle)[:, None] * first[:, None] + np.sin(angle)[:, None] * second[:, None]
@@ -213,7 +213,8 @@ def revolve(profile: ArrayLike, material: Material = _PLAIN, *, sides: int = 24)
         material: Of the surface.
         sides: Of the cross-section's polygon.
     """
-    line = np.asarray(profile, float)
+    line = np.array(profile, float)
+    line[:, 0] = np.maximum(line[:, 0], 1e-4)  # a normal needs some way round, also at the poles
     angle = np.linspace(0.0, 2.0 * np.pi, sides + 1)
     points = np.stack(
         [
@@ -271,6 +272,18 @@ def scattered(meshes: Sequence[Mesh], places: ArrayLike) -> Mesh:
     rows = np.asarray(places, float).tolist()
     every = list(meshes) * (len(rows) if len(meshes) == 1 else 1)
     return merge([mesh.placed(*row) for mesh, row in zip(every, rows, strict=True)])
+
+
+def _beside(tangents: np.ndarray) -> np.ndarray:
+    """A direction square to each tangent, carried along so that it turns as little as it can."""
+    helper = np.array([0.0, 0.0, 1.0] if abs(tangents[0, 2]) < 0.9 else [1.0, 0.0, 0.0])
+    side = np.cross(tangents[0], helper)
+    sides = []
+    for tangent in tangents:
+        side = side - (side @ tangent) * tangent
+        side = side / np.linalg.norm(side)
+        sides.append(side)
+    return np.array(sides)
 
 
 def _convex_parts(plan: np.ndarray) -> list[np.ndarray]:

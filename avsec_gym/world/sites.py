@@ -42,8 +42,8 @@ def draw_site(style: Style, rng: np.random.Generator, *, length: float) -> Site:
     Args:
         style: How it is built up.
         rng: The source of chance.
-        length: Of the main road, metres.  An ego vehicle starts about 80 m behind its beginning
-            and should not come nearer than 80 m to its end.
+        length: Of the main road, metres.  The first ego vehicle starts about 80 m after its
+            beginning and should not come nearer to its end than about that.
     """
     section = _SECTIONS[style](rng)
     course = _course(style, section, rng, length)

@@ -62,12 +62,12 @@ class Stage:
         x, y, heading = actors.pose[looking]
         away = self._places[:, :2] - (x, y)
         distance = np.hypot(*away.T)
-        behind = away @ (np.cos(heading), np.sin(heading)) < -self._places[:, 2]
+        behind = away @ (np.cos(heading), np.sin(heading)) < -25.0 - self._places[:, 2]
         near = np.flatnonzero(distance - self._places[:, 2] < SIGHT)
         things = list(self._land)
         for index in near:
             placement = self._placements[index]
-            # Cameras look ahead: what lies behind is for the LiDAR and for reflections.
+            # Cameras look ahead: what lies farther behind is for the LiDAR and reflections.
             away_from = max(distance[index] - placement.reach, 0.0) + 45.0 * behind[index]
             mesh = placement.mesh(float(away_from))
             things.append(Thing(mesh, placement.surface))

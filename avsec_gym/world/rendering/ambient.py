@@ -14,7 +14,7 @@ from avsec_gym.world.mesh import Float32s
 from avsec_gym.world.rendering.ray_scene import RayScene
 from avsec_gym.world.rendering.shading import Surfaces, sky_colour
 
-RAYS = 10
+RAYS = 8
 """For each point of the grid."""
 
 _FAR = np.float32(1e8)

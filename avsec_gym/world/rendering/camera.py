@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from avsec_gym.geometry import Floats
 from avsec_gym.world.mesh import Float32s, Int32s
 from avsec_gym.world.rendering.ambient import ambient_light, carry, smooth_ambient
+from avsec_gym.world.rendering.edges import edge_marks
 from avsec_gym.world.rendering.image_sensor import metered_exposure
 from avsec_gym.world.rendering.light import Light
 from avsec_gym.world.rendering.ray_scene import NOTHING, Hits, RayScene
 from avsec_gym.world.rendering.shading import (
     SceneArrays,
     Surfaces,
-    add_mirrored,
+    add_glints,
     break_up_lattice,
     laser_reflectance,
     radiance,
@@ -30,7 +31,10 @@ from avsec_gym.world.textures.library import texture_library
 
 _GRID_STEP = 5
 _EXTRA = ((-0.30, -0.22), (0.34, -0.14), (-0.04, 0.36))
-"""Further rays through pixels on edges, in pixels from the centre: rows and columns differ."""
+"""Further rays through pixels on edges, in pixels from the centre: rows and columns differ; only
+the first one within foliage."""
+_DULL = 0.03
+"""Surfaces that mirror less are not followed further: they mirror the mean of their surroundings."""
 _BRIGHTEST = 1.25
 """Rays count as no brighter when a pixel's are averaged: bright edges stay smooth."""
 
@@ -123,18 +127,25 @@ class Renderer:
         geometry = self._geometry(camera, directions, hits)
         grid = self._ambient_grid(camera)
         light, found = self._light_along(camera, pixels, origins, directions, hits, grid)
+        mirrored = self._mirror(directions, hits, found, light)
         exposure = np.float32(metered_exposure(light[::17], self._light.brightness))
         light = np.minimum(light * exposure, np.float32(_BRIGHTEST))
-        edges = np.flatnonzero(_edges(light, hits.face, hits.distance, found.normal, width, height))
-        total = light[edges]
-        for offset in _EXTRA:
+        marks = edge_marks(
+            light, hits.face, hits.distance, found.normal, geometry.surface.reshape(-1), width
+        )
+        count = np.ones(len(light), np.float32)
+        for number, offset in enumerate(_EXTRA):
+            edges = np.flatnonzero(marks > number)
             moved = pixels[edges] + np.array(offset, np.float32)
             origins, directions = _rays(camera, moved)
-            more, _ = self._light_along(
-                camera, moved, origins, directions, self.scene.hits(origins, directions), grid
-            )
-            total += np.minimum(more * exposure, np.float32(_BRIGHTEST))
-        light[edges] = total / np.float32(1 + len(_EXTRA))
+            hits = self.scene.hits(origins, directions)
+            more, found = self._light_along(camera, moved, origins, directions, hits, grid)
+            # What is mirrored hardly differs within a pixel: no rays of its own.
+            share = found.mirror[:, None]
+            more += share * (mirrored[edges] - more)
+            light[edges] += np.minimum(more * exposure, np.float32(_BRIGHTEST))
+            count[edges] += 1.0
+        light /= count[:, None]
         return View(light.reshape(height, width, 3), geometry)
 
     def echoes(self, origins: Float32s, directions: Float32s) -> Echoes:
@@ -220,29 +231,32 @@ class Renderer:
         out = np.empty((len(origins), 3), np.float32)
         sky = (light.sun_colour, light.panorama, light.horizon, np.float32(light.haze))
         radiance(hits.face, hits.distance, directions, found, ambient, *sky, out)
-        self._mirror(directions, hits, found, out)
         return out, found
 
-    def _mirror(self, directions: Float32s, hits: Hits, found: Surfaces, out: Float32s) -> None:
+    def _mirror(self, directions: Float32s, hits: Hits, found: Surfaces, out: Float32s) -> Float32s:
+        """Mix what is mirrored into `out`; returns the mirrored light alone, shape (n, 3)."""
         light = self._light
-        rays = np.flatnonzero((found.mirror > 0.03) & (hits.face >= 0))
-        if len(rays) == 0:
-            return
+        around = 0.5 * light.panorama.mean(axis=(0, 1))
+        mirrored = np.empty_like(out)
+        mirrored[:] = around
+        rays = np.flatnonzero((found.mirror > _DULL) & (hits.face >= 0))
         normal, incoming = found.normal[rays], directions[rays]
         facing = (incoming * normal).sum(axis=1, keepdims=True)
-        mirrored = np.ascontiguousarray(incoming - 2 * facing * normal)
+        outgoing = np.ascontiguousarray(incoming - 2 * facing * normal)
         starts = np.ascontiguousarray(found.point[rays])
-        hits = self.scene.hits(starts, mirrored)
-        behind = surfaces(self._arrays, hits, starts, mirrored, light.sun, 0.02)
+        hits = self.scene.hits(starts, outgoing)
+        behind = surfaces(self._arrays, hits, starts, outgoing, light.sun, 0.02)
         # What is mirrored is lit without further rays: half of it lies in the shade.
         behind.sunlight[:] *= 0.6
-        around = np.broadcast_to(0.5 * light.panorama.mean(axis=(0, 1)), starts.shape)
-        seen = np.empty(starts.shape, np.float32)
+        ambient = np.empty_like(starts)
+        ambient[:] = around
+        seen = np.empty_like(starts)
         sky = (light.sun_colour, light.panorama, light.horizon, np.float32(light.haze))
-        radiance(
-            hits.face, hits.distance, mirrored, behind, np.ascontiguousarray(around), *sky, seen
-        )
-        add_mirrored(rays, mirrored, found, seen, hits.face < 0, light.sun, light.sun_colour, out)
+        radiance(hits.face, hits.distance, outgoing, behind, ambient, *sky, seen)
+        add_glints(outgoing, hits.face < 0, light.sun, light.sun_colour, seen)
+        mirrored[rays] = seen
+        out += found.mirror[:, None] * (mirrored - out)
+        return mirrored
 
 
 def _pixel_grid(width: int, height: int, step: int) -> Float32s:
@@ -277,43 +291,3 @@ def _directions(pixels, rotation, focal_length, centre_u, centre_v, directions):
         scale = one / np.sqrt(x * x + y * y + one)
         for k in range(3):
             directions[i, k] = (rotation[k, 0] * x + rotation[k, 1] * y + rotation[k, 2]) * scale
-
-
-@njit(cache=True)
-def _edges(light, faces, distances, normals, width, height):  # type: ignore[no-untyped-def]
-    """Pixels whose right or lower neighbour differs, and those neighbours."""
-    marked = np.zeros(width * height, np.bool_)
-    for row in range(height):
-        for column in range(width):
-            i = row * width + column
-            for step in range(2):
-                if step == 0:
-                    if column + 1 >= width:
-                        continue
-                    j = i + 1
-                else:
-                    if row + 1 >= height:
-                        continue
-                    j = i + width
-                if faces[i] != faces[j]:
-                    if faces[i] < 0 or faces[j] < 0:
-                        edge = True
-                    else:
-                        near = min(distances[i], distances[j])
-                        apart = abs(distances[i] - distances[j])
-                        alike = (
-                            normals[i, 0] * normals[j, 0]
-                            + normals[i, 1] * normals[j, 1]
-                            + normals[i, 2] * normals[j, 2]
-                        )
-                        edge = alike < 0.9 or apart > 0.03 * near
-                else:
-                    edge = False
-                if not edge:
-                    one = light[i, 0] + light[i, 1] + light[i, 2]
-                    two = light[j, 0] + light[j, 1] + light[j, 2]
-                    edge = abs(one - two) > 0.35 * max(one, two) + 0.02
-                if edge:
-                    marked[i] = True
-                    marked[j] = True
-    return marked

@@ -15,19 +15,22 @@ from avsec_gym.world.mesh import Float32s, Int32s
 from avsec_gym.world.rendering.camera import Renderer
 
 
+_BEAM_GRADES, _GRADE_NOISE, _DARK = 0.2, 0.04, 0.08
+
+
 class Scan(NamedTuple):
     """One turn."""
 
     points: Points
     """Shape (M, 4): x, y, z in the velodyne frame (metres), reflectance; beam by beam from the
-    top, each from behind over the left side, as KITTI's files have it."""
+    top, each from ahead over the left side, as KITTI's files have it."""
     object_id: Int32s
     """Shape (M,); -1 for scenery."""
 
 
 @dataclass(frozen=True)
 class Lidar:
-    """How the LiDAR sees.
+    """How the LiDAR sees; the defaults are those that KITTI's scans show.
 
     Args:
         columns: Pulses of each beam in a turn (0.17 degrees apart).
@@ -40,28 +43,28 @@ class Lidar:
         seed: Of the beams' own small errors: one seed, one device.
     """
 
-    columns: int = 2083
+    columns: int = 2120
     nearest: float = 0.9
-    farthest: float = 120.0
-    noise: float = 0.015
+    farthest: float = 80.0
+    noise: float = 0.010
     sensitivity: float = 0.05
     dropout: float = 0.01
     seed: int = 64
 
     @cached_property
     def elevations(self) -> Floats:
-        """Of the 64 beams, radians: 32 from +2 degrees a third of a degree apart, 32 below half
-        a degree apart (the HDL-64E manual), each a little off."""
-        upper = np.linspace(2.0, -8.33, 32)
-        lower = np.linspace(-8.83, -24.33, 32)
+        """Of the 64 beams, radians: 32 from +2.4 degrees a third of a degree apart, 32 below half
+        a degree apart, each a little off."""
+        upper = np.linspace(2.42, -7.91, 32)
+        lower = np.linspace(-8.32, -23.51, 32)
         rng = np.random.Generator(np.random.PCG64(self.seed))
-        return np.radians(np.concatenate([upper, lower]) + rng.normal(0.0, 0.03, 64))
+        return np.radians(np.concatenate([upper, lower]) + rng.normal(0.0, 0.06, 64))
 
     @cached_property
     def directions(self) -> Float32s:
         """In the velodyne frame, shape (64 * columns, 3)."""
         rng = np.random.Generator(np.random.PCG64(self.seed + 1))
-        azimuth = np.linspace(np.pi, -np.pi, self.columns, endpoint=False)[None, :]
+        azimuth = (np.arange(self.columns) + 0.5)[None, :] * (2 * np.pi / self.columns)
         azimuth = azimuth + np.radians(rng.uniform(-0.08, 0.08, 64))[:, None]
         up = self.elevations[:, None]
         rays = np.stack(
@@ -104,7 +107,24 @@ class Lidar:
             seen &= free
         points = np.empty((int(seen.sum()), 4), np.float32)
         points[:, :3] = beams[seen] * distance[seen, None]
-        shown = echo.reflectance[seen] * (0.35 + 0.65 * echo.cosine[seen])
-        # KITTI's reflectances come in hundredths.
-        points[:, 3] = np.round(np.clip(shown, 0.0, 0.99), 2)
+        points[:, 3] = self._graded(echo.reflectance, echo.cosine, distance, rng)[seen]
         return Scan(points, echo.object_id[seen])
+
+    def _graded(
+        self, reflectance: Float32s, cosine: Float32s, distance: Float32s, rng: np.random.Generator
+    ) -> Float32s:
+        """Reflectances as KITTI's scans give them, fitted to their distribution.
+
+        The device evens out dull surfaces, grades each beam with an error of its own, and gives
+        0 for what is too dark, and often for what is beyond 25 m.
+        """
+        own = np.random.Generator(np.random.PCG64(self.seed + 2)).normal(1.0, _BEAM_GRADES, 64)
+        beam = np.repeat(np.clip(own, 0.3, 1.5).astype(np.float32), self.columns)
+        # All but retro-reflectors end in the lower half of the scale.
+        even = 0.44 * reflectance**0.35 * (0.8 + 0.2 * cosine) + 0.55 * reflectance**6
+        weaker = 1.0 - 0.4 * np.clip((distance - 20.0) / 40.0, 0.0, 1.0)
+        shown = even * beam * weaker + _GRADE_NOISE * rng.standard_normal(len(beam), np.float32)
+        ungraded = np.clip((distance - 25.0) / 45.0, 0.03, 0.95) + 0.6 * (reflectance < _DARK)
+        shown[rng.random(len(beam), np.float32) < ungraded] = 0.0
+        # KITTI's reflectances come in hundredths.
+        return np.asarray(np.round(np.clip(shown, 0.0, 0.99), 2), np.float32)

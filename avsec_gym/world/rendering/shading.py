@@ -21,6 +21,8 @@ from avsec_gym.world.textures.library import TextureArrays
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _STEEPEST = np.float32(0.04)
 _BREAK_UP = np.float32(0.11)
+_SKY_SEEN = np.float32(1.35)
+"""The sky as cameras see it against the light that it sheds: KITTI's is burnt out mostly."""
 
 
 class SceneArrays(NamedTuple):
@@ -366,7 +368,8 @@ def radiance(
     for i in range(len(faces)):
         if faces[i] < 0:
             sky = sky_colour(panorama, directions[i, 0], directions[i, 1], directions[i, 2])
-            out[i, 0], out[i, 1], out[i, 2] = sky[0], sky[1], sky[2]
+            for k in range(3):
+                out[i, k] = sky[k] * _SKY_SEEN
             continue
         clear = np.exp(-distances[i] / haze)
         for k in range(3):
@@ -376,29 +379,22 @@ def radiance(
 
 
 @njit(cache=True, fastmath=True)
-def add_mirrored(rays, directions, found, mirrored, open_sun, sun, sun_colour, out):  # type: ignore[no-untyped-def]
-    """Mix mirrored light into `out`, and the sun's own reflection.
+def add_glints(directions, open_sky, sun, sun_colour, light):  # type: ignore[no-untyped-def]
+    """Add the sun's own reflection to mirrored light.
 
     Args:
-        rays: Which rays met a mirror, shape (m,).
         directions: Mirrored ones, shape (m, 3).
-        found: `Surfaces` of all rays.
-        mirrored: Light along the mirrored rays, shape (m, 3).
-        open_sun: Whether a mirrored ray sees the sky, shape (m,).
+        open_sky: Whether a mirrored ray sees the sky, shape (m,).
         sun: Direction.
         sun_colour: Shape (3,).
-        out: Shape (n, 3).
+        light: Along the mirrored rays, shape (m, 3).
     """
-    for j in range(len(rays)):
-        i = rays[j]
-        share = found.mirror[i]
+    for j in range(len(directions)):
         towards = directions[j, 0] * sun[0] + directions[j, 1] * sun[1] + directions[j, 2] * sun[2]
-        glint = _ZERO
-        if open_sun[j] and towards > np.float32(0.9):
+        if open_sky[j] and towards > np.float32(0.9):
             glint = np.float32(18.0) * towards**400 + np.float32(0.5) * towards**40
-        for k in range(3):
-            light = mirrored[j, k] + glint * sun_colour[k]
-            out[i, k] = out[i, k] * (_ONE - share) + light * share
+            for k in range(3):
+                light[j, k] += glint * sun_colour[k]
 
 
 def break_up_lattice(seed: int) -> NDArray[np.float32]:

@@ -113,7 +113,7 @@ def grove(
     depth = nearest + (deepest - nearest) * rng.random(count) ** 1.4
     front = depth < nearest + 7.0
     plant_trees(plot, rng, species, along[front], side * depth[front])
-    plant_trees(plot, rng, species, along[~front], side * depth[~front], hidden=_FAR)
+    plant_trees(plot, rng, species, along[~front], side * depth[~front], hidden=_MIDDLE)
     edge = int((plot.end - plot.start) / (1.3 * spacing))
     along = rng.uniform(plot.start, plot.end, edge)
     plant_bushes(plot, rng, along, side * (nearest + rng.uniform(-1.5, 2.0, edge)))

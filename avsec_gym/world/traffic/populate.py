@@ -8,6 +8,7 @@ import numpy as np
 
 from avsec_gym.world.layouts.view import without_overlaps
 from avsec_gym.world.site import Site, Style
+from avsec_gym.world.traffic.egos import sensor_vehicles
 from avsec_gym.world.traffic.parking import out_of_the_way, parked_rows, poses_of
 from avsec_gym.world.traffic.pavements import (
     Pavement,
@@ -24,6 +25,7 @@ from avsec_gym.world.traffic.people import (
     walkers,
 )
 from avsec_gym.world.traffic.population import Bystander, Population, Traveller
+from avsec_gym.world.traffic.pulling_out import leave_parking
 from avsec_gym.world.traffic.roads import Roads, roads_of
 from avsec_gym.world.traffic.routes import SPACING
 from avsec_gym.world.traffic.state import NARROW, begin, network_of
@@ -57,8 +59,11 @@ def populate(
         rng: The source of chance.
         egos: How many vehicles carry sensors, 1 or more. The first drives along the course; the
             others are 15 to 60 m from it: before or behind it, oncoming, or parked.
-        density: How busy it is; 1 as usual for the style, 0 for nobody but the ego vehicles,
-            drawn if None.
+        density: How busy it is beside what chance adds; about 1 as usual for the style, 0 for
+            nobody but the ego vehicles; None for 1 and, now and then, nobody of a kind at all.
+
+    Returns:
+        Nobody stands in another, and everybody could stop in time.
     """
     bustle = _tonight(STYLES[site.style], density, rng)
     roads = roads_of(site)

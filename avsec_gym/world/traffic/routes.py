@@ -50,7 +50,7 @@ class Route:
 
 
 def along_course(
-    course: Course, left: ArrayLike, direction: int = 1, margin: float = 0.0
+    course: Course, left: ArrayLike = 0.0, direction: int = 1, margin: float = 0.0
 ) -> Floats:
     """Poses beside a course, also beyond its ends, where it runs on straight.
 

@@ -1,0 +1,59 @@
+"""Where one ray through a pixel is not enough."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from avsec_gym.world.road.section import Surface
+
+_VEGETATION = int(Surface.VEGETATION)
+
+
+@njit(cache=True)
+def edge_marks(light, faces, distances, normals, surfaces, width):  # type: ignore[no-untyped-def]
+    """How badly each pixel needs more rays: 0 not, 1 a little (among leaves), 3 much.
+
+    A pixel lies on an edge if a neighbour shows another surface, bend, distance or brightness.
+
+    Args:
+        light: Linear, exposed, shape (n, 3).
+        faces: Of the hits, -1 for the sky, shape (n,).
+        distances: Metres, shape (n,).
+        normals: Shape (n, 3).
+        surfaces: `Surface` of each pixel, shape (n,).
+        width: Of the image, pixels; n is a multiple of it.
+    """
+    marks = np.zeros(len(faces), np.uint8)
+    for i in range(len(faces)):
+        for step in (1, width):
+            j = i + step
+            if j >= len(faces) or (step == 1 and j % width == 0):
+                continue
+            if not _differ(i, j, light, faces, distances, normals):
+                continue
+            leaves = surfaces[i] == _VEGETATION and surfaces[j] == _VEGETATION
+            mark = np.uint8(1 if leaves else 3)
+            marks[i] = max(marks[i], mark)
+            marks[j] = max(marks[j], mark)
+    return marks
+
+
+@njit(cache=True, inline="always")
+def _differ(i, j, light, faces, distances, normals):  # type: ignore[no-untyped-def]
+    if faces[i] != faces[j]:
+        if faces[i] < 0 or faces[j] < 0:
+            return True
+        near = min(distances[i], distances[j])
+        if abs(distances[i] - distances[j]) > 0.03 * near:
+            return True
+        alike = (
+            normals[i, 0] * normals[j, 0]
+            + normals[i, 1] * normals[j, 1]
+            + normals[i, 2] * normals[j, 2]
+        )
+        if alike < 0.9:
+            return True
+    one = light[i, 0] + light[i, 1] + light[i, 2]
+    two = light[j, 0] + light[j, 1] + light[j, 2]
+    return abs(one - two) > 0.35 * max(one, two) + 0.02
