@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 from avsec_gym.commands import console
-from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from avsec_gym.world.export import Recipe
@@ -116,9 +116,8 @@ class WorldTwin:
         )
         if style is not None and (style is Style.HIGHWAY) != (road_type == "highway"):
             raise ConfigurationError(f"--style {style} is no --road-type {road_type}")
-        ids = twin_ids(KittiObject(self.kitti), self.ids, self.split)[: self.limit]
-        if not ids:
-            raise DataError("No frame has both label and calibration.", path=self.kitti)
+        data = KittiObject(self.kitti)
+        ids = twin_ids(data, self.ids, self.split)[: self.limit]
         recipe = Twins(
             self.kitti,
             ids,

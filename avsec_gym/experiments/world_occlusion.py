@@ -135,9 +135,10 @@ def calibrate(options: argparse.Namespace) -> dict[str, Any]:
     every = data.ids(having=("label_2", "calib"))
     rng = np.random.default_rng(options.seed)
     ids = tuple(sorted(rng.choice(every, min(options.frames, len(every)), replace=False).tolist()))
-    rows = measure_all(
-        options, measure, images=False, scenes=TwinScenes(root, ids, options.seed), frames=len(ids)
-    )["world_occlusion"]
+    twins = TwinScenes(root, ids, options.seed)
+    (rows,) = measure_all(
+        options, measure, images=False, scenes=twins, frames=len(ids)
+    ).values()
     shares: dict[str, list[float]] = {"behind_others": [], "in_scene": []}
     judged: list[int] = []
     for id, row in zip(ids, rows, strict=True):

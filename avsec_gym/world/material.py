@@ -19,6 +19,8 @@ class Material:
             0.08, chrome 0.6.
         glass: LiDAR pulses pass without an echo (the camera sees the texture, and reflections).
         translucent: Share of the light on the far side that shines through (leaves 0.4).
+        leaves: The surface stands for a spray of leaves: it is drawn leaf by leaf, and light and
+            rays pass between them.
         infrared: LiDAR reflectance in [0, 1]; None for the texture's brightness.  Leaves and
             many paints are bright in the infrared, tyres and dark windows black, number plates
             and road signs (retro-reflectors) 1.
@@ -31,5 +33,6 @@ class Material:
     mirror: float = 0.0
     glass: bool = False
     translucent: float = 0.0
+    leaves: bool = False
     infrared: float | None = None
     glow: float = 0.0

@@ -69,6 +69,8 @@ def _course(style: Style, section: CrossSection, rng: np.random.Generator, lengt
                 bend, turn / reach
             )
             place += reach + float(rng.exponential(60.0)) + 20.0
+    # Beyond its ends the road runs on straight.
+    curvature[:20] = curvature[-20:] = 0.0
     ease = int(np.clip(0.5 / np.sqrt(tightest) * 4.0, 10.0, 80.0))
     window = np.hanning(ease + 2)[1:-1]
     curvature = np.convolve(np.pad(curvature, ease), window / window.sum(), "same")[ease:-ease]

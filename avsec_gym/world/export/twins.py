@@ -18,6 +18,7 @@ from avsec_gym.rig import KITTI_SIZE, SensorRig
 from avsec_gym.road_type import RoadType
 from avsec_gym.world.capture import Capture, take
 from avsec_gym.world.export.frame_files import write_object_files
+from avsec_gym.world.export.recipe import Sensors
 from avsec_gym.world.export.suites import write_lists
 from avsec_gym.world.rendering.lidar import Lidar
 from avsec_gym.world.shots import shot_of_labels
@@ -43,7 +44,7 @@ class Twins:
         lidar: Whether scans are written.
 
     Raises:
-        ConfigurationError: An id is none, or stands twice.
+        ConfigurationError: An id is none or stands twice, or a camera is not one of 0 to 3.
     """
 
     kitti: Path
@@ -60,6 +61,7 @@ class Twins:
             check_id(id)
         if len(set(self.ids)) < len(self.ids):
             raise ConfigurationError("an id stands twice")
+        Sensors(self.cameras)  # Refuses cameras that KITTI lacks.
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -147,10 +149,13 @@ def twin_ids(data: KittiObject, ids: Sequence[str], split: str | None) -> tuple[
 
     Raises:
         ConfigurationError: Both names and a split are given, or a frame is not there.
+        DataError: No frame is.
     """
     if ids and split is not None:
         raise ConfigurationError("name frames with --ids, or a --split, not both")
     there = data.ids(split, having=("label_2", "calib"))
+    if not there:
+        raise DataError("No frame has both label and calibration.", path=data.folder)
     if not ids:
         return tuple(there)
     missing = [id for id in map(check_id, ids) if id not in set(there)]

@@ -13,6 +13,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.world.mesh import Float32s, Int32s
 from avsec_gym.world.rendering.ambient import ambient_light, carry, smooth_ambient
 from avsec_gym.world.rendering.edges import edge_marks
+from avsec_gym.world.rendering.foliage import between_leaves
 from avsec_gym.world.rendering.image_sensor import metered_exposure
 from avsec_gym.world.rendering.light import Light
 from avsec_gym.world.rendering.ray_scene import NOTHING, Hits, RayScene
@@ -35,6 +36,12 @@ _EXTRA = ((-0.30, -0.22), (0.34, -0.14), (-0.04, 0.36))
 the first one within foliage."""
 _DULL = 0.03
 """Surfaces that mirror less are not followed further: they mirror the mean of their surroundings."""
+_LOOKS_THROUGH = 3
+"""Layers of leaves between which one may look; what is behind more is dark anyway."""
+_SUN_ANGLE = 0.0015
+"""Of the rays to the sun: single leaves cast their shadows from up to 40 m."""
+_PULSE_ANGLE = 0.003
+"""Width of a laser pulse, radians."""
 _BRIGHTEST = 1.25
 """Rays count as no brighter when a pixel's are averaged: bright edges stay smooth."""
 
@@ -128,6 +135,7 @@ class Renderer:
         grid = self._ambient_grid(camera)
         light, found = self._light_along(camera, pixels, origins, directions, hits, grid)
         mirrored = self._mirror(directions, hits, found, light)
+        reflects = found.mirror > 0.0
         exposure = np.float32(metered_exposure(light[::17], self._light.brightness))
         light = np.minimum(light * exposure, np.float32(_BRIGHTEST))
         marks = edge_marks(
@@ -138,11 +146,10 @@ class Renderer:
             edges = np.flatnonzero(marks > number)
             moved = pixels[edges] + np.array(offset, np.float32)
             origins, directions = _rays(camera, moved)
-            hits = self.scene.hits(origins, directions)
+            hits = self.hits(origins, directions, 1.0 / camera.focal_length)
             more, found = self._light_along(camera, moved, origins, directions, hits, grid)
             # What is mirrored hardly differs within a pixel: no rays of its own.
-            share = found.mirror[:, None]
-            more += share * (mirrored[edges] - more)
+            more += (found.mirror * reflects[edges])[:, None] * (mirrored[edges] - more)
             light[edges] += np.minimum(more * exposure, np.float32(_BRIGHTEST))
             count[edges] += 1.0
         light /= count[:, None]
@@ -155,7 +162,7 @@ class Renderer:
             origins: Shape (n, 3).
             directions: Unit vectors, shape (n, 3).
         """
-        hits = self.scene.hits(origins, directions)
+        hits = self.hits(origins, directions, _PULSE_ANGLE)
         face, distance = hits.face.copy(), hits.distance.copy()
         materials = self.scene.materials
         glass = np.flatnonzero((face >= 0) & materials.glass[self.scene.material[face]])
@@ -173,9 +180,36 @@ class Renderer:
         objects = np.where(seen, self.scene.object_id[np.maximum(face, 0)], NOTHING)
         return Echoes(distance, reflectance, cosine, objects)
 
+    def hits(self, origins: Float32s, directions: Float32s, pixel_angle: float) -> Hits:
+        """First hits of rays; rays go on between leaves.
+
+        Args:
+            origins: Shape (n, 3).
+            directions: Unit vectors, shape (n, 3).
+            pixel_angle: Angle between neighbouring rays, radians.
+        """
+        found = self.scene.hits(origins, directions)
+        every = np.arange(len(origins))
+        part = found
+        gaps = np.empty(len(origins), bool)
+        for _ in range(_LOOKS_THROUGH):
+            between_leaves(self._arrays, *part, np.float32(pixel_angle), gaps)
+            open_rays = np.flatnonzero(gaps)
+            if len(open_rays) == 0:
+                break
+            every = every[open_rays]
+            passed = found.distance[every] + np.float32(2e-3)
+            onward = np.ascontiguousarray(directions[every])
+            part = self.scene.hits(origins[every] + passed[:, None] * onward, onward)
+            part.distance[:] += passed
+            for whole, new in zip(found, part, strict=True):
+                whole[every] = new
+            gaps = np.empty(len(every), bool)
+        return found
+
     def _middle(self, camera: PinholeCamera) -> tuple[Float32s, Float32s, Hits]:
         origins, directions = _rays(camera, _pixel_grid(*camera.size, 1))
-        return origins, directions, self.scene.hits(origins, directions)
+        return origins, directions, self.hits(origins, directions, 1.0 / camera.focal_length)
 
     def _geometry(self, camera: PinholeCamera, directions: Float32s, hits: Hits) -> Geometry:
         width, height = camera.size
@@ -193,7 +227,7 @@ class Renderer:
 
     def _ambient_grid(self, camera: PinholeCamera) -> tuple[Float32s, Float32s, Float32s]:
         origins, directions = _rays(camera, _pixel_grid(*camera.size, _GRID_STEP))
-        hits = self.scene.hits(origins, directions)
+        hits = self.hits(origins, directions, 1.0 / camera.focal_length)
         light = self._light
         angle = _GRID_STEP / camera.focal_length
         found = surfaces(self._arrays, hits, origins, directions, light.sun, angle)
@@ -219,12 +253,11 @@ class Renderer:
         hits: Hits,
         grid: tuple[Float32s, Float32s, Float32s],
     ) -> tuple[Float32s, Surfaces]:
-        light, scene = self._light, self.scene
+        light = self._light
         angle = 1.0 / camera.focal_length
         found = surfaces(self._arrays, hits, origins, directions, light.sun, angle)
         lit = np.flatnonzero(found.sunlight > 0)
-        to_sun = np.broadcast_to(light.sun, (len(lit), 3)).copy()
-        found.sunlight[lit[scene.blocked(found.point[lit], to_sun)]] = 0.0
+        found.sunlight[lit[self._shaded(np.ascontiguousarray(found.point[lit]))]] = 0.0
         ambient = np.zeros((len(origins), 3), np.float32)
         columns, rows = (-(-size // _GRID_STEP) for size in camera.size)
         carry(pixels, found, hits.distance, _GRID_STEP, columns, rows, *grid, ambient)
@@ -232,6 +265,20 @@ class Renderer:
         sky = (light.sun_colour, light.panorama, light.horizon, np.float32(light.haze))
         radiance(hits.face, hits.distance, directions, found, ambient, *sky, out)
         return out, found
+
+    def _shaded(self, points: Float32s) -> NDArray[np.bool_]:
+        """Whether the sun is hidden from points; it shines through one layer of leaves."""
+        to_sun = np.empty_like(points)
+        to_sun[:] = self._light.sun
+        found = self.scene.hits(points, to_sun)
+        gaps = np.empty(len(points), bool)
+        between_leaves(self._arrays, *found, np.float32(_SUN_ANGLE), gaps)
+        shaded = found.face >= 0
+        through = np.flatnonzero(gaps)
+        passed = (found.distance[through] + np.float32(2e-3))[:, None]
+        beyond = np.ascontiguousarray(points[through] + passed * to_sun[through])
+        shaded[through] = self.scene.blocked(beyond, to_sun[through])
+        return shaded
 
     def _mirror(self, directions: Float32s, hits: Hits, found: Surfaces, out: Float32s) -> Float32s:
         """Mix what is mirrored into `out`; returns the mirrored light alone, shape (n, 3)."""

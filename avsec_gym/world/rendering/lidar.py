@@ -15,7 +15,7 @@ from avsec_gym.world.mesh import Float32s, Int32s
 from avsec_gym.world.rendering.camera import Renderer
 
 
-_BEAM_GRADES, _GRADE_NOISE, _DARK = 0.2, 0.04, 0.08
+_BEAM_GRADES, _GRADE_NOISE, _DARK = 0.2, 0.06, 0.08
 
 
 class Scan(NamedTuple):
@@ -121,10 +121,10 @@ class Lidar:
         own = np.random.Generator(np.random.PCG64(self.seed + 2)).normal(1.0, _BEAM_GRADES, 64)
         beam = np.repeat(np.clip(own, 0.3, 1.5).astype(np.float32), self.columns)
         # All but retro-reflectors end in the lower half of the scale.
-        even = 0.44 * reflectance**0.35 * (0.8 + 0.2 * cosine) + 0.55 * reflectance**6
+        even = 0.51 * reflectance**0.35 * (0.8 + 0.2 * cosine) + 0.55 * reflectance**6
         weaker = 1.0 - 0.4 * np.clip((distance - 20.0) / 40.0, 0.0, 1.0)
         shown = even * beam * weaker + _GRADE_NOISE * rng.standard_normal(len(beam), np.float32)
-        ungraded = np.clip((distance - 25.0) / 45.0, 0.03, 0.95) + 0.6 * (reflectance < _DARK)
+        ungraded = np.clip((distance - 25.0) / 45.0, 0.05, 0.95) + 0.6 * (reflectance < _DARK)
         shown[rng.random(len(beam), np.float32) < ungraded] = 0.0
         # KITTI's reflectances come in hundredths.
         return np.asarray(np.round(np.clip(shown, 0.0, 0.99), 2), np.float32)

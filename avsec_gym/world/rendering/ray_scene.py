@@ -35,6 +35,7 @@ class MaterialTable(NamedTuple):
     mirror: Float32s
     glass: NDArray[np.bool_]
     translucent: Float32s
+    leaves: NDArray[np.bool_]
     infrared: Float32s
     """-1: the texture's brightness."""
     glow: Float32s
@@ -118,6 +119,7 @@ def _table(mesh: Mesh) -> MaterialTable:
         mirror=column("mirror"),
         glass=np.array([material.glass for material in materials]),
         translucent=column("translucent"),
+        leaves=np.array([material.leaves for material in materials]),
         infrared=np.array(
             [-1.0 if m.infrared is None else m.infrared for m in materials], np.float32
         ),

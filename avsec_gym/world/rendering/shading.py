@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from avsec_gym.world.mesh import Float32s, Int32s
+from avsec_gym.world.rendering.foliage import leaf_at, leaf_cell
 from avsec_gym.world.rendering.ray_scene import NO_OVERLAY, MaterialTable
 from avsec_gym.world.rendering.texturing import (
     OverlayArrays,
@@ -21,6 +22,8 @@ from avsec_gym.world.textures.library import TextureArrays
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _STEEPEST = np.float32(0.04)
 _BREAK_UP = np.float32(0.11)
+_TURN = np.float32(0.55)
+"""How far leaves turn from the spray that they belong to."""
 _SKY_SEEN = np.float32(1.35)
 """The sky as cameras see it against the light that it sheds: KITTI's is burnt out mostly."""
 
@@ -176,7 +179,19 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):  # ty
         px = origins[i, 0] + distance * dx
         py = origins[i, 1] + distance * dy
         pz = origins[i, 2] + distance * dz
-        if scene.object_id[face] < 0:
+        if scene.materials.leaves[material]:
+            place_u = scene.uv[a, 0] + second * u_ab + third * u_ac
+            place_v = scene.uv[a, 1] + second * v_ab + third * v_ac
+            leaf = leaf_at(place_u, place_v, leaf_cell(distance, pixel_angle))
+            # Leaves differ in tone and turn this way and that.
+            tone = np.float32(0.6) + np.float32(leaf & 0xFF) * np.float32(1.1 / 255.0)
+            red, green, blue = red * tone, green * tone, blue * tone
+            nx += _TURN * (np.float32((leaf >> 8) & 0xFF) * np.float32(2.0 / 255.0) - _ONE)
+            ny += _TURN * (np.float32((leaf >> 16) & 0xFF) * np.float32(2.0 / 255.0) - _ONE)
+            nz += _TURN * (np.float32((leaf >> 24) & 0xFF) * np.float32(2.0 / 255.0) - _ONE)
+            scale = _ONE / np.sqrt(max(nx * nx + ny * ny + nz * nz, np.float32(1e-12)))
+            nx, ny, nz = nx * scale, ny * scale, nz * scale
+        elif scene.object_id[face] < 0:
             break_up = _ONE + _BREAK_UP * (
                 _smooth(
                     scene.lattice,

@@ -83,7 +83,8 @@ def outline(site: Site, start: float, end: float) -> BaseGeometry:
                 lambda points: site.course.poses(points[:, 0], points[:, 1])[:, :2],
             )
         )
-    return shapely.union_all(areas, grid_size=1e-4)
+    # A mouth laid along a bending road may touch itself.
+    return shapely.union_all(shapely.make_valid(areas), grid_size=1e-4)
 
 
 def _side_meshes(

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
+from zipfile import BadZipFile
 
 import cv2
 import numpy as np
@@ -68,15 +69,13 @@ def texture_library() -> TextureLibrary:
     families = _families()
     path = cache_folder() / f"textures-{_fingerprint()}.npz"
     texels_path = path.with_suffix(".npy")
-    if not (path.is_file() and texels_path.is_file()):
+    try:
+        return _read(path, texels_path)
+    except (OSError, EOFError, KeyError, ValueError, BadZipFile):
+        # Not there yet, or broken: cut off by a full disk, say.
         _LOG.info("drawing the textures, once")
         _draw_all(families, path, texels_path)
-    texels = np.asarray(np.load(texels_path, mmap_mode="r"))
-    with np.load(path) as table:
-        arrays = TextureArrays(
-            texels, table["first"], table["shape"], table["levels"], table["size"]
-        )
-        return TextureLibrary(arrays, tuple(table["names"].tolist()))
+        return _read(path, texels_path)
 
 
 def cache_folder() -> Path:
@@ -94,6 +93,18 @@ def draw(name: str) -> Picture:
     family, _, variant = name.partition("/")
     texture = _families()[family]
     return texture.make(int(variant or 0), _generator(family, int(variant or 0)))
+
+
+def _read(path: Path, texels_path: Path) -> TextureLibrary:
+    texels = np.asarray(np.load(texels_path, mmap_mode="r"))
+    with path.open("rb") as file, np.load(file) as table:
+        arrays = TextureArrays(
+            texels, table["first"], table["shape"], table["levels"], table["size"]
+        )
+        names = tuple(table["names"].tolist())
+    if arrays.first[-1, -1] + arrays.shape[-1, -1].prod() != len(texels):
+        raise ValueError("pixels and table belong to different drawings")
+    return TextureLibrary(arrays, names)
 
 
 def _families() -> dict[str, Texture]:
@@ -164,6 +175,10 @@ def _levels(finest: Picture) -> list[Picture]:
 def _save(path: Path, write: Callable[[BinaryIO], None]) -> None:
     """All or nothing, also when several processes draw at once."""
     handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    with os.fdopen(handle, "wb") as file:
-        write(file)
-    os.replace(name, path)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            write(file)
+        os.replace(name, path)
+    except BaseException:
+        os.unlink(name)
+        raise

@@ -12,7 +12,7 @@ from avsec_gym.world.traffic.state import NARROW, Network, Traffic
 
 _SIDE = 0.2
 """Room that vehicles leave beside each other, metres."""
-_SIDE_OF_PEOPLE = 0.35
+_SIDE_OF_PEOPLE = 0.3
 """Room that vehicles leave beside cyclists and people."""
 _SIDE_AMONG_PEOPLE = 0.1
 _FARTHEST = 150.0

@@ -16,7 +16,9 @@ EGO_SIZE = (1.50, 1.80, 4.70)
 _EGO_FROM_START = 80.0
 """Metres from the site's beginning to the first ego vehicle, if the site is long enough."""
 _CONNECTED = (15.0, 60.0)
-"""Between ego vehicles, metres."""
+"""From the first ego vehicle to the others, metres."""
+_TRIES = 30
+"""To find a place for the next one."""
 
 
 def sensor_vehicles(
@@ -33,10 +35,10 @@ def sensor_vehicles(
     own = min(forward, key=lambda i: abs(lanes[i].left))
     reach = site.course.end - site.course.start
     along = site.course.start + min(_EGO_FROM_START, 0.3 * reach) + float(rng.uniform(-5.0, 5.0))
-    drivers = [_at(site, roads, own, along, bustle, rng)]
+    drivers = [_at(site, roads, own, along, bustle, rng)._replace(ego=0)]
     parked: list[Bystander] = []
     against = [i for i in range(len(lanes)) if lanes[i].direction < 0]
-    taken = {own: [along]}
+    taken, tries = {own: [along]}, _TRIES
     while len(drivers) + len(parked) < egos:
         kind, away = rng.random(), float(rng.uniform(*_CONNECTED))
         spots = _parked_near(site, bystanders, parked, along)
@@ -49,11 +51,13 @@ def sensor_vehicles(
         lane = int(rng.choice(against)) if kind < 0.6 and against else int(rng.choice(forward))
         there = along + away * (1 if lane in against or rng.random() < 0.5 else -1)
         others = taken.setdefault(lane, [])
-        # Where sixty metres of lane are full, the row of ego vehicles grows longer.
-        while any(abs(there - other) < _CONNECTED[0] for other in others):
-            there += _CONNECTED[0]
+        if any(abs(there - other) < _CONNECTED[0] for other in others):
+            if tries := tries - 1:
+                continue
+            # No room is left near the first one: the row of ego vehicles grows longer.
+            tries, there = _TRIES, max(others) + _CONNECTED[0]
         others.append(there)
-        drivers.append(_at(site, roads, lane, there, bustle, rng))
+        drivers.append(_at(site, roads, lane, there, bustle, rng)._replace(ego=len(drivers)))
     return drivers, bystanders, parked
 
 
@@ -69,9 +73,7 @@ def _ego_vehicle(
         pause = (0.0, takes) if kind < 0.1 else (begin, begin + takes)
     speed = 0.0 if pause[0] == 0.0 else desired
     weave = draw_weave("Car", rng)
-    return Traveller(
-        "Car", EGO_SIZE, roads.lanes[lane], place, speed, desired, weave, pause=pause, ego=True
-    )
+    return Traveller("Car", EGO_SIZE, roads.lanes[lane], place, speed, desired, weave, pause=pause)
 
 
 def _at(

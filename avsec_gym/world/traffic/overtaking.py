@@ -88,21 +88,27 @@ def _project(network: Network, traffic: Traffic, one: int, target: int) -> tuple
     x, y = traffic.poses[one, 0], traffic.poses[one, 1]
     first, last = network.first[target], network.first[target + 1] - 2
     row = min(first + int(traffic.place[one] / SPACING), last)
-    share = 0.0
     # Towards the foot of the perpendicular; the lanes are nearly parallel.
     for _ in range(8):
-        heading = network.poses[row, 2]
-        ahead = (x - network.poses[row, 0]) * np.cos(heading)
-        ahead += (y - network.poses[row, 1]) * np.sin(heading)
-        share = ahead / SPACING
-        if 0.0 <= share < 1.0:
+        step = int(np.floor(_ahead_of_row(network, row, x, y) / SPACING))
+        row = min(max(row + step, first), last)
+        if step == 0:
             break
-        row = min(max(row + int(np.floor(share)), first), last)
+    share = _ahead_of_row(network, row, x, y) / SPACING
     one_x = network.poses[row, 0] + share * (network.poses[row + 1, 0] - network.poses[row, 0])
     one_y = network.poses[row, 1] + share * (network.poses[row + 1, 1] - network.poses[row, 1])
+    heading = network.poses[row, 2]
     heading += share * (network.poses[row + 1, 2] - heading)
     left = np.cos(heading) * (y - one_y) - np.sin(heading) * (x - one_x)
     return (row - first + share) * SPACING, left
+
+
+@njit(cache=True)
+def _ahead_of_row(network: Network, row: int, x: float, y: float) -> float:
+    """Metres from a pose of the table to a place, along the pose's heading."""
+    heading = network.poses[row, 2]
+    along = (x - network.poses[row, 0]) * np.cos(heading)
+    return along + (y - network.poses[row, 1]) * np.sin(heading)
 
 
 @njit(cache=True)

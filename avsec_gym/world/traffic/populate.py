@@ -26,7 +26,7 @@ from avsec_gym.world.traffic.people import (
 )
 from avsec_gym.world.traffic.population import Bystander, Population, Traveller
 from avsec_gym.world.traffic.pulling_out import leave_parking
-from avsec_gym.world.traffic.roads import Roads, roads_of
+from avsec_gym.world.traffic.roads import RIDERS_FROM_EDGE, Roads, roads_of
 from avsec_gym.world.traffic.routes import SPACING
 from avsec_gym.world.traffic.state import NARROW, begin, network_of
 from avsec_gym.world.traffic.styles import STYLES, Bustle
@@ -39,6 +39,10 @@ from avsec_gym.world.traffic.vehicles import (
 
 _AROUND_EGO = 8.0
 """Free metres in the lane before and behind an ego vehicle at first."""
+_PASSING = 0.82
+"""From a vehicle's side to the middle of a cyclist whom it passes, metres."""
+_FARTHEST_ASIDE = 0.5
+"""From the middle of the lane, metres."""
 _RED_LIGHT = 0.25
 """Probability on a city street."""
 _JAM = 0.06
@@ -116,31 +120,54 @@ def _traffic(
     jams = np.where(rng.random(2) < _JAM, rng.uniform(0.1, 0.4, 2), 1.0)
     for lane, route in enumerate(roads.lanes):
         jam = float(jams[int(site.section.lanes[lane].direction > 0)])
-        queue = fill_lane(site, roads, lane, bustle, jam, rng)
-        for riding, beside in roads.cycling:
-            if beside == lane:
-                queue += fill_cycling(site, roads, riding, bustle, rng)
         own = [
             ego._replace(speed=ego.speed * jam, desired=ego.desired * jam)
             for ego in drivers
             if ego.route == route
         ]
-        queue = [
-            one
-            for one in queue
-            if all(
-                one.rear > ego.front + _AROUND_EGO or one.front < ego.rear - _AROUND_EGO
-                for ego in own
-            )
-        ]
-        queue = [_before_light(one, lights, roads) for one in [*own, *queue]]
+        queue = _lane_queue(site, roads, lane, own, bustle, jam, rng)
+        queue = [_before_light(one, lights, roads) for one in queue]
         found += settle(roads, queue)
     for riding, beside in roads.cycling:
         if beside < 0:
             found += settle(roads, fill_cycling(site, roads, riding, bustle, rng))
     for street in range(len(site.side_streets)):
         found += settle(roads, fill_side_street(roads, street, bustle, rng))
-    return sorted(found, key=lambda one: not one.ego)
+    return sorted(found, key=lambda one: one.ego if one.ego >= 0 else len(drivers))
+
+
+def _lane_queue(
+    site: Site,
+    roads: Roads,
+    lane: int,
+    egos: list[Traveller],
+    bustle: Bustle,
+    jam: float,
+    rng: np.random.Generator,
+) -> list[Traveller]:
+    """Vehicles and cyclists in a lane, with room around its ego vehicles."""
+    vehicles = fill_lane(site, roads, lane, bustle, jam, rng)
+    riders: list[Traveller] = []
+    for riding, beside in roads.cycling:
+        if beside == lane:
+            riders += fill_cycling(site, roads, riding, bustle, rng)
+    free = [
+        one
+        for one in [*vehicles, *riders]
+        if all(
+            one.rear > ego.front + _AROUND_EGO or one.front < ego.rear - _AROUND_EGO for ego in egos
+        )
+    ]
+    everybody = [*egos, *free]
+    return [_aside(site, lane, one) for one in everybody] if riders else everybody
+
+
+def _aside(site: Site, lane: int, one: Traveller) -> Traveller:
+    """Drivers keep left of cyclists, and pass them, where the lane is wide enough."""
+    beside = 0.5 * site.section.lanes[lane].width - RIDERS_FROM_EDGE
+    aside = 0.5 * one.dimensions[1] + _PASSING - beside
+    narrow = one.category == "Cyclist" or aside > _FARTHEST_ASIDE
+    return one if narrow else one._replace(left=max(aside, 0.0))
 
 
 def _red_lights(site: Site, roads: Roads, rng: np.random.Generator) -> dict[int, tuple[int, float]]:

@@ -36,8 +36,8 @@ class Traveller(NamedTuple):
     """Passes its gate only if nobody has to brake for it."""
     started: bool = False
     """Is passing its gate already."""
-    ego: bool = False
-    """Carries sensors."""
+    ego: int = -1
+    """Number of a sensor vehicle, -1 for all others."""
 
     @property
     def front(self) -> float:

@@ -14,6 +14,8 @@ from avsec_gym.world.traffic.state import Integers
 
 _WIDTH, _RIDERS_WIDTH = 1.9, 0.7
 """Of vehicles and cyclists on their routes, metres."""
+RIDERS_FROM_EDGE = 0.4
+"""From the middle of cyclists in a lane to its edge, metres."""
 _FROM_EDGE = 1.2
 """Between the middles of lanes and the carriageway's edges at least, metres."""
 _BEYOND, _BEYOND_HIGHWAY = 350.0, 600.0
@@ -158,6 +160,6 @@ def _cycling_lines(site: Site) -> list[tuple[float, int, int]]:
         there = [i for i in range(len(lanes)) if lanes[i].direction == direction]
         if there and not any(direction == line[1] for line in lines):
             outer = min(there, key=lambda i: lanes[i].left * direction)
-            beside = direction * (0.5 * lanes[outer].width - 0.5)
+            beside = direction * (0.5 * lanes[outer].width - RIDERS_FROM_EDGE)
             lines.append((lanes[outer].left - beside, direction, outer))
     return lines

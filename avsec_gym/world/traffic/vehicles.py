@@ -19,6 +19,8 @@ _CYCLIST = int(np.flatnonzero(CATEGORIES == "Cyclist")[0])
 _SMALL = CategoryMix(Car=0.93, Van=0.07)
 _BRAKING = 1.5
 """At time 0, m/s2 at most."""
+_WIDEST_RIDER = 0.7
+"""Metres; who is passed in a lane must not be wider."""
 _CLOSEST = 1.5
 """Metres between those who follow each other at time 0."""
 
@@ -34,7 +36,7 @@ def draw_vehicle(
 
 def draw_weave(category: str, rng: np.random.Generator) -> tuple[float, float, float]:
     """The small lateral motion of a driver, a cyclist, or a walker."""
-    high, wave = {"Cyclist": (0.06, 11.0), "Pedestrian": (0.02, 5.0)}.get(category, (0.09, 75.0))
+    high, wave = {"Cyclist": (0.06, 11.0), "Pedestrian": (0.02, 5.0)}.get(category, (0.07, 75.0))
     return (
         high * float(rng.uniform(0.4, 1.2)),
         wave * float(rng.uniform(0.8, 1.4)),
@@ -111,6 +113,7 @@ def fill_cycling(
     length = roads.routes[route].length
     count = int(rng.poisson(bustle.riders * length / 100.0))
     sizes = draw_dimensions(rng, np.full(count, _CYCLIST))
+    sizes[:, 1] = np.minimum(sizes[:, 1], _WIDEST_RIDER)
     riders, last = [], -10.0
     for place, size in zip(np.sort(rng.uniform(0.0, length, count)), sizes.tolist(), strict=True):
         if place - last > 5.0:

@@ -7,7 +7,7 @@ from avsec_gym.world.traffic.routes import SPACING, along_course, evenly, join
 
 
 def test_a_route_beside_a_bend_is_even_and_points_along_itself() -> None:
-    bend = course_from_curvature(np.full(80, 1 / 40), start=0.0)
+    bend = course_from_curvature(np.pad(np.full(60, 1 / 40), 10))
     for left, direction in ((3.0, 1), (-5.0, -1)):
         poses = along_course(bend, left, direction, margin=20.0)
         steps = np.diff(poses[:, :2], axis=0)
@@ -31,7 +31,7 @@ def test_a_turn_is_continuous_in_place_heading_and_curvature(angle: float) -> No
     poses, begin, end = join(first, along_course(crossing), 8.0, 8.0)
     assert np.hypot(*np.diff(poses[:, :2], axis=0).T) == pytest.approx(SPACING, abs=0.02)
     bend = np.diff(poses[:, 2]) / SPACING
-    assert np.abs(bend).max() < 0.3
+    assert np.abs(bend).max() < 0.4
     assert np.abs(np.diff(bend)).max() < 0.1
     assert poses[-1, 2] == pytest.approx(angle)
     assert 20.0 < begin < end < 42.0

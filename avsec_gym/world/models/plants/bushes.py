@@ -52,7 +52,8 @@ def bush(variant: int, detail: Detail = "near") -> Mesh:
     clusters = Clusters(centre, size[:, None, None] * np.diag([1.0, 1.0, 0.85]))
     heart = np.array([0.0, 0.0, 0.3 * height])
     family = ("shrub", "fruit", "copper_beech", "hedge", "shrub", "lime")[variant]
-    dark, *tones = (leaf_material(family, tone) for tone in (0.32, 0.55, 1.05, 1.5))
+    dark = leaf_material(family, 0.32, solid=True)
+    tones = [leaf_material(family, tone) for tone in (0.55, 1.05, 1.5)]
     inside = cores(clusters, 16 if detail == "near" else 6, 0.8, dark, rng, heart=heart)
     rest = _BUSH_TRIANGLES[detail] - len(inside.faces)
     leaves = sprays(clusters, rest, 0.4, tuple(tones), rng, heart=heart, hang=0.1)
@@ -95,7 +96,7 @@ def hedge(
     limit = 0.5 * size
     corners = np.clip(corners, -limit, limit)
     tones = tuple(leaf_material(family, tone) for tone in (0.6, 1.0, 1.35))
-    dark = leaf_material(family, 0.35)
+    dark = leaf_material(family, 0.35, solid=True)
     leaves = loose(
         _turned_outside(corners, normals),
         np.repeat(normals[:, None], 3, axis=1),

@@ -34,15 +34,16 @@ class Clusters(NamedTuple):
     """Rows are the half axes, metres, shape (n, 3, 3)."""
 
 
-def leaf_material(family: str, tone: float = 1.0) -> Material:
+def leaf_material(family: str, tone: float = 1.0, *, solid: bool = False) -> Material:
     """Leaves of a texture family (``lime`` for ``leaves_lime``).
 
     Args:
         family: Which leaves.
         tone: Their lightness relative to the texture; lighter ones are yellower.
+        solid: One cannot look between them: the dark inside of a crown.
     """
     tint = (tone**1.2, tone, tone**0.75)
-    return Material(f"leaves_{family}", tint, translucent=0.35, infrared=0.6)
+    return Material(f"leaves_{family}", tint, translucent=0.35, infrared=0.6, leaves=not solid)
 
 
 def sprays(

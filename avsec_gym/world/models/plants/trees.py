@@ -74,7 +74,7 @@ def tree(species: str, variant: int, detail: Detail) -> Mesh:
         parts.append(_stakes())
     if kind.shade > 0:
         size = kind.shade * (1.0 if detail == "near" else 1.12)
-        dark = leaf_material(kind.leaves, 0.32 * kind.brightness)
+        dark = leaf_material(kind.leaves, 0.32 * kind.brightness, solid=True)
         each = int(fine.shade * fine.triangles / kind.clusters)
         parts.append(cores(clusters, each, size, dark, rng, heart=heart))
     tones = tuple(leaf_material(kind.leaves, tone * kind.brightness) for tone in _TONES)

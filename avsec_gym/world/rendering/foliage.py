@@ -1,0 +1,89 @@
+"""Single leaves on the triangles that stand for sprays of them.
+
+A triangle of foliage is seen as two layers of leaves, one in each cell of a lattice on its texture.
+Between leaves one looks through.  Far away the cells grow, so that they never get smaller than a
+few pixels.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+_ONE, _HALF = np.float32(1.0), np.float32(0.5)
+_LEAF = np.float32(0.085)
+"""Size of a cell near by, metres."""
+_PIXELS = np.float32(2.6)
+"""Smallest size of a cell in an image, pixels."""
+
+
+@njit(cache=True, fastmath=True)
+def leaf_cell(distance, pixel_angle):  # type: ignore[no-untyped-def]
+    """Size of the cells at a distance, metres: the finest one doubled until it can be seen."""
+    needed = distance * pixel_angle * _PIXELS
+    size = _LEAF
+    while size < needed:
+        size *= np.float32(2.0)
+    return size
+
+
+@njit(cache=True, fastmath=True, inline="always")
+def _chance(column, row, layer):  # type: ignore[no-untyped-def]
+    """32 well-mixed bits for a cell."""
+    bits = np.uint32(column) * np.uint32(0x9E3779B1) ^ np.uint32(row) * np.uint32(0x85EBCA77)
+    bits ^= np.uint32(layer) * np.uint32(0xC2B2AE3D)
+    bits ^= bits >> np.uint32(15)
+    bits *= np.uint32(0x2C1B3C6D)
+    bits ^= bits >> np.uint32(12)
+    bits *= np.uint32(0x297A2D39)
+    bits ^= bits >> np.uint32(15)
+    return bits
+
+
+@njit(cache=True, fastmath=True)
+def leaf_at(u, v, size):  # type: ignore[no-untyped-def]
+    """The leaf at a place on the texture: 32 bits of its own, 0 where there is none.
+
+    Args:
+        u: Metres on the texture.
+        v: Metres on the texture.
+        size: Of the cells, metres.
+    """
+    for layer in range(2):
+        shift = _HALF * np.float32(layer)
+        x, y = u / size + shift, v / size + shift
+        column, row = np.int32(np.floor(x)), np.int32(np.floor(y))
+        bits = _chance(column, row, layer + 1)
+        # An ellipse somewhere in the cell, turned by chance.
+        fx = x - np.float32(column) - np.float32(0.38 + 0.24 * ((bits & 0xFF) / 255.0))
+        fy = y - np.float32(row) - np.float32(0.38 + 0.24 * (((bits >> 8) & 0xFF) / 255.0))
+        diagonal = _ONE if (bits >> 16) & 1 else -_ONE
+        if fx * fx + fy * fy - np.float32(0.9) * diagonal * fx * fy < np.float32(0.13):
+            return bits | np.uint32(1)
+    return np.uint32(0)
+
+
+@njit(cache=True, fastmath=True)
+def between_leaves(scene, faces, distances, us, vs, pixel_angle, gaps):  # type: ignore[no-untyped-def]
+    """Mark the hits on foliage that go between its leaves.
+
+    Args:
+        scene: `SceneArrays`.
+        faces: -1 for none, shape (n,).
+        distances: Metres, shape (n,).
+        us: Barycentric, shape (n,).
+        vs: Barycentric, shape (n,).
+        pixel_angle: Angle between neighbouring rays, radians.
+        gaps: Bool, shape (n,): set by this function.
+    """
+    for i in range(len(faces)):
+        face = faces[i]
+        gaps[i] = False
+        if face < 0 or not scene.materials.leaves[scene.material[face]]:
+            continue
+        a, b, c = scene.faces[face, 0], scene.faces[face, 1], scene.faces[face, 2]
+        first = _ONE - us[i] - vs[i]
+        u = first * scene.uv[a, 0] + us[i] * scene.uv[b, 0] + vs[i] * scene.uv[c, 0]
+        v = first * scene.uv[a, 1] + us[i] * scene.uv[b, 1] + vs[i] * scene.uv[c, 1]
+        size = leaf_cell(distances[i], pixel_angle)
+        gaps[i] = leaf_at(u, v, size) == np.uint32(0)
