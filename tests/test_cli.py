@@ -18,9 +18,9 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.cli import run
 from avsec_gym.geometry import ego_to_camera
 from avsec_gym.kitti.labels import write_detections, write_labels
+from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.builder import build_planning_scenario
 from avsec_gym.scenario.commonroad import write_commonroad
-from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
 
 DONE, BAD_DATA, BAD_USAGE, IN_PART = 0, 1, 2, 3

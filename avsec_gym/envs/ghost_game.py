@@ -24,8 +24,8 @@ from avsec_gym.planners.planner import Mode, MotionPrimitivePlanner, suitable_pr
 from avsec_gym.planners.search import Problem
 from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.registry import Kind, make
-from avsec_gym.scenario.builder import GOAL_STEPS
 from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.builder import GOAL_STEPS
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import PlanningScenario
 from avsec_gym.scenario.scene import Motion, Scene

@@ -93,9 +93,7 @@ def measure_all(
         return measured(recipe, workers=options.workers, rows=options.rows, on_progress=shown)
 
 
-def measure_one(
-    options: argparse.Namespace, measure: Measure, *, images: bool = True
-) -> Rows:
+def measure_one(options: argparse.Namespace, measure: Measure, *, images: bool = True) -> Rows:
     """The rows of one measure."""
     (rows,) = measure_all(options, measure, images=images).values()
     return rows

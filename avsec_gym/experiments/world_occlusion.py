@@ -42,15 +42,11 @@ def measure(shot: Shot, capture: Capture) -> dict[str, Any]:
         ``pixels`` that it would have alone.
     """
     actors, pose = shot.moment.actors, shot.vehicle_to_world[0]
-    things = [
-        Thing(
-            actor_mesh(actors, i).placed(*actors.pose[i, :2].tolist(), float(actors.z[i]),
-                                         float(actors.pose[i, 2])),
-            Surface.VEHICLE,
-            i,
-        )
-        for i in range(1, len(actors))
-    ]
+    things = []
+    for i in range(1, len(actors)):
+        x, y, heading = actors.pose[i].tolist()
+        mesh = actor_mesh(actors, i).placed(x, y, float(actors.z[i]), heading)
+        things.append(Thing(mesh, Surface.VEHICLE, i))
     if not things:
         return {"behind_others": [], "in_scene": [], "pixels": []}
     scene, camera = RayScene(things), pinhole(shot.rig, REFERENCE, pose)
@@ -136,9 +132,7 @@ def calibrate(options: argparse.Namespace) -> dict[str, Any]:
     rng = np.random.default_rng(options.seed)
     ids = tuple(sorted(rng.choice(every, min(options.frames, len(every)), replace=False).tolist()))
     twins = TwinScenes(root, ids, options.seed)
-    (rows,) = measure_all(
-        options, measure, images=False, scenes=twins, frames=len(ids)
-    ).values()
+    (rows,) = measure_all(options, measure, images=False, scenes=twins, frames=len(ids)).values()
     shares: dict[str, list[float]] = {"behind_others": [], "in_scene": []}
     judged: list[int] = []
     for id, row in zip(ids, rows, strict=True):

@@ -10,13 +10,13 @@ import numpy as np
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats, bird_eye_iou
+from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.builder import (
     build_planning_scenario,
     draw_speeds,
     is_obstacle,
     obstacles_of,
 )
-from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.constraints import driving_constraints
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario

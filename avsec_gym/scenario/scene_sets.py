@@ -15,9 +15,9 @@ from avsec_gym.kitti.label_folders import frame_ids, other_names
 from avsec_gym.kitti.labels import DONT_CARE, read_labels
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.given_scene import GivenScene
-from avsec_gym.world.layouts import generate_layouts
 from avsec_gym.scenario.moving_flags import flagged
 from avsec_gym.scenario.scene import Scene
+from avsec_gym.world.layouts import generate_layouts
 
 STATIC_STREET, DYNAMIC_STREET, DYNAMIC_HIGHWAY, WITHOUT_CARS = (
     "static street",

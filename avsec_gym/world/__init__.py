@@ -1,1 +1,1 @@
-"""The procedural look-alike of KITTI: scenes, traffic, cameras and LiDAR from nothing but a seed."""
+"""The procedural look-alike of KITTI: scenes, traffic, cameras, LiDAR from nothing but a seed."""

@@ -15,10 +15,11 @@ from avsec_gym.rig import SensorRig
 from avsec_gym.world.framing import EGO_DIMENSIONS
 from avsec_gym.world.labels import FrameLabels, label_frame
 from avsec_gym.world.mesh import Float32s
-from avsec_gym.world.rendering.camera import Geometry, PinholeCamera
+from avsec_gym.world.rendering.camera import PinholeCamera
 from avsec_gym.world.rendering.image_sensor import draw_sensors
 from avsec_gym.world.rendering.lidar import Lidar, Scan
 from avsec_gym.world.rendering.ray_scene import RayScene, Thing
+from avsec_gym.world.rendering.renderer import Geometry
 from avsec_gym.world.rendering.silhouettes import silhouettes
 from avsec_gym.world.road.section import Surface
 from avsec_gym.world.shapes import box

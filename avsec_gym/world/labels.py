@@ -14,7 +14,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import Floats, transform_points, wrap_angle
 from avsec_gym.rig import SensorRig
 from avsec_gym.world.actors import Actors
-from avsec_gym.world.rendering.camera import Geometry
+from avsec_gym.world.rendering.renderer import Geometry
 from avsec_gym.world.rendering.silhouettes import Silhouettes
 
 FULLY_VISIBLE, PARTLY_VISIBLE, BARELY_VISIBLE = 0.80, 0.42, 0.08

@@ -88,7 +88,7 @@ def shot_of_layout(layout: Layout, rig: SensorRig | None = None) -> Shot:
     height, slope_right, slope_ahead = layout.ground
     ground = Ground((rig.camera_height - height, -slope_ahead, slope_right))
     lanes = layout.road.lane_offsets
-    in_sight = np.concatenate([[False], layout.boxes.occlusion == 0])  # type: ignore[operator]
+    in_sight = np.concatenate([[False], layout.boxes.occlusion == 0])
     return _shot(actors, ground, _course(layout.road), lanes, 3.5, style, rig, in_sight, seed, rng)
 
 

@@ -12,9 +12,9 @@ from avsec_gym.world.actors import Actors
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.people import make_cyclist, make_person
 from avsec_gym.world.models.vehicles import make_ego_vehicle, make_vehicle
-from avsec_gym.world.rendering.camera import Renderer
 from avsec_gym.world.rendering.light import Light
 from avsec_gym.world.rendering.ray_scene import RayScene, Thing
+from avsec_gym.world.rendering.renderer import Renderer
 from avsec_gym.world.rendering.texturing import OverlayArrays
 from avsec_gym.world.road.land import land_mesh
 from avsec_gym.world.road.overlay import Overlay, paint_overlay
@@ -65,10 +65,10 @@ class Stage:
         behind = away @ (np.cos(heading), np.sin(heading)) < -25.0 - self._places[:, 2]
         near = np.flatnonzero(distance - self._places[:, 2] < SIGHT)
         things = list(self._land)
-        for index in near:
-            placement = self._placements[index]
+        for place in near:
+            placement = self._placements[place]
             # Cameras look ahead: what lies farther behind is for the LiDAR and reflections.
-            away_from = max(distance[index] - placement.reach, 0.0) + 45.0 * behind[index]
+            away_from = max(distance[place] - placement.reach, 0.0) + 45.0 * behind[place]
             mesh = placement.mesh(float(away_from))
             things.append(Thing(mesh, placement.surface))
         for index in range(len(actors)):

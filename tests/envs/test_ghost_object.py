@@ -19,8 +19,8 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import ego_to_camera
 from avsec_gym.pipeline import drive
 from avsec_gym.planners.planner import MotionPrimitivePlanner
-from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.scenario.scene_sets import SceneSet, procedural_scenes, scene_set

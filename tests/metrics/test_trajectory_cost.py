@@ -22,8 +22,8 @@ from avsec_gym.metrics.trajectory_cost import (
     travel_time,
 )
 from avsec_gym.planners.planner import MotionPrimitivePlanner
-from avsec_gym.scenario.builder import build_planning_scenario
 from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.builder import build_planning_scenario
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import (
     EgoState,

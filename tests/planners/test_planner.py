@@ -14,9 +14,9 @@ from avsec_gym.errors import PlanningError
 from avsec_gym.geometry import ego_to_camera
 from avsec_gym.planners.plan import Plan
 from avsec_gym.planners.planner import MotionPrimitivePlanner
+from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.builder import build_planning_scenario
 from avsec_gym.scenario.commonroad import to_commonroad
-from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import EgoState, Goal, Lanelet, PlanningScenario, Road
 from avsec_gym.scenario.shapes import Rectangle

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.scenario.builder import build_planning_scenario, draw_speeds, goal_of
 from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.builder import build_planning_scenario, draw_speeds, goal_of
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.shapes import Rectangle
 

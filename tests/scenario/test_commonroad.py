@@ -12,8 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from avsec_gym.errors import DataError
-from avsec_gym.scenario.commonroad import read_commonroad, write_commonroad
 from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.commonroad import read_commonroad, write_commonroad
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import (
     EgoState,

@@ -14,8 +14,8 @@ import pytest
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.kitti.labels import read_labels
-from avsec_gym.scenario.commonroad import write_commonroad
 from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.commonroad import write_commonroad
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene_sets import (
     DYNAMIC_HIGHWAY,

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from avsec_gym.world.rendering import ray_scene, renderer
 from avsec_gym.world.rendering.camera import PinholeCamera
 from avsec_gym.world.textures.library import TextureArrays, TextureLibrary
 
@@ -68,10 +69,8 @@ def little_library(build_library: Build) -> TextureLibrary:
 @pytest.fixture
 def little_textures(monkeypatch: pytest.MonkeyPatch, little_library: TextureLibrary) -> None:
     """Scenes know only the little library: nothing has to be drawn, nothing depends on taste."""
-    for module in ("ray_scene", "camera"):
-        monkeypatch.setattr(
-            f"avsec_gym.world.rendering.{module}.texture_library", lambda: little_library
-        )
+    for module in (ray_scene, renderer):
+        monkeypatch.setattr(module, "texture_library", lambda: little_library)
 
 
 @pytest.fixture(scope="session")

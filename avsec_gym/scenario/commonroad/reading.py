@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.errors import DataError
-from avsec_gym.scenario.commonroad.format import MARK, finite, import_quietly, points_of
 from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.commonroad.format import MARK, finite, import_quietly, points_of
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import (
     EgoState,

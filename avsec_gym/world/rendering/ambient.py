@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from avsec_gym.world.mesh import Float32s
 from avsec_gym.world.rendering.ray_scene import RayScene
-from avsec_gym.world.rendering.shading import Surfaces, sky_colour
+from avsec_gym.world.rendering.shading import sky_colour
+from avsec_gym.world.rendering.surfaces import Surfaces
 
 RAYS = 8
 """For each point of the grid."""
@@ -55,7 +56,7 @@ def ambient_light(
 
 
 @njit(cache=True, fastmath=True)
-def _directions(which, normals, directions):  # type: ignore[no-untyped-def]
+def _directions(which, normals, directions):
     """Cosine-weighted, spread evenly (a golden spiral) and turned differently at each point."""
     golden = np.float32(2.399963)
     for j in range(len(which)):
@@ -78,7 +79,7 @@ def _directions(which, normals, directions):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=True)
-def _gather(which, directions, blocked, panorama, bounced, result):  # type: ignore[no-untyped-def]
+def _gather(which, directions, blocked, panorama, bounced, result):
     for j in range(len(which)):
         red, green, blue = _ZERO, _ZERO, _ZERO
         for k in range(RAYS):
@@ -99,7 +100,7 @@ def _gather(which, directions, blocked, panorama, bounced, result):  # type: ign
 
 
 @njit(cache=True, fastmath=True)
-def smooth_ambient(light, normal, distance, columns, rows, out):  # type: ignore[no-untyped-def]
+def smooth_ambient(light, normal, distance, columns, rows, out):
     """Means over neighbours on the same surface: few rays make a rough estimate.
 
     Args:
@@ -139,7 +140,7 @@ def smooth_ambient(light, normal, distance, columns, rows, out):  # type: ignore
 @njit(cache=True, fastmath=True)
 def carry(
     pixels, found, distances, step, columns, rows, grid_light, grid_normal, grid_distance, out
-):  # type: ignore[no-untyped-def]
+):
     """Ambient light at rays from the four grid points around each.
 
     Args:

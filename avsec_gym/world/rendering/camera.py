@@ -1,49 +1,14 @@
-"""A camera in the world: light, depth and object ids through its pixels."""
+"""Where a camera is and how it sees; its rays."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
-from avsec_gym.world.mesh import Float32s, Int32s
-from avsec_gym.world.rendering.ambient import ambient_light, carry, smooth_ambient
-from avsec_gym.world.rendering.edges import edge_marks
-from avsec_gym.world.rendering.foliage import between_leaves
-from avsec_gym.world.rendering.image_sensor import metered_exposure
-from avsec_gym.world.rendering.light import Light
-from avsec_gym.world.rendering.ray_scene import NOTHING, Hits, RayScene
-from avsec_gym.world.rendering.shading import (
-    SceneArrays,
-    Surfaces,
-    add_glints,
-    break_up_lattice,
-    laser_reflectance,
-    radiance,
-    surfaces,
-)
-from avsec_gym.world.rendering.texturing import OverlayArrays, no_overlay
-from avsec_gym.world.road.section import Surface
-from avsec_gym.world.textures.library import texture_library
-
-_GRID_STEP = 5
-_EXTRA = ((-0.30, -0.22), (0.34, -0.14), (-0.04, 0.36))
-"""Further rays through pixels on edges, in pixels from the centre: rows and columns differ; only
-the first one within foliage."""
-_DULL = 0.03
-"""Surfaces that mirror less are not followed further: they mirror the mean of their surroundings."""
-_LOOKS_THROUGH = 3
-"""Layers of leaves between which one may look; what is behind more is dark anyway."""
-_SUN_ANGLE = 0.0015
-"""Of the rays to the sun: single leaves cast their shadows from up to 40 m."""
-_PULSE_ANGLE = 0.003
-"""Width of a laser pulse, radians."""
-_BRIGHTEST = 1.25
-"""Rays count as no brighter when a pixel's are averaged: bright edges stay smooth."""
+from avsec_gym.world.mesh import Float32s
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,256 +28,14 @@ class PinholeCamera:
     size: tuple[int, int]
 
 
-class Geometry(NamedTuple):
-    """What the middle of each pixel shows."""
-
-    depth: Float32s
-    """Along the optical axis, metres, infinite for the sky, shape (H, W)."""
-    object_id: Int32s
-    """-1 for scenery and sky, shape (H, W)."""
-    surface: NDArray[np.uint8]
-    """`Surface`, shape (H, W)."""
-
-
-class View(NamedTuple):
-    """A rendered image before the sensor."""
-
-    light: Float32s
-    """Linear light times the exposure, 1 is as bright as the sensor can tell, shape (H, W, 3)."""
-    geometry: Geometry
-
-
-class Echoes(NamedTuple):
-    """What n laser pulses met."""
-
-    distance: Float32s
-    """Metres, infinite for none, shape (n,)."""
-    reflectance: Float32s
-    """In the infrared, [0, 1], shape (n,)."""
-    cosine: Float32s
-    """Of the angle of incidence, shape (n,)."""
-    object_id: Int32s
-    """Shape (n,)."""
-
-
-class Renderer:
-    """Renders views of one scene under one light.
-
-    Args:
-        scene: The scene.
-        light: The light.
-        overlay: Of the road; none if None.
-    """
-
-    def __init__(self, scene: RayScene, light: Light, overlay: OverlayArrays | None = None) -> None:
-        self.scene = scene
-        self._light = light
-        self._arrays = SceneArrays(
-            scene.vertices,
-            scene.normals,
-            scene.uv,
-            scene.overlay_uv,
-            scene.faces,
-            scene.material,
-            scene.object_id,
-            scene.materials,
-            texture_library().arrays,
-            overlay or no_overlay(),
-            break_up_lattice(light.seed),
-        )
-
-    def geometry(self, camera: PinholeCamera) -> Geometry:
-        """Depth, object ids and surfaces alone."""
-        origins, directions, hits = self._middle(camera)
-        return self._geometry(camera, directions, hits)
-
-    def view(self, camera: PinholeCamera) -> View:
-        """Render; edges get more rays than plain areas."""
-        width, height = camera.size
-        pixels = _pixel_grid(width, height, 1)
-        origins, directions, hits = self._middle(camera)
-        geometry = self._geometry(camera, directions, hits)
-        grid = self._ambient_grid(camera)
-        light, found = self._light_along(camera, pixels, origins, directions, hits, grid)
-        mirrored = self._mirror(directions, hits, found, light)
-        reflects = found.mirror > 0.0
-        exposure = np.float32(metered_exposure(light[::17], self._light.brightness))
-        light = np.minimum(light * exposure, np.float32(_BRIGHTEST))
-        marks = edge_marks(
-            light, hits.face, hits.distance, found.normal, geometry.surface.reshape(-1), width
-        )
-        count = np.ones(len(light), np.float32)
-        for number, offset in enumerate(_EXTRA):
-            edges = np.flatnonzero(marks > number)
-            moved = pixels[edges] + np.array(offset, np.float32)
-            origins, directions = _rays(camera, moved)
-            hits = self.hits(origins, directions, 1.0 / camera.focal_length)
-            more, found = self._light_along(camera, moved, origins, directions, hits, grid)
-            # What is mirrored hardly differs within a pixel: no rays of its own.
-            more += (found.mirror * reflects[edges])[:, None] * (mirrored[edges] - more)
-            light[edges] += np.minimum(more * exposure, np.float32(_BRIGHTEST))
-            count[edges] += 1.0
-        light /= count[:, None]
-        return View(light.reshape(height, width, 3), geometry)
-
-    def echoes(self, origins: Float32s, directions: Float32s) -> Echoes:
-        """Where laser pulses end; they pass one pane of glass without an echo.
-
-        Args:
-            origins: Shape (n, 3).
-            directions: Unit vectors, shape (n, 3).
-        """
-        hits = self.hits(origins, directions, _PULSE_ANGLE)
-        face, distance = hits.face.copy(), hits.distance.copy()
-        materials = self.scene.materials
-        glass = np.flatnonzero((face >= 0) & materials.glass[self.scene.material[face]])
-        if len(glass):
-            passed = distance[glass] + np.float32(0.01)
-            starts = origins[glass] + passed[:, None] * directions[glass]
-            behind = self.scene.hits(np.ascontiguousarray(starts), directions[glass].copy())
-            again = behind.face >= 0
-            again &= ~materials.glass[self.scene.material[np.maximum(behind.face, 0)]]
-            face[glass] = np.where(again, behind.face, -1)
-            distance[glass] = np.where(again, behind.distance + passed, np.inf)
-        seen = face >= 0
-        reflectance, cosine = np.zeros_like(distance), np.zeros_like(distance)
-        laser_reflectance(self._arrays, face, distance, origins, directions, reflectance, cosine)
-        objects = np.where(seen, self.scene.object_id[np.maximum(face, 0)], NOTHING)
-        return Echoes(distance, reflectance, cosine, objects)
-
-    def hits(self, origins: Float32s, directions: Float32s, pixel_angle: float) -> Hits:
-        """First hits of rays; rays go on between leaves.
-
-        Args:
-            origins: Shape (n, 3).
-            directions: Unit vectors, shape (n, 3).
-            pixel_angle: Angle between neighbouring rays, radians.
-        """
-        found = self.scene.hits(origins, directions)
-        every = np.arange(len(origins))
-        part = found
-        gaps = np.empty(len(origins), bool)
-        for _ in range(_LOOKS_THROUGH):
-            between_leaves(self._arrays, *part, np.float32(pixel_angle), gaps)
-            open_rays = np.flatnonzero(gaps)
-            if len(open_rays) == 0:
-                break
-            every = every[open_rays]
-            passed = found.distance[every] + np.float32(2e-3)
-            onward = np.ascontiguousarray(directions[every])
-            part = self.scene.hits(origins[every] + passed[:, None] * onward, onward)
-            part.distance[:] += passed
-            for whole, new in zip(found, part, strict=True):
-                whole[every] = new
-            gaps = np.empty(len(every), bool)
-        return found
-
-    def _middle(self, camera: PinholeCamera) -> tuple[Float32s, Float32s, Hits]:
-        origins, directions = _rays(camera, _pixel_grid(*camera.size, 1))
-        return origins, directions, self.hits(origins, directions, 1.0 / camera.focal_length)
-
-    def _geometry(self, camera: PinholeCamera, directions: Float32s, hits: Hits) -> Geometry:
-        width, height = camera.size
-        forward = camera.to_world[:3, 2].astype(np.float32)
-        seen = hits.face >= 0
-        face = np.maximum(hits.face, 0)
-        depth = np.where(seen, hits.distance * (directions @ forward), np.inf)
-        return Geometry(
-            depth.astype(np.float32).reshape(height, width),
-            np.where(seen, self.scene.object_id[face], NOTHING).reshape(height, width),
-            np.where(seen, self.scene.surface[face], Surface.SKY)
-            .astype(np.uint8)
-            .reshape(height, width),
-        )
-
-    def _ambient_grid(self, camera: PinholeCamera) -> tuple[Float32s, Float32s, Float32s]:
-        origins, directions = _rays(camera, _pixel_grid(*camera.size, _GRID_STEP))
-        hits = self.hits(origins, directions, 1.0 / camera.focal_length)
-        light = self._light
-        angle = _GRID_STEP / camera.focal_length
-        found = surfaces(self._arrays, hits, origins, directions, light.sun, angle)
-        open_light = ambient_light(
-            self.scene,
-            found,
-            hits.face >= 0,
-            light.panorama,
-            light.sun_colour,
-            float(light.sun[2]),
-        )
-        columns, rows = (-(-size // _GRID_STEP) for size in camera.size)
-        smooth = np.empty_like(open_light)
-        smooth_ambient(open_light, found.normal, hits.distance, columns, rows, smooth)
-        return smooth, found.normal, hits.distance
-
-    def _light_along(
-        self,
-        camera: PinholeCamera,
-        pixels: Float32s,
-        origins: Float32s,
-        directions: Float32s,
-        hits: Hits,
-        grid: tuple[Float32s, Float32s, Float32s],
-    ) -> tuple[Float32s, Surfaces]:
-        light = self._light
-        angle = 1.0 / camera.focal_length
-        found = surfaces(self._arrays, hits, origins, directions, light.sun, angle)
-        lit = np.flatnonzero(found.sunlight > 0)
-        found.sunlight[lit[self._shaded(np.ascontiguousarray(found.point[lit]))]] = 0.0
-        ambient = np.zeros((len(origins), 3), np.float32)
-        columns, rows = (-(-size // _GRID_STEP) for size in camera.size)
-        carry(pixels, found, hits.distance, _GRID_STEP, columns, rows, *grid, ambient)
-        out = np.empty((len(origins), 3), np.float32)
-        sky = (light.sun_colour, light.panorama, light.horizon, np.float32(light.haze))
-        radiance(hits.face, hits.distance, directions, found, ambient, *sky, out)
-        return out, found
-
-    def _shaded(self, points: Float32s) -> NDArray[np.bool_]:
-        """Whether the sun is hidden from points; it shines through one layer of leaves."""
-        to_sun = np.empty_like(points)
-        to_sun[:] = self._light.sun
-        found = self.scene.hits(points, to_sun)
-        gaps = np.empty(len(points), bool)
-        between_leaves(self._arrays, *found, np.float32(_SUN_ANGLE), gaps)
-        shaded = found.face >= 0
-        through = np.flatnonzero(gaps)
-        passed = (found.distance[through] + np.float32(2e-3))[:, None]
-        beyond = np.ascontiguousarray(points[through] + passed * to_sun[through])
-        shaded[through] = self.scene.blocked(beyond, to_sun[through])
-        return shaded
-
-    def _mirror(self, directions: Float32s, hits: Hits, found: Surfaces, out: Float32s) -> Float32s:
-        """Mix what is mirrored into `out`; returns the mirrored light alone, shape (n, 3)."""
-        light = self._light
-        around = 0.5 * light.panorama.mean(axis=(0, 1))
-        mirrored = np.empty_like(out)
-        mirrored[:] = around
-        rays = np.flatnonzero((found.mirror > _DULL) & (hits.face >= 0))
-        normal, incoming = found.normal[rays], directions[rays]
-        facing = (incoming * normal).sum(axis=1, keepdims=True)
-        outgoing = np.ascontiguousarray(incoming - 2 * facing * normal)
-        starts = np.ascontiguousarray(found.point[rays])
-        hits = self.scene.hits(starts, outgoing)
-        behind = surfaces(self._arrays, hits, starts, outgoing, light.sun, 0.02)
-        # What is mirrored is lit without further rays: half of it lies in the shade.
-        behind.sunlight[:] *= 0.6
-        ambient = np.empty_like(starts)
-        ambient[:] = around
-        seen = np.empty_like(starts)
-        sky = (light.sun_colour, light.panorama, light.horizon, np.float32(light.haze))
-        radiance(hits.face, hits.distance, outgoing, behind, ambient, *sky, seen)
-        add_glints(outgoing, hits.face < 0, light.sun, light.sun_colour, seen)
-        mirrored[rays] = seen
-        out += found.mirror[:, None] * (mirrored - out)
-        return mirrored
-
-
-def _pixel_grid(width: int, height: int, step: int) -> Float32s:
+def pixel_grid(width: int, height: int, step: int = 1) -> Float32s:
+    """Columns and rows of every step-th pixel, row by row, shape (n, 2)."""
     columns, rows = np.arange(0, width, step), np.arange(0, height, step)
     u, v = np.meshgrid(columns, rows)
     return np.stack([u.ravel(), v.ravel()], axis=-1).astype(np.float32)
 
 
-def _rays(camera: PinholeCamera, pixels: Float32s) -> tuple[Float32s, Float32s]:
+def camera_rays(camera: PinholeCamera, pixels: Float32s) -> tuple[Float32s, Float32s]:
     """Origins and unit directions of rays through pixels, shape (n, 3) each."""
     origins = np.empty((len(pixels), 3), np.float32)
     origins[:] = camera.to_world[:3, 3].astype(np.float32)
@@ -330,7 +53,7 @@ def _rays(camera: PinholeCamera, pixels: Float32s) -> tuple[Float32s, Float32s]:
 
 
 @njit(cache=True)
-def _directions(pixels, rotation, focal_length, centre_u, centre_v, directions):  # type: ignore[no-untyped-def]
+def _directions(pixels, rotation, focal_length, centre_u, centre_v, directions):
     one = np.float32(1.0)
     for i in range(len(pixels)):
         x = (pixels[i, 0] - centre_u) / focal_length

@@ -11,7 +11,7 @@ _VEGETATION = int(Surface.VEGETATION)
 
 
 @njit(cache=True)
-def edge_marks(light, faces, distances, normals, surfaces, width):  # type: ignore[no-untyped-def]
+def edge_marks(light, faces, distances, normals, surfaces, width):
     """How badly each pixel needs more rays: 0 not, 1 a little (among leaves), 3 much.
 
     A pixel lies on an edge if a neighbour shows another surface, bend, distance or brightness.
@@ -40,7 +40,7 @@ def edge_marks(light, faces, distances, normals, surfaces, width):  # type: igno
 
 
 @njit(cache=True, inline="always")
-def _differ(i, j, light, faces, distances, normals):  # type: ignore[no-untyped-def]
+def _differ(i, j, light, faces, distances, normals):
     if faces[i] != faces[j]:
         if faces[i] < 0 or faces[j] < 0:
             return True

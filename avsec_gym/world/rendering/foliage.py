@@ -18,7 +18,7 @@ _PIXELS = np.float32(2.6)
 
 
 @njit(cache=True, fastmath=True)
-def leaf_cell(distance, pixel_angle):  # type: ignore[no-untyped-def]
+def leaf_cell(distance, pixel_angle):
     """Size of the cells at a distance, metres: the finest one doubled until it can be seen."""
     needed = distance * pixel_angle * _PIXELS
     size = _LEAF
@@ -28,7 +28,7 @@ def leaf_cell(distance, pixel_angle):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=True, inline="always")
-def _chance(column, row, layer):  # type: ignore[no-untyped-def]
+def _chance(column, row, layer):
     """32 well-mixed bits for a cell."""
     bits = np.uint32(column) * np.uint32(0x9E3779B1) ^ np.uint32(row) * np.uint32(0x85EBCA77)
     bits ^= np.uint32(layer) * np.uint32(0xC2B2AE3D)
@@ -41,7 +41,7 @@ def _chance(column, row, layer):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=True)
-def leaf_at(u, v, size):  # type: ignore[no-untyped-def]
+def leaf_at(u, v, size):
     """The leaf at a place on the texture: 32 bits of its own, 0 where there is none.
 
     Args:
@@ -64,7 +64,7 @@ def leaf_at(u, v, size):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=True)
-def between_leaves(scene, faces, distances, us, vs, pixel_angle, gaps):  # type: ignore[no-untyped-def]
+def between_leaves(scene, faces, distances, us, vs, pixel_angle, gaps):
     """Mark the hits on foliage that go between its leaves.
 
     Args:

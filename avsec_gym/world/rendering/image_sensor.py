@@ -10,9 +10,10 @@ import numpy as np
 from avsec_gym.frame import Image
 from avsec_gym.world.mesh import Float32s
 
-
-GAMMA = 1.25
+GAMMA = 1.05
 """Of the tone curve; a screen's would be 2.2."""
+
+_WHITE_BALANCE = np.array([0.94, 1.0, 1.04])
 
 
 @dataclass(frozen=True)
@@ -40,9 +41,9 @@ class ImageSensor:
         """Take a picture of linear light, shape (H, W, 3), as a view holds it."""
         signal = _blurred(light, self.blur) * np.array(self.gain, np.float32)
         deviation = np.sqrt(self.read_noise**2 + self.shot_noise * np.maximum(signal, 0.0))
-        signal = signal + deviation * rng.standard_normal(signal.shape, np.float32)
-        signal = np.clip(_blurred(signal, self.smoothing), 0.0, 1.0)
-        return (tone_curve(signal) * 255.0 + 0.5).astype(np.uint8)
+        noise = deviation * rng.standard_normal(signal.shape, np.float32)
+        recorded = _blurred(np.asarray(signal + noise, np.float32), self.smoothing)
+        return (tone_curve(np.clip(recorded, 0.0, 1.0)) * 255.0 + 0.5).astype(np.uint8)
 
 
 def tone_curve(signal: Float32s) -> Float32s:
@@ -68,12 +69,15 @@ def metered_exposure(light: Float32s, brightness: float) -> float:
 
 
 def draw_sensors(rng: np.random.Generator, count: int) -> list[ImageSensor]:
-    """Cameras of one make that differ a little in gain, colour and focus."""
+    """Cameras of one make that differ a little in gain, colour and focus.
+
+    By as much as KITTI's two colour cameras, whose images are a little green.
+    """
     every = float(rng.uniform(0.32, 0.46))
     sensors = []
     for _ in range(count):
         exposure = float(np.exp(rng.normal(0.0, 0.03)))
-        balance = np.exp(rng.normal(0.0, 0.012, 3)) * exposure
+        balance = np.exp(rng.normal(0.0, 0.012, 3)) * exposure * _WHITE_BALANCE
         sensors.append(
             ImageSensor(
                 gain=(float(balance[0]), float(balance[1]), float(balance[2])),
@@ -84,4 +88,6 @@ def draw_sensors(rng: np.random.Generator, count: int) -> list[ImageSensor]:
 
 
 def _blurred(light: Float32s, deviation: float) -> Float32s:
-    return cv2.GaussianBlur(light, (0, 0), deviation) if deviation > 0 else light
+    if deviation <= 0:
+        return light
+    return np.asarray(cv2.GaussianBlur(light, (0, 0), deviation), np.float32)

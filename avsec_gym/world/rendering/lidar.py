@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from avsec_gym.frame import Points
 from avsec_gym.geometry import Floats
 from avsec_gym.world.mesh import Float32s, Int32s
-from avsec_gym.world.rendering.camera import Renderer
-
+from avsec_gym.world.rendering.renderer import Renderer
 
 _BEAM_GRADES, _GRADE_NOISE, _DARK = 0.2, 0.06, 0.08
 
@@ -53,8 +52,11 @@ class Lidar:
 
     @cached_property
     def elevations(self) -> Floats:
-        """Of the 64 beams, radians: 32 from +2.4 degrees a third of a degree apart, 32 below half
-        a degree apart, each a little off."""
+        """Of the 64 beams, radians.
+
+        32 from +2.4 degrees a third of a degree apart, 32 below half a degree apart, each a
+        little off.
+        """
         upper = np.linspace(2.42, -7.91, 32)
         lower = np.linspace(-8.32, -23.51, 32)
         rng = np.random.Generator(np.random.PCG64(self.seed))

@@ -52,8 +52,11 @@ class Light:
 
     @cached_property
     def panorama(self) -> Float32s:
-        """Light of the sky, shape (96, 512, 3): rows from the horizon to the zenith evenly in
-        the sine of the elevation, columns round the world's x axis from -pi to pi."""
+        """Light of the sky, shape (96, 512, 3).
+
+        Rows lead from the horizon to the zenith, evenly in the sine of the elevation, columns
+        round the horizon from -pi to pi, counted from the world's x axis.
+        """
         rng = np.random.Generator(np.random.PCG64(self.seed))
         height = ((np.arange(_ROWS) + 0.5) / _ROWS)[:, None, None]
         azimuth = (np.arange(_COLUMNS) + 0.5) / _COLUMNS * 2 * np.pi - np.pi

@@ -49,7 +49,7 @@ def silhouettes(scene: RayScene, camera: PinholeCamera, count: int) -> Silhouett
 
 
 @njit(cache=True)
-def _draw(triangles, owner, width, height, area, extent):  # type: ignore[no-untyped-def]
+def _draw(triangles, owner, width, height, area, extent):
     last = np.full((height, width), -1, np.int32)
     for i in range(len(triangles)):
         x0, y0 = triangles[i, 0]

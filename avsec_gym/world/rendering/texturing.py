@@ -1,4 +1,4 @@
-"""Kernels that read textures: bilinear between texels, coarser afar, stretched at grazing angles."""
+"""Kernels that read textures: bilinear, coarser afar, stretched at grazing angles."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class OverlayArrays(NamedTuple):
 
 
 @njit(cache=True, fastmath=True, inline="always")
-def texel_colour(textures, index, level, s, t):  # type: ignore[no-untyped-def]
+def texel_colour(textures, index, level, s, t):
     """Bilinear colour in linear light at (s, t), in repeats of the texture."""
     height = textures.shape[index, level, 0]
     width = textures.shape[index, level, 1]
@@ -72,7 +72,7 @@ def texel_colour(textures, index, level, s, t):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=True)
-def filtered_colour(textures, index, u, v, short_u, short_v, long_u, long_v):  # type: ignore[no-untyped-def]
+def filtered_colour(textures, index, u, v, short_u, short_v, long_u, long_v):
     """Mean colour of a texture under a pixel's footprint.
 
     Args:
@@ -119,7 +119,7 @@ def filtered_colour(textures, index, u, v, short_u, short_v, long_u, long_v):  #
 
 
 @njit(cache=True, fastmath=True)
-def overlay_colour(overlay, u, v, short_u, short_v, long_u, long_v):  # type: ignore[no-untyped-def]
+def overlay_colour(overlay, u, v, short_u, short_v, long_u, long_v):
     """Mean colour (times alpha) and alpha of the overlay under a footprint; 0 beyond its edges."""
     across, down = overlay.scale[0], overlay.scale[1]
     short = np.sqrt((short_u * across) ** 2 + (short_v * down) ** 2)

@@ -10,8 +10,8 @@ from avsec_gym.world.scenery.plot import Plot
 from avsec_gym.world.scenery.street_side import line_up, scatter
 
 _STREET_TREES = ("lime", "maple", "plane", "young", "birch")
-_GARDEN_TREES = ("birch", "fruit", "spruce", "copper_beech", "pine", "maple", "willow", "poplar")
-_PARK_TREES = ("lime", "plane", "maple", "copper_beech", "birch", "pine", "autumn")
+_GARDEN_TREES = ("birch", "fruit", "spruce", "pine", "maple", "willow", "poplar", "copper_beech")
+_PARK_TREES = ("lime", "plane", "maple", "birch", "pine", "autumn", "lime", "maple", "copper_beech")
 
 
 def city(plot: Plot, rng: np.random.Generator) -> None:

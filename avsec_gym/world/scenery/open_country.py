@@ -14,7 +14,7 @@ from avsec_gym.world.scenery.planting import grove, plant_bushes, plant_trees
 from avsec_gym.world.scenery.plot import Plot
 from avsec_gym.world.scenery.street_side import line_up, scatter
 
-_WOODS = ("maple", "lime", "spruce", "pine", "birch", "copper_beech")
+_WOODS = ("maple", "lime", "spruce", "pine", "birch", "maple")
 _ROADSIDE = ("poplar", "lime", "fruit", "birch", "autumn")
 
 

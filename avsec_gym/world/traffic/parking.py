@@ -15,6 +15,7 @@ from avsec_gym.world.road.section import Strip, Surface
 from avsec_gym.world.site import Site
 from avsec_gym.world.traffic.population import Bystander
 from avsec_gym.world.traffic.routes import Route
+from avsec_gym.world.traffic.state import NARROW
 from avsec_gym.world.traffic.styles import Bustle
 
 _PARKED = CategoryMix(Car=0.885, Van=0.08, Misc=0.025, Truck=0.01)
@@ -24,6 +25,7 @@ _UP_THE_KERB = 0.5
 """How far cars that park on a pavement's edge stand in the road at most, metres."""
 _ROOM = 0.35
 """Between parked vehicles and the routes of others, metres."""
+_ROOM_OF_RIDERS = 0.1
 
 
 def parked_rows(site: Site, bustle: Bustle, rng: np.random.Generator) -> tuple[Bystander, ...]:
@@ -57,13 +59,15 @@ def parked_rows(site: Site, bustle: Bustle, rng: np.random.Generator) -> tuple[B
 
 
 def out_of_the_way(
-    bystanders: Sequence[Bystander], routes: Sequence[Route], room: float = _ROOM
+    bystanders: Sequence[Bystander], routes: Sequence[Route]
 ) -> tuple[Bystander, ...]:
-    """Those who do not stand where somebody travels, nor before a gate's opening."""
+    """Those who do not stand where somebody travels."""
     if not bystanders:
         return ()
     corridors = [
-        shapely.LineString(route.poses[::4, :2]).buffer(0.5 * route.width + room, quad_segs=2)
+        shapely.LineString(route.poses[::4, :2]).buffer(
+            0.5 * route.width + (_ROOM if route.width > NARROW else _ROOM_OF_RIDERS), quad_segs=2
+        )
         for route in routes
     ]
     shapes = footprints(bystanders)

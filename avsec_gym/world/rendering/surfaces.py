@@ -1,0 +1,246 @@
+"""What rays meet: colour, bend, and how the sun stands to it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from avsec_gym.world.mesh import Float32s, Int32s
+from avsec_gym.world.rendering.foliage import leaf_at, leaf_cell
+from avsec_gym.world.rendering.ray_scene import NO_OVERLAY
+from avsec_gym.world.rendering.scene_arrays import SceneArrays
+from avsec_gym.world.rendering.texturing import filtered_colour, overlay_colour
+
+_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
+_STEEPEST = np.float32(0.04)
+_BREAK_UP = np.float32(0.11)
+_TURN = np.float32(0.55)
+"""How far leaves turn from the spray that they belong to."""
+
+
+class Surfaces(NamedTuple):
+    """What n rays met."""
+
+    albedo: Float32s
+    """Share of light returned, shape (n, 3)."""
+    point: Float32s
+    """A little in front of the surface, shape (n, 3)."""
+    normal: Float32s
+    """For shading, shape (n, 3)."""
+    sunlight: Float32s
+    """Share of the sun's light that arrives if nothing is in the way, shape (n,)."""
+    mirror: Float32s
+    """Share of light mirrored, shape (n,)."""
+    glow: Float32s
+    """Own light, shape (n,)."""
+
+
+def surfaces(
+    scene: SceneArrays,
+    hits: tuple[Int32s, Float32s, Float32s, Float32s],
+    origins: Float32s,
+    directions: Float32s,
+    sun: Float32s,
+    pixel_angle: float,
+) -> Surfaces:
+    """Colour and geometry at the hits of n rays; rows of rays without a hit are meaningless.
+
+    Args:
+        scene: The scene.
+        hits: As `RayScene.hits` returns them.
+        origins: Shape (n, 3).
+        directions: Unit vectors, shape (n, 3).
+        sun: Direction towards the sun.
+        pixel_angle: Angle between neighbouring rays, radians.
+    """
+    count = len(origins)
+    result = Surfaces(
+        np.empty((count, 3), np.float32),
+        np.empty((count, 3), np.float32),
+        np.empty((count, 3), np.float32),
+        np.zeros(count, np.float32),
+        np.zeros(count, np.float32),
+        np.zeros(count, np.float32),
+    )
+    _surfaces(scene, hits, origins, directions, sun, np.float32(pixel_angle), result)
+    return result
+
+
+@njit(cache=True, fastmath=True)
+def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
+    faces, distances, us, vs = hits[0], hits[1], hits[2], hits[3]
+    overlaid = len(scene.overlay_uv) > 0
+    for i in range(len(faces)):
+        face = faces[i]
+        if face < 0:
+            continue
+        a, b, c = scene.faces[face, 0], scene.faces[face, 1], scene.faces[face, 2]
+        second, third = us[i], vs[i]
+        first = _ONE - second - third
+        dx, dy, dz = directions[i, 0], directions[i, 1], directions[i, 2]
+        distance = distances[i]
+        # Edges, and the geometric normal turned to the viewer.
+        ex = scene.vertices[b, 0] - scene.vertices[a, 0]
+        ey = scene.vertices[b, 1] - scene.vertices[a, 1]
+        ez = scene.vertices[b, 2] - scene.vertices[a, 2]
+        fx = scene.vertices[c, 0] - scene.vertices[a, 0]
+        fy = scene.vertices[c, 1] - scene.vertices[a, 1]
+        fz = scene.vertices[c, 2] - scene.vertices[a, 2]
+        gx, gy, gz = ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx
+        area2 = gx * gx + gy * gy + gz * gz
+        scale = _ONE / np.sqrt(max(area2, np.float32(1e-20)))
+        gx, gy, gz = gx * scale, gy * scale, gz * scale
+        # Shading normal.
+        nx = (
+            first * scene.normals[a, 0] + second * scene.normals[b, 0] + third * scene.normals[c, 0]
+        )
+        ny = (
+            first * scene.normals[a, 1] + second * scene.normals[b, 1] + third * scene.normals[c, 1]
+        )
+        nz = (
+            first * scene.normals[a, 2] + second * scene.normals[b, 2] + third * scene.normals[c, 2]
+        )
+        scale = _ONE / np.sqrt(max(nx * nx + ny * ny + nz * nz, np.float32(1e-12)))
+        nx, ny, nz = nx * scale, ny * scale, nz * scale
+        material = scene.material[face]
+        translucent = scene.materials.translucent[material]
+        facing = gx * dx + gy * dy + gz * dz
+        if facing > _ZERO:
+            gx, gy, gz = -gx, -gy, -gz
+            if translucent == _ZERO:
+                nx, ny, nz = -nx, -ny, -nz
+        cosine = max(abs(facing), _STEEPEST)
+        # The pixel's footprint on the surface: short across, long along the view.
+        along = gx * dx + gy * dy + gz * dz
+        lx, ly, lz = dx - along * gx, dy - along * gy, dz - along * gz
+        scale = np.sqrt(lx * lx + ly * ly + lz * lz)
+        if scale < np.float32(1e-4):
+            # Looking straight at it: any direction in the plane will do.
+            scale = np.sqrt(ex * ex + ey * ey + ez * ez) + np.float32(1e-12)
+            lx, ly, lz = ex, ey, ez
+        scale = _ONE / scale
+        lx, ly, lz = lx * scale, ly * scale, lz * scale
+        sx, sy, sz = gy * lz - gz * ly, gz * lx - gx * lz, gx * ly - gy * lx
+        foot = distance * pixel_angle
+        # Barycentric steps of the two axes.
+        ee, ef, ff = (
+            ex * ex + ey * ey + ez * ez,
+            ex * fx + ey * fy + ez * fz,
+            fx * fx + fy * fy + fz * fz,
+        )
+        inverse = _ONE / max(ee * ff - ef * ef, np.float32(1e-20))
+        le, lf = lx * ex + ly * ey + lz * ez, lx * fx + ly * fy + lz * fz
+        se, sf = sx * ex + sy * ey + sz * ez, sx * fx + sy * fy + sz * fz
+        long2, long3 = (le * ff - lf * ef) * inverse, (lf * ee - le * ef) * inverse
+        short2, short3 = (se * ff - sf * ef) * inverse, (sf * ee - se * ef) * inverse
+        stretch = foot / cosine
+        u_ab, v_ab = scene.uv[b, 0] - scene.uv[a, 0], scene.uv[b, 1] - scene.uv[a, 1]
+        u_ac, v_ac = scene.uv[c, 0] - scene.uv[a, 0], scene.uv[c, 1] - scene.uv[a, 1]
+        colour = filtered_colour(
+            scene.textures,
+            scene.materials.texture[material],
+            scene.uv[a, 0] + second * u_ab + third * u_ac,
+            scene.uv[a, 1] + second * v_ab + third * v_ac,
+            (short2 * u_ab + short3 * u_ac) * foot,
+            (short2 * v_ab + short3 * v_ac) * foot,
+            (long2 * u_ab + long3 * u_ac) * stretch,
+            (long2 * v_ab + long3 * v_ac) * stretch,
+        )
+        red = colour[0] * scene.materials.tint[material, 0]
+        green = colour[1] * scene.materials.tint[material, 1]
+        blue = colour[2] * scene.materials.tint[material, 2]
+        px = origins[i, 0] + distance * dx
+        py = origins[i, 1] + distance * dy
+        pz = origins[i, 2] + distance * dz
+        if scene.materials.leaves[material]:
+            place_u = scene.uv[a, 0] + second * u_ab + third * u_ac
+            place_v = scene.uv[a, 1] + second * v_ab + third * v_ac
+            leaf = leaf_at(place_u, place_v, leaf_cell(distance, pixel_angle))
+            # Leaves differ in tone and turn this way and that.
+            tone = np.float32(0.6) + np.float32(leaf & 0xFF) * np.float32(1.1 / 255.0)
+            red, green, blue = red * tone, green * tone, blue * tone
+            nx += _TURN * (np.float32((leaf >> 8) & 0xFF) * np.float32(2.0 / 255.0) - _ONE)
+            ny += _TURN * (np.float32((leaf >> 16) & 0xFF) * np.float32(2.0 / 255.0) - _ONE)
+            nz += _TURN * (np.float32((leaf >> 24) & 0xFF) * np.float32(2.0 / 255.0) - _ONE)
+            scale = _ONE / np.sqrt(max(nx * nx + ny * ny + nz * nz, np.float32(1e-12)))
+            nx, ny, nz = nx * scale, ny * scale, nz * scale
+        elif scene.object_id[face] < 0:
+            break_up = _ONE + _BREAK_UP * (
+                _smooth(
+                    scene.lattice,
+                    px * np.float32(0.31),
+                    py * np.float32(0.31),
+                    pz * np.float32(0.31),
+                )
+                + _smooth(
+                    scene.lattice,
+                    px * np.float32(0.057),
+                    py * np.float32(0.057),
+                    pz * np.float32(0.09),
+                )
+            )
+            red, green, blue = red * break_up, green * break_up, blue * break_up
+        if overlaid and scene.overlay_uv[a, 0] > NO_OVERLAY:
+            u_ab, v_ab = (
+                scene.overlay_uv[b, 0] - scene.overlay_uv[a, 0],
+                scene.overlay_uv[b, 1] - scene.overlay_uv[a, 1],
+            )
+            u_ac, v_ac = (
+                scene.overlay_uv[c, 0] - scene.overlay_uv[a, 0],
+                scene.overlay_uv[c, 1] - scene.overlay_uv[a, 1],
+            )
+            paint = overlay_colour(
+                scene.overlay,
+                scene.overlay_uv[a, 0] + second * u_ab + third * u_ac,
+                scene.overlay_uv[a, 1] + second * v_ab + third * v_ac,
+                (short2 * u_ab + short3 * u_ac) * foot,
+                (short2 * v_ab + short3 * v_ac) * foot,
+                (long2 * u_ab + long3 * u_ac) * stretch,
+                (long2 * v_ab + long3 * v_ac) * stretch,
+            )
+            rest = _ONE - paint[3]
+            red, green, blue = (
+                red * rest + paint[0],
+                green * rest + paint[1],
+                blue * rest + paint[2],
+            )
+        result.albedo[i, 0], result.albedo[i, 1], result.albedo[i, 2] = red, green, blue
+        result.normal[i, 0], result.normal[i, 1], result.normal[i, 2] = nx, ny, nz
+        sunward = nx * sun[0] + ny * sun[1] + nz * sun[2]
+        sun_side = gx * sun[0] + gy * sun[1] + gz * sun[2]
+        lift = np.float32(2e-3) + np.float32(1e-4) * distance
+        if translucent > _ZERO:
+            result.sunlight[i] = sunward if sunward > _ZERO else -translucent * sunward
+            # The ray to the sun leaves on the sun's side of the leaf.
+            lift = lift if sun_side > _ZERO else -lift
+        elif sun_side > _ZERO:
+            result.sunlight[i] = max(sunward, _ZERO)
+        result.point[i, 0] = px + gx * lift
+        result.point[i, 1] = py + gy * lift
+        result.point[i, 2] = pz + gz * lift
+        mirror = scene.materials.mirror[material]
+        if mirror > _ZERO:
+            grazing = _ONE - min(abs(nx * dx + ny * dy + nz * dz), _ONE)
+            result.mirror[i] = mirror + (_ONE - mirror) * grazing**5
+        result.glow[i] = scene.materials.glow[material]
+
+
+@njit(cache=True, fastmath=True, inline="always")
+def _smooth(lattice, x, y, z):
+    """Smooth noise in [-1, 1] with cells of 1."""
+    cx, cy, cz = np.int32(np.floor(x)), np.int32(np.floor(y)), np.int32(np.floor(z))
+    fx, fy, fz = x - np.float32(cx), y - np.float32(cy), z - np.float32(cz)
+    fx = fx * fx * (np.float32(3.0) - np.float32(2.0) * fx)
+    fy = fy * fy * (np.float32(3.0) - np.float32(2.0) * fy)
+    fz = fz * fz * (np.float32(3.0) - np.float32(2.0) * fz)
+    total = _ZERO
+    for i in range(2):
+        for j in range(2):
+            for k in range(2):
+                weight = (
+                    (fx if i else _ONE - fx) * (fy if j else _ONE - fy) * (fz if k else _ONE - fz)
+                )
+                total += weight * lattice[(cx + i) & 63, (cy + j) & 63, (cz + k) & 15]
+    return total
