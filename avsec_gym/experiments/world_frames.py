@@ -29,7 +29,7 @@ SUITES = {"street": RoadType.STREET, "highway": RoadType.HIGHWAY, "mixed": None}
 
 Measure = Callable[[Shot, Capture], dict[str, Any]]
 """Takes a scene and what the sensors deliver of it; returns something JSON-able.  A function of a
-module, whose last name is its key in the rows."""
+module, whose name is its key in the rows."""
 
 
 class Scenes(Protocol):
@@ -133,8 +133,8 @@ class MeasuredFrames:
 
 
 def name_of(measure: Measure) -> str:
-    """The key of a measure."""
-    return measure.__module__.rpartition(".")[2]
+    """The key of a measure: its file's name, which stays when the module runs as a script."""
+    return Path(inspect.getfile(measure)).stem
 
 
 def measured(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -82,11 +83,11 @@ def make_data_set(
             return DataSetReport(root, 0, kept)
         write_manifest(root, asked)
         remarks: dict[int, list[str]] = {}
-        frames = make_frames(recipe, root, missing, workers or usual_workers())
-        for done, (number, noted) in enumerate(frames, start=kept + 1):
-            remarks[number] = noted
-            if on_progress is not None:
-                on_progress(done, len(recipe))
+        with closing(make_frames(recipe, root, missing, workers or usual_workers())) as frames:
+            for done, (number, noted) in enumerate(frames, start=kept + 1):
+                remarks[number] = noted
+                if on_progress is not None:
+                    on_progress(done, len(recipe))
         said = tuple(remark for number in sorted(remarks) for remark in remarks[number])
         left_out = len(_missing(recipe, root))
         if left_out == len(recipe):

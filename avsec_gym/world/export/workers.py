@@ -6,10 +6,11 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for
 from pathlib import Path
 
@@ -32,7 +33,7 @@ def usual_workers() -> int:
 
 def make_frames(
     recipe: Recipe, root: Path, numbers: Sequence[int], workers: int
-) -> Iterator[tuple[int, list[str]]]:
+) -> Generator[tuple[int, list[str]]]:
     """Make frames; yields each number with its remarks when the frame is there.
 
     Args:
@@ -47,21 +48,23 @@ def make_frames(
     if workers == 1 or len(numbers) == 1:
         yield from ((number, _make(recipe, root, number)) for number in numbers)
         return
+    context = multiprocessing.get_context("spawn")
+    lifeline, end = context.Pipe(duplex=False)
     with _one_thread_each():
-        pool = ProcessPoolExecutor(
-            min(workers, len(numbers)), multiprocessing.get_context("spawn"), _begin
-        )
+        pool = ProcessPoolExecutor(min(workers, len(numbers)), context, _begin, (lifeline,))
         try:
-            # Few are handed out at a time, so that little is left to finish when it is stopped.
-            rest = iter(numbers)
             waiting: dict[Future[list[str]], int] = {}
-            for number in rest:
+            for number in numbers:
                 waiting[pool.submit(_make, recipe, root, number)] = number
                 if len(waiting) > workers:
                     yield from _finished(waiting)
             while waiting:
                 yield from _finished(waiting)
-        except BrokenProcessPool as error:
+        except BaseException as error:
+            # What the workers have in hand is made anew another time.
+            end.close()
+            if not isinstance(error, BrokenProcessPool):
+                raise
             raise DataError(
                 "A worker process ended before its work.",
                 path=root,
@@ -70,6 +73,8 @@ def make_frames(
             ) from error
         finally:
             pool.shutdown(cancel_futures=True)
+            end.close()
+            lifeline.close()
 
 
 def _finished(waiting: dict[Future[list[str]], int]) -> Iterator[tuple[int, list[str]]]:
@@ -88,14 +93,15 @@ def _make(recipe: Recipe, root: Path, number: int) -> list[str]:
         cv2.setNumThreads(threads)
 
 
-def _begin() -> None:
-    """A worker leaves Ctrl-C to its parent, and does not outlive it."""
+def _begin(lifeline: Connection) -> None:
+    """A worker leaves Ctrl-C to its parent, and ends at once when the other end is closed.
+
+    The system closes it when the parent dies.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    assert parent is not None, "this runs in a worker"
 
     def leave() -> None:
-        wait_for([parent.sentinel])
+        wait_for([lifeline])
         os._exit(1)
 
     threading.Thread(target=leave, daemon=True).start()

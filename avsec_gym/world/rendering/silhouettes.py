@@ -38,14 +38,38 @@ def silhouettes(scene: RayScene, camera: PinholeCamera, count: int) -> Silhouett
     used, index = np.unique(faces, return_inverse=True)
     to_camera = np.linalg.inv(camera.to_world)
     places = scene.vertices[used] @ to_camera[:3, :3].T + to_camera[:3, 3]
-    depth = places[:, 2]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        pixels = camera.focal_length * places[:, :2] / depth[:, None] + np.array(camera.centre)
-    pixels[depth < _NEAR] = np.nan
+    triangles, owner = _before_camera(places[index.reshape(-1, 3)], owner)
+    pixels = camera.focal_length * triangles[..., :2] / triangles[..., 2:] + np.array(camera.centre)
     area = np.zeros(count, np.int64)
     extent = np.full((count, 4), np.nan)
-    _draw(pixels[index.reshape(-1, 3)], owner, camera.size[0], camera.size[1], area, extent)
+    _draw(pixels, owner, camera.size[0], camera.size[1], area, extent)
     return Silhouettes(area, extent)
+
+
+def _before_camera(
+    triangles: Floats, owner: NDArray[np.int32]
+) -> tuple[Floats, NDArray[np.int32]]:
+    """What of triangles lies beyond the near plane, sorted by owner."""
+    behind = triangles[..., 2] < _NEAR
+    count = behind.sum(axis=1)
+    parts, owners = [triangles[count == 0]], [owner[count == 0]]
+    for which in (1, 2):
+        cut = count == which
+        odd = np.argmax(behind[cut] == (which == 1), axis=1)
+        turned = (odd[:, None] + np.arange(3)) % 3
+        a, b, c = np.moveaxis(np.take_along_axis(triangles[cut], turned[..., None], axis=1), 1, 0)
+        ab, ac = _on_near_plane(a, b), _on_near_plane(a, c)
+        pieces = [(ab, b, c), (ab, c, ac)] if which == 1 else [(a, ab, ac)]
+        parts += [np.stack(piece, axis=1) for piece in pieces]
+        owners += [owner[cut]] * len(pieces)
+    owner = np.concatenate(owners)
+    order = np.argsort(owner, kind="stable")
+    return np.concatenate(parts)[order], owner[order]
+
+
+def _on_near_plane(one: Floats, two: Floats) -> Floats:
+    share = (_NEAR - one[:, 2:]) / (two[:, 2:] - one[:, 2:])
+    return one + share * (two - one)
 
 
 @njit(cache=True)
@@ -55,8 +79,6 @@ def _draw(triangles, owner, width, height, area, extent):
         x0, y0 = triangles[i, 0]
         x1, y1 = triangles[i, 1]
         x2, y2 = triangles[i, 2]
-        if np.isnan(x0) or np.isnan(x1) or np.isnan(x2):
-            continue
         who = owner[i]
         low_x, high_x = min(x0, x1, x2), max(x0, x1, x2)
         low_y, high_y = min(y0, y1, y2), max(y0, y1, y2)

@@ -27,19 +27,19 @@ def city_section(rng: np.random.Generator) -> CrossSection:
     width = float(rng.choice([3.0, 3.25, 3.5]))
     each_way = 2 if rng.random() < 0.3 else 1
     return section_for_lanes(
-        _both_ways(rng, each_way, each_way, width),
+        _both_ways(each_way, each_way, width),
         width,
         Style.CITY,
         rng,
-        parked_right=_parked(rng, -1, 0.6, -0.5 * width),
-        parked_left=_parked(rng, 1, 0.6, (2 * each_way - 0.5) * width),
+        parked_right=_parked(rng, -1, 0.6, -(each_way - 0.5) * width),
+        parked_left=_parked(rng, 1, 0.6, (each_way + 0.5) * width),
     )
 
 
 def residential_section(rng: np.random.Generator) -> CrossSection:
     """A narrow street, often with parking on one side, mostly without lines."""
     width = float(rng.choice([2.75, 3.0]))
-    lanes = _both_ways(rng, 1, 1, width) if rng.random() < 0.75 else [0.0]
+    lanes = _both_ways(1, 1, width) if rng.random() < 0.75 else [0.0]
     return section_for_lanes(
         lanes,
         width,
@@ -125,10 +125,9 @@ def section_for_lanes(
     )
 
 
-def _both_ways(rng: np.random.Generator, own: int, oncoming: int, width: float) -> list[float]:
-    """Lane middles; the ego vehicle keeps right, or takes the second lane if there is one."""
-    shift = int(rng.integers(0, own))
-    lanes = width * (np.arange(own + oncoming) - shift)
+def _both_ways(own: int, oncoming: int, width: float) -> list[float]:
+    """Lane middles; the ego vehicle takes the lane beside the oncoming ones."""
+    lanes = width * (np.arange(own + oncoming) - (own - 1))
     return [float(offset) for offset in lanes]
 
 

@@ -164,10 +164,10 @@ def _draw_all(families: dict[str, Texture], path: Path, texels_path: Path) -> No
 def _levels(finest: Picture) -> list[Picture]:
     """The picture and its halves, averaged in linear light."""
     result = [finest]
-    light = (finest.astype(np.float32) / 255.0) ** 2.2
+    light: NDArray[np.float32] = (finest.astype(np.float32) / 255.0) ** 2.2
     while min(light.shape[:2]) > 1 and max(light.shape[:2]) > 4:
         size = (max(1, light.shape[1] // 2), max(1, light.shape[0] // 2))
-        light = cv2.resize(light, size, interpolation=cv2.INTER_AREA)
+        light = np.asarray(cv2.resize(light, size, interpolation=cv2.INTER_AREA), np.float32)
         result.append(picture(255.0 * light ** (1 / 2.2)))
     return result
 

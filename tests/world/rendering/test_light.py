@@ -4,6 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from avsec_gym.world.rendering.image_sensor import (
+    GAMMA,
     ImageSensor,
     draw_sensors,
     metered_exposure,
@@ -33,9 +34,9 @@ def test_the_sky_is_brighter_at_the_horizon_and_around_the_sun() -> None:
     assert panorama.min() > 0
     rows = panorama.mean(axis=(1, 2))
     assert rows[:8].mean() > 1.3 * rows[-8:].mean()
-    brightest = np.unravel_index(panorama[10:].mean(-1).argmax(), (86, 512))
+    row = int(np.sin(0.7) * 96)
     column = (1.0 + np.pi) / (2 * np.pi) * 512
-    assert abs(brightest[1] - column) < 20
+    assert abs(panorama[row].mean(axis=-1).argmax() - column) < 20
     # The kernels look the sun's direction up in the same place.
     towards = np.array(sky_colour(panorama, *light.sun))
     away = np.array(sky_colour(panorama, -light.sun[0], -light.sun[1], light.sun[2]))
@@ -57,7 +58,7 @@ def test_daylights_vary_within_bounds_and_come_from_their_generator() -> None:
     assert all(0.25 < light.brightness < 0.55 and light.haze > 300 for light in lights)
     assert 0.3 < np.mean([light.cloudiness < 0.3 for light in lights]) < 0.9
     assert np.std([np.cos(light.azimuth) for light in lights]) > 0.6
-    assert draw_light(np.random.default_rng(7)) .seed == lights[7].seed
+    assert draw_light(np.random.default_rng(7)).seed == lights[7].seed
     assert len({light.seed for light in lights}) == 300
     with pytest.raises(Exception, match="cannot assign|frozen"):
         lights[0].seed = 1  # type: ignore[misc]
@@ -83,11 +84,11 @@ def test_a_sensor_keeps_the_light_level_and_adds_the_noise_it_says() -> None:
     grey = np.full((80, 120, 3), 0.4, np.float32)
     sharp = ImageSensor(blur=0.0, smoothing=0.0, read_noise=0.01, shot_noise=0.001)
     image = sharp.expose(grey, np.random.default_rng(0)) / 255.0
-    signal = image**1.25
+    signal = image**GAMMA
     assert signal.mean() == pytest.approx(0.4, abs=3e-3)
     assert signal.std() == pytest.approx(np.sqrt(0.01**2 + 0.001 * 0.4), rel=0.1)
     gained = ImageSensor(gain=(1.2, 1.0, 0.8)).expose(grey, np.random.default_rng(0))
-    red, green, blue = ((gained / 255.0) ** 1.25).mean(axis=(0, 1))
+    red, green, blue = ((gained / 255.0) ** GAMMA).mean(axis=(0, 1))
     np.testing.assert_allclose([red / green, blue / green], [1.2, 0.8], rtol=0.02)
     assert ImageSensor().expose(9 * grey, np.random.default_rng(0)).min() == 255
     assert ImageSensor().expose(0 * grey, np.random.default_rng(0)).max() < 8
@@ -99,7 +100,7 @@ def test_blur_spreads_an_edge_over_pixels_without_moving_it() -> None:
     quiet = {"read_noise": 0.0, "shot_noise": 0.0}
     sharp, soft = (
         (ImageSensor(blur=b, smoothing=0.0, **quiet).expose(step, np.random.default_rng(0)) / 255)
-        ** 1.25
+        ** GAMMA
         for b in (0.0, 1.5)
     )
     profile, blurred = sharp[20, :, 1], soft[20, :, 1]

@@ -102,7 +102,7 @@ def test_light_is_what_the_sun_and_the_sky_leave_behind_the_haze() -> None:
     assert (out[3] >= 0.89).all()
 
 
-@pytest.mark.parametrize(("azimuth", "elevation"), [(2.2, 0.75), (-0.6, 0.45), (0.9, 1.2)])
+@pytest.mark.parametrize(("azimuth", "elevation"), [(2.2, 0.75), (-0.6, 0.45), (0.9, 1.0)])
 def test_a_shadow_falls_where_the_sun_casts_it(look, azimuth: float, elevation: float) -> None:
     """The hull of a box's corners, moved along the sun's rays onto the ground."""
     light = Light(azimuth=azimuth, elevation=elevation, cloudiness=0.02)
@@ -126,5 +126,5 @@ def test_a_shadow_falls_where_the_sun_casts_it(look, azimuth: float, elevation: 
     light_on_ground = view.light.mean(axis=-1)
     level = np.median(light_on_ground[on_ground & ~expected])
     dark = (light_on_ground < 0.7 * level) & on_ground
-    assert expected.sum() > 60
+    assert expected.sum() > 50
     assert (dark & expected).sum() / (dark | expected).sum() > 0.9

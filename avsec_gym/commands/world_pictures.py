@@ -1,0 +1,162 @@
+"""`avsec world sheet` and `avsec world show`: pictures of data sets, procedural or real."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from avsec_gym.commands import console
+from avsec_gym.errors import ConfigurationError, DataError
+
+if TYPE_CHECKING:
+    from avsec_gym.boxes import Boxes3D
+    from avsec_gym.frame import Image, SensorFrame
+    from avsec_gym.kitti.dataset import KittiObject
+    from avsec_gym.kitti.raw import Drive
+
+
+@dataclass(frozen=True)
+class WorldSheet:
+    """Many frames of a data set on one picture."""
+
+    root: Annotated[Path | None, tyro.conf.Positional] = None
+    """KITTI object or raw folder.  Default: the mixed suite, made on first use."""
+    out: Path = Path("out/world_sheet.jpg")
+    """Picture file, .png or .jpg."""
+    frames: int = 24
+    """How many, evenly spread over the data set."""
+    columns: int = 4
+    """Frames in a row."""
+    camera: int = 2
+    """Whose images."""
+    width: int = 480
+    """Of each frame, pixels."""
+
+    def run(self) -> int:
+        """Do it; the exit code."""
+        from avsec_gym.report.frame_picture import contact_sheet
+
+        if min(self.frames, self.columns) < 1 or self.width < 16:
+            raise ConfigurationError("--frames and --columns are 1 or more, --width 16 or more")
+        data = _open(self.root)
+        names = _names(data, f"image_{self.camera}")
+        count = min(self.frames, len(names))
+        picked = [names[index * len(names) // count] for index in range(count)]
+        with console.progress("reading") as shown:
+            images = []
+            for number, name in enumerate(picked):
+                images.append(_frame(data, name).image(self.camera))
+                shown(number + 1, count)
+        _write(self.out, contact_sheet(images, columns=self.columns, width=self.width))
+        return console.DONE
+
+
+@dataclass(frozen=True)
+class WorldShow:
+    """One frame with all its sensors: labels, depth, LiDAR, surfaces, and from above."""
+
+    root: Annotated[Path | None, tyro.conf.Positional] = None
+    """KITTI object or raw folder, real or procedural.  Default: the mixed suite."""
+    id: str | None = None
+    """Frame, such as 000107, or its number in a drive.  Default: the first with labels."""
+    out: Path = Path("out/world_frame.jpg")
+    """Picture file, .png or .jpg."""
+    camera: int = 2
+    """The reference camera."""
+
+    def run(self) -> int:
+        """Do it; the exit code."""
+        from avsec_gym.kitti.dataset import KittiObject
+        from avsec_gym.kitti.map_files import read_disparity, read_mask
+        from avsec_gym.report.frame_picture import frame_picture
+
+        data = _open(self.root)
+        name = self.id or _names(data, f"image_{self.camera}")[0]
+        frame = _frame(data, name)
+        if isinstance(data, KittiObject):
+            beside = [data.folder / f"{kind}_{self.camera}" for kind in ("disparity", "surface")]
+            files = [folder / f"{name}.png" for folder in beside]
+        else:
+            kinds = [f"{kind}_{self.camera:02d}" for kind in ("disparity", "surface")]
+            files = [data.path(kind, int(name)).with_suffix(".png") for kind in kinds]
+        disparity = read_disparity(files[0]) if files[0].is_file() else None
+        surfaces = read_mask(files[1]) if files[1].is_file() else None
+        picture = frame_picture(
+            frame,
+            _labels(data, name),
+            disparity,
+            surfaces,
+            camera=self.camera,
+            partner=self.camera + 1,
+        )
+        _write(self.out, picture)
+        return console.DONE
+
+
+def _open(root: Path | None) -> KittiObject | Drive:
+    from avsec_gym.kitti.dataset import KittiObject
+    from avsec_gym.kitti.layouts import Layout, recognise
+    from avsec_gym.kitti.raw import KittiRaw
+
+    if root is None:
+        from avsec_gym.world.export import default_suite
+
+        with console.progress("rendering the mixed suite, once") as shown:
+            return KittiObject(default_suite("mixed", on_progress=shown))
+    if (root / "vehicle_0").is_dir():
+        root = root / "vehicle_0"
+    if recognise(root) == Layout.RAW:
+        raw = KittiRaw(root)
+        return raw.drive(raw.drives()[0])
+    return KittiObject(root)
+
+
+def _names(data: KittiObject | Drive, images: str) -> list[str]:
+    from avsec_gym.kitti.dataset import KittiObject
+
+    if isinstance(data, KittiObject):
+        names = data.ids(having=[images])
+    else:
+        camera = int(images.rpartition("_")[2])
+        names = [str(number) for number in data.frames(having=[f"image_{camera:02d}"])]
+    if not names:
+        raise DataError(
+            f"No frame here has a file in {images}/.",
+            path=data.folder,
+            remedy="Name another --camera, or another folder.",
+        )
+    return names
+
+
+def _frame(data: KittiObject | Drive, name: str) -> SensorFrame:
+    from avsec_gym.kitti.dataset import KittiObject
+
+    if isinstance(data, KittiObject):
+        return data.frame(name)
+    if not name.isdigit():
+        raise ConfigurationError(f"--id of a drive is a number, got {name!r}")
+    return data.frame(int(name), previous=0)
+
+
+def _labels(data: KittiObject | Drive, name: str) -> Boxes3D | None:
+    from avsec_gym.kitti.dataset import KittiObject
+
+    try:
+        return data.labels(name) if isinstance(data, KittiObject) else data.labels(int(name))
+    except DataError as error:
+        console.say(f"without labels: {error}")
+        return None
+
+
+def _write(path: Path, picture: Image) -> None:
+    import cv2
+
+    if path.suffix.lower() not in (".png", ".jpg", ".jpeg"):
+        raise ConfigurationError(f"--out ends in .png or .jpg, got {path}")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if not cv2.imwrite(str(path), picture[..., ::-1]):
+        raise OSError(f"the picture cannot be written to {path}")
+    console.say(f"{path}: {picture.shape[1]} x {picture.shape[0]} pixels")
