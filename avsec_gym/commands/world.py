@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 from avsec_gym.commands import console
+from avsec_gym.commands.world_pictures import WorldSheet, WorldShow
 from avsec_gym.errors import ConfigurationError
 
 if TYPE_CHECKING:
@@ -161,6 +162,8 @@ class World:
         Annotated[WorldMake, tyro.conf.subcommand("make")]
         | Annotated[WorldTwin, tyro.conf.subcommand("twin")]
         | Annotated[WorldVerify, tyro.conf.subcommand("verify")]
+        | Annotated[WorldSheet, tyro.conf.subcommand("sheet")]
+        | Annotated[WorldShow, tyro.conf.subcommand("show")]
     ]
 
     def run(self) -> int:

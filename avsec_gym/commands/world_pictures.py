@@ -59,7 +59,7 @@ class WorldShow:
     """One frame with all its sensors: labels, depth, LiDAR, surfaces, and from above."""
 
     root: Annotated[Path | None, tyro.conf.Positional] = None
-    """KITTI object or raw folder, real or procedural.  Default: the mixed suite."""
+    """KITTI object or raw folder or one drive, real or procedural.  Default: the mixed suite."""
     id: str | None = None
     """Frame, such as 000107, or its number in a drive.  Default: the first with labels."""
     out: Path = Path("out/world_frame.jpg")
@@ -83,7 +83,7 @@ class WorldShow:
             kinds = [f"{kind}_{self.camera:02d}" for kind in ("disparity", "surface")]
             files = [data.path(kind, int(name)).with_suffix(".png") for kind in kinds]
         disparity = read_disparity(files[0]) if files[0].is_file() else None
-        surfaces = read_mask(files[1]) if files[1].is_file() else None
+        surfaces = read_mask(files[1]).astype("uint8") if files[1].is_file() else None
         picture = frame_picture(
             frame,
             _labels(data, name),
@@ -110,7 +110,8 @@ def _open(root: Path | None) -> KittiObject | Drive:
         root = root / "vehicle_0"
     if recognise(root) == Layout.RAW:
         raw = KittiRaw(root)
-        return raw.drive(raw.drives()[0])
+        drives = [raw.drive(name) for name in raw.drives()]
+        return max(drives, key=lambda drive: len(drive.sensors.get("image_02", ())))
     return KittiObject(root)
 
 

@@ -33,7 +33,7 @@ LARGEST_OVERLAP = 0.02
 LARGEST_REPEAT = 0.5
 """Correlation of the road's texture with itself a tile further on."""
 
-_BESIDE, _LOWEST = 0.04, 0.03
+_BESIDE, _LOWEST = 0.015, 0.03
 _MARGIN = 0.06
 _VIEW, _HEIGHT, _SCALE = 700, 12.0, 0.02
 _SMALLEST_LAG, _LARGEST_LAG = 0.6, 6.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -115,7 +115,7 @@ def pinhole(rig: SensorRig, camera: int, vehicle_to_world: Floats) -> PinholeCam
     )
 
 
-@cache
+@lru_cache(maxsize=4)  # every twin has a rig of its own
 def free_of_body(lidar: Lidar, rig: SensorRig) -> NDArray[np.bool_]:
     """Which pulses of a LiDAR the body of its own vehicle does not stop, shape (64 * columns,).
 

@@ -5,7 +5,15 @@ from avsec_gym.geometry import box_corners, project
 from avsec_gym.rig import camera_rig
 from avsec_gym.world.actors import Actors
 from avsec_gym.world.capture import pinhole
-from avsec_gym.world.labels import FrameLabels, boxes_in_camera, dont_care_boxes, label_frame
+from avsec_gym.world.labels import (
+    BARELY_VISIBLE,
+    FULLY_VISIBLE,
+    PARTLY_VISIBLE,
+    FrameLabels,
+    boxes_in_camera,
+    dont_care_boxes,
+    label_frame,
+)
 from avsec_gym.world.rendering.light import Light
 from avsec_gym.world.rendering.ray_scene import RayScene, Thing
 from avsec_gym.world.rendering.renderer import Renderer
@@ -65,7 +73,7 @@ def test_boxes_in_space_and_in_the_image_belong_together() -> None:
     """Also on a slope, for a vehicle that stands anywhere, turned and tilted."""
     actors = people(
         (15.0, 2.0, 0.3, "Car", CAR, True),
-        (24.0, -9.0, -2.0, "Pedestrian", (1.8, 0.6, 0.7), False),
+        (24.0, -14.0, -2.0, "Pedestrian", (1.8, 0.6, 0.7), False),
         (12.0, -3.5, 1.4, "Cyclist", (1.7, 0.6, 1.8), True),
         (40.0, 16.0, 3.0, "Van", (2.2, 1.9, 5.0), False),
     )
@@ -114,16 +122,14 @@ def test_angles_are_those_of_the_devkit() -> None:
     assert aside.rotation_y[0] == pytest.approx(-np.pi / 2 - bearing)
 
 
-@pytest.mark.parametrize(
-    ("hidden", "level"), [(0.0, 0), (0.1, 0), (0.4, 1), (0.75, 2), (0.95, 3)]
-)
-def test_occlusion_is_the_share_of_the_silhouette_behind_a_wall(hidden: float, level: int) -> None:
-    """A cube seen from the front, and a wall half way that covers a share of it."""
-    cube = people((20.0, 0.0, 0.0, "Car", (1.5, 2.0, 2.0), False))
-    left, right = 1.0 * 9.5 / 19.0, -1.0 * 9.5 / 19.0
-    edge = left + hidden * (right - left)
-    wall = box(0.1, 3.0, 4.0).placed(9.5, edge + 1.5)
-    found = label(cube, wall)
+@pytest.mark.parametrize("level", [0, 1, 2, 3])
+def test_occlusion_is_the_share_of_the_silhouette_before_which_nothing_stands(level: int) -> None:
+    """A block seen from the front, and a wall half way that covers a share of it."""
+    steps = [1.0, FULLY_VISIBLE, PARTLY_VISIBLE, BARELY_VISIBLE, 0.03]
+    visible = 0.5 * (steps[level] + steps[level + 1])
+    block = people((12.0, 0.0, 0.0, "Car", (1.65, 4.0, 4.0), False))
+    wall = box(0.01, 3.0, 4.0).placed(5.0, 1.0 - 2.0 * (1.0 - visible) + 1.5)
+    found = label(block, wall)
     assert found.boxes.occlusion.tolist() == [level]
     # The 2D box goes round the whole object, hidden or not.
     np.testing.assert_allclose(found.boxes.box2d, projected(found), atol=0.05)

@@ -33,7 +33,7 @@ def usual_workers() -> int:
 
 def make_frames(
     recipe: Recipe, root: Path, numbers: Sequence[int], workers: int
-) -> Generator[tuple[int, list[str]]]:
+) -> Generator[tuple[int, list[str]], None, None]:
     """Make frames; yields each number with its remarks when the frame is there.
 
     Args:
