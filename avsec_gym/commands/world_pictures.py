@@ -80,8 +80,10 @@ class WorldShow:
             beside = [data.folder / f"{kind}_{self.camera}" for kind in ("disparity", "surface")]
             files = [folder / f"{name}.png" for folder in beside]
         else:
-            kinds = [f"{kind}_{self.camera:02d}" for kind in ("disparity", "surface")]
-            files = [data.path(kind, int(name)).with_suffix(".png") for kind in kinds]
+            beside = [
+                data.folder / f"{kind}_{self.camera:02d}" for kind in ("disparity", "surface")
+            ]
+            files = [folder / "data" / f"{int(name):010d}.png" for folder in beside]
         disparity = read_disparity(files[0]) if files[0].is_file() else None
         surfaces = read_mask(files[1]).astype("uint8") if files[1].is_file() else None
         picture = frame_picture(
