@@ -50,6 +50,22 @@ class SensorRig:
         return self.calibration.cameras
 
     @property
+    def stereo_pair(self) -> tuple[int, int | None]:
+        """The labelled reference camera, and the camera that its disparities belong to.
+
+        KITTI's colour cameras 2 and 3 where 3 is right of 2, else the leftmost and the rightmost
+        one; None for a rig with a single camera.
+        """
+        right_of = {i: float(self.calibration.camera_centre(i)[0]) for i in self.cameras}
+        if 2 in right_of and right_of.get(3, -np.inf) > right_of[2]:
+            return 2, 3
+        leftmost, rightmost = (
+            min(right_of, key=right_of.__getitem__),
+            max(right_of, key=right_of.__getitem__),
+        )
+        return leftmost, rightmost if rightmost != leftmost else None
+
+    @property
     def camera_to_vehicle(self) -> Floats:
         """From the rectified frame of camera 0 to the vehicle frame, shape (4, 4)."""
         result = np.eye(4)
@@ -134,9 +150,7 @@ def camera_rig(
 
 
 def _rotation(roll: float, pitch: float, yaw: float) -> Floats:
-    cr, sr, cp, sp, cy, sy = (
-        f(angle) for angle in (roll, pitch, yaw) for f in (np.cos, np.sin)
-    )
+    cr, sr, cp, sp, cy, sy = (f(angle) for angle in (roll, pitch, yaw) for f in (np.cos, np.sin))
     about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
     about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
     about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])

@@ -49,7 +49,9 @@ def test_the_vehicle_frame_is_on_the_ground_below_camera_0() -> None:
         pose = rig.camera_pose(camera)
         np.testing.assert_allclose(pose[:3, 3], [0.0, -right, 1.65], atol=1e-12)
         ahead_right_down = transform_points(pose, [[0, 0, 1], [1, 0, 0], [0, 1, 0]]) - pose[:3, 3]
-        np.testing.assert_allclose(ahead_right_down, [[1, 0, 0], [0, -1, 0], [0, 0, -1]], atol=1e-12)
+        np.testing.assert_allclose(
+            ahead_right_down, [[1, 0, 0], [0, -1, 0], [0, 0, -1]], atol=1e-12
+        )
 
 
 def test_sensors_agree_on_where_a_point_is() -> None:

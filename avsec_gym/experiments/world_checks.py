@@ -1,5 +1,7 @@
-"""What must not be seen in a rendered world: floating, sunk or interpenetrating things, shadows that
-leave their objects, a road that misses the horizon, a texture that repeats.
+"""What must not be seen in a rendered world.
+
+Floating, sunk or interpenetrating things, shadows that begin away from their objects, a road that
+misses the horizon, a texture that repeats.
 
 Run ``python -m avsec_gym.experiments.world_checks --frames 50``.
 """
@@ -15,12 +17,11 @@ import shapely
 from numpy.typing import NDArray
 
 from avsec_gym.experiments.world_command import command, measure_one
+from avsec_gym.experiments.world_tiling import LARGEST_REPEAT, texture_repeat
 from avsec_gym.geometry import Floats, rectangle_polygons, transform_points
 from avsec_gym.world.actors import Actors
-from avsec_gym.world.capture import REFERENCE, Capture, pinhole
+from avsec_gym.world.capture import Capture, pinhole
 from avsec_gym.world.mesh import Float32s
-from avsec_gym.world.rendering.camera import PinholeCamera
-from avsec_gym.world.rendering.renderer import Renderer
 from avsec_gym.world.rendering.ray_scene import Hits, RayScene
 from avsec_gym.world.road.section import Surface
 from avsec_gym.world.shots import Shot
@@ -28,16 +29,12 @@ from avsec_gym.world.stage import actor_mesh
 
 LARGEST_GAP = 0.03
 """Metres between the middle of an actor's bottom and the ground."""
+DEEPEST_FOOT, HIGHEST_FOOT = -0.05, 0.05
+"""Metres that any of an actor's lowest points may be below or above the ground."""
 LARGEST_OVERLAP = 0.02
 """Square metres that two footprints may share."""
-LARGEST_REPEAT = 0.5
-"""Correlation of the road's texture with itself a tile further on."""
-
-_BESIDE, _LOWEST = 0.015, 0.03
+_BESIDE, _LOWEST = 0.015, 0.01
 _MARGIN = 0.06
-_VIEW, _HEIGHT, _SCALE = 700, 12.0, 0.02
-_SMALLEST_LAG, _LARGEST_LAG = 0.6, 6.0
-_GRAIN, _LEVEL, _PLAIN = 0.05, 0.3, 0.12
 _GROUND = (Surface.ROAD, Surface.PARKING, Surface.CYCLE_PATH, Surface.PAVEMENT)
 
 
@@ -45,16 +42,18 @@ def measure(shot: Shot, capture: Capture) -> dict[str, Any]:
     """All checks of one scene.
 
     Returns:
-        JSON-able: ``gaps`` between actors and ground, metres; ``overlaps``, pairs of actors that
-        share ground; ``pierced``, actors with scenery inside; ``contact``, for each actor in the
-        sun the share of its contact points whose shadow begins at them; ``repeat``, see
-        `LARGEST_REPEAT`; ``horizon``, see `horizon_error`.
+        JSON-able: ``gaps`` between the middles of actors and the ground, metres; ``feet``, the
+        smallest and the largest gap of the points where each stands; ``overlaps``, pairs of
+        actors that share ground; ``pierced``, actors with scenery inside; ``contact``, for each
+        actor in the sun the share of its contact points whose shadow begins at them; ``repeat``,
+        see `texture_repeat`; ``horizon``, see `horizon_error`.
     """
     actors = shot.moment.actors
     bare = shot.stage.renderer(actors.pick(np.array([0])), 0)
     others = range(1, len(actors))
     return {
         "gaps": [round(ground_gap(bare.scene, actors, index), 4) for index in others],
+        "feet": [feet_gaps(bare.scene, actors, index) for index in others],
         "overlaps": overlapping(actors),
         "pierced": [index for index in others if is_pierced(bare.scene, actors, index)],
         "contact": contact_shadows(shot),
@@ -64,11 +63,27 @@ def measure(shot: Shot, capture: Capture) -> dict[str, Any]:
 
 
 def ground_gap(scene: RayScene, actors: Actors, index: int) -> float:
-    """How far an actor's bottom is above what lies below its middle, metres; NaN over nothing."""
+    """How far an actor's bottom is above what lies below its middle, metres; 99 over nothing."""
     x, y, _ = actors.pose[index]
     start = np.array([[x, y, actors.z[index] + 0.5]])
     down = scene.hits(*_rays(start, np.array([0.0, 0.0, -1.0])))
     return float(down.distance[0] - 0.5) if down.face[0] >= 0 else 99.0
+
+
+def feet_gaps(scene: RayScene, actors: Actors, index: int) -> list[float]:
+    """The smallest and the largest gap below an actor's lowest points, metres."""
+    feet = _feet(actors, index)
+    down = scene.hits(*_rays(feet + np.array([0.0, 0.0, 0.5]), np.array([0.0, 0.0, -1.0])))
+    gaps = np.where(down.face >= 0, down.distance - 0.5, 99.0)
+    return [round(float(gaps.min()), 4), round(float(gaps.max()), 4)]
+
+
+def _feet(actors: Actors, index: int) -> Floats:
+    """An actor's lowest vertices in the world, shape (n, 3)."""
+    x, y, heading = actors.pose[index].tolist()
+    mesh = actor_mesh(actors, index).placed(x, y, float(actors.z[index]), heading)
+    vertices = mesh.vertices.astype(float)
+    return vertices[vertices[:, 2] < vertices[:, 2].min() + _LOWEST]
 
 
 def overlapping(actors: Actors) -> list[list[int]]:
@@ -117,74 +132,15 @@ def contact_shadows(shot: Shot) -> list[float]:
     away = -light.sun[:2] / np.linalg.norm(light.sun[:2])
     shares = []
     for index in range(1, len(actors)):
-        x, y, heading = actors.pose[index].tolist()
-        mesh = actor_mesh(actors, index).placed(x, y, float(actors.z[index]), heading)
-        vertices = mesh.vertices.astype(float)
-        feet = vertices[vertices[:, 2] < actors.z[index] + _LOWEST]
+        x, y, _ = actors.pose[index]
         top = np.array([[x, y, actors.z[index] + actors.dimensions[index, 0] + 0.05]])
-        if not len(feet) or scene.blocked(*_rays(top, light.sun)).any():
+        if scene.blocked(*_rays(top, light.sun)).any():
             continue
+        feet = _feet(actors, index)
         beside = feet + np.array([*(away * _BESIDE), 0.0])
         beside[:, 2] = actors.z[index] + 0.005
         shares.append(round(float(scene.blocked(*_rays(beside, light.sun)).mean()), 3))
     return shares
-
-
-def texture_repeat(renderer: Renderer, shot: Shot) -> float | None:
-    """The highest correlation of the road ahead with itself, moved by 0.6 to 6 m.
-
-    Of its blotches: grains smaller than a decimetre are not told apart from a car.
-
-    Args:
-        renderer: Of the scene without actors.
-        shot: The scene.
-
-    Returns:
-        In [-1, 1]; None where little of the view from above is plain road.
-    """
-    x, y, _ = shot.site.course.poses(12.0, 0.0)
-    z = float(shot.site.ground.height(x, y)) + _HEIGHT
-    to_world = np.eye(4)
-    to_world[:3, :3] = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
-    to_world[:3, 3] = x, y, z
-    middle = _VIEW / 2
-    view = renderer.view(
-        PinholeCamera(to_world, _HEIGHT / _SCALE, (middle, middle), (_VIEW, _VIEW))
-    )
-    grey = view.light.mean(axis=2)
-    road = (view.geometry.surface == Surface.ROAD).astype(np.float32)
-    level, blotches = (_mean_around(grey, road, size) for size in (_LEVEL, _GRAIN))
-    detail = blotches / (level + np.float32(1e-3)) - 1.0
-    # Paint, drains and the edges of shadows may come back: they are no texture.
-    plain = road * (np.abs(detail) < _PLAIN)
-    if plain.mean() < 0.1:
-        return None
-    return round(_highest_repeat((detail - detail[plain > 0].mean()) * plain, plain), 4)
-
-
-def _mean_around(values: Float32s, mask: Float32s, size: float) -> Float32s:
-    """A blurred map that ignores what lies outside a mask."""
-    import cv2
-
-    total, weight = (cv2.GaussianBlur(m, (0, 0), size / _SCALE) for m in (values * mask, mask))
-    return np.asarray(total / (weight + 1e-6))
-
-
-def _highest_repeat(detail: Float32s, mask: Float32s) -> float:
-    """Peak of the masked autocorrelation at the lags looked at."""
-    size = 2 * _VIEW
-
-    def correlation(values: Float32s) -> Floats:
-        spectrum = np.fft.rfft2(values, (size, size))
-        return np.fft.fftshift(np.fft.irfft2(np.abs(spectrum) ** 2, (size, size)))
-
-    overlap = correlation(mask)
-    power = float((detail**2).sum() / mask.sum())
-    found = correlation(detail) / np.maximum(overlap, 1.0) / power
-    rows, columns = np.indices(found.shape) - size // 2
-    lag = np.hypot(rows, columns) * _SCALE
-    looked_at = (lag > _SMALLEST_LAG) & (lag < _LARGEST_LAG) & (overlap > 0.2 * mask.sum())
-    return float(found[looked_at].max())
 
 
 def horizon_error(shot: Shot, capture: Capture) -> float | None:
@@ -192,7 +148,7 @@ def horizon_error(shot: Shot, capture: Capture) -> float | None:
 
     Each is looked for on the ground below its place in the world, and projected again.
     """
-    camera = pinhole(shot.rig, REFERENCE, shot.vehicle_to_world[0])
+    camera = pinhole(shot.rig, shot.rig.stereo_pair[0], shot.vehicle_to_world[0])
     depth = capture.geometry.depth
     v, u = np.nonzero((capture.geometry.surface == Surface.ROAD) & (depth > 40.0))
     if len(v) < 20:
@@ -225,6 +181,7 @@ def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
         rows: Of `measure`.
     """
     gaps = np.array([gap for row in rows for gap in row["gaps"]])
+    feet = np.array([pair for row in rows for pair in row["feet"]]).reshape(-1, 2)
     contact = np.array([share for row in rows for share in row["contact"]])
     repeat = np.array([row["repeat"] for row in rows if row["repeat"] is not None])
     horizon = np.array([row["horizon"] for row in rows if row["horizon"] is not None])
@@ -233,6 +190,8 @@ def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "actors": len(gaps),
         "floating": int((gaps > LARGEST_GAP).sum()),
         "sunk": int((gaps < -LARGEST_GAP).sum()),
+        "feet_in_the_ground": int((feet[:, 0] < DEEPEST_FOOT).sum()),
+        "feet_in_the_air": int((feet[:, 1] > HIGHEST_FOOT).sum()),
         "overlapping_pairs": sum(len(row["overlaps"]) for row in rows),
         "pierced": sum(len(row["pierced"]) for row in rows),
         "contact_shadows": _share_above(contact, 0.9),
@@ -243,6 +202,12 @@ def summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "largest_horizon_error": float(horizon.max()) if len(horizon) else None,
         "by_frame": {
             "gaps": _frames(rows, lambda row: any(abs(g) > LARGEST_GAP for g in row["gaps"])),
+            "feet": _frames(
+                rows,
+                lambda row: any(
+                    low < DEEPEST_FOOT or high > HIGHEST_FOOT for low, high in row["feet"]
+                ),
+            ),
             "overlaps": _frames(rows, lambda row: row["overlaps"]),
             "pierced": _frames(rows, lambda row: row["pierced"]),
         },

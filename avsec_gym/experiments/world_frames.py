@@ -149,18 +149,17 @@ def measured(
     Args:
         recipe: What to measure.
         workers: Processes; two if None.
-        rows: Folder of the rows; one in the user's cache if None.
+        rows: Keeps the rows, in a folder for each recipe; in the user's cache if None.
         on_progress: Called with frames done and frames in all.
 
     Raises:
         DataError: The folder cannot be written, or holds other measurements.
     """
-    if rows is None:
-        settings = json.dumps(recipe.settings, sort_keys=True) + world_fingerprint()
-        key = hashlib.sha256(settings.encode()).hexdigest()[:16]
-        rows = cache_folder() / "measurements" / key
-    make_data_set(recipe, rows, workers=workers, on_progress=on_progress)
-    found = [json.loads(read_text(rows / recipe.last_file(i))) for i in range(len(recipe))]
+    settings = json.dumps(recipe.settings, sort_keys=True) + world_fingerprint()
+    key = hashlib.sha256(settings.encode()).hexdigest()[:16]
+    root = (cache_folder() / "measurements" if rows is None else rows) / key
+    make_data_set(recipe, root, workers=workers, on_progress=on_progress)
+    found = [json.loads(read_text(root / recipe.last_file(i))) for i in range(len(recipe))]
     return {
         name_of(measure): [row[name_of(measure)] for row in found] for measure in recipe.measures
     }

@@ -16,6 +16,7 @@ from avsec_gym.experiments.world_command import command, measure_one
 from avsec_gym.frame import Image
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.world.capture import Capture
+from avsec_gym.world.mesh import Float32s
 from avsec_gym.world.shots import Shot
 
 QUANTITIES = {
@@ -77,9 +78,9 @@ def statistics(image: Image) -> dict[str, float]:
         "red_to_green": red / green,
         "colourfulness": np.abs(image - image.mean(axis=2, keepdims=True)).mean(),
     }
-    sharper = grey
+    sharper: Float32s = grey
     for name, deviation in _SCALES.items():
-        blurred = cv2.GaussianBlur(grey, (0, 0), deviation)
+        blurred = np.asarray(cv2.GaussianBlur(grey, (0, 0), deviation), np.float32)
         band = sharper - blurred
         found[f"detail_{name}"] = band.std()
         found[f"road_detail_{name}"] = band[road].std()

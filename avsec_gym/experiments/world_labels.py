@@ -46,12 +46,9 @@ def boxes_of(row: Mapping[str, Any]) -> Boxes3D:
     count = len(row["category"])
     tails = {"location": (3,), "dimensions": (3,), "box2d": (4,)}
     columns = {
-        name: np.asarray(row[name], float).reshape(count, *tails.get(name, ()))
-        for name in _NUMBERS
+        name: np.asarray(row[name], float).reshape(count, *tails.get(name, ())) for name in _NUMBERS
     }
-    return Boxes3D(
-        **columns, score=np.ones(count), category=np.asarray(row["category"], np.str_)
-    )
+    return Boxes3D(**columns, score=np.ones(count), category=np.asarray(row["category"], np.str_))
 
 
 def real_sample(kitti: Path) -> Sample:
@@ -148,15 +145,26 @@ def summary(rows: Sequence[Mapping[str, Any]], kitti: Sample) -> dict[str, Any]:
     }
 
 
+def required(kitti: Path | None) -> Path:
+    """The folder of the real frames.
+
+    Raises:
+        ConfigurationError: None is named.
+    """
+    if kitti is None:
+        raise ConfigurationError("this is compared with real frames: name their folder by --kitti")
+    return kitti
+
+
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Measure and compare.
 
     Raises:
         ConfigurationError: There are no real labels.
+        DataError: A label is broken.
     """
-    if options.kitti is None:
-        raise ConfigurationError("labels are compared with real ones: name them with --kitti")
-    return summary(measure_one(options, measure, images=False), real_sample(options.kitti))
+    kitti = real_sample(required(options.kitti))
+    return summary(measure_one(options, measure, images=False), kitti)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.world_command import command, measure_all
 from avsec_gym.experiments.world_frames import TwinScenes
+from avsec_gym.experiments.world_labels import required
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.dataset import KittiObject
-from avsec_gym.world.capture import REFERENCE, Capture, pinhole
-from avsec_gym.world.labels import BARELY_VISIBLE, FULLY_VISIBLE, PARTLY_VISIBLE
+from avsec_gym.world.capture import Capture, pinhole
+from avsec_gym.world.labels import FULLY_VISIBLE, PARTLY_VISIBLE
 from avsec_gym.world.rendering.ray_scene import RayScene, Thing
 from avsec_gym.world.rendering.silhouettes import silhouettes
 from avsec_gym.world.road.section import Surface
@@ -49,7 +49,7 @@ def measure(shot: Shot, capture: Capture) -> dict[str, Any]:
         things.append(Thing(mesh, Surface.VEHICLE, i))
     if not things:
         return {"behind_others": [], "in_scene": [], "pixels": []}
-    scene, camera = RayScene(things), pinhole(shot.rig, REFERENCE, pose)
+    scene, camera = RayScene(things), pinhole(shot.rig, shot.rig.stereo_pair[0], pose)
     alone = silhouettes(scene, camera, len(actors))
     width, height = camera.size
     u, v = np.meshgrid(np.arange(width), np.arange(height))
@@ -78,29 +78,26 @@ def levels(share: Floats, thresholds: Sequence[float]) -> NDArray[np.int64]:
 
 
 def choose_thresholds(share: Floats, judged: NDArray[np.int64]) -> tuple[float, float]:
-    """The shares that reproduce the annotators' levels best.
-
-    Every level counts the same, however often it occurs: else the frequent first one would
-    swallow the others.
+    """The shares that reproduce the annotators' levels best: those with the highest kappa.
 
     Args:
         share: Seen shares, shape (N,).
         judged: Annotated levels 0, 1, 2, shape (N,).
     """
-    steps = np.linspace(0.02, 0.98, 97)
-    kinds = [share[judged == level] for level in range(LEVELS)]
-    above = np.array([[(kind > step).mean() for step in steps] for kind in kinds])
-    # Mean recall of the three levels with a first threshold i and a second one j <= i.
-    recall = above[0][:, None] + (above[1][None, :] - above[1][:, None]) + 1.0 - above[2][None, :]
-    recall[np.triu_indices(len(steps), 1)] = -np.inf
-    first, second = np.unravel_index(np.argmax(recall), recall.shape)
-    return float(steps[first]), float(steps[second])
+    steps = np.round(np.arange(0.02, 0.99, 0.01), 2)
+    pairs = [(first, second) for first in steps for second in steps if second < first]
+    best = max(pairs, key=lambda pair: agreement(share, judged, pair)["kappa"])
+    return float(best[0]), float(best[1])
 
 
 def agreement(
     share: Floats, judged: NDArray[np.int64], thresholds: Sequence[float]
 ) -> dict[str, Any]:
-    """Annotated levels (rows) against ours (columns), in objects; and what they have in common."""
+    """Annotated levels (rows) against ours (columns), in objects, and how far they agree.
+
+    Returns:
+        JSON-able: the ``confusion``, the share in ``agreement``, and Cohen's ``kappa``.
+    """
     ours = np.minimum(levels(share, thresholds), LEVELS - 1)
     confusion = np.zeros((LEVELS, LEVELS), np.int64)
     np.add.at(confusion, (judged, ours), 1)
@@ -108,29 +105,32 @@ def agreement(
     by_chance = float(confusion.sum(0) @ confusion.sum(1)) / total**2
     same = float(np.trace(confusion)) / total
     return {
-        "thresholds": list(thresholds),
+        "thresholds": [float(threshold) for threshold in thresholds],
         "confusion": confusion.tolist(),
         "agreement": same,
-        "kappa": (same - by_chance) / (1.0 - by_chance),
-        "mean_recall": float(np.mean(np.diag(confusion) / np.maximum(confusion.sum(1), 1))),
+        "kappa": (same - by_chance) / (1.0 - by_chance) if by_chance < 1.0 else 0.0,
     }
 
 
-def calibrate(options: argparse.Namespace) -> dict[str, Any]:
+def calibrate(options: argparse.Namespace, frames: int | None = None) -> dict[str, Any]:
     """Twins of real frames: the best thresholds, and how well those in use do.
+
+    Args:
+        options: Of `world_command.command`.
+        frames: How many are drawn; as the options say if None.
 
     Raises:
         ConfigurationError: There are no real frames.
         DataError: A label or a calibration is missing or broken.
     """
-    if options.kitti is None:
-        raise ConfigurationError("twins need real labels: name them with --kitti")
-    nested = options.kitti / "object"
+    nested = required(options.kitti) / "object"
     root = nested if nested.is_dir() else options.kitti
     data = KittiObject(root)
     every = data.ids(having=("label_2", "calib"))
     rng = np.random.default_rng(options.seed)
-    ids = tuple(sorted(rng.choice(every, min(options.frames, len(every)), replace=False).tolist()))
+    ids = tuple(
+        sorted(rng.choice(every, min(frames or options.frames, len(every)), replace=False).tolist())
+    )
     twins = TwinScenes(root, ids, options.seed)
     (rows,) = measure_all(options, measure, images=False, scenes=twins, frames=len(ids)).values()
     shares: dict[str, list[float]] = {"behind_others": [], "in_scene": []}
@@ -146,20 +146,19 @@ def calibrate(options: argparse.Namespace) -> dict[str, Any]:
                 judged.append(level)
                 for name, values in shares.items():
                     values.append(row[name][index])
-    levels_there = np.array(judged)
-    before = np.array(shares["behind_others"])
-    best = choose_thresholds(before, levels_there)
+    annotated = np.array(judged)
+    seen = np.array(shares["in_scene"])
     used = (FULLY_VISIBLE, PARTLY_VISIBLE)
     return {
         "frames": len(ids),
         "objects": len(judged),
-        "best": agreement(before, levels_there, best),
-        "in_use": agreement(before, levels_there, used),
-        "in_use_with_scenery": agreement(np.array(shares["in_scene"]), levels_there, used),
-        "barely_visible": BARELY_VISIBLE,
+        "best": agreement(seen, annotated, choose_thresholds(seen, annotated)),
+        "in_use": agreement(seen, annotated, used),
+        "in_use_without_scenery": agreement(np.array(shares["behind_others"]), annotated, used),
         "shares_by_level": [
-            np.percentile(before[levels_there == level], [10, 25, 50, 75, 90]).round(3).tolist()
+            np.percentile(seen[annotated == level], [10, 25, 50, 75, 90]).round(3).tolist()
             for level in range(LEVELS)
+            if (annotated == level).any()
         ],
     }
 

@@ -23,6 +23,7 @@ from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.sensor_files import read_points
 from avsec_gym.rig import SensorRig
 from avsec_gym.world.capture import Capture
+from avsec_gym.world.road.section import Surface
 from avsec_gym.world.shots import Shot
 
 TOLERANCE = 0.05
@@ -33,6 +34,8 @@ NEAR_EDGE = 5
 """Pixels from a jump in disparity within which rendered depth and scan are not compared."""
 JUMP = 1.0
 """Pixels of disparity between neighbouring pixels."""
+
+_INSIDE = 0.10
 
 RANGES = (0.0, 3.0, 5.0, 7.5, 10.0, 15.0, 20.0, 30.0, 40.0, 60.0, 80.0, 130.0)
 ELEVATIONS = (-30.0, -24.0, -20.0, -16.0, -12.0, -8.0, -4.0, -2.0, 0.0, 2.0, 4.0, 10.0)
@@ -75,24 +78,34 @@ def beams(points: Points) -> NDArray[np.int64]:
 
 
 def against_depth(capture: Capture, rig: SensorRig) -> dict[str, Any]:
-    """Whether a scan agrees with the rendered disparity, pixel by pixel.
+    """Whether a scan agrees with the rendered disparity, which is interpolated between pixels.
 
     Returns:
         JSON-able: how many ``points`` were compared, the share that ``agree`` to less than one
-        pixel, and the median difference in pixels.
+        pixel, and the median difference in pixels, all without the points ``behind_windows``
+        (their number): pulses pass the panes that a camera sees.
     """
+    import cv2
+
     assert capture.scan is not None, "this compares the scan"
     height, width = capture.disparity.shape
-    pixel, depth, _ = visible_points(capture.scan.points, rig.calibration, (height, width), 2)
+    uv, depth, _ = visible_points(capture.scan.points, rig.calibration, (height, width), 2)
+    pixel = np.round(uv).astype(np.int64)
     baseline = rig.calibration.baseline(2, 3)
     scanned = rig.calibration.focal_length(2) * baseline / depth
-    rendered = np.nan_to_num(capture.disparity)[pixel[:, 1], pixel[:, 0]]
+    map_u, map_v = (column.astype(np.float32)[:, None] for column in uv.T)
+    known = np.nan_to_num(capture.disparity)
+    rendered = cv2.remap(known, map_u, map_v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    vehicle = capture.geometry.surface[pixel[:, 1], pixel[:, 0]] == Surface.VEHICLE
+    deeper = depth - capture.geometry.depth[pixel[:, 1], pixel[:, 0]] > _INSIDE
     plain = ~near_edges(capture.disparity)[pixel[:, 1], pixel[:, 0]]
-    difference = np.abs(scanned - rendered)[plain]
+    passed = plain & vehicle & deeper
+    difference = np.abs(scanned - rendered[:, 0])[plain & ~passed]
     return {
+        "behind_windows": int(passed.sum()),
         "points": len(difference),
-        "agree": float((difference < 1.0).mean()),
-        "median": float(np.median(difference)),
+        "agree": float((difference < 1.0).mean()) if len(difference) else None,
+        "median": float(np.median(difference)) if len(difference) else None,
     }
 
 
@@ -187,6 +200,7 @@ def summary(rows: Sequence[dict[str, Any]], real: dict[str, dict[str, Any]]) -> 
         "frames": len(rows),
         "depth": {
             "points": points,
+            "behind_windows": sum(row["depth"]["behind_windows"] for row in rows),
             "agree": _weighted(rows, "depth", "agree"),
             "frames": quantiles([row["depth"]["agree"] for row in rows]),
             "median": quantiles([row["depth"]["median"] for row in rows]),

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from avsec_gym.experiments.world_command import command, measure_one
 from avsec_gym.experiments.world_frames import quantiles
 from avsec_gym.frame import Calibration, Image, Points
-from avsec_gym.geometry import project, transform_points
+from avsec_gym.geometry import Floats, project, transform_points
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.map_files import Disparity, read_disparity
 from avsec_gym.kitti.sensor_files import read_image
@@ -100,7 +100,8 @@ def scan_disparity(
         cameras: Left and right.
     """
     left, right = cameras
-    pixel, depth, _ = visible_points(points, calibration, shape, left)
+    uv, depth, _ = visible_points(points, calibration, shape, left)
+    pixel = np.round(uv).astype(np.int64)
     disparity = np.full(shape, np.nan, np.float32)
     scale = calibration.focal_length(left) * calibration.baseline(left, right)
     disparity[pixel[:, 1], pixel[:, 0]] = scale / depth
@@ -109,8 +110,12 @@ def scan_disparity(
 
 def visible_points(
     points: Points, calibration: Calibration, shape: tuple[int, int], camera: int
-) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
-    """The points that are the nearest in their pixel: pixels u, v, depths, and their indices."""
+) -> tuple[Floats, Floats, NDArray[np.int64]]:
+    """The points of a scan that are the nearest in their pixel.
+
+    Returns:
+        Where they are in the image (u, v), their depths in metres, and their indices.
+    """
     places = transform_points(calibration.velodyne_to_camera, points[:, :3])
     uv, depth = project(calibration.projection(camera), places)
     ahead = np.flatnonzero(depth > 0.5)
@@ -120,7 +125,7 @@ def visible_points(
     order = np.argsort(depth[index], kind="stable")
     pixel, index = pixel[order], index[order]
     _, first = np.unique(pixel[:, 1] * shape[1] + pixel[:, 0], return_index=True)
-    return pixel[first], depth[index[first]], index[first]
+    return uv[index[first]], depth[index[first]], index[first]
 
 
 def measure(shot: Shot, capture: Capture) -> dict[str, Any]:

@@ -25,8 +25,6 @@ from avsec_gym.world.road.section import Surface
 from avsec_gym.world.shapes import box
 from avsec_gym.world.shots import Shot
 
-REFERENCE = 2
-"""KITTI's left colour camera, whose view is labelled; the first camera of a rig without it."""
 _CAMERA_SEED, _LIDAR_SEED = 11, 12
 
 
@@ -71,7 +69,7 @@ def take(
     pose = shot.vehicle_to_world[ego]
     own = moment.egos[ego]
     renderer = shot.stage.renderer(moment.actors, own, moment.egos)
-    reference = REFERENCE if REFERENCE in rig.cameras else rig.cameras[0]
+    reference, partner = rig.stereo_pair
     # A vehicle's cameras keep their gain and focus from moment to moment.
     made = np.random.Generator(np.random.PCG64(np.random.SeedSequence((*shot.seed[:2], own))))
     sensors = dict(zip(rig.cameras, draw_sensors(made, len(rig.cameras)), strict=True))
@@ -94,7 +92,6 @@ def take(
         free = free_of_body(lidar, rig)
         noise = _generator(shot, own, _LIDAR_SEED)
         scan = lidar.scan(renderer, pose @ rig.velodyne_pose, noise, free)
-    partner = _partner(rig, reference)
     baseline = 0.0 if partner is None else rig.calibration.baseline(reference, partner)
     disparity = np.where(
         np.isfinite(geometry.depth) & (baseline > 0),
@@ -128,15 +125,6 @@ def free_of_body(lidar: Lidar, rig: SensorRig) -> NDArray[np.bool_]:
     origins = np.empty_like(directions)
     origins[:] = pose[:3, 3]
     return ~body.blocked(origins, directions)
-
-
-def _partner(rig: SensorRig, reference: int) -> int | None:
-    """KITTI's right colour camera, or the camera farthest to the right."""
-    if reference == REFERENCE and 3 in rig.cameras:
-        return 3
-    others = {i: rig.calibration.baseline(reference, i) for i in rig.cameras if i != reference}
-    farthest = max(others, key=lambda i: others[i], default=None)
-    return farthest if farthest is not None and others[farthest] > 0.05 else None
 
 
 def _generator(shot: Shot, *numbers: int) -> np.random.Generator:

@@ -10,12 +10,11 @@ from avsec_gym.geometry import Floats
 from avsec_gym.road_type import RoadType
 from avsec_gym.world.actors import Actors
 from avsec_gym.world.framing import lifted
+from avsec_gym.world.models.people import METRES_PER_CRANK, stride_length
 from avsec_gym.world.shots import Shot
 
 _SPEEDS = {RoadType.STREET: (5.0, 9.0), RoadType.HIGHWAY: (10.0, 14.0)}
 _HEADWAY, _STANDSTILL, _LANE = 1.5, 3.0, 1.3
-_GAIT, _CRANK = 1.4 / 1.75, 5.0
-"""Way of two steps by a person's height, and of one turn of the pedals, metres."""
 
 
 def earlier(shot: Shot, seconds: float, ego_speed: float) -> Shot:
@@ -84,6 +83,8 @@ def _ground_below(shot: Shot, actors: Actors) -> Floats:
 
 def _phase_before(actors: Actors, way: Floats) -> Floats:
     """Steps and pedals turned back by the way."""
-    turn = np.where(actors.category == "Cyclist", _CRANK, _GAIT * actors.dimensions[:, 0])
+    turn = np.where(
+        actors.category == "Cyclist", METRES_PER_CRANK, stride_length(actors.dimensions[:, 0])
+    )
     steps = np.isin(actors.category, ("Cyclist", "Pedestrian"))
     return np.where(steps, (actors.phase - way / turn) % 1.0, actors.phase)

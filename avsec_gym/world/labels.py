@@ -17,7 +17,7 @@ from avsec_gym.world.actors import Actors
 from avsec_gym.world.rendering.renderer import Geometry
 from avsec_gym.world.rendering.silhouettes import Silhouettes
 
-FULLY_VISIBLE, PARTLY_VISIBLE, BARELY_VISIBLE = 0.96, 0.68, 0.08
+FULLY_VISIBLE, PARTLY_VISIBLE, BARELY_VISIBLE = 0.97, 0.60, 0.08
 """Seen shares of the silhouette above which the occlusion is 0, 1, 2; below it is unknown, 3.
 
 The first two are where KITTI's annotators change their minds, as twins of their frames show

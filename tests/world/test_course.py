@@ -23,7 +23,9 @@ def test_constant_curvature_is_a_circle() -> None:
     np.testing.assert_allclose(y, 4 - 50 * (np.cos(heading) - np.cos(0.5)), atol=5e-3)
     # The middle of the circle is 50 m to the left, wherever one is.
     centre = course.poses(along, 50.0)[:, :2]
-    np.testing.assert_allclose(centre, [[3 - 50 * np.sin(0.5), 4 + 50 * np.cos(0.5)]] * 55, atol=0.01)
+    np.testing.assert_allclose(
+        centre, [[3 - 50 * np.sin(0.5), 4 + 50 * np.cos(0.5)]] * 55, atol=0.01
+    )
 
 
 def test_left_is_left() -> None:
@@ -72,7 +74,9 @@ def test_beyond_its_ends_the_road_runs_on_straight(along: float, left: float, cu
     found = course.poses(along, left)
     np.testing.assert_allclose(found[:2], expected, atol=0.006 * abs(beyond) + 1e-6)
     assert found[2] == pytest.approx(heading)
-    np.testing.assert_allclose(course.coordinates(*found[:2]), (along, left), atol=0.006 * abs(beyond) + 0.02)  # noqa: E501
+    np.testing.assert_allclose(
+        course.coordinates(*found[:2]), (along, left), atol=0.006 * abs(beyond) + 0.02
+    )
 
 
 def test_shapes_follow_the_inputs() -> None:
@@ -105,9 +109,7 @@ def test_a_section_knows_what_lies_where_and_how_high() -> None:
         Surface.VERGE, Surface.ROAD, Surface.CYCLE_PATH, Surface.TERRAIN,
     ]  # fmt: skip
     assert SECTION.surface(places).tolist() == expected
-    np.testing.assert_allclose(
-        SECTION.height(places), [0, 0.12, 0.12, 0, 0, 0.02, 0, 0.05, 0]
-    )
+    np.testing.assert_allclose(SECTION.height(places), [0, 0.12, 0.12, 0, 0, 0.02, 0, 0.05, 0])
     assert SECTION.height(np.zeros((2, 3))).shape == (2, 3)
     assert SECTION.edges == (-6.0, 9.5)
     assert SECTION.carriageway == (-3.0, 8.0)

@@ -157,7 +157,9 @@ def test_truncation_is_the_share_of_the_2d_box_outside_the_image() -> None:
     whole = np.ptp(pixels[0], axis=0).prod()
     left, top, right, bottom = projected(found)[0]
     assert left == 0.0
-    assert boxes.truncation[0] == pytest.approx(1 - (right - left) * (bottom - top) / whole, abs=0.01)
+    assert boxes.truncation[0] == pytest.approx(
+        1 - (right - left) * (bottom - top) / whole, abs=0.01
+    )
     assert 0.3 < boxes.truncation[0] < 0.8
     np.testing.assert_allclose(boxes.box2d, projected(found), atol=0.1)
     assert boxes.occlusion[0] == 0

@@ -131,7 +131,9 @@ def test_a_grid_over_x_and_y_faces_up_and_closes_without_a_seam() -> None:
     pipe = tube([(0, 0, 0), (0, 0, 1)], 1.0, sides=12, capped=False)
     normals = pipe.normals.reshape(2, 13, 3)
     np.testing.assert_allclose(normals[:, 0], normals[:, -1], atol=1e-5)
-    np.testing.assert_allclose(normals[..., :2], pipe.vertices.reshape(2, 13, 3)[..., :2], atol=1e-5)
+    np.testing.assert_allclose(
+        normals[..., :2], pipe.vertices.reshape(2, 13, 3)[..., :2], atol=1e-5
+    )
 
 
 def test_hard_edges_are_hard_and_smooth_ones_smooth() -> None:

@@ -19,7 +19,6 @@ from avsec_gym.kitti.tracklets import (
     Tracklet,
 )
 from avsec_gym.rig import SensorRig
-from avsec_gym.world.capture import REFERENCE
 from avsec_gym.world.drives import DriveShots
 
 _HIDDEN = 2
@@ -119,7 +118,7 @@ def _tracklet(
 
 def _unseen(place: _Place, rig: SensorRig) -> int:
     """Where an object without a label is: its foot in, out of or behind the image."""
-    camera = REFERENCE if REFERENCE in rig.cameras else rig.cameras[0]
+    camera, _ = rig.stereo_pair
     foot = transform_points(rig.calibration.velodyne_to_camera, place.translation)
     pixel, depth = project(rig.calibration.projection(camera), foot)
     if depth <= 0:

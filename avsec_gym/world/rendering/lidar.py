@@ -47,7 +47,7 @@ class Lidar:
     farthest: float = 80.0
     noise: float = 0.010
     sensitivity: float = 0.05
-    dropout: float = 0.01
+    dropout: float = 0.05
     seed: int = 64
 
     @cached_property

@@ -17,7 +17,7 @@ from avsec_gym.world.rendering.laser import laser_reflectance
 from avsec_gym.world.rendering.light import Light
 from avsec_gym.world.rendering.ray_scene import NOTHING, Hits, RayScene
 from avsec_gym.world.rendering.scene_arrays import SceneArrays, break_up_lattice
-from avsec_gym.world.rendering.shading import add_glints, radiance
+from avsec_gym.world.rendering.shading import add_glints, radiance, smooth_mirror
 from avsec_gym.world.rendering.surfaces import Surfaces, surfaces
 from avsec_gym.world.rendering.texturing import OverlayArrays, no_overlay
 from avsec_gym.world.road.section import Surface
@@ -35,6 +35,8 @@ _SUN_ANGLE = 0.0015
 """Of the rays to the sun: single leaves cast their shadows from up to 40 m."""
 _PULSE_ANGLE = 0.003
 """Width of a laser pulse, radians."""
+_LAND = 0.72
+"""Beneath a wide sky the land keeps so much of the brightness aimed for: the sky burns out."""
 _BRIGHTEST = 1.25
 """Rays count as no brighter when a pixel's are averaged: bright edges stay smooth."""
 
@@ -110,9 +112,9 @@ class Renderer:
         geometry = self._geometry(camera, directions, hits)
         grid = self._ambient_grid(camera)
         light, found = self._light_along(camera, pixels, origins, directions, hits, grid)
-        mirrored = self._mirror(directions, hits, found, light)
+        mirrored = self._mirror(directions, hits, found, light, width)
         reflects = found.mirror > 0.0
-        exposure = np.float32(metered_exposure(light[::17], self._light.brightness))
+        exposure = self._exposure(light[::17], hits.face[::17] >= 0)
         light = np.minimum(light * exposure, np.float32(_BRIGHTEST))
         marks = edge_marks(
             light, hits.face, hits.distance, found.normal, geometry.surface.reshape(-1), width
@@ -201,6 +203,14 @@ class Renderer:
             .reshape(height, width),
         )
 
+    def _exposure(self, light: Float32s, land: NDArray[np.bool_]) -> np.float32:
+        """That suits the image as a whole, and does not leave the land in the dark."""
+        brightness = self._light.brightness
+        exposure = metered_exposure(light, brightness)
+        if land.any():
+            exposure = max(exposure, metered_exposure(light[land], _LAND * brightness))
+        return np.float32(exposure)
+
     def _ambient_grid(self, camera: PinholeCamera) -> tuple[Float32s, Float32s, Float32s]:
         origins, directions = camera_rays(camera, pixel_grid(*camera.size, _GRID_STEP))
         hits = self.hits(origins, directions, 1.0 / camera.focal_length)
@@ -256,13 +266,16 @@ class Renderer:
         shaded[through] = self.scene.blocked(beyond, to_sun[through])
         return shaded
 
-    def _mirror(self, directions: Float32s, hits: Hits, found: Surfaces, out: Float32s) -> Float32s:
+    def _mirror(
+        self, directions: Float32s, hits: Hits, found: Surfaces, out: Float32s, width: int
+    ) -> Float32s:
         """Mix what is mirrored into `out`; returns the mirrored light alone, shape (n, 3)."""
         light = self._light
         around = 0.5 * light.panorama.mean(axis=(0, 1))
         mirrored = np.empty_like(out)
         mirrored[:] = around
-        rays = np.flatnonzero((found.mirror > _DULL) & (hits.face >= 0))
+        distance, followed = hits.distance, (found.mirror > _DULL) & (hits.face >= 0)
+        rays = np.flatnonzero(followed)
         normal, incoming = found.normal[rays], directions[rays]
         facing = (incoming * normal).sum(axis=1, keepdims=True)
         outgoing = np.ascontiguousarray(incoming - 2 * facing * normal)
@@ -278,5 +291,6 @@ class Renderer:
         radiance(hits.face, hits.distance, outgoing, behind, ambient, *sky, seen)
         add_glints(outgoing, hits.face < 0, light.sun, light.sun_colour, seen)
         mirrored[rays] = seen
+        mirrored = smooth_mirror(mirrored, followed, distance, found.normal, width)
         out += found.mirror[:, None] * (mirrored - out)
         return mirrored

@@ -6,6 +6,8 @@ import numpy as np
 from numba import njit
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
+_BURNT_OUT = np.float32(4.0)
+"""Mirrored light counts as no brighter when it is averaged: edges of reflections stay smooth."""
 _SKY_SEEN = np.float32(1.35)
 """The sky as cameras see it against the light that it sheds: KITTI's is burnt out mostly."""
 
@@ -86,3 +88,45 @@ def add_glints(directions, open_sky, sun, sun_colour, light):
             glint = np.float32(18.0) * towards**400 + np.float32(0.5) * towards**40
             for k in range(3):
                 light[j, k] += glint * sun_colour[k]
+
+
+@njit(cache=True, fastmath=True)
+def smooth_mirror(mirrored, followed, distances, normals, width):
+    """Mirrored light averaged over neighbours on the same smooth surface, shape (n, 3).
+
+    One ray through a pixel's middle tells little of what a bent surface gathers there.
+
+    Args:
+        mirrored: Of all pixels, shape (n, 3).
+        followed: Of which pixels the mirrored ray was followed, shape (n,).
+        distances: Metres, shape (n,).
+        normals: Shape (n, 3).
+        width: Of the image, pixels.
+    """
+    out = mirrored.copy()
+    for i in range(len(followed)):
+        if not followed[i]:
+            continue
+        column = i % width
+        red = green = blue = total = _ZERO
+        for down in range(-2, 3):
+            for right in range(-2, 3):
+                j = i + down * width + right
+                if column + right < 0 or column + right >= width or j < 0 or j >= len(followed):
+                    continue
+                if not followed[j] or abs(distances[j] - distances[i]) > 0.03 * distances[i]:
+                    continue
+                alike = (
+                    normals[i, 0] * normals[j, 0]
+                    + normals[i, 1] * normals[j, 1]
+                    + normals[i, 2] * normals[j, 2]
+                )
+                if alike < 0.9:
+                    continue
+                weight = np.float32((3 - abs(down)) * (3 - abs(right)))
+                red += weight * min(mirrored[j, 0], _BURNT_OUT)
+                green += weight * min(mirrored[j, 1], _BURNT_OUT)
+                blue += weight * min(mirrored[j, 2], _BURNT_OUT)
+                total += weight
+        out[i, 0], out[i, 1], out[i, 2] = red / total, green / total, blue / total
+    return out

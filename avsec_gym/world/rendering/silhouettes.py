@@ -46,9 +46,7 @@ def silhouettes(scene: RayScene, camera: PinholeCamera, count: int) -> Silhouett
     return Silhouettes(area, extent)
 
 
-def _before_camera(
-    triangles: Floats, owner: NDArray[np.int32]
-) -> tuple[Floats, NDArray[np.int32]]:
+def _before_camera(triangles: Floats, owner: NDArray[np.int32]) -> tuple[Floats, NDArray[np.int32]]:
     """What of triangles lies beyond the near plane, sorted by owner."""
     behind = triangles[..., 2] < _NEAR
     count = behind.sum(axis=1)

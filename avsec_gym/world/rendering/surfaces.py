@@ -16,6 +16,8 @@ from avsec_gym.world.rendering.texturing import filtered_colour, overlay_colour
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _STEEPEST = np.float32(0.04)
 _BREAK_UP = np.float32(0.11)
+_MOST_MIRRORED = np.float32(0.75)
+"""At grazing angles, where dust and ripples spoil the mirror."""
 _TURN = np.float32(0.55)
 """How far leaves turn from the spray that they belong to."""
 
@@ -223,7 +225,7 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
         mirror = scene.materials.mirror[material]
         if mirror > _ZERO:
             grazing = _ONE - min(abs(nx * dx + ny * dy + nz * dz), _ONE)
-            result.mirror[i] = mirror + (_ONE - mirror) * grazing**5
+            result.mirror[i] = mirror + (_MOST_MIRRORED - mirror) * grazing**5
         result.glow[i] = scene.materials.glow[material]
 
 

@@ -36,7 +36,7 @@ def city(plot: Plot, rng: np.random.Generator) -> None:
         _fill_gaps(plot, rng, side, 5.0)
         right, left = plot.site.section.edges
         edge = left if side > 0 else -right
-        kerb = abs(plot.site.section.carriageway[1 if side > 0 else 0])
+        kerb = plot.kerb(side)
         if rng.random() < 0.6:
             _avenue(plot, rng, side * (kerb + float(rng.uniform(0.7, 1.2))))
         lamp = str(rng.choice(["lamp_mast", "lamp_post_top", "lamp_lantern"], p=[0.6, 0.2, 0.2]))
@@ -95,7 +95,7 @@ def residential(plot: Plot, rng: np.random.Generator) -> None:
         species = tuple(str(kind) for kind in rng.choice(_GARDEN_TREES, 4, replace=False))
         build_row(plot, rng, row, side, before=front_garden(plot, rng, side, species))
         _fill_gaps(plot, rng, side, 8.0)
-        kerb = abs(plot.site.section.carriageway[1 if side > 0 else 0])
+        kerb = plot.kerb(side)
         edge = abs(plot.site.section.edges[1 if side > 0 else 0])
         if rng.random() < 0.22:
             _avenue(plot, rng, side * (kerb + 0.8))

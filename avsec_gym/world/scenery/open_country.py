@@ -173,7 +173,8 @@ def _bridge(plot: Plot, rng: np.random.Generator) -> None:
 def _gantry(plot: Plot, rng: np.random.Generator) -> None:
     """Direction signs over the lanes that lead along the course."""
     own = [lane for lane in plot.site.section.lanes if lane.direction > 0]
-    right, left = own[0].left - 4.5, own[-1].left + 3.0
+    right = min(own[0].left - 4.5, plot.site.section.carriageway[0] - 0.8)
+    left = own[-1].left + 3.0
     boards = tuple(f"gantry_{int(i)}" for i in rng.permutation(3)[: max(1, len(own) - 1)])
     mesh = sign_gantry(left - right, 5.4, boards)
     _across(plot, mesh, float(rng.uniform(40.0, 110.0)), 0.5 * (left + right), left - right)

@@ -70,9 +70,16 @@ class Plot:
             for street in site.side_streets
         ]
         self._closed = shapely.union_all([*keep_clear, *mouths])
-        self._carriageway = _ribbon(site.course, *site.section.carriageway, start, end)
+        driven = [site.section.carriageway] + [
+            (strip.right, strip.left)
+            for strip in site.section.strips
+            if strip.surface in (Surface.PARKING, Surface.CYCLE_PATH)
+        ]
+        self._driven = shapely.union_all(
+            [_ribbon(site.course, *across, start, end) for across in driven]
+        )
         self._road = _ribbon(site.course, *site.section.edges, start, end)
-        for area in (self._closed, self._carriageway, self._road):
+        for area in (self._closed, self._driven, self._road):
             shapely.prepare(area)
         self._taken: list[shapely.Polygon] = []
         self._bounds = np.empty((256, 4))
@@ -82,6 +89,19 @@ class Plot:
         x, y, _ = self.site.course.poses(along, left)
         section = float(self.site.section.height(left))
         return float(self.site.ground.height(x, y)) + section
+
+    def kerb(self, side: int) -> float:
+        """Distance from the course at which a pavement or verge begins.
+
+        It begins beyond parked cars, and beyond a cycle path that runs beside them.
+        """
+        strips = self.site.section.strips[::side]
+        driven = (Surface.ROAD, Surface.PARKING, Surface.KERB)
+        last = max(number for number, strip in enumerate(strips) if strip.surface in driven)
+        beyond = [s for s in strips[last + 1 :] if s.surface != Surface.CYCLE_PATH]
+        if not beyond:
+            return abs(self.site.section.edges[1 if side > 0 else 0])
+        return abs(beyond[0].right if side > 0 else beyond[0].left)
 
     def place(
         self,
@@ -108,7 +128,7 @@ class Plot:
             size: Of its footprint along its x and y axes, metres: of what stands on the ground.
             offset: Of the footprint's centre from the origin, along its y axis.
             scale: Of the mesh.
-            on_road: It may stand on pavements and verges (never on the carriageway).
+            on_road: It may stand on pavements and verges (never where one drives, parks or cycles).
             sunk: Lower its foot, metres.
 
         Returns:
@@ -117,7 +137,7 @@ class Plot:
         x, y, yaw = (float(value) for value in self.site.course.poses(along, left, heading))
         centre = (x - offset * np.sin(yaw), y + offset * np.cos(yaw), yaw)
         footprint = rectangle_polygons(np.array(centre), size[0] * scale, size[1] * scale).item()
-        road = self._carriageway if on_road else self._road
+        road = self._driven if on_road else self._road
         if shapely.intersects(self._closed, footprint) or shapely.intersects(road, footprint):
             return False
         if any(shapely.intersects(other, footprint) for other in self._near(footprint)):

@@ -6,6 +6,7 @@ import numpy as np
 
 from avsec_gym.geometry import Floats
 from avsec_gym.world.actors import Actors, Moment
+from avsec_gym.world.models.people import METRES_PER_CRANK, stride_length
 from avsec_gym.world.site import Site
 from avsec_gym.world.traffic.ahead import interactions_ahead
 from avsec_gym.world.traffic.driving import RESPONSE, idm_acceleration, slow_down
@@ -35,8 +36,6 @@ SIGHT = 100.0
 """Metres from every ego vehicle within which nobody appears or vanishes at the site's ends."""
 MOVING = 0.3
 """m/s above which somebody moves."""
-_GAIT, _CRANK = 1.4 / 1.75, 5.0
-"""Way of two steps by a person's height, and of one turn of the pedals, metres."""
 
 
 def simulate(
@@ -149,7 +148,7 @@ def _moments(
     moving_poses = np.stack([poses for poses, *_ in history])
     heights = _heights(site, moving_poses, category[: len(population.travellers)])
     standing_heights = surface_height(site, standing[:, 0], standing[:, 1])
-    turn = np.where(category == "Pedestrian", _GAIT * dimensions[:, 0], _CRANK)
+    turn = np.where(category == "Pedestrian", stride_length(dimensions[:, 0]), METRES_PER_CRANK)
     steps = np.isin(category, ["Pedestrian", "Cyclist"])
     still = np.zeros(len(standing))
     # The ego vehicles come first.

@@ -11,7 +11,6 @@ from avsec_gym.world.rendering.image_sensor import tone_curve
 from avsec_gym.world.rendering.light import Light
 from avsec_gym.world.rendering.ray_scene import NOTHING, RayScene, Thing
 from avsec_gym.world.rendering.renderer import Renderer
-from avsec_gym.world.rendering.renderer import Renderer
 from avsec_gym.world.road.section import Surface
 from avsec_gym.world.shapes import box, ellipsoid, polygon
 
@@ -140,13 +139,17 @@ def test_two_cameras_see_one_world() -> None:
     rng = np.random.default_rng(0)
     things = [
         Thing(
-            box(2.0, 1.5, 1.5).placed(rng.uniform(8, 30), rng.uniform(-6, 6), 0.0, rng.uniform(0, 6)),
+            box(2.0, 1.5, 1.5).placed(
+                rng.uniform(8, 30), rng.uniform(-6, 6), 0.0, rng.uniform(0, 6)
+            ),
             Surface.VEHICLE,
             index,
         )
         for index in range(8)
     ]
-    things.append(Thing(polygon([(0, -99, 0), (99, -99, 0), (99, 99, 0), (0, 99, 0)]), Surface.ROAD))
+    things.append(
+        Thing(polygon([(0, -99, 0), (99, -99, 0), (99, 99, 0), (0, 99, 0)]), Surface.ROAD)
+    )
     left, right = (renderer(*things).geometry(pinhole(RIG, i, np.eye(4))) for i in (0, 1))
     v, u = np.nonzero(np.isfinite(left.depth))
     depth = left.depth[v, u]
@@ -233,7 +236,9 @@ def test_thin_and_flat_things_leave_no_holes_in_the_light(look) -> None:
     ]
     leaf = Material(translucent=0.4, mirror=0.05)
     leaves = [
-        polygon([(0, 0, 0), (0.2, 0, 0), (0.1, 0.1, 0.05)], leaf).placed(*rng.uniform((2, -4, 0), (9, 4, 3)))
+        polygon([(0, 0, 0), (0.2, 0, 0), (0.1, 0.1, 0.05)], leaf).placed(
+            *rng.uniform((2, -4, 0), (9, 4, 3))
+        )
         for _ in range(60)
     ]
     splinter = polygon([(5, 0, 0), (5, 1, 1), (5, 2, 2)], uv=np.zeros((3, 2)))
@@ -247,7 +252,9 @@ def test_thin_and_flat_things_leave_no_holes_in_the_light(look) -> None:
 def test_a_picture_is_the_same_every_time_and_from_equal_scenes(look) -> None:
     def take() -> np.ndarray:
         things = [Thing(box(2, 2, 2, Material("speckles")).placed(8, 1), Surface.VEHICLE, 0)]
-        things.append(Thing(polygon([(0, -9, 0), (90, -9, 0), (90, 9, 0), (0, 9, 0)]), Surface.ROAD))
+        things.append(
+            Thing(polygon([(0, -9, 0), (90, -9, 0), (90, 9, 0), (0, 9, 0)]), Surface.ROAD)
+        )
         return renderer(*things).view(look()).light
 
     np.testing.assert_array_equal(take(), take())

@@ -84,9 +84,7 @@ def test_ranges_to_level_ground_are_the_height_by_the_sine() -> None:
     expected = 1.73 / np.sin(-down)
     for angle, distance in zip(down, expected, strict=True):
         of_beam = np.abs(elevation - angle) < np.radians(0.02)
-        np.testing.assert_allclose(
-            np.linalg.norm(points[of_beam], axis=1), distance, rtol=0.02
-        )
+        np.testing.assert_allclose(np.linalg.norm(points[of_beam], axis=1), distance, rtol=0.02)
     # All that should return do: nothing is too dark or too far.
     assert len(points) >= 180 * (down < -np.arctan(1.73 / 40)).sum()
 
@@ -166,8 +164,12 @@ def test_pulses_pass_one_pane_of_glass() -> None:
 def test_points_know_whose_they_are() -> None:
     car = box(4.0, 1.8, 1.5, WHITE).placed(12.0, 3.0, 0.0, 0.3)
     found = scan(SHARP, GROUND, car)
-    on_car = transform_points(np.linalg.inv(_placed(12.0, 3.0, 0.3)), found.points[:, :3] + [0, 0, 1.73])
-    inside = (np.abs(on_car) <= np.array([2.0, 0.9, 1.5]) + 0.01).all(axis=1) & (on_car[:, 2] > 0.02)
+    on_car = transform_points(
+        np.linalg.inv(_placed(12.0, 3.0, 0.3)), found.points[:, :3] + [0, 0, 1.73]
+    )
+    inside = (np.abs(on_car) <= np.array([2.0, 0.9, 1.5]) + 0.01).all(axis=1) & (
+        on_car[:, 2] > 0.02
+    )
     assert inside.sum() > 30
     np.testing.assert_array_equal(found.object_id[inside], 1)
     np.testing.assert_array_equal(found.object_id[~inside & (on_car[:, 2] < 0.02)], 0)
@@ -185,7 +187,9 @@ def test_points_project_to_the_depth_that_the_camera_renders() -> None:
     rig = camera_rig([0.0, 0.54], focal_length=200.0, centre=(119.5, 35.5), size=(240, 72))
     rng = np.random.default_rng(0)
     meshes = [GROUND] + [
-        box(2.5, 1.5, 1.5, WHITE).placed(rng.uniform(8, 35), rng.uniform(-8, 8), 0, rng.uniform(0, 6))
+        box(2.5, 1.5, 1.5, WHITE).placed(
+            rng.uniform(8, 35), rng.uniform(-8, 8), 0, rng.uniform(0, 6)
+        )
         for _ in range(8)
     ]
     renderer = Renderer(

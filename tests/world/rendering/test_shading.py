@@ -21,7 +21,9 @@ LEAF = Material(tint=(0.5, 0.5, 0.5), translucent=0.4)
 
 def met(material: Material, origin, target, sun, corners=SQUARE) -> Surfaces:
     """What one ray meets on a plate."""
-    renderer = Renderer(RayScene([Thing(polygon(corners, material), Surface.FURNITURE, 0)]), Light())
+    renderer = Renderer(
+        RayScene([Thing(polygon(corners, material), Surface.FURNITURE, 0)]), Light()
+    )
     direction = np.subtract(target, origin)
     direction = direction / np.linalg.norm(direction)
     rays = [np.array([vector], np.float32) for vector in (origin, direction)]

@@ -69,9 +69,7 @@ def test_sharp_near_and_softer_farther(textures: TextureArrays) -> None:
     places = np.linspace(0.0, 1.0, 41)
 
     def contrast(pixel: float) -> float:
-        light = [
-            colour(textures, 0, u, 0.125, (pixel, 0.0), (0.0, pixel))[0] for u in places
-        ]
+        light = [colour(textures, 0, u, 0.125, (pixel, 0.0), (0.0, pixel))[0] for u in places]
         return float(np.ptp(light))
 
     near, middle, far = (contrast(pixel) for pixel in (0.01, 0.36, 1.0))

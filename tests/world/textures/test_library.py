@@ -146,6 +146,7 @@ def test_another_source_is_another_cache(monkeypatch: pytest.MonkeyPatch, tmp_pa
     assert library._fingerprint() != before
 
 
+@pytest.mark.slow
 def test_a_texture_does_not_depend_on_the_process() -> None:
     program = (
         "import hashlib; from avsec_gym.world.textures.library import draw;"

@@ -53,7 +53,5 @@ def test_an_octave_has_about_its_number_of_cells() -> None:
 
 def test_colours_are_rounded_and_clipped() -> None:
     values = coloured((100, 200, 50), np.array([[-2.0, 0.0, 2.0]]), 0.5)
-    np.testing.assert_array_equal(
-        picture(values), [[[0, 0, 0], [100, 200, 50], [200, 255, 100]]]
-    )
+    np.testing.assert_array_equal(picture(values), [[[0, 0, 0], [100, 200, 50], [200, 255, 100]]])
     assert picture([[[0.4, 0.6, 254.6]]]).tolist() == [[[0, 1, 255]]]

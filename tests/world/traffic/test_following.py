@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.world.actors import Moment
+from avsec_gym.world.models.people import stride_length
 from avsec_gym.world.road.course import course_from_curvature
 from avsec_gym.world.site import Site
 from avsec_gym.world.traffic import Population, run
@@ -116,6 +117,6 @@ def test_steps_follow_the_way_that_somebody_walks(street: Site) -> None:
     walker = Traveller("Pedestrian", PERSON, 0, 150.0, 1.4, 1.4, (0.0, 5.0, 0.0))
     moments = drive(street, [route], [walker], 2.0)
     cycles = np.unwrap(column(moments, "phase", 0), period=1.0)
-    assert cycles[10] == pytest.approx(1.0), "1.4 m, one cycle"
-    assert cycles[5] == pytest.approx(0.5)
+    assert cycles[10] == pytest.approx(1.4 / stride_length(PERSON[0]))
+    assert cycles[5] == pytest.approx(0.5 * cycles[10])
     assert column(moments, "z", 0) == pytest.approx(0.12)

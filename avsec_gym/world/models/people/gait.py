@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from avsec_gym.world.models.people.rings import Floats
 from avsec_gym.world.models.people.skeleton import SIDES, Posture
@@ -43,9 +44,13 @@ def walking(phase: float, hurry: float = 0.0) -> Posture:
     )
 
 
-def stride_length(height: float) -> float:
-    """Metres walked in one cycle of two steps by somebody of a height (metres)."""
-    return 0.82 * height
+METRES_PER_CRANK = 5.0
+"""That a bicycle rolls in one turn of its pedals."""
+
+
+def stride_length(height: ArrayLike) -> Floats:
+    """Metres walked in one cycle of two steps by people of given heights, metres, shape (...)."""
+    return 0.82 * np.asarray(height, float)
 
 
 def _angle(table: tuple[int, ...], phase: Floats) -> Floats:

@@ -17,6 +17,11 @@ Floats = NDArray[np.float64]
 _MIXED = Material("forest_far/0", infrared=0.6)
 _CONIFERS = Material("forest_far/1", infrared=0.6)
 _MEADOW = Material("meadow_far", infrared=0.5)
+_CROWNS = {
+    _MIXED: replace(_MIXED, leaves=True),
+    _CONIFERS: replace(_CONIFERS, leaves=True),
+}
+"""What looks against the sky: one sees between the leaves."""
 
 _BELOW = -2.0
 """Bases lie below the ground, metres."""
@@ -37,10 +42,10 @@ def distant_woods(rng: np.random.Generator, radius_from: float, radius_to: float
     """
     span = radius_to - radius_from
     front = _edge_of_wood(
-        rng, radius_from + 0.05 * span, radius_from + 0.3 * span, 0.55, columns=620, rows=3
+        rng, radius_from + 0.05 * span, radius_from + 0.3 * span, 0.55, columns=500
     )
     back = _edge_of_wood(
-        rng, radius_from + 0.6 * span, radius_from + 0.95 * span, 0.85, columns=720, rows=2
+        rng, radius_from + 0.6 * span, radius_from + 0.95 * span, 0.85, columns=500
     )
     return merge([front, back])
 
@@ -52,7 +57,6 @@ def _edge_of_wood(
     share: float,
     *,
     columns: int,
-    rows: int,
 ) -> Mesh:
     """Canopies round the origin whose distance wanders; `share` of the circle is wooded."""
     azimuth = np.linspace(0, 2 * np.pi, 16 * columns, endpoint=False)
@@ -73,21 +77,23 @@ def _edge_of_wood(
     swell = np.gradient(top, course)
     side = np.stack([-np.sin(azimuth), np.cos(azimuth)], axis=-1)
     lean = unit(inward - 0.8 * np.tanh(swell)[:, None] * side)
-    # Height, setback and upward slope of the foot, the shoulder and the top of the canopy.
-    profile = [(np.full(columns, _BELOW), 0.0, 0.1), (0.6 * top, 0.6, 0.4), (top, 4.0, 1.1)]
-    profile = profile if rows == 3 else profile[::2]
+    # Height, setback and upward slope of the foot, of the canopy, and of the leaves above it.
+    profile = [(np.full(columns, _BELOW), 0.0, 0.2), (0.85 * top, 2.0, 0.8), (1.1 * top, 4.0, 1.1)]
     points = np.stack(
         [np.column_stack([-(distance + back)[:, None] * inward, z]) for z, back, _ in profile]
     )
     normals = np.stack([unit(np.column_stack([lean, 0 * z + up])) for z, _, up in profile])
     uv = np.stack([np.stack([-course, -z], axis=-1) for z, _, _ in profile])
-    mesh = grid(points, uv, _MIXED if rng.random() < 0.7 else _CONIFERS)
-    kept = ~np.tile(lone, 2 * (rows - 1))
+    wood = _MIXED if rng.random() < 0.7 else _CONIFERS
+    mesh = grid(points, uv, wood)
+    kept = ~np.tile(lone, 4)
+    crowns = np.tile(np.repeat([0, 1], columns - 1), 2)
     return replace(
         mesh,
         normals=normals.reshape(-1, 3).astype(np.float32),
         faces=mesh.faces[kept],
-        material=mesh.material[kept],
+        material=crowns[kept].astype(np.int32),
+        materials=(wood, _CROWNS[wood]),
     )
 
 
@@ -97,7 +103,8 @@ def _canopy(course: Floats, rng: np.random.Generator) -> Floats:
     count = int((high - low) / 1.8) + 1
     middle = np.sort(rng.uniform(low, high, count))
     half, height = rng.uniform(1.6, 4.5, count), rng.lognormal(np.log(11.5), 0.16, count)
-    pointed = rng.random(count) < 0.12
+    pointed = rng.random(count) < 0.04
+    half[pointed] *= 0.6
     offset = np.abs(course[:, None] - middle) / half
     crown = np.where(pointed, 1.1 - offset, np.sqrt(np.clip(1 - offset**2, 0, None)))
     top = np.max(height * (0.65 + 0.35 * crown) * (offset < 1), axis=1)
@@ -141,7 +148,7 @@ def _ridge(azimuth: Floats, height: Floats, rng: np.random.Generator) -> Mesh:
     inward = -np.stack([np.cos(fine), np.sin(fine)], axis=-1)
     points = np.stack([np.column_stack([-898 * inward, z]) for z in (foot - 4, top)])
     uv = np.stack([np.stack([-898 * fine, -z], axis=-1) for z in (foot, top)])
-    mesh = grid(points, uv, _CONIFERS)
+    mesh = grid(points, uv, _CROWNS[_CONIFERS])
     upwards = unit(np.column_stack([inward, 0 * fine + 0.7]))
     return replace(mesh, normals=np.tile(upwards, (2, 1)).astype(np.float32))
 

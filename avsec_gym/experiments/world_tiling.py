@@ -1,0 +1,76 @@
+"""Whether the road's texture repeats: seen from above, compared with itself some metres on."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from avsec_gym.geometry import Floats
+from avsec_gym.world.mesh import Float32s
+from avsec_gym.world.rendering.camera import PinholeCamera
+from avsec_gym.world.rendering.renderer import Renderer
+from avsec_gym.world.road.section import Surface
+from avsec_gym.world.shots import Shot
+
+LARGEST_REPEAT = 0.5
+"""Correlation of the road's blotches with themselves a tile further on: below it none is seen."""
+
+_VIEW, _HEIGHT, _SCALE = 700, 12.0, 0.02
+_SMALLEST_LAG, _LARGEST_LAG = 0.6, 6.0
+_GRAIN, _LEVEL, _PLAIN = 0.05, 0.3, 0.12
+
+
+def texture_repeat(renderer: Renderer, shot: Shot) -> float | None:
+    """The highest correlation of the road ahead with itself, moved by 0.6 to 6 m.
+
+    Of its blotches: grains smaller than a decimetre are not told apart from a car.
+
+    Args:
+        renderer: Of the scene without actors.
+        shot: The scene.
+
+    Returns:
+        In [-1, 1]; None where little of the view from above is plain road.
+    """
+    x, y, _ = shot.site.course.poses(12.0, 0.0)
+    z = float(shot.site.ground.height(x, y)) + _HEIGHT
+    to_world = np.eye(4)
+    to_world[:3, :3] = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
+    to_world[:3, 3] = x, y, z
+    middle = _VIEW / 2
+    view = renderer.view(
+        PinholeCamera(to_world, _HEIGHT / _SCALE, (middle, middle), (_VIEW, _VIEW))
+    )
+    grey = view.light.mean(axis=2)
+    road = (view.geometry.surface == Surface.ROAD).astype(np.float32)
+    level, blotches = (_mean_around(grey, road, size) for size in (_LEVEL, _GRAIN))
+    detail = blotches / (level + np.float32(1e-3)) - 1.0
+    # Paint, drains and the edges of shadows may come back: they are no texture.
+    plain = road * (np.abs(detail) < _PLAIN)
+    if plain.mean() < 0.1:
+        return None
+    return round(_highest_repeat((detail - detail[plain > 0].mean()) * plain, plain), 4)
+
+
+def _mean_around(values: Float32s, mask: Float32s, size: float) -> Float32s:
+    """A blurred map that ignores what lies outside a mask."""
+    import cv2
+
+    total, weight = (cv2.GaussianBlur(m, (0, 0), size / _SCALE) for m in (values * mask, mask))
+    return np.asarray(total / (weight + 1e-6))
+
+
+def _highest_repeat(detail: Float32s, mask: Float32s) -> float:
+    """Peak of the masked autocorrelation at the lags looked at."""
+    size = 2 * _VIEW
+
+    def correlation(values: Float32s) -> Floats:
+        spectrum = np.fft.rfft2(values, (size, size))
+        return np.fft.fftshift(np.fft.irfft2(np.abs(spectrum) ** 2, (size, size)))
+
+    overlap = correlation(mask)
+    power = float((detail**2).sum() / mask.sum())
+    found = correlation(detail) / np.maximum(overlap, 1.0) / power
+    rows, columns = np.indices(found.shape) - size // 2
+    lag = np.hypot(rows, columns) * _SCALE
+    looked_at = (lag > _SMALLEST_LAG) & (lag < _LARGEST_LAG) & (overlap > 0.2 * mask.sum())
+    return float(found[looked_at].max())

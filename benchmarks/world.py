@@ -1,0 +1,107 @@
+"""What a rendered frame costs: seconds of one core, memory, frames a second; prints JSON.
+
+python benchmarks/world.py [--frames 8]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import resource
+import statistics
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")  # Before the libraries are loaded.
+
+import cv2
+import numpy as np
+
+from avsec_gym.world.capture import take
+from avsec_gym.world.export import make_data_set, suite_recipe
+from avsec_gym.world.layouts import generate_layout
+from avsec_gym.world.rendering.lidar import Lidar
+from avsec_gym.world.shots import Shot, shot_of_layout
+
+
+def timed(work: Callable[[], Any]) -> tuple[float, Any]:
+    """Seconds of processor time, and what came out."""
+    begun = time.process_time()
+    result = work()
+    return time.process_time() - begun, result
+
+
+def one_core(frames: int) -> dict[str, float]:
+    """Medians over frames of the default suite, textures and kernels cached."""
+    take(shot_of_layout(generate_layout(0)))
+    rows: dict[str, list[float]] = {}
+    for number in range(1, frames + 1):
+        layout = generate_layout(number)
+        build, shot = timed(lambda layout=layout: shot_of_layout(layout))
+        labels, _ = timed(lambda shot=shot: take(shot, cameras=(), lidar=None))
+        single, _ = timed(lambda shot=shot: take(shot, cameras=(2,), lidar=None))
+        pair, _ = timed(lambda shot=shot: take(shot, cameras=(2, 3), lidar=None))
+        scan = timed_scan(shot)
+        measured = {
+            "scene": build,
+            "labels_and_depth": labels,
+            "one_camera_with_labels": single,
+            "stereo_pair_with_labels": pair,
+            "scene_and_stereo_pair_with_labels": build + pair,
+            "scan": scan,
+        }
+        for name, seconds in measured.items():
+            rows.setdefault(name, []).append(seconds)
+    return {name: round(statistics.median(values), 3) for name, values in rows.items()}
+
+
+def timed_scan(shot: Shot) -> float:
+    """Seconds of a scan in a scene that is there, as it is when cameras have looked at it."""
+    moment, pose = shot.moment, shot.vehicle_to_world[0]
+    renderer = shot.stage.renderer(moment.actors, 0, moment.egos)
+    lidar, to_world = Lidar(), pose @ shot.rig.velodyne_pose
+    lidar.scan(renderer, to_world, np.random.default_rng(0))
+    return timed(lambda: lidar.scan(renderer, to_world, np.random.default_rng(0)))[0]
+
+
+def frames_per_second(frames: int, workers: int) -> float:
+    """Of `avsec world make`, files written; the start of the workers included."""
+    with tempfile.TemporaryDirectory() as folder:
+        begun = time.perf_counter()
+        make_data_set(suite_recipe("mixed", frames), Path(folder) / "suite", workers=workers)
+        return round(frames / (time.perf_counter() - begun), 3)
+
+
+def peak_memory(who: int) -> float:
+    """Gigabytes."""
+    unit = 1 if sys.platform == "darwin" else 1024
+    return round(resource.getrusage(who).ru_maxrss * unit / 1e9, 2)
+
+
+def main() -> None:
+    """Measure, print JSON."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--frames", type=int, default=8)
+    options = parser.parse_args()
+    cv2.setNumThreads(1)
+    result = {
+        "frames": options.frames,
+        "cores": os.cpu_count(),
+        "seconds_of_one_core_median": one_core(options.frames),
+        "peak_memory_gb": peak_memory(resource.RUSAGE_SELF),
+        "frames_per_second_by_workers": {
+            str(workers): frames_per_second(2 * options.frames, workers) for workers in (1, 2)
+        },
+        "peak_memory_of_a_worker_gb": peak_memory(resource.RUSAGE_CHILDREN),
+    }
+    print(json.dumps(result, indent=1))
+
+
+if __name__ == "__main__":
+    main()
