@@ -17,9 +17,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
-    os.environ.setdefault(_name, "1")  # Before the libraries are loaded.
-
 import cv2
 import numpy as np
 
@@ -31,7 +28,7 @@ from avsec_gym.world.shots import Shot, shot_of_layout
 
 
 def timed(work: Callable[[], Any]) -> tuple[float, Any]:
-    """Seconds of processor time, and what came out."""
+    """Seconds of processor time, of all threads together, and what came out."""
     begun = time.process_time()
     result = work()
     return time.process_time() - begun, result

@@ -1,6 +1,7 @@
 #!/bin/sh
 # Makes the pictures and results that the documentation shows.
-# Environment: PYTHON; for the parts on real data KITTI (object root), SCENARIOS, DETECTIONS; for the
+# Environment: PYTHON; for the parts on real data KITTI (object root; stereo2012
+# and stereo2015 beside it are used too), SCENARIOS, DETECTIONS; for the
 # planner's comparison PLANNING (CommonRoad files and primitives) and ORIGINAL (commonroad-search).
 set -eu
 cd "$(dirname "$0")/.."
@@ -9,6 +10,9 @@ PYTHON=${PYTHON:-python}
 cp runs/demo/demo.png docs/images/demo.png
 [ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.layout_statistics \
     --kitti "$KITTI" --scenarios "$SCENARIOS" --out docs/images
+[ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.world_evidence \
+    --kitti "$KITTI" --out docs/results --images docs/images --json docs/results/world.json
+"$PYTHON" benchmarks/world.py > docs/results/world_benchmark.json
 [ -z "${DETECTIONS:-}" ] || "$PYTHON" -m avsec_gym.experiments.driving_safety_report \
     --scenarios "$SCENARIOS" --detections "$DETECTIONS" --out docs/results
 "$PYTHON" examples/train_ghost_attacker.py > docs/results/ghost_attacker.json

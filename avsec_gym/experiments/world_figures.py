@@ -97,7 +97,12 @@ def draw_labels(labels: Mapping[str, Any], path: Path) -> None:
                 values = 100 * np.array(quantity[source])
                 panel.stairs(values, quantity["edges"], fill=filled, color=colour, linewidth=1.8)
             unit = f" ({quantity['unit']})" if quantity["unit"] else ""
-            note = f"distance {quantity['distance']:.2g}, by chance {quantity['yardstick']:.2g}"
+            known = [quantity[name] for name in ("distance", "yardstick")]
+            note = ", ".join(
+                f"{word} {value:.2g}"
+                for word, value in zip(("distance", "by chance"), known, strict=True)
+                if value is not None
+            )
             panel.set_title(quantity["title"] + unit, pad=16, **_TITLE)
             panel.text(0, 1.03, note, transform=panel.transAxes, fontsize=8, color=_FAINT)
         last, places = axes[-1], np.arange(len(labels["categories"]))

@@ -26,6 +26,7 @@ from avsec_gym.experiments.layout_quantities import (
 )
 from avsec_gym.experiments.layout_statistics import objects_per_frame
 from avsec_gym.experiments.world_command import command, measure_one
+from avsec_gym.experiments.world_frames import quantiles
 from avsec_gym.geometry import Floats, wrap_angle
 from avsec_gym.kitti.label_folders import read_label_folder
 from avsec_gym.world.capture import Capture
@@ -107,20 +108,25 @@ def compare(ours: Sample, kitti: Sample, splits: int = 10) -> dict[str, Any]:
     result = {}
     for name, quantity in COMPARED.items():
         mine, real = quantity.measure(ours), quantity.measure(kitti)
-        by_chance = [quantity.distance(quantity.measure(part), real) for part in parts]
+        by_chance = [_distance(quantity, quantity.measure(part), real) for part in parts]
         result[name] = {
             "title": quantity.title,
             "kind": quantity.kind,
             "unit": quantity.unit if quantity.kind == "wasserstein" else "",
-            "distance": quantity.distance(mine, real),
-            "yardstick": float(np.mean(by_chance)),
-            "mean_ours": float(mine.mean()),
-            "mean_kitti": float(real.mean()),
+            "distance": _distance(quantity, mine, real),
+            "yardstick": quantiles(by_chance)["mean"],
+            "mean_ours": quantiles(mine.tolist())["mean"],
+            "mean_kitti": quantiles(real.tolist())["mean"],
             "edges": quantity.edges.tolist(),
             "ours": _shares(mine, quantity),
             "kitti": _shares(real, quantity),
         }
     return result
+
+
+def _distance(quantity: Quantity, first: Floats, second: Floats) -> float | None:
+    """None where there is nothing to compare, such as truncations of frames without any."""
+    return quantity.distance(first, second) if len(first) and len(second) else None
 
 
 def _shares(samples: Floats, quantity: Quantity) -> list[float]:

@@ -129,11 +129,15 @@ def _labels(labels: Mapping[str, Any]) -> list[str]:
         "| quantity | distance | rendered to KITTI | by chance | mean, rendered | mean, KITTI |",
         "| --- | --- | --- | --- | --- | --- |",
         *(
-            f"| {each['title']} | {_kind(each)} | {each['distance']:.2g} | {each['yardstick']:.2g}"
-            f" | {each['mean_ours']:.3g} | {each['mean_kitti']:.3g} |"
+            f"| {each['title']} | {_kind(each)} | "
+            + " | ".join(_short(each[name]) for name in _LABEL_NUMBERS)
+            + " |"
             for each in labels["quantities"].values()
         ),
     ]
+
+
+_LABEL_NUMBERS = ("distance", "yardstick", "mean_ours", "mean_kitti")
 
 
 def _occlusion(occlusion: Mapping[str, Any]) -> list[str]:
@@ -186,6 +190,10 @@ def _checks(checks: Mapping[str, Any]) -> list[str]:
 
 def _number(value: float | None, scale: float, digits: int) -> str:
     return "–" if value is None else f"{scale * value:,.{digits}f}"
+
+
+def _short(value: float | None) -> str:
+    return "–" if value is None else f"{value:.3g}"
 
 
 def _spread(values: Mapping[str, float | None] | None, scale: float, digits: int) -> str:

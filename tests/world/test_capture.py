@@ -92,7 +92,7 @@ def test_everybody_stands_on_the_ground(shots: list[Shot], deserted: list[RaySce
         actors = shot.moment.actors
         near = np.flatnonzero(np.abs(actors.pose[:, 0]) < 80)
         foot = np.column_stack([actors.pose[near, :2], actors.z[near]])
-        origins = np.ascontiguousarray(foot + [0, 0, 0.5], np.float32)
+        origins = np.ascontiguousarray(foot + np.array([0, 0, 0.5]), np.float32)
         down = np.tile(np.array([0, 0, -1], np.float32), (len(near), 1))
         gap = scene.hits(origins, down).distance - 0.5
         np.testing.assert_allclose(gap, 0.0, atol=0.03)

@@ -56,7 +56,7 @@ def test_coordinates_lead_back_to_the_place(knots: list[float], along: float, le
     course = winding(knots, (5.0, -8.0, 1.2))
     x, y, _ = course.poses(along, left)
     found = course.coordinates(x, y)
-    np.testing.assert_allclose(found, (along, left), atol=0.02)
+    np.testing.assert_allclose(found, (along, left), atol=0.004)
 
 
 @given(st.floats(-300, 300), st.floats(-20, 20), st.booleans())

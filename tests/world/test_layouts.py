@@ -38,7 +38,7 @@ def digest(layouts: list[Layout]) -> str:
 
 def test_another_process_makes_the_same_layouts() -> None:
     program = (
-        "from tests.scenario.test_layouts import digest;"
+        "from tests.world.test_layouts import digest;"
         "from avsec_gym.world.layouts import generate_layouts;"
         "print(digest(generate_layouts(20, seed=7)))"
     )

@@ -4,6 +4,7 @@ import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
+from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.shapes import (
     box,
@@ -47,11 +48,13 @@ def open_edges(mesh: Mesh) -> int:
     return len(forth)
 
 
+PLAIN = Material()
+ANGLE = [(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)]
 CLOSED = {
     "box": (box(4.0, 2.0, 1.5), 12.0),
-    "prism": (prism([(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)], 2.0, top=box(1, 1, 1).materials[0]), 10.0),  # noqa: E501
+    "prism": (prism(ANGLE, 2.0, top=PLAIN), 10.0),
     "tube": (tube([(0, 0, 0), (0, 0, 1), (0, 0, 3)], 0.5, sides=24), 3 * 0.25 * RING),
-    "cone": (tube([(0, 0, 0), (2, 0, 0)], [0.6, 0.3], sides=24), RING * 2 / 3 * (0.36 + 0.18 + 0.09)),
+    "cone": (tube([(0, 0, 0), (2, 0, 0)], [0.6, 0.3], sides=24), RING * 2 / 3 * 0.63),
     "ellipsoid": (ellipsoid((1, 2, 3), (1.0, 2.0, 0.5), rings=40), 4 / 3 * np.pi),
     "revolved": (revolve([(0, 2), (1, 2), (1, 0), (0, 0)]), 2 * RING),
 }  # fmt: skip
@@ -75,7 +78,7 @@ def test_closed_shapes_have_no_holes(name: str) -> None:
 def test_a_prism_over_any_star_has_its_area_times_its_height(radii: list[float]) -> None:
     angle = np.linspace(0, 2 * np.pi, len(radii), endpoint=False)
     plan = np.array(radii)[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    mesh = prism(plan, 2.5, top=box(1, 1, 1).materials[0], bottom=-0.5)
+    mesh = prism(plan, 2.5, top=PLAIN, bottom=-0.5)
     assert volume(mesh) == pytest.approx(3.0 * shapely.Polygon(plan).area, rel=1e-3)
     assert facing(mesh).min() > 0.99
 
@@ -84,7 +87,7 @@ def test_a_corner_that_is_none_does_no_harm() -> None:
     """Footprints with a point in the middle of an edge, the first or another one."""
     square = np.array([(-1.0, -1), (0, -1), (1, -1), (1, 1), (-1, 1)])
     for shift in range(5):
-        mesh = prism(np.roll(square, shift, axis=0), 1.0, top=box(1, 1, 1).materials[0])
+        mesh = prism(np.roll(square, shift, axis=0), 1.0, top=PLAIN)
         assert volume(mesh) == pytest.approx(4.0, rel=1e-4)
         np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-4)
 
@@ -108,7 +111,7 @@ def test_textures_keep_their_scale_on_flat_and_round_walls() -> None:
     """An edge is as long on the texture as in space."""
     for mesh in (
         polygon([(0, 0, 0), (3, 4, 0), (3, 4, 2), (0, 0, 2)]),
-        prism([(0, 0), (3, 0), (4, 2), (0, 2)], 2.0, top=box(1, 1, 1).materials[0]),
+        prism([(0, 0), (3, 0), (4, 2), (0, 2)], 2.0, top=PLAIN),
         grid(np.stack(np.meshgrid([0.0, 1, 3], [0.0, 2, 5], [1.0], indexing="ij"), -1)[:, :, 0]),
     ):
         corners, spots = mesh.vertices[mesh.faces], mesh.uv[mesh.faces]

@@ -11,6 +11,9 @@ from avsec_gym.world.mesh import Float32s
 from avsec_gym.world.textures.noise import fractal_noise
 
 _ROWS, _COLUMNS = 96, 512
+_SUN_RADIUS = 0.0047
+"""Radians."""
+_GOLDEN_ANGLE, _GOLDEN_SHARE = 2.399963, 0.754878
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +86,21 @@ class Light:
     def horizon(self) -> Float32s:
         """Light of the air between here and afar, shape (3,)."""
         return np.asarray(self.panorama[:6].mean(axis=(0, 1)) * 0.7, np.float32)
+
+
+def towards_disc(sun: Float32s, count: int) -> Float32s:
+    """Unit vectors towards points of the sun's disc, spread evenly, shape (count, 3).
+
+    Shadows get their half-shade from it: soft where what casts them is far away.
+    """
+    number = np.arange(count)
+    angle = _GOLDEN_ANGLE * number
+    reach = _SUN_RADIUS * np.sqrt((_GOLDEN_SHARE * number) % 1.0)
+    aside = np.array([-sun[1], sun[0], 0.0]) / max(float(np.hypot(sun[0], sun[1])), 1e-6)
+    above = np.cross(sun, aside)
+    offset = np.outer(reach * np.cos(angle), aside) + np.outer(reach * np.sin(angle), above)
+    towards = sun + offset
+    return np.asarray(towards / np.linalg.norm(towards, axis=1, keepdims=True), np.float32)
 
 
 def draw_light(rng: np.random.Generator) -> Light:

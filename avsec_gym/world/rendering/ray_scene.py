@@ -97,6 +97,7 @@ class RayScene:
             none = np.zeros(0, np.float32)
             return Hits(np.zeros(0, np.int32), none, none, none)
         found = self._embree.run(origins, directions, query="INTERSECT", output=True)
+        found["tfar"][found["primID"] < 0] = np.inf
         return Hits(found["primID"], found["tfar"], found["u"], found["v"])
 
     def blocked(self, origins: Float32s, directions: Float32s) -> NDArray[np.bool_]:

@@ -14,10 +14,10 @@ from avsec_gym.world.rendering.edges import edge_marks
 from avsec_gym.world.rendering.foliage import between_leaves
 from avsec_gym.world.rendering.image_sensor import metered_exposure
 from avsec_gym.world.rendering.laser import laser_reflectance
-from avsec_gym.world.rendering.light import Light
+from avsec_gym.world.rendering.light import Light, towards_disc
 from avsec_gym.world.rendering.ray_scene import NOTHING, Hits, RayScene
 from avsec_gym.world.rendering.scene_arrays import SceneArrays, break_up_lattice
-from avsec_gym.world.rendering.shading import add_glints, radiance, smooth_mirror
+from avsec_gym.world.rendering.shading import add_glints, radiance, smooth_over_surfaces
 from avsec_gym.world.rendering.surfaces import Surfaces, surfaces
 from avsec_gym.world.rendering.texturing import OverlayArrays, no_overlay
 from avsec_gym.world.road.section import Surface
@@ -242,8 +242,13 @@ class Renderer:
         light = self._light
         angle = 1.0 / camera.focal_length
         found = surfaces(self._arrays, hits, origins, directions, light.sun, angle)
-        lit = np.flatnonzero(found.sunlight > 0)
-        found.sunlight[lit[self._shaded(np.ascontiguousarray(found.point[lit]))]] = 0.0
+        lit = found.sunlight > 0
+        reached = np.zeros((len(lit), 1), np.float32)
+        reached[lit, 0] = ~self._shaded(np.ascontiguousarray(found.point[lit]))
+        width, height = camera.size
+        if len(lit) == width * height:
+            reached = smooth_over_surfaces(reached, lit, hits.distance, found.normal, width)
+        found.sunlight[:] *= reached[:, 0]
         ambient = np.zeros((len(origins), 3), np.float32)
         columns, rows = (-(-size // _GRID_STEP) for size in camera.size)
         carry(pixels, found, hits.distance, _GRID_STEP, columns, rows, *grid, ambient)
@@ -253,9 +258,8 @@ class Renderer:
         return out, found
 
     def _shaded(self, points: Float32s) -> NDArray[np.bool_]:
-        """Whether the sun is hidden from points; it shines through one layer of leaves."""
-        to_sun = np.empty_like(points)
-        to_sun[:] = self._light.sun
+        """Whether points of the sun's disc are hidden; it shines through one layer of leaves."""
+        to_sun = towards_disc(self._light.sun, len(points))
         found = self.scene.hits(points, to_sun)
         gaps = np.empty(len(points), bool)
         between_leaves(self._arrays, *found, np.float32(_SUN_ANGLE), gaps)
@@ -291,6 +295,6 @@ class Renderer:
         radiance(hits.face, hits.distance, outgoing, behind, ambient, *sky, seen)
         add_glints(outgoing, hits.face < 0, light.sun, light.sun_colour, seen)
         mirrored[rays] = seen
-        mirrored = smooth_mirror(mirrored, followed, distance, found.normal, width)
+        mirrored = smooth_over_surfaces(mirrored, followed, distance, found.normal, width)
         out += found.mirror[:, None] * (mirrored - out)
         return mirrored

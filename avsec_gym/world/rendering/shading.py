@@ -7,7 +7,7 @@ from numba import njit
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _BURNT_OUT = np.float32(4.0)
-"""Mirrored light counts as no brighter when it is averaged: edges of reflections stay smooth."""
+"""Light counts as no brighter when it is averaged: edges of reflections stay smooth."""
 _SKY_SEEN = np.float32(1.35)
 """The sky as cameras see it against the light that it sheds: KITTI's is burnt out mostly."""
 
@@ -91,30 +91,31 @@ def add_glints(directions, open_sky, sun, sun_colour, light):
 
 
 @njit(cache=True, fastmath=True)
-def smooth_mirror(mirrored, followed, distances, normals, width):
-    """Mirrored light averaged over neighbours on the same smooth surface, shape (n, 3).
+def smooth_over_surfaces(values, used, distances, normals, width):
+    """Values averaged over neighbouring pixels on the same smooth surface, shape (n, m).
 
-    One ray through a pixel's middle tells little of what a bent surface gathers there.
+    One ray through a pixel's middle tells little of what a bent surface mirrors there, and one
+    ray to the sun little of its half-shade.
 
     Args:
-        mirrored: Of all pixels, shape (n, 3).
-        followed: Of which pixels the mirrored ray was followed, shape (n,).
+        values: Of all pixels, shape (n, m).
+        used: Which pixels are averaged, and count, shape (n,).
         distances: Metres, shape (n,).
         normals: Shape (n, 3).
         width: Of the image, pixels.
     """
-    out = mirrored.copy()
-    for i in range(len(followed)):
-        if not followed[i]:
+    out = values.copy()
+    for i in range(len(used)):
+        if not used[i]:
             continue
-        column = i % width
-        red = green = blue = total = _ZERO
+        column, total = i % width, _ZERO
+        out[i] = _ZERO
         for down in range(-2, 3):
             for right in range(-2, 3):
                 j = i + down * width + right
-                if column + right < 0 or column + right >= width or j < 0 or j >= len(followed):
+                if column + right < 0 or column + right >= width or j < 0 or j >= len(used):
                     continue
-                if not followed[j] or abs(distances[j] - distances[i]) > 0.03 * distances[i]:
+                if not used[j] or abs(distances[j] - distances[i]) > 0.03 * distances[i]:
                     continue
                 alike = (
                     normals[i, 0] * normals[j, 0]
@@ -124,9 +125,9 @@ def smooth_mirror(mirrored, followed, distances, normals, width):
                 if alike < 0.9:
                     continue
                 weight = np.float32((3 - abs(down)) * (3 - abs(right)))
-                red += weight * min(mirrored[j, 0], _BURNT_OUT)
-                green += weight * min(mirrored[j, 1], _BURNT_OUT)
-                blue += weight * min(mirrored[j, 2], _BURNT_OUT)
+                for k in range(values.shape[1]):
+                    out[i, k] += weight * min(values[j, k], _BURNT_OUT)
                 total += weight
-        out[i, 0], out[i, 1], out[i, 2] = red / total, green / total, blue / total
+        for k in range(values.shape[1]):
+            out[i, k] /= total
     return out

@@ -23,7 +23,7 @@ _CELLS = 9_000
 """At most about so many of the finest cells."""
 _GROWTH = 1.35
 _NEAR = {
-    Style.CITY: ("footway", "soil", "footway"),
+    Style.CITY: ("footway", "cobbles", "asphalt"),
     Style.RESIDENTIAL: ("grass", "grass", "soil"),
     Style.CAMPUS: ("grass", "grass", "leaves"),
     Style.HIGHWAY: ("grass", "grass", "grass"),

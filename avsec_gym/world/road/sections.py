@@ -18,6 +18,8 @@ _SPEEDS = {
     Style.HIGHWAY: 33.0,
     Style.RURAL: 25.0,
 }
+_NARROWEST_MEDIAN = 1.5
+"""Lanes less far apart have a line between them, metres."""
 _CAR_WIDTH = 2.0
 """Room that a parked car takes, with its mirrors, metres."""
 
@@ -156,7 +158,7 @@ def _carriageway(
     strips, begin = [], float(right)
     for one, two in pairwise(lanes):
         near, far = one.left + 0.5 * one.width + 0.3, two.left - 0.5 * two.width - 0.3
-        if far - near > 1.5:
+        if far - near > _NARROWEST_MEDIAN:
             strips += [
                 Strip(Surface.ROAD, begin, near, 0.0, material),
                 Strip(Surface.KERB, near, near + 0.14, 0.12, "kerb"),
@@ -184,7 +186,7 @@ def _lines(
                 kind = LineKind.DOUBLE
             elif rng.random() < 0.2:
                 kind = LineKind.SOLID
-        if apart < 1.0:
+        if apart - 0.6 <= _NARROWEST_MEDIAN:
             lines.append(Line(kind, 0.5 * (one.left + two.left)))
         else:
             lines += [

@@ -10,7 +10,10 @@ from avsec_gym.world.scenery.plot import Plot
 from avsec_gym.world.scenery.street_side import line_up, scatter
 
 _STREET_TREES = ("lime", "maple", "plane", "young", "birch")
-_GARDEN_TREES = ("birch", "fruit", "spruce", "pine", "maple", "willow", "poplar", "copper_beech")
+_GARDEN_TREES = (
+    *("birch", "fruit", "spruce", "pine", "maple", "willow", "poplar"),
+    *("lime", "fruit", "birch", "maple", "lime", "spruce", "copper_beech"),
+)
 _PARK_TREES = ("lime", "plane", "maple", "birch", "pine", "autumn", "lime", "maple", "copper_beech")
 
 

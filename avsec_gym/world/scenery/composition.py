@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 
 import numpy as np
 import shapely
 
+from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.plants import distant_woods, hills
 from avsec_gym.world.road.section import Surface
 from avsec_gym.world.scenery.built_up import campus, city, residential
@@ -41,6 +43,12 @@ def compose(
     middle = site.course.poses(0.5 * (start + end), 0.0)
     for backdrop in (distant_woods(rng, 190.0 + 0.5 * (end - start), 420.0), hills(rng)):
         x, y = float(middle[0]), float(middle[1])
-        level = float(site.ground.height(x, y))
-        plot.add(backdrop.placed(x, y, level), Surface.VEGETATION, (x, y), np.inf)
+        plot.add(_grounded(backdrop.placed(x, y), site), Surface.VEGETATION, (x, y), np.inf)
     return plot.placements
+
+
+def _grounded(mesh: Mesh, site: Site) -> Mesh:
+    """The mesh raised by as much as the ground under each of its points."""
+    x, y, z = mesh.vertices.T
+    vertices = np.stack([x, y, z + site.ground.height(x, y)], axis=-1)
+    return replace(mesh, vertices=vertices.astype(np.float32))

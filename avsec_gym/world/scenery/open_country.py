@@ -29,9 +29,8 @@ def highway(plot: Plot, rng: np.random.Generator) -> None:
             _rail(plot, middle + 0.25, traffic_on_left=True)
             if strip.left - strip.right > 2.5 and rng.random() < 0.5:
                 along = np.arange(plot.start, plot.end, float(rng.uniform(4.0, 9.0)))
-                plant_bushes(
-                    plot, rng, along, np.full(len(along), 0.5 * (strip.right + strip.left) + 0.7)
-                )
+                row = np.full(len(along), middle + 0.9)
+                plant_bushes(plot, rng, along, row, scale=(0.4, 0.8), on_road=True)
     for side in (1, -1):
         edge = abs(plot.site.section.edges[1 if side > 0 else 0])
         outer = _outer_verge(plot, side)
@@ -127,13 +126,12 @@ def _land(plot: Plot, rng: np.random.Generator, side: int, edge: float, kind: st
             rng.uniform(plot.start, plot.end, trees),
             side * (edge + rng.uniform(6.0, 60.0, trees)),
         )
-        count = int(rng.integers(3, 16))
-        plant_bushes(
-            plot,
-            rng,
-            rng.uniform(plot.start, plot.end, count),
-            side * (edge + rng.uniform(2.0, 20.0, count)),
-        )
+        for _ in range(int(rng.integers(1, 5))):
+            # Bushes stand together, along the borders of fields.
+            count = int(rng.integers(2, 12))
+            along = rng.uniform(plot.start, plot.end) + rng.normal(0.0, 6.0, count)
+            away = edge + rng.uniform(4.0, 30.0) + rng.normal(0.0, 1.2, count)
+            plant_bushes(plot, rng, along, side * away, scale=(0.7, 1.8))
 
 
 def _outer_verge(plot: Plot, side: int) -> float:

@@ -56,8 +56,9 @@ def plant_bushes(
     left: Sequence[float] | np.ndarray,
     *,
     scale: tuple[float, float] = (0.6, 1.3),
+    on_road: bool = False,
 ) -> None:
-    """Bushes at places."""
+    """Bushes at places; `on_road` for those on a median."""
     for station, offset in zip(along, left, strict=True):
         variant = int(rng.integers(BUSHES))
         size, turn = float(rng.uniform(*scale)), float(rng.uniform(0, 2 * np.pi))
@@ -69,6 +70,7 @@ def plant_bushes(
             heading=turn,
             size=(1.2, 1.2),
             scale=size,
+            on_road=on_road,
         )
 
 

@@ -70,10 +70,10 @@ class Plot:
             for street in site.side_streets
         ]
         self._closed = shapely.union_all([*keep_clear, *mouths])
-        driven = [site.section.carriageway] + [
+        driven = [
             (strip.right, strip.left)
             for strip in site.section.strips
-            if strip.surface in (Surface.PARKING, Surface.CYCLE_PATH)
+            if strip.surface in (Surface.ROAD, Surface.PARKING, Surface.CYCLE_PATH)
         ]
         self._driven = shapely.union_all(
             [_ribbon(site.course, *across, start, end) for across in driven]

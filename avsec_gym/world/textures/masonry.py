@@ -21,7 +21,7 @@ _GRAIN_LUMPS_STAINS = (
 _BRICKS = ((150, 74, 54), (120, 58, 46), (178, 140, 96), (112, 76, 58), (168, 96, 62))
 _MORTARS = ((168, 160, 148), (130, 124, 116), (176, 168, 152), (140, 134, 126), (188, 180, 168))
 _STONES = ((172, 132, 110), (198, 176, 138), (158, 152, 142), (188, 170, 148))
-_TILES = ((62, 134, 172), (26, 30, 36))
+_TILES = ((176, 180, 182), (26, 30, 36))
 
 
 def stucco(variant: int, rng: np.random.Generator) -> Picture:
@@ -96,17 +96,15 @@ def concrete(variant: int, rng: np.random.Generator) -> Picture:
 
 
 def wall_tile(variant: int, rng: np.random.Generator) -> Picture:
-    """Glazed tiles of 0.21 m, each burnt a little differently; 4.2 m x 4.2 m."""
+    """Glazed tiles of 0.21 m, each burnt a little differently: pale, black; 4.2 m x 4.2 m."""
     size, count = 512, 20
-    spread = (0.19, 0.1)[variant]
+    spread = (0.09, 0.1)[variant]
     tone = np.clip(rng.normal(0.0, spread, (count, count)), -0.5, 0.55).astype(np.float32)
     cell, edge = _bond(size, size, count, count, np.zeros(count), (0.6, 0.6))
     clouds = fractal_noise(rng, size, size, cells=30, octaves=4, persistence=0.6)
     noise = tone[cell] + 0.05 * clouds
     face = coloured(_TILES[variant], noise, 1.0)
-    # Lighter tiles are also paler: more of white.
-    face += 45.0 * (1 - variant) * np.clip(noise, 0, 1)[..., None] * (1.2, 1.0, 0.6)
-    joint = 0.5 * face + 0.5 * np.array(((40, 62, 74), (120, 66, 40))[variant])
+    joint = 0.5 * face + 0.5 * np.array(((142, 145, 146), (120, 66, 40))[variant])
     return picture(np.where(edge[..., None], joint, face))
 
 

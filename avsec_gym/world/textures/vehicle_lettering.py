@@ -63,7 +63,7 @@ def plate(variant: int, rng: np.random.Generator) -> Picture:
     small = cv2.resize(wide[14:98], size, interpolation=cv2.INTER_AREA)
     start = 48 + (456 - size[0]) // 2
     canvas[14:98, start : start + size[0]] = small
-    return picture(canvas)
+    return picture(cv2.resize(canvas, (256, 56), interpolation=cv2.INTER_AREA))
 
 
 def cargo_side(variant: int, rng: np.random.Generator) -> Picture:

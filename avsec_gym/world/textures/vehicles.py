@@ -271,7 +271,7 @@ def _bus_door(_: int, rng: np.random.Generator) -> Picture:
 
 
 TEXTURES: dict[str, Texture] = {
-    "plate": Texture((0.52, 0.115), 24, plate),
+    "plate": Texture((0.52, 0.115), 144, plate),
     "car_side": Texture((4.0, 1.0), 3, _car_side),
     "side_glass": Texture((1.0, 1.0), 3, _window((0.45,), (110.0, 60.0, 150.0))),
     "windscreen": Texture((1.0, 1.0), 3, _window((0.28, 0.72), (80.0, 45.0, 110.0), board=True)),

@@ -27,10 +27,8 @@ def renderer(*things: Thing, light: Light = Light()) -> Renderer:
 def plate(centre, half: float, material: Material = Material()) -> np.ndarray:
     """A square across the x axis that looks back along it."""
     x, y, z = centre
-    return polygon(
-        [(x, y + half, z - half), (x, y - half, z - half), (x, y - half, z + half), (x, y + half, z + half)],
-        material,
-    )  # fmt: skip
+    signs = ((1, -1), (-1, -1), (-1, 1), (1, 1))
+    return polygon([(x, y + i * half, z + j * half) for i, j in signs], material)
 
 
 def wall(distance: float, slope: float, material: Material) -> np.ndarray:
@@ -111,7 +109,7 @@ def test_matching_finds_the_disparity_of_the_geometry(distance: float, slope: fl
         for column in range(60, 220, 16):
             truth = 200.0 * 0.54 / left.geometry.depth[row, column]
             window = one[row - 5 : row + 6, column - 7 : column + 8]
-            around = int(round(truth))
+            around = round(float(truth))
             scores = [
                 correlation(window, two[row - 5 : row + 6, column - 7 - d : column + 8 - d])
                 for d in (around - 1, around, around + 1)

@@ -60,8 +60,6 @@ def test_daylights_vary_within_bounds_and_come_from_their_generator() -> None:
     assert np.std([np.cos(light.azimuth) for light in lights]) > 0.6
     assert draw_light(np.random.default_rng(7)).seed == lights[7].seed
     assert len({light.seed for light in lights}) == 300
-    with pytest.raises(Exception, match="cannot assign|frozen"):
-        lights[0].seed = 1  # type: ignore[misc]
 
 
 @given(st.floats(0.05, 0.8), st.integers(0, 2**31), st.floats(-4.0, 4.0))

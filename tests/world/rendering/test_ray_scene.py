@@ -39,7 +39,7 @@ def test_rays_meet_the_nearest_thing_and_know_what_it_is() -> None:
 def test_barycentric_coordinates_lead_to_the_point_that_was_hit() -> None:
     rng = np.random.default_rng(0)
     scene = RayScene([Thing(box(3.0, 2.0, 1.0).placed(6.0, 0.5, 0.2, 0.7), Surface.VEHICLE, 0)])
-    aims = rng.normal(0, 0.4, (200, 3)) + [6.0, 0.5, 0.7]
+    aims = rng.normal((6.0, 0.5, 0.7), 0.4, (200, 3))
     directions = aims / np.linalg.norm(aims, axis=1, keepdims=True)
     origins, directions = rays(np.zeros((200, 3)), directions)
     hits = scene.hits(origins, directions)

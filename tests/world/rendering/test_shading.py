@@ -72,14 +72,20 @@ def test_colour_and_glow_are_those_of_the_material() -> None:
     assert found.glow[0] == pytest.approx(0.5)
 
 
-@pytest.mark.parametrize("degrees", [0, 30, 60, 80, 88])
-def test_mirrors_are_stronger_at_grazing_angles(degrees: float) -> None:
-    """Schlick's approximation of Fresnel's law."""
-    angle = np.radians(degrees)
-    eye = (3 * np.sin(angle), 0.0, 3 * np.cos(angle))
-    found = met(Material(mirror=0.08), eye, (0, 0, 0), (0, 0, 1))
-    assert found.mirror[0] == pytest.approx(0.08 + 0.92 * (1 - np.cos(angle)) ** 5, abs=1e-3)
-    assert met(Material(), eye, (0, 0, 0), (0, 0, 1)).mirror[0] == 0.0
+def test_mirrors_are_stronger_at_grazing_angles() -> None:
+    """Schlick: from the share when seen straight, with the fifth power of 1 - cos."""
+    angle = np.radians([0, 45, 60, 75, 85])
+    shares = [
+        met(Material(mirror=0.08), (3 * np.sin(a), 0.0, 3 * np.cos(a)), (0, 0, 0), (0, 0, 1)).mirror
+        for a in angle
+    ]
+    rise = np.array(shares)[:, 0] - 0.08
+    assert rise[0] == pytest.approx(0.0, abs=1e-6)
+    np.testing.assert_allclose(
+        rise / rise[-1], ((1 - np.cos(angle)) / (1 - np.cos(angle[-1]))) ** 5, atol=1e-4
+    )
+    assert 0.4 < 0.08 + rise[-1] < 1.0
+    assert met(Material(), (3, 0, 1), (0, 0, 0), (0, 0, 1)).mirror[0] == 0.0
 
 
 def test_light_is_what_the_sun_and_the_sky_leave_behind_the_haze() -> None:

@@ -13,6 +13,16 @@ from avsec_gym.world.models.buildings.panels import Floats, Panels, boxes, solid
 from avsec_gym.world.models.buildings.roofs import flat_roof
 from avsec_gym.world.models.buildings.windows import PANES, bars, doors, pane_material, reveals
 
+_GLAZES = (
+    (0.42, 0.58, 0.72),
+    (1.0, 1.0, 0.98),
+    (0.95, 0.78, 0.52),
+    (0.62, 0.32, 0.22),
+    (0.50, 0.62, 0.52),
+    None,
+)
+"""Of tiles: blue, white, ochre, rust, green; None for black ones."""
+
 
 def campus(width: float, depth: float, rng: np.random.Generator) -> Mesh:
     """A long house with a flat roof."""
@@ -108,7 +118,8 @@ def _pavilion(width: float, depth: float, rng: np.random.Generator) -> Mesh:
     """One high storey: a wall of coloured tiles, and a hall of glass with white bars."""
     height = float(rng.uniform(4.2, 6.0))
     share = float(rng.uniform(0.35, 0.6))
-    tiles = Material(f"wall_tile/{int(rng.choice(2, p=[0.75, 0.25]))}", mirror=0.03)
+    glaze = _GLAZES[int(rng.integers(len(_GLAZES)))]
+    tiles = Material(f"wall_tile/{int(glaze is None)}", glaze or (1.0, 1.0, 1.0), mirror=0.03)
     bands = [Band(BELOW_GROUND, 0.35, palette.CONCRETE, -0.05), Band(0.35, height, tiles)]
     left, right = (share - 0.5) * width, 0.5 * width - 0.3
     flip = rng.random() < 0.5

@@ -78,7 +78,7 @@ def _edge_of_wood(
     side = np.stack([-np.sin(azimuth), np.cos(azimuth)], axis=-1)
     lean = unit(inward - 0.8 * np.tanh(swell)[:, None] * side)
     # Height, setback and upward slope of the foot, of the canopy, and of the leaves above it.
-    profile = [(np.full(columns, _BELOW), 0.0, 0.2), (0.85 * top, 2.0, 0.8), (1.1 * top, 4.0, 1.1)]
+    profile = [(np.full(columns, _BELOW), 0.0, 0.2), (0.96 * top, 2.0, 0.8), (1.1 * top, 4.0, 1.1)]
     points = np.stack(
         [np.column_stack([-(distance + back)[:, None] * inward, z]) for z, back, _ in profile]
     )
@@ -148,7 +148,7 @@ def _ridge(azimuth: Floats, height: Floats, rng: np.random.Generator) -> Mesh:
     inward = -np.stack([np.cos(fine), np.sin(fine)], axis=-1)
     points = np.stack([np.column_stack([-898 * inward, z]) for z in (foot - 4, top)])
     uv = np.stack([np.stack([-898 * fine, -z], axis=-1) for z in (foot, top)])
-    mesh = grid(points, uv, _CROWNS[_CONIFERS])
+    mesh = grid(points, uv, _CONIFERS)
     upwards = unit(np.column_stack([inward, 0 * fine + 0.7]))
     return replace(mesh, normals=np.tile(upwards, (2, 1)).astype(np.float32))
 

@@ -51,7 +51,7 @@ def bush(variant: int, detail: Detail = "near") -> Mesh:
     centre = np.column_stack([reach * np.cos(azimuth), reach * np.sin(azimuth), z])
     clusters = Clusters(centre, size[:, None, None] * np.diag([1.0, 1.0, 0.85]))
     heart = np.array([0.0, 0.0, 0.3 * height])
-    family = ("shrub", "fruit", "copper_beech", "hedge", "shrub", "lime")[variant]
+    family = ("shrub", "fruit", "maple", "hedge", "shrub", "lime")[variant]
     dark = leaf_material(family, 0.32, solid=True)
     tones = [leaf_material(family, tone) for tone in (0.55, 1.05, 1.5)]
     inside = cores(clusters, 16 if detail == "near" else 6, 0.8, dark, rng, heart=heart)

@@ -17,7 +17,7 @@ from avsec_gym.world.models.vehicles.paint import (
     UNDERSIDE,
     glass,
 )
-from avsec_gym.world.models.vehicles.plate import number_plate
+from avsec_gym.world.models.vehicles.plate import PLATES, number_plate
 from avsec_gym.world.models.vehicles.wheel import wheel
 from avsec_gym.world.shapes import tube
 
@@ -48,7 +48,7 @@ def bus(rng: np.random.Generator, height: float, width: float, length: float) ->
     for side in (-1.0, 1.0):
         mirror = block(0.12, 0.2, 0.4, PLASTIC)
         parts.append(mirror.placed(front - 0.1, side * (half - 0.06), 0.70 * height))
-    plate = int(rng.integers(24))
+    plate = int(rng.integers(PLATES))
     parts.append(number_plate(plate, front + 0.015, 0.42, front=True))
     parts.append(number_plate(plate, rear - 0.015, 0.55, front=False))
     return parts

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from avsec_gym.world.material import Material
+from avsec_gym.world.models.vehicles.plate import PLATES
 
 RUBBER = Material(tint=(0.018, 0.018, 0.019), infrared=0.05)
 UNDERSIDE = Material(tint=(0.012, 0.012, 0.012), infrared=0.08)
@@ -98,7 +99,7 @@ def draw_finish(rng: np.random.Generator, flank: str, *, commercial: bool = Fals
         side_glass=glass(f"side_glass/{window}"),
         windscreen=glass(f"windscreen/{int(rng.integers(3))}"),
         rear_glass=glass(f"rear_glass/{int(rng.integers(3))}"),
-        plate=int(rng.integers(24)),
+        plate=int(rng.integers(PLATES)),
     )
 
 

@@ -6,7 +6,7 @@ from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.shapes import polygon
 
-PLATES = 24
+PLATES = 144
 """Number of plate textures."""
 
 WIDTH, HEIGHT = 0.52, 0.115

@@ -21,7 +21,7 @@ from avsec_gym.world.models.vehicles.paint import (
     draw_finish,
     glass,
 )
-from avsec_gym.world.models.vehicles.plate import number_plate
+from avsec_gym.world.models.vehicles.plate import PLATES, number_plate
 from avsec_gym.world.models.vehicles.wheel import wheel
 from avsec_gym.world.shapes import tube
 
@@ -112,7 +112,7 @@ def _small_trailer(
         heap = blob(0.8 * (box_front - rear), 1.6 * inner, 1.6 * (side_top - deck), SEAT)
         parts.append(heap.placed(0.5 * (rear + box_front), 0.0, deck))
     axle = 0.5 * (rear + box_front) - 0.1
-    gear = _running_gear(axle, radius, half, rear, deck, int(rng.integers(24)))
+    gear = _running_gear(axle, radius, half, rear, deck, int(rng.integers(PLATES)))
     if length > 3.7:
         second = wheel(7, 0.6).scaled(radius, 0.5 * radius, radius)
         second = second.placed(axle - 2.5 * radius, half, radius)
@@ -157,7 +157,7 @@ def _caravan(rng: np.random.Generator, height: float, width: float, length: floa
         squareness=5.0,
         rear_lean=0.6,
     )
-    gear = _running_gear(axle, radius, half - 0.04, rear + 0.005, 0.5, int(rng.integers(24)))
+    gear = _running_gear(axle, radius, half - 0.04, rear + 0.005, 0.5, int(rng.integers(PLATES)))
     return [*parts, *gear, *_drawbar(front, body_front - 0.1, half, 0.42)]
 
 
@@ -180,7 +180,7 @@ def _semi_trailer(
             facing(rear + 0.02, side * (half - 0.3), deck - 0.16, 0.42, 0.13, _RED_LAMP, -1.0)
         )
     parts.append(block(0.10, 1.8 * half, 0.12, STEEL).placed(rear + 0.06, 0.0, radius))
-    parts.append(number_plate(int(rng.integers(24)), rear, deck - 0.16, front=False))
+    parts.append(number_plate(int(rng.integers(PLATES)), rear, deck - 0.16, front=False))
     return parts
 
 
@@ -259,7 +259,7 @@ def _scooter(rng: np.random.Generator, height: float, width: float, length: floa
         blob(0.1, 0.06, 0.08, PLASTIC).placed(front - 0.3 * length, 0.03 - half, height - 0.04),
     ]
     parts.append(
-        number_plate(int(rng.integers(24)), rear + 0.03, 0.42 * height, front=False, share=0.45)
+        number_plate(int(rng.integers(PLATES)), rear + 0.03, 0.42 * height, front=False, share=0.45)
     )
     return parts
 
