@@ -100,9 +100,9 @@ def _queues(rng: np.random.Generator, first: float) -> list[Placed]:
 
 
 def _beside_the_road(rng: np.random.Generator) -> Placed:
-    """Cyclists and people on a path beside the road."""
+    """Cyclists and people on a path to the right of the road, beyond its shoulder."""
     count = 1 + int(rng.poisson(0.6))
     along = 15.0 + 40.0 * rng.random(count)
-    lateral = np.where(rng.random(count) < 0.7, -1.0, 1.0) * (5.5 + 5.0 * rng.random(count))
+    lateral = -(7.0 + 4.0 * rng.random(count))
     heading = np.where(rng.random(count) < 0.4, np.pi, 0.0) + 0.1 * rng.standard_normal(count)
     return place_freely(rng, _CYCLIST, along, lateral, heading, np.ones(count, bool))

@@ -13,7 +13,8 @@ from avsec_gym.world.textures.noise import fractal_noise
 _ROWS, _COLUMNS = 96, 512
 _SUN_RADIUS = 0.0047
 """Radians."""
-_GOLDEN_ANGLE, _GOLDEN_SHARE = 2.399963, 0.754878
+_GRAIN = 0.005
+"""Of half-shades, metres."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,18 +89,25 @@ class Light:
         return np.asarray(self.panorama[:6].mean(axis=(0, 1)) * 0.7, np.float32)
 
 
-def towards_disc(sun: Float32s, count: int) -> Float32s:
-    """Unit vectors towards points of the sun's disc, spread evenly, shape (count, 3).
+def towards_disc(sun: Float32s, points: Float32s) -> Float32s:
+    """Unit vectors from points towards places on the sun's disc, shape (n, 3).
 
-    Shadows get their half-shade from it: soft where what casts them is far away.
+    Shadows get their half-shade from it: soft where what casts them is far away.  A place on the
+    ground looks at the same place on the sun from one image to the next.
+
+    Args:
+        sun: Direction, shape (3,).
+        points: Metres, shape (n, 3).
     """
-    number = np.arange(count)
-    angle = _GOLDEN_ANGLE * number
-    reach = _SUN_RADIUS * np.sqrt((_GOLDEN_SHARE * number) % 1.0)
+    cells = np.floor(points / _GRAIN).astype(np.int64)
+    bits = cells @ np.array([73_856_093, 19_349_663, 83_492_791]) & 0xFFFFFFFF
+    bits = (bits ^ bits >> 15) * 0x2C1B3C6D & 0xFFFFFFFF
+    bits ^= bits >> 13
+    angle = (2.0 * np.pi / 65536.0) * (bits & 0xFFFF)
+    reach = _SUN_RADIUS / 256.0 * np.sqrt(bits >> 16)
     aside = np.array([-sun[1], sun[0], 0.0]) / max(float(np.hypot(sun[0], sun[1])), 1e-6)
     above = np.cross(sun, aside)
-    offset = np.outer(reach * np.cos(angle), aside) + np.outer(reach * np.sin(angle), above)
-    towards = sun + offset
+    towards = sun + np.outer(reach * np.cos(angle), aside) + np.outer(reach * np.sin(angle), above)
     return np.asarray(towards / np.linalg.norm(towards, axis=1, keepdims=True), np.float32)
 
 

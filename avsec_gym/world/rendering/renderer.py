@@ -259,7 +259,7 @@ class Renderer:
 
     def _shaded(self, points: Float32s) -> NDArray[np.bool_]:
         """Whether points of the sun's disc are hidden; it shines through one layer of leaves."""
-        to_sun = towards_disc(self._light.sun, len(points))
+        to_sun = towards_disc(self._light.sun, points)
         found = self.scene.hits(points, to_sun)
         gaps = np.empty(len(points), bool)
         between_leaves(self._arrays, *found, np.float32(_SUN_ANGLE), gaps)

@@ -124,7 +124,7 @@ def smooth_over_surfaces(values, used, distances, normals, width):
                 )
                 if alike < 0.9:
                     continue
-                weight = np.float32((3 - abs(down)) * (3 - abs(right)))
+                weight = np.float32(((3 - abs(down)) * (3 - abs(right))) ** 2)
                 for k in range(values.shape[1]):
                     out[i, k] += weight * min(values[j, k], _BURNT_OUT)
                 total += weight

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from avsec_gym.world.scenery.frontage import Row, build_row, front_garden
+from avsec_gym.world.scenery.frontage import Row, build_behind, build_row, front_garden
 from avsec_gym.world.scenery.planting import plant_bushes, plant_hedge, plant_trees
 from avsec_gym.world.scenery.plot import Plot
 from avsec_gym.world.scenery.street_side import line_up, scatter
@@ -35,7 +35,8 @@ def city(plot: Plot, rng: np.random.Generator) -> None:
             gap=(2.0, 12.0),
             gap_share=0.12 + 0.6 * openness,
         )
-        build_row(plot, rng, row, side)
+        gaps = build_row(plot, rng, row, side)
+        build_behind(plot, rng, side, gaps, ("terrace", "terrace", "apartment"))
         _fill_gaps(plot, rng, side, 5.0)
         right, left = plot.site.section.edges
         edge = left if side > 0 else -right

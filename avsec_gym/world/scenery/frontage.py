@@ -43,8 +43,8 @@ def build_row(
     side: int,
     *,
     before: Callable[[float, float, float], None] | None = None,
-) -> None:
-    """Buildings along one side, as far as there is room.
+) -> list[float]:
+    """Buildings along one side, as far as there is room; returns the middles of the gaps.
 
     Where something stands in the way a building moves back, up to 14 m, or is left out.
 
@@ -60,6 +60,7 @@ def build_row(
     names, shares = list(row.kinds), np.array(list(row.kinds.values()))
     along = plot.start + float(rng.uniform(0.0, 6.0))
     line = float(rng.uniform(*row.setback))
+    gaps: list[float] = []
     while along < plot.end:
         kind = str(rng.choice(names, p=shares / shares.sum()))
         width, depth = float(rng.uniform(*row.widths)), float(rng.uniform(*row.depths))
@@ -83,9 +84,41 @@ def build_row(
                 if before is not None:
                     before(middle, width, setback + retreat)
                 break
+        else:
+            gaps.append(middle)
         along += width
         if rng.random() < row.gap_share:
-            along += float(rng.uniform(*row.gap))
+            gap = float(rng.uniform(*row.gap))
+            gaps.append(along + 0.5 * gap)
+            along += gap
+    return gaps
+
+
+def build_behind(
+    plot: Plot, rng: np.random.Generator, side: int, gaps: Sequence[float], kinds: Sequence[str]
+) -> None:
+    """Houses of the next street, seen through gaps of a row.
+
+    Args:
+        plot: Where.
+        rng: The source of chance.
+        side: 1 left, -1 right.
+        gaps: Their middles along the road, as `build_row` returns them.
+        kinds: Of buildings, each as likely as the others.
+    """
+    edge = abs(plot.site.section.edges[1 if side > 0 else 0])
+    for along in gaps:
+        kind, width = str(rng.choice(list(kinds))), float(rng.uniform(14.0, 26.0))
+        plot.place(
+            partial(_building, kind, width, 11.0, int(rng.integers(2**31))),
+            Surface.BUILDING,
+            along + float(rng.uniform(-4.0, 8.0)),
+            side * (edge + float(rng.uniform(24.0, 36.0))),
+            heading=0.0 if side > 0 else np.pi,
+            size=(width, 11.0),
+            offset=5.5,
+            sunk=-0.05,
+        )
 
 
 def _building(kind: str, width: float, depth: float, seed: int, distance: float) -> Mesh:

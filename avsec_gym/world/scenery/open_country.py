@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from avsec_gym.geometry import Floats
+from avsec_gym.geometry import Floats, rectangle_polygons
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.buildings import make_building
 from avsec_gym.world.models.furniture.barriers import guard_rail, noise_barrier
@@ -15,12 +15,19 @@ from avsec_gym.world.scenery.plot import Plot
 from avsec_gym.world.scenery.street_side import line_up, scatter
 
 _WOODS = ("maple", "lime", "spruce", "pine", "birch", "maple")
+_CROWNS = 2.5
+"""Room for those of trees beside bridges and gantries, metres."""
 _ROADSIDE = ("poplar", "lime", "fruit", "birch", "autumn")
 
 
 def highway(plot: Plot, rng: np.random.Generator) -> None:
     """Guard rails, verges, woods or fields, gantries and bridges."""
     right, left = plot.site.section.edges
+    over = rng.random()
+    if over < 0.18:
+        _bridge(plot, rng)
+    elif over < 0.45:
+        _gantry(plot, rng)
     for strip in plot.site.section.strips:
         inside = strip.right > right + 1.0 and strip.left < left - 1.0
         if strip.surface == Surface.VERGE and inside:
@@ -46,11 +53,6 @@ def highway(plot: Plot, rng: np.random.Generator) -> None:
                 np.inf,
             )
         _land(plot, rng, side, edge, beyond)
-    over = rng.random()
-    if over < 0.18:
-        _bridge(plot, rng)
-    elif over < 0.45:
-        _gantry(plot, rng)
     scatter(
         plot,
         rng,
@@ -181,4 +183,7 @@ def _gantry(plot: Plot, rng: np.random.Generator) -> None:
 def _across(plot: Plot, mesh: Mesh, along: float, left: float, reach: float) -> None:
     x, y, heading = plot.site.course.poses(along, left).tolist()
     height = float(plot.site.ground.height(x, y))
+    low, high = mesh.bounds
+    length, width, _ = (high - low + 2.0 * _CROWNS).tolist()
+    plot.reserve(rectangle_polygons(np.array([x, y, heading]), length, width).item())
     plot.add(mesh.placed(x, y, height, heading), Surface.BUILDING, (x, y), reach)

@@ -142,16 +142,20 @@ class Plot:
             return False
         if any(shapely.intersects(other, footprint) for other in self._near(footprint)):
             return False
-        if len(self._taken) == len(self._bounds):
-            self._bounds = np.concatenate([self._bounds, self._bounds])
-        self._bounds[len(self._taken)] = shapely.bounds(footprint)
-        self._taken.append(footprint)
+        self.reserve(footprint)
         corners = shapely.get_coordinates(footprint)[:4]
         base = float(self.site.ground.height(*corners.T).min())
         base = self.height(along, left) if max(size) < 3.0 else base
         reach = float(np.hypot(*size)) * scale + abs(offset)
         self._add(make, surface, x, y, base - sunk, yaw, scale, reach)
         return True
+
+    def reserve(self, area: shapely.Polygon) -> None:
+        """Let nothing more be placed in an area of the world's ground plane."""
+        if len(self._taken) == len(self._bounds):
+            self._bounds = np.concatenate([self._bounds, self._bounds])
+        self._bounds[len(self._taken)] = shapely.bounds(area)
+        self._taken.append(area)
 
     def add(self, mesh: Mesh, surface: Surface, middle: tuple[float, float], reach: float) -> None:
         """Add what is already in the world frame and needs no room: rails, fences, backdrops."""
