@@ -5,6 +5,7 @@ The world frame is then the vehicle frame of the rig that sees the objects.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +26,7 @@ EGO_DIMENSIONS = (1.50, 1.80, 4.70)
 VEHICLES = ("Car", "Van", "Truck", "Tram", "Misc")
 
 _LANE_WIDTH, _MEDIAN = 3.5, 3.0
+_DROPPED_KERB = 0.025
 _PLANE_WEIGHT = 0.02
 _SWELL_RADIUS = (2.5, 9.0)
 
@@ -115,6 +117,19 @@ def lifted(actors: Actors, course: Course, section: CrossSection) -> Floats:
     """Height of what lies on the land below each actor (pavements), metres, shape (N,)."""
     _, left = course.coordinates(actors.pose[:, 0], actors.pose[:, 1])
     return section.height(left)
+
+
+def with_dropped_kerbs(actors: Actors, course: Course, section: CrossSection) -> CrossSection:
+    """The section, its kerbs lowered if anybody stands across one: nobody is to float or sink."""
+    corners = rectangle_corners(actors.pose, actors.dimensions[:, 2], actors.dimensions[:, 1])
+    _, left = course.coordinates(corners[..., 0], corners[..., 1])
+    heights = section.height(left)
+    if np.ptp(heights, axis=1).max() <= _DROPPED_KERB:
+        return section
+    strips = tuple(
+        replace(strip, height=min(strip.height, _DROPPED_KERB)) for strip in section.strips
+    )
+    return replace(section, strips=strips)
 
 
 def with_street_behind(actors: Actors) -> Actors:

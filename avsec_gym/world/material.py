@@ -21,6 +21,8 @@ class Material:
         translucent: Share of the light on the far side that shines through (leaves 0.4).
         leaves: The surface stands for a spray of leaves: it is drawn leaf by leaf, and light and
             rays pass between them.
+        grainy: The texture has grains without order (asphalt, grass): it is drawn twice, at two
+            scales, so that nobody sees it repeat.
         infrared: LiDAR reflectance in [0, 1]; None for the texture's brightness.  Leaves and
             many paints are bright in the infrared, tyres and dark windows black, number plates
             and road signs (retro-reflectors) 1.
@@ -34,5 +36,6 @@ class Material:
     glass: bool = False
     translucent: float = 0.0
     leaves: bool = False
+    grainy: bool = False
     infrared: float | None = None
     glow: float = 0.0

@@ -19,6 +19,7 @@ from avsec_gym.world.framing import (
     lifted,
     parked_beside,
     usual_heading,
+    with_dropped_kerbs,
     with_street_behind,
 )
 from avsec_gym.world.ground import Ground
@@ -140,6 +141,7 @@ def _shot(
         lanes = highway_lanes(actors, course, lanes)
     parked = parked_beside(actors, course, lanes, lane_width)
     section = section_for_lanes(lanes, lane_width, style, rng, *parked)
+    section = with_dropped_kerbs(actors, course, section)
     lift = lifted(actors, course, section)
     if ground is None:
         ground = ground_through(actors, lift)

@@ -120,5 +120,5 @@ def draw_light(rng: np.random.Generator) -> Light:
         cloudiness=cloudiness,
         haze=float(rng.uniform(1200.0, 6000.0) * (1.0 - 0.6 * cloudiness)),
         seed=int(rng.integers(2**31)),
-        brightness=float(np.clip(rng.normal(0.355, 0.02), 0.30, 0.42) + 0.06 * cloudiness**2),
+        brightness=float(np.clip(rng.normal(0.355, 0.02), 0.30, 0.42)),
     )

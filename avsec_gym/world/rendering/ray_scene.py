@@ -36,6 +36,7 @@ class MaterialTable(NamedTuple):
     glass: NDArray[np.bool_]
     translucent: Float32s
     leaves: NDArray[np.bool_]
+    grainy: NDArray[np.bool_]
     infrared: Float32s
     """-1: the texture's brightness."""
     glow: Float32s
@@ -121,6 +122,7 @@ def _table(mesh: Mesh) -> MaterialTable:
         glass=np.array([material.glass for material in materials]),
         translucent=column("translucent"),
         leaves=np.array([material.leaves for material in materials]),
+        grainy=np.array([material.grainy for material in materials]),
         infrared=np.array(
             [-1.0 if m.infrared is None else m.infrared for m in materials], np.float32
         ),

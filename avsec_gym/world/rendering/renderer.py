@@ -36,7 +36,9 @@ _SUN_ANGLE = 0.0015
 _PULSE_ANGLE = 0.003
 """Width of a laser pulse, radians."""
 _LAND = 0.72
-"""Beneath a wide sky the land keeps so much of the brightness aimed for: the sky burns out."""
+"""Beneath a wide sky the land keeps so much of the brightness aimed for: the sky burns out..."""
+_BURN = 1.15
+"""... by this factor at most."""
 _BRIGHTEST = 1.25
 """Rays count as no brighter when a pixel's are averaged: bright edges stay smooth."""
 
@@ -208,7 +210,8 @@ class Renderer:
         brightness = self._light.brightness
         exposure = metered_exposure(light, brightness)
         if land.any():
-            exposure = max(exposure, metered_exposure(light[land], _LAND * brightness))
+            for_land = metered_exposure(light[land], _LAND * brightness)
+            exposure = max(exposure, min(for_land, _BURN * exposure))
         return np.float32(exposure)
 
     def _ambient_grid(self, camera: PinholeCamera) -> tuple[Float32s, Float32s, Float32s]:

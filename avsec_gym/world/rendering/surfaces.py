@@ -11,13 +11,16 @@ from avsec_gym.world.mesh import Float32s, Int32s
 from avsec_gym.world.rendering.foliage import leaf_at, leaf_cell
 from avsec_gym.world.rendering.ray_scene import NO_OVERLAY
 from avsec_gym.world.rendering.scene_arrays import SceneArrays
-from avsec_gym.world.rendering.texturing import filtered_colour, overlay_colour
+from avsec_gym.world.rendering.texturing import filtered_colour, overlay_colour, texel_colour
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _STEEPEST = np.float32(0.04)
 _BREAK_UP = np.float32(0.11)
 _MOST_MIRRORED = np.float32(0.75)
 """At grazing angles, where dust and ripples spoil the mirror."""
+_COS, _SIN = np.float32(0.745 * np.cos(0.7)), np.float32(0.745 * np.sin(0.7))
+"""Scale and turn of the second layer of grains."""
+_BOTH = np.float32(np.sqrt(0.5))
 _TURN = np.float32(0.55)
 """How far leaves turn from the spray that they belong to."""
 
@@ -140,16 +143,35 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
         stretch = foot / cosine
         u_ab, v_ab = scene.uv[b, 0] - scene.uv[a, 0], scene.uv[b, 1] - scene.uv[a, 1]
         u_ac, v_ac = scene.uv[c, 0] - scene.uv[a, 0], scene.uv[c, 1] - scene.uv[a, 1]
+        texture = scene.materials.texture[material]
+        place_u = scene.uv[a, 0] + second * u_ab + third * u_ac
+        place_v = scene.uv[a, 1] + second * v_ab + third * v_ac
+        short_u = (short2 * u_ab + short3 * u_ac) * foot
+        short_v = (short2 * v_ab + short3 * v_ac) * foot
+        long_u = (long2 * u_ab + long3 * u_ac) * stretch
+        long_v = (long2 * v_ab + long3 * v_ac) * stretch
         colour = filtered_colour(
-            scene.textures,
-            scene.materials.texture[material],
-            scene.uv[a, 0] + second * u_ab + third * u_ac,
-            scene.uv[a, 1] + second * v_ab + third * v_ac,
-            (short2 * u_ab + short3 * u_ac) * foot,
-            (short2 * v_ab + short3 * v_ac) * foot,
-            (long2 * u_ab + long3 * u_ac) * stretch,
-            (long2 * v_ab + long3 * v_ac) * stretch,
+            scene.textures, texture, place_u, place_v, short_u, short_v, long_u, long_v
         )
+        if scene.materials.grainy[material]:
+            # The same grains turned and a little larger; two add up to as much contrast as one.
+            again = filtered_colour(
+                scene.textures,
+                texture,
+                _COS * place_u - _SIN * place_v,
+                _SIN * place_u + _COS * place_v,
+                _COS * short_u - _SIN * short_v,
+                _SIN * short_u + _COS * short_v,
+                _COS * long_u - _SIN * long_v,
+                _SIN * long_u + _COS * long_v,
+            )
+            last = scene.textures.levels[texture] - 1
+            mean = texel_colour(scene.textures, texture, last, np.float32(0.5), np.float32(0.5))
+            colour = (
+                mean[0] + _BOTH * (colour[0] + again[0] - np.float32(2.0) * mean[0]),
+                mean[1] + _BOTH * (colour[1] + again[1] - np.float32(2.0) * mean[1]),
+                mean[2] + _BOTH * (colour[2] + again[2] - np.float32(2.0) * mean[2]),
+            )
         red = colour[0] * scene.materials.tint[material, 0]
         green = colour[1] * scene.materials.tint[material, 1]
         blue = colour[2] * scene.materials.tint[material, 2]
@@ -157,8 +179,6 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
         py = origins[i, 1] + distance * dy
         pz = origins[i, 2] + distance * dz
         if scene.materials.leaves[material]:
-            place_u = scene.uv[a, 0] + second * u_ab + third * u_ac
-            place_v = scene.uv[a, 1] + second * v_ab + third * v_ac
             leaf = leaf_at(place_u, place_v, leaf_cell(distance, pixel_angle))
             # Leaves differ in tone and turn this way and that.
             tone = np.float32(0.6) + np.float32(leaf & 0xFF) * np.float32(1.1 / 255.0)

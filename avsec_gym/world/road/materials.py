@@ -15,6 +15,7 @@ _ASPHALTS = {
     Style.HIGHWAY: (0, 1, 2, 6, 7),
     Style.RURAL: (0, 1, 2, 6),
 }
+_PATH = 1.25
 _GREEN_INFRARED = 0.5
 """Grass is bright in the infrared."""
 
@@ -25,28 +26,30 @@ def ground_materials(site: Site) -> dict[str, Material]:
     Depends on the site's style and seed alone, so that road and land fit together.
     """
     rng = np.random.default_rng((site.seed, 2011))
-    shade = float(rng.uniform(0.85, 1.1))
+    shade = float(rng.uniform(1.1, 1.5))
     asphalts = rng.permutation(_ASPHALTS[site.style])
 
-    def of(texture: str, variants: int = 1, infrared: float | None = None) -> Material:
+    def of(
+        texture: str, variants: int = 1, infrared: float | None = None, grainy: bool = False
+    ) -> Material:
         name = f"{texture}/{rng.integers(variants)}" if variants > 1 else texture
         level = float(rng.uniform(0.88, 1.08))
-        return Material(name, (level, level, level), infrared=infrared)
+        return Material(name, (level, level, level), infrared=infrared, grainy=grainy)
 
     return {
-        "asphalt": Material(f"asphalt/{asphalts[0]}", (shade, shade, shade)),
-        "footway": Material(f"asphalt/{asphalts[1]}"),
+        "asphalt": Material(f"asphalt/{asphalts[0]}", (shade, shade, shade), grainy=True),
+        "footway": Material(f"asphalt/{asphalts[1]}", (_PATH, _PATH, _PATH), grainy=True),
         "concrete": of("road_concrete"),
-        "red_asphalt": of("red_asphalt"),
+        "red_asphalt": of("red_asphalt", grainy=True),
         "cobbles": of("setts", 3),
         "slabs": of("slabs", 4),
         "clinker": of("clinker", 2),
         "kerb": of("kerb_stone"),
-        "gravel": of("gravel"),
-        "grass": of("grass", 4, _GREEN_INFRARED),
-        "meadow": of("meadow", 4, _GREEN_INFRARED),
-        "soil": of("soil", 2),
-        "leaves": of("leaf_litter"),
+        "gravel": of("gravel", grainy=True),
+        "grass": of("grass", 4, _GREEN_INFRARED, grainy=True),
+        "meadow": of("meadow", 4, _GREEN_INFRARED, grainy=True),
+        "soil": of("soil", 2, grainy=True),
+        "leaves": of("leaf_litter", grainy=True),
     }
 
 
