@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from avsec_gym.experiments.figure_style import FAINT, FIGURE_STYLE, INK
 from avsec_gym.experiments.layout_quantities import CATEGORIES, QUANTITIES, Quantity, Sample
 from avsec_gym.geometry import Floats
 
-_OURS, _KITTI, _INK, _FAINT = "#0072B2", "#BDBDBD", "#222222", "#6B6B6B"
+_OURS, _KITTI = "#0072B2", "#BDBDBD"
 _PANELS = (
     "cars_per_frame people_per_frame objects occlusion",
     "distance lateral heading folded_heading",
@@ -32,14 +33,7 @@ _TICKS: Mapping[str, tuple[list[float], list[str]]] = {
     "truncated_share": ([0, 1], ["whole", "cut"]),
 }
 _STYLE: dict[Any, Any] = {
-    "font.family": "DejaVu Sans",
-    "font.size": 9,
-    "axes.edgecolor": "#999999",
-    "axes.linewidth": 0.8,
-    "text.color": _INK,
-    "axes.labelcolor": _FAINT,
-    "xtick.color": _FAINT,
-    "ytick.color": _FAINT,
+    **FIGURE_STYLE,
     "xtick.labelsize": 8.5,
     "ytick.labelsize": 8.5,
 }
@@ -95,7 +89,7 @@ def _head(figure: Any, result: Mapping[str, Any]) -> None:
         "title says otherwise.\nUnder each title: the distance between the two, and as a yardstick "
         "that between two random halves of KITTI.",
         fontsize=10,
-        color=_FAINT,
+        color=FAINT,
         linespacing=1.4,
     )
     figure.legend(
@@ -112,8 +106,8 @@ def _head(figure: Any, result: Mapping[str, Any]) -> None:
 
 
 def _title(axes: Any, title: str, note: str) -> None:
-    axes.set_title(title, loc="left", fontsize=11, weight="bold", color=_INK, pad=20)
-    axes.text(0, 1.035, note, transform=axes.transAxes, fontsize=8.5, color=_FAINT)
+    axes.set_title(title, loc="left", fontsize=11, weight="bold", color=INK, pad=20)
+    axes.text(0, 1.035, note, transform=axes.transAxes, fontsize=8.5, color=FAINT)
 
 
 def _histogram(
@@ -155,7 +149,7 @@ def _bars(axes: Any, real: Floats, mine: Floats) -> None:
     axes.bar(place - 0.2, real, 0.38, color=_KITTI)
     axes.bar(place + 0.2, mine, 0.38, color=_OURS)
     for x, value, colour in [
-        *zip(place - 0.2, real, [_FAINT] * len(real), strict=True),
+        *zip(place - 0.2, real, [FAINT] * len(real), strict=True),
         *zip(place + 0.2, mine, [_OURS] * len(mine), strict=True),
     ]:
         text = "0" if value == 0 else f"{value:.1f}" if value < 9.95 else f"{value:.0f}"
@@ -175,7 +169,7 @@ def _objects(axes: Any, result: Mapping[str, Any]) -> None:
     place = np.arange(len(CATEGORIES))
     widest = 0.0
     for source, shift, colour, ink in (
-        ("kitti", -0.2, _KITTI, _FAINT),
+        ("kitti", -0.2, _KITTI, FAINT),
         ("ours", 0.2, _OURS, _OURS),
     ):
         values = [result["objects_per_frame"][source][name] for name in CATEGORIES]

@@ -10,19 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from avsec_gym.experiments.figure_style import FAINT, FIGURE_STYLE
 from avsec_gym.experiments.world_scans import ELEVATIONS, RANGES, REFLECTANCES
 
-_OURS, _REAL, _INK, _FAINT = "#0072B2", "#BDBDBD", "#222222", "#6B6B6B"
+_OURS, _REAL = "#0072B2", "#BDBDBD"
 _MARKS = ["#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8B4513", "#999900"]
 _STYLE: dict[Any, Any] = {
-    "font.family": "DejaVu Sans",
-    "font.size": 9,
-    "axes.edgecolor": "#999999",
-    "axes.linewidth": 0.8,
-    "text.color": _INK,
-    "axes.labelcolor": _FAINT,
-    "xtick.color": _FAINT,
-    "ytick.color": _FAINT,
+    **FIGURE_STYLE,
     "axes.spines.top": False,
     "axes.spines.right": False,
 }
@@ -104,7 +98,7 @@ def draw_labels(labels: Mapping[str, Any], path: Path) -> None:
                 if value is not None
             )
             panel.set_title(quantity["title"] + unit, pad=16, **_TITLE)
-            panel.text(0, 1.03, note, transform=panel.transAxes, fontsize=8, color=_FAINT)
+            panel.text(0, 1.03, note, transform=panel.transAxes, fontsize=8, color=FAINT)
         last, places = axes[-1], np.arange(len(labels["categories"]))
         for source, shift, colour in (("kitti", -0.2, _REAL), ("ours", 0.2, _OURS)):
             per_frame = [labels["objects_per_frame"][source][c] for c in labels["categories"]]

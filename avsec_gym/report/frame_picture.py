@@ -1,4 +1,4 @@
-"""Pictures of sensor frames, real or procedural: one frame with all its sensors, or many at once."""
+"""Pictures of sensor frames, real or procedural: one with all its sensors, or many at once."""
 
 from __future__ import annotations
 
@@ -13,9 +13,8 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import Calibration, Image, SensorFrame
 from avsec_gym.geometry import box_corners, project, rectangle_corners, transform_points
 
-_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4)) + tuple(
-    (i, i + 4) for i in range(4)
-)
+_SIDES = ((0, 1), (1, 2), (2, 3), (3, 0))
+_EDGES = (*_SIDES, *((a + 4, b + 4) for a, b in _SIDES), *((i, i + 4) for i in range(4)))
 _COLOURS = {
     "Car": (60, 220, 90),
     "Van": (40, 200, 200),
