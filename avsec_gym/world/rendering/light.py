@@ -11,10 +11,6 @@ from avsec_gym.world.mesh import Float32s
 from avsec_gym.world.textures.noise import fractal_noise
 
 _ROWS, _COLUMNS = 96, 512
-_SUN_RADIUS = 0.0047
-"""Radians."""
-_GRAIN = 0.005
-"""Of half-shades, metres."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,28 +83,6 @@ class Light:
     def horizon(self) -> Float32s:
         """Light of the air between here and afar, shape (3,)."""
         return np.asarray(self.panorama[:6].mean(axis=(0, 1)) * 0.7, np.float32)
-
-
-def towards_disc(sun: Float32s, points: Float32s) -> Float32s:
-    """Unit vectors from points towards places on the sun's disc, shape (n, 3).
-
-    Shadows get their half-shade from it: soft where what casts them is far away.  A place on the
-    ground looks at the same place on the sun from one image to the next.
-
-    Args:
-        sun: Direction, shape (3,).
-        points: Metres, shape (n, 3).
-    """
-    cells = np.floor(points / _GRAIN).astype(np.int64)
-    bits = cells @ np.array([73_856_093, 19_349_663, 83_492_791]) & 0xFFFFFFFF
-    bits = (bits ^ bits >> 15) * 0x2C1B3C6D & 0xFFFFFFFF
-    bits ^= bits >> 13
-    angle = (2.0 * np.pi / 65536.0) * (bits & 0xFFFF)
-    reach = _SUN_RADIUS / 256.0 * np.sqrt(bits >> 16)
-    aside = np.array([-sun[1], sun[0], 0.0]) / max(float(np.hypot(sun[0], sun[1])), 1e-6)
-    above = np.cross(sun, aside)
-    towards = sun + np.outer(reach * np.cos(angle), aside) + np.outer(reach * np.sin(angle), above)
-    return np.asarray(towards / np.linalg.norm(towards, axis=1, keepdims=True), np.float32)
 
 
 def draw_light(rng: np.random.Generator) -> Light:

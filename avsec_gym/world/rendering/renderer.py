@@ -14,10 +14,15 @@ from avsec_gym.world.rendering.edges import edge_marks
 from avsec_gym.world.rendering.foliage import between_leaves
 from avsec_gym.world.rendering.image_sensor import metered_exposure
 from avsec_gym.world.rendering.laser import laser_reflectance
-from avsec_gym.world.rendering.light import Light, towards_disc
+from avsec_gym.world.rendering.light import Light
 from avsec_gym.world.rendering.ray_scene import NOTHING, Hits, RayScene
 from avsec_gym.world.rendering.scene_arrays import SceneArrays, break_up_lattice
-from avsec_gym.world.rendering.shading import add_glints, radiance, smooth_over_surfaces
+from avsec_gym.world.rendering.shading import (
+    add_glints,
+    radiance,
+    smooth_over_surfaces,
+    towards_disc,
+)
 from avsec_gym.world.rendering.surfaces import Surfaces, surfaces
 from avsec_gym.world.rendering.texturing import OverlayArrays, no_overlay
 from avsec_gym.world.road.section import Surface
@@ -113,21 +118,31 @@ class Renderer:
         origins, directions, hits = self._middle(camera)
         geometry = self._geometry(camera, directions, hits)
         grid = self._ambient_grid(camera)
-        light, found = self._light_along(camera, pixels, origins, directions, hits, grid)
+        found = self._surfaces(camera, directions, origins, hits)
+        reached = self._reached(found, np.flatnonzero(found.sunlight > 0))
+        reached = smooth_over_surfaces(
+            reached[:, None], found.sunlight > 0, hits.distance, found.normal, width
+        )[:, 0]
+        light = self._light_along(camera, pixels, directions, hits, found, reached, grid)
         mirrored = self._mirror(directions, hits, found, light, width)
         reflects = found.mirror > 0.0
-        exposure = self._exposure(light[::17], hits.face[::17] >= 0)
+        exposure = self._exposure(light[::53], hits.face[::53] >= 0)
         light = np.minimum(light * exposure, np.float32(_BRIGHTEST))
         marks = edge_marks(
             light, hits.face, hits.distance, found.normal, geometry.surface.reshape(-1), width
         )
-        count = np.ones(len(light), np.float32)
+        middle, count = hits.face, np.ones(len(light), np.float32)
         for number, offset in enumerate(_EXTRA):
             edges = np.flatnonzero(marks > number)
             moved = pixels[edges] + np.array(offset, np.float32)
             origins, directions = camera_rays(camera, moved)
             hits = self.hits(origins, directions, 1.0 / camera.focal_length)
-            more, found = self._light_along(camera, moved, origins, directions, hits, grid)
+            found = self._surfaces(camera, directions, origins, hits)
+            # On the face that the middle shows it is as sunny as there.
+            same = hits.face == middle[edges]
+            elsewhere = self._reached(found, np.flatnonzero(~same & (found.sunlight > 0)))
+            sunny = np.where(same, reached[edges], elsewhere)
+            more = self._light_along(camera, moved, directions, hits, found, sunny, grid)
             # What is mirrored hardly differs within a pixel: no rays of its own.
             more += (found.mirror * reflects[edges])[:, None] * (mirrored[edges] - more)
             light[edges] += np.minimum(more * exposure, np.float32(_BRIGHTEST))
@@ -233,32 +248,37 @@ class Renderer:
         smooth_ambient(open_light, found.normal, hits.distance, columns, rows, smooth)
         return smooth, found.normal, hits.distance
 
+    def _surfaces(
+        self, camera: PinholeCamera, directions: Float32s, origins: Float32s, hits: Hits
+    ) -> Surfaces:
+        angle = 1.0 / camera.focal_length
+        return surfaces(self._arrays, hits, origins, directions, self._light.sun, angle)
+
+    def _reached(self, found: Surfaces, which: NDArray[np.intp]) -> Float32s:
+        """Whether the sun reaches some of the surfaces, 0 for the others, shape (n,)."""
+        reached = np.zeros(len(found.sunlight), np.float32)
+        reached[which] = ~self._shaded(np.ascontiguousarray(found.point[which]))
+        return reached
+
     def _light_along(
         self,
         camera: PinholeCamera,
         pixels: Float32s,
-        origins: Float32s,
         directions: Float32s,
         hits: Hits,
+        found: Surfaces,
+        reached: Float32s,
         grid: tuple[Float32s, Float32s, Float32s],
-    ) -> tuple[Float32s, Surfaces]:
+    ) -> Float32s:
         light = self._light
-        angle = 1.0 / camera.focal_length
-        found = surfaces(self._arrays, hits, origins, directions, light.sun, angle)
-        lit = found.sunlight > 0
-        reached = np.zeros((len(lit), 1), np.float32)
-        reached[lit, 0] = ~self._shaded(np.ascontiguousarray(found.point[lit]))
-        width, height = camera.size
-        if len(lit) == width * height:
-            reached = smooth_over_surfaces(reached, lit, hits.distance, found.normal, width)
-        found.sunlight[:] *= reached[:, 0]
-        ambient = np.zeros((len(origins), 3), np.float32)
+        found.sunlight[:] *= reached
+        ambient = np.zeros((len(pixels), 3), np.float32)
         columns, rows = (-(-size // _GRID_STEP) for size in camera.size)
         carry(pixels, found, hits.distance, _GRID_STEP, columns, rows, *grid, ambient)
-        out = np.empty((len(origins), 3), np.float32)
+        out = np.empty((len(pixels), 3), np.float32)
         sky = (light.sun_colour, light.panorama, light.horizon, np.float32(light.haze))
         radiance(hits.face, hits.distance, directions, found, ambient, *sky, out)
-        return out, found
+        return out
 
     def _shaded(self, points: Float32s) -> NDArray[np.bool_]:
         """Whether points of the sun's disc are hidden; it shines through one layer of leaves."""

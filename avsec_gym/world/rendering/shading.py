@@ -6,6 +6,10 @@ import numpy as np
 from numba import njit
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
+_SUN_RADIUS = np.float32(0.0047)
+"""Radians."""
+_GRAIN = np.float32(0.005)
+"""Of half-shades, metres."""
 _BURNT_OUT = np.float32(4.0)
 """Light counts as no brighter when it is averaged: edges of reflections stay smooth."""
 _SKY_SEEN = np.float32(1.35)
@@ -130,4 +134,38 @@ def smooth_over_surfaces(values, used, distances, normals, width):
                 total += weight
         for k in range(values.shape[1]):
             out[i, k] /= total
+    return out
+
+
+@njit(cache=True, fastmath=True)
+def towards_disc(sun, points):
+    """Unit vectors from points towards places on the sun's disc, shape (n, 3).
+
+    Shadows get their half-shade from it: soft where what casts them is far away.  A place on the
+    ground looks at the same place on the sun from one image to the next.
+
+    Args:
+        sun: Direction, shape (3,).
+        points: Metres, shape (n, 3).
+    """
+    out = np.empty_like(points)
+    flat = max(np.sqrt(sun[0] * sun[0] + sun[1] * sun[1]), np.float32(1e-6))
+    # Square to the sun: level to its left, and upwards.
+    aside_x, aside_y = -sun[1] / flat, sun[0] / flat
+    up_x, up_y, up_z = -sun[2] * aside_y, sun[2] * aside_x, flat
+    for i in range(len(points)):
+        bits = np.uint32(np.int64(np.floor(points[i, 0] / _GRAIN))) * np.uint32(0x9E3779B1)
+        bits ^= np.uint32(np.int64(np.floor(points[i, 1] / _GRAIN))) * np.uint32(0x85EBCA77)
+        bits ^= np.uint32(np.int64(np.floor(points[i, 2] / _GRAIN))) * np.uint32(0xC2B2AE3D)
+        bits ^= bits >> np.uint32(15)
+        bits *= np.uint32(0x2C1B3C6D)
+        bits ^= bits >> np.uint32(12)
+        angle = np.float32(2.0 * np.pi / 65536.0) * np.float32(bits & np.uint32(0xFFFF))
+        share = np.float32((bits >> np.uint32(16)) & np.uint32(0xFFFF)) * np.float32(1 / 65536.0)
+        reach = _SUN_RADIUS * np.sqrt(share)
+        left, high = reach * np.cos(angle), reach * np.sin(angle)
+        scale = _ONE / np.sqrt(_ONE + reach * reach)
+        out[i, 0] = (sun[0] + left * aside_x + high * up_x) * scale
+        out[i, 1] = (sun[1] + left * aside_y + high * up_y) * scale
+        out[i, 2] = (sun[2] + high * up_z) * scale
     return out
