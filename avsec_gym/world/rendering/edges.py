@@ -41,19 +41,21 @@ def edge_marks(light, faces, distances, normals, surfaces, width):
 
 @njit(cache=True, inline="always")
 def _differ(i, j, light, faces, distances, normals):
-    if faces[i] != faces[j]:
-        if faces[i] < 0 or faces[j] < 0:
-            return True
-        near = min(distances[i], distances[j])
-        if abs(distances[i] - distances[j]) > 0.03 * near:
-            return True
-        alike = (
-            normals[i, 0] * normals[j, 0]
-            + normals[i, 1] * normals[j, 1]
-            + normals[i, 2] * normals[j, 2]
-        )
-        if alike < 0.9:
-            return True
+    if faces[i] == faces[j]:
+        # Textures are filtered, shadows half-shades: nothing within a face is sharper than that.
+        return False
+    if faces[i] < 0 or faces[j] < 0:
+        return True
+    near = min(distances[i], distances[j])
+    if abs(distances[i] - distances[j]) > 0.03 * near:
+        return True
+    alike = (
+        normals[i, 0] * normals[j, 0]
+        + normals[i, 1] * normals[j, 1]
+        + normals[i, 2] * normals[j, 2]
+    )
+    if alike < 0.9:
+        return True
     one = light[i, 0] + light[i, 1] + light[i, 2]
     two = light[j, 0] + light[j, 1] + light[j, 2]
     return abs(one - two) > 0.35 * max(one, two) + 0.02

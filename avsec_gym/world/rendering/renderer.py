@@ -119,10 +119,7 @@ class Renderer:
         geometry = self._geometry(camera, directions, hits)
         grid = self._ambient_grid(camera)
         found = self._surfaces(camera, directions, origins, hits)
-        reached = self._reached(found, np.flatnonzero(found.sunlight > 0))
-        reached = smooth_over_surfaces(
-            reached[:, None], found.sunlight > 0, hits.distance, found.normal, width
-        )[:, 0]
+        reached = self._sunny(found, hits.distance, pixels, width)
         light = self._light_along(camera, pixels, directions, hits, found, reached, grid)
         mirrored = self._mirror(directions, hits, found, light, width)
         reflects = found.mirror > 0.0
@@ -254,6 +251,20 @@ class Renderer:
         angle = 1.0 / camera.focal_length
         return surfaces(self._arrays, hits, origins, directions, self._light.sun, angle)
 
+    def _sunny(self, found: Surfaces, distance: Float32s, pixels: Float32s, width: int) -> Float32s:
+        """How much of the sun each pixel's surface sees, shape (n,).
+
+        Every other pixel, as on a chess board, sends a ray to the sun; the others take the mean
+        of neighbours on their surface, if there are any.
+        """
+        facing = found.sunlight > 0
+        traced = facing & (pixels.sum(axis=1).astype(np.int64) % 2 == 0)
+        reached = self._reached(found, np.flatnonzero(traced))[:, None]
+        reached = smooth_over_surfaces(reached, traced, facing, distance, found.normal, width)[:, 0]
+        alone = np.flatnonzero(reached < 0)
+        reached[alone] = self._reached(found, alone)[alone]
+        return reached
+
     def _reached(self, found: Surfaces, which: NDArray[np.intp]) -> Float32s:
         """Whether the sun reaches some of the surfaces, 0 for the others, shape (n,)."""
         reached = np.zeros(len(found.sunlight), np.float32)
@@ -318,6 +329,6 @@ class Renderer:
         radiance(hits.face, hits.distance, outgoing, behind, ambient, *sky, seen)
         add_glints(outgoing, hits.face < 0, light.sun, light.sun_colour, seen)
         mirrored[rays] = seen
-        mirrored = smooth_over_surfaces(mirrored, followed, distance, found.normal, width)
+        mirrored = smooth_over_surfaces(mirrored, followed, followed, distance, found.normal, width)
         out += found.mirror[:, None] * (mirrored - out)
         return mirrored

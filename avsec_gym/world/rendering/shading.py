@@ -95,7 +95,7 @@ def add_glints(directions, open_sky, sun, sun_colour, light):
 
 
 @njit(cache=True, fastmath=True)
-def smooth_over_surfaces(values, used, distances, normals, width):
+def smooth_over_surfaces(values, known, wanted, distances, normals, width):
     """Values averaged over neighbouring pixels on the same smooth surface, shape (n, m).
 
     One ray through a pixel's middle tells little of what a bent surface mirrors there, and one
@@ -103,23 +103,25 @@ def smooth_over_surfaces(values, used, distances, normals, width):
 
     Args:
         values: Of all pixels, shape (n, m).
-        used: Which pixels are averaged, and count, shape (n,).
+        known: Which pixels' values count, shape (n,).
+        wanted: Which pixels get a mean, -1 where no neighbour counts; the others keep their
+            values, shape (n,).
         distances: Metres, shape (n,).
         normals: Shape (n, 3).
         width: Of the image, pixels.
     """
     out = values.copy()
-    for i in range(len(used)):
-        if not used[i]:
+    for i in range(len(wanted)):
+        if not wanted[i]:
             continue
         column, total = i % width, _ZERO
         out[i] = _ZERO
         for down in range(-2, 3):
             for right in range(-2, 3):
                 j = i + down * width + right
-                if column + right < 0 or column + right >= width or j < 0 or j >= len(used):
+                if column + right < 0 or column + right >= width or j < 0 or j >= len(known):
                     continue
-                if not used[j] or abs(distances[j] - distances[i]) > 0.03 * distances[i]:
+                if not known[j] or abs(distances[j] - distances[i]) > 0.03 * distances[i]:
                     continue
                 alike = (
                     normals[i, 0] * normals[j, 0]
@@ -133,7 +135,7 @@ def smooth_over_surfaces(values, used, distances, normals, width):
                     out[i, k] += weight * min(values[j, k], _BURNT_OUT)
                 total += weight
         for k in range(values.shape[1]):
-            out[i, k] /= total
+            out[i, k] = out[i, k] / total if total > _ZERO else -_ONE
     return out
 
 

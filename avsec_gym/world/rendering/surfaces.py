@@ -21,6 +21,8 @@ _MOST_MIRRORED = np.float32(0.75)
 _COS, _SIN = np.float32(0.745 * np.cos(0.7)), np.float32(0.745 * np.sin(0.7))
 """Scale and turn of the second layer of grains."""
 _BOTH = np.float32(np.sqrt(0.5))
+_GRAINS_SEEN = np.float32(0.06)
+"""Metres in a pixel beyond which grains are a plain colour anyway."""
 _TURN = np.float32(0.55)
 """How far leaves turn from the spray that they belong to."""
 
@@ -153,7 +155,7 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
         colour = filtered_colour(
             scene.textures, texture, place_u, place_v, short_u, short_v, long_u, long_v
         )
-        if scene.materials.grainy[material]:
+        if scene.materials.grainy[material] and foot < _GRAINS_SEEN:
             # The same grains turned and a little larger; two add up to as much contrast as one.
             again = filtered_colour(
                 scene.textures,
