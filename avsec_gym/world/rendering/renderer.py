@@ -40,6 +40,8 @@ _SUN_ANGLE = 0.0015
 """Of the rays to the sun: single leaves cast their shadows from up to 40 m."""
 _PULSE_ANGLE = 0.003
 """Width of a laser pulse, radians."""
+_METERED = 10_000
+"""Pixels of an image by which its exposure is found."""
 _LAND = 0.72
 """Beneath a wide sky the land keeps so much of the brightness aimed for: the sky burns out..."""
 _BURN = 1.15
@@ -123,7 +125,8 @@ class Renderer:
         light = self._light_along(camera, pixels, directions, hits, found, reached, grid)
         mirrored = self._mirror(directions, hits, found, light, width)
         reflects = found.mirror > 0.0
-        exposure = self._exposure(light[::53], hits.face[::53] >= 0)
+        metered = max(1, len(light) // _METERED)
+        exposure = self._exposure(light[::metered], hits.face[::metered] >= 0)
         light = np.minimum(light * exposure, np.float32(_BRIGHTEST))
         marks = edge_marks(
             light, hits.face, hits.distance, found.normal, geometry.surface.reshape(-1), width
@@ -154,7 +157,7 @@ class Renderer:
             origins: Shape (n, 3).
             directions: Unit vectors, shape (n, 3).
         """
-        hits = self.hits(origins, directions, _PULSE_ANGLE)
+        hits = self.hits(origins, directions, _PULSE_ANGLE, layers=1)
         face, distance = hits.face.copy(), hits.distance.copy()
         materials = self.scene.materials
         glass = np.flatnonzero((face >= 0) & materials.glass[self.scene.material[face]])
@@ -172,19 +175,26 @@ class Renderer:
         objects = np.where(seen, self.scene.object_id[np.maximum(face, 0)], NOTHING)
         return Echoes(distance, reflectance, cosine, objects)
 
-    def hits(self, origins: Float32s, directions: Float32s, pixel_angle: float) -> Hits:
+    def hits(
+        self,
+        origins: Float32s,
+        directions: Float32s,
+        pixel_angle: float,
+        layers: int = _LOOKS_THROUGH,
+    ) -> Hits:
         """First hits of rays; rays go on between leaves.
 
         Args:
             origins: Shape (n, 3).
             directions: Unit vectors, shape (n, 3).
             pixel_angle: Angle between neighbouring rays, radians.
+            layers: Of leaves that are looked through at most.
         """
         found = self.scene.hits(origins, directions)
         every = np.arange(len(origins))
         part = found
         gaps = np.empty(len(origins), bool)
-        for _ in range(_LOOKS_THROUGH):
+        for _ in range(layers):
             between_leaves(self._arrays, *part, np.float32(pixel_angle), gaps)
             open_rays = np.flatnonzero(gaps)
             if len(open_rays) == 0:

@@ -14,6 +14,9 @@ from avsec_gym.world.road.section import Surface
 from avsec_gym.world.scenery.planting import plant_bushes, plant_hedge, plant_trees
 from avsec_gym.world.scenery.plot import Plot
 
+HOUSES = 16
+"""Different houses of one kind and size: some thousands in all."""
+
 
 @dataclass(frozen=True)
 class Row:
@@ -63,13 +66,13 @@ def build_row(
     gaps: list[float] = []
     while along < plot.end:
         kind = str(rng.choice(names, p=shares / shares.sum()))
-        width, depth = float(rng.uniform(*row.widths)), float(rng.uniform(*row.depths))
+        width, depth = _whole(rng, row.widths), _whole(rng, row.depths)
         if kind == "garage":
             width, depth = float(rng.choice([6.0, 9.0, 12.0])), 6.0
         jitter = 0.15 if row.gap_share < 0.6 else 1.0
         setback = max(line + float(rng.normal(0.0, jitter)), row.setback[0])
         middle = along + 0.5 * width
-        make = partial(_building, kind, width, depth, int(rng.integers(2**31)))
+        make = partial(_building, kind, width, depth, int(rng.integers(HOUSES)))
         for retreat in (0.0, 2.5, 6.0, 10.0, 14.0):
             if plot.place(
                 make,
@@ -108,9 +111,9 @@ def build_behind(
     """
     edge = abs(plot.site.section.edges[1 if side > 0 else 0])
     for along in gaps:
-        kind, width = str(rng.choice(list(kinds))), float(rng.uniform(14.0, 26.0))
+        kind, width = str(rng.choice(list(kinds))), _whole(rng, (14.0, 26.0))
         plot.place(
-            partial(_building, kind, width, 11.0, int(rng.integers(2**31))),
+            partial(_building, kind, width, 11.0, int(rng.integers(HOUSES))),
             Surface.BUILDING,
             along + float(rng.uniform(-4.0, 8.0)),
             side * (edge + float(rng.uniform(24.0, 36.0))),
@@ -121,13 +124,18 @@ def build_behind(
         )
 
 
+def _whole(rng: np.random.Generator, span: tuple[float, float]) -> float:
+    """A whole number of metres in a range."""
+    return float(np.round(rng.uniform(*span)))
+
+
 def _building(kind: str, width: float, depth: float, seed: int, distance: float) -> Mesh:
     return _built(kind, width, depth, seed)
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=2048)
 def _built(kind: str, width: float, depth: float, seed: int) -> Mesh:
-    """In a drive a house is made once."""
+    """A house is made once; it comes again in other streets, beside others."""
     return make_building(kind, width, depth, np.random.default_rng(seed))
 
 
