@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -83,6 +84,7 @@ class RayScene:
         from embreex.mesh_construction import TriangleMesh
         from embreex.rtcore_scene import EmbreeScene
 
+        _start_embree()
         scene = EmbreeScene()
         TriangleMesh(scene, self.vertices, self.faces)
         return scene
@@ -106,6 +108,28 @@ class RayScene:
         if len(origins) == 0:
             return np.zeros(0, bool)
         return np.asarray(self._embree.run(origins, directions, query="OCCLUDED") >= 0)
+
+
+@cache
+def _start_embree() -> None:
+    """Have embree build its hierarchies with one thread.
+
+    With several their order is not quite the same each time, and with it which of two triangles
+    is hit by a ray through their common edge.  Embree asks for the processors when it starts.
+    """
+    if not hasattr(os, "sched_setaffinity"):
+        return
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore_scene import EmbreeScene
+
+    processors = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(processors)})
+    try:
+        scene = EmbreeScene()
+        TriangleMesh(scene, np.eye(3, dtype=np.float32), np.array([[0, 1, 2]], np.int32))
+        scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
+    finally:
+        os.sched_setaffinity(0, processors)
 
 
 def _table(mesh: Mesh) -> MaterialTable:
