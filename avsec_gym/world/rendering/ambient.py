@@ -55,7 +55,7 @@ def ambient_light(
     return result
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True)
 def _directions(which, normals, directions):
     """Cosine-weighted, spread evenly (a golden spiral) and turned differently at each point."""
     golden = np.float32(2.399963)
@@ -78,7 +78,7 @@ def _directions(which, normals, directions):
             directions[row, 2] = -x * sign * nx - y * ny + nz * up
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True)
 def _gather(which, directions, blocked, panorama, bounced, result):
     for j in range(len(which)):
         red, green, blue = _ZERO, _ZERO, _ZERO
@@ -99,7 +99,7 @@ def _gather(which, directions, blocked, panorama, bounced, result):
         result[i, 0], result[i, 1], result[i, 2] = red / RAYS, green / RAYS, blue / RAYS
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True)
 def smooth_ambient(light, normal, distance, columns, rows, out):
     """Means over neighbours on the same surface: few rays make a rough estimate.
 
@@ -137,7 +137,7 @@ def smooth_ambient(light, normal, distance, columns, rows, out):
             out[i, 0], out[i, 1], out[i, 2] = red / total, green / total, blue / total
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True)
 def carry(
     pixels, found, distances, step, columns, rows, grid_light, grid_normal, grid_distance, out
 ):

@@ -10,7 +10,7 @@ from avsec_gym.world.rendering.texturing import texel_colour
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True)
 def laser_reflectance(scene, faces, distances, origins, directions, reflectance, cosine):
     """Infrared reflectance and cosine of incidence at hits, into the last two arguments.
 

@@ -16,7 +16,7 @@ _SKY_SEEN = np.float32(1.35)
 """The sky as cameras see it against the light that it sheds: KITTI's is burnt out mostly."""
 
 
-@njit(cache=True, fastmath=True, inline="always")
+@njit(cache=True, inline="always")
 def sky_colour(panorama, x, y, z):
     """Light of the sky in a direction; below the horizon that of the horizon."""
     rows, columns = panorama.shape[0], panorama.shape[1]
@@ -44,7 +44,7 @@ def sky_colour(panorama, x, y, z):
     )
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True)
 def radiance(
     faces, distances, directions, found, ambient, sun_colour, panorama, horizon, haze, out
 ):
@@ -75,7 +75,7 @@ def radiance(
             out[i, k] = own * clear + horizon[k] * (_ONE - clear)
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True)
 def add_glints(directions, open_sky, sun, sun_colour, light):
     """Add the sun's own reflection to mirrored light.
 
@@ -94,7 +94,7 @@ def add_glints(directions, open_sky, sun, sun_colour, light):
                 light[j, k] += glint * sun_colour[k]
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True)
 def smooth_over_surfaces(values, known, wanted, distances, normals, width):
     """Values averaged over neighbouring pixels on the same smooth surface, shape (n, m).
 
@@ -139,7 +139,7 @@ def smooth_over_surfaces(values, known, wanted, distances, normals, width):
     return out
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True)
 def towards_disc(sun, points):
     """Unit vectors from points towards places on the sun's disc, shape (n, 3).
 

@@ -75,7 +75,7 @@ def surfaces(
     return result
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True)
 def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
     faces, distances, us, vs = hits[0], hits[1], hits[2], hits[3]
     overlaid = len(scene.overlay_uv) > 0
@@ -251,7 +251,7 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
         result.glow[i] = scene.materials.glow[material]
 
 
-@njit(cache=True, fastmath=True, inline="always")
+@njit(cache=True, inline="always")
 def _smooth(lattice, x, y, z):
     """Smooth noise in [-1, 1] with cells of 1."""
     cx, cy, cz = np.int32(np.floor(x)), np.int32(np.floor(y)), np.int32(np.floor(z))

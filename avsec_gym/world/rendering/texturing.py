@@ -31,7 +31,7 @@ class OverlayArrays(NamedTuple):
     """Overlay coordinate of the picture's left edge, metres, shape (1,)."""
 
 
-@njit(cache=True, fastmath=True, inline="always")
+@njit(cache=True, inline="always")
 def texel_colour(textures, index, level, s, t):
     """Bilinear colour in linear light at (s, t), in repeats of the texture."""
     height = textures.shape[index, level, 0]
@@ -71,7 +71,7 @@ def texel_colour(textures, index, level, s, t):
     return red, green, blue
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True)
 def filtered_colour(textures, index, u, v, short_u, short_v, long_u, long_v):
     """Mean colour of a texture under a pixel's footprint.
 
@@ -118,7 +118,7 @@ def filtered_colour(textures, index, u, v, short_u, short_v, long_u, long_v):
     return red * scale, green * scale, blue * scale
 
 
-@njit(cache=True, fastmath=True)
+@njit(cache=True)
 def overlay_colour(overlay, u, v, short_u, short_v, long_u, long_v):
     """Mean colour (times alpha) and alpha of the overlay under a footprint; 0 beyond its edges."""
     across, down = overlay.scale[0], overlay.scale[1]
