@@ -14,6 +14,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +24,11 @@ os.environ |= {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 import cv2
 import numpy as np
 
-from avsec_gym.world.capture import take
+from avsec_gym.world.capture import renderer_of, take
 from avsec_gym.world.export import make_data_set, suite_recipe
 from avsec_gym.world.layouts import generate_layout
 from avsec_gym.world.rendering.lidar import Lidar
+from avsec_gym.world.rendering.renderer import Renderer
 from avsec_gym.world.shots import Shot, shot_of_layout
 
 
@@ -42,32 +44,30 @@ def one_core(frames: int) -> dict[str, float]:
     take(shot_of_layout(generate_layout(0)))
     rows: dict[str, list[float]] = {}
     for number in range(1, frames + 1):
-        layout = generate_layout(number)
-        build, shot = timed(lambda layout=layout: shot_of_layout(layout))
-        labels, _ = timed(lambda shot=shot: take(shot, cameras=(), lidar=None))
-        single, _ = timed(lambda shot=shot: take(shot, cameras=(2,), lidar=None))
-        pair, _ = timed(lambda shot=shot: take(shot, cameras=(2, 3), lidar=None))
-        scan = timed_scan(shot)
+        build, (shot, renderer) = timed(lambda number=number: standing(number))
+        look = partial(take, shot, renderer=renderer, lidar=None)
+        lidar, rng = Lidar(), np.random.default_rng(0)
+        to_world = shot.vehicle_to_world[0] @ shot.rig.velodyne_pose
+        pair, _ = timed(lambda look=look: look(cameras=(2, 3)))
         measured = {
             "scene": build,
-            "labels_and_depth": labels,
-            "one_camera_with_labels": single,
+            "labels_and_depth": timed(lambda look=look: look(cameras=()))[0],
+            "one_camera_with_labels": timed(lambda look=look: look(cameras=(2,)))[0],
             "stereo_pair_with_labels": pair,
             "scene_and_stereo_pair_with_labels": build + pair,
-            "scan": scan,
+            "scan": timed(partial(lidar.scan, renderer, to_world, rng))[0],
         }
         for name, seconds in measured.items():
             rows.setdefault(name, []).append(seconds)
     return {name: round(statistics.median(values), 3) for name, values in rows.items()}
 
 
-def timed_scan(shot: Shot) -> float:
-    """Seconds of a scan in a scene that is there, as it is when cameras have looked at it."""
-    moment, pose = shot.moment, shot.vehicle_to_world[0]
-    renderer = shot.stage.renderer(moment.actors, 0, moment.egos)
-    lidar, to_world = Lidar(), pose @ shot.rig.velodyne_pose
-    lidar.scan(renderer, to_world, np.random.default_rng(0))
-    return timed(lambda: lidar.scan(renderer, to_world, np.random.default_rng(0)))[0]
+def standing(number: int) -> tuple[Shot, Renderer]:
+    """A layout's place drawn and built up, all meshes made, embree's hierarchy built."""
+    shot = shot_of_layout(generate_layout(number))
+    renderer = renderer_of(shot)
+    renderer.scene.blocked(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
+    return shot, renderer
 
 
 def frames_per_second(frames: int, workers: int) -> float:

@@ -19,7 +19,7 @@ from avsec_gym.world.rendering.camera import PinholeCamera
 from avsec_gym.world.rendering.image_sensor import draw_sensors
 from avsec_gym.world.rendering.lidar import Lidar, Scan
 from avsec_gym.world.rendering.ray_scene import RayScene, Thing
-from avsec_gym.world.rendering.renderer import Geometry
+from avsec_gym.world.rendering.renderer import Geometry, Renderer
 from avsec_gym.world.rendering.silhouettes import silhouettes
 from avsec_gym.world.road.section import Surface
 from avsec_gym.world.shapes import box
@@ -56,6 +56,7 @@ def take(
     ego: int = 0,
     cameras: Sequence[int] = (2, 3),
     lidar: Lidar | None = Lidar(),
+    renderer: Renderer | None = None,
 ) -> Capture:
     """Take a shot with the sensors of one ego vehicle.
 
@@ -64,11 +65,12 @@ def take(
         ego: Which of the moment's ego vehicles.
         cameras: To render.
         lidar: To scan with; None for no scan.
+        renderer: What `renderer_of` made of this shot and vehicle, if it stands already.
     """
     moment, rig = shot.moment, shot.rig
     pose = shot.vehicle_to_world[ego]
     own = moment.egos[ego]
-    renderer = shot.stage.renderer(moment.actors, own, moment.egos)
+    renderer = renderer or renderer_of(shot, ego)
     reference, partner = rig.stereo_pair
     # A vehicle's cameras keep their gain and focus from moment to moment.
     made = np.random.Generator(np.random.PCG64(np.random.SeedSequence((*shot.seed[:2], own))))
@@ -99,6 +101,12 @@ def take(
         np.nan,
     )
     return Capture(images, scan, labels, geometry, disparity.astype(np.float32), partner)
+
+
+def renderer_of(shot: Shot, ego: int = 0) -> Renderer:
+    """The scene around one of a moment's ego vehicles, ready to be looked at."""
+    moment = shot.moment
+    return shot.stage.renderer(moment.actors, moment.egos[ego], moment.egos)
 
 
 def pinhole(rig: SensorRig, camera: int, vehicle_to_world: Floats) -> PinholeCamera:

@@ -25,7 +25,13 @@ from avsec_gym.world.scenery.plot import Placement
 from avsec_gym.world.site import Site
 
 SIGHT = 170.0
-"""Metres from the camera beyond which single things are left out."""
+"""Metres from the camera beyond which single things are left out..."""
+_UNSEEN_SIGHT = 100.0
+"""... where no camera looks."""
+_FIELD_OF_VIEW = 1.2
+"""Tangent of half of it, with a margin: cameras look ahead."""
+_COARSER = 45.0
+"""Metres that things outside of it count as farther away."""
 
 
 class Stage:
@@ -61,14 +67,15 @@ class Stage:
         """
         x, y, heading = actors.pose[looking]
         away = self._places[:, :2] - (x, y)
-        distance = np.hypot(*away.T)
-        behind = away @ (np.cos(heading), np.sin(heading)) < -25.0 - self._places[:, 2]
-        near = np.flatnonzero(distance - self._places[:, 2] < SIGHT)
+        distance, reach = np.hypot(*away.T), self._places[:, 2]
+        ahead = away @ (np.cos(heading), np.sin(heading))
+        aside = np.abs(away @ (-np.sin(heading), np.cos(heading)))
+        unseen = aside > _FIELD_OF_VIEW * ahead + reach + 4.0
         things = list(self._land)
-        for place in near:
+        for place in np.flatnonzero(distance - reach < np.where(unseen, _UNSEEN_SIGHT, SIGHT)):
             placement = self._placements[place]
-            # Cameras look ahead: what lies farther behind is for the LiDAR and reflections.
-            away_from = max(distance[place] - placement.reach, 0.0) + 45.0 * behind[place]
+            # What no camera looks at is for the LiDAR, for reflections and shadows.
+            away_from = max(distance[place] - reach[place], 0.0) + _COARSER * unseen[place]
             mesh = placement.mesh(float(away_from))
             things.append(Thing(mesh, placement.surface))
         for index in range(len(actors)):

@@ -12,9 +12,10 @@ _VEGETATION = int(Surface.VEGETATION)
 
 @njit(cache=True)
 def edge_marks(light, faces, distances, normals, surfaces, width):
-    """How badly each pixel needs more rays: 0 not, 1 a little (among leaves), 3 much.
+    """Which pixels need more rays, shape (n,).
 
     A pixel lies on an edge if a neighbour shows another surface, bend, distance or brightness.
+    Foliage is all edges: there the sensor's own blur must do.
 
     Args:
         light: Linear, exposed, shape (n, 3).
@@ -24,18 +25,15 @@ def edge_marks(light, faces, distances, normals, surfaces, width):
         surfaces: `Surface` of each pixel, shape (n,).
         width: Of the image, pixels; n is a multiple of it.
     """
-    marks = np.zeros(len(faces), np.uint8)
+    marks = np.zeros(len(faces), np.bool_)
     for i in range(len(faces)):
         for step in (1, width):
             j = i + step
             if j >= len(faces) or (step == 1 and j % width == 0):
                 continue
-            if not _differ(i, j, light, faces, distances, normals):
-                continue
             leaves = surfaces[i] == _VEGETATION and surfaces[j] == _VEGETATION
-            mark = np.uint8(1 if leaves else 3)
-            marks[i] = max(marks[i], mark)
-            marks[j] = max(marks[j], mark)
+            if not leaves and _differ(i, j, light, faces, distances, normals):
+                marks[i] = marks[j] = True
     return marks
 
 

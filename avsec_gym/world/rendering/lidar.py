@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from avsec_gym.frame import Points
 from avsec_gym.geometry import Floats
 from avsec_gym.world.mesh import Float32s, Int32s
+from avsec_gym.world.rendering.echoes import laser_echoes
 from avsec_gym.world.rendering.renderer import Renderer
 
 _BEAM_GRADES, _GRADE_NOISE, _DARK = 0.2, 0.06, 0.08
@@ -95,7 +96,7 @@ class Lidar:
         directions = np.ascontiguousarray(beams @ to_world[:3, :3].T.astype(np.float32))
         origins = np.empty_like(directions)
         origins[:] = to_world[:3, 3]
-        echo = renderer.echoes(origins, directions)
+        echo = laser_echoes(renderer, origins, directions)
         chance = rng.random(len(beams), np.float32)
         noise = rng.standard_normal(len(beams), np.float32) * np.float32(self.noise)
         distance = echo.distance + noise

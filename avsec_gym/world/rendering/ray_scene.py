@@ -54,6 +54,10 @@ class Hits(NamedTuple):
     v: Float32s
     """Barycentric coordinates, shape (n,)."""
 
+    def of(self, which: NDArray[np.intp]) -> Hits:
+        """Those of some of the rays."""
+        return Hits(self.face[which], self.distance[which], self.u[which], self.v[which])
+
 
 class RayScene:
     """Triangles with their materials, objects and surfaces, in embree's hierarchy.

@@ -13,7 +13,6 @@ from avsec_gym.world.rendering.camera import PinholeCamera, camera_rays, pixel_g
 from avsec_gym.world.rendering.edges import edge_marks
 from avsec_gym.world.rendering.foliage import between_leaves
 from avsec_gym.world.rendering.image_sensor import metered_exposure
-from avsec_gym.world.rendering.laser import laser_reflectance
 from avsec_gym.world.rendering.light import Light
 from avsec_gym.world.rendering.ray_scene import NOTHING, Hits, RayScene
 from avsec_gym.world.rendering.scene_arrays import SceneArrays, break_up_lattice
@@ -30,16 +29,13 @@ from avsec_gym.world.textures.library import texture_library
 
 _GRID_STEP = 5
 _EXTRA = ((-0.30, -0.22), (0.34, -0.14), (-0.04, 0.36))
-"""Further rays through pixels on edges, in pixels from the centre: rows and columns differ; only
-the first one within foliage."""
+"""Further rays through pixels on edges, in pixels from the centre: rows and columns differ."""
 _DULL = 0.03
 """Surfaces that mirror less are not followed: they mirror the mean of their surroundings."""
 _LOOKS_THROUGH = 3
 """Layers of leaves between which one may look; what is behind more is dark anyway."""
 _SUN_ANGLE = 0.0015
 """Of the rays to the sun: single leaves cast their shadows from up to 40 m."""
-_PULSE_ANGLE = 0.003
-"""Width of a laser pulse, radians."""
 _METERED = 10_000
 """Pixels of an image by which its exposure is found."""
 _LAND = 0.72
@@ -69,19 +65,6 @@ class View(NamedTuple):
     geometry: Geometry
 
 
-class Echoes(NamedTuple):
-    """What n laser pulses met."""
-
-    distance: Float32s
-    """Metres, infinite for none, shape (n,)."""
-    reflectance: Float32s
-    """In the infrared, [0, 1], shape (n,)."""
-    cosine: Float32s
-    """Of the angle of incidence, shape (n,)."""
-    object_id: Int32s
-    """Shape (n,)."""
-
-
 class Renderer:
     """Renders views of one scene under one light.
 
@@ -94,7 +77,7 @@ class Renderer:
     def __init__(self, scene: RayScene, light: Light, overlay: OverlayArrays | None = None) -> None:
         self.scene = scene
         self._light = light
-        self._arrays = SceneArrays(
+        self.arrays = SceneArrays(
             scene.vertices,
             scene.normals,
             scene.uv,
@@ -123,57 +106,38 @@ class Renderer:
         found = self._surfaces(camera, directions, origins, hits)
         reached = self._sunny(found, hits.distance, pixels, width)
         light = self._light_along(camera, pixels, directions, hits, found, reached, grid)
-        mirrored = self._mirror(directions, hits, found, light, width)
+        mirrored = self._mirror(directions, hits, found, light, pixels, width)
         reflects = found.mirror > 0.0
         metered = max(1, len(light) // _METERED)
         exposure = self._exposure(light[::metered], hits.face[::metered] >= 0)
         light = np.minimum(light * exposure, np.float32(_BRIGHTEST))
-        marks = edge_marks(
-            light, hits.face, hits.distance, found.normal, geometry.surface.reshape(-1), width
+        kinds = geometry.surface.reshape(-1)
+        edges = np.flatnonzero(
+            edge_marks(light, hits.face, hits.distance, found.normal, kinds, width)
         )
-        middle, count = hits.face, np.ones(len(light), np.float32)
-        for number, offset in enumerate(_EXTRA):
-            edges = np.flatnonzero(marks > number)
+        middle, own = hits.face, light[edges]
+        plain = (middle < 0) | ~self.scene.materials.leaves[self.scene.material[middle]]
+        for offset in _EXTRA:
             moved = pixels[edges] + np.array(offset, np.float32)
             origins, directions = camera_rays(camera, moved)
             hits = self.hits(origins, directions, 1.0 / camera.focal_length)
-            found = self._surfaces(camera, directions, origins, hits)
-            # On the face that the middle shows it is as sunny as there.
+            # Textures and shadows are filtered: the middle's face looks the same all over the
+            # pixel, but for single leaves.
             same = hits.face == middle[edges]
-            elsewhere = self._reached(found, np.flatnonzero(~same & (found.sunlight > 0)))
-            sunny = np.where(same, reached[edges], elsewhere)
-            more = self._light_along(camera, moved, directions, hits, found, sunny, grid)
+            new = np.flatnonzero(~(same & plain[edges]))
+            hits = hits.of(new)
+            found = self._surfaces(camera, directions[new], origins[new], hits)
+            elsewhere = self._reached(found, np.flatnonzero(~same[new] & (found.sunlight > 0)))
+            sunny = np.where(same[new], reached[edges[new]], elsewhere)
+            more = self._light_along(camera, moved[new], directions[new], hits, found, sunny, grid)
             # What is mirrored hardly differs within a pixel: no rays of its own.
-            more += (found.mirror * reflects[edges])[:, None] * (mirrored[edges] - more)
-            light[edges] += np.minimum(more * exposure, np.float32(_BRIGHTEST))
-            count[edges] += 1.0
-        light /= count[:, None]
+            share = found.mirror * reflects[edges[new]]
+            more += share[:, None] * (mirrored[edges[new]] - more)
+            seen = own.copy()
+            seen[new] = np.minimum(more * exposure, np.float32(_BRIGHTEST))
+            light[edges] += seen
+        light[edges] /= np.float32(1 + len(_EXTRA))
         return View(light.reshape(height, width, 3), geometry)
-
-    def echoes(self, origins: Float32s, directions: Float32s) -> Echoes:
-        """Where laser pulses end; they pass one pane of glass without an echo.
-
-        Args:
-            origins: Shape (n, 3).
-            directions: Unit vectors, shape (n, 3).
-        """
-        hits = self.hits(origins, directions, _PULSE_ANGLE, layers=1)
-        face, distance = hits.face.copy(), hits.distance.copy()
-        materials = self.scene.materials
-        glass = np.flatnonzero((face >= 0) & materials.glass[self.scene.material[face]])
-        if len(glass):
-            passed = distance[glass] + np.float32(0.01)
-            starts = origins[glass] + passed[:, None] * directions[glass]
-            behind = self.scene.hits(np.ascontiguousarray(starts), directions[glass].copy())
-            again = behind.face >= 0
-            again &= ~materials.glass[self.scene.material[np.maximum(behind.face, 0)]]
-            face[glass] = np.where(again, behind.face, -1)
-            distance[glass] = np.where(again, behind.distance + passed, np.inf)
-        seen = face >= 0
-        reflectance, cosine = np.zeros_like(distance), np.zeros_like(distance)
-        laser_reflectance(self._arrays, face, distance, origins, directions, reflectance, cosine)
-        objects = np.where(seen, self.scene.object_id[np.maximum(face, 0)], NOTHING)
-        return Echoes(distance, reflectance, cosine, objects)
 
     def hits(
         self,
@@ -195,7 +159,7 @@ class Renderer:
         part = found
         gaps = np.empty(len(origins), bool)
         for _ in range(layers):
-            between_leaves(self._arrays, *part, np.float32(pixel_angle), gaps)
+            between_leaves(self.arrays, *part, np.float32(pixel_angle), gaps)
             open_rays = np.flatnonzero(gaps)
             if len(open_rays) == 0:
                 break
@@ -241,7 +205,7 @@ class Renderer:
         hits = self.hits(origins, directions, 1.0 / camera.focal_length)
         light = self._light
         angle = _GRID_STEP / camera.focal_length
-        found = surfaces(self._arrays, hits, origins, directions, light.sun, angle)
+        found = surfaces(self.arrays, hits, origins, directions, light.sun, angle)
         open_light = ambient_light(
             self.scene,
             found,
@@ -259,7 +223,7 @@ class Renderer:
         self, camera: PinholeCamera, directions: Float32s, origins: Float32s, hits: Hits
     ) -> Surfaces:
         angle = 1.0 / camera.focal_length
-        return surfaces(self._arrays, hits, origins, directions, self._light.sun, angle)
+        return surfaces(self.arrays, hits, origins, directions, self._light.sun, angle)
 
     def _sunny(self, found: Surfaces, distance: Float32s, pixels: Float32s, width: int) -> Float32s:
         """How much of the sun each pixel's surface sees, shape (n,).
@@ -268,7 +232,7 @@ class Renderer:
         of neighbours on their surface, if there are any.
         """
         facing = found.sunlight > 0
-        traced = facing & (pixels.sum(axis=1).astype(np.int64) % 2 == 0)
+        traced = facing & _chess_board(pixels)
         reached = self._reached(found, np.flatnonzero(traced))[:, None]
         reached = smooth_over_surfaces(reached, traced, facing, distance, found.normal, width)[:, 0]
         alone = np.flatnonzero(reached < 0)
@@ -306,7 +270,7 @@ class Renderer:
         to_sun = towards_disc(self._light.sun, points)
         found = self.scene.hits(points, to_sun)
         gaps = np.empty(len(points), bool)
-        between_leaves(self._arrays, *found, np.float32(_SUN_ANGLE), gaps)
+        between_leaves(self.arrays, *found, np.float32(_SUN_ANGLE), gaps)
         shaded = found.face >= 0
         through = np.flatnonzero(gaps)
         passed = (found.distance[through] + np.float32(2e-3))[:, None]
@@ -315,21 +279,32 @@ class Renderer:
         return shaded
 
     def _mirror(
-        self, directions: Float32s, hits: Hits, found: Surfaces, out: Float32s, width: int
+        self,
+        directions: Float32s,
+        hits: Hits,
+        found: Surfaces,
+        out: Float32s,
+        pixels: Float32s,
+        width: int,
     ) -> Float32s:
-        """Mix what is mirrored into `out`; returns the mirrored light alone, shape (n, 3)."""
+        """Mix what is mirrored into `out`; returns the mirrored light alone, shape (n, 3).
+
+        Every other pixel, as on a chess board, is followed; the others take their neighbours'
+        mean.
+        """
         light = self._light
         around = 0.5 * light.panorama.mean(axis=(0, 1))
         mirrored = np.empty_like(out)
         mirrored[:] = around
-        distance, followed = hits.distance, (found.mirror > _DULL) & (hits.face >= 0)
+        distance, mirrors = hits.distance, (found.mirror > _DULL) & (hits.face >= 0)
+        followed = mirrors & _chess_board(pixels)
         rays = np.flatnonzero(followed)
         normal, incoming = found.normal[rays], directions[rays]
         facing = (incoming * normal).sum(axis=1, keepdims=True)
         outgoing = np.ascontiguousarray(incoming - 2 * facing * normal)
         starts = np.ascontiguousarray(found.point[rays])
         hits = self.scene.hits(starts, outgoing)
-        behind = surfaces(self._arrays, hits, starts, outgoing, light.sun, 0.02)
+        behind = surfaces(self.arrays, hits, starts, outgoing, light.sun, 0.02)
         # What is mirrored is lit without further rays: half of it lies in the shade.
         behind.sunlight[:] *= 0.6
         ambient = np.empty_like(starts)
@@ -339,6 +314,12 @@ class Renderer:
         radiance(hits.face, hits.distance, outgoing, behind, ambient, *sky, seen)
         add_glints(outgoing, hits.face < 0, light.sun, light.sun_colour, seen)
         mirrored[rays] = seen
-        mirrored = smooth_over_surfaces(mirrored, followed, followed, distance, found.normal, width)
+        mirrored = smooth_over_surfaces(mirrored, followed, mirrors, distance, found.normal, width)
+        mirrored = np.where(mirrored < 0, around, mirrored)
         out += found.mirror[:, None] * (mirrored - out)
         return mirrored
+
+
+def _chess_board(pixels: Float32s) -> NDArray[np.bool_]:
+    """The white squares, shape (n,)."""
+    return np.asarray(pixels.sum(axis=1).astype(np.int64) % 2 == 0)
