@@ -25,7 +25,7 @@ def arriving(meshes, panorama, spread=2.0, eye=1.0, normal=(0.0, 0.0, -1.0), cou
     directions = np.tile(np.array(normal, np.float32), (count, 1))
     hits = renderer.scene.hits(origins, directions)
     sun = np.array([0, 0, 1], np.float32)
-    found = surfaces(renderer._arrays, hits, origins, directions, sun, 0.001)
+    found = surfaces(renderer.arrays, hits, origins, directions, sun, 0.001)
     hit = hits.face >= 0
     return ambient_light(renderer.scene, found, hit, panorama, DARK_SUN, 1.0)
 

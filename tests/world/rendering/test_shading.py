@@ -28,7 +28,7 @@ def met(material: Material, origin, target, sun, corners=SQUARE) -> Surfaces:
     direction = direction / np.linalg.norm(direction)
     rays = [np.array([vector], np.float32) for vector in (origin, direction)]
     sun = np.asarray(sun, np.float32)
-    return surfaces(renderer._arrays, renderer.scene.hits(*rays), *rays, sun, 0.001)
+    return surfaces(renderer.arrays, renderer.scene.hits(*rays), *rays, sun, 0.001)
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=40)
