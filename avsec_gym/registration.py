@@ -26,6 +26,11 @@ CATALOGUE = (
         max_episode_steps=10,
         vector_entry_point="avsec_gym.envs.ghost_object_vector:GhostObjectVectorEnv",
     ),
+    EnvironmentEntry(
+        id="avsec/DetectorBenchmark-v0",
+        entry_point="avsec_gym.envs.detector_benchmark:DetectorBenchmarkEnv",
+        max_episode_steps=1,
+    ),
 )
 
 

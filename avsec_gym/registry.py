@@ -34,6 +34,8 @@ _BUILT_IN = {
         "avsec_gym.planners.planner:MotionPrimitivePlanner",
         {"algorithm": "gbfs"},
     ),
+    (Kind.DETECTOR, "oracle"): ("avsec_gym.perception.detectors.recorded:Oracle", {}),
+    (Kind.DETECTOR, "replayed"): ("avsec_gym.perception.detectors.recorded:Replayed", {}),
     (Kind.ATTACK, "random_ghosts"): ("avsec_gym.attacks.object_injection:RandomGhosts", {}),
 }
 _REGISTERED: dict[tuple[Kind, str], Callable[..., Any]] = {}

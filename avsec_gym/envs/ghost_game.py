@@ -26,7 +26,7 @@ from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.registry import Kind, make
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.builder import GOAL_STEPS
-from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.intention import Intention, intentions_named
 from avsec_gym.scenario.planning_scenario import PlanningScenario
 from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.scenario.scene_sets import SceneSet, scene_set
@@ -110,7 +110,7 @@ class GhostGame:
         self.scenes = _scenes(scenarios)
         self.victim = victim
         self.ghosts, self.hides = ghosts, hides
-        self.motion = _motion(motion)
+        self.motion = Motion.named(motion)
         self.range = GHOSTS[ghost]
         self._labelled = self.scenes.labelled
         self._ids = {scene.id: index for index, scene in enumerate(self._labelled)}
@@ -140,15 +140,7 @@ class GhostGame:
             raise ConfigurationError(
                 f"reset knows the options scenario and intention, got {unknown}"
             )
-        intentions = list(Intention)
-        if options.get("intention") is not None:
-            try:
-                intentions = [Intention(options["intention"])]
-            except ValueError:
-                raise ConfigurationError(
-                    f"an intention is one of {[str(i) for i in Intention]},"
-                    f" got {options['intention']!r}"
-                ) from None
+        intentions = intentions_named(options.get("intention"))
         wanted = options.get("scenario")
         if wanted is not None:
             index = self._index(str(wanted))
@@ -290,15 +282,6 @@ def _scenes(scenarios: Any) -> SceneSet:
     if not len(scenes):
         raise ConfigurationError(f"the scene set {scenes.name} is empty")
     return scenes
-
-
-def _motion(motion: Motion | str) -> Motion:
-    try:
-        return Motion(motion)
-    except ValueError:
-        raise ConfigurationError(
-            f"motion is one of {[str(m) for m in Motion]}, got {motion!r}"
-        ) from None
 
 
 def _round(index: int, scene: Scene, intention: Intention, motion: Motion) -> Round:

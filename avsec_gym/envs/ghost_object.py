@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.attacks.object_injection import hide_objects, inject_ghosts
+from avsec_gym.envs.actions import checked_action
 from avsec_gym.envs.ghost_game import FEATURES, NEAREST, OUTCOMES, GhostGame, Round
 from avsec_gym.envs.rendering import Window
 from avsec_gym.errors import ConfigurationError
@@ -131,7 +132,7 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         """Query the car once."""
         if self._round is None:
             raise gym.error.ResetNeeded("call reset before step")
-        self._action = _checked(action, self.game.action_size)
+        self._action = checked_action(action, self.game.action_size)
         outcomes, costs, ghosts, hidden = self.game.play([self._round], self._action[None])
         outcome, cost = OUTCOMES[int(outcomes[0])], float(costs[0])
         placed, gone = int(ghosts[0]), int(hidden[0])
@@ -253,18 +254,6 @@ def observe(
     out[:, scene + 5 : scene + 5 + 5 * game.ghosts] = last.reshape(len(rounds), -1)
     out[:, scene + 5 + 5 * game.ghosts :] = actions[:, 4 * game.ghosts :]
     return out
-
-
-def _checked(action: Any, size: int) -> NDArray[np.float64]:
-    try:
-        array = np.array(action, float)
-    except (TypeError, ValueError) as error:
-        raise ConfigurationError(f"an action is an array of numbers, got {action!r}") from error
-    if array.shape != (size,) or not np.isfinite(array).all():
-        raise ConfigurationError(
-            f"an action has shape {(size,)} and finite values, got shape {array.shape}: {action!r}"
-        )
-    return np.maximum(np.minimum(array, 1.0), -1.0)
 
 
 def _picture(game: GhostGame, round: Round, action: NDArray[np.float64]) -> NDArray[np.uint8]:

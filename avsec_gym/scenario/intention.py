@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import Any
+
+from avsec_gym.errors import ConfigurationError
 
 
 class Intention(StrEnum):
@@ -19,3 +22,19 @@ class Intention(StrEnum):
     def lanes_to_the_left(self) -> int:
         """Lateral offset of the goal, counted in lanes."""
         return {Intention.LEFT: 1, Intention.STRAIGHT: 0, Intention.RIGHT: -1}[self]
+
+
+def intentions_named(wanted: Any) -> list[Intention]:
+    """The one of that name; all of them for None.
+
+    Raises:
+        ConfigurationError: There is no such intention.
+    """
+    if wanted is None:
+        return list(Intention)
+    try:
+        return [Intention(wanted)]
+    except ValueError:
+        raise ConfigurationError(
+            f"an intention is one of {[str(i) for i in Intention]}, got {wanted!r}"
+        ) from None

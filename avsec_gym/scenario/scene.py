@@ -31,6 +31,20 @@ class Motion(StrEnum):
     """The objects that really move, as they really move; a detected object moves as the true object
     that it overlaps most."""
 
+    @classmethod
+    def named(cls, name: Motion | str) -> Motion:
+        """The one of that name.
+
+        Raises:
+            ConfigurationError: There is none.
+        """
+        try:
+            return cls(name)
+        except ValueError:
+            raise ConfigurationError(
+                f"motion is one of {[str(m) for m in cls]}, got {name!r}"
+            ) from None
+
 
 @dataclass(frozen=True, eq=False)
 class Scene:

@@ -100,7 +100,7 @@ def labelled_scenarios(root: str | Path, *, seed: int = 0) -> SceneSet:
         for id in frame_ids(folder, ".txt"):
             flags = root / notes / f"{id}.txt" if notes else None
             try:
-                scene, remark = _labelled(folder / f"{id}.txt", flags, road_type, seed, group)
+                scene, remark = labelled_scene(folder / f"{id}.txt", flags, road_type, seed, group)
             except DataError as error:
                 errors.append(error)
             else:
@@ -143,7 +143,7 @@ def label_folder(
     for id in frame_ids(folder, ".txt") if ids is None else ids:
         own = None if flags is None else Path(flags) / f"{id}.txt"
         try:
-            scene, remark = _labelled(
+            scene, remark = labelled_scene(
                 folder / f"{id}.txt",
                 own if own is not None and own.is_file() else None,
                 road_type,
@@ -274,10 +274,21 @@ def kitti_scenes(data: object, ids: Sequence[str], *, seed: int = 0) -> SceneSet
     return _collected("kitti", scenes, [], errors)
 
 
-def _labelled(
+def labelled_scene(
     labels: Path, flags: Path | None, road_type: RoadType, seed: int, group: str
 ) -> tuple[Scene, list[str]]:
-    """One scene, and what was noticed about it."""
+    """One scene of a label file, and what was noticed about it.
+
+    Args:
+        labels: The label file.
+        flags: Its moving flags; None: everything stands.
+        road_type: Of the scene.
+        seed: Moving objects draw their speeds from it.
+        group: A subset that the scene belongs to.
+
+    Raises:
+        DataError: A file is missing or broken.
+    """
     boxes, remark = read_labels(labels, keep_dont_care=True), None
     if flags is not None:
         boxes, remark = flagged(boxes, flags)

@@ -35,6 +35,8 @@ COMMON_INFO = {
     "scenario": str,
     "intention": str,
 }
+ONE_STEP = {entry.id for entry in CATALOGUE if entry.max_episode_steps == 1}
+READS_IMAGES = {"avsec/DetectorBenchmark-v0"}
 RESERVED = {"episode", "final_obs", "final_info", "terminal_observation"}
 
 
@@ -58,11 +60,21 @@ def play(env: gym.Env[Any, Any], seed: int, steps: int = 25) -> Iterator[Any]:
             yield env.reset()
 
 
-def digest(env: gym.Env[Any, Any], seed: int) -> str:
+def arrays(observation: Any) -> list[np.ndarray]:
+    """An observation's arrays: one, or those of a dictionary."""
+    return list(observation.values()) if isinstance(observation, dict) else [observation]
+
+
+def add(code: Any, parts: Any) -> None:
+    for array in arrays(parts[0]):
+        code.update(array.tobytes())
+    code.update(repr(parts[1:]).encode())
+
+
+def digest(env: gym.Env[Any, Any], seed: int, steps: int = 25) -> str:
     code = hashlib.sha256()
-    for parts in play(env, seed):
-        for part in parts:
-            code.update(part.tobytes() if isinstance(part, np.ndarray) else repr(part).encode())
+    for parts in play(env, seed, steps):
+        add(code, parts)
     return code.hexdigest()
 
 
@@ -152,15 +164,16 @@ def test_info_has_fixed_keys_and_scalars(env: gym.Env[Any, Any]) -> None:
 
 def test_what_a_step_returns_are_plain_types(env: gym.Env[Any, Any]) -> None:
     endings = set()
-    for parts in play(env, 2, steps=400):
+    for parts in play(env, 2, steps=40 if env.spec.id in ONE_STEP else 400):  # type: ignore[union-attr]
         if len(parts) == 5:
             _, reward, terminated, truncated, info = parts
             assert type(reward) is float
             assert type(terminated) is bool
             assert type(truncated) is bool
-            assert terminated == info["is_success"]
+            assert terminated == (info["is_success"] or env.spec.id in ONE_STEP)  # type: ignore[union-attr]
             endings.add((terminated, truncated))
-    assert {(False, False), (True, False)} <= endings
+    every = {(True, False)} if env.spec.id in ONE_STEP else {(False, False), (True, False)}  # type: ignore[union-attr]
+    assert every <= endings
 
 
 def test_observations_are_finite_in_the_space_and_not_shared(env: gym.Env[Any, Any]) -> None:
@@ -168,8 +181,9 @@ def test_observations_are_finite_in_the_space_and_not_shared(env: gym.Env[Any, A
     for parts in play(env, 3):
         observation = parts[0]
         assert env.observation_space.contains(observation)
-        assert np.isfinite(observation).all()
-        seen.append((observation, observation.copy()))
+        for array in arrays(observation):
+            assert np.isfinite(array).all()
+            seen.append((array, array.copy()))
     for i, (one, copy) in enumerate(seen):
         np.testing.assert_array_equal(one, copy)
         assert not any(np.shares_memory(one, other) for other, _ in seen[i + 1 :])
@@ -179,9 +193,9 @@ def test_writing_into_what_one_got_changes_nothing(env: gym.Env[Any, Any]) -> No
     clean = digest(env, 4)
     code = hashlib.sha256()
     for parts in play(env, 4):
-        for part in parts:
-            code.update(part.tobytes() if isinstance(part, np.ndarray) else repr(part).encode())
-        parts[0][...] = 7.0
+        add(code, parts)
+        for array in arrays(parts[0]):
+            array[...] = 7
         parts[-1].clear()
     assert code.hexdigest() == clean
 
@@ -212,7 +226,8 @@ def test_rendering_shows_something_and_changes_nothing(id: str) -> None:
         assert picture.ndim == 3
         assert picture.shape[2] == 3
         assert len(np.unique(picture.astype(int) @ (1, 256, 65536))) > 50
-        np.testing.assert_array_equal(expected[0], parts[0])
+        for one, two in zip(arrays(expected[0]), arrays(parts[0]), strict=True):
+            np.testing.assert_array_equal(one, two)
         assert repr(expected[1:]) == repr(parts[1:])
     np.testing.assert_array_equal(shown.render(), shown.render())
     shown.close()
@@ -233,7 +248,7 @@ def test_without_a_render_mode_nothing_heavy_is_loaded(id: str) -> None:
         "print([m for m in ('matplotlib', 'torch', 'pygame', 'stable_baselines3', 'cv2')"
         " if m in sys.modules])"
     )
-    assert printed_by(program, id) == "[]"
+    assert printed_by(program, id) == ("['cv2']" if id in READS_IMAGES else "[]")
 
 
 @every_id
@@ -263,7 +278,7 @@ def test_wrong_actions_are_refused(id: str) -> None:
     ):
         with pytest.raises(ConfigurationError, match="action"):
             made.step(wrong)
-    assert made.step(right.tolist())[4]["outcome"] == "safe"
+    assert made.step(right.tolist())[4]["outcome"] != "reset"
 
 
 @every_id
@@ -311,6 +326,8 @@ def test_wrong_options_are_refused(id: str, options: dict[str, Any], message: st
 @every_id
 @pytest.mark.parametrize("mode", ["sync", "vector_entry_point"])
 def test_many_at_once(id: str, mode: str) -> None:
+    if mode == "vector_entry_point" and gym.spec(id).vector_entry_point is None:
+        pytest.skip(f"{id} has no vector entry point of its own")
     vector = gym.make_vec(id, num_envs=3, vectorization_mode=mode)
     observations, _ = vector.reset(seed=0)
     assert vector.observation_space.contains(observations)
@@ -332,11 +349,11 @@ def test_many_at_once_in_processes_of_their_own(id: str) -> None:
     alone = gym.make_vec(id, num_envs=2, vectorization_mode="sync")
     for made in (vector, alone):
         made.action_space.seed(1)
-    np.testing.assert_array_equal(vector.reset(seed=0)[0], alone.reset(seed=0)[0])
+    np.testing.assert_equal(vector.reset(seed=0)[0], alone.reset(seed=0)[0])
     for _ in range(6):
         actions = alone.action_space.sample()
         for one, two in zip(vector.step(actions)[:4], alone.step(actions)[:4], strict=True):
-            np.testing.assert_array_equal(one, two)
+            np.testing.assert_equal(one, two)
     vector.close()
 
 
@@ -352,12 +369,12 @@ def test_sb3s_subprocesses_know_the_prefixed_id(id: str) -> None:
     )
     alone = make_vec_env(id, 2, seed=3, vec_env_cls=DummyVecEnv)
     try:
-        np.testing.assert_array_equal(many.reset(), alone.reset())
+        np.testing.assert_equal(many.reset(), alone.reset())
         generator = np.random.default_rng(0)
         for _ in range(12):
             actions = generator.uniform(-1, 1, (2, *many.action_space.shape)).astype(np.float32)
             one, two = many.step(actions), alone.step(actions)
-            np.testing.assert_array_equal(one[0], two[0])
+            np.testing.assert_equal(one[0], two[0])
             np.testing.assert_allclose(one[1], two[1], atol=1e-7)  # SB3's own has 32 bits.
             np.testing.assert_array_equal(one[2], two[2])
             for info, ended in zip(one[3], one[2], strict=True):

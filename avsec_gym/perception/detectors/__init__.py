@@ -1,0 +1,1 @@
+"""Stereo 3D detectors: b = O(I_l, I_r)."""

@@ -1,0 +1,60 @@
+"""Detectors that look things up: the truth itself, and what another detector wrote into files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import DataError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti.labels import read_detections, read_labels
+
+
+class Oracle:
+    """The labels of the folder that a frame comes from."""
+
+    name = "oracle"
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        """The truth.
+
+        Raises:
+            DataError: The frame comes from no folder, or there is no label file of it.
+        """
+        if frame.origin is None:
+            raise DataError(
+                f"Frame {frame.id} does not come from a folder: there are no labels to look up.",
+                remedy="Open it with KittiObject(root).frame(id), or use a detector that looks.",
+            )
+        return read_labels(frame.origin / "label_2" / f"{frame.id}.txt")
+
+
+class Replayed:
+    """A KITTI result folder of any detector.
+
+    Args:
+        detections: The folder, with a file for each frame; a frame without one has no detections.
+        name: Of the detector that wrote it; the folder's if None.
+
+    Raises:
+        DataError: There is no such folder.
+    """
+
+    def __init__(self, detections: str | Path, name: str | None = None) -> None:
+        self._folder = Path(detections)
+        if not self._folder.is_dir():
+            raise DataError(
+                "There is no such folder of detections.",
+                path=self._folder,
+                remedy="Name a folder of KITTI result files, such as 000107.txt.",
+            )
+        self.name = name or self._folder.name
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        """What the file of the frame's id says.
+
+        Raises:
+            DataError: The file is broken.
+        """
+        path = self._folder / f"{frame.id}.txt"
+        return read_detections(path) if path.is_file() else Boxes3D.empty()

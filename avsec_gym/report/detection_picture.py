@@ -1,0 +1,30 @@
+"""What a car believed to see, and where that led it: an image with boxes above the drive."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.frame import Image, SensorFrame
+from avsec_gym.pipeline import Drive
+from avsec_gym.report.frame_picture import with_boxes
+from avsec_gym.report.scenario_picture import draw_drive, picture_array
+
+
+def detection_picture(
+    frame: SensorFrame, believed: Boxes3D, drive: Drive, *, camera: int = 2
+) -> Image:
+    """The camera's image with the believed boxes; beneath it, in its width, the drive.
+
+    Args:
+        frame: What the sensors delivered.
+        believed: What was taken for real.
+        drive: What followed.
+        camera: Whose image.
+    """
+    image = with_boxes(frame.image(camera), believed, frame.calibration, camera)
+    plan = picture_array(draw_drive(drive))
+    height = round(plan.shape[0] * image.shape[1] / plan.shape[1])
+    below = cv2.resize(plan, (image.shape[1], height), interpolation=cv2.INTER_AREA)
+    return np.concatenate([image, below])
