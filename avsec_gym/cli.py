@@ -14,21 +14,29 @@ import tyro
 
 from avsec_gym import __version__
 from avsec_gym.commands import console
+from avsec_gym.commands.average_precision import ScoreDetections
 from avsec_gym.commands.data import DataCheck
 from avsec_gym.commands.demo import Demo
+from avsec_gym.commands.detect import Detect
 from avsec_gym.commands.draw import Draw
 from avsec_gym.commands.evaluate import Evaluate
 from avsec_gym.commands.plan import PlanFiles
+from avsec_gym.commands.train import Train
+from avsec_gym.commands.weights import WeightsImport
 from avsec_gym.commands.world import World
 from avsec_gym.errors import AvsecError, ConfigurationError
 
 Command = (
     Annotated[Demo, tyro.conf.subcommand("demo")]
     | Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
+    | Annotated[Detect, tyro.conf.subcommand("detect")]
+    | Annotated[ScoreDetections, tyro.conf.subcommand("ap")]
     | Annotated[PlanFiles, tyro.conf.subcommand("plan")]
     | Annotated[Draw, tyro.conf.subcommand("draw")]
     | Annotated[DataCheck, tyro.conf.subcommand("data")]
     | Annotated[World, tyro.conf.subcommand("world")]
+    | Annotated[Train, tyro.conf.subcommand("train")]
+    | Annotated[WeightsImport, tyro.conf.subcommand("weights")]
 )
 
 
@@ -51,9 +59,9 @@ def run(arguments: Sequence[str]) -> int:
     if arguments == ["--version"]:
         sys.stdout.write(f"avsec {__version__}\n")
         return console.DONE
-    if arguments[:2] == ["data", "check"]:
-        # `data` has one verb so far; the subcommand stands for both words.
-        arguments = ["data", *arguments[2:]]
+    if arguments[:2] in (["data", "check"], ["weights", "import"]):
+        # These have one verb so far; the subcommand stands for both words.
+        arguments = [arguments[0], *arguments[2:]]
     try:
         command = tyro.cli(
             Command,

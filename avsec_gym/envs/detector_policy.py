@@ -35,7 +35,8 @@ class DetectorPolicy:
         self, detector: Any, environment: gym.Env[Any, Any] | None = None, max_boxes: int = 50
     ) -> None:
         self.detector = make(Kind.DETECTOR, detector)
-        self._environment: Any = None if environment is None else environment.unwrapped
+        played: Any = environment
+        self._environment: Any = None if environment is None else played.unwrapped
         self.coding = self._environment.coding if self._environment else BoxCoding(max_boxes)
 
     def predict(

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.world_command import command, measure_one
 from avsec_gym.experiments.world_frames import quantiles
-from avsec_gym.experiments.world_stereo import visible_points
 from avsec_gym.frame import Points
 from avsec_gym.geometry import Floats, transform_points
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.sensor_files import read_points
+from avsec_gym.perception.depth.lidar import visible_points
 from avsec_gym.rig import SensorRig
 from avsec_gym.world.capture import Capture
 from avsec_gym.world.road.section import Surface

@@ -11,15 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avsec_gym.experiments.world_command import command, measure_one
 from avsec_gym.experiments.world_frames import quantiles
-from avsec_gym.frame import Calibration, Image, Points
-from avsec_gym.geometry import Floats, project, transform_points
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.map_files import Disparity, read_disparity
 from avsec_gym.kitti.sensor_files import read_image
+from avsec_gym.perception.depth.lidar import scan_disparity
+from avsec_gym.perception.depth.sgbm import SemiGlobalMatching
 from avsec_gym.world.capture import Capture
 from avsec_gym.world.shots import Shot
 
@@ -28,36 +27,8 @@ FIRST_COLUMN = 130
 MIN_ERROR, MIN_RELATIVE_ERROR = 3.0, 0.05
 """A disparity is wrong if it is off by more than both: pixels, share of the true one."""
 
-_DISPARITIES, _BLOCK = 128, 5
-
-
-def match(left: Image, right: Image) -> Disparity:
-    """OpenCV's semi-global matcher on grey images, with usual settings for KITTI.
-
-    Args:
-        left: Shape (H, W, 3).
-        right: The same shape.
-
-    Returns:
-        Shape (H, W), pixels, NaN where it found none.
-    """
-    import cv2
-
-    matcher = cv2.StereoSGBM.create(
-        minDisparity=0,
-        numDisparities=_DISPARITIES,
-        blockSize=_BLOCK,
-        P1=8 * _BLOCK**2,
-        P2=32 * _BLOCK**2,
-        preFilterCap=63,
-        uniquenessRatio=10,
-        speckleWindowSize=100,
-        speckleRange=32,
-    )
-    grey = [cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in (left, right)]
-    found = matcher.compute(*grey).astype(np.float32) / np.float32(16.0)
-    found[found < 0] = np.nan
-    return np.asarray(found)
+match = SemiGlobalMatching().match
+"""The matcher, with usual settings for KITTI."""
 
 
 def compare(found: Disparity, truth: Disparity) -> dict[str, float | int | None]:
@@ -86,46 +57,6 @@ def compare(found: Disparity, truth: Disparity) -> dict[str, float | int | None]
         "median_error": float(np.median(error)) if some else None,
         "pixels": int(known.sum()),
     }
-
-
-def scan_disparity(
-    points: Points, calibration: Calibration, shape: tuple[int, int], cameras: tuple[int, int]
-) -> Disparity:
-    """A LiDAR scan as a sparse disparity map; of the points in one pixel the nearest counts.
-
-    Args:
-        points: Shape (M, 4).
-        calibration: Of the rig.
-        shape: Height and width of the images.
-        cameras: Left and right.
-    """
-    left, right = cameras
-    uv, depth, _ = visible_points(points, calibration, shape, left)
-    pixel = np.round(uv).astype(np.int64)
-    disparity = np.full(shape, np.nan, np.float32)
-    scale = calibration.focal_length(left) * calibration.baseline(left, right)
-    disparity[pixel[:, 1], pixel[:, 0]] = scale / depth
-    return disparity
-
-
-def visible_points(
-    points: Points, calibration: Calibration, shape: tuple[int, int], camera: int
-) -> tuple[Floats, Floats, NDArray[np.int64]]:
-    """The points of a scan that are the nearest in their pixel.
-
-    Returns:
-        Where they are in the image (u, v), their depths in metres, and their indices.
-    """
-    places = transform_points(calibration.velodyne_to_camera, points[:, :3])
-    uv, depth = project(calibration.projection(camera), places)
-    ahead = np.flatnonzero(depth > 0.5)
-    pixel = np.round(uv[ahead]).astype(np.int64)
-    inside = ((pixel >= 0) & (pixel < (shape[1], shape[0]))).all(axis=1)
-    pixel, index = pixel[inside], ahead[inside]
-    order = np.argsort(depth[index], kind="stable")
-    pixel, index = pixel[order], index[order]
-    _, first = np.unique(pixel[:, 1] * shape[1] + pixel[:, 0], return_index=True)
-    return uv[index[first]], depth[index[first]], index[first]
 
 
 def measure(shot: Shot, capture: Capture) -> dict[str, Any]:

@@ -1,0 +1,216 @@
+"""`avsec ap`: a detector's result files scored as the KITTI object benchmark does."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from avsec_gym.commands import console
+from avsec_gym.errors import ConfigurationError, DataError
+
+if TYPE_CHECKING:
+    from avsec_gym.boxes import Boxes3D
+    from avsec_gym.metrics.average_precision import AveragePrecision
+
+_REMARKS = 10
+"""So many broken files are told one by one."""
+
+
+@dataclass(frozen=True)
+class ScoreDetections:
+    """Average precision of KITTI result files: image, bird's eye, 3D, orientation; in percent."""
+
+    kitti: Path
+    """A folder in KITTI's object layout (the one that holds `training`, or label_2 itself)."""
+    detections: Path
+    """A detector's KITTI result folder: files such as 000107.txt with 16 columns."""
+    split: str | None = None
+    """Frames of ImageSets/SPLIT.txt, such as val, or of a .txt file that lists frame ids.  Each of
+    them counts, with or without a result file.  Default: every labelled frame."""
+    limit: int | None = None
+    """Only the first frames."""
+    iou: Literal["standard", "low"] = "standard"
+    """How much boxes must overlap: cars 0.7, others 0.5; low: in bird's eye and 3D cars 0.5, others
+    0.25."""
+    resamples: int = 0
+    """Frames are drawn anew so many times for 95 % bootstrap intervals, such as 1000; 0: none."""
+    seed: int = 0
+    """Of these draws."""
+    figure: Path | None = None
+    """Where to write a PNG of precision over recall."""
+    out: Path | None = None
+    """Where to write a JSON file with everything: figures, thresholds, number of labels, curves,
+    frames left out, settings."""
+    json: bool = False
+    """Instead of a table, {class: {"2d"|"bev"|"3d"|"aos": {"ap11": [easy, moderate, hard], "ap40":
+    [...]}}}; --resamples adds ap11_interval and ap40_interval."""
+
+    def run(self) -> int:
+        """Do it; the exit code."""
+        from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU, average_precision
+
+        for name, least in (("limit", 1), ("resamples", 0), ("seed", 0)):
+            value = getattr(self, name)
+            if value is not None and value < least:
+                raise ConfigurationError(f"--{name} is {least} or more, got {value}")
+        for path in (self.figure, self.out):
+            if path is not None and path.exists():
+                raise DataError(
+                    "this exists already.",
+                    path=path,
+                    remedy="Name another file; nothing is overwritten.",
+                )
+        frames = _Frames.read(self.kitti, self.split, self.limit, self.detections)
+        frames.tell()
+        result = average_precision(
+            list(frames.truth.values()),
+            [frames.detections[id] for id in frames.truth],
+            min_iou=STANDARD_IOU if self.iou == "standard" else LOW_IOU,
+            resamples=self.resamples,
+            seed=self.seed,
+        )
+        if self.out is not None:
+            from avsec_gym.kitti.text_files import write_text
+
+            report = _report(result, frames) | {"settings": self._settings()}
+            write_text(self.out, json.dumps(report, indent=1, allow_nan=False) + "\n")
+        if self.figure is not None:
+            from avsec_gym.report.precision_recall import draw_precision_recall
+            from avsec_gym.report.scenario_picture import save_picture
+
+            save_picture(draw_precision_recall(result, title=self.detections.name), self.figure)
+        if self.json:
+            console.print_json(result.to_json())
+        else:
+            _show(result, f"{self.detections}: {len(frames.truth)} frames")
+        in_part = frames.broken or frames.missing
+        return console.DONE_IN_PART if in_part else console.DONE
+
+    def _settings(self) -> dict[str, Any]:
+        from avsec_gym import __version__
+
+        asked = {
+            name: str(value) if isinstance(value, Path) else value
+            for name, value in asdict(self).items()
+            if name not in ("json", "out", "figure")
+        }
+        return asked | {"version": __version__}
+
+
+@dataclass(frozen=True)
+class _Frames:
+    """What is compared, and what could not be."""
+
+    folder: Path
+    truth: dict[str, Boxes3D]
+    detections: dict[str, Boxes3D]
+    missing: list[str]
+    broken: dict[str, DataError]
+
+    @classmethod
+    def read(cls, kitti: Path, split: str | None, limit: int | None, detections: Path) -> _Frames:
+        """All frames asked for; those with a broken file are left out.
+
+        Raises:
+            DataError: A folder or split is missing, or no frame is left.
+        """
+        from avsec_gym.kitti import DetectionFolder, KittiObject, read_split
+
+        data = KittiObject(kitti)
+        if split is not None and split.endswith(".txt"):
+            ids = read_split(split)
+        else:
+            ids = data.ids(split, having=() if split else ("label_2",))
+        ids = ids[:limit]
+        if not ids:
+            raise DataError(
+                "there is no frame to score.", path=split or kitti, remedy="Name another split."
+            )
+        broken: dict[str, DataError] = {}
+        found, missing = DetectionFolder(detections).read(ids, broken)
+        truth = {}
+        for id in ids:
+            try:
+                truth[id] = data.labels(id, keep_dont_care=True)
+            except DataError as error:
+                broken.setdefault(id, error)
+        truth = {id: boxes for id, boxes in truth.items() if id not in broken}
+        if not truth:
+            raise next(iter(broken.values()))
+        return cls(detections, truth, found, missing, broken)
+
+    def tell(self) -> None:
+        """Remark on what is not as it should be."""
+        import numpy as np
+
+        for error in list(self.broken.values())[:_REMARKS]:
+            console.say(f"avsec: left out: {error}")
+        if len(self.broken) > _REMARKS:
+            console.say(f"avsec: left out: {len(self.broken) - _REMARKS} more frames")
+        if self.missing:
+            names = ", ".join(self.missing[:5]) + (" ..." if len(self.missing) > 5 else "")
+            console.say(
+                f"avsec: {self.folder}: {len(self.missing)} of"
+                f" {len(self.truth) + len(self.broken)} frames have no file and count as without"
+                f" detections: {names}"
+            )
+        heights = [
+            boxes.box2d[:, 3] - boxes.box2d[:, 1]
+            for boxes in self.detections.values()
+            if boxes.box2d is not None
+        ]
+        flat = int((np.concatenate(heights) == 0).sum()) if heights else 0
+        if flat:
+            console.say(
+                f"avsec: {self.folder}: {flat} detections have a 2D box without height; KITTI"
+                " ignores them in every metric. Write the projection of the 3D box."
+            )
+
+
+def _report(result: AveragePrecision, frames: _Frames) -> dict[str, Any]:
+    """All there is to say, for --out."""
+    from avsec_gym.metrics.average_precision import METRICS
+    from avsec_gym.metrics.average_precision_frames import LEVELS
+
+    per_class: dict[str, dict[str, Any]] = {"min_iou": {}, "labels": {}, "precision": {}}
+    for c, category in enumerate(result.classes):
+        per_class["min_iou"][category] = dict(zip(METRICS, result.min_iou[c].tolist(), strict=True))
+        per_class["labels"][category] = dict(zip(LEVELS, result.labels[c].tolist(), strict=True))
+        per_class["precision"][category] = {
+            metric: {
+                level: [None if value != value else round(value, 6) for value in curve]
+                for level, curve in zip(LEVELS, result.precision[c, m].tolist(), strict=True)
+            }
+            for m, metric in enumerate(METRICS)
+        }
+    return {
+        "average_precision": result.to_json(),
+        **per_class,
+        "frames": len(frames.truth),
+        "frames_without_detections": frames.missing,
+        "left_out": [str(error) for error in frames.broken.values()],
+    }
+
+
+def _show(result: AveragePrecision, title: str) -> None:
+    from avsec_gym.metrics.average_precision import METRICS
+    from avsec_gym.metrics.average_precision_frames import LEVELS
+
+    rows = []
+    for c, category in enumerate(result.classes):
+        for m, metric in enumerate(METRICS):
+            for points, values in enumerate((result.ap11, result.ap40)):
+                first = [category, metric, f"{result.min_iou[c, m]:g}"] if not points else [""] * 3
+                cells = []
+                for level, value in enumerate(values[c, m]):
+                    known = value == value and result.labels[c, level] > 0
+                    interval = None
+                    if result.interval is not None:
+                        interval = (result.interval[c, m, level, points] / 100).tolist()
+                    cells.append(console.percent(value / 100 if known else None, interval))
+                rows.append([*first, ("AP11", "AP40")[points], *cells])
+    intervals = "" if result.interval is None else " and 95 % bootstrap intervals"
+    columns = ["class", "metric", "IoU >", "recall points", *LEVELS]
+    console.print_table(f"{title}, average precision in %{intervals}", columns, rows)

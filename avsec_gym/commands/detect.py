@@ -1,0 +1,98 @@
+"""`avsec detect`: a detector's results as a KITTI folder."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.commands import console
+from avsec_gym.errors import ConfigurationError, DataError
+
+_REMARKS = 10
+"""So many frames left out are told one by one."""
+
+
+@dataclass(frozen=True)
+class Detect:
+    """Write what a detector sees as KITTI result files, for `avsec ap` and `avsec evaluate`.
+
+    A run that was stopped goes on where it was.
+    """
+
+    kitti: Path
+    """A folder in KITTI's object layout, such as `avsec world make` writes."""
+    detector: str
+    """Its name, such as dsgn; or JSON with arguments, '{"name": "dsgn", "weights": "my.st"}'."""
+    out: Path
+    """Folder of the results: new, empty, or with results of the same detector on the same data."""
+    split: str | None = None
+    """The frames of ImageSets/SPLIT.txt, such as val.  Default: all that have a calibration."""
+    ids: tuple[str, ...] = ()
+    """Frames, such as 000107 000274."""
+    limit: int | None = None
+    """Only the first frames."""
+    workers: int = 1
+    """Processes; each loads its own detector."""
+    json: bool = False
+    """Print a summary as JSON."""
+
+    def run(self) -> int:
+        """Do it; the exit code."""
+        from avsec_gym.kitti.dataset import KittiObject
+        from avsec_gym.perception.result_folder import write_result_folder
+
+        for name in ("limit", "workers"):
+            value = getattr(self, name)
+            if value is not None and value < 1:
+                raise ConfigurationError(f"--{name} is 1 or more, got {value}")
+        if self.ids and self.split is not None:
+            raise ConfigurationError("--ids and --split exclude each other")
+        data = KittiObject(self.kitti)
+        having = () if self.split else ("calib",)
+        ids = list(dict.fromkeys(self.ids)) or data.ids(self.split, having=having)
+        if not ids:
+            raise DataError("there is no frame.", path=self.kitti, remedy="Name another split.")
+        with console.progress("detecting") as shown:
+            outcome = write_result_folder(
+                self.kitti,
+                ids[: self.limit],
+                _detector(self.detector),
+                self.out,
+                workers=self.workers,
+                on_progress=shown,
+            )
+        for error in list(outcome.skipped.values())[:_REMARKS]:
+            console.say(f"avsec: left out: {error}")
+        if len(outcome.skipped) > _REMARKS:
+            console.say(f"avsec: left out: {len(outcome.skipped) - _REMARKS} more frames")
+        if self.json:
+            console.print_json(
+                {
+                    "out": str(self.out),
+                    "written": outcome.written,
+                    "kept": outcome.kept,
+                    "left_out": {id: str(error) for id, error in outcome.skipped.items()},
+                }
+            )
+        else:
+            console.say(
+                f"{self.out}: {outcome.written} frames written, {outcome.kept} were there,"
+                f" {len(outcome.skipped)} left out"
+            )
+        return console.DONE_IN_PART if outcome.skipped else console.DONE
+
+
+def _detector(text: str) -> Any:
+    """A name, or the dictionary that JSON spells.
+
+    Raises:
+        ConfigurationError: It looks like JSON and is not.
+    """
+    if not text.lstrip().startswith("{"):
+        return text
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError as error:
+        raise ConfigurationError(f"--detector is no JSON ({error}): {text}") from None

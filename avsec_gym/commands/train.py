@@ -1,0 +1,176 @@
+"""`avsec train`: trains a network, in as many sittings as it takes."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
+
+from avsec_gym.commands import console
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.perception.training.configuration import (
+    Augmentation,
+    Machine,
+    TrainingConfiguration,
+)
+
+if TYPE_CHECKING:
+    from torch import nn
+
+    from avsec_gym.perception.training.task import Task
+    from avsec_gym.perception.training.trainer import Outcome, Validation
+
+
+WEIGHTS = "weights.safetensors"
+"""In the folder of a run: the best so far."""
+
+
+@dataclass(frozen=True)
+class Train:
+    """Train a network; the best weights by validation are kept in --out with a model card.
+
+    Also there: the checkpoint, curves (curves.jsonl, curves.png, TensorBoard), reduced images.
+    """
+
+    name: Annotated[
+        Literal["dsgn", "stereo_rcnn", "psmnet", "motion", "road_type"], tyro.conf.Positional
+    ]
+    """Which network."""
+    out: Path
+    """Folder of the run."""
+    data: tuple[Path, ...] = ()
+    """Folders in KITTI's object layout, with ImageSets, such as `avsec world make` writes.
+    Default: the default suites of the procedural world, made on first use; few frames."""
+    validation: tuple[Path, ...] = ()
+    """Folders to validate on; all frames of --data are then learned from.  Default: the split
+    `val` of --data."""
+    preset: str = "small"
+    """Of the network's configuration."""
+    start: Path | None = None
+    """Weights to begin with (.safetensors).  Default: random ones."""
+    resume: bool = False
+    """Go on with the run in --out, or begin it."""
+    threads: int | None = None
+    """Of the processor, for one step.  Default: torch's choice."""
+    cache: Path | None = None
+    """Folder for reduced images, which several runs may share.  Default: in --out."""
+    training: TrainingConfiguration = field(default_factory=TrainingConfiguration)
+    """What the result depends on."""
+    augmentation: Augmentation = field(default_factory=Augmentation)
+    """How stereo pairs are varied."""
+    machine: Machine = field(default_factory=Machine)
+    """Where to train, and how long in this sitting."""
+    json: bool = False
+    """Print a summary as JSON."""
+
+    def run(self) -> int:
+        """Do it; the exit code: 3 where time was up before the training was done."""
+        import torch
+
+        from avsec_gym.perception.training.tasks import TaskOptions, make_task
+        from avsec_gym.perception.training.trainer import train
+
+        if self.threads is not None:
+            if self.threads < 1:
+                raise ConfigurationError(f"--threads is 1 or more, got {self.threads}")
+            torch.set_num_threads(self.threads)
+        if self.machine.device.startswith("cuda") and not torch.cuda.is_available():
+            raise ConfigurationError("--device cuda: torch sees no GPU here")
+        with console.progress("preparing") as shown:
+            options = TaskOptions(
+                self.preset,
+                self.data,
+                self.validation,
+                self.cache or self.out / "samples",
+                self.start,
+                self.augmentation,
+                self.training.seed,
+                shown,
+            )
+            task = make_task(self.name, options)
+        with console.progress("training") as shown:
+            outcome = train(
+                task,
+                self.training,
+                self.out,
+                machine=self.machine,
+                resume=self.resume,
+                keep=lambda network, validation: self._keep(task, network, validation),
+                on_progress=shown,
+                on_validation=lambda validation: _tell(task, validation),
+            )
+        self._report(task, outcome)
+        return console.DONE if outcome.finished else console.DONE_IN_PART
+
+    def _keep(self, task: Task[Any], network: nn.Module, validation: Validation) -> None:
+        import platform
+        from dataclasses import asdict
+
+        import torch
+
+        from avsec_gym import __version__
+        from avsec_gym.perception.weights.store import ModelCard, save_weights
+
+        description = task.description()
+        card = ModelCard(
+            task.name,
+            configuration=description.pop("network"),
+            data=description.pop("data", {}),
+            training=asdict(self.training) | description,
+            metrics=validation.metrics,
+            steps=validation.step,
+            epochs=validation.epoch,
+            minutes=round(validation.seconds / 60, 1),
+            hardware=_hardware(self.machine.device),
+            command=" ".join(["avsec", *sys.argv[1:]]),
+            versions={
+                "avsec_gym": __version__,
+                "torch": torch.__version__,
+                "python": platform.python_version(),
+            },
+        )
+        save_weights(self.out / WEIGHTS, network, card)
+
+    def _report(self, task: Task[Any], outcome: Outcome) -> None:
+        summary = {
+            "network": self.name,
+            "out": str(self.out),
+            "finished": outcome.finished,
+            "steps": outcome.steps,
+            "seconds": round(outcome.seconds, 1),
+            task.leading_metric: outcome.best,
+        }
+        if self.json:
+            console.print_json(summary)
+            return
+        best = "no validation yet" if outcome.best is None else f"best {outcome.best:.3f}"
+        state = "finished" if outcome.finished else "time is up, --resume goes on"
+        console.say(f"{self.out}: {state}; {outcome.steps} steps, {task.leading_metric}: {best}")
+
+
+def _tell(task: Task[Any], validation: Validation) -> None:
+    leading = validation.metrics[task.leading_metric]
+    others = ", ".join(
+        f"{name} {value:.3g}"
+        for name, value in validation.metrics.items()
+        if name != task.leading_metric
+    )
+    best = " (best so far)" if validation.is_best else ""
+    console.say(
+        f"epoch {validation.epoch}, {validation.seconds / 60:.0f} min: "
+        f"{task.leading_metric} {leading:.3f}{best}; {others}"
+    )
+
+
+def _hardware(device: str) -> str:
+    import platform
+
+    import torch
+
+    if device.startswith("cuda"):
+        return torch.cuda.get_device_name(device)
+    threads = torch.get_num_threads()
+    return f"{platform.machine()} processor, {threads} thread{'s' * (threads > 1)}"

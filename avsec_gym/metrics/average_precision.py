@@ -1,0 +1,213 @@
+"""Average precision as the KITTI object benchmark measures it: image, bird's eye, 3D, orientation.
+
+Geiger, Lenz, Urtasun: Are we ready for autonomous driving? CVPR 2012, and its development kit;
+40 recall points after Simonelli et al., ICCV 2019.  `docs/average_precision.md` tells the rules.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import product
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import Floats
+from avsec_gym.metrics.average_precision_curves import (
+    Counts,
+    average_precisions,
+    draw_resamples,
+    precision_at_recalls,
+    resampled,
+)
+from avsec_gym.metrics.average_precision_frames import (
+    COUNTED,
+    LEVELS,
+    Objects,
+    Status,
+    detection_status,
+    label_status,
+    pooled,
+)
+from avsec_gym.metrics.average_precision_matching import match, overlaps
+
+METRICS = ("2d", "bev", "3d", "aos")
+"""In the image, from above, in space; similarity of the observation angle, matched in the image."""
+CLASSES = ("Car", "Pedestrian", "Cyclist")
+
+MinIou = Mapping[str, tuple[float, float, float]]
+"""For each class: a match needs more than this in the image, from above, in space."""
+
+STANDARD_IOU: MinIou = MappingProxyType(
+    {"Car": (0.7, 0.7, 0.7), "Pedestrian": (0.5, 0.5, 0.5), "Cyclist": (0.5, 0.5, 0.5)}
+)
+"""What the benchmark asks for."""
+LOW_IOU: MinIou = MappingProxyType(
+    {"Car": (0.7, 0.5, 0.5), "Pedestrian": (0.5, 0.25, 0.25), "Cyclist": (0.5, 0.25, 0.25)}
+)
+"""The second, easier set that papers on stereo report beside it."""
+
+_CONFIDENCE = (0.025, 0.975)
+
+
+@dataclass(frozen=True, eq=False)
+class AveragePrecision:
+    """Of C classes; the axes are class, metric (`METRICS`), level (`LEVELS`)."""
+
+    classes: tuple[str, ...]
+    min_iou: Floats
+    """Shape (C, 4)."""
+    labels: Counts
+    """How many labels there were to find, shape (C, 3); without any, precision is 0."""
+    precision: Floats
+    """The best at each recall 0, 1/40, ..., 1 or beyond, in [0, 1], shape (C, 4, 3, 41).
+
+    For ``aos``, the similarity; NaN where a detection or label of the class has no alpha.
+    """
+    interval: Floats | None = None
+    """95 % bootstrap over frames in percent, shape (C, 4, 3, 2, 2): AP11 and AP40, low and high."""
+
+    @property
+    def ap11(self) -> Floats:
+        """Percent at 11 recall points, shape (C, 4, 3); earlier papers report this one."""
+        return average_precisions(self.precision)[..., 0]
+
+    @property
+    def ap40(self) -> Floats:
+        """Percent at 40 recall points, shape (C, 4, 3); the leaderboard's since October 2019."""
+        return average_precisions(self.precision)[..., 1]
+
+    def value(
+        self, category: str, metric: str = "3d", level: str = "moderate", recall_points: int = 11
+    ) -> float:
+        """One figure, percent.
+
+        Raises:
+            ConfigurationError: There is no such class, metric, level or number of recall points.
+        """
+        for given, known in (
+            (category, self.classes),
+            (metric, METRICS),
+            (level, LEVELS),
+            (recall_points, (11, 40)),
+        ):
+            if given not in known:
+                raise ConfigurationError(
+                    f"{given!r} was not measured; known: {', '.join(map(str, known))}"
+                )
+        values = self.ap11 if recall_points == 11 else self.ap40
+        return float(
+            values[self.classes.index(category), METRICS.index(metric), LEVELS.index(level)]
+        )
+
+    def to_json(self) -> dict[str, dict[str, dict[str, Any]]]:
+        """``{class: {metric: {"ap11": [easy, moderate, hard], "ap40": [...]}}}``, percent.
+
+        Intervals, where there are any, stand beside them: ``"ap11_interval": [[low, high], ...]``.
+        What is not known is None.
+        """
+        result: dict[str, dict[str, dict[str, Any]]] = {name: {} for name in self.classes}
+        for (c, category), (m, metric) in product(enumerate(self.classes), enumerate(METRICS)):
+            values = {"ap11": self.ap11[c, m], "ap40": self.ap40[c, m]}
+            if self.interval is not None:
+                values["ap11_interval"] = self.interval[c, m, :, 0]
+                values["ap40_interval"] = self.interval[c, m, :, 1]
+            result[category][metric] = {name: _plain(value) for name, value in values.items()}
+        return result
+
+
+def average_precision(
+    truth: Sequence[Boxes3D],
+    detections: Sequence[Boxes3D],
+    *,
+    classes: Sequence[str] = CLASSES,
+    min_iou: MinIou = STANDARD_IOU,
+    resamples: int = 0,
+    seed: int = 0,
+) -> AveragePrecision:
+    """Score a detector on F frames.
+
+    Args:
+        truth: Labels of each frame, DontCare regions included (`read_labels` keeps them on demand).
+            Where truncation or occlusion is unknown, it does not make a label harder.
+        detections: Of the same frames; empty where nothing was found.
+        classes: What to look for, without regard to upper or lower case.
+        min_iou: For each class: `STANDARD_IOU`, `LOW_IOU` or another.
+        resamples: How often frames are drawn anew for the 95 % interval; 0: no interval.
+        seed: Of these draws.
+
+    Raises:
+        ConfigurationError: The frames do not fit together, boxes lack 2D boxes, or a class has no
+            threshold.
+    """
+    if len(truth) != len(detections) or not len(truth):
+        raise ConfigurationError(
+            f"average precision compares one or more frames with as many: {len(truth)} frames"
+            f" have labels, {len(detections)} detections"
+        )
+    if unknown := [name for name in classes if name not in min_iou]:
+        raise ConfigurationError(
+            f"min_iou has no threshold for {', '.join(unknown)}; known: {', '.join(min_iou)}"
+        )
+    labels, found = pooled(truth, "labels"), pooled(detections, "detections")
+    common = overlaps(labels, found)
+    drawn = draw_resamples(len(truth), resamples, seed) if resamples else None
+    tasks = list(product(range(len(classes)), range(len(LEVELS)), range(3)))
+
+    def score(task: tuple[int, int, int]) -> tuple[Floats, Floats | None, Counts]:
+        """Precision and orientation (2, 41), their resamples (R, 2, 2), labels of each frame."""
+        number, level, metric = task
+        category = classes[number]
+        wanted = label_status(labels, category, level)
+        given = detection_status(found, category, level)
+        counted = np.bincount(labels.frame[wanted == COUNTED], minlength=len(truth))
+        events = match(labels, found, common, wanted, given, metric, min_iou[category][metric])
+        curve = precision_at_recalls(events, counted)
+        again = None if drawn is None else resampled(events, counted, drawn)
+        if metric == 0 and not _orientation_is_known(labels, wanted, found, given):
+            curve[1] = np.nan
+            if again is not None:
+                again[:, 1] = np.nan
+        return curve, again, counted
+
+    shape = (len(classes), len(METRICS), len(LEVELS))
+    precision = np.zeros((*shape, 41))
+    interval = None if drawn is None else np.full((*shape, 2, 2), np.nan)
+    to_find = np.zeros((len(classes), len(LEVELS)), np.int64)
+    with ThreadPoolExecutor(min(len(tasks), os.cpu_count() or 1)) as pool:
+        # The kernels let go of the interpreter; results come in order.
+        for (number, level, metric), result in zip(tasks, pool.map(score, tasks), strict=True):
+            curve, again, counted = result
+            to_find[number, level] = counted.sum()
+            for row, place in enumerate((metric, 3) if metric == 0 else (metric,)):
+                precision[number, place, level] = curve[row]
+                if interval is not None and again is not None:
+                    interval[number, place, level] = _interval(again[:, row])
+    thresholds = np.array([(*min_iou[name], min_iou[name][0]) for name in classes])
+    return AveragePrecision(tuple(classes), thresholds, to_find, precision, interval)
+
+
+def _orientation_is_known(
+    labels: Objects, wanted: Status, detections: Objects, given: Status
+) -> bool:
+    unknown = np.isnan(labels.alpha[wanted == COUNTED]).any()
+    return not (unknown or np.isnan(detections.alpha[given == COUNTED]).any())
+
+
+def _interval(values: Floats) -> Floats:
+    """Low and high of R resamples of shape (R, 2), shape (2, 2); NaN where none has a value."""
+    known = values[~np.isnan(values).any(axis=1)]
+    return np.quantile(known, _CONFIDENCE, axis=0).T if len(known) else np.full((2, 2), np.nan)
+
+
+def _plain(values: Floats) -> Any:
+    """Nested lists with None for NaN."""
+    if values.ndim == 0:
+        return None if np.isnan(values) else round(float(values), 4)
+    return [_plain(value) for value in values]

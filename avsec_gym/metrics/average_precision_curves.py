@@ -1,0 +1,121 @@
+"""From events to curves: precision at 41 recalls, average precision, and its bootstrap interval."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.geometry import Floats
+from avsec_gym.metrics.average_precision_matching import Events
+
+SLOTS = 41
+"""Recall 0, 1/40, ..., 1."""
+AP11_SLOTS, AP40_SLOTS = slice(0, None, 4), slice(1, None)
+"""Recall 0, 0.1, ..., 1 (papers before October 2019); recall 1/40, 2/40, ..., 1 (since then)."""
+
+Counts = NDArray[np.int64]
+
+
+def precision_at_recalls(events: Events, labels: Counts, weights: Counts | None = None) -> Floats:
+    """Precision and orientation similarity, the best at each recall or beyond.
+
+    Args:
+        events: Of a class, level and metric in F frames.
+        labels: Counted labels of each frame, shape (F,).
+        weights: How often each frame counts, shape (F,); None: once.
+
+    Returns:
+        Shape (2, 41), in [0, 1]; 0 at recalls that are not reached, or without any label.
+    """
+    once = np.ones_like(labels) if weights is None else weights
+    return _precision(events, labels, once)
+
+
+def average_precisions(precision: Floats) -> Floats:
+    """AP11 and AP40 in percent, shape (..., 2), of precisions of shape (..., 41)."""
+    means = [precision[..., slots].mean(axis=-1) for slots in (AP11_SLOTS, AP40_SLOTS)]
+    return 100 * np.stack(means, axis=-1)
+
+
+def draw_resamples(frames: int, count: int, seed: int) -> Counts:
+    """How often each frame is drawn, with replacement, shape (count, frames)."""
+    generator = np.random.default_rng(seed)
+    drawn = generator.integers(0, frames, (count, frames))
+    return np.stack([np.bincount(row, minlength=frames) for row in drawn])
+
+
+def resampled(events: Events, labels: Counts, resamples: Counts) -> Floats:
+    """AP11 and AP40 in percent of each resample, of precision and of orientation.
+
+    Args:
+        events: Of a class, level and metric in F frames.
+        labels: Counted labels of each frame, shape (F,).
+        resamples: How often each frame counts, shape (R, F).
+
+    Returns:
+        Shape (R, 2, 2): precision, orientation; AP11, AP40.  NaN where no label was drawn.
+    """
+    result = average_precisions(_resample(events, labels, resamples))
+    result[resamples @ labels == 0] = np.nan
+    return result
+
+
+@numba.njit(nogil=True, cache=True)
+def _resample(events: Events, labels: Counts, resamples: Counts) -> Floats:
+    result = np.empty((len(resamples), 2, SLOTS))
+    for i in range(len(resamples)):
+        curves = _precision(events, labels, resamples[i])
+        for slot in range(SLOTS):
+            result[i, 0, slot], result[i, 1, slot] = curves[0, slot], curves[1, slot]
+    return result
+
+
+@numba.njit(nogil=True, cache=True)
+def _precision(events: Events, labels: Counts, weights: Counts) -> Floats:
+    result = np.zeros((2, SLOTS))
+    cuts = _cuts(events, labels, weights)
+    true_positives, false_positives, similarity = 0.0, 0.0, 0.0
+    event = 0
+    for slot in range(len(cuts)):
+        while event < len(events.score) and events.score[event] >= cuts[slot]:
+            weight = weights[events.frame[event]]
+            if weight:
+                true_positives += weight * events.true_positives[event]
+                false_positives += weight * events.false_positives[event]
+                similarity += weight * events.similarity[event]
+            event += 1
+        positives = true_positives + false_positives
+        if positives > 0.0:
+            result[0, slot] = true_positives / positives
+            result[1, slot] = similarity / positives
+    for slot in range(SLOTS - 2, -1, -1):
+        for row in range(2):
+            result[row, slot] = max(result[row, slot], result[row, slot + 1])
+    return result
+
+
+@numba.njit(nogil=True, cache=True)
+def _cuts(events: Events, labels: Counts, weights: Counts) -> Floats:
+    """The scores, best first, at which recall comes closest to 0, 1/40, 2/40, ...
+
+    The recall aimed at is summed up as the development kit does: its rounding decides ties.
+    """
+    result = np.empty(SLOTS)
+    wanted, hits = 0, 0
+    for f in range(len(labels)):
+        wanted += labels[f] * weights[f]
+    for i in range(len(events.hit_score)):
+        hits += weights[events.hit_frame[i]]
+    found, nth, aim = 0, 0, 0.0
+    for i in range(len(events.hit_score)):
+        for _ in range(weights[events.hit_frame[i]]):
+            nth += 1
+            recall, following = nth / wanted, (nth + 1) / wanted
+            if nth < hits and following - aim < aim - recall:
+                continue
+            if found < SLOTS:
+                result[found] = events.hit_score[i]
+                found += 1
+            aim += 1.0 / (SLOTS - 1.0)
+    return result[:found]

@@ -1,0 +1,113 @@
+"""`PsmNetDepth`: PSMNet between a camera's pixels and disparities in these pixels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.perception.depth.depth import DisparityMap, pair_scale
+from avsec_gym.perception.depth.psmnet import PsmNet, PsmNetConfiguration, psmnet_loss
+from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
+
+_MEAN, _DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
+"""Of ImageNet's red, green and blue, as shares of 255."""
+_MULTIPLE = 16
+
+
+class PsmNetDepth:
+    """A learned `DepthEstimator` that can be differentiated down to the pixels.
+
+    Its `network` stands in evaluation mode and its weights are frozen; training thaws it.
+
+    Args:
+        configuration: Of the network, or a preset's name.
+        weights: A file of `avsec_gym.perception.weights.store`, or a `state_dict`; random if None.
+        left: Reference camera.
+        right: The other one.
+
+    Raises:
+        ConfigurationError: Another preset, or a `state_dict` of another network.
+        DataError: The file cannot be read, or is of another network.
+    """
+
+    name = "psmnet"
+
+    def __init__(
+        self,
+        configuration: PsmNetConfiguration | str = "small",
+        weights: str | Path | Mapping[str, Tensor] | None = None,
+        left: int = 2,
+        right: int = 3,
+    ) -> None:
+        if isinstance(configuration, str):
+            configuration = PsmNetConfiguration.preset(configuration)
+        self.configuration = configuration
+        self.left, self.right = left, right
+        self.network = PsmNet(configuration)
+        if isinstance(weights, str | Path):
+            from avsec_gym.perception.weights.store import load_weights
+
+            load_weights(weights, self.network)
+        elif weights is not None:
+            try:
+                self.network.load_state_dict(weights)
+            except RuntimeError as error:
+                raise ConfigurationError(f"weights of another network: {error}") from error
+        self.network.eval().requires_grad_(False)
+
+    def disparity(self, frame: SensorFrame) -> DisparityMap:
+        """See `DepthEstimator`."""
+        batch = batch_of_frames([frame], self.left, self.right)
+        values = self.disparity_batch(batch)[0].float().cpu().numpy()
+        return DisparityMap(values, pair_scale(frame, self.left, self.right))
+
+    def disparity_batch(self, batch: StereoBatch) -> Tensor:
+        """Disparities of the left images, shape (B, H, W), in their pixels, without gradient."""
+        height, width = batch.left.shape[-2:]
+        with torch.no_grad():
+            found = self._run(batch)[-1]
+        size = (height, width)
+        enlarged = functional.interpolate(
+            found[:, None], size=size, mode="bilinear", align_corners=False
+        )
+        return enlarged[:, 0] * (width / found.shape[-1])
+
+    def losses(self, batch: StereoBatch, disparity: Tensor) -> dict[str, Tensor]:
+        """The training loss, with gradient to the pixels: the term ``disparity``.
+
+        Args:
+            batch: B pairs, grey levels 0..255.
+            disparity: Of the left images, in their pixels, shape (B, H, W), 0 where unknown.
+        """
+        found = self._run(batch)
+        size = (found[-1].shape[-2], found[-1].shape[-1])
+        truth = disparity.to(found[-1])
+        if truth.shape[-2:] != size:
+            # The nearest value: a mean would lie between an object and what is behind it.
+            scale = size[1] / truth.shape[-1]
+            truth = functional.interpolate(truth[:, None], size=size, mode="nearest-exact")[:, 0]
+            truth = truth * scale
+        return {"disparity": psmnet_loss(found, truth, self.configuration.disparities)}
+
+    def _run(self, batch: StereoBatch) -> list[Tensor]:
+        """Disparities at the network's size, in its pixels."""
+        weight = next(self.network.parameters())
+        batch = batch.to(weight.device)
+        if self.configuration.input_size is not None:
+            batch = batch.resized(*self.configuration.input_size)
+        height, width = batch.left.shape[-2:]
+        above, beside = -height % _MULTIPLE, -width % _MULTIPLE
+        mean, deviation = (
+            255 * batch.left.new_tensor(values)[:, None, None] for values in (_MEAN, _DEVIATION)
+        )
+        left, right = (
+            functional.pad((images - mean) / deviation, (0, beside, above, 0)).to(weight.dtype)
+            for images in (batch.left, batch.right)
+        )
+        return [found[:, above:, :width] for found in self.network(left, right)]

@@ -1,0 +1,52 @@
+"""What a detector is: b = O(I_l, I_r), and, for those that can be attacked by gradient, its loss."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol, runtime_checkable
+
+from torch import Tensor
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.frame import SensorFrame
+from avsec_gym.perception.stereo_batch import StereoBatch
+
+
+@runtime_checkable
+class Detector(Protocol):
+    """Anything that finds objects in what the sensors deliver."""
+
+    name: str
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        """The objects of a frame, best score first, with 2D boxes (KITTI needs them), alpha set.
+
+        Raises:
+            DataError: The frame lacks what this detector needs.
+        """
+        ...
+
+
+@runtime_checkable
+class DifferentiableDetector(Detector, Protocol):
+    """A detector whose training loss reaches the pixels."""
+
+    def detect_batch(self, batch: StereoBatch) -> list[Boxes3D]:
+        """As `detect`, for pairs that are tensors already; without gradient."""
+        ...
+
+    def losses(
+        self, batch: StereoBatch, truth: Sequence[Boxes3D], disparity: Tensor | None = None
+    ) -> dict[str, Tensor]:
+        """The terms of the training loss against the truth, whose sum is the loss L.
+
+        Args:
+            batch: B pairs.
+            truth: What is really there, for each pair.
+            disparity: Of the left image, pixels of the batch's own resolution, shape (B, H, W),
+                0 where unknown; without it, a term that needs it is left out.
+
+        Pixels are grey levels 0..255 at the camera's own resolution; whatever the network scales
+        or normalises happens inside, so that the gradient is that of the camera's pixels.
+        """
+        ...

@@ -1,0 +1,252 @@
+"""What a DSGN is made of: every number and switch of the architecture, and four presets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import Floats
+from avsec_gym.perception.nn.pyramid_pooling import FeatureConfiguration
+
+
+@dataclass(frozen=True)
+class DepthScale:
+    """Depths in metres, from far to near, their steps equal in ``depth ** power``.
+
+    A power of 1 spaces them equally in metres, -1 in disparity, and 0, between the two, in the
+    logarithm.
+    """
+
+    far: float
+    near: float
+    count: int
+    power: int = 1
+
+    def __post_init__(self) -> None:
+        if not self.far > self.near > 0 or self.count < 2:
+            raise ConfigurationError(f"a depth scale falls from far to near > 0, got {self}")
+
+    def values(self) -> Floats:
+        """The depths, shape (count,)."""
+        steps = np.linspace(self._warped(self.far), self._warped(self.near), self.count)
+        return np.exp(steps) if self.power == 0 else steps ** (1 / self.power)
+
+    def position(self, depth: Floats) -> Floats:
+        """How far along the scale depths lie: -1 at the far end, 1 at the near one."""
+        start, stop = self._warped(self.far), self._warped(self.near)
+        return 2 * (self._warped(depth) - start) / (stop - start) - 1
+
+    def _warped(self, depth: Floats | float) -> Floats:
+        return np.asarray(np.log(depth) if self.power == 0 else np.power(depth, self.power))
+
+
+@dataclass(frozen=True)
+class GridAxis:
+    """Cells of equal size between two coordinates (metres, camera frame); may run backwards."""
+
+    start: float
+    stop: float
+    cells: int
+
+    def centres(self) -> Floats:
+        """Shape (cells,), metres, from start to stop."""
+        return self.start + (np.arange(self.cells) + 0.5) * (self.stop - self.start) / self.cells
+
+
+@dataclass(frozen=True)
+class WorldGrid:
+    """The voxels of the camera frame that are searched for objects; tensors are (z, y, x)."""
+
+    x: GridAxis
+    y: GridAxis
+    z: GridAxis
+
+
+@dataclass(frozen=True)
+class Anchor:
+    """The box that a class starts from, standing at every cell of the bird's-eye view (metres)."""
+
+    category: str
+    centre_y: float
+    """Of the box's centre, in the camera frame: y points down."""
+    height: float
+    width: float
+    length: float
+
+
+PEDESTRIAN = Anchor("Pedestrian", 0.74, 1.73, 0.6, 0.8)
+CAR = Anchor("Car", 0.825, 1.56, 1.6, 3.9)
+CYCLIST = Anchor("Cyclist", 0.74, 1.73, 0.6, 1.76)
+
+
+_FEATURES = FeatureConfiguration(
+    first=64,
+    stages=((32, 3), (64, 6), (128, 12), (192, 4)),
+    joined=(2, 3, 4),
+    aligned_corners=True,
+    matching=(256, 32),
+    semantic=(64, 32),
+    groups=32,
+)
+
+
+@dataclass(frozen=True)
+class DsgnConfiguration:
+    """The architecture; the defaults are those of the original car detector.
+
+    Raises:
+        ConfigurationError: Numbers that do not fit together, or an unknown preset.
+    """
+
+    input_size: tuple[int, int] | None = None
+    """Height and width that images are scaled to; None leaves them as they are."""
+    padded_size: tuple[int, int] = (384, 1248)
+    """Zeros are added at the right and below up to this size; multiples of 16."""
+    features: FeatureConfiguration = _FEATURES
+    """Of the images.  The semantic head also decides whether its features enter the world grid."""
+    groups: int = 32
+    """Of normalised channels behind the features, see `normalisation`."""
+
+    planes: DepthScale = DepthScale(40.0, 2.4, 48)
+    """Of the plane-sweep volume."""
+    bins: DepthScale = DepthScale(40.2, 2.0, 192)
+    """Of the softmax over depth: the planes' costs are interpolated."""
+    sampled: DepthScale = DepthScale(40.4, 2.0, 2)
+    """Which depths lie at the centres of the first and last plane (or bin) where the world grid
+    samples the volume; the original takes the grid's ends, 0.4 m off."""
+    full_depth: bool = True
+    """Costs enlarged to the image before the softmax; otherwise the expected depth is."""
+    correlation_groups: int = 0
+    """Of matching features whose products fill the volume; 0 fills it with both features."""
+    volume_channels: int = 64
+    volume_begins_with_hourglass: bool = False
+    """One hourglass in the place of four convolutions and an hourglass on a residual."""
+    volume_residual: bool = False
+    """Whether what comes into that one hourglass is added to what it makes."""
+    cost_kernel: int = 3
+    """Of the two convolutions that make a cost of each plane."""
+
+    grid: WorldGrid = WorldGrid(
+        GridAxis(-30.4, 30.4, 304), GridAxis(3.0, -1.0, 20), GridAxis(40.4, 2.0, 192)
+    )
+    aligned_corners: bool = True
+    """Of every sampling by the world grid: -1 and 1 are the centres of the outermost cells (torch
+    below 1.3, with which the published weights were trained) or their outer edges."""
+    exact_pixels: bool = False
+    """Feature i stands at pixel 4 i, where its convolutions centre it; otherwise the features are
+    stretched so that the last one stands at the last pixel, up to 3 pixels off."""
+    costs_in_grid: bool = True
+    """Whether the planes' costs, without gradient, enter the world grid."""
+    grid_channels: int = 64
+    grid_kernel: int = 3
+    grid_hourglass: bool = True
+    pooled_heights: int = 4
+    """Layers of the grid that one mean over y takes in."""
+    view_channels: int = 128
+    """Of the bird's-eye view."""
+
+    tower_length: int = 1
+    """Convolutions in each of the two halves of a tower."""
+    anchors: tuple[Anchor, ...] = (PEDESTRIAN, CAR, CYCLIST)
+    angles: int = 4
+    """Anchors of each class, evenly turned."""
+
+    def __post_init__(self) -> None:
+        if self.grid.y.cells % self.pooled_heights:
+            raise ConfigurationError(
+                f"{self.grid.y.cells} layers of the grid are not a multiple of the"
+                f" {self.pooled_heights} that are pooled"
+            )
+        pair = self.correlation_groups or 2 * self.features.matching[1]
+        if self.volume_begins_with_hourglass and pair != self.volume_channels:
+            raise ConfigurationError(
+                f"an hourglass keeps its channels, yet {pair} come in and"
+                f" volume_channels is {self.volume_channels}"
+            )
+        if self.correlation_groups and self.features.matching[1] % self.correlation_groups:
+            raise ConfigurationError(
+                f"{self.features.matching[1]} features do not make {self.correlation_groups} groups"
+            )
+        sizes = {
+            "padded_size": (*self.padded_size, 16),
+            "planes": (self.planes.count, 4),
+            "the grid's cells along x and z": (self.grid.x.cells, self.grid.z.cells, 4),
+        }
+        if self.grid_hourglass:
+            sizes["the grid's cells along y"] = (self.grid.y.cells, 4)
+        for name, (*counts, divisor) in sizes.items():
+            if any(count <= 0 or count % divisor for count in counts):
+                raise ConfigurationError(f"{name}: {counts} must be multiples of {divisor}")
+        if self.input_size is not None and (
+            self.input_size[0] > self.padded_size[0] or self.input_size[1] > self.padded_size[1]
+        ):
+            raise ConfigurationError(
+                f"images of {self.input_size} do not fit into {self.padded_size}"
+            )
+
+    @classmethod
+    def preset(cls, name: str) -> DsgnConfiguration:
+        """``default``, ``24g`` and ``12g`` (the original's for cars), or ``small``."""
+        if name not in _PRESETS:
+            raise ConfigurationError(
+                f"no DSGN is called {name!r}; there are {', '.join(sorted(_PRESETS))}"
+            )
+        return _PRESETS[name]
+
+
+_DEFAULT = DsgnConfiguration()
+_24G = replace(
+    _DEFAULT,
+    features=replace(_FEATURES, first=16, semantic=None),
+    volume_begins_with_hourglass=True,
+    costs_in_grid=False,
+    grid_kernel=1,
+    grid_hourglass=False,
+)
+_12G = replace(
+    _24G,
+    features=replace(
+        _24G.features,
+        first=8,
+        stages=((16, 3), (32, 4), (64, 6), (128, 3)),
+        matching=(128, 32),
+    ),
+)
+_SMALL = DsgnConfiguration(
+    # Columns tell disparity, and with it depth; rows do not.
+    input_size=(128, 768),
+    padded_size=(128, 768),
+    features=FeatureConfiguration(
+        first=16,
+        stages=((16, 1), (32, 2), (48, 1), (48, 1)),
+        joined=(2, 3, 4),
+        windows=((32, 48), (16, 24), (8, 12), (4, 6)),
+        pooled=8,
+        aligned_corners=True,
+        matching=(32, 32),
+        semantic=(32, 16),
+        groups=8,
+    ),
+    groups=8,
+    # In the logarithm: 0.3 m apart at 4 m, 1.7 m at 20 m, 0.1 to 1.6 feature pixels.
+    planes=DepthScale(48.0, 3.2, 32, power=0),
+    bins=DepthScale(48.0, 3.2, 128, power=0),
+    sampled=DepthScale(48.0, 3.2, 2, power=0),
+    full_depth=False,
+    correlation_groups=8,
+    volume_channels=8,
+    volume_begins_with_hourglass=True,
+    volume_residual=True,
+    cost_kernel=1,
+    grid=WorldGrid(GridAxis(-20.0, 20.0, 100), GridAxis(3.0, -1.0, 5), GridAxis(48.0, 3.2, 112)),
+    exact_pixels=True,
+    grid_channels=16,
+    grid_kernel=1,
+    grid_hourglass=False,
+    pooled_heights=1,
+    view_channels=48,
+    anchors=(CAR,),
+)
+_PRESETS = {"default": _DEFAULT, "24g": _24G, "12g": _12G, "small": _SMALL}

@@ -1,0 +1,172 @@
+"""`DsgnDetector`: the network between a camera's pixels and KITTI's boxes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.geometry import Floats
+from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
+from avsec_gym.perception.detectors.dsgn.decoding import DecodingRule, decode
+from avsec_gym.perception.detectors.dsgn.losses import depth_loss, detection_losses
+from avsec_gym.perception.detectors.dsgn.network import DsgnNetwork, DsgnOutput
+from avsec_gym.perception.detectors.dsgn.targets import anchor_targets
+from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
+
+_MEAN = (0.485, 0.456, 0.406)
+_DEVIATION = (0.229, 0.224, 0.225)
+"""Of ImageNet's red, green and blue, as shares of 255."""
+_MULTIPLE = 16
+"""Image sides that the network can halve and double without loss."""
+
+
+@dataclass(frozen=True, eq=False)
+class NetworkInput:
+    """What `DsgnNetwork` takes of B pairs; h x w pixels of image, padded to H x W.
+
+    Args:
+        left: Normalised, shape (B, 3, H, W).
+        right: The same shape.
+        projection: P of the left camera for these pixels, shape (B, 3, 4).
+        focal_times_baseline: Depth times disparity, metres x these pixels, shape (B,).
+        image_size: h and w.
+    """
+
+    left: Tensor
+    right: Tensor
+    projection: Tensor
+    focal_times_baseline: Tensor
+    image_size: tuple[int, int]
+
+
+class DsgnDetector:
+    """A stereo detector that can be differentiated down to the pixels.
+
+    Its `network` stands in evaluation mode and its weights are frozen; training thaws it.
+
+    Args:
+        configuration: Of the network, or a preset's name.
+        weights: `state_dict` of the network; random if None.
+        categories: Classes that `losses` teaches, among those of the anchors.
+        rule: Which anchors become boxes.
+
+    Raises:
+        ConfigurationError: The weights are those of another configuration, or no anchor has one
+            of the categories.
+    """
+
+    name = "dsgn"
+
+    def __init__(
+        self,
+        configuration: DsgnConfiguration | str = "small",
+        weights: Mapping[str, Tensor] | None = None,
+        categories: Sequence[str] = ("Car",),
+        rule: DecodingRule = DecodingRule(),
+    ) -> None:
+        if isinstance(configuration, str):
+            configuration = DsgnConfiguration.preset(configuration)
+        known = [anchor.category for anchor in configuration.anchors]
+        if not set(categories) <= set(known):
+            raise ConfigurationError(f"this network knows {known}, not all of {categories}")
+        self.configuration = configuration
+        self.categories = tuple(categories)
+        self.rule = rule
+        self.network = DsgnNetwork(configuration)
+        if weights is not None:
+            try:
+                self.network.load_state_dict(weights)
+            except RuntimeError as error:
+                raise ConfigurationError(f"weights of another network: {error}") from error
+        self.network.eval().requires_grad_(False)
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        """The objects of a frame, best score first, with `box2d` and `alpha`.
+
+        Raises:
+            DataError: An image of the frame's pair is missing or broken.
+        """
+        return self.detect_batch(batch_of_frames([frame]))[0]
+
+    def detect_batch(self, batch: StereoBatch) -> list[Boxes3D]:
+        """The objects of each pair; 2D boxes are in the camera's own pixels."""
+        with torch.no_grad():
+            output, _ = self._run(batch)
+        projections = _camera_projections(batch)
+        return decode(output, self.configuration, projections, batch.size, self.rule)
+
+    def losses(
+        self, batch: StereoBatch, truth: Sequence[Boxes3D], disparity: Tensor | None = None
+    ) -> dict[str, Tensor]:
+        """The terms `depth` (with disparity only), `classification`, `box` and `centerness`.
+
+        See `DifferentiableDetector.losses`.
+        """
+        output, given = self._run(batch)
+        targets = anchor_targets(truth, self.configuration, self.categories)
+        terms = detection_losses(output, targets)
+        if disparity is not None:
+            true_depth = _true_depth(batch, disparity.to(given.left), given)
+            z = self.configuration.grid.z
+            near, far = sorted((z.start, z.stop))
+            terms = {"depth": depth_loss(output.depth, true_depth, near, far), **terms}
+        return terms
+
+    def prepare(self, batch: StereoBatch) -> NetworkInput:
+        """Scaled, normalised, padded with zeros at the right and below, in the network's type."""
+        weight = next(self.network.parameters())
+        batch = batch.to(weight.device)
+        if self.configuration.input_size is not None:
+            batch = batch.resized(*self.configuration.input_size)
+        height, width = batch.left.shape[-2:]
+        sides = zip((height, width), self.configuration.padded_size, strict=True)
+        below, beside = (
+            max(padded, -(-side // _MULTIPLE) * _MULTIPLE) - side for side, padded in sides
+        )
+        mean, deviation = (
+            255 * batch.left.new_tensor(values)[:, None, None] for values in (_MEAN, _DEVIATION)
+        )
+        left, right = (
+            functional.pad((images - mean) / deviation, (0, beside, 0, below)).to(weight.dtype)
+            for images in (batch.left, batch.right)
+        )
+        return NetworkInput(
+            left,
+            right,
+            batch.left_projection.to(left),
+            (batch.focal_length * batch.baseline).to(left),
+            (height, width),
+        )
+
+    def _run(self, batch: StereoBatch) -> tuple[DsgnOutput, NetworkInput]:
+        given = self.prepare(batch)
+        output = self.network(given.left, given.right, given.projection, given.focal_times_baseline)
+        return output, given
+
+
+def _camera_projections(batch: StereoBatch) -> Floats:
+    """P of the left cameras for their own pixels, shape (B, 3, 4): `resized` undone."""
+    height, width = batch.left.shape[-2:]
+    u, v = batch.size[1] / width, batch.size[0] / height
+    change = np.array([[u, 0, (u - 1) / 2], [0, v, (v - 1) / 2], [0, 0, 1]])
+    return np.asarray(change @ batch.left_projection.double().cpu().numpy())
+
+
+def _true_depth(batch: StereoBatch, disparity: Tensor, given: NetworkInput) -> Tensor:
+    """Metres at the network's pixels, shape (B, H, W); 0 where unknown and in the padding."""
+    scale = (batch.focal_length * batch.baseline).to(disparity)[:, None, None]
+    known = disparity > 0  # Also false for NaN.
+    depth = torch.where(known, scale / torch.where(known, disparity, 1.0), 0.0)
+    # The nearest value: a mean would lie between an object and what is behind it.
+    depth = functional.interpolate(depth[:, None], size=given.image_size, mode="nearest-exact")
+    height, width = given.image_size
+    below, beside = given.left.shape[-2] - height, given.left.shape[-1] - width
+    return functional.pad(depth[:, 0], (0, beside, 0, below))

@@ -1,0 +1,269 @@
+"""DSGN's network (Chen et al., CVPR 2020): a stereo pair to boxes at bird's-eye-view anchors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
+from avsec_gym.perception.nn.convolution import (
+    Dimensions,
+    VolumeConvolution,
+    convolution,
+    convolutions,
+    initialise,
+)
+from avsec_gym.perception.nn.cost_volume import correlation_volume, sampled_volume
+from avsec_gym.perception.nn.hourglass import Hourglass
+from avsec_gym.perception.nn.pyramid_pooling import STRIDE, FeatureExtraction
+
+
+@dataclass(frozen=True, eq=False)
+class DsgnOutput:
+    """What the network says of B pairs; A anchor angles, K classes, Z x X bird's-eye cells.
+
+    Args:
+        depth: Expected depth of every pixel of the left image, metres, shape (B, H, W).
+        depth_logits: Before the softmax over D depths (dimension 1), shape (B, D, h, w): of the
+            pixels of the image in the full configurations, of those of the features in `small`.
+        depth_bins: The depths in metres, far to near, shape (D,).
+        class_logits: Before the sigmoid, shape (B, A, K, Z, X).
+        corners: The eight corners of each box less its anchor's place (x of the cell,
+            ``centre_y`` of the class, z of the cell), as (x, y, z) in metres of the camera frame,
+            shape (B, A, K, 8, 3, Z, X): (+l/2, +w/2), (+l/2, -w/2), (-l/2, -w/2), (-l/2, +w/2)
+            of the bottom face, then of the top.
+        centerness: Before the sigmoid, shape (B, A, Z, X).
+
+    Rows of the bird's-eye view run as ``configuration.grid.z`` does, from far to near, its columns
+    as ``configuration.grid.x``, from left to right; ``.centres()`` of both gives metres.
+    """
+
+    depth: Tensor
+    depth_logits: Tensor
+    depth_bins: Tensor
+    class_logits: Tensor
+    corners: Tensor
+    centerness: Tensor
+
+
+class DsgnNetwork(nn.Module):
+    """The detector without what stands before it (scaling) and behind it (decoding).
+
+    The names of its parts are those of the original's ``state_dict``.
+    """
+
+    def __init__(self, configuration: DsgnConfiguration) -> None:
+        super().__init__()
+        self.configuration = c = configuration
+        self.feature_extraction = FeatureExtraction(c.features)
+        wide, pair = c.volume_channels, c.correlation_groups or 2 * c.features.matching[1]
+        self.dres0: nn.Module
+        if c.volume_begins_with_hourglass:
+            self.dres0 = Hourglass(pair, groups=c.groups, dimensions=3)
+        else:
+            self.dres0 = self._layers(3, pair, wide, wide)
+            self.dres1 = nn.Sequential(
+                *self._layers(3, wide, wide),
+                convolution(wide, wide, groups=c.groups, dimensions=3),
+            )
+            self.dres2 = Hourglass(wide, groups=c.groups, dimensions=3)
+        self.classif1 = nn.Sequential(
+            *self._layers(3, wide, wide, kernel=c.cost_kernel),
+            VolumeConvolution(wide, 1, c.cost_kernel, padding=c.cost_kernel // 2, bias=False),
+        )
+        semantic = 0 if c.features.semantic is None else c.features.semantic[1]
+        sampled = wide + c.costs_in_grid + semantic
+        self.rpn3d_conv = self._layers(3, sampled, c.grid_channels, kernel=c.grid_kernel)
+        if c.grid_hourglass:
+            self.hg_rpn3d_conv = Hourglass(c.grid_channels, groups=c.groups, dimensions=3)
+        heights = c.grid.y.cells // c.pooled_heights
+        view = c.view_channels
+        self.rpn3d_conv2 = self._layers(2, heights * c.grid_channels, view)
+        self.rpn3d_conv3 = Hourglass(view, groups=c.groups, dimensions=2)
+        tower = [view] * (c.tower_length + 1)
+        self.rpn3d_cls_convs = self._layers(2, *tower)
+        self.rpn3d_bbox_convs = self._layers(2, *tower)
+        self.rpn3d_cls_convs2 = self._layers(2, *tower)
+        self.rpn3d_bbox_convs2 = self._layers(2, *tower)
+        classes = len(c.anchors)
+        self.bbox_cls = nn.Conv2d(view, c.angles * classes, 3, padding=1)
+        self.bbox_centerness = nn.Conv2d(view, c.angles, 3, padding=1)
+        self.bbox_reg = nn.Conv2d(view, classes * (6 + c.angles), 3, padding=1)
+        initialise(self)
+        for layer, deviation in (
+            (self.bbox_cls, 0.1),
+            (self.bbox_centerness, 0.1),
+            (self.bbox_reg, 0.02),
+        ):
+            nn.init.normal_(layer.weight, std=deviation)
+        nn.init.constant_(
+            self.bbox_cls.get_parameter("bias"), -math.log(99)
+        )  # a prior probability of 1 %
+
+    def _layers(self, dimensions: Dimensions, *channels: int, kernel: int = 3) -> nn.Sequential:
+        return convolutions(
+            *channels, groups=self.configuration.groups, dimensions=dimensions, kernel=kernel
+        )
+
+    def forward(
+        self, left: Tensor, right: Tensor, projection: Tensor, focal_times_baseline: Tensor
+    ) -> DsgnOutput:
+        """Boxes at every anchor and the depth of every pixel.
+
+        Args:
+            left: Normalised by ImageNet's mean and deviation, padded, shape (B, 3, H, W).
+            right: The same shape.
+            projection: P of the left camera for these pixels, shape (B, 3, 4).
+            focal_times_baseline: Disparity times depth, pixels x metres, shape (B,).
+        """
+        extract = self.feature_extraction
+        joined, joined_right = extract(torch.cat([left, right])).chunk(2)
+        match, match_right = extract.lastconv(joined), extract.lastconv(joined_right)
+        volume, costs = self._volume(match, match_right, self._disparities(focal_times_baseline))
+        logits = self._depth_logits(costs, left)
+        semantic = extract.rpnconv(joined) if self.configuration.features.semantic else None
+        world = self._world(volume, costs, logits, semantic, projection, left)
+        class_logits, corners, centerness = self._heads(self._view(world))
+        bins = torch.from_numpy(self.configuration.bins.values()).to(left)
+        depth = torch.einsum("bdhw,d->bhw", logits.softmax(1), bins)
+        if not self.configuration.full_depth:
+            depth = _enlarged(depth)
+        return DsgnOutput(depth, logits, bins, class_logits, corners, centerness)
+
+    def _disparities(self, focal_times_baseline: Tensor) -> Tensor:
+        """Of the planes in pixels of the features, shape (B, D)."""
+        depths = torch.from_numpy(self.configuration.planes.values())
+        return focal_times_baseline[:, None] / depths.to(focal_times_baseline) / STRIDE
+
+    def _volume(self, left: Tensor, right: Tensor, disparities: Tensor) -> tuple[Tensor, Tensor]:
+        """Features (B, C, D, h, w) and costs (B, 1, D, h, w) of the planes."""
+        c = self.configuration
+        if c.correlation_groups:
+            pairs = correlation_volume(left, right, disparities, c.correlation_groups)
+        else:
+            pairs = sampled_volume(left, right, disparities)
+        if c.volume_begins_with_hourglass:
+            volume, _, _ = self.dres0(pairs)
+            volume = volume + pairs if c.volume_residual else volume
+        else:
+            volume = self.dres0(pairs)
+            volume = volume + self.dres1(volume)
+            volume = volume + self.dres2(volume)[0]
+        return volume, self.classif1(volume)
+
+    def _depth_logits(self, costs: Tensor, image: Tensor) -> Tensor:
+        size = image.shape[-2:] if self.configuration.full_depth else costs.shape[-2:]
+        return functional.interpolate(
+            costs,
+            size=(self.configuration.bins.count, *size),
+            mode="trilinear",
+            align_corners=True,
+        )[:, 0]
+
+    def _world(
+        self,
+        volume: Tensor,
+        costs: Tensor,
+        logits: Tensor,
+        semantic: Tensor | None,
+        projection: Tensor,
+        image: Tensor,
+    ) -> Tensor:
+        """What the voxels of the world grid hold, shape (B, C, Z, Y, X)."""
+        places = self._places(projection, image.shape[-2:]).to(image)
+        seen = (places.abs() <= 1).all(-1)[:, None]
+        if self.configuration.costs_in_grid:
+            volume = torch.cat([volume, costs.detach()], 1)
+        sampled = self._sampled(volume, places) * seen
+        if semantic is None:
+            return sampled
+        in_image = (places[..., :2].abs() <= 1).all(-1)[:, None]
+        meaning = self._sampled(semantic, places[..., :2].flatten(1, 2))
+        meaning = meaning.reshape(*meaning.shape[:2], *places.shape[1:4]) * in_image
+        probability = logits.detach().softmax(1)[:, None]
+        there = self._sampled(probability, places) * seen
+        return torch.cat([sampled, meaning * there], 1)
+
+    def _sampled(self, features: Tensor, places: Tensor) -> Tensor:
+        return functional.grid_sample(
+            features, places, align_corners=self.configuration.aligned_corners
+        )
+
+    def _places(self, projection: Tensor, size: Sequence[int]) -> Tensor:
+        """Where the voxels lie in the volume: u, v and depth in [-1, 1], (B, Z, Y, X, 3)."""
+        c = self.configuration
+        z, y, x = (
+            torch.from_numpy(axis.centres()).to(projection)
+            for axis in (c.grid.z, c.grid.y, c.grid.x)
+        )
+        p = projection[:, :, :, None, None, None]
+        homogeneous = p[:, :, 0] * x + p[:, :, 1] * y[:, None] + p[:, :, 2] * z[:, None, None]
+        homogeneous = homogeneous + p[:, :, 3]
+        u, v = (homogeneous[:, :2] / homogeneous[:, 2:]).unbind(1)
+        # The pixel at which the volume ends: -1 and 1 are the places of its outermost features.
+        beyond = STRIDE if c.exact_pixels else 1
+        bottom, right = size[0] - beyond, size[1] - beyond
+        depth = torch.from_numpy(c.sampled.position(c.grid.z.centres())).to(projection)
+        depth = depth[:, None, None].expand_as(u)
+        return torch.stack([2 * u / right - 1, 2 * v / bottom - 1, depth], -1)
+
+    def _view(self, world: Tensor) -> Tensor:
+        """The bird's-eye view, shape (B, C, Z, X)."""
+        world = self.rpn3d_conv(world)
+        if self.configuration.grid_hourglass:
+            world = world + self.hg_rpn3d_conv(world)[0]
+        heights = functional.avg_pool3d(world, (1, self.configuration.pooled_heights, 1))
+        stacked = heights.transpose(2, 3).flatten(1, 2)
+        # The original forgets the residual here; its weights are trained without.
+        return self.rpn3d_conv3(self.rpn3d_conv2(stacked))[0]
+
+    def _heads(self, view: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        c = self.configuration
+        cls = self.rpn3d_cls_convs2(self.rpn3d_cls_convs(view))
+        box = self.rpn3d_bbox_convs2(self.rpn3d_bbox_convs(view))
+        classes = len(c.anchors)
+        class_logits = self.bbox_cls(cls).unflatten(1, (c.angles, classes))
+        regressed = self.bbox_reg(box).unflatten(1, (classes, 6 + c.angles))
+        return class_logits, self._corners(regressed), self.bbox_centerness(box)
+
+    def _corners(self, regressed: Tensor) -> Tensor:
+        """(B, K, 6 + A, Z, X) of place, size and turn to (B, A, K, 8, 3, Z, X)."""
+        c = self.configuration
+        offset, size, turn = regressed[:, :, :3], regressed[:, :, 3:6], regressed[:, :, 6:]
+        anchors = regressed.new_tensor([[a.height, a.width, a.length] for a in c.anchors])
+        height, width, length = (anchors[:, :, None, None] * size.exp()).unbind(2)
+        first = torch.arange(c.angles).to(turn) * (2 * math.pi / c.angles)
+        yaw = first[:, None, None] + turn.tanh() * (math.pi / c.angles)
+        cos, sin = yaw.cos().transpose(1, 2), yaw.sin().transpose(1, 2)  # (B, A, K, Z, X)
+        corners = []
+        for up in (0.5, -0.5):  # y points down: the bottom face first
+            for along, across in ((0.5, 0.5), (0.5, -0.5), (-0.5, -0.5), (-0.5, 0.5)):
+                forward, aside = along * length[:, None], across * width[:, None]
+                corners.append(
+                    torch.stack(
+                        [
+                            forward * cos + aside * sin,
+                            (up * height[:, None]).expand_as(cos),
+                            aside * cos - forward * sin,
+                        ],
+                        3,
+                    )
+                )
+        return torch.stack(corners, 3) + offset[:, None, :, None]
+
+
+def _enlarged(depth: Tensor) -> Tensor:
+    """(B, h, w) of the features to the image's pixels: that of feature i stands at 4 i."""
+    height, width = depth.shape[-2:]
+    between = functional.interpolate(
+        depth[:, None],
+        size=(STRIDE * (height - 1) + 1, STRIDE * (width - 1) + 1),
+        mode="bilinear",
+        align_corners=True,
+    )
+    return functional.pad(between, (0, STRIDE - 1, 0, STRIDE - 1), mode="replicate")[:, 0]

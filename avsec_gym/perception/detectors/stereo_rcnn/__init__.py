@@ -1,0 +1,1 @@
+"""Stereo R-CNN (Li, Chen and Shen, CVPR 2019)."""

@@ -1,0 +1,192 @@
+"""From the network's output to boxes: selection, keypoints, solver, alignment (SPEC 7)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import Floats, wrap_angle
+from avsec_gym.perception.detectors.stereo_rcnn.box_solver import ObservedBoxes, solve_boxes
+from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import (
+    Alignment,
+    Pixels,
+    align_depths,
+)
+from avsec_gym.perception.detectors.stereo_rcnn.heads import BoxOutput, KeypointOutput
+from avsec_gym.perception.detectors.stereo_rcnn.keypoints import (
+    checked_borders,
+    decode_borders,
+    decode_keypoints,
+)
+from avsec_gym.perception.detectors.stereo_rcnn.proposals import Proposals, clip, decode_stereo
+from avsec_gym.perception.detectors.stereo_rcnn.stereo_camera import StereoCamera
+from avsec_gym.perception.detectors.stereo_rcnn.targets import (
+    BOX_DEVIATIONS,
+    DIMENSION_DEVIATION,
+    DIMENSION_MEANS,
+    KEYPOINT_CELLS,
+)
+from avsec_gym.perception.nn.nms import suppress
+
+_SMALLEST_SIDE = 0.3
+
+
+@dataclass(frozen=True)
+class DecodingRule:
+    """Which regions become boxes; the defaults are the published numbers.
+
+    Args:
+        least_score: Below this, a region is no detection.
+        overlap: Left boxes that overlap more than this suppress each other.
+
+    Raises:
+        ConfigurationError: A number beyond 0..1.
+    """
+
+    least_score: float = 0.05
+    overlap: float = 0.3
+
+    def __post_init__(self) -> None:
+        if not (0 <= self.least_score <= 1 and 0 <= self.overlap <= 1):
+            raise ConfigurationError(f"scores and overlaps are in 0..1, got {self}")
+
+
+@dataclass(frozen=True, eq=False)
+class Selected:
+    """M detections of one image, best first, in pixels of the network's input.
+
+    Args:
+        regions: Of the left image that they come from, shape (M, 4).
+        left: Boxes in the left image, shape (M, 4).
+        right: Boxes in the right image, shape (M, 4).
+        scores: Shape (M,).
+        classes: From 1 on, shape (M,).
+        sizes: Width, height, length (metres), sin and cos of the observation angle, shape (M, 5).
+    """
+
+    regions: Tensor
+    left: Tensor
+    right: Tensor
+    scores: Tensor
+    classes: Tensor
+    sizes: Tensor
+
+
+def select(
+    proposals: Proposals, output: BoxOutput, size: tuple[int, int], rule: DecodingRule
+) -> list[Selected]:
+    """What survives score and suppression, for each of B images of a size (height, width)."""
+    deviations = output.box_deltas.new_tensor(BOX_DEVIATIONS)
+    # Decoded boxes end beyond their last pixel; half a metre of depth hangs on such a pixel.
+    beyond = output.box_deltas.new_tensor([0, 0, 1, 1])
+    means = output.box_deltas.new_tensor(DIMENSION_MEANS)
+    probabilities = output.class_probabilities
+    result = []
+    for image in range(len(proposals.left)):
+        found = []
+        for label in range(1, probabilities.shape[-1]):
+            scores = probabilities[image, :, label]
+            likely = (proposals.valid[image] & (scores > rule.least_score)).nonzero()[:, 0]
+            regions = proposals.left[image, likely]
+            deltas = output.box_deltas[image, likely, label] * deviations
+            boxes = decode_stereo(regions, proposals.right[image, likely], deltas)
+            left, right = (clip(box - beyond, *size) for box in boxes)
+            kept = suppress(left, scores[likely], rule.overlap)
+            sizes = output.dimensions_orientation[image, likely[kept], label]
+            found.append(
+                (
+                    regions[kept],
+                    left[kept],
+                    right[kept],
+                    scores[likely[kept]],
+                    torch.full_like(kept, label),
+                    sizes * DIMENSION_DEVIATION + means,
+                )
+            )
+        columns = [torch.cat(column) for column in zip(*found, strict=True)]
+        order = torch.argsort(columns[3], descending=True, stable=True)
+        result.append(Selected(*(column[order] for column in columns)))
+    return result
+
+
+def observed_boxes(
+    selected: Selected,
+    keypoints: KeypointOutput,
+    image: int,
+    size: tuple[int, int],
+    camera: StereoCamera,
+) -> ObservedBoxes:
+    """What the solver takes, in the camera's pixels.
+
+    Args:
+        selected: M detections.
+        keypoints: For at least M regions, the first being theirs.
+        image: Which of `keypoints`' images it is.
+        size: Height and width of the network's input.
+        camera: Of images that may have another size.
+    """
+    scale_v, scale_u = camera.size[0] / size[0], camera.size[1] / size[1]
+    count = len(selected.scores)
+    regions, left, right, sizes = (
+        part.double().cpu().numpy()
+        for part in (selected.regions, selected.left, selected.right, selected.sizes)
+    )
+    cells = keypoints.corner_logits[image, :count].argmax(-1).cpu().numpy()
+    border_cells = keypoints.border_logits[image, :count].argmax(-1).cpu().numpy()
+    keypoint, corner = decode_keypoints(cells, regions, KEYPOINT_CELLS)
+    borders = decode_borders(border_cells, regions, KEYPOINT_CELLS)
+    scale = np.array([scale_u, scale_v, scale_u, scale_v])
+    left, right = ((box + 0.5) * scale - 0.5 for box in (left, right))
+    keypoint, borders = ((u + 0.5) * scale_u - 0.5 for u in (keypoint, borders))
+    return ObservedBoxes(
+        left,
+        right,
+        keypoint,
+        corner,
+        checked_borders(borders, left, camera.size[1]),
+        np.maximum(sizes[:, [1, 0, 2]], _SMALLEST_SIDE),
+        np.arctan2(sizes[:, 3], sizes[:, 4]),
+    )
+
+
+def solved_boxes(
+    observed: ObservedBoxes,
+    scores: Floats,
+    categories: Sequence[str],
+    images: tuple[Pixels, Pixels],
+    camera: StereoCamera,
+    alignment: Alignment,
+) -> Boxes3D:
+    """Boxes in KITTI's frame; those without a solution are left out.
+
+    Args:
+        observed: N detections.
+        scores: Shape (N,).
+        categories: Of each one.
+        images: Left and right.
+        camera: That took them.
+        alignment: How the depth is searched.
+    """
+    solved = solve_boxes(observed, camera)
+    fit = solved.valid
+    observed, scores, solved = observed[fit], scores[fit], solved[fit]
+    depths, found = align_depths(*images, observed, solved, camera, alignment)
+    aligned = solve_boxes(observed, camera, depths)
+    better = found & aligned.valid
+    location = np.where(better[:, None], aligned.location, solved.location) - camera.offset
+    rotation_y = np.where(better, aligned.rotation_y, solved.rotation_y)
+    return Boxes3D(
+        location,
+        observed.dimensions,
+        rotation_y,
+        scores,
+        np.array(categories, np.str_)[fit],
+        box2d=observed.left,
+        alpha=wrap_angle(rotation_y - np.arctan2(location[:, 0], location[:, 2])),
+    )

@@ -1,0 +1,234 @@
+"""Depth of a solved box from the pixels themselves (Li et al. 2019, section 5).
+
+The lower half of a car's image, between its borders, is taken to lie on those faces of the box
+that look at the camera.  For every depth of the box's centre, this says where each left pixel is
+in the right image; the depth whose colours differ least is the box's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import Floats
+from avsec_gym.perception.detectors.stereo_rcnn.box_solver import ObservedBoxes, SolvedBoxes
+from avsec_gym.perception.detectors.stereo_rcnn.stereo_camera import StereoCamera
+
+Pixels = NDArray[np.float32]
+"""Shape (H, W, 3), grey levels."""
+Integers = NDArray[np.int64]
+
+_UPPER_END, _LOWER_END = 0.5, 0.9
+_NEAR = 0.1
+
+
+@dataclass(frozen=True)
+class Alignment:
+    """How the depth is searched; the defaults are the published numbers.
+
+    Args:
+        coarse_steps: Of `coarse_interval` metres, about the depth that the solver found.
+        coarse_interval: Metres.
+        fine_steps: Of `fine_interval` metres, about the best of them.
+        fine_interval: Metres.
+        nearest: No depth below this is tried at first, metres.
+        most_pixels: A box is thinned out to less than twice so many rows and columns.
+        parabola: Refine the best fine step by a parabola through it and its neighbours.
+        disparity_offset: Added to the disparity in the end, pixels.
+        side_inset: How far a car's flanks lie inside of its box, metres.
+        front_inset: How far its front does.
+        rear_inset: How far its rear does.
+
+    Raises:
+        ConfigurationError: A search without steps.
+    """
+
+    coarse_steps: int = 50
+    coarse_interval: float = 0.5
+    fine_steps: int = 20
+    fine_interval: float = 0.05
+    nearest: float = 1.5
+    most_pixels: int = 56
+    parabola: bool = False
+    disparity_offset: float = 0.5
+    side_inset: float = 0.0
+    front_inset: float = 0.0
+    rear_inset: float = 0.0
+
+    def __post_init__(self) -> None:
+        counts = (self.coarse_steps, self.fine_steps, self.most_pixels)
+        if min(counts) < 1 or min(self.coarse_interval, self.fine_interval, self.nearest) <= 0:
+            raise ConfigurationError(f"a search takes steps and lengths above 0, got {self}")
+
+
+PUBLISHED = Alignment()
+MEASURED = Alignment(
+    parabola=True, disparity_offset=0.03, side_inset=0.1, front_inset=0.15, rear_inset=0.1
+)
+"""The insets and the offset that centre the errors on the procedural world: its cars are rounder
+than their boxes, and what shines in their paint lies behind it."""
+
+
+def align_depths(
+    left: Pixels,
+    right: Pixels,
+    observed: ObservedBoxes,
+    solved: SolvedBoxes,
+    camera: StereoCamera,
+    how: Alignment = Alignment(),
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Depths of the centres of N boxes.
+
+    Args:
+        left: The left image.
+        right: The right image.
+        observed: For the windows: left boxes and borders.
+        solved: The boxes.
+        camera: Of images of this very size.
+        how: The search.
+
+    Returns:
+        z in the left camera's frame, shape (N,), metres, and whether there were pixels to find
+        it by; where not, z is the solver's.
+    """
+    before = solved.location[:, 2]
+    u, v, behind, start = _surface(observed, solved, camera, how)
+    left, right = np.ascontiguousarray(left, np.float32), np.ascontiguousarray(right, np.float32)
+    product = camera.focal_times_baseline
+
+    def differences(depths: Floats) -> Floats:
+        return _differences(left, right, u, v, behind, start, depths, product)
+
+    steps = np.arange(how.coarse_steps) - how.coarse_steps // 2
+    coarse = np.maximum(before[:, None] + how.coarse_interval * steps, how.nearest)
+    best = _picked(coarse, differences(coarse).argmin(axis=1))
+    steps = np.arange(how.fine_steps) - how.fine_steps // 2
+    fine = best[:, None] + how.fine_interval * steps
+    costs = differences(fine)
+    best = _picked(fine, costs.argmin(axis=1))
+    if how.parabola:
+        best = best + how.fine_interval * _vertex(costs)
+    found = (np.diff(start) > 0) & (best > 0)
+    with np.errstate(divide="ignore"):
+        aligned = product / (product / best + how.disparity_offset)
+    return np.where(found, aligned, before), found
+
+
+def _picked(rows: Floats, index: NDArray[np.intp]) -> Floats:
+    return np.asarray(np.take_along_axis(rows, index[:, None], axis=1)[:, 0])
+
+
+def _vertex(costs: Floats) -> Floats:
+    """Where a parabola through the least cost and its neighbours ends, in steps from the least."""
+    middle = costs.argmin(axis=1)
+    inner = np.clip(middle, 1, costs.shape[1] - 2)
+    before, least, after = (_picked(costs, inner + step) for step in (-1, 0, 1))
+    bend = before + after - 2 * least
+    with np.errstate(divide="ignore", invalid="ignore"):
+        vertex = 0.5 * (before - after) / bend
+    return np.where((bend > 0) & (middle == inner), vertex, 0.0)
+
+
+def _surface(
+    observed: ObservedBoxes, solved: SolvedBoxes, camera: StereoCamera, how: Alignment
+) -> tuple[Integers, Integers, Floats, Integers]:
+    """Pixels u, v, how far their surface is behind the centre (metres), and where boxes start."""
+    box, borders = observed.left, observed.borders
+    height = box[:, 3] - box[:, 1]
+    rows = box[:, 1, None] + height[:, None] * [_UPPER_END, _LOWER_END]
+    ends = np.hstack([rows, borders])
+    limits = [camera.size[0], camera.size[0], camera.size[1], camera.size[1]]
+    windows = np.clip((ends + 0.5).astype(np.int64), 0, limits)
+    strides = np.maximum(
+        (np.column_stack([height, borders[:, 1] - borders[:, 0]]) / how.most_pixels).astype(int), 1
+    )
+    box_height, width, length = observed.dimensions.T
+    side, front, rear = how.side_inset, how.front_inset, how.rear_inset
+    lower = np.column_stack([-width / 2 + side, -box_height, -length / 2 + rear])
+    upper = np.column_stack([width / 2 - side, np.zeros(len(width)), length / 2 - front])
+    lens = np.array([*camera.focal_length, *camera.centre])
+    return _surface_pixels(windows, strides, solved.location, solved.rotation_y, lower, upper, lens)
+
+
+@numba.njit(nogil=True, cache=True)
+def _surface_pixels(
+    windows: Integers,
+    strides: Integers,
+    location: Floats,
+    rotation_y: Floats,
+    lower: Floats,
+    upper: Floats,
+    lens: Floats,
+) -> tuple[Integers, Integers, Floats, Integers]:
+    """The pixels of the windows whose rays enter the box.
+
+    It is between `lower` and `upper` in its own axes: across, down, along.
+    """
+    count = len(windows)
+    room = 0
+    for i in range(count):
+        top, bottom, first, last = windows[i]
+        room += max(0, bottom - top) * max(0, last - first)
+    us, vs = np.empty(room, np.int64), np.empty(room, np.int64)
+    behind, start = np.empty(room), np.zeros(count + 1, np.int64)
+    used = 0
+    for i in range(count):
+        theta = rotation_y[i] + np.pi / 2
+        cos, sin = np.cos(theta), np.sin(theta)
+        x, y, z = location[i]
+        origin = (-(cos * x - sin * z), -y, -(sin * x + cos * z))
+        top, bottom, first, last = windows[i]
+        for v in range(top, bottom, strides[i, 0]):
+            down = (v - lens[3]) / lens[1]
+            for u in range(first, last, strides[i, 1]):
+                aside = (u - lens[2]) / lens[0]
+                ray = (cos * aside - sin, down, sin * aside + cos)
+                enter, leave = 0.0, np.inf
+                for axis in range(3):
+                    # Nearly parallel to a face: far beyond any box instead of divided by zero.
+                    slope = ray[axis] if abs(ray[axis]) > 1e-12 else 1e-12
+                    one = (lower[i, axis] - origin[axis]) / slope
+                    two = (upper[i, axis] - origin[axis]) / slope
+                    enter, leave = max(enter, min(one, two)), min(leave, max(one, two))
+                if 0 < enter < leave:
+                    us[used], vs[used], behind[used] = u, v, enter - z
+                    used += 1
+        start[i + 1] = used
+    return us[:used], vs[:used], behind[:used], start
+
+
+@numba.njit(nogil=True, cache=True)
+def _differences(
+    left: Pixels,
+    right: Pixels,
+    us: Integers,
+    vs: Integers,
+    behind: Floats,
+    start: Integers,
+    depths: Floats,
+    product: float,
+) -> Floats:
+    """Sum over pixels and colours of |left - right|, shape (N, S), for depths (N, S)."""
+    count, steps = depths.shape
+    result = np.zeros((count, steps))
+    last = right.shape[1] - 1
+    for i in range(count):
+        for j in range(start[i], start[i + 1]):
+            u, v = us[j], vs[j]
+            red, green, blue = left[v, u]
+            for s in range(steps):
+                place = u - product / max(depths[i, s] + behind[j], _NEAR)
+                place = min(max(place, 0.0), last - 1e-6)
+                k = int(place)
+                share = place - k
+                one, two = right[v, k], right[v, k + 1]
+                result[i, s] += (
+                    abs(red - one[0] - share * (two[0] - one[0]))
+                    + abs(green - one[1] - share * (two[1] - one[1]))
+                    + abs(blue - one[2] - share * (two[2] - one[2]))
+                )
+    return result

@@ -1,0 +1,213 @@
+"""`StereoRcnnDetector`: the network between a camera's pixels and KITTI's boxes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.nn.utils.rnn import pad_sequence
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.perception.detectors.stereo_rcnn.backbone import FeaturePyramid
+from avsec_gym.perception.detectors.stereo_rcnn.configuration import (
+    RESNET101,
+    StereoRcnnConfiguration,
+)
+from avsec_gym.perception.detectors.stereo_rcnn.decoding import (
+    DecodingRule,
+    observed_boxes,
+    select,
+    solved_boxes,
+)
+from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import (
+    MEASURED,
+    PUBLISHED,
+    Alignment,
+    Pixels,
+)
+from avsec_gym.perception.detectors.stereo_rcnn.keypoints import stereo_truth
+from avsec_gym.perception.detectors.stereo_rcnn.losses import TermWeights, detection_terms
+from avsec_gym.perception.detectors.stereo_rcnn.network import StereoRcnnNetwork
+from avsec_gym.perception.detectors.stereo_rcnn.stereo_camera import StereoCamera
+from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
+from avsec_gym.perception.detectors.stereo_rcnn.targets import (
+    SampleCount,
+    Sampling,
+    draw_sampling,
+)
+from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
+
+_SMALL_SAMPLE = SampleCount(anchors=256, regions=64)
+
+
+class StereoRcnnDetector:
+    """A stereo detector that can be differentiated down to the pixels.
+
+    Its `network` stands in evaluation mode and its weights are frozen; training thaws it, and the
+    `term_weights` with it.
+
+    Args:
+        configuration: Of the network, or a preset's name.
+        weights: `state_dict` of the network; random if None.
+        rule: Which regions become boxes.
+        alignment: How depths are searched; None: as published for `resnet101`, else as measured.
+        sample: How much of an image `losses` takes; None: as published for `resnet101`, else less.
+        seed: Of the sample that `losses` draws outside of training.
+
+    Raises:
+        ConfigurationError: No such preset, or the weights of another configuration.
+    """
+
+    name = "stereo_rcnn"
+
+    def __init__(
+        self,
+        configuration: StereoRcnnConfiguration | str = "small",
+        weights: Mapping[str, Tensor] | None = None,
+        rule: DecodingRule = DecodingRule(),
+        alignment: Alignment | None = None,
+        sample: SampleCount | None = None,
+        seed: int = 0,
+    ) -> None:
+        if isinstance(configuration, str):
+            configuration = StereoRcnnConfiguration.preset(configuration)
+        published = configuration.name == RESNET101.name
+        self.configuration = configuration
+        self.rule = rule
+        self.alignment = alignment or (PUBLISHED if published else MEASURED)
+        self.sample = sample or (SampleCount() if published else _SMALL_SAMPLE)
+        self.seed = seed
+        self.network = StereoRcnnNetwork(configuration)
+        self.term_weights = TermWeights()
+        if weights is not None:
+            try:
+                self.network.load_state_dict(weights)
+            except RuntimeError as error:
+                raise ConfigurationError(f"weights of another network: {error}") from error
+        self.network.eval().requires_grad_(False)
+        self.term_weights.requires_grad_(False)
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        """The objects of a frame, best score first, with `box2d` and `alpha`.
+
+        Raises:
+            DataError: An image of the frame's pair is missing or broken.
+        """
+        return self.detect_batch(batch_of_frames([frame]))[0]
+
+    @torch.no_grad()
+    def detect_batch(self, batch: StereoBatch) -> list[Boxes3D]:
+        """The objects of each pair; 2D boxes are in the camera's own pixels."""
+        left, right = self.prepare(batch)
+        size = (left.shape[-2], left.shape[-1])
+        pyramids = self.network.pair_features(left, right)
+        proposals = self.network.propose(self.network.rpn(*pyramids))
+        output = self.network.box_head(*pyramids, proposals.left, proposals.right)
+        selected = select(proposals, output, size, self.rule)
+        regions = pad_sequence([one.regions for one in selected], batch_first=True)
+        if not regions.shape[1]:
+            return [Boxes3D.empty() for _ in selected]
+        keypoints = self.network.keypoint_head(pyramids[0], regions)
+        result = []
+        for i, (one, camera) in enumerate(zip(selected, _cameras(batch), strict=True)):
+            observed = observed_boxes(one, keypoints, i, size, camera)
+            boxes = solved_boxes(
+                observed,
+                one.scores.double().cpu().numpy(),
+                [self.configuration.categories[label - 1] for label in one.classes.tolist()],
+                (_pixels(batch.left[i]), _pixels(batch.right[i])),
+                camera,
+                self.alignment,
+            )
+            result.append(_in_camera_pixels(boxes, camera.size, batch.size))
+        return result
+
+    def losses(
+        self,
+        batch: StereoBatch,
+        truth: Sequence[Boxes3D],
+        disparity: Tensor | None = None,
+        sampling: Sampling | None = None,
+    ) -> dict[str, Tensor]:
+        """The six weighted terms (`avsec_gym.perception.detectors.stereo_rcnn.losses.TERMS`).
+
+        See `DifferentiableDetector.losses`; no term needs disparity.
+
+        Args:
+            batch: B pairs.
+            truth: What is really there, for each pair.
+            disparity: Not used.
+            sampling: Proposals and samples as `draw` gave them, which makes the loss a smooth
+                function of the pixels; drawn anew if None.
+        """
+        pyramids, rpn, sampling = self._run(batch, truth, sampling)
+        heads = self.network.heads(*pyramids, sampling.left, sampling.right)
+        terms: dict[str, Tensor] = self.term_weights(detection_terms(rpn, *heads, sampling))
+        return terms
+
+    @torch.no_grad()
+    def draw(self, batch: StereoBatch, truth: Sequence[Boxes3D]) -> Sampling:
+        """The proposals, samples and targets that `losses` would take for these pixels."""
+        return self._run(batch, truth, None)[2]
+
+    def prepare(self, batch: StereoBatch) -> tuple[Tensor, Tensor]:
+        """Both images as the network takes them: scaled, its order of channels, normalised."""
+        weight = next(self.network.parameters())
+        height, width = batch.left.shape[-2:]
+        batch = batch.to(weight.device).resized(*self.configuration.size_for(height, width))
+        mean, deviation = (
+            weight.new_tensor(values)[:, None, None]
+            for values in (self.configuration.mean, self.configuration.deviation)
+        )
+        channels = [2, 1, 0] if self.configuration.blue_first else [0, 1, 2]
+        left, right = (
+            (images.to(weight.dtype)[:, channels] - mean) / deviation
+            for images in (batch.left, batch.right)
+        )
+        return left, right
+
+    def _run(
+        self, batch: StereoBatch, truth: Sequence[Boxes3D], sampling: Sampling | None
+    ) -> tuple[tuple[FeaturePyramid, FeaturePyramid], StereoRpnOutput, Sampling]:
+        left, right = self.prepare(batch)
+        pyramids = self.network.pair_features(left, right)
+        rpn = self.network.rpn(*pyramids)
+        if sampling is None:
+            height, width = batch.left.shape[-2:]
+            scale = left.shape[-2] / height, left.shape[-1] / width
+            truths = [
+                stereo_truth(boxes, camera, self.configuration.categories).resized(*scale)
+                for boxes, camera in zip(truth, _cameras(batch), strict=True)
+            ]
+            # Training draws from torch's own generator; whatever attacks gets the same each time.
+            own = None if self.network.training else torch.Generator().manual_seed(self.seed)
+            proposals = self.network.propose(rpn)
+            sampling = draw_sampling(rpn, proposals, truths, self.sample, own)
+        return pyramids, rpn, sampling
+
+
+def _cameras(batch: StereoBatch) -> list[StereoCamera]:
+    """Of the batch's own pixels."""
+    size = (batch.left.shape[-2], batch.left.shape[-1])
+    pairs = zip(batch.left_projection, batch.right_projection, strict=True)
+    return [
+        StereoCamera.of_projections(left.cpu().numpy(), right.cpu().numpy(), size)
+        for left, right in pairs
+    ]
+
+
+def _pixels(image: Tensor) -> Pixels:
+    return image.detach().permute(1, 2, 0).float().cpu().contiguous().numpy()
+
+
+def _in_camera_pixels(boxes: Boxes3D, size: tuple[int, int], own: tuple[int, int]) -> Boxes3D:
+    """2D boxes in images of one size, in those of the camera's own size."""
+    if size == own or boxes.box2d is None:
+        return boxes
+    scale = np.array([own[1] / size[1], own[0] / size[0]] * 2)
+    return replace(boxes, box2d=(boxes.box2d + 0.5) * scale - 0.5)

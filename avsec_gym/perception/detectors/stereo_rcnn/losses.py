@@ -1,0 +1,94 @@
+"""The six terms of the training loss and their learned weights (SPEC 5, 6)."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from avsec_gym.perception.detectors.stereo_rcnn.heads import BoxOutput, KeypointOutput
+from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
+from avsec_gym.perception.detectors.stereo_rcnn.targets import Sampling
+
+TERMS = ("rpn_class", "rpn_box", "class", "box", "dimensions", "keypoints")
+"""In the order of the published checkpoints' `uncert`."""
+
+_RPN_SHARPNESS = 3.0
+
+
+class TermWeights(nn.Module):
+    """Weights by how uncertain each task is (Kendall et al. 2018): ``L exp(-s) + s``.
+
+    Attributes:
+        log_variances: s of each of the `TERMS`, shape (6,), learned.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.log_variances = nn.Parameter(torch.full((len(TERMS),), -1.0))
+
+    def forward(self, terms: dict[str, Tensor]) -> dict[str, Tensor]:
+        """The terms as they are added up."""
+        logs = dict(zip(TERMS, self.log_variances, strict=True))
+        return {name: term * torch.exp(-logs[name]) + logs[name] for name, term in terms.items()}
+
+
+def detection_terms(
+    rpn: StereoRpnOutput, boxes: BoxOutput, keypoints: KeypointOutput, sampling: Sampling
+) -> dict[str, Tensor]:
+    """The unweighted terms, by name as in `TERMS`.
+
+    Args:
+        rpn: Of B pairs.
+        boxes: For the sampled regions.
+        keypoints: For the sampled regions.
+        sampling: With the targets.
+    """
+    return dict(
+        zip(
+            TERMS,
+            (*_rpn_terms(rpn, sampling), *_region_terms(boxes, keypoints, sampling)),
+            strict=True,
+        )
+    )
+
+
+def smooth_l1(difference: Tensor, sharpness: float = 1.0) -> Tensor:
+    """Quadratic up to 1 / sharpness^2, linear beyond, each element."""
+    square = sharpness**2
+    size = difference.abs()
+    return torch.where(size < 1 / square, 0.5 * square * size**2, size - 0.5 / square)
+
+
+def _rpn_terms(rpn: StereoRpnOutput, sampling: Sampling) -> tuple[Tensor, Tensor]:
+    sampled, true = sampling.anchor_labels >= 0, sampling.anchor_labels == 1
+    classes = functional.cross_entropy(rpn.logits[sampled], sampling.anchor_labels[sampled])
+    difference = rpn.deltas[true] - sampling.anchor_targets[true]
+    # Summed over the anchors, over the sample's size; the mean of the six numbers, as published.
+    box = smooth_l1(difference, _RPN_SHARPNESS).sum() / (6 * sampled.sum())
+    return classes, box
+
+
+def _region_terms(
+    boxes: BoxOutput, keypoints: KeypointOutput, sampling: Sampling
+) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    labels = sampling.labels.flatten()
+    rows = torch.arange(len(labels), device=labels.device)
+    deltas = boxes.box_deltas.flatten(0, 1)[rows, labels]
+    sizes = boxes.dimensions_orientation.flatten(0, 1)[rows, labels]
+    classes = functional.cross_entropy(boxes.class_logits.flatten(0, 1), labels)
+    difference = (deltas - sampling.box_targets.flatten(0, 1))[labels > 0]
+    box = smooth_l1(difference).sum() / len(labels)
+    # The background counts here: it is drawn towards the mean car, as published.
+    dimensions = smooth_l1(sizes - sampling.dimension_targets.flatten(0, 1)).sum() / len(labels)
+    targets = sampling.keypoint_targets.flatten(0, 1)
+    borders = keypoints.border_logits.flatten(0, 1)
+    logits = (keypoints.corner_logits.flatten(0, 1), borders[:, 0], borders[:, 1])
+    columns = [_cells_term(logit, targets[:, i]) for i, logit in enumerate(logits)]
+    return classes, box, dimensions, torch.stack(columns).mean()
+
+
+def _cells_term(logits: Tensor, targets: Tensor) -> Tensor:
+    """Cross-entropy where there is a target (-1: none); 0 where there is nowhere."""
+    total = functional.cross_entropy(logits, targets, ignore_index=-1, reduction="sum")
+    return total / (targets >= 0).sum().clamp(min=1)

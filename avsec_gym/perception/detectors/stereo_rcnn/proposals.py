@@ -1,0 +1,110 @@
+"""From the proposal network's output to pairs of regions; the coding of boxes by deltas."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from avsec_gym.perception.detectors.stereo_rcnn.configuration import ProposalCount
+from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
+from avsec_gym.perception.nn.nms import surviving
+
+
+@dataclass(frozen=True, eq=False)
+class Proposals:
+    """N pairs of regions of each of B images, best first, filled up with zeros.
+
+    Args:
+        left: x1, y1, x2, y2, pixels, shape (B, N, 4).
+        right: The same rows of the right image, shape (B, N, 4).
+        scores: Shape (B, N).
+        valid: Whether it is a region or filling, shape (B, N).
+    """
+
+    left: Tensor
+    right: Tensor
+    scores: Tensor
+    valid: Tensor
+
+
+@torch.no_grad()
+def propose(
+    output: StereoRpnOutput, count: ProposalCount, overlap: float, *, exact: bool = False
+) -> Proposals:
+    """The best pairs that survive suppression in both views; no gradient passes.
+
+    Args:
+        output: Of the stereo proposal network.
+        count: Pairs before and after suppression.
+        overlap: Above which a worse region is suppressed.
+        exact: See `decode_stereo`.
+    """
+    pairs, classes = len(output.scores), output.scores
+    left = output.deltas.new_zeros(pairs, count.after, 4)
+    right = torch.zeros_like(left)
+    scores = classes.new_zeros(pairs, count.after)
+    valid = torch.zeros_like(scores, dtype=torch.bool)
+    for pair in range(pairs):
+        order = torch.argsort(classes[pair], descending=True, stable=True)[: count.before]
+        anchors = output.anchors[order]
+        both = decode_stereo(anchors, anchors, output.deltas[pair, order], exact=exact)
+        both_left, both_right = (clip(boxes, output.height, output.width) for boxes in both)
+        kept = surviving(both_left, overlap) & surviving(both_right, overlap)
+        kept = kept.nonzero()[: count.after, 0]
+        left[pair, : len(kept)] = both_left[kept]
+        right[pair, : len(kept)] = both_right[kept]
+        scores[pair, : len(kept)] = classes[pair, order[kept]]
+        valid[pair, : len(kept)] = True
+    return Proposals(left, right, scores, valid)
+
+
+def decode_stereo(
+    left: Tensor, right: Tensor, deltas: Tensor, *, exact: bool = False
+) -> tuple[Tensor, Tensor]:
+    """The boxes that deltas mean: rows of the right box are moved as those of the left one.
+
+    Args:
+        left: Anchors or regions of the left image, shape (..., 4).
+        right: The same of the right image, shape (..., 4).
+        deltas: dx, dy, dw, dh of the left box, dx, dw of the right one, shape (..., 6).
+        exact: Undo `encode_stereo`; the published code lets a box of w pixels end at x1 + w, so
+            that it comes out a pixel wider and higher.
+
+    Returns:
+        Left and right boxes, shape (..., 4) each.
+    """
+    last = 1.0 if exact else 0.0
+    return _decode(left, deltas[..., :4], last), _decode(right, deltas[..., [4, 1, 5, 3]], last)
+
+
+def encode_stereo(left: Tensor, right: Tensor, true_left: Tensor, true_right: Tensor) -> Tensor:
+    """The deltas that turn regions (..., 4) into true boxes (..., 4), shape (..., 6)."""
+    in_right = _encode(right, true_right)
+    return torch.cat((_encode(left, true_left), in_right[..., 0:1], in_right[..., 2:3]), -1)
+
+
+def clip(boxes: Tensor, height: int, width: int) -> Tensor:
+    """Boxes (..., 4) within an image: 0..width - 1, 0..height - 1."""
+    last = boxes.new_tensor([width - 1, height - 1, width - 1, height - 1])
+    return boxes.clamp(min=0).minimum(last)
+
+
+def _decode(boxes: Tensor, deltas: Tensor, last: float) -> Tensor:
+    size, centre = _size_and_centre(boxes)
+    half = torch.exp(deltas[..., 2:]) * size / 2
+    centre = deltas[..., :2] * size + centre
+    return torch.cat((centre - half, centre + half - last), -1)
+
+
+def _encode(boxes: Tensor, truth: Tensor) -> Tensor:
+    size, centre = _size_and_centre(boxes)
+    true_size, true_centre = _size_and_centre(truth)
+    return torch.cat(((true_centre - centre) / size, torch.log(true_size / size)), -1)
+
+
+def _size_and_centre(boxes: Tensor) -> tuple[Tensor, Tensor]:
+    """The last pixel counts: width = x2 - x1 + 1."""
+    size = boxes[..., 2:] - boxes[..., :2] + 1
+    return size, boxes[..., :2] + size / 2

@@ -1,0 +1,119 @@
+"""Stereo region proposals: one score for both views, a left and a right box of one height."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from avsec_gym.perception.detectors.stereo_rcnn.backbone import FeaturePyramid
+from avsec_gym.perception.detectors.stereo_rcnn.configuration import StereoRcnnConfiguration
+
+STRIDES = (4, 8, 16, 32, 64)
+"""Pixels between neighbouring cells of P2..P6."""
+
+
+@dataclass(frozen=True, eq=False)
+class StereoRpnOutput:
+    """Of B pairs with A anchors each, P2 first, then row by row.
+
+    Args:
+        logits: Background and foreground, as the loss takes them, shape (B, A, 2).
+        scores: By which proposals are ranked, in [0, 1], shape (B, A).
+        deltas: dx, dy, dw, dh of the left box, dx, dw of the right one, shape (B, A, 6).
+        anchors: x1, y1, x2, y2, pixels, the same in both views, shape (A, 4).
+        height: Of the images, pixels.
+        width: Of the images, pixels.
+    """
+
+    logits: Tensor
+    scores: Tensor
+    deltas: Tensor
+    anchors: Tensor
+    height: int
+    width: int
+
+
+class StereoRpn(nn.Module):
+    """A 3x3 convolution over each view and level, both views' features joined, two 1x1 maps."""
+
+    def __init__(self, configuration: StereoRcnnConfiguration) -> None:
+        super().__init__()
+        self.configuration = configuration
+        hidden, each = configuration.rpn_channels, len(configuration.anchor_ratios)
+        self.RPN_Conv = nn.Conv2d(configuration.pyramid_channels, hidden, 3, padding=1)
+        self.RPN_cls_score = nn.Conv2d(2 * hidden, 2 * each, 1)
+        self.RPN_bbox_pred_left_right = nn.Conv2d(2 * hidden, 6 * each, 1)
+
+    def forward(self, left: FeaturePyramid, right: FeaturePyramid) -> StereoRpnOutput:
+        """Scores and boxes for each anchor."""
+        logits, scores, deltas = [], [], []
+        for left_level, right_level in zip(left.levels, right.levels, strict=True):
+            hidden = torch.cat([self._hidden(left_level), self._hidden(right_level)], 1)
+            classes = self.RPN_cls_score(hidden)
+            logits.append(_per_anchor(classes, 2))
+            deltas.append(_per_anchor(self.RPN_bbox_pred_left_right(hidden), 6))
+            scores.append(self._scores(classes))
+        anchors = stereo_anchors(
+            [level.shape[-2:] for level in left.levels],
+            self.configuration.anchor_sizes,
+            self.configuration.anchor_ratios,
+        )
+        # In the weights' precision, whatever a mixed one computes with: boxes need it.
+        anchors = anchors.to(self.RPN_Conv.weight)
+        return StereoRpnOutput(
+            torch.cat(logits, 1).to(anchors),
+            torch.cat(scores, 1).to(anchors),
+            torch.cat(deltas, 1).to(anchors),
+            anchors,
+            left.height,
+            left.width,
+        )
+
+    def _hidden(self, features: Tensor) -> Tensor:
+        return functional.relu(self.RPN_Conv(features))
+
+    def _scores(self, classes: Tensor) -> Tensor:
+        """Foreground probability of each anchor, shape (B, A).
+
+        The loss reads a location's channels as pairs (background, foreground). The published
+        code ranks proposals by another reading: its softmax is over channel c and c + ratios,
+        and of the result it takes each pair's second.
+        """
+        if not self.configuration.crossed_scores:
+            return _per_anchor(classes, 2).softmax(-1)[..., 1]
+        halves = torch.stack(classes.chunk(2, 1), 1)
+        return _per_anchor(halves.softmax(1).flatten(1, 2), 2)[..., 1]
+
+
+def stereo_anchors(
+    shapes: Sequence[Sequence[int]], sizes: Sequence[float], ratios: Sequence[float]
+) -> Tensor:
+    """Anchors of all levels, level by level, row by row, ratio by ratio.
+
+    Args:
+        shapes: Height and width of each level.
+        sizes: Square root of the area at each level, pixels.
+        ratios: Width over height.
+
+    Returns:
+        x1, y1, x2, y2, float64, shape (A, 4), centred at cell x stride without half a stride.
+    """
+    root = torch.tensor(ratios, dtype=torch.float64).sqrt()
+    anchors = []
+    for (rows, columns), size, stride in zip(shapes, sizes, STRIDES, strict=True):
+        half = torch.stack((size * root, size / root), -1) / 2
+        v, u = torch.meshgrid(
+            torch.arange(rows) * stride, torch.arange(columns) * stride, indexing="ij"
+        )
+        centre = torch.stack((u, v), -1).reshape(-1, 1, 2)
+        anchors.append(torch.cat((centre - half, centre + half), -1).reshape(-1, 4))
+    return torch.cat(anchors)
+
+
+def _per_anchor(channels: Tensor, numbers: int) -> Tensor:
+    """(B, ratios * numbers, H, W) to (B, H * W * ratios, numbers)."""
+    return channels.permute(0, 2, 3, 1).reshape(len(channels), -1, numbers)

@@ -1,0 +1,236 @@
+"""What the network should have said: sampled anchors and regions and their targets (SPEC 3, 5).
+
+A `Sampling` holds every choice that is not differentiable (which anchors, which regions, which
+object each belongs to), so that with one of them fixed the loss is a function of the pixels alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import Floats
+from avsec_gym.perception.detectors.stereo_rcnn.keypoints import StereoTruth
+from avsec_gym.perception.detectors.stereo_rcnn.proposals import Proposals, encode_stereo
+from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
+
+BOX_DEVIATIONS = (0.1, 0.1, 0.2, 0.2, 0.1, 0.2)
+"""The box head's deltas are given in these units."""
+DIMENSION_MEANS = (1.6, 1.5, 4.0, 0.0, 0.0)
+"""Width, height, length (metres), sin and cos of the observation angle are given less these..."""
+DIMENSION_DEVIATION = 0.5
+"""...and over this."""
+KEYPOINT_CELLS = 28
+"""Across a region of the left image."""
+
+_SURELY, _SURELY_NOT = 0.7, 0.3
+_REGION_OVERLAP = 0.5
+
+
+@dataclass(frozen=True)
+class SampleCount:
+    """How much of an image is learned at a time; the defaults are the published numbers.
+
+    Args:
+        anchors: In all.
+        true_anchors: Largest share of them on an object.
+        regions: In all.
+        true_regions: Largest share of them on an object.
+
+    Raises:
+        ConfigurationError: No sample, or shares beyond 0..1.
+    """
+
+    anchors: int = 512
+    true_anchors: float = 0.5
+    regions: int = 512
+    true_regions: float = 0.25
+
+    def __post_init__(self) -> None:
+        shares = (self.true_anchors, self.true_regions)
+        if min(self.anchors, self.regions) < 1 or not all(0 <= share <= 1 for share in shares):
+            raise ConfigurationError(f"a sample has a size and shares in 0..1, got {self}")
+
+
+@dataclass(frozen=True, eq=False)
+class Sampling:
+    """Of B images with A anchors and R sampled regions each.
+
+    Args:
+        anchor_labels: 1 object, 0 background, -1 not sampled, shape (B, A).
+        anchor_targets: Deltas to the object's two boxes, shape (B, A, 6).
+        left: Regions of the left image, shape (B, R, 4).
+        right: Regions of the right image, shape (B, R, 4).
+        labels: Class of each region, 0 the background, shape (B, R).
+        box_targets: As `BoxOutput.box_deltas`; 0 on the background, shape (B, R, 6).
+        dimension_targets: As `BoxOutput.dimensions_orientation`, likewise, shape (B, R, 5).
+        keypoint_targets: Cell of the keypoint (corner x 28 + column), of the left and of the
+            right border, shape (B, R, 3); -1 where there is none.
+    """
+
+    anchor_labels: Tensor
+    anchor_targets: Tensor
+    left: Tensor
+    right: Tensor
+    labels: Tensor
+    box_targets: Tensor
+    dimension_targets: Tensor
+    keypoint_targets: Tensor
+
+
+@torch.no_grad()
+def draw_sampling(
+    rpn: StereoRpnOutput,
+    proposals: Proposals,
+    truths: Sequence[StereoTruth],
+    count: SampleCount,
+    generator: torch.Generator | None,
+) -> Sampling:
+    """Sampled targets for a batch.
+
+    Args:
+        rpn: For its anchors and the images' size.
+        proposals: Of the same batch.
+        truths: For each image, in pixels of the network's input.
+        count: How many.
+        generator: Of the CPU; equal seeds draw equal samples. None: torch's own.
+    """
+    rows = []
+    for image, truth in enumerate(truths):
+        objects = _Objects(truth, proposals.left)
+        valid = proposals.valid[image]
+        left = torch.cat([proposals.left[image, valid], objects.left])
+        right = torch.cat([proposals.right[image, valid], objects.right])
+        rows.append(
+            _anchor_targets(rpn, objects, count, generator)
+            + _region_targets(left, right, objects, count, generator)
+        )
+    return Sampling(*(torch.stack(column) for column in zip(*rows, strict=True)))
+
+
+class _Objects:
+    """The truth of one image as tensors like those of the network."""
+
+    def __init__(self, truth: StereoTruth, like: Tensor) -> None:
+        def tensor(array: Floats) -> Tensor:
+            return torch.as_tensor(array, dtype=like.dtype, device=like.device)
+
+        self.left, self.right, self.union = map(tensor, (truth.left, truth.right, truth.union))
+        height, width, length = truth.dimensions.T
+        sizes = [width, height, length, np.sin(truth.alpha), np.cos(truth.alpha)]
+        self.dimensions = tensor(np.stack(sizes, axis=1))
+        self.columns = tensor(np.hstack([truth.keypoints, truth.borders]))
+        self.classes = torch.as_tensor(truth.classes, device=like.device)
+
+    def __len__(self) -> int:
+        return len(self.left)
+
+
+def overlaps(boxes: Tensor, others: Tensor) -> Tensor:
+    """Intersection over union of boxes (N, 4) and (M, 4), the last pixel counted, shape (N, M)."""
+    first = torch.maximum(boxes[:, None, :2], others[None, :, :2])
+    last = torch.minimum(boxes[:, None, 2:], others[None, :, 2:])
+    common = (last - first + 1).clamp(min=0).prod(-1)
+    return common / (_area(boxes)[:, None] + _area(others)[None] - common)
+
+
+def keypoint_targets(columns: Tensor, regions: Tensor) -> Tensor:
+    """Cells that regions (N, 4) should name for columns (N, 6) of the image, shape (N, 3).
+
+    Args:
+        columns: u of the four corners, NaN where there is no keypoint, and of the two borders.
+        regions: In the left image.
+    """
+    width = regions[:, 2] - regions[:, 0] + 1
+    cells = torch.round((columns - regions[:, :1]) * KEYPOINT_CELLS / width[:, None])
+    outside = ~((cells >= 0) & (cells <= KEYPOINT_CELLS - 1))
+    cells = cells.masked_fill(outside, -1).long()
+    position, corner = cells[:, :4].max(1)
+    keypoint = torch.where(position < 0, position, corner * KEYPOINT_CELLS + position)
+    return torch.cat([keypoint[:, None], cells[:, 4:]], 1)
+
+
+def _area(boxes: Tensor) -> Tensor:
+    return (boxes[:, 2:] - boxes[:, :2] + 1).prod(-1)
+
+
+def _anchor_targets(
+    rpn: StereoRpnOutput, objects: _Objects, count: SampleCount, generator: torch.Generator | None
+) -> tuple[Tensor, Tensor]:
+    """Labels (A,) and deltas (A, 6): an anchor belongs to the object whose union box it meets."""
+    anchors = rpn.anchors
+    inside = (anchors[:, :2] >= 0).all(1)
+    inside &= (anchors[:, 2] < rpn.width) & (anchors[:, 3] < rpn.height)
+    labels = torch.where(inside, 0, -1)
+    targets = torch.zeros_like(rpn.deltas[0])
+    if len(objects):
+        shared = overlaps(anchors, objects.union) * inside[:, None]
+        most, owner = shared.max(1)
+        best = shared.max(0).values
+        labels[inside & (most >= _SURELY_NOT)] = -1
+        labels[((shared == best) & (best > 0)).any(1)] = 1
+        labels[most >= _SURELY] = 1
+        targets = encode_stereo(anchors, anchors, objects.left[owner], objects.right[owner])
+    true = _drawn(labels == 1, int(count.true_anchors * count.anchors), generator)
+    false = _drawn(labels == 0, count.anchors - len(true), generator)
+    labels = torch.full_like(labels, -1)
+    labels[true], labels[false] = 1, 0
+    return labels, targets
+
+
+def _region_targets(
+    left: Tensor,
+    right: Tensor,
+    objects: _Objects,
+    count: SampleCount,
+    generator: torch.Generator | None,
+) -> tuple[Tensor, ...]:
+    """Regions and targets as in `Sampling`: a region belongs to the object that both views meet."""
+    true = torch.zeros(len(left), dtype=torch.bool, device=left.device)
+    owner = torch.zeros(len(left), dtype=torch.long, device=left.device)
+    false = ~true
+    if len(objects):
+        most_left, owner = overlaps(left, objects.left).max(1)
+        most_right, owner_right = overlaps(right, objects.right).max(1)
+        met = (most_left >= _REGION_OVERLAP) & (most_right >= _REGION_OVERLAP)
+        true, false = met & (owner == owner_right), ~met
+    positive = _drawn(true, round(count.true_regions * count.regions), generator)
+    if not false.any():
+        # Without any background, the sample is filled up with objects, as published.
+        false = true if len(positive) else torch.ones_like(true)
+    rest = _drawn_again(false, count.regions - len(positive), generator)
+    picked = torch.cat([positive, rest])
+    left, right, owner, on = left[picked], right[picked], owner[picked], true[picked]
+    labels = torch.zeros_like(owner)
+    boxes, dimensions = left.new_zeros(len(picked), 6), left.new_zeros(len(picked), 5)
+    keypoints = labels.new_full((len(picked), 3), -1)
+    if len(objects):
+        of = owner[on]
+        labels[on] = objects.classes[of]
+        deltas = encode_stereo(left[on], right[on], objects.left[of], objects.right[of])
+        boxes[on] = deltas / left.new_tensor(BOX_DEVIATIONS)
+        sizes = objects.dimensions[of] - left.new_tensor(DIMENSION_MEANS)
+        dimensions[on] = sizes / DIMENSION_DEVIATION
+        keypoints[on] = keypoint_targets(objects.columns[of], left[on])
+    return left, right, labels, boxes, dimensions, keypoints
+
+
+def _drawn(mask: Tensor, most: int, generator: torch.Generator | None) -> Tensor:
+    """At most so many indices of a mask (N,), by chance where there are more, ascending."""
+    index = mask.nonzero()[:, 0]
+    if len(index) <= most:
+        return index
+    return index[
+        torch.randperm(len(index), generator=generator)[:most].sort().values.to(index.device)
+    ]
+
+
+def _drawn_again(mask: Tensor, number: int, generator: torch.Generator | None) -> Tensor:
+    """So many indices of a mask (N,), each drawn anew."""
+    index = mask.nonzero()[:, 0]
+    return index[torch.randint(len(index), (number,), generator=generator).to(index.device)]

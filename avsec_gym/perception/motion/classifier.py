@@ -1,0 +1,197 @@
+"""`MovingObjectClassifier`: says of detected objects whether they move."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.geometry import Floats
+from avsec_gym.perception.motion.crops import Crops, current_crops, earlier_crops, object_regions
+from avsec_gym.perception.motion.ego_motion import ego_motion
+from avsec_gym.perception.motion.network import CropBatch, MotionConfiguration, MotionNetwork
+
+SHIPPED = Path(__file__).parents[1] / "weights" / "motion_small.safetensors"
+"""Trained on the procedural world; its card lies beside it."""
+
+_THRESHOLD = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbour:
+    """An earlier moment, and how the ego vehicle has moved since.
+
+    Args:
+        frame: With a left image.
+        motion: See `ego_motion`, shape (4, 4).
+    """
+
+    frame: SensorFrame
+    motion: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectCrops:
+    """What a classifier sees of N objects.
+
+    Args:
+        now: Shape (N, H, W, 3).
+        before: The same places a moment before; the same shape, None where that is not known.
+    """
+
+    now: Crops
+    before: Crops | None
+
+
+class MovingObjectClassifier:
+    """b> = C(b, I_l, I_r): which objects move, from a frame and the moments before it.
+
+    The `small` network compares an object's crop with the same place in the earliest of the
+    frame's `previous` moments, stabilised by the ego motion that the images tell.  Where there
+    is none, or the images do not tell (`neighbour_of` finds None), it decides by the single crop,
+    as the `vgg16` network always does; then it can but guess from looks and place.
+
+    Args:
+        configuration: Of the network, or a preset's name.
+        weights: A file of `avsec_gym.perception.weights.store`, or a `state_dict`; ``shipped``
+            for those that come with the package (`small` only); random if None.
+        threshold: Least probability of what is said to move.
+        left: Reference camera.
+        right: The other one.
+
+    Raises:
+        ConfigurationError: Another preset, no shipped weights for it, or a `state_dict` of
+            another network.
+        DataError: The file cannot be read, or is of another network.
+
+    Source:
+        Thesis, section 5.4.1; the stabilised neighbour is this project's.
+    """
+
+    name = "motion"
+
+    def __init__(
+        self,
+        configuration: MotionConfiguration | str = "small",
+        weights: str | Path | Mapping[str, Tensor] | None = "shipped",
+        threshold: float = _THRESHOLD,
+        left: int = 2,
+        right: int = 3,
+    ) -> None:
+        if isinstance(configuration, str):
+            configuration = MotionConfiguration.preset(configuration)
+        self.configuration, self.threshold = configuration, threshold
+        self.left, self.right = left, right
+        self.network = MotionNetwork(configuration)
+        if weights == "shipped":
+            if configuration != MotionConfiguration.preset("small"):
+                raise ConfigurationError(
+                    "weights come with the preset 'small' only: give a file, or None"
+                )
+            weights = SHIPPED
+        if isinstance(weights, str | Path):
+            from avsec_gym.perception.weights.store import load_weights
+
+            load_weights(weights, self.network)
+        elif weights is not None:
+            try:
+                self.network.load_state_dict(weights)
+            except RuntimeError as error:
+                raise ConfigurationError(f"weights of another network: {error}") from error
+        self.network.eval().requires_grad_(False)
+
+    def classify(self, boxes: Boxes3D, frame: SensorFrame) -> Boxes3D:
+        """The same boxes with `moving` set.
+
+        Args:
+            boxes: Objects of the frame.
+            frame: With an image of the left camera; the right one and `previous` help.
+
+        Raises:
+            DataError: The left image is missing or broken.
+        """
+        return replace(boxes, moving=self.probabilities(boxes, frame) >= self.threshold)
+
+    def probabilities(self, boxes: Boxes3D, frame: SensorFrame) -> Floats:
+        """How surely each object moves, shape (N,); see `classify`."""
+        if not len(boxes):
+            return np.zeros(0)
+        return self.probabilities_of(self.crops(boxes, frame))
+
+    def probabilities_of(self, crops: ObjectCrops) -> Floats:
+        """How surely the objects of crops move, shape (N,)."""
+        with torch.no_grad():
+            logits = self.network(crop_batch(crops))
+        return np.asarray(torch.sigmoid(logits).double().numpy())
+
+    def crops(self, boxes: Boxes3D, frame: SensorFrame) -> ObjectCrops:
+        """What the network sees of objects."""
+        neighbour = None
+        if self.configuration.neighbour:
+            neighbour = neighbour_of(frame, boxes, self.left, self.right)
+        return object_crops(boxes, frame, neighbour, self.configuration.crop, left=self.left)
+
+
+def neighbour_of(
+    frame: SensorFrame, boxes: Boxes3D, left: int = 2, right: int = 3
+) -> Neighbour | None:
+    """The earliest of a frame's previous moments from which the ego motion can be told, if any."""
+    for earlier in reversed(frame.previous):
+        motion = ego_motion(frame, earlier, boxes.box2d, left, right)
+        if motion is not None:
+            return Neighbour(earlier, motion)
+    return None
+
+
+def object_crops(
+    boxes: Boxes3D,
+    frame: SensorFrame,
+    neighbour: Neighbour | None,
+    size: tuple[int, int],
+    *,
+    margin: int = 0,
+    left: int = 2,
+) -> ObjectCrops:
+    """Crops of objects, now and at an earlier moment.
+
+    Args:
+        boxes: N objects.
+        frame: The current one.
+        neighbour: The earlier moment.
+        size: Height and width of the crops.
+        margin: Pixels by which the crops are larger on every side, at the same scale.
+        left: Reference camera.
+
+    Raises:
+        DataError: The left image is missing or broken.
+    """
+    image, projection = frame.image(left), frame.calibration.projection(left)
+    regions = object_regions(boxes, projection, image.shape[:2])
+    more = margin * (regions[:, 2:] - regions[:, :2]) / np.array(size[::-1])
+    regions = regions + np.concatenate([-more, more], axis=1)
+    size = (size[0] + 2 * margin, size[1] + 2 * margin)
+    now = current_crops(image, regions, size)
+    if neighbour is None:
+        return ObjectCrops(now, None)
+    there = neighbour.frame.image(left)
+    before = earlier_crops(there, regions, size, boxes, projection, neighbour.motion)
+    return ObjectCrops(now, before)
+
+
+def crop_batch(crops: ObjectCrops) -> CropBatch:
+    """Crops as the network takes them."""
+    now = _tensor(crops.now)
+    known = torch.full((len(now),), crops.before is not None)
+    return CropBatch(now, now if crops.before is None else _tensor(crops.before), known)
+
+
+def _tensor(crops: NDArray[np.uint8]) -> Tensor:
+    return torch.from_numpy(crops).permute(0, 3, 1, 2).float()

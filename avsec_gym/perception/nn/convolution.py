@@ -1,0 +1,145 @@
+"""Convolution and normalisation as one layer, in two and three dimensions, up and down.
+
+The layers are plain `nn.Sequential` objects, since the ``state_dict`` keys of PSMNet and DSGN
+count on it: ``0`` is the convolution of a pair, ``1`` its normalisation.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Literal
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+Dimensions = Literal[2, 3]
+
+
+class VolumeConvolution(nn.Conv3d):
+    """`nn.Conv3d` (cubic kernel, zero padding, no dilation), fast for a single volume on a CPU.
+
+    There torch 2 keeps few channels away from oneDNN and takes ten times as long as it does for
+    two volumes; the same sum, as convolutions in 2D over neighbouring slices, is quick.
+    """
+
+    def forward(self, volume: Tensor) -> Tensor:
+        """(B, C, D, H, W) to (B, out, D', H', W')."""
+        if volume.device.type != "cpu" or len(volume) > 1:
+            return super().forward(volume)
+        kernel, stride, margin = self.kernel_size[0], self.stride[0], int(self.padding[0])
+        slices = functional.pad(volume[0].transpose(0, 1), (0, 0, 0, 0, 0, 0, margin, margin))
+        count = (len(slices) - kernel) // stride + 1
+        neighbours = [slices[i : i + stride * (count - 1) + 1 : stride] for i in range(kernel)]
+        result = functional.conv2d(
+            torch.cat(neighbours, 1).contiguous(memory_format=torch.channels_last),
+            self.weight.transpose(1, 2).flatten(1, 2),
+            self.bias,
+            stride,
+            margin,
+        )
+        return result.transpose(0, 1)[None]
+
+
+_CONVOLUTION = {2: nn.Conv2d, 3: VolumeConvolution}
+_TRANSPOSED = {2: nn.ConvTranspose2d, 3: nn.ConvTranspose3d}
+_BATCH_NORMALISATION = {2: nn.BatchNorm2d, 3: nn.BatchNorm3d}
+
+
+def convolution(
+    channels: int,
+    out: int,
+    *,
+    groups: int,
+    dimensions: Dimensions = 2,
+    kernel: int = 3,
+    stride: int = 1,
+    dilation: int = 1,
+) -> nn.Sequential:
+    """Convolution without bias that keeps the size (or divides it by the stride), normalised.
+
+    Args:
+        channels: What comes in.
+        out: Channels that leave.
+        groups: See `normalisation`.
+        dimensions: Of space: images or volumes.
+        kernel: Its odd size in every dimension.
+        stride: In every dimension.
+        dilation: In every dimension.
+    """
+    return nn.Sequential(
+        _CONVOLUTION[dimensions](
+            channels,
+            out,
+            kernel,
+            stride=stride,
+            padding=dilation * (kernel // 2),
+            dilation=dilation,
+            bias=False,
+        ),
+        normalisation(out, groups, dimensions),
+    )
+
+
+def convolutions(
+    *channels: int,
+    groups: int,
+    dimensions: Dimensions = 2,
+    kernel: int = 3,
+    stride: int = 1,
+    dilation: int = 1,
+) -> nn.Sequential:
+    """A row of `convolution` from each number of channels to the next, a ReLU behind each.
+
+    The stride is that of the first.
+    """
+    layers: list[nn.Module] = []
+    for start, out in pairwise(channels):
+        step = 1 if layers else stride
+        layers += [
+            convolution(
+                start,
+                out,
+                groups=groups,
+                dimensions=dimensions,
+                kernel=kernel,
+                stride=step,
+                dilation=dilation,
+            ),
+            nn.ReLU(inplace=True),
+        ]
+    return nn.Sequential(*layers)
+
+
+def doubling_convolution(
+    channels: int, out: int, *, groups: int, dimensions: Dimensions
+) -> nn.Sequential:
+    """Transposed convolution that doubles the size, normalised."""
+    return nn.Sequential(
+        _TRANSPOSED[dimensions](
+            channels, out, 3, stride=2, padding=1, output_padding=1, bias=False
+        ),
+        normalisation(out, groups, dimensions),
+    )
+
+
+def normalisation(channels: int, groups: int, dimensions: Dimensions) -> nn.Module:
+    """Over groups of channels (Wu & He, 2018); over the batch where channels are fewer.
+
+    Args:
+        channels: Of the tensor to be normalised.
+        groups: Of channels; 0 normalises over the batch whatever the channels.
+        dimensions: Of space.
+    """
+    if groups and channels >= groups:
+        return nn.GroupNorm(groups, channels)
+    return _BATCH_NORMALISATION[dimensions](channels)
+
+
+def initialise(network: nn.Module) -> None:
+    """Draw every convolution's weights after He et al. (2015), for the paths that go backwards."""
+    for layer in network.modules():
+        if isinstance(layer, nn.Conv2d | nn.Conv3d):
+            nn.init.kaiming_normal_(layer.weight, mode="fan_out", nonlinearity="relu")
+            if layer.bias is not None:
+                nn.init.zeros_(layer.bias)

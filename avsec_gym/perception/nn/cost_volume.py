@@ -1,0 +1,85 @@
+"""Plane-sweep volumes: what both views show if the scene lay on each of a row of planes."""
+
+from __future__ import annotations
+
+import math
+
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+
+def disparity_volume(left: Tensor, right: Tensor, planes: int) -> Tensor:
+    """PSMNet's volume: both features laid together at every whole disparity.
+
+    Args:
+        left: Features of the left image, shape (B, C, H, W).
+        right: The same shape.
+        planes: Disparities 0, 1, ... in pixels of the features.
+
+    Returns:
+        Shape (B, 2C, planes, H, W); zero, in both halves, where the right image does not reach.
+    """
+    width = left.shape[-1]
+    slices = []
+    for disparity in range(planes):
+        overlap = max(width - disparity, 0)
+        pair = torch.cat([left[..., width - overlap :], right[..., :overlap]], 1)
+        slices.append(functional.pad(pair, (width - overlap, 0)))
+    return torch.stack(slices, 2)
+
+
+def sampled_volume(left: Tensor, right: Tensor, disparities: Tensor) -> Tensor:
+    """DSGN's volume: the right features sampled at any disparities, the left ones repeated.
+
+    Args:
+        left: Features of the left image, shape (B, C, H, W).
+        right: The same shape.
+        disparities: Of the D planes for each pair, pixels of the features, >= 0, shape (B, D).
+
+    Returns:
+        Shape (B, 2C, D, H, W): the left half repeats the left features, whatever the plane; the
+        right half is the right features at ``x - disparity``, linear between columns, zero
+        outside.
+    """
+    planes = disparities.shape[1]
+    pairs = [
+        torch.stack([_shifted(features, shift) for shift in shifts], 1)
+        for features, shifts in zip(right, disparities.tolist(), strict=True)
+    ]
+    repeated = left.unsqueeze(2).expand(-1, -1, planes, -1, -1)
+    return torch.cat([repeated, torch.stack(pairs)], 1)
+
+
+def correlation_volume(left: Tensor, right: Tensor, disparities: Tensor, groups: int) -> Tensor:
+    """How well both views agree on each plane: means of products (Guo et al., CVPR 2019).
+
+    Args:
+        left: Features of the left image, shape (B, C, H, W).
+        right: The same shape.
+        disparities: As for `sampled_volume`, shape (B, D).
+        groups: G groups of neighbouring channels, each of which gives one mean.
+
+    Returns:
+        Shape (B, G, D, H, W).
+    """
+
+    def agreement(one: Tensor, other: Tensor, shift: float) -> Tensor:
+        products = one * _shifted(other, shift)
+        return products.reshape(groups, -1, *products.shape[1:]).mean(1)
+
+    pairs = zip(left, right, disparities.tolist(), strict=True)
+    return torch.stack(
+        [torch.stack([agreement(one, other, s) for s in shifts], 1) for one, other, shifts in pairs]
+    )
+
+
+def _shifted(features: Tensor, shift: float) -> Tensor:
+    """Features (C, H, W) moved to the right by a shift that need not be whole."""
+    width = features.shape[-1]
+    first = min(math.ceil(shift), width)
+    weight, count = first - shift, width - first
+    moved = features[..., :count]
+    if weight > 0 and count > 0:
+        moved = torch.lerp(moved, features[..., 1 : count + 1], weight)
+    return functional.pad(moved, (first, 0))

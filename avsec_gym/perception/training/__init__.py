@@ -1,0 +1,1 @@
+"""How the networks are trained: data, loop, checkpoints, curves."""

@@ -1,0 +1,122 @@
+"""The curves of a training: JSON lines, a picture, and TensorBoard's files if it is installed."""
+
+from __future__ import annotations
+
+import json
+import logging
+import math
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.kitti.atomic_write import write_bytes
+
+CURVES, PICTURE, TENSORBOARD = "curves.jsonl", "curves.png", "tensorboard"
+"""Names in the folder of a run."""
+
+_SECONDS_BETWEEN_PICTURES = 60.0
+_LOG = logging.getLogger(__name__)
+
+
+class Curves:
+    """Writes what a training reports.
+
+    Args:
+        folder: Of the run.
+        step: Where it goes on; lines of later steps, of a run that was killed, are dropped.
+    """
+
+    def __init__(self, folder: Path, step: int = 0) -> None:
+        self._folder = folder
+        path = folder / CURVES
+        kept = [row for row in read_curves(folder) if row["step"] <= step]
+        write_bytes(path, "".join(map(_line, kept)).encode(), overwrite=True)
+        self._file = path.open("a", encoding="utf-8")
+        self._board = _tensorboard(folder / TENSORBOARD, step)
+        self._drawn = -math.inf
+
+    def add(self, step: int, kind: str, values: Mapping[str, float], **facts: float) -> None:
+        """Values at a step.
+
+        Args:
+            step: Steps that were done.
+            kind: ``losses`` or ``metrics``.
+            values: By name.
+            facts: Kept beside them, such as the seconds so far.
+        """
+        self._file.write(_line({"step": step, **facts, kind: dict(values)}))
+        self._file.flush()
+        if self._board is not None:
+            for name, value in values.items():
+                self._board.add_scalar(f"{kind}/{name}", value, step)
+            self._board.flush()
+
+    def draw(self) -> None:
+        """Draw all of them, unless that was done a moment ago."""
+        if time.monotonic() - self._drawn > _SECONDS_BETWEEN_PICTURES:
+            draw_curves(read_curves(self._folder), self._folder / PICTURE)
+            self._drawn = time.monotonic()
+
+    def close(self) -> None:
+        """Draw what is left to be drawn, close the files."""
+        self._drawn = -math.inf
+        self.draw()
+        self._file.close()
+        if self._board is not None:
+            self._board.close()
+
+
+def read_curves(folder: Path) -> list[dict[str, Any]]:
+    """The rows of a run's curves; a last line that was cut off is left out."""
+    path = folder / CURVES
+    if not path.is_file():
+        return []
+    lines = path.read_text(encoding="utf-8").split("\n")[:-1]
+    return [json.loads(line) for line in lines]
+
+
+def draw_curves(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
+    """A picture: loss terms on the left (logarithmic), metrics on the right.
+
+    Args:
+        rows: Of `read_curves`.
+        path: A PNG, written over.
+    """
+    import io
+
+    from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
+
+    figure = Figure(figsize=(10, 4), dpi=110, layout="constrained")
+    for axes, kind in zip(figure.subplots(1, 2), ("losses", "metrics"), strict=True):
+        chosen = [row for row in rows if kind in row]
+        for name in dict.fromkeys(name for row in chosen for name in row[kind]):
+            points = [(row["step"], row[kind][name]) for row in chosen if name in row[kind]]
+            axes.plot(*zip(*points, strict=True), label=name, linewidth=1.2,
+                      marker="." if kind == "metrics" else None)  # fmt: skip
+        if kind == "losses":
+            # Terms with learned weights may fall below 0.
+            axes.set_yscale("symlog", linthresh=0.1)
+        axes.set_title(kind, loc="left")
+        axes.set_xlabel("steps")
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.spines[["top", "right"]].set_visible(False)
+        if chosen:
+            axes.legend(fontsize=7, frameon=False)
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png")
+    write_bytes(path, picture.getvalue(), overwrite=True)
+
+
+def _tensorboard(folder: Path, step: int) -> Any:
+    try:
+        from torch.utils.tensorboard import SummaryWriter
+    except ImportError:
+        _LOG.info("no TensorBoard files: they need the extra `train`")
+        return None
+    return SummaryWriter(str(folder), purge_step=step + 1 if step else None)
+
+
+def _line(row: Mapping[str, Any]) -> str:
+    return json.dumps(row, allow_nan=True) + "\n"

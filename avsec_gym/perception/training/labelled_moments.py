@@ -1,0 +1,211 @@
+"""Frames of the procedural world with who moves and on what road: for both classifiers.
+
+They come from `avsec world make`: object layout (with ``--previous``, for neighbouring moments)
+or raw drives.  The truth is that of the scene files, which real KITTI lacks.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import DataError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.kitti.labels import read_labels
+from avsec_gym.kitti.layouts import Layout, recognise
+from avsec_gym.kitti.raw import Drive, KittiRaw
+from avsec_gym.kitti.text_files import read_text
+from avsec_gym.road_type import RoadType
+from avsec_gym.world.export.manifest import read_manifest
+
+_REMEDY = "`avsec world make --suite mixed --previous 3` or `--suite raw` makes such data."
+_VALIDATION = 4
+"""Every so manieth drive is for validation, as every so manieth frame of the object layout."""
+
+
+@dataclass(frozen=True)
+class LabelledMoment:
+    """A frame with its truth; images are loaded when asked for.
+
+    Args:
+        source: What it belongs to.
+        id: Of the frame in its source.
+        scene: Names the place and time: moments of one scene resemble each other.
+        left: File of the left image.
+        labels: File of the labels.
+        facts: File of the scene.
+    """
+
+    source: KittiObject | Drive
+    id: str
+    scene: str
+    left: Path
+    labels: Path
+    facts: Path
+
+    def frame(self) -> SensorFrame:
+        """All sensors, with the moments before."""
+        if isinstance(self.source, Drive):
+            return self.source.frame(int(self.id))
+        return self.source.frame(self.id)
+
+    @property
+    def road_type(self) -> RoadType:
+        """Of the road."""
+        return RoadType(self._facts()["road_type"])
+
+    def boxes(self) -> Boxes3D:
+        """The labelled objects, `moving` set.
+
+        Raises:
+            DataError: A file is broken, or labels and scene do not belong together.
+        """
+        boxes, objects = read_labels(self.labels), self._facts()["objects"]
+        if len(objects) != len(boxes):
+            raise DataError(
+                f"The scene has {len(objects)} objects, the labels {len(boxes)}.",
+                path=self.facts,
+                remedy=_REMEDY,
+            )
+        return replace(boxes, moving=np.array([bool(one["moving"]) for one in objects], bool))
+
+    def _facts(self) -> dict[str, Any]:
+        try:
+            return dict(json.loads(read_text(self.facts)))
+        except ValueError as error:
+            raise DataError(
+                f"This is no scene file ({error}).", path=self.facts, remedy=_REMEDY
+            ) from error
+
+
+@dataclass(frozen=True)
+class MomentsSplit:
+    """What a classifier learns from, and what it is validated on: other scenes.
+
+    Args:
+        training: Moments to learn from.
+        validation: Moments of other scenes.
+        roots: Of the data.
+    """
+
+    training: tuple[LabelledMoment, ...]
+    validation: tuple[LabelledMoment, ...]
+    roots: tuple[Path, ...]
+
+    def description(self) -> dict[str, Any]:
+        """JSON-able: how the data were made, and how many there are."""
+        return {
+            "sources": [_described(root) for root in self.roots],
+            "training": _counted(self.training),
+            "validation": _counted(self.validation),
+        }
+
+
+def split_moments(roots: Sequence[Path], validation: Sequence[Path] = ()) -> MomentsSplit:
+    """The moments of folders, scene by scene.
+
+    Args:
+        roots: Each in the object layout (frames of ``ImageSets/val.txt`` are for validation) or
+            the raw layout (every fourth drive is).
+        validation: Folders all of whose moments are validated on; all of `roots` are then
+            learned from.
+
+    Raises:
+        DataError: A folder is not there, or has no frame with image, labels and scene file.
+    """
+    if validation:
+        return MomentsSplit(
+            tuple(moment for root in roots for moment in moments_of(root)),
+            tuple(moment for root in validation for moment in moments_of(root)),
+            (*roots, *validation),
+        )
+    parts = [
+        tuple(moment for root in roots for moment in moments_of(root, split))
+        for split in ("train", "val")
+    ]
+    if not all(parts):
+        raise DataError(
+            "There are too few scenes to hold some out for validation.",
+            path=roots[0],
+            remedy="Make more of them, or name others by --validation.",
+        )
+    return MomentsSplit(parts[0], parts[1], tuple(roots))
+
+
+def moments_of(root: Path, split: str | None = None) -> list[LabelledMoment]:
+    """The moments of a folder.
+
+    Args:
+        root: In the object or the raw layout.
+        split: ``train`` or ``val``; all if None.
+
+    Raises:
+        DataError: The folder is not there, or has no frame with image, labels and scene file.
+    """
+    if recognise(root) == Layout.RAW:
+        found = _of_drives(root, split)
+    else:
+        data = KittiObject(root)
+        found = [
+            _moment(data, id, f"{data.folder}:{id}", data.folder)
+            for id in data.ids(split, ("image_2", "label_2", "calib"))
+        ]
+    there = [moment for moment in found if moment.facts.is_file()]
+    if not there and split is None:
+        raise DataError(
+            "No frame here has an image, labels and a scene file.", path=root, remedy=_REMEDY
+        )
+    return there
+
+
+def _of_drives(root: Path, split: str | None) -> list[LabelledMoment]:
+    raw, found = KittiRaw(root), []
+    for index, name in enumerate(raw.drives()):
+        is_held_out = index % _VALIDATION == _VALIDATION - 1
+        if split is None or (split == "val") == is_held_out:
+            drive = raw.drive(name)
+            found += [_of_drive(drive, number) for number in drive.frames(["image_02"])]
+    return found
+
+
+def _moment(data: KittiObject, id: str, scene: str, folder: Path) -> LabelledMoment:
+    return LabelledMoment(
+        data,
+        id,
+        scene,
+        folder / "image_2" / f"{id}.png",
+        folder / "label_2" / f"{id}.txt",
+        folder / "scene" / f"{id}.json",
+    )
+
+
+def _of_drive(drive: Drive, number: int) -> LabelledMoment:
+    folder, id = drive.folder, f"{number:010d}"
+    return LabelledMoment(
+        drive,
+        id,
+        str(folder),
+        drive.path("image_02", number),
+        folder / "label_02" / "data" / f"{id}.txt",
+        folder / "scene_02" / "data" / f"{id}.json",
+    )
+
+
+def _described(root: Path) -> dict[str, Any]:
+    manifest = read_manifest(root) or {}
+    return {
+        "name": root.name,
+        "settings": manifest.get("settings"),
+        "fingerprint": manifest.get("fingerprint"),
+    }
+
+
+def _counted(moments: Sequence[LabelledMoment]) -> dict[str, int]:
+    return {"frames": len(moments), "scenes": len({moment.scene for moment in moments})}

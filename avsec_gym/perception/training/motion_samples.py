@@ -1,0 +1,188 @@
+"""Crops of labelled objects, cut out once, with those of the moments before, and kept on disk."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import DataError
+from avsec_gym.kitti.atomic_write import write_bytes
+from avsec_gym.perception.motion.classifier import Neighbour, neighbour_of, object_crops
+from avsec_gym.perception.motion.network import MotionConfiguration
+from avsec_gym.perception.training.labelled_moments import LabelledMoment
+
+OBSTACLES = ("Car", "Van", "Truck", "Misc")
+"""Who becomes an obstacle of the planner: the others' motion is never asked for."""
+GAPS = 2
+"""Neighbours of a sample: the earliest moment that can be used, and the latest."""
+
+_FORMAT = 2
+_LOWEST, _MOST_TRUNCATION, _MOST_OCCLUSION = 14.0, 0.7, 2
+"""Who is hardly to be seen is left out: pixels, share, KITTI's level."""
+_THREADS = 2
+
+
+@dataclass(frozen=True, eq=False)
+class MotionSamples:
+    """N objects, each cut out by V boxes: the true one, then such as a detector might give.
+
+    Args:
+        now: Shape (N, V, H, W, 3), with a margin around the crop.
+        before: At each gap, shape (N, V, GAPS, H, W, 3); without gaps for single crops.
+        known: Whether there is a crop at each gap, shape (N, GAPS).
+        moving: Truth, shape (N,).
+        moment: Number of the moment that each belongs to, shape (N,).
+        margin: Pixels on every side.
+    """
+
+    now: NDArray[np.uint8]
+    before: NDArray[np.uint8]
+    known: NDArray[np.bool_]
+    moving: NDArray[np.bool_]
+    moment: NDArray[np.int64]
+    margin: int
+
+    def __len__(self) -> int:
+        return len(self.moving)
+
+
+def prepare_motion_samples(
+    moments: Sequence[LabelledMoment],
+    configuration: MotionConfiguration,
+    folder: Path,
+    *,
+    variants: int = 3,
+    on_progress: Callable[[int, int], None] | None = None,
+) -> MotionSamples:
+    """Cut out the objects of moments, unless that is done already.
+
+    Args:
+        moments: Of the procedural world.
+        configuration: Of the network: size of crops, neighbours.
+        folder: Where the crops are kept.
+        variants: Boxes of each object.
+        on_progress: Called with moments done and moments in all.
+
+    Raises:
+        DataError: A file is broken, or nothing is to be seen in any moment.
+    """
+    margin = configuration.crop[0] // 16
+    path = folder / f"crops-{_fingerprint(moments, configuration, variants)}.npz"
+    if not path.is_file():
+        parts: list[dict[str, NDArray[Any]]] = []
+        for done, part in enumerate(_cut_all(moments, configuration, margin, variants), start=1):
+            parts.append(part | {"moment": np.full(len(part["moving"]), done - 1)})
+            if on_progress is not None:
+                on_progress(done, len(moments))
+        columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        if not len(columns["moving"]):
+            raise DataError("There is no object to be seen in these frames.", path=folder)
+        _save(path, columns)
+    with np.load(path) as stored:
+        return MotionSamples(**{name: stored[name] for name in stored.files}, margin=margin)
+
+
+def classified_objects(boxes: Boxes3D) -> NDArray[np.bool_]:
+    """Which labelled objects are classified: obstacles that can be seen, shape (N,)."""
+    assert boxes.box2d is not None, "labels have 2D boxes"
+    found = np.isin(boxes.category, OBSTACLES)
+    found &= boxes.box2d[:, 3] - boxes.box2d[:, 1] >= _LOWEST
+    for values, most in (
+        (boxes.truncation, _MOST_TRUNCATION),
+        (boxes.occlusion, _MOST_OCCLUSION),
+    ):
+        if values is not None:
+            found &= values <= most
+    return np.asarray(found)
+
+
+def disturbed(boxes: Boxes3D, randomness: np.random.Generator) -> Boxes3D:
+    """Boxes as a stereo detector might see them: above all, nearer or farther.
+
+    Args:
+        boxes: True ones, with 2D boxes.
+        randomness: Draws the errors.
+    """
+    assert boxes.box2d is not None, "labels have 2D boxes"
+    count = len(boxes)
+    farther = 1 + 0.03 * randomness.standard_normal((count, 1))
+    sides = np.tile(boxes.box2d[:, 2:] - boxes.box2d[:, :2], 2)
+    return replace(
+        boxes,
+        location=boxes.location * farther + 0.05 * randomness.standard_normal((count, 3)),
+        dimensions=boxes.dimensions * np.exp(0.05 * randomness.standard_normal((count, 3))),
+        rotation_y=boxes.rotation_y + 0.1 * randomness.standard_normal(count),
+        box2d=boxes.box2d + 0.04 * sides * randomness.standard_normal((count, 4)),
+    )
+
+
+def _cut_all(
+    moments: Sequence[LabelledMoment],
+    configuration: MotionConfiguration,
+    margin: int,
+    variants: int,
+) -> Iterator[dict[str, NDArray[Any]]]:
+    def cut(index: int) -> dict[str, NDArray[Any]]:
+        return _cut(moments[index], configuration, margin, variants, index)
+
+    with ThreadPoolExecutor(_THREADS) as threads:
+        yield from threads.map(cut, range(len(moments)))
+
+
+def _cut(
+    moment: LabelledMoment,
+    configuration: MotionConfiguration,
+    margin: int,
+    variants: int,
+    seed: int,
+) -> dict[str, NDArray[Any]]:
+    boxes, frame = moment.boxes(), moment.frame()
+    everybody, boxes = boxes, boxes[classified_objects(boxes)]
+    gaps: list[Neighbour | None] = []
+    if configuration.neighbour:
+        latest = replace(frame, previous=frame.previous[:1])
+        gaps = [neighbour_of(moment, everybody) for moment in (frame, latest) if len(boxes)]
+    randomness = np.random.default_rng([seed, len(boxes)])
+    size = [side + 2 * margin for side in configuration.crop]
+    now = np.zeros((len(boxes), variants, *size, 3), np.uint8)
+    before = np.zeros((len(boxes), variants, GAPS * configuration.neighbour, *size, 3), np.uint8)
+    known = np.zeros((len(boxes), GAPS), bool)
+    for variant in range(variants if len(boxes) else 0):
+        seen = boxes if variant == 0 else disturbed(boxes, randomness)
+        now[:, variant] = object_crops(seen, frame, None, configuration.crop, margin=margin).now
+        for gap, neighbour in enumerate(gaps):
+            cut = object_crops(seen, frame, neighbour, configuration.crop, margin=margin)
+            if cut.before is not None:
+                before[:, variant, gap], known[:, gap] = cut.before, True
+    return {"now": now, "before": before, "known": known, "moving": np.asarray(boxes.moving)}
+
+
+def _save(path: Path, columns: dict[str, NDArray[Any]]) -> None:
+    buffer = io.BytesIO()
+    np.savez(buffer, **columns)  # type: ignore[arg-type]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_bytes(path, buffer.getvalue(), overwrite=True)
+
+
+def _fingerprint(
+    moments: Sequence[LabelledMoment], configuration: MotionConfiguration, variants: int
+) -> str:
+    """Changes with the frames, their labels and the crops; not with the network."""
+    facts = (_FORMAT, configuration.crop, configuration.neighbour, variants)
+    digest = hashlib.sha256(repr(facts).encode())
+    for moment in moments:
+        for path in (moment.left, moment.labels, moment.facts):
+            status = path.stat() if path.is_file() else None
+            there = (os.fspath(path.resolve()), status and (status.st_size, status.st_mtime_ns))
+            digest.update(repr(there).encode())
+    return digest.hexdigest()[:16]

@@ -1,0 +1,73 @@
+"""Other light, other cameras: brightness, contrast, gamma, colour, noise, and unequal views."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.perception.training.configuration import Photometric
+from avsec_gym.perception.training.sample import Map, Pixels, StereoSample
+
+_GREY = np.array([0.299, 0.587, 0.114])
+_NOISE_VALUES = 1 << 20
+
+
+def relit(
+    sample: StereoSample, limits: Photometric, randomness: np.random.Generator
+) -> StereoSample:
+    """A sample with other light; images become float32 in 0..255.
+
+    Args:
+        sample: Images are uint8.
+        limits: Of the changes.
+        randomness: Draws them.
+    """
+    largest = np.array(
+        [limits.brightness, limits.contrast, limits.gamma, limits.saturation, *[limits.tint] * 3]
+    )
+    common = randomness.uniform(-largest, largest)
+    deviation = randomness.uniform(0, limits.noise)
+    mean = float(sample.left[::8, ::8].mean())
+    left, right = (
+        _view(
+            image,
+            common + limits.between_views * randomness.uniform(-largest, largest),
+            mean,
+            deviation,
+            randomness,
+        )
+        for image in (sample.left, sample.right)
+    )
+    return replace(sample, left=left, right=right)
+
+
+def _view(
+    image: Pixels,
+    change: NDArray[np.float64],
+    mean: float,
+    deviation: float,
+    randomness: np.random.Generator,
+) -> Map:
+    import cv2
+
+    brightness, contrast, gamma, saturation = np.exp(change[:4])
+    levels = 255.0 * (np.arange(256) / 255.0) ** gamma
+    levels = brightness * (mean + contrast * (levels - mean))
+    table = levels[:, None] * np.exp(change[None, 4:])
+    found = cv2.LUT(np.asarray(image, np.uint8), table[None].astype(np.float32))
+    mixture = saturation * np.eye(3) + (1 - saturation) * np.tile(_GREY, (3, 1))
+    result: Map = np.asarray(cv2.transform(found, mixture.astype(np.float32)))
+    if deviation > 0:
+        start = int(randomness.integers(_NOISE_VALUES))
+        noise = _noise(result.size)[start : start + result.size]
+        result += np.float32(deviation) * noise.reshape(result.shape)
+    return np.clip(result, 0.0, 255.0, out=result)
+
+
+@functools.cache
+def _noise(values: int) -> NDArray[np.float32]:
+    """Normal noise, of which each view takes a piece: drawing it anew would take longest of all."""
+    return np.random.default_rng(0).standard_normal(values + _NOISE_VALUES, np.float32)

@@ -1,0 +1,223 @@
+"""Labelled stereo pairs, reduced once to the size that a network sees, and kept on disk as arrays.
+
+An epoch then reads memory maps instead of decoding PNGs, which would cost more than a small
+network's step.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import DataError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.geometry import Floats
+from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.kitti.labels import DONT_CARE
+from avsec_gym.kitti.map_files import read_disparity
+from avsec_gym.perception.depth.lidar import scan_disparity
+from avsec_gym.perception.stereo_batch import batch_of_frames
+from avsec_gym.perception.training.disparity_maps import reduced_disparity, seen_from_right
+from avsec_gym.perception.training.sample import Map, StereoSample
+
+_FORMAT = 1
+_ARRAYS: dict[str, tuple[tuple[int, ...], Any]] = {
+    "left": ((3,), np.uint8),
+    "right": ((3,), np.uint8),
+    "left_disparity": ((), np.uint16),
+    "right_disparity": ((), np.uint16),
+}
+_STORED_STEPS = 256.0
+"""Of a disparity's pixel, as in KITTI's files."""
+_FACTS = "samples.json"
+_THREADS = 2
+
+
+@dataclass(frozen=True)
+class DataFrames:
+    """Frames of a folder in the object layout."""
+
+    data: KittiObject
+    ids: tuple[str, ...]
+
+
+class StereoSamples:
+    """Reduced pairs, with labels and disparities; see `prepare_samples`."""
+
+    def __init__(self, folder: Path, frames: Sequence[DataFrames]) -> None:
+        self._places = [(source.data, id) for source in frames for id in source.ids]
+        facts = json.loads((folder / _FACTS).read_text())
+        self.sizes: list[tuple[int, int]] = [(int(h), int(w)) for h, w in facts["sizes"]]
+        """Heights and widths of the cameras' own images."""
+        self._projections = np.array(facts["projections"], np.float64).reshape(-1, 2, 3, 4)
+        self._arrays = {name: np.load(folder / f"{name}.npy", mmap_mode="r") for name in _ARRAYS}
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def __getitem__(self, index: int) -> StereoSample:
+        """A sample as it is, images uint8, objects without regions not to care about."""
+        left, right = (np.array(self._arrays[name][index]) for name in ("left", "right"))
+        height, width = left.shape[:2]
+        labels = self.labels[index]
+        truth = labels[labels.category != DONT_CARE]
+        camera_height, camera_width = self.sizes[index]
+        return StereoSample(
+            left,
+            right,
+            self._projections[index, 0],
+            self._projections[index, 1],
+            self._disparity("left_disparity", index),
+            self._disparity("right_disparity", index),
+            _scaled(truth, width / camera_width, height / camera_height),
+        )
+
+    def groups(self, count: int) -> Iterator[range]:
+        """All indices, so many at a time."""
+        for start in range(0, len(self), count):
+            yield range(start, min(start + count, len(self)))
+
+    def frame(self, index: int) -> SensorFrame:
+        """The frame itself, at the cameras' own size."""
+        data, id = self._places[index]
+        return data.frame(id)
+
+    @cached_property
+    def labels(self) -> list[Boxes3D]:
+        """Every line of the label files, 2D boxes in pixels of the camera's own image."""
+        return [data.labels(id, keep_dont_care=True) for data, id in self._places]
+
+    def _disparity(self, name: str, index: int) -> Map:
+        return self._arrays[name][index].astype(np.float32) / np.float32(_STORED_STEPS)
+
+
+def prepare_samples(
+    frames: Sequence[DataFrames],
+    size: tuple[int, int] | None,
+    folder: Path,
+    *,
+    on_progress: Callable[[int, int], None] | None = None,
+) -> StereoSamples:
+    """Reduce frames to a size, unless that is done already.
+
+    Args:
+        frames: Each with images 2 and 3, calibration and labels; disparities come from
+            ``disparity_2``, else from the scan, else they are unknown.
+        size: Height and width; that of the first frame's camera if None.
+        folder: Where the arrays are kept, for these frames and this size.
+        on_progress: Called with frames done and frames in all.
+
+    Raises:
+        DataError: A file is missing or broken, or there is no frame.
+    """
+    places = [(source.data, id) for source in frames for id in source.ids]
+    if not places:
+        raise DataError("There is no frame to train on.", path=folder)
+    if size is None:
+        height, width = places[0][0].frame(places[0][1]).image(2).shape[:2]
+        size = height, width
+    there = folder / f"{_fingerprint(places)}-{size[0]}x{size[1]}"
+    if not (there / _FACTS).is_file():
+        partial = folder / f".{there.name}.{os.getpid()}.part"
+        shutil.rmtree(partial, ignore_errors=True)
+        partial.mkdir(parents=True)
+        try:
+            _write(places, size, partial, on_progress)
+            shutil.rmtree(there, ignore_errors=True)
+            partial.rename(there)
+        finally:
+            shutil.rmtree(partial, ignore_errors=True)
+    return StereoSamples(there, frames)
+
+
+def _write(
+    places: Sequence[tuple[KittiObject, str]],
+    size: tuple[int, int],
+    folder: Path,
+    on_progress: Callable[[int, int], None] | None,
+) -> None:
+    arrays = {
+        name: np.lib.format.open_memmap(
+            folder / f"{name}.npy", "w+", dtype=kind, shape=(len(places), *size, *tail)
+        )
+        for name, (tail, kind) in _ARRAYS.items()
+    }
+    sizes: list[tuple[int, int]] = []
+    projections: list[list[Any]] = []
+    with ThreadPoolExecutor(_THREADS) as threads:
+        reduced = threads.map(lambda place: _reduced(place[0], place[1], size), places)
+        for index, (values, camera_size, matrices) in enumerate(reduced):
+            for name, value in values.items():
+                arrays[name][index] = value
+            sizes.append(camera_size)
+            projections.append(matrices.tolist())
+            if on_progress is not None:
+                on_progress(index + 1, len(places))
+    for array in arrays.values():
+        array.flush()
+    (folder / _FACTS).write_text(json.dumps({"sizes": sizes, "projections": projections}))
+
+
+def _reduced(
+    data: KittiObject, id: str, size: tuple[int, int]
+) -> tuple[dict[str, NDArray[Any]], tuple[int, int], Floats]:
+    frame = data.frame(id)
+    batch = batch_of_frames([frame])
+    small = batch.resized(*size)
+    disparity = _true_disparity(data, frame, batch.size)
+    maps = {"left_disparity": disparity, "right_disparity": seen_from_right(disparity)}
+    values: dict[str, NDArray[Any]] = {
+        name: np.round(reduced_disparity(map, *size) * _STORED_STEPS).clip(0, 65535)
+        for name, map in maps.items()
+    }
+    for name, image in (("left", small.left), ("right", small.right)):
+        values[name] = image[0].permute(1, 2, 0).round().clamp(0, 255).byte().numpy()
+    matrices = np.stack([small.left_projection[0].numpy(), small.right_projection[0].numpy()])
+    return values, batch.size, matrices
+
+
+def _true_disparity(data: KittiObject, frame: SensorFrame, shape: tuple[int, int]) -> Map:
+    path = data.folder / "disparity_2" / f"{frame.id}.png"
+    if path.is_file():
+        found = read_disparity(path)
+        if found.shape != shape:
+            raise DataError(
+                f"The disparity map has shape {found.shape}, the image {shape}.",
+                path=path,
+                remedy="Make the data set again.",
+            )
+    elif frame.has_points:
+        found = scan_disparity(frame.points, frame.calibration, shape, (2, 3))
+    else:
+        return np.zeros(shape, np.float32)
+    return np.nan_to_num(found, nan=0.0)
+
+
+def _scaled(boxes: Boxes3D, scale_u: float, scale_v: float) -> Boxes3D:
+    """2D boxes in pixels of the resized image, by the rule of `StereoBatch.resized`."""
+    assert boxes.box2d is not None, "label files have 2D boxes"
+    scale = np.array([scale_u, scale_v, scale_u, scale_v])
+    return replace(boxes, box2d=(boxes.box2d + 0.5) * scale - 0.5)
+
+
+def _fingerprint(places: Sequence[tuple[KittiObject, str]]) -> str:
+    """Changes with the frames and their images; labels are read anew each time."""
+    digest = hashlib.sha256(str(_FORMAT).encode())
+    for data, id in places:
+        path = data.folder / "image_2" / f"{id}.png"
+        status = path.stat() if path.is_file() else None
+        facts = (str(path.resolve()), status and (status.st_size, status.st_mtime_ns))
+        digest.update(repr(facts).encode())
+    return digest.hexdigest()[:16]

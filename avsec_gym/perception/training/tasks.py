@@ -1,0 +1,67 @@
+"""The tasks by name: what `avsec train NAME` trains.
+
+A task of a new network is a function from `TaskOptions` to a `Task`, named in `_TASKS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.perception.training.configuration import Augmentation
+from avsec_gym.perception.training.task import Task
+
+_TASKS = {
+    "dsgn": "avsec_gym.perception.training.stereo_tasks:dsgn_task",
+    "stereo_rcnn": "avsec_gym.perception.training.stereo_tasks:stereo_rcnn_task",
+    "psmnet": "avsec_gym.perception.training.stereo_tasks:psmnet_task",
+    "motion": "avsec_gym.perception.training.motion_task:motion_task",
+    "road_type": "avsec_gym.perception.training.road_type_task:road_type_task",
+}
+TASKS = tuple(_TASKS)
+"""Names of the tasks."""
+
+
+@dataclass(frozen=True)
+class TaskOptions:
+    """What a task is made of.
+
+    Args:
+        preset: Of the network's configuration.
+        data: Folders in KITTI's object layout; the default suites if there are none.
+        validation: Folders to validate on; the splits ``val`` of `data` if there are none.
+        cache: Folder for what is computed once from the data.
+        start: Weights to begin with, as `save_weights` writes them; random ones if None.
+        augmentation: Of training samples.
+        seed: Of random weights.
+        on_progress: Called with frames prepared and frames in all.
+    """
+
+    preset: str
+    data: tuple[Path, ...]
+    validation: tuple[Path, ...]
+    cache: Path
+    start: Path | None = None
+    augmentation: Augmentation = field(default_factory=Augmentation)
+    seed: int = 0
+    on_progress: Callable[[int, int], None] | None = None
+
+
+def make_task(name: str, options: TaskOptions) -> Task[Any]:
+    """A task by its name.
+
+    Raises:
+        ConfigurationError: An unknown task or preset.
+        DataError: There are no data; the command that makes them is named.
+    """
+    if name not in _TASKS:
+        raise ConfigurationError(
+            f"nothing named {name!r} can be trained; known: {', '.join(TASKS)}"
+        )
+    module, function = _TASKS[name].split(":")
+    task: Task[Any] = getattr(import_module(module), function)(options)
+    return task

@@ -1,0 +1,285 @@
+"""The training loop, for any task: resumed exactly, stopped in time, the best weights kept."""
+
+from __future__ import annotations
+
+import json
+import logging
+import math
+import time
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch import Tensor, nn
+
+from avsec_gym.errors import AvsecError, DataError
+from avsec_gym.perception.training.batches import batches, steps_of_epoch
+from avsec_gym.perception.training.checkpoint import Checkpoint, load_checkpoint, save_checkpoint
+from avsec_gym.perception.training.configuration import Machine, TrainingConfiguration
+from avsec_gym.perception.training.curves import CURVES, Curves
+from avsec_gym.perception.training.learning_rate import learning_rate
+from avsec_gym.perception.training.task import B, Task
+from avsec_gym.perception.training.weight_average import WeightAverage
+
+_LOGGED_STEPS = 20
+_MOST_SKIPPED = 20
+_NORM = "gradient_norm"
+_LOG = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Validation:
+    """What a validation found."""
+
+    step: int
+    epoch: int
+    metrics: dict[str, float]
+    is_best: bool
+    seconds: float
+    """Of training so far."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a training ended."""
+
+    finished: bool
+    """Whether all epochs are done, or no better result is to be expected."""
+    steps: int
+    seconds: float
+    best: float | None
+    """Leading metric of the weights that were kept."""
+
+
+def train(
+    task: Task[B],
+    configuration: TrainingConfiguration,
+    folder: Path,
+    *,
+    machine: Machine = Machine(),
+    resume: bool = False,
+    keep: Callable[[nn.Module, Validation], None] | None = None,
+    on_progress: Callable[[int, int], None] | None = None,
+    on_validation: Callable[[Validation], None] | None = None,
+) -> Outcome:
+    """Train a task's network.
+
+    On a CPU, a run that was stopped and resumed has the weights of one that was not, bit for bit.
+
+    Args:
+        task: Its network is left with the averaged weights of the end, in evaluation mode.
+        configuration: What the result depends on.
+        folder: Of the run: checkpoint and curves.
+        machine: Where, and how long.
+        resume: Go on with the run in the folder, if there is one.
+        keep: Called with the network, bearing averaged weights, at each better validation.
+        on_progress: Called with steps done and steps in all, of this call.
+        on_validation: Called after each validation.
+
+    Raises:
+        DataError: The folder holds a run and `resume` is false, or one of another configuration.
+        AvsecError: The loss stays infinite.
+    """
+    run = _Run(task, configuration, folder, machine, resume)
+    began, first = time.monotonic(), run.state.step
+    deadline = math.inf if machine.minutes is None else began + 60 * machine.minutes
+    saved = began
+    with closing(run.curves):
+        try:
+            prepared = batches(task, configuration, first, run.steps, machine.loaders)
+            with closing(prepared):
+                while not run.state.finished and time.monotonic() < deadline:
+                    run.step(next(prepared))
+                    if on_progress is not None:
+                        on_progress(run.state.step - first, run.steps - first)
+                    if run.is_validation_due:
+                        validation = run.validate(keep)
+                        if on_validation is not None:
+                            on_validation(validation)
+                        saved = -math.inf
+                    if time.monotonic() - saved > 60 * machine.checkpoint_minutes:
+                        run.save()
+                        saved = time.monotonic()
+        except KeyboardInterrupt:
+            run.save()
+            raise
+        run.save()
+    run.trained.load_state_dict(run.average.weights)
+    run.trained.eval()
+    state = run.state
+    return Outcome(state.finished, state.step, state.seconds, state.best)
+
+
+class _Run:
+    """The parts of a training that change."""
+
+    def __init__(
+        self,
+        task: Task[Any],
+        configuration: TrainingConfiguration,
+        folder: Path,
+        machine: Machine,
+        resume: bool,
+    ) -> None:
+        self.task, self.configuration, self.folder = task, configuration, folder
+        self.device = torch.device(machine.device)
+        self.epoch_steps = steps_of_epoch(task.samples, configuration.batch)
+        self.steps = self.epoch_steps * configuration.epochs
+        self.trained = task.trained.to(self.device).train()
+        self.optimizer = _optimizer(self.trained, configuration)
+        self.average = WeightAverage(self.trained, configuration.average)
+        self.state = self._begin(resume)
+        self.curves = Curves(folder, self.state.step)
+        self._since = time.monotonic()
+        self._recent: list[dict[str, Tensor]] = []
+        self._skipped = 0
+
+    def _begin(self, resume: bool) -> Checkpoint:
+        identity = json.loads(
+            json.dumps(
+                {
+                    "task": self.task.name,
+                    "samples": self.task.samples,
+                    **self.task.description(),
+                    "training": asdict(self.configuration),
+                }
+            )
+        )
+        there = load_checkpoint(self.folder, identity) if resume else None
+        if there is not None:
+            self.trained.load_state_dict(there.trained)
+            self.average.weights = {
+                name: value.to(self.device) for name, value in there.average.items()
+            }
+            self.optimizer.load_state_dict(there.optimizer)
+            return there
+        if not resume and (self.folder / CURVES).exists():
+            raise DataError(
+                "A training is here already.",
+                path=self.folder,
+                remedy="Go on with it by --resume, or name another folder with --out.",
+            )
+        return Checkpoint(identity)
+
+    @property
+    def epoch(self) -> int:
+        """Epochs that are done."""
+        return self.state.step // self.epoch_steps
+
+    @property
+    def is_validation_due(self) -> bool:
+        done, rest = divmod(self.state.step, self.epoch_steps)
+        is_last = self.state.step == self.steps
+        return rest == 0 and (done % self.configuration.validate_every == 0 or is_last)
+
+    def step(self, batch: Any) -> None:
+        """Learn from a batch."""
+        step, configuration = self.state.step, self.configuration
+        # All randomness of a step follows from its number: nothing to store, nothing to lose.
+        torch.manual_seed((configuration.seed << 32) + step)
+        for group in self.optimizer.param_groups:
+            group["lr"] = learning_rate(step, self.steps, configuration)
+        self.optimizer.zero_grad(set_to_none=True)
+        with torch.autocast(
+            self.device.type,
+            torch.bfloat16,
+            enabled=configuration.mixed_precision and self.device.type == "cuda",
+        ):
+            losses = self.task.losses(batch.to(self.device))
+            total = torch.stack([loss.float() for loss in losses.values()]).sum()
+        total.backward()  # type: ignore[no-untyped-call]
+        norm = nn.utils.clip_grad_norm_(self.trained.parameters(), configuration.clip)
+        if torch.isfinite(norm) and torch.isfinite(total):
+            self.optimizer.step()
+            self._skipped = 0
+            terms = {name: loss.detach() for name, loss in losses.items()}
+            self._recent.append(terms | {"total": total.detach(), _NORM: norm.detach()})
+        else:
+            self._skip()
+        self.average.update(step)
+        self.state.step = step + 1
+        self._count_time()
+        if self.state.step % min(_LOGGED_STEPS, self.epoch_steps) == 0:
+            self._log()
+
+    def validate(self, keep: Callable[[nn.Module, Validation], None] | None) -> Validation:
+        """Validate the averaged weights, and keep them where they are the best so far."""
+        state = self.state
+        with self.average.applied():
+            with torch.no_grad():
+                metrics = self.task.validate()
+            leading = metrics[self.task.leading_metric]
+            best = -math.inf if state.best is None else state.best
+            is_better = math.isfinite(leading) and leading > best
+            # Of equals, such as the zeros in the beginning, the last is kept.
+            is_best = is_better or leading == state.best
+            self._count_time()
+            validation = Validation(state.step, self.epoch, metrics, is_best, state.seconds)
+            if is_best and keep is not None:
+                keep(self.task.network, validation)
+        if is_best:
+            state.best, state.best_step = leading, state.step
+        state.without_better = 0 if is_better else state.without_better + 1
+        patience = self.configuration.patience
+        out_of_patience = patience is not None and state.without_better >= patience
+        state.finished = out_of_patience or state.step == self.steps
+        self.curves.add(state.step, "metrics", metrics, seconds=round(state.seconds, 1))
+        self.curves.draw()
+        return validation
+
+    def save(self) -> None:
+        """Write a checkpoint."""
+        self._count_time()
+        self.state.trained = self.trained.state_dict()
+        self.state.average = self.average.weights
+        self.state.optimizer = self.optimizer.state_dict()
+        save_checkpoint(self.folder, self.state)
+
+    def _skip(self) -> None:
+        self._skipped += 1
+        _LOG.warning("step %d: the gradient is not finite; the step is left out", self.state.step)
+        if self._skipped >= _MOST_SKIPPED:
+            raise AvsecError(
+                f"{self.folder}: no finite gradient in {self._skipped} steps on end. Begin anew "
+                "with a lower --learning-rate, or without --mixed-precision."
+            )
+
+    def _log(self) -> None:
+        """The mean of every term over the steps that had it, since the last time."""
+        means = {
+            name: float(
+                torch.stack([row[name].float() for row in self._recent if name in row]).mean()
+            )
+            for name in dict.fromkeys(name for row in self._recent for name in row)
+        }
+        self._recent.clear()
+        if means:
+            facts = {
+                _NORM: means.pop(_NORM),
+                "rate": float(self.optimizer.param_groups[0]["lr"]),
+                "seconds": round(self.state.seconds, 1),
+            }
+            self.curves.add(self.state.step, "losses", means, **facts)
+
+    def _count_time(self) -> None:
+        now = time.monotonic()
+        self.state.seconds += now - self._since
+        self._since = now
+
+
+def _optimizer(trained: nn.Module, configuration: TrainingConfiguration) -> torch.optim.AdamW:
+    """AdamW that decays weights but neither biases nor the scales of normalisations."""
+    parameters = [value for value in trained.parameters() if value.requires_grad]
+    groups: list[dict[str, Any]] = [
+        {"params": [value for value in parameters if value.ndim > 1]},
+        {"params": [value for value in parameters if value.ndim <= 1], "weight_decay": 0.0},
+    ]
+    return torch.optim.AdamW(
+        [group for group in groups if group["params"]],
+        lr=configuration.learning_rate,
+        weight_decay=configuration.weight_decay,
+        fused=True,
+    )

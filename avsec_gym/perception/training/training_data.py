@@ -1,0 +1,98 @@
+"""Which frames a network is trained and validated on."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.errors import DataError
+from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.perception.training.stereo_samples import DataFrames
+from avsec_gym.world.export.default_suites import default_suite
+from avsec_gym.world.export.manifest import read_manifest
+
+NEEDED = ("image_2", "image_3", "label_2", "calib")
+"""Folders in which a frame must have a file."""
+
+_DEFAULT_SUITES = ("street", "highway", "mixed")
+_REMEDY = "`avsec world make --suite mixed --frames 2000 --out {root}` makes data to train on."
+
+
+@dataclass(frozen=True)
+class TrainingData:
+    """Folders in KITTI's object layout with their splits ``train`` and ``val``.
+
+    Args:
+        training: Frames to learn from.
+        validation: Frames to validate on, none of them among the others.
+    """
+
+    training: tuple[DataFrames, ...]
+    validation: tuple[DataFrames, ...]
+
+    def description(self) -> dict[str, Any]:
+        """JSON-able: how the data were made, and which frames they are."""
+        return {
+            "training": [_described(source) for source in self.training],
+            "validation": [_described(source) for source in self.validation],
+        }
+
+
+def training_data(
+    roots: Sequence[str | Path] = (),
+    validation: Sequence[str | Path] = (),
+    *,
+    needed: Sequence[str] = NEEDED,
+) -> TrainingData:
+    """The frames of folders.
+
+    Args:
+        roots: Each with ``ImageSets/train.txt`` and, without `validation`, ``val.txt``; the
+            default suites of the procedural world, made on first use, if there are none.
+        validation: Folders all of whose frames are validated on; all frames of `roots` are
+            then learned from.
+        needed: Folders in which a frame must have a file.
+
+    Raises:
+        DataError: A folder or a split is not there, or has no such frame; the command that
+            makes it is named.
+    """
+    folders = [Path(root) for root in roots] or [default_suite(name) for name in _DEFAULT_SUITES]
+    if validation:
+        return TrainingData(
+            tuple(_frames(root, None, needed) for root in folders),
+            tuple(_frames(Path(root), None, needed) for root in validation),
+        )
+    return TrainingData(
+        tuple(_frames(root, "train", needed) for root in folders),
+        tuple(_frames(root, "val", needed) for root in folders),
+    )
+
+
+def _frames(root: Path, split: str | None, needed: Sequence[str]) -> DataFrames:
+    remedy = _REMEDY.format(root=root)
+    if not root.is_dir():
+        raise DataError("There is no such folder.", path=root, remedy=remedy)
+    data = KittiObject(root)
+    ids = tuple(data.ids(split, needed))
+    if not ids:
+        which = "frame" if split is None else f"frame of the split {split!r}"
+        raise DataError(
+            f"No {which} has a file in each of {', '.join(needed)}.", path=root, remedy=remedy
+        )
+    return DataFrames(data, ids)
+
+
+def _described(source: DataFrames) -> dict[str, Any]:
+    manifest = read_manifest(source.data.root) or {}
+    listed = "\n".join(source.ids).encode()
+    return {
+        "name": source.data.root.name,
+        "settings": manifest.get("settings"),
+        "fingerprint": manifest.get("fingerprint"),
+        "frames": len(source.ids),
+        "ids_sha256": hashlib.sha256(listed).hexdigest(),
+    }

@@ -1,0 +1,1 @@
+"""Weights: those that come with the package, and published checkpoints."""

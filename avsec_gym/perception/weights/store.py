@@ -1,0 +1,156 @@
+"""Weights as files: safetensors, and beside them a card that says where they come from."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import torch
+from safetensors import SafetensorError
+from safetensors.torch import load, save
+from torch import Tensor, nn
+
+from avsec_gym.errors import DataError
+from avsec_gym.kitti.atomic_write import write_bytes
+from avsec_gym.kitti.text_files import read_text, write_text
+from avsec_gym.perception.weights.state_dict import fit_state
+
+_AGAIN = "Fetch or train the weights again."
+
+
+@dataclass(frozen=True)
+class ModelCard:
+    """What is known of weights; JSON beside the file.
+
+    Args:
+        network: Such as ``dsgn``.
+        configuration: Of the network.
+        data: What it was trained and validated on.
+        training: Configuration of the training, seed among it.
+        metrics: On the validation data.
+        steps: Of training.
+        epochs: Of training.
+        minutes: It took.
+        hardware: It ran on.
+        command: That made the weights.
+        versions: Of what made them.
+        source: Where weights come from that were not made here.
+        parameters: How many numbers are learned.
+        storage: Of floating-point numbers in the file.
+        sha256: Of the file.
+    """
+
+    network: str
+    configuration: dict[str, Any] = field(default_factory=dict)
+    data: dict[str, Any] = field(default_factory=dict)
+    training: dict[str, Any] = field(default_factory=dict)
+    metrics: dict[str, float] = field(default_factory=dict)
+    steps: int | None = None
+    epochs: int | None = None
+    minutes: float | None = None
+    hardware: str | None = None
+    command: str | None = None
+    versions: dict[str, str] = field(default_factory=dict)
+    source: str | None = None
+    parameters: int | None = None
+    storage: str = "float16"
+    sha256: str = ""
+
+
+def save_weights(path: str | Path, network: nn.Module, card: ModelCard) -> ModelCard:
+    """Write a network's weights, and the card beside them (same name, ``.json``).
+
+    Args:
+        path: A ``.safetensors`` file, written over.
+        network: Whose weights.
+        card: Its `storage` (``float16`` or ``float32``) is that of all floating-point numbers;
+            size and hash are filled in.
+
+    Returns:
+        The card as written.
+
+    Raises:
+        DataError: A weight does not fit into the storage, or the place cannot be written.
+    """
+    path = Path(path)
+    kind = getattr(torch, card.storage)
+    stored = {name: _stored(name, value, kind, path) for name, value in _state(network).items()}
+    content = save(stored, metadata={"network": card.network})
+    facts = asdict(card) | {
+        "parameters": sum(value.numel() for value in network.parameters()),
+        "sha256": hashlib.sha256(content).hexdigest(),
+    }
+    write_bytes(path, content, overwrite=True)
+    write_text(_card_path(path), json.dumps(facts, indent=1) + "\n", overwrite=True)
+    return ModelCard(**facts)
+
+
+def load_weights(path: str | Path, network: nn.Module) -> ModelCard | None:
+    """Fill a network with the weights of a file, as float32 or whatever the network has.
+
+    Args:
+        path: As `save_weights` writes it.
+        network: Of the configuration that the weights are for.
+
+    Returns:
+        The card, if one is there.
+
+    Raises:
+        DataError: The file is missing, damaged, not the one of its card, or of another network;
+            what is missing, unexpected or of another shape is named.
+    """
+    path = Path(path)
+    try:
+        content = path.read_bytes()
+        state = load(content)
+    except (OSError, SafetensorError) as error:
+        raise DataError(
+            f"The weights cannot be read ({error}).", path=path, remedy=_AGAIN
+        ) from error
+    card = read_card(path)
+    if card is not None and card.sha256 != hashlib.sha256(content).hexdigest():
+        raise DataError("The file is not the one of its card.", path=path, remedy=_AGAIN)
+    network.load_state_dict(fit_state(state, network, path))
+    return card
+
+
+def read_card(path: str | Path) -> ModelCard | None:
+    """The card beside a file of weights; None where there is none.
+
+    Raises:
+        DataError: It is not one.
+    """
+    place = _card_path(Path(path))
+    if not place.is_file():
+        return None
+    known = {item.name for item in fields(ModelCard)}
+    try:
+        facts = json.loads(read_text(place))
+        return ModelCard(**{name: value for name, value in facts.items() if name in known})
+    except (ValueError, TypeError, AttributeError) as error:
+        raise DataError(f"This is no model card ({error}).", path=place, remedy=_AGAIN) from error
+
+
+def _card_path(path: Path) -> Path:
+    return path.with_suffix(".json")
+
+
+def _state(network: nn.Module) -> Mapping[str, Tensor]:
+    return {name: value.detach().cpu() for name, value in network.state_dict().items()}
+
+
+def _stored(name: str, value: Tensor, kind: torch.dtype, path: Path) -> Tensor:
+    if not value.is_floating_point():
+        return value.contiguous()
+    result = value.to(kind).contiguous()
+    if not torch.isfinite(result).all():
+        raise DataError(
+            f"The weight {name} is not finite, or beyond {kind}.",
+            path=path,
+            remedy="Store float32, or train again.",
+        )
+    return result

@@ -1,0 +1,81 @@
+"""The residual pyramid: resolutions, what is frozen, which way signals go."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+import torch
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.perception.detectors.stereo_rcnn.backbone import (
+    Bottleneck,
+    FeaturePyramid,
+    freeze,
+    merge,
+    residual_stages,
+    stem,
+)
+from avsec_gym.perception.detectors.stereo_rcnn.configuration import SMALL
+
+
+def test_resolutions_of_the_published_input() -> None:
+    """600 x 1987 pixels, as KITTI's 375 x 1242 become; the pooling rounds up."""
+    configuration = replace(SMALL, stem_channels=8, stage_channels=(8, 8, 8, 8))
+    images = torch.zeros(1, 3, 600, 1987)
+    features = stem(configuration)(images)
+    shapes = []
+    for stage in residual_stages(configuration):
+        features = stage(features)
+        shapes.append(tuple(features.shape[-2:]))
+    assert shapes == [(150, 497), (75, 249), (38, 125), (19, 63)]
+
+
+def test_the_first_convolution_has_the_stride() -> None:
+    """So a bottleneck of stride 2 never looks at pixels of odd rows and columns."""
+    torch.manual_seed(0)
+    block = Bottleneck(16, 8, 2, "batch").eval()
+    inputs = torch.randn(1, 16, 8, 8)
+    changed = inputs.clone()
+    changed[:, :, 1::2] += 1
+    changed[:, :, :, 1::2] += 1
+    torch.testing.assert_close(block(changed), block(inputs), rtol=0, atol=0)
+
+
+def test_a_bottleneck_without_weights_is_the_identity() -> None:
+    block = Bottleneck(32, 8, 1, "batch").eval()
+    torch.nn.init.zeros_(block.bn3.weight)  # type: ignore[arg-type]
+    inputs = torch.rand(2, 32, 5, 6)
+    torch.testing.assert_close(block(inputs), inputs)
+
+
+def test_a_coarse_level_is_enlarged_about_the_image() -> None:
+    """Pixels' edges agree (align_corners False): a ramp stays one, away from the border."""
+    coarse = torch.arange(10.0).expand(1, 1, 4, 10)
+    fine = merge(coarse, torch.ones(1, 1, 8, 20))
+    expected = (torch.arange(20.0) + 0.5) / 2 - 0.5 + 1
+    torch.testing.assert_close(fine[0, 0, 3, 1:-1], expected[1:-1])
+
+
+def test_what_is_frozen_keeps_statistics_but_passes_gradients() -> None:
+    part = stem(replace(SMALL, normalisation="frozen_batch"))
+    freeze(part)
+    before = {key: value.clone() for key, value in part.state_dict().items()}
+    images = torch.rand(1, 3, 16, 16, requires_grad=True)
+    part(images).sum().backward()
+    assert images.grad is not None
+    assert images.grad.abs().max() > 0
+    assert all(parameter.grad is None for parameter in part.parameters())
+    assert all(torch.equal(before[key], value) for key, value in part.state_dict().items())
+
+
+def test_halves_are_the_two_views() -> None:
+    levels = (torch.arange(4.0)[:, None, None, None], torch.arange(4.0)[:, None, None, None] * 2)
+    first, second = FeaturePyramid(levels, 1, 1).halves()
+    assert first.levels[1].flatten().tolist() == [0, 2]
+    assert second.levels[0].flatten().tolist() == [2, 3]
+
+
+def test_groups_need_channels_that_divide() -> None:
+    with pytest.raises(ConfigurationError, match="multiple of 8"):
+        stem(replace(SMALL, stem_channels=12))

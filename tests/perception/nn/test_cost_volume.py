@@ -1,0 +1,75 @@
+"""Plane-sweep volumes against plain loops, and a scene whose disparity is known."""
+
+from __future__ import annotations
+
+import math
+
+import torch
+
+from avsec_gym.perception.nn.cost_volume import (
+    correlation_volume,
+    disparity_volume,
+    sampled_volume,
+)
+
+
+def _features(*shape):
+    return torch.randn(*shape, dtype=torch.float64, generator=torch.Generator().manual_seed(0))
+
+
+def _sampled(row, place):
+    """Linear between neighbours, 0 outside."""
+    if place < 0 or place > len(row) - 1:
+        return 0.0
+    below = math.floor(place)
+    above = min(below + 1, len(row) - 1)
+    return float(row[below] + (place - below) * (row[above] - row[below]))
+
+
+def test_whole_disparities_leave_both_halves_empty_at_the_edge():
+    left, right = _features(2, 2, 3, 3, 6)
+    volume = disparity_volume(left, right, 8)
+    expected = torch.zeros(2, 6, 8, 3, 6, dtype=torch.float64)
+    for d in range(8):
+        for x in range(d, 6):
+            expected[:, :3, d, :, x] = left[..., x]
+            expected[:, 3:, d, :, x] = right[..., x - d]
+    torch.testing.assert_close(volume, expected)
+
+
+def test_planes_may_lie_anywhere_and_differ_between_pairs():
+    left, right = _features(2, 2, 3, 2, 7)
+    disparities = torch.tensor([[0.0, 0.25, 2.0, 3.9, 9.0], [5.5, 6.0, 6.5, 1.0, 0.5]])
+    volume = sampled_volume(left, right, disparities)
+    for b, plane, c, y, x in torch.cartesian_prod(*map(torch.arange, (2, 5, 3, 2, 7))).tolist():
+        assert volume[b, c, plane, y, x] == left[b, c, y, x]
+        place = x - disparities[b, plane].item()
+        found = volume[b, 3 + c, plane, y, x].item()
+        assert math.isclose(found, _sampled(right[b, c, y], place), abs_tol=1e-6)
+
+
+def test_agreement_is_the_mean_product_of_each_group():
+    left, right = _features(2, 2, 6, 2, 7)
+    disparities = torch.tensor([[0.0, 1.5, 3.0], [2.0, 0.3, 6.7]])
+    volume = correlation_volume(left, right, disparities, 3)
+    both = sampled_volume(left, right, disparities)
+    products = both[:, :6] * both[:, 6:]
+    expected = torch.stack([products[:, 2 * g : 2 * g + 2].mean(1) for g in range(3)], 1)
+    torch.testing.assert_close(volume, expected)
+
+
+def test_the_views_agree_best_on_the_plane_where_the_scene_is():
+    texture = _features(1, 16, 4, 60)
+    disparities = torch.tensor([[1.0, 2.5, 4.0, 5.5, 7.0]])
+    left, right = texture[..., :40], texture[..., 4:44]  # left(x) = right(x - 4)
+    volume = correlation_volume(left, right, disparities, 1)[0, 0]
+    assert (volume[..., 8:].argmax(0) == 2).all()
+
+
+def test_gradient_flows_to_both_images():
+    left, right = _features(2, 1, 2, 2, 5)
+    disparities = torch.tensor([[0.0, 1.3, 4.2]])
+    inputs = (left.requires_grad_(), right.requires_grad_())
+    assert torch.autograd.gradcheck(lambda a, b: sampled_volume(a, b, disparities), inputs)
+    assert torch.autograd.gradcheck(lambda a, b: disparity_volume(a, b, 3), inputs)
+    assert torch.autograd.gradcheck(lambda a, b: correlation_volume(a, b, disparities, 1), inputs)

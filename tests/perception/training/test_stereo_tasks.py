@@ -1,0 +1,184 @@
+"""The stereo networks as tasks: each learns, and resumes bit for bit, on a few small frames."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import torch
+
+from avsec_gym.cli import run
+from avsec_gym.perception.depth.psmnet import PsmNetConfiguration
+from avsec_gym.perception.depth.psmnet_depth import PsmNetDepth
+from avsec_gym.perception.detectors.dsgn.configuration import (
+    CAR,
+    DepthScale,
+    DsgnConfiguration,
+    GridAxis,
+    WorldGrid,
+)
+from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
+from avsec_gym.perception.detectors.stereo_rcnn.configuration import (
+    PRESETS,
+    ProposalCount,
+    StereoRcnnConfiguration,
+)
+from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
+from avsec_gym.perception.nn.pyramid_pooling import FeatureConfiguration
+from avsec_gym.perception.training.checkpoint import CHECKPOINT
+from avsec_gym.perception.training.configuration import Augmentation, TrainingConfiguration
+from avsec_gym.perception.training.curves import read_curves
+from avsec_gym.perception.training.detection_task import DetectionTask
+from avsec_gym.perception.training.disparity_task import DisparityTask, disparity_errors
+from avsec_gym.perception.training.stereo_samples import StereoSamples, prepare_samples
+from avsec_gym.perception.training.task import Task
+from avsec_gym.perception.training.trainer import train
+from avsec_gym.perception.training.training_data import training_data
+from avsec_gym.perception.weights.store import load_weights, read_card
+
+SIZE = (64, 192)
+FEATURES = FeatureConfiguration(
+    first=8, stages=((8, 1),) * 4, windows=((8, 8), (4, 4)), pooled=8, matching=(8, 8), groups=4
+)
+DSGN = DsgnConfiguration(
+    input_size=SIZE,
+    padded_size=SIZE,
+    features=replace(FEATURES, joined=(2, 3, 4), semantic=(8, 8)),
+    groups=4,
+    planes=DepthScale(40.0, 2.4, 8),
+    bins=DepthScale(40.0, 2.4, 8),
+    full_depth=False,
+    volume_channels=16,
+    grid=WorldGrid(GridAxis(-16, 16, 32), GridAxis(3, -1, 4), GridAxis(34, 2, 32)),
+    grid_channels=8,
+    view_channels=16,
+    anchors=(CAR,),
+)
+RCNN: StereoRcnnConfiguration = replace(
+    PRESETS["small"],
+    input_size=SIZE,
+    stem_channels=8,
+    stage_blocks=(1, 1, 1, 1),
+    stage_channels=(8, 8, 8, 8),
+    pyramid_channels=16,
+    rpn_channels=16,
+    box_channels=16,
+    keypoint_channels=16,
+    keypoint_convolutions=1,
+    training_proposals=ProposalCount(64, 32),
+    test_proposals=ProposalCount(32, 8),
+)
+STEPS = TrainingConfiguration(epochs=2, batch=2, seed=1)
+
+Data = tuple[StereoSamples, StereoSamples]
+
+
+@pytest.fixture
+def samples(spot_folder: Path, tmp_path: Path) -> Data:
+    data = training_data([spot_folder])
+    one, two = (
+        prepare_samples(frames, SIZE, tmp_path / "cache")
+        for frames in (data.training, data.validation)
+    )
+    return one, two
+
+
+def dsgn(data: Data) -> Task:  # type: ignore[type-arg]
+    torch.manual_seed(0)
+    return DetectionTask(DsgnDetector(DSGN), ("Car",), *data, Augmentation(), {})
+
+
+def stereo_rcnn(data: Data) -> Task:  # type: ignore[type-arg]
+    torch.manual_seed(0)
+    return DetectionTask(StereoRcnnDetector(RCNN), ("Car",), *data, Augmentation(), {})
+
+
+def psmnet(data: Data) -> Task:  # type: ignore[type-arg]
+    torch.manual_seed(0)
+    configuration = PsmNetConfiguration(SIZE, 32, FEATURES, 8, 4)
+    return DisparityTask(PsmNetDepth(configuration), *data, Augmentation(), {})
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("make", [dsgn, stereo_rcnn, psmnet])
+def test_resumed_training_equals_uninterrupted_one(
+    samples: Data,
+    tmp_path: Path,
+    make: Callable[[Data], Task],  # type: ignore[type-arg]
+) -> None:
+    whole, halves = tmp_path / "whole", tmp_path / "halves"
+    begun = {name: value.clone() for name, value in make(samples).trained.named_parameters()}
+    train(make(samples), STEPS, whole)
+
+    task = make(samples)
+    learn, steps = task.losses, iter(range(4))
+
+    def stopped(batch: object) -> dict[str, torch.Tensor]:
+        if next(steps) == 3:
+            raise KeyboardInterrupt
+        return learn(batch)
+
+    task.losses = stopped  # type: ignore[method-assign]
+    with pytest.raises(KeyboardInterrupt):
+        train(task, STEPS, halves)
+    train(make(samples), STEPS, halves, resume=True)
+
+    one, two = (torch.load(run / CHECKPOINT, weights_only=True) for run in (whole, halves))
+    assert (one["step"], two["step"]) == (6, 6)
+    for part in ("trained", "average"):
+        for name, value in one[part].items():
+            assert torch.equal(value, two[part][name]), (part, name)
+    # Every part learns, the weights of losses too.
+    still = [name for name, value in begun.items() if torch.equal(value, one["trained"][name])]
+    assert not still
+    assert read_curves(whole)[-1]["metrics"].keys() >= {make(samples).leading_metric}
+
+
+@pytest.mark.slow
+def test_a_matching_network_learns_the_disparity_of_the_background(
+    samples: Data, tmp_path: Path
+) -> None:
+    task = psmnet(samples)
+    before = task.validate()["end_point_error"]
+    train(task, TrainingConfiguration(epochs=10, batch=3, learning_rate=3e-3), tmp_path / "run")
+    assert task.validate()["end_point_error"] < 0.5 * before
+
+
+def test_errors_count_as_in_the_stereo_benchmark() -> None:
+    truth = torch.tensor([0.0, 10.0, 10.0, 100.0, 100.0])
+    found = torch.tensor([50.0, 12.0, 14.0, 104.0, 106.0])
+    # 4 of 100 is less than 5 %; what is unknown does not count.
+    assert disparity_errors(found, truth) == (2 + 4 + 4 + 6, 2, 4)
+
+
+@pytest.mark.slow
+def test_command_trains_in_sittings_and_leaves_weights_with_a_card(
+    spot_folder: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(PRESETS, "tiny", replace(RCNN, name="tiny"))
+    out = tmp_path / "run"
+    arguments = ["train", "stereo_rcnn", "--data", str(spot_folder), "--out", str(out)]
+    arguments += ["--preset", "tiny", "--epochs", "2", "--batch", "3", "--json"]
+    assert run([*arguments, "--minutes", "0"]) == 3
+    assert json.loads(capsys.readouterr().out)["steps"] == 0
+    assert run(arguments) == 1
+    assert "--resume" in capsys.readouterr().err
+    assert run([*arguments, "--resume"]) == 0
+    assert json.loads(capsys.readouterr().out) | {"seconds": 0} == {
+        "network": "stereo_rcnn", "out": str(out), "finished": True, "steps": 4, "seconds": 0,
+        "Car_3d_ap11": 0.0,
+    }  # fmt: skip
+    card = read_card(out / "weights.safetensors")
+    assert card is not None
+    assert (card.network, card.steps, card.training["batch"]) == ("stereo_rcnn", 4, 3)
+    assert card.data["training"][0]["frames"] == 6
+    load_weights(out / "weights.safetensors", StereoRcnnDetector(RCNN).network)
+    other = ["train", "psmnet", "--preset", "full", "--out", str(tmp_path / "other")]
+    assert run([*other, "--data", str(tmp_path / "no")]) == 1
+    assert "avsec world make" in capsys.readouterr().err

@@ -1,0 +1,194 @@
+"""The training loop on a small task: it learns, stops, and goes on as if it had never stopped."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from torch import Tensor, nn
+
+from avsec_gym.errors import AvsecError, DataError
+from avsec_gym.perception.training.checkpoint import CHECKPOINT
+from avsec_gym.perception.training.configuration import Machine, TrainingConfiguration
+from avsec_gym.perception.training.curves import CURVES, PICTURE, read_curves
+from avsec_gym.perception.training.trainer import Outcome, Validation, train
+
+
+@dataclass
+class Pairs:
+    x: Tensor
+    y: Tensor
+
+    def to(self, device: torch.device | str) -> Pairs:
+        return Pairs(self.x.to(device), self.y.to(device))
+
+
+class Line:
+    """Learn y = 2 x - 1 from noisy samples, by a network with dropout and running statistics."""
+
+    name = "line"
+    leading_metric = "precision"
+    samples = 14
+
+    def __init__(self, dropout: float = 0.1, stop_after: int | None = None) -> None:
+        torch.manual_seed(1)
+        self.network: nn.Module = nn.Sequential(
+            nn.Linear(1, 8), nn.BatchNorm1d(8), nn.ReLU(), nn.Dropout(dropout), nn.Linear(8, 1)
+        )
+        self.trained = self.network
+        self.steps, self.stop_after = 0, stop_after
+
+    def batch(self, indices: Sequence[int], randomness: np.random.Generator) -> Pairs:
+        x = torch.linspace(-1, 1, self.samples)[list(indices), None]
+        noise = torch.from_numpy(randomness.normal(0, 0.01, x.shape)).float()
+        return Pairs(x, 2 * x - 1 + noise)
+
+    def losses(self, batch: Pairs) -> dict[str, Tensor]:
+        if self.steps == self.stop_after:
+            raise KeyboardInterrupt
+        self.steps += 1
+        error = self.network(batch.x) - batch.y
+        return {"square": (error**2).mean(), "absolute": 0.1 * error.abs().mean()}
+
+    def validate(self) -> dict[str, float]:
+        x = torch.linspace(-1, 1, 51)[:, None]
+        error = float((self.network(x) - 2 * x + 1).abs().mean())
+        return {"precision": 1 - error, "error": error}
+
+    def description(self) -> dict[str, Any]:
+        return {"network": {"layers": 2}}
+
+
+SIX_STEPS = TrainingConfiguration(epochs=2, batch=4, seed=3)
+
+
+def weights(folder: Path) -> dict[str, Tensor]:
+    state = torch.load(folder / CHECKPOINT, weights_only=True)
+    flat = {f"network.{k}": v for k, v in state["trained"].items()}
+    flat |= {f"average.{k}": v for k, v in state["average"].items()}
+    for number, values in state["optimizer"]["state"].items():
+        flat |= {f"optimizer.{number}.{k}": v for k, v in values.items()}
+    assert state["step"] == 6
+    return flat
+
+
+@pytest.mark.parametrize("stop_after", [1, 3, 4])
+def test_interrupted_and_resumed_run_equals_uninterrupted_one_bit_for_bit(
+    tmp_path: Path, stop_after: int
+) -> None:
+    whole, halves = tmp_path / "whole", tmp_path / "halves"
+    train(Line(), SIX_STEPS, whole)
+    with pytest.raises(KeyboardInterrupt):
+        train(Line(stop_after=stop_after), SIX_STEPS, halves)
+    torch.manual_seed(99)  # Another process has other random numbers.
+    outcome = train(Line(), SIX_STEPS, halves, resume=True, machine=Machine(loaders=2))
+    assert outcome.finished
+    expected, found = weights(whole), weights(halves)
+    assert expected.keys() == found.keys()
+    for name in expected:
+        assert torch.equal(expected[name], found[name]), name
+    assert [row["step"] for row in read_curves(halves)] == [3, 3, 6, 6]
+    same = {"seconds"}
+    assert [
+        {k: v for k, v in row.items() if k not in same}
+        for row in read_curves(whole)
+        if "metrics" in row
+    ] == [
+        {k: v for k, v in row.items() if k not in same}
+        for row in read_curves(halves)
+        if "metrics" in row
+    ]
+
+
+def test_learns_and_keeps_the_best_averaged_weights(tmp_path: Path) -> None:
+    kept: list[tuple[int, float]] = []
+    told: list[tuple[int, int]] = []
+    task = Line(dropout=0.0)
+
+    def keep(network: nn.Module, validation: Validation) -> None:
+        assert not network.training
+        with torch.no_grad():
+            assert task.validate() == validation.metrics
+        kept.append((validation.step, validation.metrics["precision"]))
+
+    outcome = train(
+        task,
+        TrainingConfiguration(epochs=120, batch=7, learning_rate=0.03, validate_every=40),
+        tmp_path,
+        keep=keep,
+        on_progress=lambda done, total: told.append((done, total)),
+    )
+    assert outcome.best is not None
+    assert outcome.best > 0.9
+    assert outcome.best == kept[-1][1] == max(precision for _, precision in kept)
+    assert told[-1] == (240, 240)
+    assert (tmp_path / PICTURE).read_bytes().startswith(b"\x89PNG")
+    rows = [row for row in read_curves(tmp_path) if "losses" in row]
+    assert rows[-1]["losses"]["total"] < 0.3 * rows[0]["losses"]["total"]
+    assert rows[0]["rate"] < rows[1]["rate"]
+    assert rows[-1]["rate"] < 0.05 * max(row["rate"] for row in rows)
+
+
+def run_with(task: Line, folder: Path, **changes: Any) -> Outcome:
+    return train(task, TrainingConfiguration(batch=7, **changes), folder)
+
+
+def test_stops_early_when_nothing_gets_better(tmp_path: Path) -> None:
+    task = Line()
+    task.validate = lambda: {"precision": 0.5}  # type: ignore[method-assign]
+    outcome = run_with(task, tmp_path, epochs=50, patience=3)
+    # The first is the best, three more bring nothing.
+    assert (outcome.finished, outcome.steps) == (True, 8)
+
+
+def test_stops_in_time_and_goes_on(tmp_path: Path) -> None:
+    none = train(Line(), SIX_STEPS, tmp_path, machine=Machine(minutes=0.0))
+    assert (none.finished, none.steps) == (False, 0)
+    assert train(Line(), SIX_STEPS, tmp_path, resume=True).steps == 6
+    # What is finished is left as it is.
+    assert train(Line(stop_after=0), SIX_STEPS, tmp_path, resume=True).finished
+
+
+def test_refuses_what_would_spoil_a_run(tmp_path: Path) -> None:
+    train(Line(), SIX_STEPS, tmp_path)
+    with pytest.raises(DataError, match=r"already.*--resume"):
+        train(Line(), SIX_STEPS, tmp_path)
+    with pytest.raises(DataError, match=r"begun with training.seed 3, this is 4"):
+        train(Line(), TrainingConfiguration(epochs=2, batch=4, seed=4), tmp_path, resume=True)
+    (tmp_path / CHECKPOINT).write_bytes((tmp_path / CHECKPOINT).read_bytes()[:500])
+    with pytest.raises(DataError, match=r"checkpoint.*cannot be read"):
+        train(Line(), SIX_STEPS, tmp_path, resume=True)
+
+
+def test_cut_off_curves_are_mended(tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        train(Line(stop_after=4), SIX_STEPS, tmp_path)
+    with (tmp_path / CURVES).open("a") as file:
+        file.write('{"step": 5, "losses": {"square": 1.0}}\n{"step": 6, "los')
+    train(Line(), SIX_STEPS, tmp_path, resume=True)
+    assert [row["step"] for row in read_curves(tmp_path)] == [3, 3, 6, 6]
+
+
+def test_one_infinite_gradient_is_left_out_and_many_end_the_run(tmp_path: Path) -> None:
+    task = Line()
+    learn = task.losses
+
+    def once(batch: Pairs) -> dict[str, Tensor]:
+        return {k: v * (math.inf if task.steps == 2 else 1) for k, v in learn(batch).items()}
+
+    task.losses = once  # type: ignore[method-assign]
+    assert run_with(task, tmp_path / "once", epochs=3).finished
+    assert all(torch.isfinite(value).all() for value in task.network.state_dict().values())
+
+    def always(batch: Pairs) -> dict[str, Tensor]:
+        return {name: value * math.nan for name, value in learn(batch).items()}
+
+    task.losses = always  # type: ignore[method-assign]
+    with pytest.raises(AvsecError, match=r"no finite gradient in 20 steps"):
+        run_with(task, tmp_path / "always", epochs=30)

@@ -1,0 +1,118 @@
+"""Published checkpoints: every wrapping that authors use, and no code from strangers."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+from typing import Any
+
+import pytest
+import torch
+from torch import Tensor, nn
+
+from avsec_gym.cli import run
+from avsec_gym.errors import DataError
+from avsec_gym.perception.depth.psmnet import PsmNet, PsmNetConfiguration
+from avsec_gym.perception.weights.published import load_published
+from avsec_gym.perception.weights.store import load_weights, read_card
+
+
+def network(seed: int) -> nn.Module:
+    torch.manual_seed(seed)
+    return nn.Sequential(nn.Linear(2, 3), nn.BatchNorm1d(3))
+
+
+def plain() -> dict[str, Tensor]:
+    return dict(network(1).state_dict())
+
+
+def parallel() -> dict[str, Tensor]:
+    return {f"module.{name}": value for name, value in plain().items()}
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        plain(),
+        parallel(),
+        {"epoch": 3, "state_dict": parallel(), "train_loss": 0.1, "optimizer": {"lr": [1.0]}},
+        {"session": 1, "model": plain(), "pooling_mode": "align", "class_agnostic": False},
+        # Before torch 0.4.1 nobody counted batches.
+        {"state_dict": {k: v for k, v in parallel().items() if "batches" not in k}},
+    ],
+)
+def test_every_wrapping_is_taken_off(tmp_path: Path, content: Any) -> None:
+    path = tmp_path / "published.tar"
+    torch.save(content, path, _use_new_zipfile_serialization=False)
+    loaded = network(2)
+    load_published(path, loaded)
+    for name, value in plain().items():
+        assert torch.equal(loaded.state_dict()[name], value)
+
+
+def test_other_networks_are_named(tmp_path: Path) -> None:
+    path = tmp_path / "published.pth"
+    state = plain() | {"3.weight": torch.zeros(2)}
+    del state["0.bias"]
+    torch.save({"state_dict": state}, path)
+    with pytest.raises(DataError, match=r"1 missing: 0.bias; 1 unexpected: 3.weight"):
+        load_published(path, network(1))
+    torch.save({"state_dict": plain() | {"0.bias": torch.full((3,), torch.nan)}}, path)
+    with pytest.raises(DataError, match=r"0.bias holds a value that is not finite"):
+        load_published(path, network(1))
+    for nothing in ({}, {"epoch": 3}, torch.zeros(3)):
+        torch.save(nothing, path)
+        with pytest.raises(DataError, match=r"no dictionary of tensors"):
+            load_published(path, network(1))
+
+
+class Evil:
+    """Would write a file when unpickled."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __reduce__(self) -> Any:
+        return (Path.touch, (self.path,))
+
+
+def test_code_in_a_checkpoint_is_never_run(tmp_path: Path) -> None:
+    trace, path = tmp_path / "trace", tmp_path / "evil.pth"
+    torch.save({"state_dict": plain(), "extra": Evil(trace)}, path)
+    with pytest.raises(DataError, match=r"more than tensors"):
+        load_published(path, network(1))
+    path.write_bytes(pickle.dumps(Evil(trace)))
+    with pytest.raises(DataError):
+        load_published(path, network(1))
+    path.write_bytes(b"PK\x03\x04 nonsense")
+    with pytest.raises(DataError):
+        load_published(path, network(1))
+    assert not trace.exists()
+    with pytest.raises(DataError, match=r"no such file"):
+        load_published(tmp_path / "nowhere.pth", network(1))
+
+
+def test_command_imports_a_full_psmnet(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    source, out = tmp_path / "pretrained.tar", tmp_path / "psmnet.safetensors"
+    torch.manual_seed(0)
+    original = PsmNet(PsmNetConfiguration.preset("full"))
+    state = {f"module.{name}": value for name, value in original.state_dict().items()}
+    torch.save({"epoch": 10, "state_dict": state}, source)
+    arguments = ["weights", "import", str(source), "--network", "psmnet", "--out", str(out)]
+    assert run(arguments) == 0
+    loaded = PsmNet(PsmNetConfiguration.preset("full"))
+    card = load_weights(out, loaded)
+    assert card == read_card(out)
+    assert card is not None
+    assert (card.parameters, card.source) == (5224768, "published checkpoint pretrained.tar")
+    for name, value in original.state_dict().items():
+        assert torch.equal(loaded.state_dict()[name], value)
+    capsys.readouterr()
+    assert run(arguments) == 1
+    assert "--overwrite" in capsys.readouterr().err
+    wrong = [*arguments, "--overwrite"]
+    wrong[4] = "dsgn"
+    assert run(wrong) == 1
+    error = capsys.readouterr().err
+    assert "another network" in error
+    assert "missing: " in error
