@@ -1,1 +1,1 @@
-"""What the car sees: stereo detectors, depth, moving objects, the road's type.  DESIGN section 1."""
+"""What the car sees: stereo detectors, depth, moving objects, the road's type."""

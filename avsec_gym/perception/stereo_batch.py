@@ -114,7 +114,9 @@ def batch_of_images(
         return torch.from_numpy(matrices).to(left_images.device)
 
     height, width = left_images.shape[-2:]
-    return StereoBatch(left_images, right_images, projection(left), projection(right), (height, width))
+    return StereoBatch(
+        left_images, right_images, projection(left), projection(right), (height, width)
+    )
 
 
 def _tensor(image: np.ndarray) -> Tensor:

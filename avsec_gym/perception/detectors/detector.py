@@ -1,4 +1,4 @@
-"""What a detector is: b = O(I_l, I_r), and, for those that can be attacked by gradient, its loss."""
+"""What a detector is: b = O(I_l, I_r); and its loss, if it can be attacked by gradient."""
 
 from __future__ import annotations
 

@@ -146,8 +146,13 @@ class StereoRcnnDetector:
                 function of the pixels; drawn anew if None.
         """
         pyramids, rpn, sampling = self._run(batch, truth, sampling)
-        heads = self.network.heads(*pyramids, sampling.left, sampling.right)
-        terms: dict[str, Tensor] = self.term_weights(detection_terms(rpn, *heads, sampling))
+        boxes = self.network.box_head(*pyramids, sampling.left, sampling.right)
+        # Keypoints of the background teach nothing, and cost most.
+        regions, targets = sampling.with_keypoints()
+        keypoints = self.network.keypoint_head(pyramids[0], regions)
+        terms: dict[str, Tensor] = self.term_weights(
+            detection_terms(rpn, boxes, keypoints, sampling, targets)
+        )
         return terms
 
     @torch.no_grad()

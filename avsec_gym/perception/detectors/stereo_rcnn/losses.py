@@ -34,23 +34,27 @@ class TermWeights(nn.Module):
 
 
 def detection_terms(
-    rpn: StereoRpnOutput, boxes: BoxOutput, keypoints: KeypointOutput, sampling: Sampling
+    rpn: StereoRpnOutput,
+    boxes: BoxOutput,
+    keypoints: KeypointOutput,
+    sampling: Sampling,
+    keypoint_targets: Tensor,
 ) -> dict[str, Tensor]:
     """The unweighted terms, by name as in `TERMS`.
 
     Args:
         rpn: Of B pairs.
         boxes: For the sampled regions.
-        keypoints: For the sampled regions.
+        keypoints: For the K regions that have keypoints.
         sampling: With the targets.
+        keypoint_targets: Of those K regions, shape (B, K, 3).
     """
-    return dict(
-        zip(
-            TERMS,
-            (*_rpn_terms(rpn, sampling), *_region_terms(boxes, keypoints, sampling)),
-            strict=True,
-        )
+    terms = (
+        *_rpn_terms(rpn, sampling),
+        *_region_terms(boxes, sampling),
+        _keypoint_term(keypoints, keypoint_targets),
     )
+    return dict(zip(TERMS, terms, strict=True))
 
 
 def smooth_l1(difference: Tensor, sharpness: float = 1.0) -> Tensor:
@@ -69,9 +73,7 @@ def _rpn_terms(rpn: StereoRpnOutput, sampling: Sampling) -> tuple[Tensor, Tensor
     return classes, box
 
 
-def _region_terms(
-    boxes: BoxOutput, keypoints: KeypointOutput, sampling: Sampling
-) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+def _region_terms(boxes: BoxOutput, sampling: Sampling) -> tuple[Tensor, Tensor, Tensor]:
     labels = sampling.labels.flatten()
     rows = torch.arange(len(labels), device=labels.device)
     deltas = boxes.box_deltas.flatten(0, 1)[rows, labels]
@@ -81,11 +83,15 @@ def _region_terms(
     box = smooth_l1(difference).sum() / len(labels)
     # The background counts here: it is drawn towards the mean car, as published.
     dimensions = smooth_l1(sizes - sampling.dimension_targets.flatten(0, 1)).sum() / len(labels)
-    targets = sampling.keypoint_targets.flatten(0, 1)
+    return classes, box, dimensions
+
+
+def _keypoint_term(keypoints: KeypointOutput, targets: Tensor) -> Tensor:
+    targets = targets.flatten(0, 1)
     borders = keypoints.border_logits.flatten(0, 1)
     logits = (keypoints.corner_logits.flatten(0, 1), borders[:, 0], borders[:, 1])
     columns = [_cells_term(logit, targets[:, i]) for i, logit in enumerate(logits)]
-    return classes, box, dimensions, torch.stack(columns).mean()
+    return torch.stack(columns).mean()
 
 
 def _cells_term(logits: Tensor, targets: Tensor) -> Tensor:

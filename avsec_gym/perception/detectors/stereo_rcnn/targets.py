@@ -82,6 +82,20 @@ class Sampling:
     dimension_targets: Tensor
     keypoint_targets: Tensor
 
+    def with_keypoints(self) -> tuple[Tensor, Tensor]:
+        """The K regions of each image that have any keypoint, and their targets.
+
+        Returns:
+            Regions of the left image, shape (B, K, 4), K the most of any image and 1 at least;
+            targets, shape (B, K, 3), -1 throughout where an image has fewer.
+        """
+        having = (self.keypoint_targets >= 0).any(-1)
+        most = max(1, int(having.sum(1).max()))
+        # Those that have keypoints first, in their order.
+        order = torch.argsort(having.int(), dim=1, descending=True, stable=True)[:, :most]
+        regions = torch.take_along_dim(self.left, order[..., None], 1)
+        return regions, torch.take_along_dim(self.keypoint_targets, order[..., None], 1)
+
 
 @torch.no_grad()
 def draw_sampling(

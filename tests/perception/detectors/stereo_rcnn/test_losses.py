@@ -1,6 +1,7 @@
 """Every term against plain loops over the elements."""
 
 import math
+from dataclasses import replace
 
 import pytest
 import torch
@@ -67,7 +68,7 @@ def robust(x, sigma):
 
 def test_terms_by_hand(case):
     rpn, boxes, keypoints, sampling = case
-    terms = detection_terms(*case)
+    terms = detection_terms(*case, sampling.keypoint_targets)
     assert tuple(terms) == TERMS
     every = [(b, a) for b in range(BATCH) for a in range(ANCHORS)]
     used = [at for at in every if sampling.anchor_labels[at] >= 0]
@@ -123,3 +124,18 @@ def test_uncertainty_weighs_the_terms():
     # Least where exp(s) is the term itself.
     expected = [1 - i * math.e for i in range(6)]
     assert weights.log_variances.grad.tolist() == pytest.approx(expected)
+
+
+def test_regions_with_keypoints_come_first_and_keep_their_targets(case):
+    sampling = case[3]
+    cells = torch.full((BATCH, REGIONS, 3), -1)
+    cells[0, 2], cells[0, 4], cells[1, 5] = (
+        torch.tensor([7, 1, 2]),
+        torch.tensor([-1, -1, 9]),
+        torch.tensor([30, -1, -1]),
+    )
+    regions, targets = replace(sampling, keypoint_targets=cells).with_keypoints()
+    assert torch.equal(regions[0], sampling.left[0, [2, 4]])
+    assert torch.equal(targets[0], cells[0, [2, 4]])
+    assert torch.equal(regions[1, 0], sampling.left[1, 5])
+    assert (targets[1, 1] == -1).all()
