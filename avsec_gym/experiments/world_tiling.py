@@ -17,12 +17,14 @@ LARGEST_REPEAT = 0.5
 _VIEW, _HEIGHT, _SCALE = 700, 12.0, 0.02
 _SMALLEST_LAG, _LARGEST_LAG = 0.6, 6.0
 _GRAIN, _LEVEL, _PLAIN = 0.05, 0.3, 0.12
+_COARSE, _STRIP = 35, 0.05
 
 
 def texture_repeat(renderer: Renderer, shot: Shot) -> float | None:
     """The highest correlation of the road ahead with itself, moved by 0.6 to 6 m.
 
-    Of its blotches: grains smaller than a decimetre are not told apart from a car.
+    Of its blotches: grains smaller than a decimetre are not told apart from a car, and what runs
+    along the road (wheel tracks, seams, dirt beside kerbs) is like itself anyway.
 
     Args:
         renderer: Of the scene without actors.
@@ -42,13 +44,35 @@ def texture_repeat(renderer: Renderer, shot: Shot) -> float | None:
     )
     grey = view.light.mean(axis=2)
     road = (view.geometry.surface == Surface.ROAD).astype(np.float32)
-    level, blotches = (_mean_around(grey, road, size) for size in (_LEVEL, _GRAIN))
-    detail = blotches / (level + np.float32(1e-3)) - 1.0
-    # Paint, drains and the edges of shadows may come back: they are no texture.
-    plain = road * (np.abs(detail) < _PLAIN)
+    plain: Float32s = road
+    # Paint, drains and the edges of shadows may come back: they are no texture.  Nor is the
+    # halo that they leave around them before they are known.
+    for _ in range(2):
+        level, blotches = (_mean_around(grey, plain, size) for size in (_LEVEL, _GRAIN))
+        detail = np.asarray(blotches / (level + np.float32(1e-3)) - 1.0, np.float32)
+        plain = np.asarray(plain * (np.abs(detail) < _PLAIN), np.float32)
     if plain.mean() < 0.1:
         return None
-    return round(_highest_repeat((detail - detail[plain > 0].mean()) * plain, plain), 4)
+    detail = detail - _along_road(detail, plain, _left(shot, x, y))
+    return round(_highest_repeat(detail * plain, plain), 4)
+
+
+def _left(shot: Shot, x: float, y: float) -> Floats:
+    """Metres from the course to the left, of each pixel of the view."""
+    import cv2
+
+    coarse = (np.arange(_COARSE) + 0.5) / _COARSE * _VIEW
+    ahead, left = np.meshgrid(-(coarse - _VIEW / 2), -(coarse - _VIEW / 2), indexing="ij")
+    _, result = shot.site.course.coordinates(x + ahead * _SCALE, y + left * _SCALE)
+    return np.asarray(cv2.resize(result, (_VIEW, _VIEW), interpolation=cv2.INTER_LINEAR))
+
+
+def _along_road(detail: Float32s, mask: Float32s, left: Floats) -> Float32s:
+    """At each place the mean of all that lies as far to the left of the course."""
+    strip = np.round((left - left.min()) / _STRIP).astype(np.int64).ravel()
+    weight = np.bincount(strip, mask.ravel())
+    total = np.bincount(strip, (detail * mask).ravel())
+    return np.asarray((total / np.maximum(weight, 1.0))[strip].reshape(detail.shape), np.float32)
 
 
 def _mean_around(values: Float32s, mask: Float32s, size: float) -> Float32s:

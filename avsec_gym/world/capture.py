@@ -4,25 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avsec_gym.frame import Image
 from avsec_gym.geometry import Floats
 from avsec_gym.rig import SensorRig
-from avsec_gym.world.framing import EGO_DIMENSIONS
 from avsec_gym.world.labels import FrameLabels, label_frame
 from avsec_gym.world.mesh import Float32s
 from avsec_gym.world.rendering.camera import PinholeCamera
 from avsec_gym.world.rendering.image_sensor import draw_sensors
 from avsec_gym.world.rendering.lidar import Lidar, Scan
-from avsec_gym.world.rendering.ray_scene import RayScene, Thing
+from avsec_gym.world.rendering.lidar_body import free_of_body
 from avsec_gym.world.rendering.renderer import Geometry, Renderer
 from avsec_gym.world.rendering.silhouettes import silhouettes
-from avsec_gym.world.road.section import Surface
-from avsec_gym.world.shapes import box
 from avsec_gym.world.shots import Shot
 
 _CAMERA_SEED, _LIDAR_SEED = 11, 12
@@ -91,7 +86,7 @@ def take(
     labels = label_frame(moment.actors, rig, pose, geometry, alone, own)
     scan = None
     if lidar is not None:
-        free = free_of_body(lidar, rig)
+        free = free_of_body(lidar)
         noise = _generator(shot, own, _LIDAR_SEED)
         scan = lidar.scan(renderer, pose @ rig.velodyne_pose, noise, free)
     baseline = 0.0 if partner is None else rig.calibration.baseline(reference, partner)
@@ -118,21 +113,6 @@ def pinhole(rig: SensorRig, camera: int, vehicle_to_world: Floats) -> PinholeCam
         (float(projection[0, 2]), float(projection[1, 2])),
         rig.size,
     )
-
-
-@lru_cache(maxsize=4)  # every twin has a rig of its own
-def free_of_body(lidar: Lidar, rig: SensorRig) -> NDArray[np.bool_]:
-    """Which pulses of a LiDAR the body of its own vehicle does not stop, shape (64 * columns,).
-
-    The rear of the roof is all that KITTI's LiDAR sees of its car: the lowest beams end there.
-    """
-    roof = box(0.47, 0.7, EGO_DIMENSIONS[0]).placed(-0.635, 0.0)
-    body = RayScene([Thing(roof, Surface.VEHICLE)])
-    pose = rig.velodyne_pose.astype(np.float32)
-    directions = np.ascontiguousarray(lidar.directions @ pose[:3, :3].T)
-    origins = np.empty_like(directions)
-    origins[:] = pose[:3, 3]
-    return ~body.blocked(origins, directions)
 
 
 def _generator(shot: Shot, *numbers: int) -> np.random.Generator:

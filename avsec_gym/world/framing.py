@@ -27,6 +27,9 @@ VEHICLES = ("Car", "Van", "Truck", "Tram", "Misc")
 
 _LANE_WIDTH, _MEDIAN = 3.5, 3.0
 _DROPPED_KERB = 0.025
+_PLACES_ACROSS = 41
+_UNEVEN = 0.035
+"""Metres between an actor's corners and the land, from which on it is levelled."""
 _PLANE_WEIGHT = 0.02
 _SWELL_RADIUS = (2.5, 9.0)
 
@@ -92,6 +95,34 @@ def ground_through(actors: Actors, lift: Floats) -> Ground:
     return Ground((float(plane[0]), float(plane[1]), float(plane[2])), swells)
 
 
+def levelled(ground: Ground, actors: Actors, lift: Floats) -> Ground:
+    """The land made level under everybody whose wheels or feet it would not meet, but the first.
+
+    Actors stand upright, since KITTI's boxes know no slopes: long ones on a slope would hang in
+    the air at one end.
+
+    Args:
+        ground: The land.
+        actors: At their heights.
+        lift: Height of the pavement (or nothing) between the land and each actor, shape (N,).
+    """
+    target = actors.z - lift
+    corners = rectangle_corners(actors.pose, actors.dimensions[:, 2], actors.dimensions[:, 1])
+    places = np.concatenate([corners, actors.pose[:, None, :2]], axis=1)
+    pads = np.column_stack([actors.pose, actors.dimensions[:, [2, 1]], target])
+    uneven = np.zeros(len(actors), bool)
+    others = np.arange(len(actors)) > 0
+    # A pad may tilt the ground under a neighbour.
+    for _ in range(len(actors)):
+        height = ground.height(places[..., 0], places[..., 1])
+        more = others & (np.abs(height - target[:, None]).max(axis=1) > _UNEVEN)
+        if not (more & ~uneven).any():
+            break
+        uneven |= more
+        ground = replace(ground, pads=pads[uneven])
+    return ground
+
+
 def parked_beside(
     actors: Actors, course: Course, lanes: tuple[float, ...], lane_width: float
 ) -> Parked:
@@ -123,8 +154,9 @@ def with_dropped_kerbs(actors: Actors, course: Course, section: CrossSection) ->
     """The section, its kerbs lowered if anybody stands across one: nobody is to float or sink."""
     corners = rectangle_corners(actors.pose, actors.dimensions[:, 2], actors.dimensions[:, 1])
     _, left = course.coordinates(corners[..., 0], corners[..., 1])
-    heights = section.height(left)
-    if np.ptp(heights, axis=1).max() <= _DROPPED_KERB:
+    # All that lies under them: narrow islands hide between corners.
+    below = np.linspace(left.min(axis=1), left.max(axis=1), _PLACES_ACROSS)
+    if np.ptp(section.height(below), axis=0).max() <= _DROPPED_KERB:
         return section
     strips = tuple(
         replace(strip, height=min(strip.height, _DROPPED_KERB)) for strip in section.strips
@@ -132,17 +164,23 @@ def with_dropped_kerbs(actors: Actors, course: Course, section: CrossSection) ->
     return replace(section, strips=strips)
 
 
-def with_street_behind(actors: Actors) -> Actors:
+def with_street_behind(actors: Actors, course: Course, reach: float) -> Actors:
     """The street behind the ego vehicle peopled like the one ahead, which is all that labels know.
 
-    Vehicles and people are mirrored to the rear, keeping their side, heading and looks: no camera
-    sees both.
+    Vehicles and people are mirrored to the rear along the road, keeping their side, heading and
+    looks: no camera sees both, and each stands on the same strips of the road as its original.
+
+    Args:
+        actors: The ego vehicle, at road coordinate 0, and those ahead.
+        course: The road's line.
+        reach: How far behind anybody stands at most, metres.
     """
-    ahead = np.flatnonzero(actors.pose[:, 0] > 4.0)
+    along, left = course.coordinates(actors.pose[:, 0], actors.pose[:, 1])
+    ahead = np.flatnonzero((along > 4.0) & (along < reach - 4.0))
     ahead = ahead[ahead > 0]
     behind = actors.pick(ahead)
-    pose = behind.pose * np.array([-1.0, 1.0, -1.0])
-    pose[:, 0] -= 4.0
+    turn = behind.pose[:, 2] - course.poses(along[ahead], 0.0)[:, 2]
+    pose = course.poses(-4.0 - along[ahead], left[ahead], -turn)
     both = np.concatenate([actors.pose, pose])
     size = np.concatenate([actors.dimensions, behind.dimensions])
     stays = without_overlaps(both, size[:, 2] + 0.3, size[:, 1] + 0.3)[len(actors) :]

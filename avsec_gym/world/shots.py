@@ -16,6 +16,7 @@ from avsec_gym.world.framing import (
     ground_through,
     highway_lanes,
     keep_clear,
+    levelled,
     lifted,
     parked_beside,
     usual_heading,
@@ -35,6 +36,8 @@ BEHIND, AHEAD = -60.0, 190.0
 """Metres of road built behind and ahead of the ego vehicle for a single frame."""
 PAINTED = (-15.0, 160.0)
 """Metres of it with markings and wear: as far as a camera can tell them."""
+_LAST_BEHIND = 8.0
+"""Metres of the road's beginning where nobody stands."""
 
 _SPEEDS = {RoadType.STREET: (6.0, 8.0), RoadType.HIGHWAY: (11.0, 13.0)}
 _STREET_STYLES = {
@@ -142,18 +145,17 @@ def _shot(
     parked = parked_beside(actors, course, lanes, lane_width)
     section = section_for_lanes(lanes, lane_width, style, rng, *parked)
     section = with_dropped_kerbs(actors, course, section)
-    lift = lifted(actors, course, section)
+    labelled = 0 if ground is not None else len(actors)
     if ground is None:
-        ground = ground_through(actors, lift)
-    else:
-        level = ground.height(actors.pose[:, 0], actors.pose[:, 1])
-        actors = replace(actors, z=level + lift)
-    site = Site(style, course, section, ground, int(rng.integers(2**31)))
+        ground = ground_through(actors, lifted(actors, course, section))
     shown = len(actors)
-    actors = with_street_behind(actors)
-    level = ground.height(actors.pose[:, 0], actors.pose[:, 1])
-    z = np.concatenate([actors.z[:shown], (level + lifted(actors, course, section))[shown:]])
-    actors = replace(actors, z=z)
+    actors = with_street_behind(actors, course, -BEHIND - _LAST_BEHIND)
+    lift = lifted(actors, course, section)
+    # Labels tell heights; everybody else stands on the land.
+    level = ground.height(actors.pose[:, 0], actors.pose[:, 1]) + lift
+    actors = replace(actors, z=np.concatenate([actors.z[:labelled], level[labelled:]]))
+    ground = levelled(ground, actors, lift)
+    site = Site(style, course, section, ground, int(rng.integers(2**31)))
     in_sight = np.concatenate([in_sight, np.zeros(len(actors) - shown, bool)])
     clear = keep_clear(actors, in_sight, 0.4)
     stage = build_stage(site, draw_light(rng), BEHIND, AHEAD, clear, PAINTED)

@@ -14,7 +14,7 @@ from avsec_gym.experiments.world_checks import (
     overlapping,
     summary,
 )
-from avsec_gym.experiments.world_tiling import _highest_repeat
+from avsec_gym.experiments.world_tiling import _along_road, _highest_repeat
 from avsec_gym.world.actors import Actors
 from avsec_gym.world.rendering.ray_scene import RayScene, Thing
 from avsec_gym.world.road.section import Surface
@@ -72,6 +72,19 @@ def test_a_texture_that_repeats_is_told_from_one_that_does_not() -> None:
     whole = np.ones((700, 700), np.float32)
     assert _highest_repeat(np.tile(tile, (4, 4))[:700, :700], whole) > 0.9
     assert _highest_repeat(rng.standard_normal((700, 700)).astype(np.float32), whole) < 0.1
+
+
+def test_what_runs_along_the_road_is_no_repeat() -> None:
+    rng = np.random.default_rng(0)
+    whole = np.ones((700, 700), np.float32)
+    left = np.broadcast_to(np.linspace(7.0, -7.0, 700), (700, 700))
+    tracks = np.cos(3.0 * left) + 0.5 * rng.standard_normal((700, 700))
+    bands = np.asarray(tracks, np.float32)
+    assert _highest_repeat(bands, whole) > 0.6
+    assert _highest_repeat(bands - _along_road(bands, whole, left), whole) < 0.1
+    tile = rng.standard_normal((200, 200)).astype(np.float32)
+    tiled = np.tile(tile, (4, 4))[:700, :700]
+    assert _highest_repeat(tiled - _along_road(tiled, whole, left), whole) > 0.9
 
 
 def test_summary_counts_what_fails() -> None:

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.geometry import rectangle_polygons
+from avsec_gym.geometry import rectangle_corners, rectangle_polygons
 from avsec_gym.rig import kitti_rig
 from avsec_gym.world.actors import Actors
 from avsec_gym.world.framing import (
@@ -15,12 +15,15 @@ from avsec_gym.world.framing import (
     ground_through,
     highway_lanes,
     keep_clear,
+    levelled,
     parked_beside,
     usual_heading,
+    with_dropped_kerbs,
     with_street_behind,
 )
 from avsec_gym.world.ground import Ground
 from avsec_gym.world.road.course import course_from_curvature
+from avsec_gym.world.road.section import CrossSection, Strip, Surface
 
 STRAIGHT = course_from_curvature(np.zeros(301), start=-100.0)
 
@@ -96,9 +99,47 @@ def test_swells_are_smooth_hills_where_they_are_said_to_be() -> None:
     assert ground.height(np.zeros((2, 3)), 0.0).shape == (2, 3)
 
 
+def test_long_actors_on_a_slope_stand_on_level_ground() -> None:
+    actors = crowd((20, 3, 0.3, 0), (40, -4, 0.0, 0), (45, -4, 0.1, 0))
+    long = replace(actors, dimensions=actors.dimensions * np.array([[1], [3], [1], [1]]))
+    slope = Ground((0.0, 0.02, 0.01))
+    z = slope.height(long.pose[:, 0], long.pose[:, 1])
+    ground = levelled(slope, replace(long, z=z), np.zeros(4))
+    corners = rectangle_corners(long.pose, long.dimensions[:, 2], long.dimensions[:, 1])
+    off = ground.height(corners[..., 0], corners[..., 1]) - z[:, None]
+    assert np.abs(off[1:]).max() < 0.051
+    assert np.abs(off[1]).max() < 0.005
+    assert ground.height(20.0, 15.0) == pytest.approx(slope.height(20.0, 15.0))
+    # As a grid in any order of memory.
+    x, y = np.meshgrid(np.linspace(0, 60, 13), np.linspace(-20, 20, 9), indexing="ij")
+    np.testing.assert_array_equal(ground.height(x, y), ground.height(x.T, y.T).T)
+
+
+@pytest.mark.parametrize("across", [0.0, 0.2, 1.2])
+def test_kerbs_are_lowered_where_somebody_stands_on_an_island(across: float) -> None:
+    strips = (
+        Strip(Surface.ROAD, -2.0, 2.0),
+        Strip(Surface.PAVEMENT, 2.0, 3.0, 0.12, "slabs"),
+        Strip(Surface.ROAD, 3.0, 6.0),
+    )
+    section = CrossSection(strips, (), ())
+    on_island = with_dropped_kerbs(crowd((20, 2.5, across, 0)), STRAIGHT, section)
+    assert max(strip.height for strip in on_island.strips) < 0.05
+    assert with_dropped_kerbs(crowd((20, -0.5, 0.0, 0)), STRAIGHT, section) is section
+
+
+def test_the_street_behind_follows_the_bends_of_the_road() -> None:
+    course = course_from_curvature(np.full(301, 0.01), start=-150.0)
+    ahead = course.poses([20.0, 35.0, 90.0], [4.0, -5.0, 4.0])
+    both = with_street_behind(crowd(*((*pose, 0) for pose in ahead)), course, 60.0)
+    along, left = course.coordinates(both.pose[4:, 0], both.pose[4:, 1])
+    np.testing.assert_allclose(along, [-24.0, -39.0], atol=0.05)
+    np.testing.assert_allclose(left, [4.0, -5.0], atol=0.02)
+
+
 def test_the_street_behind_mirrors_the_one_ahead_without_collisions() -> None:
     actors = crowd((8, 3, 0.0, 0), (14, 3.2, np.pi, 1), (30, -4, 0.1, 0), (2, 3, 0.0, 0))
-    both = with_street_behind(actors)
+    both = with_street_behind(actors, STRAIGHT, 60.0)
     for name in ("pose", "dimensions", "category", "appearance"):
         np.testing.assert_array_equal(getattr(both, name)[:5], getattr(actors, name))
     assert (both.pose[5:, 0] < -4).all()

@@ -13,7 +13,7 @@ from avsec_gym.world.mesh import Float32s
 GAMMA = 1.05
 """Of the tone curve; a screen's would be 2.2."""
 
-_WHITE_BALANCE = np.array([0.91, 1.0, 1.0])
+_WHITE_BALANCE = np.array([0.91, 1.0, 1.07])
 
 
 @dataclass(frozen=True)

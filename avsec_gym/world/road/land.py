@@ -6,7 +6,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from avsec_gym.geometry import Floats
+from avsec_gym.geometry import Floats, rectangle_polygons
+from avsec_gym.world.ground import EASE
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.road.loft import ground_normals, triangles
@@ -22,6 +23,8 @@ _MARGIN = 40.0
 _CELLS = 9_000
 """At most about so many of the finest cells."""
 _GROWTH = 1.35
+_SMALL_SWELL = 12.0
+"""Metres; larger ones are even enough for the lattice."""
 _NEAR = {
     Style.CITY: ("footway", "cobbles", "asphalt"),
     Style.RESIDENTIAL: ("grass", "grass", "soil"),
@@ -54,15 +57,47 @@ def land_mesh(site: Site, start: float, end: float, rng: np.random.Generator) ->
     boxes = np.asarray(shapely.box(first_x, first_y, last_x, last_y))
     shapely.prepare(roads)
     touched = np.asarray(shapely.intersects(roads, boxes))
+    uneven = np.asarray(shapely.intersects(_uneven(site), boxes))
 
-    open_land = _open_land(site, xs, ys, ~touched, kinds, materials)
-    pieces = shapely.difference(boxes[touched], roads)
+    open_land = _open_land(site, xs, ys, ~(touched | uneven), kinds, materials)
+    coarse = touched & ~uneven
+    fine, cells = _divided(boxes[uneven])
+    pieces = np.concatenate([boxes[coarse], fine])
+    shown = np.concatenate([kinds[coarse], kinds[uneven][cells]])
+    free = ~shapely.contains(roads, pieces)
+    pieces, shown = pieces[free], shown[free]
+    cut = shapely.intersects(roads, pieces)
+    pieces[cut] = shapely.difference(pieces[cut], roads)
     beside = [
-        _cut_land(site, triangles(pieces[kinds[touched] == kind]), material)
+        _cut_land(site, triangles(pieces[shown == kind]), material)
         for kind, material in enumerate(materials)
-        if (kinds[touched] == kind).any()
+        if (shown == kind).any()
     ]
     return merge([open_land, *beside])
+
+
+def _uneven(site: Site) -> shapely.Geometry:
+    """Where the lattice is too coarse: pads for somebody, and small swells."""
+    x, y, radius, height = site.ground.swells.T
+    small = (radius < _SMALL_SWELL) & (np.abs(height) > 0.01)
+    mounds = shapely.buffer(shapely.points(x[small], y[small]), 1.5 * radius[small])
+    pads = site.ground.pads
+    levels = rectangle_polygons(pads[:, :3], pads[:, 3], pads[:, 4])
+    return shapely.union_all([*mounds, *shapely.buffer(levels, EASE)])
+
+
+def _divided(boxes: np.ndarray) -> tuple[np.ndarray, NDArray[np.int64]]:
+    """Pieces of boxes of a metre or less, and which box each belongs to."""
+    pieces, cells = [], []
+    for cell, (first_x, first_y, last_x, last_y) in enumerate(shapely.bounds(boxes)):
+        count = int(np.ceil(max(last_x - first_x, last_y - first_y)))
+        xs, ys = np.linspace(first_x, last_x, count + 1), np.linspace(first_y, last_y, count + 1)
+        low_x, low_y = np.meshgrid(xs[:-1], ys[:-1])
+        high_x, high_y = np.meshgrid(xs[1:], ys[1:])
+        pieces.append(shapely.box(low_x, low_y, high_x, high_y).ravel())
+        cells.append(np.full(count**2, cell))
+    none = (np.zeros(0, object), np.zeros(0, np.int64))
+    return (np.concatenate(pieces), np.concatenate(cells)) if pieces else none
 
 
 def _open_land(

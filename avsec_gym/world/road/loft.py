@@ -17,6 +17,8 @@ from avsec_gym.world.mesh import Float32s, Mesh
 from avsec_gym.world.road.course import Course
 from avsec_gym.world.shapes import grid
 
+_ACROSS, _ACROSS_PADS = 3.0, 1.0
+"""Metres between vertices across a strip; less where the ground is levelled for somebody."""
 _SLIVER = 1e-5
 """Square metres; smaller triangles are left out."""
 
@@ -48,7 +50,8 @@ def strip_meshes(
         material: Its v counts from the left edge, its u along the road.
         hole: In road coordinates, what is left out.
     """
-    lefts = np.linspace(*edges, max(2, int(np.ceil((edges[1] - edges[0]) / 3.0)) + 1))
+    step = _ACROSS if len(lay.ground.pads) == 0 else _ACROSS_PADS
+    lefts = np.linspace(*edges, max(2, int(np.ceil((edges[1] - edges[0]) / step)) + 1))
     box = shapely.box(stations[0], edges[0], stations[-1], edges[1])
     cut = shapely.get_parts(shapely.intersection(hole, box)) if hole is not None else []
     cut = [part for part in cut if part.area > _SLIVER]

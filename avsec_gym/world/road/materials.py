@@ -16,6 +16,8 @@ _ASPHALTS = {
     Style.RURAL: (0, 1, 2, 6),
 }
 _PATH = 1.25
+_INFRARED = 0.2
+"""Bitumen and stones; what traffic polishes bright looks no brighter to a LiDAR."""
 _GREEN_INFRARED = 0.5
 """Grass is bright in the infrared."""
 
@@ -26,7 +28,7 @@ def ground_materials(site: Site) -> dict[str, Material]:
     Depends on the site's style and seed alone, so that road and land fit together.
     """
     rng = np.random.default_rng((site.seed, 2011))
-    shade = float(rng.uniform(1.1, 1.5))
+    shade = float(rng.uniform(1.55, 2.15))
     asphalts = rng.permutation(_ASPHALTS[site.style])
 
     def of(
@@ -37,9 +39,11 @@ def ground_materials(site: Site) -> dict[str, Material]:
         return Material(name, (level, level, level), infrared=infrared, grainy=grainy)
 
     return {
-        "asphalt": Material(f"asphalt/{asphalts[0]}", (shade, shade, shade), grainy=True),
+        "asphalt": Material(
+            f"asphalt/{asphalts[0]}", (shade, shade, shade), infrared=_INFRARED, grainy=True
+        ),
         "footway": Material(f"asphalt/{asphalts[1]}", (_PATH, _PATH, _PATH), grainy=True),
-        "concrete": of("road_concrete"),
+        "concrete": of("road_concrete", grainy=True),
         "red_asphalt": of("red_asphalt", grainy=True),
         "cobbles": of("setts", 3),
         "slabs": of("slabs", 4),

@@ -12,6 +12,7 @@ from avsec_gym.world.road.canvas import Canvas
 from avsec_gym.world.road.covers import paint_covers
 from avsec_gym.world.road.junction import mouths
 from avsec_gym.world.road.markings import paint_markings
+from avsec_gym.world.road.paving import paint_paving
 from avsec_gym.world.road.repairs import paint_repairs
 from avsec_gym.world.road.surface import painted_edges
 from avsec_gym.world.road.wear import paint_leaves, paint_ragged_edges, paint_stains, paint_tracks
@@ -85,6 +86,7 @@ def paint_overlay(site: Site, start: float, end: float, rng: np.random.Generator
     canvas = Canvas(np.zeros((*size, 4), np.uint8), start, left, 1.0 / metres)
     openings = mouths(site, start, end)
     paint_tracks(canvas, site, openings, rng)
+    paint_paving(canvas, site, openings, rng)
     paint_repairs(canvas, site, rng)
     paint_ragged_edges(canvas, site, openings, rng)
     paint_stains(canvas, site, rng)

@@ -17,8 +17,13 @@ from avsec_gym.world.road.section import CrossSection, Surface
 from avsec_gym.world.site import Site, Style
 from avsec_gym.world.textures.noise import fractal_noise
 
-_COARSE = (8, 32)
-"""Tracks and dirt are drawn so many times coarser than the picture, across and along the road."""
+_COARSE = 8
+"""Tracks and dirt are drawn so many times coarser than the picture, ..."""
+_COARSER = 4
+"""... their noise even so many times coarser along the road."""
+_STAINED = {"concrete": 0.07, "slabs": 0.05, "cobbles": 0.05, "clinker": 0.05}
+_LEAST = 0.04
+"""How much blotches darken a surface: textures repeat every few metres, and these hide it."""
 _DARK = np.array([44.0, 44.0, 46.0])
 _DUST = np.array([160.0, 149.0, 130.0])
 _OIL = (30.0, 29.0, 30.0)
@@ -29,6 +34,7 @@ _EDGES = {
     "leaves": (112.0, 88.0, 58.0),
 }
 """What creeps over an edge."""
+_BLOTCHES = 1024
 _CREEP = 0.35
 """How far at most, metres."""
 _WEEDS = np.array([(72, 80, 42), (98, 94, 56), (60, 66, 38)])
@@ -39,12 +45,24 @@ def paint_tracks(
     canvas: Canvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
 ) -> None:
     """Bands where wheels run and oil drips, dust where nobody drives; the canvas is empty."""
-    height, width = (canvas.picture.shape[axis] // _COARSE[axis] for axis in (0, 1))
-    left = canvas.top - (np.arange(height) + 0.5) * _COARSE[0] / canvas.scale
-    along = canvas.start + (np.arange(width) + 0.5) * _COARSE[1] / canvas.scale
+    height, width = (size // _COARSE for size in canvas.picture.shape[:2])
+    left = canvas.top - (np.arange(height) + 0.5) * _COARSE / canvas.scale
+    along = canvas.start + (np.arange(width) + 0.5) * _COARSE / canvas.scale
     cells = max(2.0, (canvas.end - canvas.start) / 12.0)
-    patchy = fractal_noise(rng, height, width, cells=cells, octaves=5, persistence=0.7)
-    cloudy = fractal_noise(rng, height, width, cells=cells * 2, octaves=4, persistence=0.8)
+    patchy, cloudy = (
+        cv2.resize(
+            fractal_noise(
+                rng,
+                height,
+                width // _COARSER,
+                cells=finer * cells,
+                octaves=octaves,
+                persistence=persistence,
+            ),
+            (width, height),
+        )
+        for finer, octaves, persistence in ((1, 5, 0.7), (2, 4, 0.8))
+    )
 
     dark = np.zeros(height)
     for lane in site.section.lanes:
@@ -57,6 +75,9 @@ def paint_tracks(
     surface = site.section.surface(left)
     drivable = np.isin(surface, (Surface.ROAD, Surface.PARKING))
     shade = np.where(drivable, dark, 0.0)[:, None] * (1.0 + 0.2 * patchy) + 0.012 * cloudy
+    stained = np.array([_STAINED.get(s.material, _LEAST) for s in site.section.strips])
+    borders = [strip.right for strip in site.section.strips[1:]]
+    shade += stained[np.searchsorted(borders, left)][:, None] * _blotches(height, width, rng)
 
     dirt = rng.uniform(0.25, 0.6) * np.exp(-_edge_distance(site.section, left) / 0.32)[:, None]
     dirt = dirt * _closed(openings, along, left) * np.clip(0.8 + 0.7 * patchy, 0.0, 2.0)
@@ -224,6 +245,19 @@ def _closed(openings: Sequence[Mouth], along: Floats, left: Floats) -> NDArray[n
         beyond = left > right - 0.5 if mouth.street.side > 0 else left < far + 0.5
         closed[np.ix_(beyond, (along > first) & (along < last))] = 0.0
     return closed
+
+
+def _blotches(height: int, width: int, rng: np.random.Generator) -> NDArray[np.float32]:
+    """Noise of some decimetres."""
+    down, along = (int(shift) for shift in rng.integers(0, _BLOTCHES, 2))
+    rows = (np.arange(height) + down) % _BLOTCHES
+    return _blotch_tile()[rows][:, (np.arange(width) + along) % _BLOTCHES]
+
+
+@functools.cache
+def _blotch_tile() -> NDArray[np.float32]:
+    rng = np.random.default_rng(76)
+    return fractal_noise(rng, _BLOTCHES, _BLOTCHES, cells=128, octaves=3, persistence=0.9)
 
 
 @functools.cache

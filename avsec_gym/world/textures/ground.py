@@ -9,22 +9,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.world.textures.noise import coloured, fractal_noise, picture, white_noise
-from avsec_gym.world.textures.paving import bond, diagonal_bond, stones
+from avsec_gym.world.textures.paving import LAYINGS, Laying, bond, stones
 from avsec_gym.world.textures.texture import Picture, Texture
 
 _SIDE = 512
+_GRAINS = 4
+"""Pixels; of a size up to that grains of asphalt stay."""
 _Image = NDArray[np.float32]
 
 _ASPHALTS = (
     # red, green, blue, grain, its size in pixels, light stones, clouds
-    (116, 116, 115, 0.18, 0.35, 0.6, 0.011),
-    (101, 101, 102, 0.19, 0.45, 0.8, 0.011),
-    (86, 87, 89, 0.20, 0.35, 0.5, 0.011),
-    (124, 119, 110, 0.19, 0.35, 0.8, 0.015),
-    (141, 138, 130, 0.17, 0.30, 0.4, 0.013),
-    (107, 105, 100, 0.20, 0.45, 0.9, 0.016),
-    (93, 93, 92, 0.18, 0.30, 0.5, 0.010),
-    (130, 128, 121, 0.18, 0.30, 0.6, 0.013),
+    (116, 116, 115, 0.153, 0.35, 0.6, 0.011),
+    (101, 101, 102, 0.162, 0.45, 0.8, 0.011),
+    (86, 87, 89, 0.17, 0.35, 0.5, 0.011),
+    (124, 119, 110, 0.162, 0.35, 0.8, 0.015),
+    (141, 138, 130, 0.145, 0.30, 0.4, 0.013),
+    (107, 105, 100, 0.17, 0.45, 0.9, 0.016),
+    (93, 93, 92, 0.153, 0.30, 0.5, 0.010),
+    (130, 128, 121, 0.153, 0.30, 0.6, 0.013),
 )
 """From real streets: the last ones are an even dark top layer and a light worn one."""
 
@@ -55,8 +57,7 @@ def _bituminous(
     light_stones = np.maximum(white_noise(rng, _SIDE, _SIDE, 0.7) - 1.2, 0.0)
     pits = np.maximum(white_noise(rng, _SIDE, _SIDE, 0.8) - 1.5, 0.0)
     cloud = fractal_noise(rng, _SIDE, _SIDE, cells=5, octaves=6, persistence=0.6)
-    level = grain * (fine + light * light_stones - 0.7 * pits) + clouds * cloud
-    level -= level.mean()
+    level = _even(grain * (fine + light * light_stones - 0.7 * pits) + clouds * cloud)
     image = coloured(colour, level, 1.0)
     # Red, grey and blue stones.
     hue = white_noise(rng, _SIDE, _SIDE, 0.7)
@@ -64,39 +65,46 @@ def _bituminous(
     return picture(image)
 
 
+def _even(level: _Image) -> _Image:
+    """Without most of what is larger than grains: it would be seen to repeat.
+
+    `avsec_gym.world.road.wear` lays blotches over roads that do not.
+    """
+    margin = 4 * _GRAINS
+    wide = cv2.copyMakeBorder(level, margin, margin, margin, margin, cv2.BORDER_WRAP)
+    blotches = cv2.GaussianBlur(wide, (0, 0), _GRAINS)[margin:-margin, margin:-margin]
+    return np.asarray(level - blotches.mean() - 0.75 * (blotches - blotches.mean()), np.float32)
+
+
 def _concrete(_: int, rng: np.random.Generator) -> Picture:
     """Cast lanes: fine, light, brushed across."""
     noise = white_noise(rng, _SIDE, _SIDE)
     brushed = np.mean([np.roll(noise, shift, axis=0) for shift in range(9)], axis=0)
     cloud = fractal_noise(rng, _SIDE, _SIDE, cells=4, persistence=0.7)
-    level = 0.05 * white_noise(rng, _SIDE, _SIDE, 0.6) + 0.10 * brushed + 0.035 * cloud
+    level = 0.05 * white_noise(rng, _SIDE, _SIDE, 0.6) + 0.10 * brushed + 0.02 * cloud
     return picture(coloured((158, 154, 144), level, 1.0))
 
 
 def _slabs(variant: int, rng: np.random.Generator) -> Picture:
     """Concrete slabs of pavements: square, in rows or diagonal, or oblong."""
-    colour = ((150, 146, 138), (138, 135, 130), (160, 152, 140), (146, 143, 140))[variant]
-    if variant == 1:
-        layout = diagonal_bond(_SIDE, 10)
-    else:
-        rows, columns, stagger = ((16, 16, 0.5), (0, 0, 0), (16, 8, 0.5), (8, 8, 0.0))[variant]
-        layout = bond(rng, _SIDE, rows, columns, stagger=stagger, jitter=0.0)
+    colour = ((160, 156, 148), (148, 145, 140), (170, 162, 150), (156, 153, 150))[variant]
+    layout = bond(rng, _SIDE, 4.8, LAYINGS[f"slabs/{variant}"])
     return stones(
-        rng, layout, colour, joint_colour=(84, 80, 70), joint=1.1, spread=0.042, grain=0.075
+        rng, layout, colour, joint_colour=(84, 80, 70), joint=0.6, spread=0.02, grain=0.075
     )
 
 
 def _setts(variant: int, rng: np.random.Generator) -> Picture:
     """Small granite cubes with wide joints of sand and moss."""
-    colour = ((164, 158, 148), (126, 124, 122), (152, 140, 126))[variant]
-    layout = bond(rng, _SIDE, 42, 40, stagger=0.5, jitter=0.16)
+    colour = ((180, 173, 162), (140, 138, 136), (168, 155, 140))[variant]
+    layout = bond(rng, _SIDE, 4.0, LAYINGS[f"setts/{variant}"], jitter=0.16)
     return stones(
         rng,
         layout,
         colour,
         joint_colour=(96, 90, 74),
         joint=1.3,
-        spread=0.12,
+        spread=0.05,
         grain=0.10,
         round_=2.2,
     )
@@ -104,16 +112,16 @@ def _setts(variant: int, rng: np.random.Generator) -> Picture:
 
 def _clinker(variant: int, rng: np.random.Generator) -> Picture:
     """Red-grey paving bricks, 20 by 10 centimetres."""
-    colour = ((128, 100, 90), (124, 110, 103))[variant]
-    layout = bond(rng, _SIDE, 40, 20, stagger=0.5, jitter=0.02)
+    colour = ((140, 110, 99), (136, 121, 113))[variant]
+    layout = bond(rng, _SIDE, 4.0, LAYINGS[f"clinker/{variant}"], jitter=0.02)
     return stones(
-        rng, layout, colour, joint_colour=(84, 76, 68), joint=1.2, spread=0.10, grain=0.10
+        rng, layout, colour, joint_colour=(84, 76, 68), joint=1.0, spread=0.04, grain=0.10
     )
 
 
 def _kerb_stone(_: int, rng: np.random.Generator) -> Picture:
     """Granite or concrete kerbs, a metre each, laid along u."""
-    layout = bond(rng, _SIDE, 1, 4, stagger=0.0, jitter=0.0)
+    layout = bond(rng, _SIDE, 4.0, Laying(1.0, 4.0))
     return stones(
         rng, layout, (156, 152, 145), joint_colour=(76, 72, 66), joint=1.3, spread=0.06, grain=0.10
     )

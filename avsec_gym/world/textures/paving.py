@@ -11,6 +11,33 @@ from avsec_gym.world.textures.noise import fractal_noise, picture, white_noise
 from avsec_gym.world.textures.texture import Picture
 
 
+class Laying(NamedTuple):
+    """How stones are laid.
+
+    Args:
+        length: Of a stone along a picture's rows, metres.
+        width: Across them.
+        stagger: Shift of every other row, in stones.
+        diagonal: Square stones at 45 degrees; `length` and `width` are their diagonals.
+    """
+
+    length: float
+    width: float
+    stagger: float = 0.0
+    diagonal: bool = False
+
+
+LAYINGS = {
+    "slabs/0": Laying(0.3, 0.3, 0.5),
+    "slabs/1": Laying(0.48, 0.48, diagonal=True),
+    "slabs/2": Laying(0.6, 0.3, 0.5),
+    "slabs/3": Laying(0.6, 0.6),
+    **{f"setts/{variant}": Laying(4.0 / 40, 4.0 / 42, 0.5) for variant in range(3)},
+    **{f"clinker/{variant}": Laying(0.2, 0.1, 0.5) for variant in range(2)},
+}
+"""Of the textures of that name."""
+
+
 class Bond(NamedTuple):
     """Which stone each pixel of a square picture belongs to."""
 
@@ -21,22 +48,24 @@ class Bond(NamedTuple):
 
 
 def bond(
-    rng: np.random.Generator, side: int, rows: int, columns: int, *, stagger: float, jitter: float
+    rng: np.random.Generator, side: int, metres: float, laying: Laying, jitter: float = 0.0
 ) -> Bond:
-    """Stones in rows.
+    """Laid stones that fit a square picture.
 
     Args:
         rng: The source of chance.
         side: Of the picture, pixels.
-        rows: Of stones from top to bottom.
-        columns: Stones of a row.
-        stagger: Shift of every other row, in stones.
+        metres: Of the picture.
+        laying: How they are laid.
         jitter: Of the joints' places, in stones.
     """
+    if laying.diagonal:
+        return _diagonal_bond(side, round(metres / laying.length))
+    rows, columns = round(metres / laying.width), round(metres / laying.length)
     size = side / np.array([rows, columns])
     tops = (np.arange(rows) + jitter * rng.uniform(-0.5, 0.5, rows)) * size[0]
     row, above, below = _slots(np.broadcast_to(tops, (1, rows)), side)
-    starts = np.arange(columns) + (np.arange(rows) % 2 * stagger)[:, None]
+    starts = np.arange(columns) + (np.arange(rows) % 2 * laying.stagger)[:, None]
     starts = starts + jitter * rng.uniform(-1.0, 1.0, starts.shape)
     column, before, behind = _slots(starts * size[1], side)
     lines = row[0]
@@ -44,17 +73,6 @@ def bond(
     edge_x = np.minimum(before, behind)[lines]
     stone = lines[:, None] * columns + column[lines]
     return Bond(stone, np.minimum(edge_x, edge_y).astype(np.float32))
-
-
-def diagonal_bond(side: int, count: int) -> Bond:
-    """Square stones at 45 degrees, `count` along each diagonal direction."""
-    pixel = np.arange(side) + 0.5
-    size = side / count
-    first, second = pixel[None] + pixel[:, None], pixel[None] - pixel[:, None]
-    stone = (first // size % count).astype(int) * count + (second // size % count).astype(int)
-    inside = np.stack([first % size, second % size])
-    edge = np.minimum(inside, size - inside).min(axis=0) / np.sqrt(2.0)
-    return Bond(stone, edge.astype(np.float32))
 
 
 def stones(
@@ -68,7 +86,9 @@ def stones(
     grain: float,
     round_: float = 0.0,
 ) -> Picture:
-    """A picture of laid stones.
+    """A picture of laid stones, rather alike: the picture repeats, and would be recognised.
+
+    `avsec_gym.world.road.paving` tells them apart from place to place.
 
     Args:
         rng: The source of chance.
@@ -87,7 +107,7 @@ def stones(
     hue = warmth * np.array([1.0, 0.1, -1.0], np.float32)
     fine = white_noise(rng, side, side, 0.5)
     cloud = fractal_noise(rng, side, side, cells=5, persistence=0.7)
-    level = 1.0 + shade[layout.stone] + grain * fine + 0.04 * cloud
+    level = 1.0 + shade[layout.stone] + grain * fine + 0.015 * cloud
     if round_:
         level -= 0.22 * np.clip(1.0 - (layout.edge - joint) / round_, 0.0, 1.0)
     face = np.asarray(colour, np.float32) * (level[..., None] + hue[layout.stone])
@@ -97,6 +117,17 @@ def stones(
     )
     cover = np.clip(layout.edge - joint + 0.5, 0.0, 1.0)[..., None]
     return picture(gap + (face - gap) * cover)
+
+
+def _diagonal_bond(side: int, count: int) -> Bond:
+    """Square stones at 45 degrees, `count` along each diagonal direction."""
+    pixel = np.arange(side) + 0.5
+    size = side / count
+    first, second = pixel[None] + pixel[:, None], pixel[None] - pixel[:, None]
+    stone = (first // size % count).astype(int) * count + (second // size % count).astype(int)
+    inside = np.stack([first % size, second % size])
+    edge = np.minimum(inside, size - inside).min(axis=0) / np.sqrt(2.0)
+    return Bond(stone, edge.astype(np.float32))
 
 
 def _slots(

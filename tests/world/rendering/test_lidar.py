@@ -5,9 +5,10 @@ import pytest
 
 from avsec_gym.geometry import project, transform_points
 from avsec_gym.rig import camera_rig
-from avsec_gym.world.capture import free_of_body, pinhole
+from avsec_gym.world.capture import pinhole
 from avsec_gym.world.material import Material
 from avsec_gym.world.rendering.lidar import Lidar, Scan
+from avsec_gym.world.rendering.lidar_body import free_of_body
 from avsec_gym.world.rendering.light import Light
 from avsec_gym.world.rendering.ray_scene import RayScene, Thing
 from avsec_gym.world.rendering.renderer import Renderer
@@ -212,10 +213,12 @@ def test_points_project_to_the_depth_that_the_camera_renders() -> None:
 
 
 def test_the_vehicles_own_body_hides_what_lies_close_behind_and_below() -> None:
-    rig = camera_rig([0.0])
     lidar = Lidar(columns=360)
-    free = free_of_body(lidar, rig)
+    free = free_of_body(lidar)
     assert free.shape == (64 * 360,)
+    behind, beside = 360 // 2, 360 // 4
+    assert free.reshape(64, 360)[:, beside].all()
+    assert not free.reshape(64, 360)[56:, behind].any()
     rays = lidar.directions.reshape(64, 360, 3)
     free = free.reshape(64, 360)
     assert free[:20].mean() > 0.97  # level ones pass above the roof
