@@ -34,6 +34,11 @@ _BUILT_IN = {
         "avsec_gym.planners.planner:MotionPrimitivePlanner",
         {"algorithm": "gbfs"},
     ),
+    (Kind.DETECTOR, "dsgn"): ("avsec_gym.perception.detectors.trained:trained_dsgn", {}),
+    (Kind.DETECTOR, "stereo_rcnn"): (
+        "avsec_gym.perception.detectors.trained:trained_stereo_rcnn",
+        {},
+    ),
     (Kind.DETECTOR, "oracle"): ("avsec_gym.perception.detectors.recorded:Oracle", {}),
     (Kind.DETECTOR, "replayed"): ("avsec_gym.perception.detectors.recorded:Replayed", {}),
     (Kind.ATTACK, "random_ghosts"): ("avsec_gym.attacks.object_injection:RandomGhosts", {}),

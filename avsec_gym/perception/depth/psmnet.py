@@ -19,7 +19,7 @@ from avsec_gym.perception.nn.convolution import (
     convolutions,
     initialise,
 )
-from avsec_gym.perception.nn.cost_volume import disparity_volume
+from avsec_gym.perception.nn.cost_volume import disparity_volume, enlarged, expectation
 from avsec_gym.perception.nn.hourglass import Hourglass
 from avsec_gym.perception.nn.pyramid_pooling import (
     STRIDE,
@@ -129,11 +129,8 @@ class PsmNet(nn.Module):
     def _disparity(self, cost: Tensor, size: Sequence[int]) -> Tensor:
         """The expectation over all disparities."""
         count = self.configuration.disparities
-        logits = functional.interpolate(
-            cost, size=(count, *size), mode="trilinear", align_corners=False
-        )[:, 0]
-        disparities = torch.arange(count, dtype=cost.dtype, device=cost.device)
-        return torch.einsum("bdhw,d->bhw", logits.softmax(1), disparities)
+        logits = enlarged(cost[:, 0], (count, *size), aligned_corners=False)
+        return expectation(logits, torch.arange(count).to(cost))
 
 
 def psmnet_loss(
@@ -174,6 +171,6 @@ _SMALL = PsmNetConfiguration(
         pooled=8,
         matching=(32, 8),
     ),
-    volume_channels=16,
+    volume_channels=8,
 )
 _PRESETS = {"full": _FULL, "small": _SMALL}

@@ -1,1 +1,30 @@
 """Stereo 3D detectors: b = O(I_l, I_r)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from avsec_gym.perception.detectors.detector import Detector
+from avsec_gym.registry import Kind, make
+
+
+def make_detector(what: Any) -> Detector:
+    """The detector that a name, a dictionary or an object stands for.
+
+    Args:
+        what: ``dsgn``, ``stereo_rcnn``, ``oracle``, or a name that a plug-in registered; a
+            dictionary such as ``{"name": "replayed", "detections": DIR}``; or a live detector.
+
+    Raises:
+        ConfigurationError: Nothing has that name, or the arguments do not fit.
+        DataError: Its files are missing.
+
+    Example:
+        >>> make_detector("oracle").name
+        'oracle'
+    """
+    detector: Detector = make(Kind.DETECTOR, what)
+    return detector
+
+
+__all__ = ["Detector", "make_detector"]

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol, runtime_checkable
-
-from torch import Tensor
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import SensorFrame
-from avsec_gym.perception.stereo_batch import StereoBatch
+
+if TYPE_CHECKING:  # Detectors that only look things up need no torch.
+    from torch import Tensor
+
+    from avsec_gym.perception.stereo_batch import StereoBatch
 
 
 @runtime_checkable

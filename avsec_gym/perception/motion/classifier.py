@@ -16,6 +16,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.perception.motion.crops import Crops, current_crops, earlier_crops, object_regions
+from avsec_gym.perception.motion.displacement import likeliest_ways
 from avsec_gym.perception.motion.ego_motion import ego_motion
 from avsec_gym.perception.motion.network import CropBatch, MotionConfiguration, MotionNetwork
 
@@ -44,20 +45,23 @@ class ObjectCrops:
 
     Args:
         now: Shape (N, H, W, 3).
-        before: The same places a moment before; the same shape, None where that is not known.
+        before: The same places a moment before, if the objects stood, and if they drove; shape
+            (N, 2, H, W, 3), None where no moment before is known.
     """
 
     now: Crops
-    before: Crops | None
+    before: NDArray[np.uint8] | None
 
 
 class MovingObjectClassifier:
     """b> = C(b, I_l, I_r): which objects move, from a frame and the moments before it.
 
-    The `small` network compares an object's crop with the same place in the earliest of the
-    frame's `previous` moments, stabilised by the ego motion that the images tell.  Where there
-    is none, or the images do not tell (`neighbour_of` finds None), it decides by the single crop,
-    as the `vgg16` network always does; then it can but guess from looks and place.
+    The `small` network compares an object's crop with the earliest of the frame's `previous`
+    moments, stabilised by the ego motion that the images tell, under two stories: that the object
+    stood, and that it drove the way along its heading that explains the earlier image best.
+    Where there is no such moment, or the images do not tell (`neighbour_of` finds None), it
+    decides by the single crop, as the `vgg16` network always does; then it can but guess from
+    looks and place.
 
     Args:
         configuration: Of the network, or a preset's name.
@@ -182,16 +186,23 @@ def object_crops(
     if neighbour is None:
         return ObjectCrops(now, None)
     there = neighbour.frame.image(left)
-    before = earlier_crops(there, regions, size, boxes, projection, neighbour.motion)
-    return ObjectCrops(now, before)
+    motion = neighbour.motion
+    ways = likeliest_ways(image, there, regions, boxes, projection, motion)
+    stories = [
+        earlier_crops(there, regions, size, boxes, projection, motion, driven)
+        for driven in (None, ways)
+    ]
+    return ObjectCrops(now, np.stack(stories, axis=1))
 
 
 def crop_batch(crops: ObjectCrops) -> CropBatch:
     """Crops as the network takes them."""
     now = _tensor(crops.now)
     known = torch.full((len(now),), crops.before is not None)
-    return CropBatch(now, now if crops.before is None else _tensor(crops.before), known)
+    if crops.before is None:
+        return CropBatch(now, now[:, None].expand(-1, 2, -1, -1, -1), known)
+    return CropBatch(now, _tensor(crops.before), known)
 
 
 def _tensor(crops: NDArray[np.uint8]) -> Tensor:
-    return torch.from_numpy(crops).permute(0, 3, 1, 2).float()
+    return torch.from_numpy(crops).movedim(-1, -3).float()

@@ -73,6 +73,7 @@ def earlier_crops(
     boxes: Boxes3D,
     projection: Floats,
     motion: Floats,
+    ways: Floats | None = None,
 ) -> Crops:
     """The places that the current crops show, in an earlier image.
 
@@ -83,15 +84,29 @@ def earlier_crops(
         boxes: The objects now.
         projection: P of the camera, shape (3, 4).
         motion: Of `ego_motion`: from the current to the earlier camera frame, shape (4, 4).
+        ways: Metres that each object is taken to have driven since, along its heading, shape
+            (N,); none if None.
     """
     crops = []
     for index, count in enumerate(_samples(regions, size)):
-        pixels = _pixels(regions[index], size, count)
-        places = _places(pixels, boxes, index, projection)
-        seen, depth = project(projection @ motion, places)
-        seen[depth < _NEAREST] = -1e4  # Behind the earlier camera: nowhere in its image.
-        crops.append(_sampled(image, seen, count))
+        places, on_box = places_of(_pixels(regions[index], size, count), boxes, index, projection)
+        if ways is not None:
+            places = places - ways[index] * on_box[..., None] * heading(boxes, index)
+        crops.append(_sampled(image, earlier_pixels(places, projection, motion), count))
     return _crops(crops).reshape(-1, *size, 3)
+
+
+def heading(boxes: Boxes3D, index: int) -> Floats:
+    """The way an object looks, a unit vector of the camera frame, shape (3,)."""
+    angle = boxes.rotation_y[index]
+    return np.array([np.cos(angle), 0.0, -np.sin(angle)])
+
+
+def earlier_pixels(places: Floats, projection: Floats, motion: Floats) -> Floats:
+    """Where the earlier image shows places of the current camera frame, u and v, (..., 2)."""
+    pixels, depth = project(projection @ motion, places)
+    pixels[depth < _NEAREST] = -1e4  # Behind the earlier camera: nowhere in its image.
+    return pixels
 
 
 def _around_boxes(boxes: Boxes3D, projection: Floats) -> Floats:
@@ -116,8 +131,20 @@ def _pixels(region: Floats, size: tuple[int, int], count: int) -> Floats:
     return np.stack(np.meshgrid(u, v), axis=-1)
 
 
-def _places(pixels: Floats, boxes: Boxes3D, index: int, projection: Floats) -> Floats:
-    """Where in the camera frame what pixels show is taken to be, shape (..., 3)."""
+def places_of(
+    pixels: Floats, boxes: Boxes3D, index: int, projection: Floats
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Where in the camera frame what pixels show is taken to be.
+
+    Args:
+        pixels: u and v, shape (..., 2).
+        boxes: Objects.
+        index: Of the object that the pixels show, and its surroundings.
+        projection: P of the camera, shape (3, 4).
+
+    Returns:
+        Places, shape (..., 3), and whether they are on the object's box, shape (...).
+    """
     to_ray = np.linalg.inv(projection[:, :3])
     eye = -to_ray @ projection[:, 3]
     rays = np.concatenate([pixels, np.ones((*pixels.shape[:-1], 1))], axis=-1) @ to_ray.T
@@ -129,15 +156,16 @@ def _places(pixels: Floats, boxes: Boxes3D, index: int, projection: Floats) -> F
     middle = location - np.array([0.0, 0.5 * height, 0.0])
     with np.errstate(divide="ignore", invalid="ignore"):
         across = rays @ axes.T
-        ends = (np.stack([-half, half]) - axes @ (eye - middle)) / across[..., None, :]
-        enters = ends.min(axis=-2).max(axis=-1)
-        leaves = ends.max(axis=-2).min(axis=-1)
+        one, other = ((side - axes @ (eye - middle)) / across for side in (-half, half))
+        near, far = np.minimum(one, other), np.maximum(one, other)
+        enters = np.maximum(np.maximum(near[..., 0], near[..., 1]), near[..., 2])
+        leaves = np.minimum(np.minimum(far[..., 0], far[..., 1]), far[..., 2])
         ground = np.where(rays[..., 1] > 0, (location[1] - eye[1]) / rays[..., 1], np.inf)
     wall = location[2] + 0.5 * np.hypot(length, width) - eye[2]
     on_box = (enters <= leaves) & (leaves > _NEAREST)
     beside = np.minimum(np.where(ground > _NEAREST, ground, np.inf), max(wall, _NEAREST))
     depth = np.where(on_box, np.maximum(enters, _NEAREST), beside)
-    return np.asarray(eye + rays * depth[..., None])
+    return np.asarray(eye + rays * depth[..., None]), on_box
 
 
 def _sampled(image: Image, pixels: Floats, count: int) -> NDArray[np.float32]:
@@ -146,9 +174,8 @@ def _sampled(image: Image, pixels: Floats, count: int) -> NDArray[np.float32]:
 
     u, v = (np.clip(pixels[..., axis], -1e4, 1e4).astype(np.float32) for axis in (0, 1))
     found = cv2.remap(image, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
-    rows, columns = found.shape[0] // count, found.shape[1] // count
-    blocks = found.reshape(rows, count, columns, count, 3).astype(np.float32)
-    return np.asarray(blocks.mean(axis=(1, 3)))
+    size = (found.shape[1] // count, found.shape[0] // count)
+    return np.asarray(cv2.resize(found.astype(np.float32), size, interpolation=cv2.INTER_AREA))
 
 
 def _crops(crops: Iterable[NDArray[np.float32]]) -> Crops:

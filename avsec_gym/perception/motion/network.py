@@ -82,8 +82,8 @@ class CropBatch:
 
     Args:
         now: Shape (N, 3, H, W).
-        before: The same places a moment before, as they would look from here now if nothing
-            moved; the same shape.
+        before: A moment before, under two stories, as it would look from here now: if the object
+            stood, and if it drove the way that fits best; shape (N, 2, 3, H, W).
         known: Whether there is a `before`, shape (N,), bool.
     """
 
@@ -108,7 +108,7 @@ class MotionNetwork(nn.Module):
         self.configuration = configuration
         layers: list[nn.Module] = []
         # Beside the colours: what has changed, and whether that is known.
-        channels = 7 if configuration.neighbour else 3
+        channels = 3 + 6 + 1 if configuration.neighbour else 3
         for stage in configuration.stages:
             for out in stage:
                 layers.append(nn.Conv2d(channels, out, _KERNEL, padding=_KERNEL // 2))
@@ -142,7 +142,8 @@ class MotionNetwork(nn.Module):
         x = (crops.now - self.get_buffer("_mean")) / deviation
         if self.configuration.neighbour:
             known = crops.known.to(x)[:, None, None, None]
-            change = known * (crops.before - crops.now) / deviation
+            change = (crops.before - crops.now[:, None]) / deviation
+            change = known * change.flatten(1, 2)
             x = torch.cat([x, change, known.expand(-1, 1, *x.shape[2:])], dim=1)
         logits: Tensor = self.classifier(self.features(x))
         return logits[:, 0]

@@ -38,7 +38,7 @@ def relit_alike(
     """Images of one scene in other light, which differs a little between them.
 
     Args:
-        images: Each of shape (H, W, 3).
+        images: Each of shape (..., H, W, 3).
         limits: Of the changes.
         randomness: Draws them.
     """

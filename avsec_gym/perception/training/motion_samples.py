@@ -26,7 +26,7 @@ OBSTACLES = ("Car", "Van", "Truck", "Misc")
 GAPS = 2
 """Neighbours of a sample: the earliest moment that can be used, and the latest."""
 
-_FORMAT = 2
+_FORMAT = 3
 _LOWEST, _MOST_TRUNCATION, _MOST_OCCLUSION = 14.0, 0.7, 2
 """Who is hardly to be seen is left out: pixels, share, KITTI's level."""
 _THREADS = 2
@@ -38,7 +38,8 @@ class MotionSamples:
 
     Args:
         now: Shape (N, V, H, W, 3), with a margin around the crop.
-        before: At each gap, shape (N, V, GAPS, H, W, 3); without gaps for single crops.
+        before: At each gap, under both stories, shape (N, V, GAPS, 2, H, W, 3); without gaps for
+            single crops.
         known: Whether there is a crop at each gap, shape (N, GAPS).
         moving: Truth, shape (N,).
         moment: Number of the moment that each belongs to, shape (N,).
@@ -155,7 +156,7 @@ def _cut(
     randomness = np.random.default_rng([seed, len(boxes)])
     size = [side + 2 * margin for side in configuration.crop]
     now = np.zeros((len(boxes), variants, *size, 3), np.uint8)
-    before = np.zeros((len(boxes), variants, GAPS * configuration.neighbour, *size, 3), np.uint8)
+    before = np.zeros((len(boxes), variants, GAPS * configuration.neighbour, 2, *size, 3), np.uint8)
     known = np.zeros((len(boxes), GAPS), bool)
     for variant in range(variants if len(boxes) else 0):
         seen = boxes if variant == 0 else disturbed(boxes, randomness)

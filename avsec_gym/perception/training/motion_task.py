@@ -93,7 +93,9 @@ class MotionTask:
         moving = self._training.moving[list(indices)]
         known = np.array([before is not None for _, before in parts])
         now = _tensor([now for now, _ in parts])
-        before = _tensor([now if before is None else before for now, before in parts])
+        before = _tensor(
+            [np.stack([now, now]) if before is None else before for now, before in parts]
+        )
         return MotionBatch(
             CropBatch(now, before, torch.from_numpy(known)),
             torch.from_numpy(moving).float(),
@@ -115,8 +117,9 @@ class MotionTask:
         metrics: dict[str, float] = {}
         for name, gap in (("", 0), ("single_", None)):
             said = self.probabilities(samples, gap) >= self._classifier.threshold
-            right = said == samples.moving
-            by_truth = [right[samples.moving == truth] for truth in (False, True)]
+            judged = np.ones(len(samples), bool) if gap is None else samples.known[:, gap]
+            right, truths = (said == samples.moving)[judged], samples.moving[judged]
+            by_truth = [right[truths == truth] for truth in (False, True)]
             metrics |= {
                 f"{name}accuracy": float(right.mean()),
                 f"{name}balanced_accuracy": float(
@@ -173,7 +176,7 @@ class MotionTask:
         down, right = randomness.integers(2 * samples.margin + 1, size=2)
         cut = shifted(images, samples.margin, int(down), int(right))
         if flip < limits.flip:
-            cut = [image[:, ::-1] for image in cut]
+            cut = [image[..., ::-1, :] for image in cut]
         relit = relit_alike(cut, limits.photometric, randomness)
         return relit[0], relit[1] if len(relit) > 1 else None
 
@@ -204,4 +207,4 @@ def motion_task(options: TaskOptions) -> MotionTask:
 
 
 def _tensor(images: Sequence[NDArray[np.float32]]) -> Tensor:
-    return torch.from_numpy(np.stack(images)).permute(0, 3, 1, 2).contiguous()
+    return torch.from_numpy(np.stack(images)).movedim(-1, -3).contiguous()

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 
+import pytest
 import torch
+from torch.nn import functional
 
 from avsec_gym.perception.nn.cost_volume import (
     correlation_volume,
     disparity_volume,
+    enlarged,
+    expectation,
     sampled_volume,
 )
 
@@ -73,3 +77,18 @@ def test_gradient_flows_to_both_images():
     assert torch.autograd.gradcheck(lambda a, b: sampled_volume(a, b, disparities), inputs)
     assert torch.autograd.gradcheck(lambda a, b: disparity_volume(a, b, 3), inputs)
     assert torch.autograd.gradcheck(lambda a, b: correlation_volume(a, b, disparities, 1), inputs)
+
+
+@pytest.mark.parametrize("aligned", [True, False])
+def test_costs_are_enlarged_in_all_three_dimensions(aligned):
+    costs = _features(2, 2, 4, 3, 5)[0]
+    expected = functional.interpolate(
+        costs[:, None], size=(16, 12, 20), mode="trilinear", align_corners=aligned
+    )[:, 0]
+    torch.testing.assert_close(enlarged(costs, (16, 12, 20), aligned), expected)
+
+
+def test_expectation_of_a_sure_and_of_an_undecided_pixel():
+    logits = torch.tensor([[0.0, 0.0], [0.0, 50.0], [0.0, 0.0]])[None, :, None]
+    found = expectation(logits, torch.tensor([1.0, 2.0, 6.0]))
+    torch.testing.assert_close(found, torch.tensor([[[3.0, 2.0]]]))

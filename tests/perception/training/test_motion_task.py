@@ -159,7 +159,7 @@ def test_samples_are_cut_once_and_what_stood_looks_the_same(
     training, _ = samples
     assert len(training) == 24
     assert training.known.all()
-    change = np.abs(training.before[:, 0, 0].astype(float) - training.now[:, 0])
+    change = np.abs(training.before[:, 0, 0, 0].astype(float) - training.now[:, 0])
     middle = change[:, 10:-10, 10:-10].mean(axis=(1, 2, 3))
     assert middle[~training.moving].max() < middle[training.moving].min()
     there = {path: path.stat().st_mtime_ns for path in cache.iterdir()}

@@ -227,14 +227,16 @@ _SMALL = DsgnConfiguration(
         aligned_corners=True,
         matching=(32, 32),
         semantic=(32, 16),
-        groups=8,
+        groups=4,
     ),
-    groups=8,
-    # In the logarithm: 0.3 m apart at 4 m, 1.7 m at 20 m, 0.1 to 1.6 feature pixels.
-    planes=DepthScale(48.0, 3.2, 32, power=0),
-    bins=DepthScale(48.0, 3.2, 128, power=0),
+    groups=4,
+    # In the logarithm: 0.3 m apart at 4 m, 1.4 m at 20 m; 0.1 to 1.3 pixels of the features.
+    planes=DepthScale(48.0, 3.2, 40, power=0),
+    bins=DepthScale(48.0, 3.2, 40, power=0),
     sampled=DepthScale(48.0, 3.2, 2, power=0),
     full_depth=False,
+    # Learns to match sooner than joined features: in a trial of one seed, the depth loss after
+    # 160 pairs was 1.7 against 4.5.
     correlation_groups=8,
     volume_channels=8,
     volume_begins_with_hourglass=True,

@@ -18,7 +18,12 @@ from avsec_gym.perception.nn.convolution import (
     convolutions,
     initialise,
 )
-from avsec_gym.perception.nn.cost_volume import correlation_volume, sampled_volume
+from avsec_gym.perception.nn.cost_volume import (
+    correlation_volume,
+    enlarged,
+    expectation,
+    sampled_volume,
+)
 from avsec_gym.perception.nn.hourglass import Hourglass
 from avsec_gym.perception.nn.pyramid_pooling import STRIDE, FeatureExtraction
 
@@ -130,9 +135,9 @@ class DsgnNetwork(nn.Module):
         world = self._world(volume, costs, logits, semantic, projection, left)
         class_logits, corners, centerness = self._heads(self._view(world))
         bins = torch.from_numpy(self.configuration.bins.values()).to(left)
-        depth = torch.einsum("bdhw,d->bhw", logits.softmax(1), bins)
+        depth = expectation(logits, bins)
         if not self.configuration.full_depth:
-            depth = _enlarged(depth)
+            depth = _at_pixels(depth)
         return DsgnOutput(depth, logits, bins, class_logits, corners, centerness)
 
     def _disparities(self, focal_times_baseline: Tensor) -> Tensor:
@@ -157,13 +162,12 @@ class DsgnNetwork(nn.Module):
         return volume, self.classif1(volume)
 
     def _depth_logits(self, costs: Tensor, image: Tensor) -> Tensor:
-        size = image.shape[-2:] if self.configuration.full_depth else costs.shape[-2:]
-        return functional.interpolate(
-            costs,
-            size=(self.configuration.bins.count, *size),
-            mode="trilinear",
-            align_corners=True,
-        )[:, 0]
+        """Of the bins, shape (B, D, H, W), or (B, D, h, w) without full depth."""
+        place = image.shape[-2:] if self.configuration.full_depth else costs.shape[-2:]
+        size = (self.configuration.bins.count, *place)
+        if costs.shape[2:] == size:
+            return costs[:, 0]
+        return enlarged(costs[:, 0], size, aligned_corners=True)
 
     def _world(
         self,
@@ -178,16 +182,20 @@ class DsgnNetwork(nn.Module):
         places = self._places(projection, image.shape[-2:]).to(image)
         seen = (places.abs() <= 1).all(-1)[:, None]
         if self.configuration.costs_in_grid:
-            volume = torch.cat([volume, costs.detach()], 1)
+            volume = torch.cat([volume, self._fixed(costs)], 1)
         sampled = self._sampled(volume, places) * seen
         if semantic is None:
             return sampled
         in_image = (places[..., :2].abs() <= 1).all(-1)[:, None]
         meaning = self._sampled(semantic, places[..., :2].flatten(1, 2))
         meaning = meaning.reshape(*meaning.shape[:2], *places.shape[1:4]) * in_image
-        probability = logits.detach().softmax(1)[:, None]
+        probability = self._fixed(logits).softmax(1)[:, None]
         there = self._sampled(probability, places) * seen
         return torch.cat([sampled, meaning * there], 1)
+
+    def _fixed(self, values: Tensor) -> Tensor:
+        """Depth learns from depth alone, as in the original; an attacker gets the true gradient."""
+        return values.detach() if self.training else values
 
     def _sampled(self, features: Tensor, places: Tensor) -> Tensor:
         return functional.grid_sample(
@@ -217,8 +225,9 @@ class DsgnNetwork(nn.Module):
         world = self.rpn3d_conv(world)
         if self.configuration.grid_hourglass:
             world = world + self.hg_rpn3d_conv(world)[0]
-        heights = functional.avg_pool3d(world, (1, self.configuration.pooled_heights, 1))
-        stacked = heights.transpose(2, 3).flatten(1, 2)
+        if self.configuration.pooled_heights > 1:
+            world = functional.avg_pool3d(world, (1, self.configuration.pooled_heights, 1))
+        stacked = world.transpose(2, 3).flatten(1, 2)
         # The original forgets the residual here; its weights are trained without.
         return self.rpn3d_conv3(self.rpn3d_conv2(stacked))[0]
 
@@ -257,7 +266,7 @@ class DsgnNetwork(nn.Module):
         return torch.stack(corners, 3) + offset[:, None, :, None]
 
 
-def _enlarged(depth: Tensor) -> Tensor:
+def _at_pixels(depth: Tensor) -> Tensor:
     """(B, h, w) of the features to the image's pixels: that of feature i stands at 4 i."""
     height, width = depth.shape[-2:]
     between = functional.interpolate(

@@ -57,11 +57,22 @@ def test_the_loss_reaches_the_pixels_of_both_images(
             assert (image.grad != 0).any(dim=1).double().mean() >= 0.99
 
 
+def test_the_small_detector_sees_the_whole_of_kitti_s_images(scene: MakeScene) -> None:
+    torch.manual_seed(1)
+    left, right = (255 * torch.rand(1, 3, 375, 1242) for _ in range(2))
+    projection = torch.tensor([[721.5, 0, 609.6, 45], [0, 721.5, 172.9, 0.2], [0, 0, 1, 0.003]])
+    other = projection.clone()
+    other[0, 3] -= 721.5 * 0.54
+    images = (left.requires_grad_(), right.requires_grad_())
+    batch = StereoBatch(*images, projection[None].double(), other[None].double(), (375, 1242))
+    sum(DsgnDetector("small").losses(batch, [scene(0).boxes]).values()).backward()
+    for image in images:
+        assert (image.grad != 0).any(dim=1).double().mean() >= 0.99
+
+
 def test_the_loss_falls_as_its_gradient_says(tiny: DsgnConfiguration, scene: MakeScene) -> None:
-    # Without the two paths through which the original lets no gradient.
-    open_paths = replace(tiny, costs_in_grid=False, features=replace(tiny.features, semantic=None))
     torch.manual_seed(0)
-    detector, made = DsgnDetector(open_paths), scene(1)
+    detector, made = DsgnDetector(tiny), scene(1)
     detector.network.double()
     left, right = (image.double().requires_grad_() for image in (made.batch.left, made.batch.right))
 

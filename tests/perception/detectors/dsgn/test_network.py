@@ -82,6 +82,24 @@ def test_gradient_reaches_nearly_every_pixel_of_both_images(tiny, dtype):
         assert (image.grad.abs().sum(1) > 0).float().mean() > 0.99
 
 
+def test_gradient_agrees_with_finite_differences(tiny):
+    network = _network(replace(tiny, exact_pixels=True)).double()
+    left, right, projection, shift = _inputs(tiny.padded_size, dtype=torch.float64)
+
+    def score(image):
+        output = network(image, right, projection, shift)
+        return output.corners.square().mean() + output.class_logits.mean() + output.depth.mean()
+
+    image = left.clone().requires_grad_()
+    (gradient,) = torch.autograd.grad(score(image), image)
+    direction = torch.randn(
+        left.shape, dtype=left.dtype, generator=torch.Generator().manual_seed(1)
+    )
+    with torch.no_grad():
+        rise = (score(left + 1e-6 * direction) - score(left - 1e-6 * direction)) / 2e-6
+    assert (gradient * direction).sum().item() == pytest.approx(rise.item(), rel=1e-4)
+
+
 def test_a_pair_alone_or_in_company_is_the_same(tiny):
     network = _network(tiny)
     inputs = _inputs(tiny.padded_size, batch=2)
