@@ -14,7 +14,8 @@ class EnvironmentEntry:
 
     id: str
     entry_point: str
-    max_episode_steps: int
+    max_episode_steps: int | None
+    """None: it ends by itself, always."""
     vector_entry_point: str | None = None
     kwargs: dict[str, Any] = field(default_factory=dict)
 
@@ -29,7 +30,7 @@ CATALOGUE = (
     EnvironmentEntry(
         id="avsec/DetectorBenchmark-v0",
         entry_point="avsec_gym.envs.detector_benchmark:DetectorBenchmarkEnv",
-        max_episode_steps=1,
+        max_episode_steps=None,  # One step.
     ),
 )
 

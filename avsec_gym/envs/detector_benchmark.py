@@ -41,8 +41,8 @@ class DetectorBenchmarkEnv(gym.Env[Observation, NDArray[np.float32]]):
 
     ## Observation
     `Dict`: `left` and `right`, `Box(0, 255, (H, W, 3), uint8)`, the images of cameras 2 and 3;
-    `calibration`, `Box(-inf, inf, (24,), float64)`, their projection matrices P2 and P3, row by
-    row; and with `points=M` above 0 `points`, `Box(-inf, inf, (4 M,), float32)`, the LiDAR scan as
+    `calibration`, `Box(-1e6, 1e6, (24,), float64)`, their projection matrices P2 and P3, row by
+    row; and with `points=M` above 0 `points`, `Box(-1e4, 1e4, (4 M,), float32)`, the LiDAR scan as
     x, y, z (velodyne frame), reflectance, thinned out evenly if there are more, padded with zeros.
     H and W are those of the first frame; larger images lose their right and bottom margins,
     smaller ones are padded with black there.
@@ -116,10 +116,10 @@ class DetectorBenchmarkEnv(gym.Env[Observation, NDArray[np.float32]]):
         spaces: dict[str, gym.Space[Any]] = {
             "left": gym.spaces.Box(0, 255, self._size, np.uint8),
             "right": gym.spaces.Box(0, 255, self._size, np.uint8),
-            "calibration": gym.spaces.Box(-np.inf, np.inf, (24,), np.float64),
+            "calibration": gym.spaces.Box(-1e6, 1e6, (24,), np.float64),
         }
         if points:
-            spaces["points"] = gym.spaces.Box(-np.inf, np.inf, (4 * points,), np.float32)
+            spaces["points"] = gym.spaces.Box(-1e4, 1e4, (4 * points,), np.float32)
         self.observation_space = gym.spaces.Dict(spaces)  # type: ignore[assignment]
         self._scene: Scene | None = None
         self._frame: SensorFrame | None = None

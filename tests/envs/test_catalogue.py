@@ -35,7 +35,7 @@ COMMON_INFO = {
     "scenario": str,
     "intention": str,
 }
-ONE_STEP = {entry.id for entry in CATALOGUE if entry.max_episode_steps == 1}
+ONE_STEP = {entry.id for entry in CATALOGUE if entry.max_episode_steps is None}
 READS_IMAGES = {"avsec/DetectorBenchmark-v0"}
 RESERVED = {"episode", "final_obs", "final_info", "terminal_observation"}
 
