@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import time
+from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -44,6 +45,7 @@ class Progress:
         self._begun = time.monotonic()
         self._bar: Any = None
         self._task: Any = None
+        self._told: deque[tuple[float, int]] = deque(maxlen=6)
         self._shown = 0.0
 
     def __call__(self, done: int, total: int) -> None:
@@ -53,11 +55,13 @@ class Progress:
             return
         self._shown = now
         if not sys.stderr.isatty():
-            if self._bar is None:
-                self._bar = now
-            elif now - self._bar > 10.0:
-                self._bar = now
-                left = (now - self._begun) / max(done, 1) * (total - done)
+            if not self._told:
+                self._told.append((now, done))
+            elif now - self._told[-1][0] > 10.0:
+                # By the pace of the last minute: what was there already took no time.
+                then, before = self._told[0]
+                left = (now - then) / max(done - before, 1) * (total - done)
+                self._told.append((now, done))
                 say(f"{self._what}: {done} of {total}, about {left:.0f} s left")
             return
         if self._bar is None:
