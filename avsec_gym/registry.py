@@ -34,10 +34,13 @@ _BUILT_IN = {
         "avsec_gym.planners.planner:MotionPrimitivePlanner",
         {"algorithm": "gbfs"},
     ),
-    (Kind.DETECTOR, "dsgn"): ("avsec_gym.perception.detectors.trained:trained_dsgn", {}),
+    (Kind.DETECTOR, "dsgn"): (
+        "avsec_gym.perception.detectors.dsgn.detector:DsgnDetector",
+        {"weights": "shipped"},
+    ),
     (Kind.DETECTOR, "stereo_rcnn"): (
-        "avsec_gym.perception.detectors.trained:trained_stereo_rcnn",
-        {},
+        "avsec_gym.perception.detectors.stereo_rcnn.detector:StereoRcnnDetector",
+        {"weights": "shipped"},
     ),
     (Kind.DETECTOR, "oracle"): ("avsec_gym.perception.detectors.recorded:Oracle", {}),
     (Kind.DETECTOR, "replayed"): ("avsec_gym.perception.detectors.recorded:Replayed", {}),

@@ -8,9 +8,6 @@ on the real frames at hand whose truth the authors of the thesis published.
 from __future__ import annotations
 
 import argparse
-import csv
-import json
-import logging
 import sys
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
@@ -22,28 +19,25 @@ import numpy as np
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.commands.console import progress
-from avsec_gym.errors import AvsecError, ConfigurationError, DataError
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.experiments.answer import answer
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.metrics.intervals import wilson_interval
-from avsec_gym.perception.motion.classifier import (
-    SHIPPED,
-    MovingObjectClassifier,
-    neighbour_of,
-)
-from avsec_gym.perception.road_type import SHIPPED as SHIPPED_ROAD_TYPE
+from avsec_gym.perception.motion.classifier import MovingObjectClassifier, neighbour_of
 from avsec_gym.perception.road_type import DrivingConstraintSelector
 from avsec_gym.perception.training.labelled_moments import moments_of
 from avsec_gym.perception.training.motion_samples import OBSTACLES, classified_objects
+from avsec_gym.perception.weights.given import shipped_weights
 from avsec_gym.perception.weights.store import read_card
 from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.label_list import ROAD_TYPES, read_label_list
 from avsec_gym.scenario.scene_sets import labelled_scenarios
 
 THESIS = {"motion": 0.9831, "road_type": 0.9464}
 """Section 5.4.1, on the authors' validation data."""
 
 _DISTANCES = ((0.0, 20.0), (20.0, 40.0), (40.0, 1e3))
-_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -199,14 +193,11 @@ def _real_roads(
 ) -> dict[str, Any]:
     data = KittiObject(kitti)
     there = set(data.ids(having=("image_2", "calib")))
-    rows = [
-        (Path(row["img_name"]).stem, RoadType.STREET if row["label"] == "1" else RoadType.HIGHWAY)
-        for row in _rows(scenarios / "road_type")
-    ]
+    labels = _lists(scenarios / "road_type")
     frames: list[dict[str, Any]] = []
     pairs = []
-    for id, truth in sorted(row for row in rows if row[0] in there):
-        frame = data.frame(id)
+    for id in sorted(there & labels.keys()):
+        frame, truth = data.frame(id), ROAD_TYPES[labels[id]]
         pairs.append((truth, selector.select(frame)))
         highway = round(selector.highway_probability(frame), 4)
         frames.append({"frame": id, "truth": str(truth), "highway": highway})
@@ -215,10 +206,10 @@ def _real_roads(
 
 def _static_frames(scenarios: Path) -> set[str]:
     """Frames none of whose objects moves, by the authors' list of crops."""
-    labels: dict[str, set[str]] = defaultdict(set)
-    for row in _rows(scenarios / "moving_object"):
-        labels[row["img_name"].partition("_")[0]].add(row["label"])
-    return {id for id, seen in labels.items() if seen == {"0"}}
+    labels: dict[str, set[int]] = defaultdict(set)
+    for image, label in _lists(scenarios / "moving_object").items():
+        labels[image.partition("_")[0]].add(label)
+    return {id for id, seen in labels.items() if seen == {0}}
 
 
 def _all_standing(boxes: Boxes3D) -> Boxes3D:
@@ -226,18 +217,16 @@ def _all_standing(boxes: Boxes3D) -> Boxes3D:
     return replace(boxes, moving=np.zeros(len(boxes), bool))
 
 
-def _rows(folder: Path) -> list[dict[str, str]]:
-    found: list[dict[str, str]] = []
-    for path in sorted(folder.glob("*.csv")):
-        with path.open(newline="") as file:
-            found += list(csv.DictReader(file))
-    if not found or not {"img_name", "label"} <= found[0].keys():
+def _lists(folder: Path) -> dict[str, int]:
+    """Labels by image of all lists of a folder."""
+    lists = sorted(folder.glob("*.csv"))
+    if not lists:
         raise DataError(
-            "No list with the columns img_name and label is here.",
+            "No list of images is here.",
             path=folder,
             remedy="It belongs to the labelled scenarios of the thesis' authors.",
         )
-    return found
+    return {image: label for path in lists for image, label in read_label_list(path).items()}
 
 
 def _hash(path: Path) -> str | None:
@@ -252,23 +241,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--split", default="val", help="of them; '' for all (default: val)")
     parser.add_argument("--kitti", type=Path, help="real frames: root of the object benchmark")
     parser.add_argument("--scenarios", type=Path, help="the authors' labelled scenarios")
-    parser.add_argument("--motion-weights", type=Path, default=SHIPPED)
-    parser.add_argument("--road-type-weights", type=Path, default=SHIPPED_ROAD_TYPE)
+    parser.add_argument("--motion-weights", type=Path, default=shipped_weights("motion_small"))
+    parser.add_argument(
+        "--road-type-weights", type=Path, default=shipped_weights("road_type_small")
+    )
     parser.add_argument("--json", type=Path, help="file for the result; default: standard output")
     options = parser.parse_args(arguments)
-    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
-    try:
-        result = run(options)
-    except AvsecError as error:
-        _LOG.error("%s", error)
-        return 1
-    text = json.dumps(result, indent=1, allow_nan=False) + "\n"
-    if options.json is None:
-        sys.stdout.write(text)
-    else:
-        options.json.parent.mkdir(parents=True, exist_ok=True)
-        options.json.write_text(text)
-    return 0
+    return answer(options, run)
 
 
 if __name__ == "__main__":

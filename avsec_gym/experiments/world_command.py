@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
-import logging
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from avsec_gym.commands.console import progress
-from avsec_gym.errors import AvsecError
+from avsec_gym.experiments.answer import answer
 from avsec_gym.experiments.world_frames import (
     SUITES,
     Measure,
@@ -22,7 +19,6 @@ from avsec_gym.experiments.world_frames import (
 )
 
 Rows = list[dict[str, Any]]
-_LOG = logging.getLogger(__name__)
 
 
 def command(
@@ -56,19 +52,7 @@ def command(
     if add_arguments is not None:
         add_arguments(parser)
     options = parser.parse_args(arguments)
-    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
-    try:
-        result = run(options)
-    except AvsecError as error:
-        _LOG.error("%s", error)
-        return 1
-    text = json.dumps(result, indent=1, allow_nan=False) + "\n"
-    if options.json is None:
-        sys.stdout.write(text)
-    else:
-        options.json.parent.mkdir(parents=True, exist_ok=True)
-        options.json.write_text(text)
-    return 0
+    return answer(options, run)
 
 
 def measure_all(

@@ -9,10 +9,8 @@ belongs to the scenario; here is what has to be learned::
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import torch
@@ -21,10 +19,8 @@ from torch import Tensor, nn
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Image, SensorFrame
+from avsec_gym.perception.weights.given import SHIPPED, Weights, give_weights
 from avsec_gym.road_type import RoadType
-
-SHIPPED = Path(__file__).parent / "weights" / "road_type_small.safetensors"
-"""Trained on the procedural world; its card lies beside it."""
 
 ROAD_TYPES = (RoadType.STREET, RoadType.HIGHWAY)
 """In the order of the network's evidence."""
@@ -104,8 +100,7 @@ class DrivingConstraintSelector:
 
     Args:
         configuration: Of the network, or a preset's name.
-        weights: A file of `avsec_gym.perception.weights.store`, or a `state_dict`; ``shipped``
-            for those that come with the package; random if None.
+        weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
         cameras: Whose images are looked at, as far as the frame has them.
 
     Raises:
@@ -118,25 +113,14 @@ class DrivingConstraintSelector:
     def __init__(
         self,
         configuration: RoadTypeConfiguration | str = "small",
-        weights: str | Path | Mapping[str, Tensor] | None = "shipped",
+        weights: Weights = SHIPPED,
         cameras: tuple[int, ...] = (2, 3),
     ) -> None:
         if isinstance(configuration, str):
             configuration = RoadTypeConfiguration.preset(configuration)
         self.configuration, self.cameras = configuration, cameras
         self.network = RoadTypeNetwork(configuration)
-        if weights == "shipped":
-            weights = SHIPPED
-        if isinstance(weights, str | Path):
-            from avsec_gym.perception.weights.store import load_weights
-
-            load_weights(weights, self.network)
-        elif weights is not None:
-            try:
-                self.network.load_state_dict(weights)
-            except RuntimeError as error:
-                raise ConfigurationError(f"weights of another network: {error}") from error
-        self.network.eval().requires_grad_(False)
+        give_weights(self.network, weights, f"{self.name}_small")
 
     def select(self, frame: SensorFrame) -> RoadType:
         """The likelier road type; in doubt a street, on which one drives slowly.

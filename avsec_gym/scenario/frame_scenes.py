@@ -7,20 +7,17 @@ a street.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
-from avsec_gym.kitti.text_files import read_text
-from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.label_list import ROAD_TYPES, read_label_list
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.scene_sets import SceneSet, labelled_scene
 
 _SUITES = ("street", "highway", "mixed")
-_ROAD_TYPES = {"1": RoadType.STREET, "0": RoadType.HIGHWAY}
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,11 +67,12 @@ def frame_scenes(
             path=data.folder,
             remedy="label_2/, image_2/ and image_3/ need files of the same names.",
         )
-    road_types = read_road_types(data.folder / "road_type.csv")
+    listed = data.folder / "road_type.csv"
+    labels = read_label_list(listed) if listed.is_file() else {}
     scenes, remarks = [], []
     for id in ids:
         flags = data.folder / "moving" / f"{id}.txt"
-        road_type = road_types.get(id, RoadType.STREET)
+        road_type = ROAD_TYPES[labels.get(id, 1)]
         scene, remark = labelled_scene(
             data.folder / "label_2" / f"{id}.txt",
             flags if flags.is_file() else None,
@@ -85,30 +83,6 @@ def frame_scenes(
         scenes.append(scene)
         remarks += remark
     return FrameScenes(data, SceneSet(str(source), tuple(scenes), tuple(remarks)))
-
-
-def read_road_types(path: Path) -> Mapping[str, RoadType]:
-    """Road types by frame from a file ``img_name,label`` (1 street, 0 highway), {} without it.
-
-    Raises:
-        DataError: A line is broken.
-    """
-    if not path.is_file():
-        return {}
-    result = {}
-    for number, line in enumerate(read_text(path).splitlines()[1:], 2):
-        if not line.strip():
-            continue
-        name, _, label = line.partition(",")
-        if label.strip() not in _ROAD_TYPES:
-            raise DataError(
-                f"{line.strip()!r} names no road type.",
-                path=path,
-                line=number,
-                remedy="A line is a frame and 1 (street) or 0 (highway), such as 000107,1.",
-            )
-        result[Path(name.strip()).stem] = _ROAD_TYPES[label.strip()]
-    return result
 
 
 def _data(source: str | Path) -> KittiObject:

@@ -13,11 +13,11 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.map_files import Disparity
 
-_BUILT_IN = {
-    "sgbm": "avsec_gym.perception.depth.sgbm:SemiGlobalMatching",
-    "lidar": "avsec_gym.perception.depth.lidar:LidarDepth",
-    "ground_truth": "avsec_gym.perception.depth.ground_truth:GroundTruthDepth",
-    "psmnet": "avsec_gym.perception.depth.psmnet_depth:PsmNetDepth",
+_BUILT_IN: dict[str, tuple[str, dict[str, Any]]] = {
+    "sgbm": ("avsec_gym.perception.depth.sgbm:SemiGlobalMatching", {}),
+    "lidar": ("avsec_gym.perception.depth.lidar:LidarDepth", {}),
+    "ground_truth": ("avsec_gym.perception.depth.ground_truth:GroundTruthDepth", {}),
+    "psmnet": ("avsec_gym.perception.depth.psmnet_depth:PsmNetDepth", {"weights": "shipped"}),
 }
 
 
@@ -88,9 +88,10 @@ def make_depth(what: Any = "sgbm") -> Any:
         raise ConfigurationError(
             f"there is no depth estimator named {name!r}; known: {', '.join(_BUILT_IN)}"
         )
-    module, attribute = _BUILT_IN[name].split(":")
+    path, defaults = _BUILT_IN[name]
+    module, attribute = path.split(":")
     try:
-        return getattr(import_module(module), attribute)(**arguments)
+        return getattr(import_module(module), attribute)(**(defaults | arguments))
     except TypeError as error:
         raise ConfigurationError(f"the depth estimator {name!r} cannot be made: {error}") from error
 

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
-
 import torch
 from torch import Tensor
 from torch.nn import functional
 
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.depth.depth import DisparityMap, pair_scale
 from avsec_gym.perception.depth.psmnet import PsmNet, PsmNetConfiguration, psmnet_loss
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
+from avsec_gym.perception.weights.given import Weights, give_weights
 
 _MEAN, _DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
 """Of ImageNet's red, green and blue, as shares of 255."""
@@ -27,7 +24,7 @@ class PsmNetDepth:
 
     Args:
         configuration: Of the network, or a preset's name.
-        weights: A file of `avsec_gym.perception.weights.store`, or a `state_dict`; random if None.
+        weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
         left: Reference camera.
         right: The other one.
 
@@ -41,25 +38,17 @@ class PsmNetDepth:
     def __init__(
         self,
         configuration: PsmNetConfiguration | str = "small",
-        weights: str | Path | Mapping[str, Tensor] | None = None,
+        weights: Weights = None,
         left: int = 2,
         right: int = 3,
     ) -> None:
+        preset = configuration if isinstance(configuration, str) else "small"
         if isinstance(configuration, str):
             configuration = PsmNetConfiguration.preset(configuration)
         self.configuration = configuration
         self.left, self.right = left, right
         self.network = PsmNet(configuration)
-        if isinstance(weights, str | Path):
-            from avsec_gym.perception.weights.store import load_weights
-
-            load_weights(weights, self.network)
-        elif weights is not None:
-            try:
-                self.network.load_state_dict(weights)
-            except RuntimeError as error:
-                raise ConfigurationError(f"weights of another network: {error}") from error
-        self.network.eval().requires_grad_(False)
+        give_weights(self.network, weights, f"{self.name}_{preset}")
 
     def disparity(self, frame: SensorFrame) -> DisparityMap:
         """See `DepthEstimator`."""

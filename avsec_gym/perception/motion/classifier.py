@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import torch
@@ -12,16 +10,13 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.perception.motion.crops import Crops, current_crops, earlier_crops, object_regions
 from avsec_gym.perception.motion.displacement import likeliest_ways
 from avsec_gym.perception.motion.ego_motion import ego_motion
 from avsec_gym.perception.motion.network import CropBatch, MotionConfiguration, MotionNetwork
-
-SHIPPED = Path(__file__).parents[1] / "weights" / "motion_small.safetensors"
-"""Trained on the procedural world; its card lies beside it."""
+from avsec_gym.perception.weights.given import SHIPPED, Weights, give_weights
 
 _THRESHOLD = 0.5
 
@@ -65,15 +60,13 @@ class MovingObjectClassifier:
 
     Args:
         configuration: Of the network, or a preset's name.
-        weights: A file of `avsec_gym.perception.weights.store`, or a `state_dict`; ``shipped``
-            for those that come with the package (`small` only); random if None.
+        weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
         threshold: Least probability of what is said to move.
         left: Reference camera.
         right: The other one.
 
     Raises:
-        ConfigurationError: Another preset, no shipped weights for it, or a `state_dict` of
-            another network.
+        ConfigurationError: Another preset, or a `state_dict` of another network.
         DataError: The file cannot be read, or is of another network.
 
     Source:
@@ -85,32 +78,18 @@ class MovingObjectClassifier:
     def __init__(
         self,
         configuration: MotionConfiguration | str = "small",
-        weights: str | Path | Mapping[str, Tensor] | None = "shipped",
+        weights: Weights = SHIPPED,
         threshold: float = _THRESHOLD,
         left: int = 2,
         right: int = 3,
     ) -> None:
+        preset = configuration if isinstance(configuration, str) else "small"
         if isinstance(configuration, str):
             configuration = MotionConfiguration.preset(configuration)
         self.configuration, self.threshold = configuration, threshold
         self.left, self.right = left, right
         self.network = MotionNetwork(configuration)
-        if weights == "shipped":
-            if configuration != MotionConfiguration.preset("small"):
-                raise ConfigurationError(
-                    "weights come with the preset 'small' only: give a file, or None"
-                )
-            weights = SHIPPED
-        if isinstance(weights, str | Path):
-            from avsec_gym.perception.weights.store import load_weights
-
-            load_weights(weights, self.network)
-        elif weights is not None:
-            try:
-                self.network.load_state_dict(weights)
-            except RuntimeError as error:
-                raise ConfigurationError(f"weights of another network: {error}") from error
-        self.network.eval().requires_grad_(False)
+        give_weights(self.network, weights, f"{self.name}_{preset}")
 
     def classify(self, boxes: Boxes3D, frame: SensorFrame) -> Boxes3D:
         """The same boxes with `moving` set.

@@ -19,6 +19,7 @@ from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.kitti.text_files import read_text, write_text
 from avsec_gym.perception.weights.state_dict import fit_state
 
+WHERE_FROM = "Train them with `avsec train`, or take published ones with `avsec weights import`."
 _AGAIN = "Fetch or train the weights again."
 
 
@@ -104,6 +105,8 @@ def load_weights(path: str | Path, network: nn.Module) -> ModelCard | None:
             what is missing, unexpected or of another shape is named.
     """
     path = Path(path)
+    if not path.is_file():
+        raise DataError("There are no weights here.", path=path, remedy=WHERE_FROM)
     try:
         content = path.read_bytes()
         state = load(content)

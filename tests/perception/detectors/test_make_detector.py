@@ -41,7 +41,7 @@ def test_a_file_of_weights_makes_a_detector(name: str, network: type, tmp_path: 
 
 
 def test_missing_weights_tell_how_to_get_them(tmp_path: Path) -> None:
-    with pytest.raises(DataError, match=r"nowhere\.safetensors.*avsec train dsgn"):
+    with pytest.raises(DataError, match=r"nowhere\.safetensors: There are no.*avsec train"):
         make_detector({"name": "dsgn", "weights": str(tmp_path / "nowhere.safetensors")})
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +20,7 @@ from avsec_gym.perception.detectors.dsgn.losses import depth_loss, detection_los
 from avsec_gym.perception.detectors.dsgn.network import DsgnNetwork, DsgnOutput
 from avsec_gym.perception.detectors.dsgn.targets import anchor_targets
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
+from avsec_gym.perception.weights.given import Weights, give_weights
 
 _MEAN = (0.485, 0.456, 0.406)
 _DEVIATION = (0.229, 0.224, 0.225)
@@ -54,7 +55,7 @@ class DsgnDetector:
 
     Args:
         configuration: Of the network, or a preset's name.
-        weights: `state_dict` of the network; random if None.
+        weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
         categories: Classes that `losses` teaches, among those of the anchors.
         rule: Which anchors become boxes.
 
@@ -68,10 +69,11 @@ class DsgnDetector:
     def __init__(
         self,
         configuration: DsgnConfiguration | str = "small",
-        weights: Mapping[str, Tensor] | None = None,
+        weights: Weights = None,
         categories: Sequence[str] = ("Car",),
         rule: DecodingRule = DecodingRule(),
     ) -> None:
+        preset = configuration if isinstance(configuration, str) else "small"
         if isinstance(configuration, str):
             configuration = DsgnConfiguration.preset(configuration)
         known = [anchor.category for anchor in configuration.anchors]
@@ -81,12 +83,7 @@ class DsgnDetector:
         self.categories = tuple(categories)
         self.rule = rule
         self.network = DsgnNetwork(configuration)
-        if weights is not None:
-            try:
-                self.network.load_state_dict(weights)
-            except RuntimeError as error:
-                raise ConfigurationError(f"weights of another network: {error}") from error
-        self.network.eval().requires_grad_(False)
+        give_weights(self.network, weights, f"{self.name}_{preset}")
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
         """The objects of a frame, best score first, with `box2d` and `alpha`.

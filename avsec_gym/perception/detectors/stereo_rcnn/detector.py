@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +11,6 @@ from torch import Tensor
 from torch.nn.utils.rnn import pad_sequence
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.stereo_rcnn.backbone import FeaturePyramid
 from avsec_gym.perception.detectors.stereo_rcnn.configuration import (
@@ -41,6 +40,7 @@ from avsec_gym.perception.detectors.stereo_rcnn.targets import (
     draw_sampling,
 )
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
+from avsec_gym.perception.weights.given import Weights, give_weights
 
 _SMALL_SAMPLE = SampleCount(anchors=256, regions=64)
 
@@ -53,7 +53,7 @@ class StereoRcnnDetector:
 
     Args:
         configuration: Of the network, or a preset's name.
-        weights: `state_dict` of the network; random if None.
+        weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
         rule: Which regions become boxes.
         alignment: How depths are searched; None: as published for `resnet101`, else as measured.
         sample: How much of an image `losses` takes; None: as published for `resnet101`, else less.
@@ -68,7 +68,7 @@ class StereoRcnnDetector:
     def __init__(
         self,
         configuration: StereoRcnnConfiguration | str = "small",
-        weights: Mapping[str, Tensor] | None = None,
+        weights: Weights = None,
         rule: DecodingRule = DecodingRule(),
         alignment: Alignment | None = None,
         sample: SampleCount | None = None,
@@ -84,12 +84,7 @@ class StereoRcnnDetector:
         self.seed = seed
         self.network = StereoRcnnNetwork(configuration)
         self.term_weights = TermWeights()
-        if weights is not None:
-            try:
-                self.network.load_state_dict(weights)
-            except RuntimeError as error:
-                raise ConfigurationError(f"weights of another network: {error}") from error
-        self.network.eval().requires_grad_(False)
+        give_weights(self.network, weights, f"{self.name}_{configuration.name}")
         self.term_weights.requires_grad_(False)
 
     def detect(self, frame: SensorFrame) -> Boxes3D:

@@ -1,0 +1,39 @@
+"""What commands of experiments do with a result: JSON to standard output or into a file."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from avsec_gym.errors import AvsecError
+
+_LOG = logging.getLogger(__name__)
+
+
+def answer(options: argparse.Namespace, run: Callable[[argparse.Namespace], Any]) -> int:
+    """Run, and write the result where the option ``json`` says.
+
+    Args:
+        options: Of the command line; `json` is a path or None for standard output.
+        run: From the options to the result.
+
+    Returns:
+        The exit code: 1 where data or options were bad, which is said.
+    """
+    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
+    try:
+        result = run(options)
+    except AvsecError as error:
+        _LOG.error("%s", error)
+        return 1
+    text = json.dumps(result, indent=1, allow_nan=False) + "\n"
+    if options.json is None:
+        sys.stdout.write(text)
+    else:
+        options.json.parent.mkdir(parents=True, exist_ok=True)
+        options.json.write_text(text)
+    return 0

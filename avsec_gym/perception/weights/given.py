@@ -1,0 +1,55 @@
+"""The weights that a user gives to a network: a file, tensors, those of the package, or none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from torch import Tensor, nn
+
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.perception.weights.store import WHERE_FROM, load_weights
+
+SHIPPED = "shipped"
+"""Stands for the weights that come with the package."""
+
+Weights = str | Path | Mapping[str, Tensor] | None
+"""A file as `save_weights` writes it; a ``state_dict``; `SHIPPED`; None for random ones."""
+
+
+def give_weights(network: nn.Module, weights: Weights, name: str) -> None:
+    """Fill a network; it stands in evaluation mode then, its weights frozen.
+
+    Args:
+        network: To fill.
+        weights: See `Weights`.
+        name: Of network and preset, such as ``dsgn_small``: that of the package's file.
+
+    Raises:
+        ConfigurationError: A ``state_dict`` of another network.
+        DataError: The file is missing, damaged, or of another network.
+    """
+    if isinstance(weights, Mapping):
+        try:
+            network.load_state_dict(weights)
+        except RuntimeError as error:
+            raise ConfigurationError(f"weights of another network: {error}") from error
+    elif weights is not None:
+        load_weights(shipped_weights(name) if weights == SHIPPED else weights, network)
+    network.eval().requires_grad_(False)
+
+
+def shipped_weights(name: str) -> Path:
+    """The package's file of weights.
+
+    Raises:
+        DataError: None come with the package for this network and preset.
+    """
+    path = Path(__file__).parent / f"{name}.safetensors"
+    if not path.is_file():
+        raise DataError(
+            f"No weights of {name} come with the package.",
+            path=path,
+            remedy=WHERE_FROM + " Then name the file: weights=FILE.",
+        )
+    return path
