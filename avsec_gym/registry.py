@@ -1,4 +1,4 @@
-"""Names for detectors, attacks, planners and validators, open to third parties.
+"""Names for the parts of the pipeline, open to third parties.
 
 A package adds its own by an entry point of the group ``avsec_gym.plugins`` that names a function
 without arguments, which calls `register`.  Wherever this project takes one of these parts, it takes
@@ -24,6 +24,8 @@ class Kind(StrEnum):
 
     DETECTOR = "detector"
     ATTACK = "attack"
+    CLASSIFIER = "classifier"
+    SELECTOR = "selector"
     PLANNER = "planner"
     VALIDATOR = "validator"
 
@@ -44,6 +46,15 @@ _BUILT_IN = {
     ),
     (Kind.DETECTOR, "oracle"): ("avsec_gym.perception.detectors.recorded:Oracle", {}),
     (Kind.DETECTOR, "replayed"): ("avsec_gym.perception.detectors.recorded:Replayed", {}),
+    (Kind.CLASSIFIER, "small"): (
+        "avsec_gym.perception.motion.classifier:MovingObjectClassifier",
+        {},
+    ),
+    (Kind.CLASSIFIER, "vgg16"): (
+        "avsec_gym.perception.motion.classifier:MovingObjectClassifier",
+        {"configuration": "vgg16"},
+    ),
+    (Kind.SELECTOR, "small"): ("avsec_gym.perception.road_type:DrivingConstraintSelector", {}),
     (Kind.ATTACK, "random_ghosts"): ("avsec_gym.attacks.object_injection:RandomGhosts", {}),
 }
 _REGISTERED: dict[tuple[Kind, str], Callable[..., Any]] = {}
@@ -54,7 +65,7 @@ def register(kind: Kind | str, name: str, factory: Callable[..., Any]) -> None:
     """Give a factory a name.
 
     Args:
-        kind: Detector, attack, planner or validator.
+        kind: One of `Kind`.
         name: How users ask for it.
         factory: Makes the object from keyword arguments.
 
@@ -71,7 +82,7 @@ def make(kind: Kind | str, what: Any) -> Any:
     """The object that a name, a dictionary or an object stands for.
 
     Args:
-        kind: Detector, attack, planner or validator.
+        kind: One of `Kind`.
         what: ``"astar"``, ``{"name": "astar", "node_limit": 1000}``, or a live object, which is
             returned as it is.
 

@@ -91,7 +91,9 @@ def test_unknown_names_list_the_known_ones() -> None:
 
 
 def test_unknown_kinds_list_the_known_ones() -> None:
-    with pytest.raises(ConfigurationError, match="detector, attack, planner, validator"):
+    with pytest.raises(
+        ConfigurationError, match="detector, attack, classifier, selector, planner, validator"
+    ):
         make("camera", "astar")
     with pytest.raises(ConfigurationError, match="no kind of part"):
         register("camera", "mine", lambda: 1)

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, cast, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, cast, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
-from torch import Tensor
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.perception.detectors.detector import Detector
 from avsec_gym.scenario.intention import Intention
+
+if TYPE_CHECKING:  # Attacks that only copy pixels need no torch.
+    from torch import Tensor
 
 Seed = int | Sequence[int]
 """As `numpy.random.default_rng` takes it."""
@@ -87,7 +89,7 @@ class Attack(Protocol):
 
 
 def with_pair(frame: SensorFrame, left: Tensor, right: Tensor) -> SensorFrame:
-    """The same moment seen with other images, shape (3, H, W) each, grey levels, kept as float32."""
+    """The same moment with other images, shape (3, H, W) each, grey levels, kept as float32."""
     for camera, image in ((LEFT, left), (RIGHT, right)):
         pixels = image.detach().clamp(0, 255).permute(1, 2, 0).float().cpu().contiguous().numpy()
         frame = frame.with_image(camera, cast(Image, pixels))

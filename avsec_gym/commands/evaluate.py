@@ -13,6 +13,7 @@ from avsec_gym.commands import console
 from avsec_gym.errors import ConfigurationError, DataError
 
 if TYPE_CHECKING:
+    from avsec_gym.boxes import Boxes3D
     from avsec_gym.experiments.driving_safety import Detected, DrivingSafety
     from avsec_gym.scenario.scene_sets import SceneSet
 
@@ -36,9 +37,10 @@ class Evaluate:
     """Where to go."""
     score_threshold: float | None = None
     """Detections below are dropped.  Default: 0.3 where all scores are probabilities, else 0."""
-    motion: Literal["static", "truth"] | None = None
-    """What the planner takes as moving: nothing, or what really moves.  Default: truth with ground
-    truth in, static with detections."""
+    motion: Literal["static", "truth", "classifier"] | None = None
+    """What the planner takes as moving: nothing, what really moves, or the detections that the
+    moving-object classifier says (needs --kitti with images).  Default: truth with ground truth in,
+    static with detections."""
     seed: int = 0
     """Moving objects draw their speeds from it; so do procedural layouts."""
     draw_start_speed: bool = False
@@ -90,7 +92,7 @@ class Evaluate:
                     tuple(Intention) if self.intention == "all" else (Intention(self.intention),)
                 ),
                 detected=detected,
-                truth_motion=known or Motion.TRUTH,
+                truth_motion=Motion.TRUTH if known in (None, Motion.CLASSIFIER) else known,
                 detected_motion=known or Motion.STATIC,
                 on_progress=shown,
             )
@@ -151,8 +153,10 @@ class Evaluate:
         from avsec_gym.kitti.label_folders import is_id
 
         if self.detections is None:
-            if self.score_threshold is not None or self.sweep:
-                raise ConfigurationError("--score-threshold and --sweep belong to --detections")
+            if self.score_threshold is not None or self.sweep or self.motion == "classifier":
+                raise ConfigurationError(
+                    "--score-threshold, --sweep and --motion classifier belong to --detections"
+                )
             return scenes, None
         ids = [scene.id for scene in scenes.scenes]
         if not all(map(is_id, ids)):
@@ -169,7 +173,31 @@ class Evaluate:
                 f"avsec: {self.detections}: {len(missing)} of {len(ids)} frames have no file and"
                 f" count as without detections: {names}"
             )
+        if self.motion == "classifier":
+            boxes = self._classified(boxes, broken)
         return scenes.without(broken), Detected(boxes, self.score_threshold, tuple(missing))
+
+    def _classified(
+        self, boxes: dict[str, Boxes3D], broken: dict[str, DataError]
+    ) -> dict[str, Boxes3D]:
+        """The detections with what C says of their motion; frames that cannot be read are noted."""
+        from avsec_gym.kitti.dataset import KittiObject
+        from avsec_gym.registry import Kind, make
+
+        if self.kitti is None:
+            raise ConfigurationError("--motion classifier looks at images: name their --kitti ROOT")
+        data, classifier = KittiObject(self.kitti), make(Kind.CLASSIFIER, "small")
+        result = {}
+        with console.progress("classifying") as shown:
+            for done, (id, detected) in enumerate(boxes.items(), start=1):
+                try:
+                    result[id] = classifier.classify(detected, data.frame(id))
+                except DataError as error:
+                    broken[id] = error
+                shown(done, len(boxes))
+        if broken and not result:
+            raise next(iter(broken.values()))
+        return result
 
     def _sweep(self, scenes: SceneSet, detected: Detected) -> list[dict[str, Any]]:
         import numpy as np

@@ -8,6 +8,7 @@ import numpy as np
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import wrap_angle
+from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.builder import obstacles_of
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
@@ -43,6 +44,7 @@ class GivenScene:
         intention: Intention | None = None,
         believed: Boxes3D | None = None,
         motion: Motion = Motion.TRUTH,
+        road_type: RoadType | None = None,
     ) -> PlanningScenario:
         """What the planner is asked when perception believes in certain boxes.
 
@@ -50,6 +52,7 @@ class GivenScene:
             intention: Not used: the goal is given.
             believed: Detected boxes, seen from the start pose; they stand.  None: the truth.
             motion: What the planner knows of the true obstacles' motion.
+            road_type: Not used: the start is given.
         """
         if believed is not None:
             return self.scenario.with_obstacles(self._placed(obstacles_of(believed)))

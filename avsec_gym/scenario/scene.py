@@ -30,6 +30,9 @@ class Motion(StrEnum):
     TRUTH = "truth"
     """The objects that really move, as they really move; a detected object moves as the true object
     that it overlaps most."""
+    CLASSIFIER = "classifier"
+    """The boxes whose own `moving` is set, as C sets it: along their headings, at the middle of the
+    road type's range of speeds."""
 
     @classmethod
     def named(cls, name: Motion | str) -> Motion:
@@ -82,7 +85,10 @@ class Scene:
     @property
     def start_speed(self) -> float:
         """The ego vehicle's speed at the start, m/s."""
-        constraints = driving_constraints(self.road_type)
+        return self._start_speed(self.road_type)
+
+    def _start_speed(self, road_type: RoadType) -> float:
+        constraints = driving_constraints(road_type)
         if not self.draw_start_speed:
             return constraints.start_speed
         generator = np.random.default_rng([self.seed, self.number, 1])
@@ -97,6 +103,7 @@ class Scene:
         intention: Intention,
         believed: Boxes3D | None = None,
         motion: Motion = Motion.TRUTH,
+        road_type: RoadType | None = None,
     ) -> PlanningScenario:
         """What the planner is asked when perception believes in certain boxes.
 
@@ -104,17 +111,24 @@ class Scene:
             intention: Where to go.
             believed: Detected boxes; None: the ground truth.
             motion: What the planner knows of motion.
+            road_type: What the car believes to drive on; None: the truth.
+
+        Raises:
+            ConfigurationError: Motion is to come from a classifier, and the boxes have no `moving`.
         """
         boxes = self.boxes if believed is None else believed
+        road_type = self.road_type if road_type is None else road_type
         speeds = None
         if motion == Motion.TRUTH:
             speeds = self.speeds if believed is None else self.speeds_of(believed)
+        elif motion == Motion.CLASSIFIER:
+            speeds = _classified_speeds(boxes, road_type)
         return build_planning_scenario(
             boxes,
-            road_type=self.road_type,
+            road_type=road_type,
             intention=intention,
             speeds=speeds,
-            start_speed=self.start_speed,
+            start_speed=self._start_speed(road_type),
             id=self.id,
         )
 
@@ -147,3 +161,11 @@ class Scene:
         turned = detected.poses[:, 2] - self.boxes.poses[real][best, 2]
         along = self.speeds[real][best] * np.where(np.cos(turned) < 0, -1.0, 1.0)
         return np.where(moves, along, 0.0)
+
+
+def _classified_speeds(boxes: Boxes3D, road_type: RoadType) -> Floats:
+    if boxes.moving is None:
+        raise ConfigurationError(
+            "motion by a classifier needs boxes with `moving`: let C classify them first"
+        )
+    return np.where(boxes.moving, np.mean(driving_constraints(road_type).others_speed), 0.0)

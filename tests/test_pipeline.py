@@ -1,0 +1,168 @@
+"""The chain from the sensors to the verdict: each part is asked once, and believed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from avsec_gym.attacks.attack import Budget, Seed, Victim
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import Calibration, SensorFrame
+from avsec_gym.geometry import ego_to_camera
+from avsec_gym.kitti.labels import write_detections
+from avsec_gym.pipeline import Pipeline
+from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene import Motion, Scene
+
+GREY = np.full((4, 6, 3), 100, np.uint8)
+WALL = [[12.0, y, 0.0] for y in (-3.5, 0.0, 3.5)]
+"""Cars side by side on all three lanes."""
+
+
+def cars(poses: list[list[float]], moving: bool = False) -> Boxes3D:
+    location, rotation_y = ego_to_camera(np.array(poses, float).reshape(-1, 3), 1.65)
+    count = len(rotation_y)
+    return Boxes3D(
+        location,
+        np.tile([1.5, 1.6, 4.0], (count, 1)),
+        rotation_y,
+        np.ones(count),
+        np.full(count, "Car"),
+        moving=np.full(count, moving),
+    )
+
+
+def frame() -> SensorFrame:
+    projections = np.zeros((4, 3, 4))
+    projections[2:] = [[700.0, 0, 3, 0], [0, 700, 2, 0], [0, 0, 1, 0]]
+    projections[3, 0, 3] = -370.0
+    to_camera = np.array([[0.0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0]])
+    return SensorFrame("000001", Calibration(projections, np.eye(3), to_camera), {2: GREY, 3: GREY})
+
+
+@dataclass
+class Believer:
+    """A detector that sees a wall of cars in bright images, and nothing in others."""
+
+    name: str = "believer"
+    seen: list[np.ndarray] = field(default_factory=list)
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        self.seen.append(frame.image(2))
+        return cars(WALL) if frame.image(2).mean() > 200 else Boxes3D.empty()
+
+    def detect_batch(self, batch: object) -> list[Boxes3D]:
+        return [cars(WALL) if left.mean() > 200 else Boxes3D.empty() for left in batch.left]  # type: ignore[attr-defined]
+
+
+@dataclass
+class Glare:
+    """An attack that makes both images bright."""
+
+    name: str = "glare"
+    budget: Budget = field(default_factory=lambda: Budget(155.0))
+    asked: list[tuple[Victim, Seed]] = field(default_factory=list)
+
+    def attack(self, frame: SensorFrame, victim: Victim, seed: Seed = 0) -> SensorFrame:
+        self.asked.append((victim, seed))
+        for camera in (2, 3):
+            frame = frame.with_image(camera, np.full(GREY.shape, 240.4, np.float32))  # type: ignore[arg-type]
+        return frame
+
+
+class Restless:
+    """A classifier by which everything moves."""
+
+    def classify(self, boxes: Boxes3D, frame: SensorFrame) -> Boxes3D:
+        assert frame.image(2).dtype == np.uint8
+        return replace(boxes, moving=np.ones(len(boxes), bool))
+
+
+class Fast:
+    """A selector by which every road is a highway."""
+
+    def select(self, frame: SensorFrame) -> RoadType:
+        return RoadType.HIGHWAY
+
+
+EMPTY_STREET = Scene("000001", cars([]))
+
+
+def test_an_attack_that_conjures_a_wall_stops_the_car() -> None:
+    detector, attack = Believer(), Glare()
+    clean = Pipeline(detector)(EMPTY_STREET, frame())
+    assert clean.drive.record.outcome == "safe"
+    attacked = Pipeline(detector, attack)(EMPTY_STREET, frame(), Intention.LEFT, seed=(3, 1))
+    assert attacked.drive.record.outcome == "unplanned"
+    assert attacked.frame.image(2).dtype == np.uint8
+    victim, seed = attack.asked[0]
+    assert victim.detector is detector
+    assert victim.truth is EMPTY_STREET.boxes
+    assert victim.intention is Intention.LEFT
+    assert seed == (3, 1)
+    assert {"attack", "detector", "planner"} == set(attacked.seconds)
+    assert all(seconds >= 0 for seconds in attacked.seconds.values())
+
+
+def test_levels_stay_broken_if_asked() -> None:
+    detector = Believer()
+    Pipeline(detector, Glare(), whole_levels=False)(EMPTY_STREET, frame())
+    Pipeline(detector, Glare())(EMPTY_STREET, frame())
+    assert detector.seen[0].max() == np.float32(240.4)
+    assert detector.seen[1].max() == 240
+
+
+def test_unsure_detections_are_not_planned_on() -> None:
+    class Unsure(Believer):
+        def detect(self, frame: SensorFrame) -> Boxes3D:
+            return replace(cars(WALL), score=np.array([0.2, 0.29, 0.25]))
+
+    sees = Pipeline(Unsure())(EMPTY_STREET, frame())
+    assert (len(sees.perception.detections), len(sees.perception.believed)) == (3, 0)
+    assert sees.drive.record.safe
+    assert Pipeline(Unsure(), score_threshold=0.1)(EMPTY_STREET, frame()).drive.record.reason
+
+
+def test_what_the_classifier_says_moves_at_the_middle_of_the_range() -> None:
+    seen = frame().with_image(2, GREY + 120)
+    pipeline = Pipeline(Believer(), classifier=Restless(), selector=Fast())
+    problem = pipeline(EMPTY_STREET, seen).drive.problem
+    assert problem.road_type is RoadType.HIGHWAY
+    assert problem.start.velocity == 11.0
+    assert problem.obstacles.speeds[:, 0].tolist() == [12.0] * 3
+    standing = Pipeline(Believer(), motion=Motion.STATIC)(EMPTY_STREET, seen).drive.problem
+    assert standing.road_type is RoadType.STREET
+    assert not standing.obstacles.speeds.any()
+
+
+def test_motion_by_a_classifier_needs_one() -> None:
+    boxes = replace(cars(WALL), moving=None)
+    with pytest.raises(ConfigurationError, match="let C classify"):
+        Scene("1", cars([])).problem(Intention.LEFT, boxes, Motion.CLASSIFIER)
+
+
+def test_many_frames_are_believed_as_each_alone() -> None:
+    frames = [frame(), frame().with_image(2, GREY + 120)]
+    pipeline = Pipeline(Believer())
+    together = pipeline.perceive_all(frames)
+    alone = [pipeline.perceive(one) for one in frames]
+    assert [len(each.believed) for each in together] == [len(each.believed) for each in alone]
+    assert [len(each.believed) for each in together] == [0, 3]
+
+
+def test_parts_are_found_by_name(tmp_path: Path) -> None:
+    write_detections(tmp_path / "000001.txt", cars(WALL))
+    pipeline = Pipeline(
+        {"name": "replayed", "detections": str(tmp_path)},
+        planner="gbfs",
+        motion="static",  # type: ignore[arg-type]
+    )
+    assert pipeline.planner.algorithm == "gbfs"
+    assert pipeline(Scene("000001", cars(WALL)), frame()).drive.record.outcome == "unplanned"
+    with pytest.raises(ConfigurationError, match="no selector named 'large'"):
+        Pipeline("oracle", selector="large")
