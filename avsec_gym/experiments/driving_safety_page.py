@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from avsec_gym.experiments.thesis import SAFE_DRIVING_UNATTACKED, SAFE_DRIVING_WITH_GROUND_TRUTH
+from avsec_gym.experiments.thesis import NAMES, SAFE_DRIVING_WITH_GROUND_TRUTH, SAFETY
 from avsec_gym.planners.planner import Algorithm
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene_sets import WITHOUT_CARS
@@ -125,15 +125,16 @@ def page(results: dict[str, Any]) -> str:
                 "success",
                 "collision",
                 "safe driving",
-                *(f"thesis, {name} (stereo)" for name in SAFE_DRIVING_UNATTACKED),
+                *(f"thesis, {name} (stereo)" for name in NAMES.values()),
             ],
             [
                 [
                     row["intention"],
                     *_three(row),
                     *(
-                        f"{100 * rates[Intention(row['intention'])]:.1f}"
-                        for rates in SAFE_DRIVING_UNATTACKED.values()
+                        f"{100 * SAFETY[detector, 'unattacked', intention].safe:.1f}"
+                        for detector in NAMES
+                        for intention in [Intention(row["intention"])]
                     ),
                 ]
                 for row in detected
