@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.actions import checked_action
 from avsec_gym.envs.box_coding import BoxCoding
-from avsec_gym.envs.rendering import Window
+from avsec_gym.envs.info import drive_info
+from avsec_gym.envs.rendering import DrawnEnv
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.geometry import bird_eye_iou
@@ -29,7 +30,7 @@ _MATCHED = 0.5
 Observation = dict[str, NDArray[Any]]
 
 
-class DetectorBenchmarkEnv(gym.Env[Observation, NDArray[np.float32]]):
+class DetectorBenchmarkEnv(DrawnEnv[Observation]):
     """Find the objects around the car; it plans on what you report.
 
     ## Description
@@ -81,10 +82,7 @@ class DetectorBenchmarkEnv(gym.Env[Observation, NDArray[np.float32]]):
     * v0: first.
     """
 
-    metadata: dict[str, Any] = {  # noqa: RUF012 - as Gymnasium declares it
-        "render_modes": ["rgb_array", "human"],
-        "render_fps": 1,
-    }
+    title = "avsec/DetectorBenchmark-v0"
 
     def __init__(
         self,
@@ -96,11 +94,7 @@ class DetectorBenchmarkEnv(gym.Env[Observation, NDArray[np.float32]]):
         points: int = 0,
         render_mode: str | None = None,
     ) -> None:
-        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
-            raise ConfigurationError(
-                f"render_mode is None or one of {self.metadata['render_modes']},"
-                f" got {render_mode!r}"
-            )
+        super().__init__(render_mode)
         if max_boxes < 1 or points < 0:
             raise ConfigurationError(
                 f"max_boxes is 1 or more, points 0 or more, got {max_boxes} and {points}"
@@ -108,7 +102,7 @@ class DetectorBenchmarkEnv(gym.Env[Observation, NDArray[np.float32]]):
         self.scenes = _scenes(scenarios)
         self.planner = make(Kind.PLANNER, planner)
         self.motion = Motion.named(motion)
-        self.score_threshold, self.points, self.render_mode = score_threshold, points, render_mode
+        self.score_threshold, self.points = score_threshold, points
         self.coding = BoxCoding(max_boxes)
         self._labelled = self.scenes.scenes.labelled
         self._size = self.scenes.frame(self._labelled[0]).image(2).shape
@@ -126,7 +120,6 @@ class DetectorBenchmarkEnv(gym.Env[Observation, NDArray[np.float32]]):
         self._intention = Intention.STRAIGHT
         self._reported = Boxes3D.empty()
         self._drive: Drive | None = None
-        self._window: Window | None = None
 
     @property
     def frame(self) -> SensorFrame:
@@ -154,8 +147,7 @@ class DetectorBenchmarkEnv(gym.Env[Observation, NDArray[np.float32]]):
         self._frame = self.scenes.frame(self._scene)
         self._intention = intentions[int(self.np_random.integers(len(intentions)))]
         self._reported, self._drive = Boxes3D.empty(), None
-        if self.render_mode == "human":
-            self.render()
+        self.shown()
         return self._observe(), self._info()
 
     def step(
@@ -168,32 +160,19 @@ class DetectorBenchmarkEnv(gym.Env[Observation, NDArray[np.float32]]):
         self._drive = drive(
             scene, self._intention, reported, motion=self.motion, planner=self.planner
         )
-        if self.render_mode == "human":
-            self.render()
+        self.shown()
         info = self._info()
         return self._observe(), float(info["safe"]), True, False, info
 
-    def render(self) -> NDArray[np.uint8] | None:
+    def picture(self) -> NDArray[np.uint8] | None:
         """The left image with the believed boxes, above the drive that follows from them."""
-        if self.render_mode is None or self._scene is None:
+        if self._scene is None:
             return None
         from avsec_gym.report.detection_picture import detection_picture
 
         believed = self._reported
         shown = self._drive or drive(self._scene, self._intention, believed, planner=self.planner)
-        picture = detection_picture(self.frame, believed, shown)
-        if self.render_mode == "rgb_array":
-            return picture
-        if self._window is None:
-            self._window = Window("avsec/DetectorBenchmark-v0", self.metadata["render_fps"])
-        self._window.show(picture)
-        return None
-
-    def close(self) -> None:
-        """Close the window, if one is open."""
-        if self._window is not None:
-            self._window.close()
-            self._window = None
+        return detection_picture(self.frame, believed, shown)
 
     @property
     def _present(self) -> Scene:
@@ -230,14 +209,8 @@ class DetectorBenchmarkEnv(gym.Env[Observation, NDArray[np.float32]]):
         record = self._drive.record if self._drive is not None else None
         boxes, reported = self._present.boxes[is_obstacle(self._present.boxes)], self._reported
         return {
-            "planned": record is not None and record.planned,
-            "collision": record is not None and record.collision,
-            "safe": record is not None and record.safe,
+            **drive_info(record, self._present.id, self._intention),
             "is_success": record is not None and record.safe,
-            "cost": float(record.cost) if record is not None else float("nan"),
-            "outcome": record.outcome if record is not None else "reset",
-            "scenario": self._present.id,
-            "intention": str(self._intention),
             "objects": len(boxes),
             "found": _found(boxes, reported),
             "reported": len(reported),

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from avsec_gym.attacks.object_injection import hide_objects, inject_ghosts
 from avsec_gym.envs.actions import checked_action
 from avsec_gym.envs.ghost_game import FEATURES, NEAREST, OUTCOMES, GhostGame, Round
-from avsec_gym.envs.rendering import Window
+from avsec_gym.envs.rendering import DrawnEnv
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.metrics.safety import SAFE
 from avsec_gym.scenario.scene import Motion
@@ -20,7 +20,7 @@ from avsec_gym.scenario.scene import Motion
 QUERIES = 10
 
 
-class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
+class GhostObjectEnv(DrawnEnv[NDArray[np.float32]]):
     """Make a safe drive unsafe by changing what the car believes to be around it.
 
     ## Description
@@ -80,10 +80,8 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
     * v0: first.
     """
 
-    metadata: dict[str, Any] = {  # noqa: RUF012 - as Gymnasium declares it
-        "render_modes": ["rgb_array", "human"],
-        "render_fps": 4,
-    }
+    title = "avsec/GhostObject-v0"
+    metadata: dict[str, Any] = DrawnEnv.metadata | {"render_fps": 4}
 
     def __init__(
         self,
@@ -97,14 +95,10 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         price: float = 0.02,
         render_mode: str | None = None,
     ) -> None:
-        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
-            raise ConfigurationError(
-                f"render_mode is None or one of {self.metadata['render_modes']},"
-                f" got {render_mode!r}"
-            )
+        super().__init__(render_mode)
         check_budget(queries, price)
         self.game = GhostGame(scenarios, planner, ghosts, hides, motion, ghost)
-        self.queries, self.price, self.render_mode = queries, price, render_mode
+        self.queries, self.price = queries, price
         self.action_space = gym.spaces.Box(-1.0, 1.0, (self.game.action_size,), np.float32)
         self.observation_space = gym.spaces.Box(
             -1.0, 1.0, (self.game.observation_size,), np.float32
@@ -112,7 +106,6 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._round: Round | None = None
         self._action = np.full(self.game.action_size, -1.0)
         self._spent = 0
-        self._window: Window | None = None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -122,8 +115,7 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._round = self.game.draw(self.np_random, options)
         self._action = np.full(self.game.action_size, -1.0)
         self._spent = 0
-        if self.render_mode == "human":
-            self.render()
+        self.shown()
         return self._observe(None, np.nan), self._info(None, np.nan, 0, 0)
 
     def step(
@@ -139,8 +131,7 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
         self._spent += 1
         success = outcome != SAFE and self.game.is_safe(self._round.index, self._round.intention)
         reward = float(success) - self.price * (1 + placed + gone)
-        if self.render_mode == "human":
-            self.render()
+        self.shown()
         return (
             self._observe(outcome, cost),
             reward,
@@ -149,23 +140,9 @@ class GhostObjectEnv(gym.Env[NDArray[np.float32], NDArray[np.float32]]):
             self._info(outcome, cost, placed, gone, success),
         )
 
-    def render(self) -> NDArray[np.uint8] | None:
+    def picture(self) -> NDArray[np.uint8] | None:
         """The scene as it is, as it is believed to be, and the drive that follows."""
-        if self.render_mode is None or self._round is None:
-            return None
-        picture = _picture(self.game, self._round, self._action)
-        if self.render_mode == "rgb_array":
-            return picture
-        if self._window is None:
-            self._window = Window("avsec/GhostObject-v0", self.metadata["render_fps"])
-        self._window.show(picture)
-        return None
-
-    def close(self) -> None:
-        """Close the window, if one is open."""
-        if self._window is not None:
-            self._window.close()
-            self._window = None
+        return None if self._round is None else _picture(self.game, self._round, self._action)
 
     @property
     def _budget(self) -> int:

@@ -1,13 +1,69 @@
-"""A window for `render_mode="human"`; pictures themselves are made headless."""
+"""How environments draw themselves: pictures are made headless, a window only shows them."""
 
 from __future__ import annotations
 
-from typing import Any
+from abc import abstractmethod
+from typing import Any, Generic, TypeVar
 
+import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.errors import ConfigurationError
+
+Observation = TypeVar("Observation")
+
+
+class DrawnEnv(gym.Env[Observation, NDArray[np.float32]], Generic[Observation]):
+    """An environment with pictures; one that inherits it calls `shown` after reset and step.
+
+    Args:
+        render_mode: None, ``rgb_array`` or ``human``.
+
+    Raises:
+        ConfigurationError: Another mode.
+    """
+
+    metadata: dict[str, Any] = {  # noqa: RUF012 - as Gymnasium declares it
+        "render_modes": ["rgb_array", "human"],
+        "render_fps": 1,
+    }
+    title = "avsec-gym"
+    """Of the window."""
+
+    def __init__(self, render_mode: str | None = None) -> None:
+        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
+            raise ConfigurationError(
+                f"render_mode is None or one of {self.metadata['render_modes']},"
+                f" got {render_mode!r}"
+            )
+        self.render_mode = render_mode
+        self._window: Window | None = None
+
+    @abstractmethod
+    def picture(self) -> NDArray[np.uint8] | None:
+        """How it looks now, red, green, blue, shape (H, W, 3); None before the first reset."""
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """The picture, or None where a window shows it."""
+        picture = None if self.render_mode is None else self.picture()
+        if picture is None or self.render_mode == "rgb_array":
+            return picture
+        if self._window is None:
+            self._window = Window(self.title, self.metadata["render_fps"])
+        self._window.show(picture)
+        return None
+
+    def shown(self) -> None:
+        """Bring the window up to date, where there is to be one."""
+        if self.render_mode == "human":
+            self.render()
+
+    def close(self) -> None:
+        """Close the window, if one is open."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
 
 
 class Window:

@@ -424,7 +424,7 @@ def test_more_objects_than_the_observation_holds() -> None:
         ({"planner": "dijkstra"}, "astar"),
         ({"planner": {"name": "astar", "mode": "reference"}}, "complete mode"),
         ({"planner": object()}, "MotionPrimitivePlanner"),
-        ({"motion": "classifier"}, "static.*truth"),
+        ({"motion": "guessed"}, "static.*truth"),
         ({"queries": 0}, "1 or more"),
         ({"queries": -3}, "1 or more"),
     ],
