@@ -247,6 +247,10 @@ def _scenes(scenarios: Any) -> FrameScenes:
         return scenarios
     try:
         arguments = {"source": str(scenarios)} if not hasattr(scenarios, "keys") else scenarios
-        return _named_scenes(tuple(sorted(dict(arguments).items())))
+        hashable = {
+            name: tuple(value) if isinstance(value, list) else value
+            for name, value in dict(arguments).items()
+        }
+        return _named_scenes(tuple(sorted(hashable.items())))
     except (TypeError, ValueError) as error:
         raise ConfigurationError(f"these are no arguments of a frame set: {error}") from error

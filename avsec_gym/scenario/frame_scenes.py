@@ -1,31 +1,42 @@
-"""Scenes with their sensors: what detectors look at, and what is really there.
+"""Scenes with what the sensors deliver in them: labelled stereo frames in KITTI's object layout.
 
-Any folder in KITTI's object layout.  Procedural data sets say beside the labels who moves
-(``moving/``) and what kind of road it is (``road_type.csv``); without these everything stands, on
-a street.
+The procedural world writes which objects move (``moving/``) and the road type (``road_type.csv``)
+beside its labels; frames without these, such as real ones, are taken to stand still on a street,
+unless the labelled scenarios of the thesis' authors say more.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.kitti.map_files import read_disparity
 from avsec_gym.scenario.label_list import ROAD_TYPES, read_label_list
 from avsec_gym.scenario.scene import Scene
-from avsec_gym.scenario.scene_sets import SceneSet, labelled_scene
+from avsec_gym.scenario.scene_sets import SceneSet, labelled_scenarios, labelled_scene
 
 _SUITES = ("street", "highway", "mixed")
 
 
 @dataclass(frozen=True, eq=False)
 class FrameScenes:
-    """Scenes in order of their ids, and the sensor data of each."""
+    """Scenes in order of their ids, and the sensor data of each.
 
-    data: KittiObject
+    Args:
+        scenes: Which.
+        data: Where the frame of each scene is, by its id.
+    """
+
     scenes: SceneSet
+    data: Mapping[str, KittiObject]
 
     def __len__(self) -> int:
         return len(self.scenes)
@@ -36,12 +47,30 @@ class FrameScenes:
         Raises:
             DataError: The calibration is missing or broken.
         """
-        return self.data.frame(scene.id)
+        return self.data[scene.id].frame(scene.id)
+
+    def labels(self, scene: Scene) -> Boxes3D:
+        """What is to be seen in the images, with the regions not to care about.
+
+        Raises:
+            DataError: The file is missing or broken.
+        """
+        return self.data[scene.id].labels(scene.id, keep_dont_care=True)
+
+    def disparity(self, scene: Scene) -> NDArray[np.float32] | None:
+        """True disparity of the left image, pixels, 0 where unknown, (H, W); None without any.
+
+        Raises:
+            DataError: The file is broken.
+        """
+        path = self.data[scene.id].folder / "disparity_2" / f"{scene.id}.png"
+        return np.nan_to_num(read_disparity(path)) if path.is_file() else None
 
 
 def frame_scenes(
-    source: str | Path = "mixed",
+    source: str | Path | Sequence[str | Path] = "mixed",
     *,
+    scenarios: str | Path | None = None,
     split: str | None = None,
     count: int | None = None,
     seed: int = 0,
@@ -50,31 +79,59 @@ def frame_scenes(
 
     Args:
         source: ``mixed``, ``street`` or ``highway``: the default suite of that name, made in the
-            cache on first use; or a folder in KITTI's object layout.
+            cache on first use; or one folder or several in KITTI's object layout.
+        scenarios: The authors' labelled scenarios; those with a frame in a source are the scenes,
+            as their own labels and flags say.
         split: Such as ``val``; all frames with labels and both images if None.
         count: How many at most.
         seed: Moving objects draw their speeds from it.
 
     Raises:
-        ConfigurationError: The source is neither.
+        ConfigurationError: A source is neither.
         DataError: A file is missing or broken, or there is no frame with labels and both images.
     """
-    data = _data(source)
-    ids = data.ids(split, having=("label_2", "image_2", "image_3"))[:count]
-    if not ids:
+    sources = [source] if isinstance(source, str | Path) else source
+    data: dict[str, KittiObject] = {}
+    for one in map(_data, sources):
+        data |= dict.fromkeys(one.ids(split, having=("label_2", "image_2", "image_3")), one)
+    if not data:
         raise DataError(
             "No frame here has labels and both images.",
-            path=data.folder,
+            path=Path(str(sources[0])),
             remedy="label_2/, image_2/ and image_3/ need files of the same names.",
         )
-    listed = data.folder / "road_type.csv"
-    labels = read_label_list(listed) if listed.is_file() else {}
+    scenes = _given(scenarios, data, seed) if scenarios else _labelled(sources, data, count, seed)
+    return FrameScenes(scenes.limited(count), data)
+
+
+def _given(scenarios: str | Path, data: Mapping[str, KittiObject], seed: int) -> SceneSet:
+    every = labelled_scenarios(scenarios, seed=seed)
+    scenes = tuple(scene for scene in every.scenes if scene.id in data)
+    if not scenes:
+        raise DataError(
+            "None of these scenarios has a frame with both images in the given data.",
+            path=Path(scenarios),
+            remedy="`avsec world twin` renders frames for them.",
+        )
+    missing = len(every) - len(scenes)
+    remarks = (f"{missing} of {len(every)} scenarios have no images",) if missing else ()
+    return replace(every, scenes=scenes, remarks=(*every.remarks, *remarks))
+
+
+def _labelled(
+    sources: Sequence[str | Path], data: Mapping[str, KittiObject], count: int | None, seed: int
+) -> SceneSet:
+    lists = {one.folder: one.folder / "road_type.csv" for one in data.values()}
+    road_types = {
+        folder: read_label_list(path) if path.is_file() else {} for folder, path in lists.items()
+    }
     scenes, remarks = [], []
-    for id in ids:
-        flags = data.folder / "moving" / f"{id}.txt"
-        road_type = ROAD_TYPES[labels.get(id, 1)]
+    for id in sorted(data)[:count]:
+        folder = data[id].folder
+        flags = folder / "moving" / f"{id}.txt"
+        road_type = ROAD_TYPES[road_types[folder].get(id, 1)]
         scene, remark = labelled_scene(
-            data.folder / "label_2" / f"{id}.txt",
+            folder / "label_2" / f"{id}.txt",
             flags if flags.is_file() else None,
             road_type,
             seed,
@@ -82,7 +139,7 @@ def frame_scenes(
         )
         scenes.append(scene)
         remarks += remark
-    return FrameScenes(data, SceneSet(str(source), tuple(scenes), tuple(remarks)))
+    return SceneSet(" ".join(map(str, sources)), tuple(scenes), tuple(remarks))
 
 
 def _data(source: str | Path) -> KittiObject:

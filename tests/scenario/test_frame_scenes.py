@@ -52,3 +52,20 @@ def test_no_frame_with_both_images_is_said(root: Path) -> None:
 def test_a_source_that_is_no_folder_is_refused(tmp_path: Path) -> None:
     with pytest.raises((ConfigurationError, DataError), match="nowhere"):
         frame_scenes(tmp_path / "nowhere")
+
+
+def test_the_authors_scenarios_say_what_is_real_and_the_folders_what_is_seen(
+    root: Path, tmp_path: Path
+) -> None:
+    scenarios = tmp_path / "scenarios"
+    for folder in ("road_dynamic_label", "road_dynamic_annotation"):
+        (scenarios / folder).mkdir(parents=True)
+    for id in ("000001", "000007"):
+        (scenarios / "road_dynamic_label" / f"{id}.txt").write_text(LABEL + LABEL)
+        (scenarios / "road_dynamic_annotation" / f"{id}.txt").write_text("1\n0\n")
+    frames = frame_scenes([root], scenarios=scenarios)
+    (scene,) = frames.scenes.labelled
+    assert (scene.id, scene.road_type, len(scene.boxes)) == ("000001", RoadType.HIGHWAY, 2)
+    assert len(frames.labels(scene)) == 1
+    assert frames.scenes.remarks == ("1 of 2 scenarios have no images",)
+    assert frames.disparity(scene) is None
