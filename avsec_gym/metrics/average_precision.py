@@ -10,6 +10,7 @@ import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 from types import MappingProxyType
 from typing import Any
@@ -70,8 +71,17 @@ class AveragePrecision:
 
     For ``aos``, the similarity; NaN where a detection or label of the class has no alpha.
     """
-    interval: Floats | None = None
-    """95 % bootstrap over frames in percent, shape (C, 4, 3, 2, 2): AP11 and AP40, low and high."""
+    drawn: Floats | None = None
+    """AP11 and AP40 in percent of each of R bootstrap samples of frames, shape (C, 4, 3, R, 2); of
+    as many frames and with the same seed, the samples are the same.  NaN where one has no label."""
+
+    @cached_property
+    def interval(self) -> Floats | None:
+        """95 % of the bootstrap, shape (C, 4, 3, 2, 2): AP11 and AP40, low and high."""
+        if self.drawn is None:
+            return None
+        rows = [_interval(one) for one in self.drawn.reshape(-1, *self.drawn.shape[-2:])]
+        return np.reshape(rows, (*self.drawn.shape[:3], 2, 2))
 
     @property
     def ap11(self) -> Floats:
@@ -113,11 +123,12 @@ class AveragePrecision:
         What is not known is None.
         """
         result: dict[str, dict[str, dict[str, Any]]] = {name: {} for name in self.classes}
+        interval = self.interval
         for (c, category), (m, metric) in product(enumerate(self.classes), enumerate(METRICS)):
             values = {"ap11": self.ap11[c, m], "ap40": self.ap40[c, m]}
-            if self.interval is not None:
-                values["ap11_interval"] = self.interval[c, m, :, 0]
-                values["ap40_interval"] = self.interval[c, m, :, 1]
+            if interval is not None:
+                values["ap11_interval"] = interval[c, m, :, 0]
+                values["ap40_interval"] = interval[c, m, :, 1]
             result[category][metric] = {name: _plain(value) for name, value in values.items()}
         return result
 
@@ -157,7 +168,7 @@ def average_precision(
         )
     labels, found = pooled(truth, "labels"), pooled(detections, "detections")
     common = overlaps(labels, found)
-    drawn = draw_resamples(len(truth), resamples, seed) if resamples else None
+    samples = draw_resamples(len(truth), resamples, seed) if resamples else None
     tasks = list(product(range(len(classes)), range(len(LEVELS)), range(3)))
 
     def score(task: tuple[int, int, int]) -> tuple[Floats, Floats | None, Counts]:
@@ -169,7 +180,7 @@ def average_precision(
         counted = np.bincount(labels.frame[wanted == COUNTED], minlength=len(truth))
         events = match(labels, found, common, wanted, given, metric, min_iou[category][metric])
         curve = precision_at_recalls(events, counted)
-        again = None if drawn is None else resampled(events, counted, drawn)
+        again = None if samples is None else resampled(events, counted, samples)
         if metric == 0 and not _orientation_is_known(labels, wanted, found, given):
             curve[1] = np.nan
             if again is not None:
@@ -178,7 +189,7 @@ def average_precision(
 
     shape = (len(classes), len(METRICS), len(LEVELS))
     precision = np.zeros((*shape, 41))
-    interval = None if drawn is None else np.full((*shape, 2, 2), np.nan)
+    drawn = None if samples is None else np.full((*shape, resamples, 2), np.nan)
     to_find = np.zeros((len(classes), len(LEVELS)), np.int64)
     with ThreadPoolExecutor(min(len(tasks), os.cpu_count() or 1)) as pool:
         # The kernels let go of the interpreter; results come in order.
@@ -187,10 +198,10 @@ def average_precision(
             to_find[number, level] = counted.sum()
             for row, place in enumerate((metric, 3) if metric == 0 else (metric,)):
                 precision[number, place, level] = curve[row]
-                if interval is not None and again is not None:
-                    interval[number, place, level] = _interval(again[:, row])
+                if drawn is not None and again is not None:
+                    drawn[number, place, level] = again[:, row]
     thresholds = np.array([(*min_iou[name], min_iou[name][0]) for name in classes])
-    return AveragePrecision(tuple(classes), thresholds, to_find, precision, interval)
+    return AveragePrecision(tuple(classes), thresholds, to_find, precision, drawn)
 
 
 def _orientation_is_known(
