@@ -14,13 +14,16 @@ import tyro
 
 from avsec_gym import __version__
 from avsec_gym.commands import console
+from avsec_gym.commands.attack import AttackPatch
 from avsec_gym.commands.average_precision import ScoreDetections
 from avsec_gym.commands.data import DataCheck
 from avsec_gym.commands.demo import Demo
 from avsec_gym.commands.detect import Detect
 from avsec_gym.commands.draw import Draw
 from avsec_gym.commands.evaluate import Evaluate
+from avsec_gym.commands.experiments import Experiments
 from avsec_gym.commands.plan import PlanFiles
+from avsec_gym.commands.run import Run
 from avsec_gym.commands.train import Train
 from avsec_gym.commands.weights import WeightsImport
 from avsec_gym.commands.world import World
@@ -31,6 +34,9 @@ Command = (
     | Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
     | Annotated[Detect, tyro.conf.subcommand("detect")]
     | Annotated[ScoreDetections, tyro.conf.subcommand("ap")]
+    | Annotated[AttackPatch, tyro.conf.subcommand("attack")]
+    | Annotated[Experiments, tyro.conf.subcommand("experiments")]
+    | Annotated[Run, tyro.conf.subcommand("run")]
     | Annotated[PlanFiles, tyro.conf.subcommand("plan")]
     | Annotated[Draw, tyro.conf.subcommand("draw")]
     | Annotated[DataCheck, tyro.conf.subcommand("data")]
@@ -59,7 +65,7 @@ def run(arguments: Sequence[str]) -> int:
     if arguments == ["--version"]:
         sys.stdout.write(f"avsec {__version__}\n")
         return console.DONE
-    if arguments[:2] in (["data", "check"], ["weights", "import"]):
+    if arguments[:2] in (["data", "check"], ["weights", "import"], ["attack", "patch"]):
         # These have one verb so far; the subcommand stands for both words.
         arguments = [arguments[0], *arguments[2:]]
     try:

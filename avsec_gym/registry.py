@@ -55,6 +55,13 @@ _BUILT_IN = {
         {"configuration": "vgg16"},
     ),
     (Kind.SELECTOR, "small"): ("avsec_gym.perception.road_type:DrivingConstraintSelector", {}),
+    (Kind.ATTACK, "pgd"): ("avsec_gym.attacks.perturbation:pgd", {}),
+    (Kind.ATTACK, "fgsm"): ("avsec_gym.attacks.perturbation:fgsm", {}),
+    (Kind.ATTACK, "i_fgsm"): ("avsec_gym.attacks.perturbation:i_fgsm", {}),
+    (Kind.ATTACK, "mi_fgsm"): ("avsec_gym.attacks.perturbation:mi_fgsm", {}),
+    (Kind.ATTACK, "projected_pgd"): ("avsec_gym.attacks.perturbation:projected_pgd", {}),
+    (Kind.ATTACK, "random_noise"): ("avsec_gym.attacks.noise:RandomNoise", {}),
+    (Kind.ATTACK, "patch"): ("avsec_gym.attacks.patch:PatchAttack", {}),
     (Kind.ATTACK, "random_ghosts"): ("avsec_gym.attacks.object_injection:RandomGhosts", {}),
 }
 _REGISTERED: dict[tuple[Kind, str], Callable[..., Any]] = {}

@@ -58,7 +58,7 @@ class Detect:
             outcome = write_result_folder(
                 self.kitti,
                 ids[: self.limit],
-                _detector(self.detector),
+                named_part(self.detector),
                 self.out,
                 workers=self.workers,
                 on_progress=shown,
@@ -84,7 +84,7 @@ class Detect:
         return console.DONE_IN_PART if outcome.skipped else console.DONE
 
 
-def _detector(text: str) -> Any:
+def named_part(text: str) -> Any:
     """A name, or the dictionary that JSON spells.
 
     Raises:

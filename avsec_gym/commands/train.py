@@ -121,6 +121,11 @@ class Train:
             data=description.pop("data", {}),
             training=asdict(self.training) | description,
             metrics=validation.metrics,
+            beside={
+                name: value.flatten().tolist()
+                for name, value in task.trained.state_dict().items()
+                if task.trained is not network and not name.startswith("network.")
+            },
             steps=validation.step,
             epochs=validation.epoch,
             minutes=round(validation.seconds / 60, 1),

@@ -8,7 +8,7 @@ from pathlib import Path
 from torch import Tensor, nn
 
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.perception.weights.store import WHERE_FROM, load_weights
+from avsec_gym.perception.weights.store import WHERE_FROM, ModelCard, load_weights
 
 SHIPPED = "shipped"
 """Stands for the weights that come with the package."""
@@ -17,13 +17,16 @@ Weights = str | Path | Mapping[str, Tensor] | None
 """A file as `save_weights` writes it; a ``state_dict``; `SHIPPED`; None for random ones."""
 
 
-def give_weights(network: nn.Module, weights: Weights, name: str) -> None:
+def give_weights(network: nn.Module, weights: Weights, name: str) -> ModelCard | None:
     """Fill a network; it stands in evaluation mode then, its weights frozen.
 
     Args:
         network: To fill.
         weights: See `Weights`.
         name: Of network and preset, such as ``dsgn_small``: that of the package's file.
+
+    Returns:
+        The card of a file, if one is there.
 
     Raises:
         ConfigurationError: A ``state_dict`` of another network.
@@ -34,9 +37,10 @@ def give_weights(network: nn.Module, weights: Weights, name: str) -> None:
             network.load_state_dict(weights)
         except RuntimeError as error:
             raise ConfigurationError(f"weights of another network: {error}") from error
-    elif weights is not None:
-        load_weights(shipped_weights(name) if weights == SHIPPED else weights, network)
     network.eval().requires_grad_(False)
+    if weights is None or isinstance(weights, Mapping):
+        return None
+    return load_weights(shipped_weights(name) if weights == SHIPPED else weights, network)
 
 
 def shipped_weights(name: str) -> Path:

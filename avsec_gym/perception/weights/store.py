@@ -33,6 +33,7 @@ class ModelCard:
         data: What it was trained and validated on.
         training: Configuration of the training, seed among it.
         metrics: On the validation data.
+        beside: What was learned with the network and is no part of it, such as weights of losses.
         steps: Of training.
         epochs: Of training.
         minutes: It took.
@@ -50,6 +51,7 @@ class ModelCard:
     data: dict[str, Any] = field(default_factory=dict)
     training: dict[str, Any] = field(default_factory=dict)
     metrics: dict[str, float] = field(default_factory=dict)
+    beside: dict[str, list[float]] = field(default_factory=dict)
     steps: int | None = None
     epochs: int | None = None
     minutes: float | None = None

@@ -84,7 +84,9 @@ class StereoRcnnDetector:
         self.seed = seed
         self.network = StereoRcnnNetwork(configuration)
         self.term_weights = TermWeights()
-        give_weights(self.network, weights, f"{self.name}_{configuration.name}")
+        card = give_weights(self.network, weights, f"{self.name}_{configuration.name}")
+        if card is not None:
+            self.term_weights.learned(card.beside)
         self.term_weights.requires_grad_(False)
 
     def detect(self, frame: SensorFrame) -> Boxes3D:

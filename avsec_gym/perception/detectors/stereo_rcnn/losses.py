@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
@@ -26,6 +28,12 @@ class TermWeights(nn.Module):
     def __init__(self) -> None:
         super().__init__()
         self.log_variances = nn.Parameter(torch.full((len(TERMS),), -1.0))
+
+    def learned(self, values: Mapping[str, Sequence[float]]) -> None:
+        """Take over what a training learned, as the card of its weights has it, if it has it."""
+        logs = values.get("term_weights.log_variances")
+        if logs is not None:
+            self.load_state_dict({"log_variances": torch.tensor(logs)})
 
     def forward(self, terms: dict[str, Tensor]) -> dict[str, Tensor]:
         """The terms as they are added up."""

@@ -2,11 +2,13 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 import torch
 from torch.nn import functional
 
+from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
 from avsec_gym.perception.detectors.stereo_rcnn.heads import BoxOutput, KeypointOutput
 from avsec_gym.perception.detectors.stereo_rcnn.losses import (
     TERMS,
@@ -16,6 +18,7 @@ from avsec_gym.perception.detectors.stereo_rcnn.losses import (
 )
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
 from avsec_gym.perception.detectors.stereo_rcnn.targets import Sampling
+from avsec_gym.perception.weights.store import ModelCard, save_weights
 
 BATCH, ANCHORS, REGIONS = 2, 12, 6
 
@@ -139,3 +142,13 @@ def test_regions_with_keypoints_come_first_and_keep_their_targets(case):
     assert torch.equal(targets[0], cells[0, [2, 4]])
     assert torch.equal(regions[1, 0], sampling.left[1, 5])
     assert (targets[1, 1] == -1).all()
+
+
+def test_learned_weights_of_the_terms_come_with_the_card(tmp_path: Path) -> None:
+    own = StereoRcnnDetector()
+    path = tmp_path / "own.safetensors"
+    logs = [-2.5, -2.0, -1.5, -1.25, -1.0, 0.25]
+    beside = {"term_weights.log_variances": logs}
+    save_weights(path, own.network, ModelCard("stereo_rcnn", beside=beside, storage="float32"))
+    assert StereoRcnnDetector(weights=path).term_weights.log_variances.tolist() == logs
+    assert own.term_weights.log_variances.tolist() == [-1.0] * 6

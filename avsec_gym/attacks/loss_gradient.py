@@ -1,0 +1,74 @@
+"""A detector's training loss and its gradient at the pixels: what attacks by gradient climb."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import torch
+from torch import Tensor
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.perception.detectors.detector import Detector, DifferentiableDetector
+from avsec_gym.perception.stereo_batch import StereoBatch
+
+
+def total_loss(
+    detector: Detector,
+    batch: StereoBatch,
+    truths: Sequence[Boxes3D],
+    disparity: Tensor | None = None,
+) -> Tensor:
+    """L, the sum of the terms of the training loss; see `DifferentiableDetector.losses`.
+
+    Args:
+        detector: O.
+        batch: B pairs.
+        truths: b^true of each pair.
+        disparity: Of the left images, pixels, 0 where unknown, shape (B, H, W).
+
+    Raises:
+        ConfigurationError: The detector has no loss.
+    """
+    terms = differentiable(detector).losses(batch, truths, disparity)
+    return torch.stack(list(terms.values())).sum()
+
+
+def loss_gradient(
+    detector: Detector,
+    batch: StereoBatch,
+    truths: Sequence[Boxes3D],
+    disparity: Tensor | None = None,
+) -> Tensor:
+    """The gradient of L at the pixels of the left and the right images, shape (2, B, 3, H, W).
+
+    The network stays as it is: its mode, and the gradients of its weights.  Arguments: see
+    `total_loss`.
+
+    Raises:
+        ConfigurationError: The detector has no loss, or one that is no function of the pixels.
+    """
+    left, right = (view.detach().clone().requires_grad_() for view in (batch.left, batch.right))
+    with torch.enable_grad():
+        loss = total_loss(detector, replace(batch, left=left, right=right), truths, disparity)
+    if not loss.requires_grad:
+        raise ConfigurationError(
+            f"the losses of {detector.name!r} are no function of the pixels: is its gradient off?"
+        )
+    # A detector that does not look at one of the views has no gradient there.
+    return torch.stack(torch.autograd.grad(loss, (left, right), materialize_grads=True))
+
+
+def differentiable(detector: Detector) -> DifferentiableDetector:
+    """The same detector, if it has a loss to climb.
+
+    Raises:
+        ConfigurationError: It has none.
+    """
+    if not isinstance(detector, DifferentiableDetector):
+        raise ConfigurationError(
+            f"the detector {detector.name!r} has no `losses` whose gradient reaches the pixels: "
+            "attack one that has, such as 'dsgn' or 'stereo_rcnn'"
+        )
+    return detector

@@ -1,0 +1,93 @@
+"""The patch attack: a printed pattern in the view makes detectors see a car (thesis, 5.4.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Literal
+
+from avsec_gym.attacks.attack import LEFT, Budget, Seed, Victim
+from avsec_gym.attacks.patch_files import Patch, load_patch
+from avsec_gym.attacks.patch_pasting import largest_area, paste_on_frame
+from avsec_gym.attacks.patch_placement import (
+    PatchPlace,
+    PatchRange,
+    random_place,
+    specific_place,
+)
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import SensorFrame
+
+
+@dataclass(frozen=True)
+class PatchAttack:
+    """An `Attack` with one patch, pasted into both views at a disparity that can be.
+
+    Args:
+        patch: A patch, its file, or the name of a control, ``grey`` or ``noise``.
+        placement: ``random``: anywhere in the image; ``specific``: in the third of the image that
+            the driving intention points to.
+        radius: Pixels of the camera's own image; None: that of the patch.
+        range: How far ahead it stands.
+        name: In results.
+
+    Raises:
+        ConfigurationError: There is no such placement, or no positive radius.
+        DataError: The file is missing, damaged, or no patch.
+    """
+
+    patch: Patch | str | Path
+    placement: Literal["random", "specific"] = "random"
+    radius: float | None = None
+    range: PatchRange = field(default_factory=PatchRange)
+    name: str = "patch"
+
+    def __post_init__(self) -> None:
+        if self.placement not in ("random", "specific"):
+            raise ConfigurationError(
+                f"a patch is placed 'random' or 'specific', got {self.placement!r}"
+            )
+        object.__setattr__(self, "patch", _given(self.patch))
+        if self.radius is not None and self.radius <= 0:
+            raise ConfigurationError(f"a patch has a positive radius, got {self.radius}")
+
+    @property
+    def budget(self) -> Budget:
+        """Everything inside of one disc."""
+        return Budget(change=255.0, area=largest_area(self._radius))
+
+    def placed(self, frame: SensorFrame, victim: Victim, seed: Seed = 0) -> PatchPlace:
+        """Where `attack` puts the patch for this seed; the detector has no part in it."""
+        draw = random_place
+        if self.placement == "specific":
+            draw = partial(specific_place, victim.intention)
+        return draw(
+            frame.calibration,
+            frame.image(LEFT).shape[:2],
+            seed,
+            radius=self._radius,
+            range=self.range,
+            objects=victim.truth,
+        )
+
+    def attack(self, frame: SensorFrame, victim: Victim, seed: Seed = 0) -> SensorFrame:
+        """See `Attack`; a specific patch needs the victim's intention."""
+        return paste_on_frame(frame, self._patch.pixels, self.placed(frame, victim, seed))
+
+    @property
+    def _patch(self) -> Patch:
+        assert isinstance(self.patch, Patch), "names and files are resolved at the beginning"
+        return self.patch
+
+    @property
+    def _radius(self) -> float:
+        return self._patch.radius if self.radius is None else self.radius
+
+
+def _given(patch: Patch | str | Path) -> Patch:
+    if isinstance(patch, Patch):
+        return patch
+    if patch == "grey":
+        return Patch.grey()
+    return Patch.noise() if patch == "noise" else load_patch(patch)

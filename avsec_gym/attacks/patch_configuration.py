@@ -1,0 +1,43 @@
+"""What a trained patch depends on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from avsec_gym.errors import ConfigurationError
+
+RADIUS = 38.0
+"""Pixels of images of 1242 x 375 (thesis, section 5.4.3)."""
+
+
+@dataclass(frozen=True)
+class PatchTraining:
+    """What a patch depends on, besides detectors and frames.
+
+    Raises:
+        ConfigurationError: A number that cannot be.
+    """
+
+    epochs: int = 10
+    """Passes over the frames; each draws new places, disparities and rotations."""
+    batch: int = 4
+    """Frames in a step, each with a place of its own."""
+    step_size: float = 4.0
+    """Of Adam, grey levels."""
+    radius: float = RADIUS
+    """Pixels of the camera's own image."""
+    seed: int = 0
+    """Of order, places, disparities and rotations."""
+    keep_real: bool = True
+    """b* are the ghost and the real objects, because the attack is to put ghosts in and cannot
+    reach what is far from the patch; else the ghost alone, and all the rest is to vanish."""
+
+    def __post_init__(self) -> None:
+        if min(self.epochs, self.batch) < 1 or self.seed < 0:
+            raise ConfigurationError(
+                f"epochs and batch are 1 or more, the seed 0 or more, got {self}"
+            )
+        if not (0 < self.step_size < np.inf and 0 < self.radius < np.inf):
+            raise ConfigurationError(f"step size and radius are positive, got {self}")

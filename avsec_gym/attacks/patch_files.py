@@ -1,0 +1,170 @@
+"""`Patch`: what an attacker prints, and its files: safetensors, a picture, and a card."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from safetensors import SafetensorError
+from safetensors.torch import load, save
+from torch import Tensor
+
+from avsec_gym.attacks.patch_configuration import RADIUS
+from avsec_gym.attacks.patch_pasting import disc
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.kitti.atomic_write import write_bytes
+from avsec_gym.kitti.sensor_files import write_image
+from avsec_gym.kitti.text_files import read_text, write_text
+
+_ENLARGED = 4
+_GREY = 127.5
+_AGAIN = "Train it again with `avsec attack patch`."
+
+
+@dataclass(frozen=True)
+class PatchCard:
+    """What is known of a trained patch; JSON beside the file.
+
+    Args:
+        detectors: Whom it was trained against: the SHA-256 of each one's weights by name.
+        data: The frames.
+        training: Its configuration, seed among it.
+        losses: To b*, by detector: means over the first and the last steps that were logged.
+        epochs: Passes over the frames.
+        steps: Of training.
+        minutes: It took.
+        versions: Of what made it.
+        sha256: Of the file.
+    """
+
+    detectors: dict[str, str | None] = field(default_factory=dict)
+    data: dict[str, Any] = field(default_factory=dict)
+    training: dict[str, Any] = field(default_factory=dict)
+    losses: dict[str, dict[str, float]] = field(default_factory=dict)
+    epochs: int | None = None
+    steps: int | None = None
+    minutes: float | None = None
+    versions: dict[str, str] = field(default_factory=dict)
+    sha256: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """A round patch.
+
+    Args:
+        pixels: Grey levels 0..255 on the square around the disc, float32, shape (3, S, S).
+        radius: Of the disc as cameras see it, pixels.
+        card: How it was trained, if it was.
+
+    Raises:
+        ConfigurationError: Another shape, values beyond 0..255, or no positive radius.
+    """
+
+    pixels: Tensor
+    radius: float = RADIUS
+    card: PatchCard | None = None
+
+    def __post_init__(self) -> None:
+        shape = tuple(self.pixels.shape)
+        if len(shape) != 3 or shape[0] != 3 or shape[1] != shape[2] or not shape[1]:
+            raise ConfigurationError(f"a patch has shape (3, S, S), got {shape}")
+        if not ((self.pixels >= 0) & (self.pixels <= 255)).all():
+            raise ConfigurationError("a patch has grey levels in 0..255")
+        if not 0 < self.radius < np.inf:
+            raise ConfigurationError(f"a patch has a positive radius, got {self.radius}")
+
+    @classmethod
+    def grey(cls, radius: float = RADIUS) -> Patch:
+        """The control without a pattern; training begins with it."""
+        side = texels(radius)
+        return cls(torch.full((3, side, side), _GREY), radius)
+
+    @classmethod
+    def noise(cls, seed: int = 0, radius: float = RADIUS) -> Patch:
+        """The control with a pattern that means nothing: whole grey levels, uniform."""
+        side = texels(radius)
+        levels = np.random.default_rng(seed).integers(0, 256, (3, side, side))
+        return cls(torch.from_numpy(levels).float(), radius)
+
+
+def texels(radius: float) -> int:
+    """Of a patch's side, one for each pixel of the image."""
+    return int(np.ceil(2 * radius))
+
+
+def save_patch(path: str | Path, patch: Patch) -> Patch:
+    """Write a patch, its picture (``.png``) and its card (``.json``), over earlier ones.
+
+    Args:
+        path: A ``.safetensors`` file.
+        patch: With a card or without.
+
+    Returns:
+        The patch as written, the hash in its card.
+
+    Raises:
+        DataError: The place cannot be written.
+    """
+    path = Path(path)
+    radius = torch.tensor(patch.radius, dtype=torch.float64)
+    content = save({"pixels": patch.pixels.detach().cpu().contiguous(), "radius": radius})
+    card = replace(patch.card or PatchCard(), sha256=hashlib.sha256(content).hexdigest())
+    write_bytes(path, content, overwrite=True)
+    write_text(_card_path(path), json.dumps(asdict(card), indent=1) + "\n", overwrite=True)
+    write_image(path.with_suffix(".png"), _picture(patch), overwrite=True)
+    return replace(patch, card=card)
+
+
+def load_patch(path: str | Path) -> Patch:
+    """Read a patch, with its card if one is there.
+
+    Raises:
+        DataError: The file is missing, damaged, no patch, or not the one of its card.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise DataError("There is no patch here.", path=path, remedy=_AGAIN)
+    try:
+        content = path.read_bytes()
+        parts = load(content)
+        patch = Patch(parts["pixels"].float(), float(parts["radius"]))
+    except (OSError, SafetensorError) as error:
+        raise DataError(f"The patch cannot be read ({error}).", path=path, remedy=_AGAIN) from error
+    except (KeyError, RuntimeError, ConfigurationError) as error:
+        raise DataError(f"This is no patch ({error}).", path=path, remedy=_AGAIN) from error
+    card = _read_card(_card_path(path))
+    if card is not None and card.sha256 != hashlib.sha256(content).hexdigest():
+        raise DataError("The file is not the one of its card.", path=path, remedy=_AGAIN)
+    return replace(patch, card=card)
+
+
+def _read_card(path: Path) -> PatchCard | None:
+    if not path.is_file():
+        return None
+    known = {item.name for item in fields(PatchCard)}
+    try:
+        facts = json.loads(read_text(path))
+        return PatchCard(**{name: value for name, value in facts.items() if name in known})
+    except (ValueError, TypeError, AttributeError) as error:
+        raise DataError(
+            f"This is no card of a patch ({error}).", path=path, remedy=_AGAIN
+        ) from error
+
+
+def _card_path(path: Path) -> Path:
+    return path.with_suffix(".json")
+
+
+def _picture(patch: Patch) -> np.ndarray:
+    """The disc on white, enlarged, shape (H, W, 3)."""
+    side = patch.pixels.shape[-1]
+    offset = torch.arange(side) + 0.5 - side / 2
+    opacity = disc(torch.hypot(offset[:, None], offset[None]), side / 2)
+    pixels = (opacity * patch.pixels.detach().cpu() + (1 - opacity) * 255).round().byte()
+    return pixels.permute(1, 2, 0).numpy().repeat(_ENLARGED, axis=0).repeat(_ENLARGED, axis=1)

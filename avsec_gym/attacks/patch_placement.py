@@ -1,0 +1,221 @@
+"""Where a patch stands: its place in both images, and which places there are in the world.
+
+A patch is a poster that faces the car.  It can stand anywhere in the free space ahead: not nearer
+than a poster can be held, not beyond what stereo detectors look at, not below the ground, and not
+behind a real object that it covers in the image.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from avsec_gym.attacks.attack import LEFT, RIGHT, Seed
+from avsec_gym.attacks.patch_configuration import RADIUS
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import Calibration
+from avsec_gym.geometry import box_corners, project
+from avsec_gym.scenario.intention import Intention
+
+
+@dataclass(frozen=True)
+class PatchPlace:
+    """A patch in a stereo pair: the same disc in both images, shifted by the disparity.
+
+    Args:
+        u: Column of its centre in the left image, pixels; ``u - disparity`` in the right one.
+        v: Row of its centre in both.
+        disparity: f b / Z in pixels, with parts of pixels.
+        rotation: About its centre, clockwise in the image, radians.
+        radius: Pixels.
+
+    Raises:
+        ConfigurationError: A value is not finite, or radius or disparity is not positive.
+    """
+
+    u: float
+    v: float
+    disparity: float
+    rotation: float = 0.0
+    radius: float = RADIUS
+
+    def __post_init__(self) -> None:
+        values = (self.u, self.v, self.disparity, self.rotation, self.radius)
+        if not np.isfinite(values).all() or self.radius <= 0 or self.disparity <= 0:
+            raise ConfigurationError(
+                f"a patch has finite coordinates and a positive radius and disparity, got {self}"
+            )
+
+    def is_inside(self, height: int, width: int) -> bool:
+        """Whether both images of such a size show all of it."""
+        return (
+            self.radius <= self.v <= height - 1 - self.radius
+            and self.u <= width - 1 - self.radius
+            and self.u - self.disparity >= self.radius
+        )
+
+    def intention(self, width: int) -> Intention:
+        """The attack intention: the third of the left image that its centre is in."""
+        third = int(np.clip((self.u + 0.5) * 3 / width, 0, 2))
+        return (Intention.LEFT, Intention.STRAIGHT, Intention.RIGHT)[third]
+
+
+@dataclass(frozen=True)
+class PatchRange:
+    """How far ahead a patch can stand.
+
+    Args:
+        nearest: Metres.
+        farthest: Metres; what is farther is beyond the reach of stereo detectors.
+        camera_height: Above the ground, metres; the ground is taken to be flat.
+
+    Raises:
+        ConfigurationError: They are not positive, or not in order.
+    """
+
+    nearest: float = 5.0
+    farthest: float = 40.0
+    camera_height: float = 1.65
+
+    def __post_init__(self) -> None:
+        if not (0 < self.nearest < self.farthest < np.inf and 0 < self.camera_height < np.inf):
+            raise ConfigurationError(
+                f"a patch stands in a range of distances above the ground, got {self}"
+            )
+
+    def least_disparity(self, calibration: Calibration, lowest_row: float) -> float:
+        """Of a patch whose lowest point is seen in this row: at the far end, or on the ground."""
+        projection = calibration.projection(LEFT)
+        below_horizon = lowest_row - projection[1, 2]
+        ground = projection[1, 1] * self.camera_height / max(below_horizon, 1e-9)
+        return focal_times_baseline(calibration) / float(min(self.farthest, ground))
+
+    def greatest_disparity(self, calibration: Calibration) -> float:
+        """Of the nearest patch."""
+        return focal_times_baseline(calibration) / self.nearest
+
+
+def random_place(
+    calibration: Calibration,
+    size: tuple[int, int],
+    seed: Seed,
+    *,
+    radius: float = RADIUS,
+    range: PatchRange = PatchRange(),
+    objects: Boxes3D | None = None,
+    intention: Intention | None = None,
+) -> PatchPlace:
+    """A place drawn from everywhere that both images show whole, of a random attack.
+
+    Row, then column, then disparity are drawn uniformly from what is left to them.
+
+    Args:
+        calibration: Of the cameras.
+        size: Height and width of the images, pixels.
+        seed: Of the draw.
+        radius: Pixels.
+        range: How far ahead.
+        objects: What is really there: the patch stands in front of what it covers, if it can.
+        intention: Only in the third of the left image that this intention points to.
+
+    Raises:
+        ConfigurationError: The images have no room for such a patch.
+
+    Example:
+        >>> from avsec_gym.rig import kitti_rig
+        >>> place = random_place(kitti_rig().calibration, (375, 1242), 7)
+        >>> place.is_inside(375, 1242)
+        True
+    """
+    height, width = size
+    draw = np.random.default_rng(seed)
+    projection = calibration.projection(LEFT)
+    nearest_ground = projection[1, 2] + projection[1, 1] * range.camera_height / range.nearest
+    v = _drawn(draw, radius, min(height - 1, nearest_ground) - radius, size, radius)
+    least = range.least_disparity(calibration, v + radius)
+    first, last = radius + least, width - 1 - radius
+    if intention is not None:
+        third = list(Intention).index(intention)
+        first = max(first, third * width / 3 - 0.5)
+        last = min(last, (third + 1) * width / 3 - 0.5 - 1e-6)
+    u = _drawn(draw, first, last, size, radius)
+    greatest = min(range.greatest_disparity(calibration), u - radius)
+    if objects is not None:
+        covered = focal_times_baseline(calibration) / _nearest_behind(
+            calibration, objects, u, v, radius
+        )
+        least = min(max(least, covered), greatest)
+    disparity, rotation = draw.uniform(least, greatest), draw.uniform(0, 2 * np.pi)
+    return PatchPlace(u, v, disparity, rotation, radius)
+
+
+def specific_place(
+    intention: Intention | None,
+    calibration: Calibration,
+    size: tuple[int, int],
+    seed: Seed,
+    *,
+    radius: float = RADIUS,
+    range: PatchRange = PatchRange(),
+    objects: Boxes3D | None = None,
+) -> PatchPlace:
+    """A place in the third of the left image that the driving intention points to.
+
+    Args:
+        intention: Left, middle or right.
+        calibration: See `random_place`, as for the others.
+        size: Height and width.
+        seed: Of the draw.
+        radius: Pixels.
+        range: How far ahead.
+        objects: What is really there.
+
+    Raises:
+        ConfigurationError: There is no intention, or no room.
+    """
+    if intention is None:
+        raise ConfigurationError(
+            "a specific patch attack needs to know where the car is going to drive: give "
+            "Victim.intention, or place the patch at random"
+        )
+    return random_place(
+        calibration,
+        size,
+        seed,
+        radius=radius,
+        range=range,
+        objects=objects,
+        intention=intention,
+    )
+
+
+def focal_times_baseline(calibration: Calibration) -> float:
+    """Disparity times depth, pixels x metres."""
+    return calibration.focal_length(LEFT) * calibration.baseline(LEFT, RIGHT)
+
+
+def _drawn(
+    draw: np.random.Generator, first: float, last: float, size: tuple[int, int], radius: float
+) -> float:
+    if not first <= last:
+        raise ConfigurationError(
+            f"images of {size[1]} x {size[0]} pixels have no room for a patch of radius "
+            f"{radius:g} that both show whole"
+        )
+    return float(draw.uniform(first, last))
+
+
+def _nearest_behind(
+    calibration: Calibration, objects: Boxes3D, u: float, v: float, radius: float
+) -> float:
+    """Depth where the nearest of the objects begins that a disc touches; infinite without any."""
+    corners = box_corners(objects.location, objects.dimensions, objects.rotation_y)
+    pixels, depth = project(calibration.projection(LEFT), corners)
+    nearest = depth.min(axis=1)
+    # What reaches behind the camera has no rectangle in the image, and is beside the car anyway.
+    pixels, nearest = pixels[nearest > 0], nearest[nearest > 0]
+    centre = np.array([u, v])
+    gap = np.clip(centre, pixels.min(axis=1), pixels.max(axis=1)) - centre
+    return float(nearest[np.hypot(*gap.T) < radius].min(initial=np.inf))

@@ -1,0 +1,263 @@
+"""Trains a patch: the expected loss to ghost boxes b* is made small (thesis, equation 5.4).
+
+    argmin over the patch of  E over images, places, disparities, rotations  L(O(I_l, I_r), b*)
+
+One detector makes a white-box patch, several together the black-box patch of section 5.5.2; all
+get the same optimiser, step size and epochs.  Losses of different detectors differ in scale, and
+Stereo R-CNN's in its constants too (it may be negative), so that dividing by their values balances
+nothing.  Instead each one's gradient is divided by its mean size in the steps so far.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import time
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from avsec_gym import __version__
+from avsec_gym.attacks.attack import LEFT
+from avsec_gym.attacks.loss_gradient import differentiable, total_loss
+from avsec_gym.attacks.patch_configuration import PatchTraining
+from avsec_gym.attacks.patch_files import Patch, PatchCard, save_patch
+from avsec_gym.attacks.patch_ghosts import target_boxes
+from avsec_gym.attacks.patch_pasting import paste
+from avsec_gym.attacks.patch_placement import PatchPlace, random_place
+from avsec_gym.attacks.patch_scenes import PatchScenes
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.perception.detectors.detector import DifferentiableDetector
+from avsec_gym.perception.stereo_batch import batch_of_frames
+from avsec_gym.perception.training.checkpoint import Checkpoint, load_checkpoint, save_checkpoint
+from avsec_gym.perception.training.curves import CURVES, Curves, read_curves
+
+PATCH = "patch.safetensors"
+"""In the folder of a training, its picture and card beside it."""
+
+_CHECKPOINT_SECONDS = 60.0
+_LOG = logging.getLogger(__name__)
+
+
+def train_patch(
+    detectors: Sequence[DifferentiableDetector],
+    scenes: PatchScenes,
+    configuration: PatchTraining,
+    folder: Path,
+    *,
+    resume: bool = False,
+    on_progress: Callable[[int, int], None] | None = None,
+    on_epoch: Callable[[int, dict[str, float]], None] | None = None,
+) -> Patch:
+    """Train a patch against one detector, or against several at once.
+
+    On a CPU, a training that was stopped and resumed ends with the patch of one that was not, bit
+    for bit.
+
+    Args:
+        detectors: With frozen weights.
+        scenes: Frames and what is really there.
+        configuration: What the result depends on.
+        folder: For checkpoint, curves (curves.jsonl, curves.png), and the patch after each epoch.
+        resume: Go on with the training in the folder, if there is one.
+        on_progress: Called with steps done and steps in all, of this call.
+        on_epoch: Called with epochs done and each detector's mean loss to b* in the last one.
+
+    Returns:
+        The patch as saved in the folder, with its card.
+
+    Raises:
+        ConfigurationError: No detector, two of one name, or one that has no loss.
+        DataError: The folder holds a training and `resume` is false, or holds that of another
+            patch; or a frame is broken.
+    """
+    run = _Run(_by_name(detectors), scenes, configuration, folder, resume)
+    first = run.state.step
+    saved = time.monotonic()
+    with closing(run.curves):
+        while run.state.step < run.steps:
+            run.step()
+            if on_progress is not None:
+                on_progress(run.state.step - first, run.steps - first)
+            epoch, rest = divmod(run.state.step, run.epoch_steps)
+            if rest == 0 or time.monotonic() - saved > _CHECKPOINT_SECONDS:
+                run.save()
+                saved = time.monotonic()
+            if rest == 0:
+                run.keep()
+                run.curves.draw()
+                if on_epoch is not None:
+                    on_epoch(epoch, run.mean_losses(epoch))
+    return run.keep()
+
+
+def weights_hash(detector: Any) -> str | None:
+    """SHA-256 of a detector's `network`; None for one that has none."""
+    network = getattr(detector, "network", None)
+    if not isinstance(network, nn.Module):
+        return None
+    digest = hashlib.sha256()
+    for name, value in sorted(network.state_dict().items()):
+        digest.update(f"{name} {value.dtype} {tuple(value.shape)}".encode())
+        digest.update(value.detach().cpu().contiguous().numpy().tobytes())
+    return digest.hexdigest()
+
+
+class _Run:
+    """The parts of a training that change."""
+
+    def __init__(
+        self,
+        detectors: dict[str, DifferentiableDetector],
+        scenes: PatchScenes,
+        configuration: PatchTraining,
+        folder: Path,
+        resume: bool,
+    ) -> None:
+        self.detectors, self.scenes = detectors, scenes
+        self.configuration, self.folder = configuration, folder
+        self.epoch_steps = -(-len(scenes) // configuration.batch)
+        self.steps = self.epoch_steps * configuration.epochs
+        self.pixels = Patch.grey(configuration.radius).pixels.requires_grad_()
+        self.optimizer = torch.optim.Adam([self.pixels], lr=configuration.step_size)
+        self.sizes = dict.fromkeys(detectors, 0.0)
+        """Mean absolute gradient of each detector in the steps so far."""
+        self.state = self._begin(resume)
+        self.curves = Curves(folder, self.state.step)
+        self._since = time.monotonic()
+
+    def _begin(self, resume: bool) -> Checkpoint:
+        identity = {
+            "detectors": {name: weights_hash(one) for name, one in self.detectors.items()},
+            "data": self.scenes.description(),
+            "training": asdict(self.configuration),
+        }
+        there = load_checkpoint(self.folder, identity) if resume else None
+        if there is not None:
+            self.pixels.data.copy_(there.trained["pixels"])
+            self.sizes = there.trained["gradient_sizes"]
+            self.optimizer.load_state_dict(there.optimizer)
+            return there
+        if not resume and (self.folder / CURVES).exists():
+            raise DataError(
+                "A training is here already.",
+                path=self.folder,
+                remedy="Go on with it by --resume, or name another folder with --out.",
+            )
+        return Checkpoint(identity)
+
+    def step(self) -> None:
+        """Learn from some frames; all randomness follows from the seed and the step's number."""
+        settings, step = self.configuration, self.state.step
+        epoch, position = divmod(step, self.epoch_steps)
+        order = np.random.default_rng([settings.seed, epoch]).permutation(len(self.scenes))
+        chosen = order[position * settings.batch : (position + 1) * settings.batch]
+        losses = dict.fromkeys(self.detectors, 0.0)
+        gradients = {name: torch.zeros_like(self.pixels) for name in self.detectors}
+        for number, index in enumerate(chosen.tolist()):
+            # One at a time: frames may differ in size, and memory stays that of one.
+            drawn = self._drawn(index, [settings.seed, step, number])
+            for name, detector in self.detectors.items():
+                loss, gradient = self._loss(detector, *drawn)
+                gradients[name] += gradient / len(chosen)
+                losses[name] += loss / len(chosen)
+        self._descend(gradients)
+        self.state.step = step + 1
+        self.curves.add(self.state.step, "losses", losses)
+
+    def _drawn(self, index: int, seed: Sequence[int]) -> tuple[SensorFrame, PatchPlace, Boxes3D]:
+        """A frame, where the patch stands in it, and b*."""
+        frame, truth = self.scenes[index]
+        place = random_place(
+            frame.calibration,
+            frame.image(LEFT).shape[:2],
+            seed,
+            radius=self.configuration.radius,
+            objects=truth,
+        )
+        real = truth if self.configuration.keep_real else None
+        return frame, place, target_boxes(place, frame.calibration, real)
+
+    def _loss(
+        self,
+        detector: DifferentiableDetector,
+        frame: SensorFrame,
+        place: PatchPlace,
+        target: Boxes3D,
+    ) -> tuple[float, Tensor]:
+        """L(O(I_l, I_r), b*), DSGN's term for disparities aside, and its gradient."""
+        batch = paste(batch_of_frames([frame]), self.pixels, [place])
+        loss = total_loss(detector, batch, [target])
+        return float(loss.detach()), torch.autograd.grad(loss, self.pixels)[0]
+
+    def _descend(self, gradients: dict[str, Tensor]) -> None:
+        step = self.state.step
+        total = torch.zeros_like(self.pixels)
+        for name, gradient in gradients.items():
+            if not torch.isfinite(gradient).all():
+                _LOG.warning("step %d: the gradient of %s is not finite, left out", step, name)
+                continue
+            size = float(gradient.abs().mean())
+            self.sizes[name] += (size - self.sizes[name]) / (step + 1)
+            if self.sizes[name] > 0:
+                total += gradient / self.sizes[name]
+        self.pixels.grad = total
+        self.optimizer.step()
+        self.pixels.data.clamp_(0, 255)
+
+    def mean_losses(self, epoch: int) -> dict[str, float]:
+        """Of each detector in an epoch, counted from 1."""
+        last = epoch * self.epoch_steps
+        rows = [
+            row["losses"]
+            for row in read_curves(self.folder)
+            if last - self.epoch_steps < row["step"] <= last
+        ]
+        return {name: float(np.mean([row[name] for row in rows])) for name in self.detectors}
+
+    def save(self) -> None:
+        """Write a checkpoint."""
+        now = time.monotonic()
+        self.state.seconds += now - self._since
+        self._since = now
+        self.state.trained = {"pixels": self.pixels.detach(), "gradient_sizes": self.sizes}
+        self.state.optimizer = self.optimizer.state_dict()
+        self.state.finished = self.state.step == self.steps
+        save_checkpoint(self.folder, self.state)
+
+    def keep(self) -> Patch:
+        """Write the patch as it is now."""
+        epochs = self.state.step // self.epoch_steps
+        card = PatchCard(
+            detectors=self.state.identity["detectors"],
+            data=self.state.identity["data"],
+            training=self.state.identity["training"],
+            losses={"first_epoch": self.mean_losses(1), "last_epoch": self.mean_losses(epochs)},
+            epochs=epochs,
+            steps=self.state.step,
+            minutes=round(self.state.seconds / 60, 1),
+            versions={"avsec_gym": __version__, "torch": torch.__version__},
+        )
+        # Printers, and the picture beside it, know whole grey levels.
+        patch = Patch(self.pixels.detach().round(), self.configuration.radius, card)
+        return save_patch(self.folder / PATCH, patch)
+
+
+def _by_name(
+    detectors: Sequence[DifferentiableDetector],
+) -> dict[str, DifferentiableDetector]:
+    named = {detector.name: detector for detector in detectors}
+    if not named or len(named) < len(detectors):
+        raise ConfigurationError(
+            "a patch is trained against one detector or several of different names, got "
+            f"{[detector.name for detector in detectors]}"
+        )
+    return {name: differentiable(detector) for name, detector in named.items()}

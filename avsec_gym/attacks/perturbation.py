@@ -1,0 +1,217 @@
+"""Perturbation attacks: small changes of every pixel that raise the detector's loss.
+
+The thesis' form (section 5.2, equations 5.2 and 5.3) adds the clipped sign of the gradient::
+
+    delta_n = Clip_eps{alpha * sign(grad L(O(I_l,n, I_r,n), b^true))},   I_n+1 = I_n + delta_n
+
+Clip bounds one step, not the sum: with eps >= alpha it does nothing, and N steps change a pixel by
+at most N * alpha.  The text adds one delta to both images; here each has its own unless `shared`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from avsec_gym.attacks.attack import Budget, Seed, Victim, with_pair
+from avsec_gym.attacks.loss_gradient import loss_gradient
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.perception.detectors.detector import Detector
+from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
+
+
+@dataclass(frozen=True)
+class Perturbation:
+    """Steps along the sign of the loss' gradient, in grey levels of the camera's own pixels.
+
+    Args:
+        alpha: Length of a step.
+        epsilon: Bound of a step, or of the whole change where `projected`; None: no bound.
+        steps: How many, N.
+        momentum: Share of the past gradients' sum that is kept (mu of Dong et al., CVPR 2018);
+            0: each step follows its own gradient.
+        projected: Whether the change is put back into the L-infinity ball of epsilon at each step.
+        random_start: Whether to begin anywhere in that ball instead of at its centre.
+        shared: Whether both views get one and the same delta; its gradient is the sum of theirs.
+        name: What it is called in results.
+
+    Raises:
+        ConfigurationError: A number is out of range, or a projection has no epsilon.
+    """
+
+    alpha: float = 1.0
+    epsilon: float | None = None
+    steps: int = 4
+    momentum: float = 0.0
+    projected: bool = False
+    random_start: bool = False
+    shared: bool = False
+    name: str = "pgd"
+
+    def __post_init__(self) -> None:
+        if not (0 < self.alpha <= 255 and (self.epsilon is None or 0 < self.epsilon <= 255)):
+            raise ConfigurationError(
+                f"alpha and epsilon are grey levels above 0 and up to 255, got {self.alpha} and "
+                f"{self.epsilon}"
+            )
+        if self.steps < 1 or not 0 <= self.momentum < math.inf:
+            raise ConfigurationError(
+                f"an attack takes a step or more and a momentum of 0 or more, got {self.steps} and "
+                f"{self.momentum}"
+            )
+        if (self.projected and self.epsilon is None) or (self.random_start and not self.projected):
+            raise ConfigurationError(
+                "a projection needs the epsilon of its ball, and a random start a projection"
+            )
+
+    @property
+    def budget(self) -> Budget:
+        """N * alpha, or epsilon; after n steps only, that of ``replace(attack, steps=n)``."""
+        sum_of_steps = self.steps * min(self.alpha, self._bound)
+        if not self.projected:
+            return Budget(sum_of_steps)
+        return Budget(self._bound if self.random_start else min(sum_of_steps, self._bound))
+
+    def attack(self, frame: SensorFrame, victim: Victim, seed: Seed = 0) -> SensorFrame:
+        """The frame after the last step; see `Attack.attack`."""
+        for attacked in self.iterates(frame, victim, seed):
+            last = attacked
+        return last
+
+    def iterates(self, frame: SensorFrame, victim: Victim, seed: Seed = 0) -> Iterator[SensorFrame]:
+        """The frame after 1, 2, ... N steps, for one gradient each.
+
+        Raises:
+            ConfigurationError: The victim's detector has no loss to climb, or the disparity is not
+                of this frame.
+            DataError: An image is missing or broken.
+        """
+        batch = batch_of_frames([frame])
+        disparity = None
+        if victim.disparity is not None:
+            if victim.disparity.shape != batch.size:
+                raise ConfigurationError(
+                    f"frame {frame.id} has {batch.size} pixels, the victim's disparity "
+                    f"{victim.disparity.shape}"
+                )
+            disparity = torch.from_numpy(victim.disparity)[None]
+        for attacked in self.perturbed(batch, victim.detector, [victim.truth], disparity, seed):
+            yield with_pair(frame, attacked.left[0], attacked.right[0])
+
+    def perturbed(
+        self,
+        batch: StereoBatch,
+        detector: Detector,
+        truths: Sequence[Boxes3D],
+        disparity: Tensor | None = None,
+        seed: Seed = 0,
+    ) -> Iterator[StereoBatch]:
+        """A batch after 1, 2, ... N steps.
+
+        Pairs of one batch share the normalisers of the loss' terms: their pixels differ a little
+        from those of the pairs alone.
+
+        Args:
+            batch: B pairs at the camera's own resolution.
+            detector: O.
+            truths: b^true of each pair.
+            disparity: Of the left images, pixels, 0 where unknown, shape (B, H, W).
+            seed: Of the random start.
+
+        Raises:
+            ConfigurationError: The detector has no loss to climb.
+        """
+        clean = torch.stack([batch.left, batch.right]).detach()
+        images = self._started(clean, seed)
+        velocity = torch.zeros_like(clean[:1])
+        for _ in range(self.steps):
+            views = replace(batch, left=images[0], right=images[1])
+            gradient = loss_gradient(detector, views, truths, disparity)
+            if self.shared:
+                gradient = gradient.sum(dim=0, keepdim=True)
+            if self.momentum:
+                velocity = gradient = self.momentum * velocity + _normalised(gradient)
+            delta = (self.alpha * gradient.sign()).clamp(-self._bound, self._bound)
+            images = self._allowed(images + delta, clean)
+            yield replace(batch, left=images[0], right=images[1])
+
+    @property
+    def _bound(self) -> float:
+        return math.inf if self.epsilon is None else self.epsilon
+
+    def _started(self, clean: Tensor, seed: Seed) -> Tensor:
+        if not self.random_start:
+            return clean
+        shape = (1 if self.shared else 2, *clean.shape[1:])
+        noise = np.random.default_rng(seed).uniform(-self._bound, self._bound, shape)
+        return self._allowed(clean + torch.from_numpy(noise).to(clean), clean)
+
+    def _allowed(self, images: Tensor, clean: Tensor) -> Tensor:
+        if self.projected:
+            images = clean + (images - clean).clamp(-self._bound, self._bound)
+        return images.clamp(0, 255)
+
+
+def pgd(
+    alpha: float = 1.0, steps: int = 4, epsilon: float | None = None, shared: bool = False
+) -> Perturbation:
+    """The thesis' attack, equations 5.2 and 5.3; alpha is 0.4 or 1, n is 1 to 4."""
+    return Perturbation(alpha, epsilon, steps, shared=shared, name="pgd")
+
+
+def fgsm(epsilon: float = 4.0, shared: bool = False) -> Perturbation:
+    """The fast gradient sign method: one step of epsilon (Goodfellow et al., ICLR 2015)."""
+    return Perturbation(epsilon, epsilon, 1, shared=shared, name="fgsm")
+
+
+def i_fgsm(
+    epsilon: float = 4.0, alpha: float = 1.0, steps: int | None = None, shared: bool = False
+) -> Perturbation:
+    """The basic iterative method (Kurakin et al., ICLR 2017 workshop), clipped about the image.
+
+    Without `steps`, as many as the paper takes of alpha 1: min(epsilon + 4, 1.25 epsilon).
+    """
+    if steps is None:
+        steps = max(1, int(min(epsilon + 4, 1.25 * epsilon)))
+    return Perturbation(alpha, epsilon, steps, projected=True, shared=shared, name="i_fgsm")
+
+
+def mi_fgsm(
+    epsilon: float = 4.0, steps: int = 4, momentum: float = 1.0, shared: bool = False
+) -> Perturbation:
+    """Momentum over gradients of L1 norm 1, alpha = epsilon / N (Dong et al., CVPR 2018)."""
+    if steps < 1:
+        raise ConfigurationError(f"an attack takes a step or more, got {steps}")
+    return Perturbation(
+        epsilon / steps, epsilon, steps, momentum, projected=True, shared=shared, name="mi_fgsm"
+    )
+
+
+def projected_pgd(
+    epsilon: float = 4.0,
+    alpha: float | None = None,
+    steps: int = 7,
+    random_start: bool = True,
+    shared: bool = False,
+) -> Perturbation:
+    """The sum of the steps projected onto the ball of epsilon (Madry et al., ICLR 2018).
+
+    Without `alpha`, epsilon / 4: with 7 steps, the paper's proportions on CIFAR-10 (8, 2, 7).
+    """
+    alpha = epsilon / 4 if alpha is None else alpha
+    return Perturbation(
+        alpha, epsilon, steps, 0.0, True, random_start, shared, name="projected_pgd"
+    )
+
+
+def _normalised(gradient: Tensor) -> Tensor:
+    """Divided by its L1 norm, for each pair: over both views, as they are one input."""
+    norm = gradient.abs().sum(dim=(0, 2, 3, 4), keepdim=True)
+    return gradient / norm.clamp(min=torch.finfo(norm.dtype).tiny)

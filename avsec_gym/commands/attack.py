@@ -1,0 +1,89 @@
+"""`avsec attack patch`: trains a patch, in as many sittings as it takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from avsec_gym.attacks.patch_configuration import PatchTraining
+from avsec_gym.commands import console
+from avsec_gym.errors import ConfigurationError
+
+
+@dataclass(frozen=True)
+class AttackPatch:
+    """Train a patch that makes detectors see a car where none is.
+
+    In --out: patch.safetensors with a picture and a card, the checkpoint, and the curves of the
+    loss to the ghosts.
+    """
+
+    detector: tuple[str, ...]
+    """Name, such as dsgn, or JSON with arguments, '{"name": "dsgn", "weights": "my.st"}'; several
+    make one patch against all of them."""
+    kitti: Path
+    """A folder in KITTI's object layout, such as `avsec world make` writes."""
+    out: Path
+    """Folder of the training."""
+    split: str | None = "train"
+    """The frames of ImageSets/SPLIT.txt; None: all."""
+    limit: int | None = None
+    """Only the first frames."""
+    resume: bool = False
+    """Go on with the training in --out, or begin it."""
+    threads: int | None = None
+    """Of the processor.  Default: torch's choice."""
+    training: PatchTraining = field(default_factory=PatchTraining)
+    """What the result depends on."""
+    json: bool = False
+    """Print a summary as JSON."""
+
+    def run(self) -> int:
+        """Do it; the exit code."""
+        import torch
+
+        from avsec_gym.attacks.patch_scenes import KittiScenes
+        from avsec_gym.attacks.patch_training import PATCH, train_patch
+        from avsec_gym.commands.detect import named_part
+        from avsec_gym.kitti.dataset import KittiObject
+        from avsec_gym.registry import make
+
+        for name in ("limit", "threads"):
+            value = getattr(self, name)
+            if value is not None and value < 1:
+                raise ConfigurationError(f"--{name} is 1 or more, got {value}")
+        if self.threads is not None:
+            torch.set_num_threads(self.threads)
+        scenes = KittiScenes.of_split(KittiObject(self.kitti), self.split, self.limit)
+        detectors = [make("detector", named_part(text)) for text in self.detector]
+        with console.progress("training the patch") as shown:
+            patch = train_patch(
+                detectors,
+                scenes,
+                self.training,
+                self.out,
+                resume=self.resume,
+                on_progress=shown,
+                on_epoch=_tell,
+            )
+        assert patch.card is not None, "a trained patch has a card"
+        if self.json:
+            console.print_json(
+                {
+                    "patch": str(self.out / PATCH),
+                    "sha256": patch.card.sha256,
+                    "frames": len(scenes),
+                    "epochs": patch.card.epochs,
+                    "steps": patch.card.steps,
+                    "minutes": patch.card.minutes,
+                    "losses": patch.card.losses,
+                }
+            )
+        else:
+            console.say(f"{self.out / PATCH}: {patch.card.epochs} epochs, {len(scenes)} frames")
+        return console.DONE
+
+
+def _tell(epoch: int, losses: dict[str, float]) -> None:
+    told = ", ".join(f"{name} {loss:.3f}" for name, loss in losses.items())
+    console.say(f"epoch {epoch}: mean loss to the ghosts: {told}")

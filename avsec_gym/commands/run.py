@@ -1,0 +1,121 @@
+"""`avsec run`: tables and figures of the thesis, in as many sittings as it takes."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
+
+from avsec_gym.commands import console
+from avsec_gym.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from avsec_gym.runs.run import RunReport
+
+_REMARKS = 10
+"""So many failed cells are told one by one."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """Run experiments; `avsec experiments` lists them.
+
+    A run that was stopped, or killed, goes on where it was when the command is given again. What
+    several experiments need is done once. `avsec report` shows what came out.
+    """
+
+    names: Annotated[tuple[str, ...], tyro.conf.Positional]
+    """Which ones; one of your own is named by its place, my_package.my_module:MY_EXPERIMENT."""
+    scenarios: str = "mixed"
+    """Which scenes: a folder in KITTI's object layout, or a default suite of the procedural world
+    (mixed, street, highway), made on first use."""
+    limit: int | None = None
+    """Only the first scenes."""
+    seed: int = 0
+    """Of everything that is drawn."""
+    options: tuple[str, ...] = ()
+    """Of the experiments, NAME=VALUE each; `avsec experiments --json` tells names and defaults.
+    Values are JSON; what is no JSON is a text."""
+    out: Path | None = None
+    """Folder of the run: new, empty, or with the same run.  Default: runs/NAMES."""
+    workers: int | None = None
+    """Processes.  Default: one for each core, up to four.  0: this very process."""
+    threads: int | None = None
+    """Of each process; the last digits of networks depend on it.  Default: what the run began
+    with, or the cores divided by the processes."""
+    backend: Literal["local", "ray"] = "local"
+    """Where the processes are: on this machine, or in a Ray cluster (extra `distributed`)."""
+    retry: bool = False
+    """Do failed cells again."""
+    json: bool = False
+    """Print a summary as JSON."""
+
+    def run(self) -> int:
+        """Do it; the exit code: 3 where cells failed."""
+        from avsec_gym.experiments.catalogue import experiment
+        from avsec_gym.experiments.experiment import Configuration
+        from avsec_gym.runs.run import Backend, run_experiments
+
+        if not self.names:
+            raise ConfigurationError("name an experiment; `avsec experiments` lists them")
+        experiments = [experiment(name) for name in dict.fromkeys(self.names)]
+        configuration = Configuration(
+            self.scenarios, self.limit, self.seed, dict(map(_option, self.options))
+        )
+        default = Path("runs") / "+".join(each.name for each in experiments)
+        with console.progress("running") as shown:
+            report = run_experiments(
+                experiments,
+                configuration,
+                self.out or default,
+                workers=self.workers,
+                threads=self.threads,
+                backend=Backend(self.backend),
+                retry=self.retry,
+                on_progress=shown,
+            )
+        for cell, error in report.failures[:_REMARKS]:
+            console.say(f"avsec: failed: {cell.key}: {error}")
+        if len(report.failures) > _REMARKS:
+            console.say(f"avsec: failed: {len(report.failures) - _REMARKS} more cells")
+        if self.json:
+            console.print_json(_summary(report))
+        else:
+            console.say(_sentence(report))
+        return console.DONE_IN_PART if report.failures or report.failed_before else console.DONE
+
+
+def _option(text: str) -> tuple[str, Any]:
+    name, sign, value = text.partition("=")
+    if not sign or not name:
+        raise ConfigurationError(f"--options takes NAME=VALUE, got {text!r}")
+    try:
+        return name, json.loads(value)
+    except json.JSONDecodeError:
+        return name, value
+
+
+def _summary(report: RunReport) -> dict[str, Any]:
+    return {
+        "out": str(report.root),
+        "cells": report.cells,
+        "kept": report.kept,
+        "done": report.done,
+        "failed": len(report.failures),
+        "failed_before": report.failed_before,
+        "failures": [
+            {"work": cell.work, "arguments": cell.arguments, "error": error}
+            for cell, error in report.failures
+        ],
+    }
+
+
+def _sentence(report: RunReport) -> str:
+    text = f"{report.root}: {report.cells} cells, {report.done} done, {report.kept} were there"
+    failed = len(report.failures) + report.failed_before
+    if failed:
+        text += f", {failed} failed; run.log tells why, --retry does them again"
+    return text

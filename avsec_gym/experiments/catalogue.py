@@ -1,0 +1,59 @@
+"""Every experiment by its name; nothing of it is imported before it is asked for."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.experiments.experiment import Experiment
+
+EXPERIMENTS: dict[str, str] = {
+    name: f"avsec_gym.experiments.chapter5.experiments:{attribute}"
+    for name, attribute in {
+        "chapter5": "CHAPTER_5",
+        "perturbation": "PERTURBATION",
+        "patch": "PATCH",
+        "joint_patch": "JOINT_PATCH",
+        "planners": "PLANNERS",
+        "inputs": "INPUTS",
+        "texture": "TEXTURE_REPLACEMENT",
+        "controls": "CONTROLS",
+    }.items()
+}
+"""Name -> ``"module:attribute"``, in the order of the thesis."""
+
+
+def experiment(name: str) -> Experiment:
+    """The experiment of a name, or of any importable place.
+
+    Args:
+        name: One of `EXPERIMENTS`, or ``"my_package.my_module:MY_EXPERIMENT"``: experiments of
+            others need no registration.
+
+    Raises:
+        ConfigurationError: There is none.
+    """
+    if ":" not in name and name not in EXPERIMENTS:
+        known = ", ".join(EXPERIMENTS) or "none"
+        raise ConfigurationError(
+            f"there is no experiment {name!r}; known: {known}; one of your own is named by its"
+            " place, my_package.my_module:MY_EXPERIMENT"
+        )
+    found = attribute(EXPERIMENTS.get(name, name))
+    if not isinstance(found, Experiment):
+        raise ConfigurationError(f"{name} is no Experiment but {type(found).__name__}")
+    return found
+
+
+def attribute(place: str) -> Any:
+    """What stands at ``"module:attribute"``.
+
+    Raises:
+        ConfigurationError: No such module, or nothing of that name in it.
+    """
+    module, _, name = place.partition(":")
+    try:
+        return getattr(import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ConfigurationError(f"{place} cannot be imported: {error}") from error

@@ -1,0 +1,107 @@
+"""The experiments of chapter 5, by what they need to be done; `summary` says what came out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+from avsec_gym.experiments.chapter5.attacked_drives import (
+    OPTIONS,
+    attacked_cells,
+    attacked_inputs,
+)
+from avsec_gym.experiments.chapter5.settings import (
+    GREY_PATCHES,
+    JOINT_PATCHES,
+    NOISES,
+    PATCHES,
+    PERTURBATIONS,
+    TEXTURE,
+    UNATTACKED,
+)
+from avsec_gym.experiments.chapter5.true_drives import true_cells, true_inputs
+from avsec_gym.experiments.experiment import Cell, Configuration, Experiment
+
+
+def _with_truth(configuration: Configuration, attacks: Sequence[str]) -> list[Cell]:
+    return [*true_cells(configuration), *attacked_cells(configuration, attacks)]
+
+
+def _attacked(name: str, question: str, thesis: str, *attacks: str) -> Experiment:
+    return Experiment(
+        name,
+        question,
+        thesis,
+        partial(attacked_cells, attacks=(UNATTACKED, *attacks)),
+        attacked_inputs,
+        OPTIONS,
+    )
+
+
+PLANNERS = Experiment(
+    "planners",
+    "Does it matter which search plans, A* or GBFS?",
+    "Table 5.6",
+    true_cells,
+    true_inputs,
+    OPTIONS,
+)
+INPUTS = Experiment(
+    "inputs",
+    "What do errors of detection cost, and what do attacks cost?",
+    "Table 5.7",
+    partial(_with_truth, attacks=(UNATTACKED, "pgd-1", "patch-random")),
+    attacked_inputs,
+    OPTIONS,
+)
+PERTURBATION = _attacked(
+    "perturbation",
+    "What do perturbations of growing strength do to precision, and to driving safety?",
+    "Figures 5.6 and 5.7, Tables 5.1 and 5.2",
+    *PERTURBATIONS,
+)
+PATCH = _attacked(
+    "patch",
+    "What does a patch do to precision, and to driving safety, by where it stands?",
+    "Tables 5.3 to 5.5",
+    *PATCHES,
+)
+JOINT_PATCH = _attacked(
+    "joint_patch",
+    "What does one patch do that was trained for both detectors?",
+    "Section 5.5.2",
+    *JOINT_PATCHES,
+)
+TEXTURE_REPLACEMENT = _attacked(
+    "texture",
+    "Are ghosts beside the road because the texture there is more complex?",
+    "Figures 5.8 and 5.9",
+    "pgd-1",
+    TEXTURE,
+)
+CONTROLS = _attacked(
+    "controls",
+    "Do random noise and a grey disc of the same size do the same?",
+    "",
+    *NOISES,
+    *GREY_PATCHES,
+)
+CHAPTER_5 = Experiment(
+    "chapter5",
+    "Does a detector's loss of precision under attack say anything about driving safety?",
+    "Chapter 5",
+    partial(
+        _with_truth,
+        attacks=(
+            UNATTACKED,
+            *PERTURBATIONS,
+            *PATCHES,
+            *JOINT_PATCHES,
+            TEXTURE,
+            *NOISES,
+            *GREY_PATCHES,
+        ),
+    ),
+    attacked_inputs,
+    OPTIONS,
+)

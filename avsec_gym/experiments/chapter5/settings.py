@@ -1,0 +1,39 @@
+"""The settings of chapter 5: which attack, and what its results are filed under.
+
+``pgd-0.4``: steps of 0.4 grey levels, n = 1..4 (the strength); ``noise-0.4``: its control, as large
+as four such steps; ``patch-random`` and ``patch-specific``: the detector's own patch;
+``joint-...``: the one trained for both detectors; ``grey-...``: the patch's control;
+``texture``: the side area looks like the road, attacked by ``pgd-1`` as well.
+"""
+
+from __future__ import annotations
+
+from avsec_gym.scenario.intention import Intention
+
+DETECTORS = ("dsgn", "stereo_rcnn")
+UNATTACKED = "unattacked"
+ALPHAS = (0.4, 1.0)
+STEPS = 4
+PERTURBATIONS = tuple(f"pgd-{alpha:g}" for alpha in ALPHAS)
+NOISES = tuple(f"noise-{alpha:g}" for alpha in ALPHAS)
+PLACEMENTS = ("random", "specific")
+PATCHES, JOINT_PATCHES, GREY_PATCHES = (
+    tuple(f"{kind}-{placement}" for placement in PLACEMENTS) for kind in ("patch", "joint", "grey")
+)
+TEXTURE = "texture"
+WHOLE_LEVELS = "8-bit"
+
+
+def setting(detector: str, attack: str, *, whole_levels: bool = False) -> str:
+    """What results are filed under; the strength stands beside it."""
+    return f"{detector} {attack} {WHOLE_LEVELS}" if whole_levels else f"{detector} {attack}"
+
+
+def specific(attack: str, intention: Intention) -> str:
+    """A specific attack as detections are filed: what is seen depends on the intention."""
+    return f"{attack}-{intention}"
+
+
+def thesis_setting(attack: str, strength: float) -> str:
+    """The same in the thesis' tables, see `avsec_gym.experiments.thesis`."""
+    return f"{attack}-{strength:g}" if attack in PERTURBATIONS and strength else attack

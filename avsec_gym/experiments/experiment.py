@@ -1,0 +1,230 @@
+"""What an experiment is: a question, and the cells of work whose results answer it.
+
+A cell names its work and the arguments of it, and that is all it is: two experiments that ask for
+the same cell share it, and it is done once.  What does the cells is no part of the experiment but a
+work of its own, made once in each process::
+
+    class AttackedDrives:
+        def __init__(self, configuration: Configuration) -> None: ...  # loads detectors, scenes
+
+        def __call__(self, detector: str, alpha: float, scenario: str) -> CellResult: ...
+
+    def cells(configuration: Configuration) -> list[Cell]:
+        work = "my_package.attacked:AttackedDrives"
+        return [Cell.of(work, id, detector="dsgn", alpha=0.4, scenario=id) for id in ...]
+
+    PGD_SAFETY = Experiment("pgd_safety", "Does the car still drive safely?", "Table 5.2", cells)
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from avsec_gym.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from avsec_gym.boxes import Boxes3D
+    from avsec_gym.metrics.safety import SafetyRecord
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """What the results of a run depend on, beside its experiments.
+
+    Args:
+        scenarios: Names a set or folder of scenes.
+        limit: How many of them at most.
+        seed: Of everything that is drawn.
+        options: Of the experiments, by name; values are JSON.
+
+    Raises:
+        ConfigurationError: A number is too small, or an option is no JSON.
+    """
+
+    scenarios: str = "mixed"
+    limit: int | None = None
+    seed: int = 0
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.limit is not None and self.limit < 1:
+            raise ConfigurationError(f"--limit is 1 or more, got {self.limit}")
+        if self.seed < 0:
+            raise ConfigurationError(f"a seed is 0 or more, got {self.seed}")
+        try:
+            options = json.loads(json.dumps(dict(self.options), allow_nan=False))
+        except (TypeError, ValueError) as error:
+            raise ConfigurationError(f"options are JSON: {error}") from error
+        object.__setattr__(self, "options", options)
+
+    def to_json(self) -> dict[str, Any]:
+        """All fields."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """The least piece of work that is done, stored and resumed.
+
+    Args:
+        work: Where its work is, ``"module:attribute"``: a `Work`.
+        key: Its arguments as JSON with sorted names; `of` makes it.
+        group: Cells of one group are done by one process, one after another where possible, so
+            that it can keep what they share, such as a scene.
+    """
+
+    work: str
+    key: str
+    group: str = field(default="", compare=False)
+
+    @classmethod
+    def of(cls, work: str, group: str = "", /, **arguments: Any) -> Cell:
+        """A cell with arguments that JSON can say; 1 and 1.0 are two arguments.
+
+        Raises:
+            ConfigurationError: JSON cannot say them.
+        """
+        try:
+            key = json.dumps(arguments, sort_keys=True, separators=(",", ":"), allow_nan=False)
+        except (TypeError, ValueError) as error:
+            raise ConfigurationError(
+                f"a cell of {work} has arguments that are no JSON: {error}"
+            ) from error
+        return cls(work, key, group)
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What its work is called with."""
+        return dict(json.loads(self.key))
+
+    @property
+    def id(self) -> str:
+        """Sixteen hexadecimal digits that stand for work and arguments."""
+        return hashlib.sha256(f"{self.work} {self.key}".encode()).hexdigest()[:16]
+
+
+@dataclass(frozen=True)
+class DriveRow:
+    """What became of one drive.
+
+    Args:
+        setting: Under which circumstances, such as ``dsgn pgd-0.4``; with the strength, the
+            planner, the scenario and the intention it is unique in a run.
+        record: Scenario, intention and outcome.
+        strength: Of the attack, such as its steps.
+        planner: Who planned.
+    """
+
+    setting: str
+    record: SafetyRecord
+    strength: float = 0.0
+    planner: str = "astar"
+
+
+@dataclass(frozen=True, eq=False)
+class DetectionRow:
+    """What a detector saw in a scenario; unique in a run by setting, strength and scenario."""
+
+    setting: str
+    scenario: str
+    boxes: Boxes3D
+    strength: float = 0.0
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Any other number, such as a loss; unique in a run by everything but its value.
+
+    NaN is stored as NULL.
+    """
+
+    setting: str
+    scenario: str
+    name: str
+    value: float
+    strength: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class CellResult:
+    """What a cell comes to.
+
+    Args:
+        drives: Outcomes of drives.
+        detections: Boxes, so that precision can be computed from the run alone.
+        measurements: Other numbers.
+        seconds: How long each part took, by name.
+    """
+
+    drives: Sequence[DriveRow] = ()
+    detections: Sequence[DetectionRow] = ()
+    measurements: Sequence[Measurement] = ()
+    seconds: Mapping[str, float] = field(default_factory=dict)
+
+
+Work = Callable[[Configuration], Callable[..., CellResult]]
+"""Made once in each process, which may take seconds; then called with the arguments of cells.
+
+Its results depend on the configuration and the arguments only: never on the process, on the time,
+or on the cells that were done before.
+"""
+
+
+def _no_inputs(configuration: Configuration) -> Mapping[str, Path]:
+    return {}
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A table or figure.
+
+    Args:
+        name: On the command line.
+        question: That it answers, one line.
+        thesis: Where it stands there, such as ``Table 5.2``; empty if it goes beyond.
+        cells: All of them, in the order in which they should be done; cheap, and the same
+            whenever it is asked.
+        inputs: Files and folders that the results depend on, such as weights and scenes, by name.
+            A run keeps their hashes and does not go on with others.
+        options: Names of `Configuration.options` that it knows, and their defaults.
+    """
+
+    name: str
+    question: str
+    thesis: str
+    cells: Callable[[Configuration], Sequence[Cell]]
+    inputs: Callable[[Configuration], Mapping[str, Path]] = _no_inputs
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+def with_defaults(configuration: Configuration, experiments: Sequence[Experiment]) -> Configuration:
+    """The configuration with a value for every option that the experiments know.
+
+    Raises:
+        ConfigurationError: None of them knows an option, or its value is of another type than its
+            default.
+    """
+    defaults: dict[str, Any] = {}
+    for experiment in experiments:
+        defaults |= experiment.options
+    for name, value in configuration.options.items():
+        if name not in defaults:
+            known = ", ".join(sorted(defaults)) or "none"
+            raise ConfigurationError(f"there is no option {name!r}; known: {known}")
+        if not _same_type(value, defaults[name]):
+            raise ConfigurationError(
+                f"the option {name} is like {json.dumps(defaults[name])}, got {json.dumps(value)}"
+            )
+    return replace(configuration, options=defaults | dict(configuration.options))
+
+
+def _same_type(value: Any, default: Any) -> bool:
+    if isinstance(default, bool) or isinstance(value, bool):
+        return type(value) is type(default)
+    number = isinstance(default, float) and isinstance(value, int)
+    return default is None or number or isinstance(value, type(default))

@@ -1,0 +1,102 @@
+"""What tells one version of files, of this package and of its libraries from another."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import avsec_gym
+from avsec_gym.errors import DataError
+
+_LIBRARIES = (
+    "commonroad-io",
+    "embreex",
+    "gymnasium",
+    "numba",
+    "numpy",
+    "opencv-python-headless",
+    "shapely",
+    "torch",
+)
+_READ_WHOLE = {".txt", ".csv", ".json", ".xml", ".yaml"}
+
+
+def fingerprint(path: Path) -> str:
+    """Changes with the content of a file or folder.
+
+    Of a data set that says in its ``manifest.json`` what each file holds, the manifest is read.
+    Of other folders, labels and other text files are read, and of images and scans the names and
+    sizes taken: reading them would take minutes.
+
+    Returns:
+        SHA-256 of a file's bytes or of what is said above, as hexadecimal digits.
+
+    Raises:
+        DataError: It is not there, or cannot be read.
+    """
+    try:
+        if (path / "manifest.json").is_file():
+            path = path / "manifest.json"
+        if path.is_file():
+            return _sha256(path)
+        if path.is_dir():
+            return _of_folder(path)
+    except OSError as error:
+        raise DataError(
+            f"It cannot be read ({error}).", path=path, remedy="Check its permissions."
+        ) from error
+    raise DataError("It is not there.", path=path, remedy="Check the path.")
+
+
+def package_fingerprint() -> str:
+    """Sixteen digits that change with any source of this package."""
+    root = Path(avsec_gym.__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(root.rglob("*.py")):
+        digest.update(path.relative_to(root).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def environment() -> dict[str, Any]:
+    """Versions and machine; nothing is imported for it."""
+    versions = {"avsec-gym": avsec_gym.__version__}
+    for name in _LIBRARIES:
+        try:
+            versions[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            continue
+    return {
+        "versions": versions,
+        "sources": package_fingerprint(),
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        "processors": os.cpu_count(),
+    }
+
+
+def _of_folder(root: Path) -> str:
+    digest = hashlib.sha256()
+    for path in sorted(_files(root)):
+        digest.update(path.relative_to(root).as_posix().encode())
+        said = _sha256(path) if path.suffix in _READ_WHOLE else str(path.stat().st_size)
+        digest.update(f" {said}\n".encode())
+    return digest.hexdigest()
+
+
+def _files(root: Path) -> list[Path]:
+    """All but hidden ones; links are followed, as readers follow them."""
+    found = []
+    for folder, names, files in os.walk(root, followlinks=True):
+        names[:] = [name for name in names if not name.startswith(".")]
+        found += [Path(folder) / file for file in files if not file.startswith(".")]
+    return found
+
+
+def _sha256(path: Path) -> str:
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

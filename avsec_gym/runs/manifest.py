@@ -1,0 +1,145 @@
+"""``manifest.json`` of a run: what was asked, of which data, by which versions, when."""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.errors import DataError
+from avsec_gym.experiments.experiment import Configuration, Experiment
+from avsec_gym.kitti.atomic_write import write_bytes
+from avsec_gym.runs.fingerprints import fingerprint
+
+MANIFEST = "manifest.json"
+"""Its name."""
+
+_LOG = logging.getLogger(__name__)
+_FORMAT = 1
+_TRACKED = {"sources": "the sources", "versions": "the libraries", "python": "Python"}
+_KIND = "avsec run"
+_REMEDY = "Name another folder with --out; the same arguments go on with this run."
+
+
+def new_manifest(
+    experiments: Sequence[Experiment], configuration: Configuration, threads: int
+) -> dict[str, Any]:
+    """The manifest of a run that is about to begin; all inputs are read for their hashes.
+
+    Raises:
+        DataError: An input is not there.
+    """
+    inputs: dict[str, Path] = {}
+    for experiment in experiments:
+        inputs |= experiment.inputs(configuration)
+    return {
+        "kind": _KIND,
+        "format": _FORMAT,
+        "started": now(),
+        "configuration": configuration.to_json(),
+        "threads": threads,
+        "experiments": {
+            experiment.name: {"question": experiment.question, "thesis": experiment.thesis}
+            for experiment in experiments
+        },
+        "inputs": {
+            name: {"path": str(path), "sha256": fingerprint(path)} for name, path in inputs.items()
+        },
+        "sittings": [],
+    }
+
+
+def read_manifest(root: Path) -> dict[str, Any] | None:
+    """A run's manifest; None where there is none.
+
+    Raises:
+        DataError: It cannot be read, or is not one of a run.
+    """
+    path = root / MANIFEST
+    if not path.is_file():
+        return None
+    try:
+        manifest = json.loads(path.read_bytes())
+        sound = (manifest["kind"], manifest["format"]) == (_KIND, _FORMAT)
+    except (OSError, ValueError, KeyError, TypeError):
+        sound = False
+    if not sound:
+        raise DataError("This is no manifest of a run.", path=path, remedy="Name another folder.")
+    return dict(manifest)
+
+
+def write_manifest(root: Path, manifest: Mapping[str, Any]) -> None:
+    """Write it, over an earlier one."""
+    text = json.dumps(manifest, indent=1, allow_nan=False) + "\n"
+    write_bytes(root / MANIFEST, text.encode(), overwrite=True)
+
+
+def continued(root: Path, there: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, Any]:
+    """The manifest of a run that goes on, perhaps with further experiments.
+
+    Args:
+        root: Its folder.
+        there: Its manifest.
+        asked: A new one of what is asked now.
+
+    Raises:
+        DataError: Something that results depend on differs; it is named.
+    """
+    _check_same(root, there["configuration"], asked["configuration"], "scenarios", "limit", "seed")
+    _check_same(root, there["configuration"]["options"], asked["configuration"]["options"])
+    _check_same(root, there, asked, "threads")
+    for name, (old, new) in _both(there["inputs"], asked["inputs"]).items():
+        if old["sha256"] != new["sha256"]:
+            raise DataError(
+                f"The run here began with {name} from {old['path']} ({old['sha256'][:12]}); now it"
+                f" is {new['path']} ({new['sha256'][:12]}), which holds something else.",
+                path=root,
+                remedy=_REMEDY,
+            )
+    options = there["configuration"]["options"] | asked["configuration"]["options"]
+    return {
+        **there,
+        "configuration": {**there["configuration"], "options": options},
+        "experiments": there["experiments"] | asked["experiments"],
+        "inputs": asked["inputs"] | there["inputs"],
+    }
+
+
+def begin_sitting(manifest: dict[str, Any], environment: Mapping[str, Any]) -> dict[str, Any]:
+    """Note in a manifest that work begins, here and with these versions; returns the note."""
+    sittings = manifest["sittings"]
+    if sittings:
+        changed = [name for name in _TRACKED if sittings[-1].get(name) != environment[name]]
+        if changed:
+            _LOG.warning(
+                "%s changed since this run was last worked on; its rows will be of both",
+                " and ".join(_TRACKED[name] for name in changed),
+            )
+    sitting = {"started": now(), "ended": None, **environment}
+    sittings.append(sitting)
+    return sitting
+
+
+def now() -> str:
+    """The time in UTC, to the second."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+def _check_same(
+    root: Path, there: Mapping[str, Any], asked: Mapping[str, Any], *names: str
+) -> None:
+    for name, (old, new) in _both(there, asked).items():
+        if old != new and (name in names or not names):
+            raise DataError(
+                f"The run here has {name} {json.dumps(old)}, asked is {json.dumps(new)}.",
+                path=root,
+                remedy=_REMEDY,
+            )
+
+
+def _both(there: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, tuple[Any, Any]]:
+    """What both know, by name: an experiment that joins a run brings options and inputs along."""
+    return {name: (there[name], asked[name]) for name in asked if name in there}

@@ -1,0 +1,259 @@
+"""Runs experiments: what is done is kept, what is missing is done, what fails is noted."""
+
+from __future__ import annotations
+
+import logging
+import os
+import shlex
+import sys
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.experiments.experiment import Cell, Configuration, Experiment, with_defaults
+from avsec_gym.runs.desk import Failed
+from avsec_gym.runs.fingerprints import environment
+from avsec_gym.runs.local_workers import LOG_FORMAT, LocalWorkers
+from avsec_gym.runs.manifest import (
+    begin_sitting,
+    continued,
+    new_manifest,
+    now,
+    read_manifest,
+    write_manifest,
+)
+from avsec_gym.runs.schedule import Workers, finished_cells
+from avsec_gym.runs.store import ResultStore, has_results
+from avsec_gym.runs.this_process import ThisProcess
+
+RESULTS, LOG, FIGURES = "results.sqlite", "run.log", "figures"
+"""In a run's folder."""
+
+_MOST_WORKERS = 4
+"""Without being asked: each holds networks of its own."""
+_JOURNAL = logging.getLogger("avsec_gym.journal")
+
+
+class Backend(StrEnum):
+    """Where cells are done."""
+
+    LOCAL = "local"
+    """By processes of this machine."""
+    RAY = "ray"
+    """By a Ray cluster."""
+
+
+@dataclass(frozen=True)
+class RunReport:
+    """What was done."""
+
+    root: Path
+    cells: int
+    """That the experiments asked for need."""
+    kept: int
+    """Of those, how many an earlier sitting had done."""
+    done: int
+    """How many were done now."""
+    failures: tuple[tuple[Cell, str], ...]
+    """Cells that failed now, and why."""
+    failed_before: int
+    """Cells that an earlier sitting failed at, and that were not tried again."""
+
+
+def run_experiments(
+    experiments: Sequence[Experiment],
+    configuration: Configuration,
+    root: str | Path,
+    *,
+    workers: int | None = None,
+    threads: int | None = None,
+    backend: Backend = Backend.LOCAL,
+    retry: bool = False,
+    on_progress: Callable[[int, int], None] = lambda done, total: None,
+) -> RunReport:
+    """Do the cells that the experiments need, in a folder that holds the run.
+
+    May be killed at any moment and called again: finished cells are kept. Rows depend on the
+    experiments, the configuration and `threads` only (and on the machine, as its arithmetic does),
+    neither on `workers` nor on interruptions. Experiments may join a run later.
+
+    Args:
+        experiments: Cells that several of them need are done once.
+        configuration: Options that are not given get the experiments' defaults.
+        root: Folder of the run: new, empty, or with a run of the same configuration.
+        workers: Processes; one for each core up to four if None; 0: this very process.
+        threads: Of each process; if None, those that the run began with, or the cores divided by
+            the processes. A network's last digits depend on it.
+        backend: Where the processes are.
+        retry: Do failed cells again.
+        on_progress: Told how many cells of how many are finished.
+
+    Raises:
+        ConfigurationError: Arguments do not fit together, or a work cannot be made.
+        DataError: The folder holds another run or something else, is being written by another
+            process, or cannot be written; or an input is missing.
+    """
+    # Brings half of the package with it, which a worker process has no use for.
+    from avsec_gym.world.export.folder_lock import folder_lock
+
+    workers = min(_MOST_WORKERS, _cores()) if workers is None else workers
+    _check_arguments(experiments, workers, threads)
+    root = Path(root)
+    _make_folder(root)
+    with folder_lock(root):
+        manifest = _manifest(root, experiments, configuration, workers, threads)
+        configuration = Configuration(**manifest["configuration"])
+        needs = {each.name: _distinct(each, configuration) for each in experiments}
+        cells = list({cell: cell for own in needs.values() for cell in own})
+        if not manifest["sittings"]:  # Before the results, so that they belong to something.
+            write_manifest(root, manifest)
+        with closing(ResultStore(root / RESULTS)) as store, _log_into(root / LOG):
+            store.plan(needs, manifest["experiments"])
+            if retry:
+                store.forget_failures(cells)
+            (root / FIGURES).mkdir(exist_ok=True)
+            write_manifest(root, manifest)
+            statuses = store.statuses()
+            missing = [cell for cell in cells if cell.id not in statuses]
+            there = [statuses[cell.id] for cell in cells if cell.id in statuses]
+            failures: list[tuple[Cell, str]] = []
+            if missing:
+                sitting = begin_sitting(manifest, environment())
+                sitting |= {"command": shlex.join(sys.argv), "workers": workers, "backend": backend}
+                write_manifest(root, manifest)
+                _JOURNAL.info("%s: %d of %d cells", ", ".join(needs), len(missing), len(cells))
+                count = min(workers, len(missing))
+                team = _team(backend, configuration, count, manifest["threads"], root / LOG)
+                with closing(_stored(missing, team, store)) as outcomes:
+                    for finished, (cell, failure) in enumerate(outcomes, start=len(there) + 1):
+                        if failure is not None:
+                            failures.append((cell, failure.error))
+                        on_progress(finished, len(cells))
+                sitting |= {"ended": now(), "done": len(missing) - len(failures)}
+                sitting["failed"] = len(failures)
+                write_manifest(root, manifest)
+                _JOURNAL.info("%d cells done, %d failed", sitting["done"], len(failures))
+    return RunReport(
+        root=root,
+        cells=len(cells),
+        kept=there.count("done"),
+        done=len(missing) - len(failures),
+        failures=tuple(failures),
+        failed_before=there.count("failed"),
+    )
+
+
+def _manifest(
+    root: Path,
+    experiments: Sequence[Experiment],
+    configuration: Configuration,
+    workers: int,
+    threads: int | None,
+) -> dict[str, Any]:
+    """Of the run that begins or goes on; not written yet."""
+    there = read_manifest(root)
+    if there is None:
+        _check_empty(root)
+    elif not has_results(root / RESULTS):
+        there = None  # Nobody loses anything if it begins anew, with another configuration.
+    if threads is None:
+        share = max(1, _cores() // max(1, workers))
+        threads = share if there is None else int(there["threads"])
+    asked = new_manifest(experiments, with_defaults(configuration, experiments), threads)
+    return asked if there is None else continued(root, there, asked)
+
+
+def _stored(
+    cells: Sequence[Cell], team: Workers, store: ResultStore
+) -> Generator[tuple[Cell, Failed | None], None, None]:
+    """Have cells done and store what they come to; yields each with its failure, if it failed."""
+    with closing(team), closing(finished_cells(cells, team)) as outcomes:
+        for cell, outcome in outcomes:
+            stored = store.add(cell, outcome)
+            failure = stored if isinstance(stored, Failed) else None
+            if failure is not None:
+                trace = f"\n{failure.trace}" if failure.trace else ""
+                _JOURNAL.error("failed: %s %s: %s%s", cell.work, cell.key, failure.error, trace)
+            yield cell, failure
+
+
+def _team(
+    backend: Backend, configuration: Configuration, count: int, threads: int, log: Path
+) -> Workers:
+    if backend == Backend.RAY:
+        from avsec_gym.runs.ray_workers import RayWorkers
+
+        return RayWorkers(configuration, max(1, count), threads)
+    if count == 0:
+        return ThisProcess(configuration, threads)
+    return LocalWorkers(configuration, count, threads, log)
+
+
+def _distinct(experiment: Experiment, configuration: Configuration) -> list[Cell]:
+    """An experiment's cells, each once."""
+    cells = list(dict.fromkeys(experiment.cells(configuration)))
+    if not cells:
+        raise ConfigurationError(f"the experiment {experiment.name} has nothing to do here")
+    return cells
+
+
+def _check_arguments(experiments: Sequence[Experiment], workers: int, threads: int | None) -> None:
+    names = [each.name for each in experiments]
+    if not names or len(set(names)) < len(names):
+        raise ConfigurationError(f"a run has experiments of different names, got {names}")
+    if workers < 0:
+        raise ConfigurationError(f"--workers is 0 or more, got {workers}")
+    if threads is not None and threads < 1:
+        raise ConfigurationError(f"--threads is 1 or more, got {threads}")
+
+
+def _cores() -> int:
+    """That this process may use."""
+    if sys.platform == "linux":
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _make_folder(root: Path) -> None:
+    if root.exists() and not root.is_dir():
+        raise DataError("This is a file.", path=root, remedy="Name a folder with --out.")
+    try:
+        root.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise DataError(
+            f"The folder cannot be made ({error}).",
+            path=root,
+            remedy="Check the path and its permissions.",
+        ) from error
+
+
+def _check_empty(root: Path) -> None:
+    there = sorted(path.name for path in root.iterdir() if not path.name.startswith("."))
+    if there:
+        raise DataError(
+            f"The folder holds {there[0]} and no manifest of a run.",
+            path=root,
+            remedy="Name a new or empty folder with --out; nothing is overwritten.",
+        )
+
+
+@contextmanager
+def _log_into(path: Path) -> Iterator[None]:
+    """The journal goes into the run's log only; warnings of the package also there."""
+    handler = logging.FileHandler(path, encoding="utf-8")
+    handler.setFormatter(logging.Formatter(LOG_FORMAT))
+    package = logging.getLogger("avsec_gym")
+    _JOURNAL.propagate = False
+    _JOURNAL.setLevel(logging.INFO)
+    for logger in (package, _JOURNAL):
+        logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        for logger in (package, _JOURNAL):
+            logger.removeHandler(handler)
+        handler.close()

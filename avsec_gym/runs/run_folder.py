@@ -1,0 +1,190 @@
+"""What a run has come to, read from its folder; also while it is still going on."""
+
+from __future__ import annotations
+
+import json
+import math
+import sqlite3
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import DataError
+from avsec_gym.experiments.experiment import Configuration
+from avsec_gym.runs.manifest import read_manifest
+from avsec_gym.runs.run import FIGURES, RESULTS
+from avsec_gym.runs.schema import VERSION
+from avsec_gym.runs.stored_boxes import boxes_from_text
+
+if TYPE_CHECKING:
+    from avsec_gym.metrics.safety import SafetyRecord
+
+_REMEDY = "Name the folder that `avsec run` wrote with --out."
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """A run; `open` makes one.
+
+    Rows come as dictionaries by column (``docs/runs.md`` lists them), sorted by everything but
+    their values: their order does not depend on the order in which cells were finished.
+    """
+
+    path: Path
+    manifest: dict[str, Any]
+
+    @classmethod
+    def open(cls, path: str | Path) -> RunFolder:
+        """The run in a folder.
+
+        Raises:
+            DataError: There is none, or its results are damaged or of another version.
+        """
+        path = Path(path)
+        manifest = read_manifest(path)
+        if manifest is None or not (path / RESULTS).is_file():
+            raise DataError("There is no run here.", path=path, remedy=_REMEDY)
+        run = cls(path, manifest)
+        with run._database() as database:
+            version = int(database.execute("PRAGMA user_version").fetchone()[0])
+        if version != VERSION:
+            raise DataError(
+                f"The results have schema {version}, this version reads {VERSION}.",
+                path=path / RESULTS,
+                remedy="Read them with the version that the manifest names.",
+            )
+        return run
+
+    @property
+    def configuration(self) -> Configuration:
+        """What the run was asked for."""
+        return Configuration(**self.manifest["configuration"])
+
+    @property
+    def experiments(self) -> tuple[str, ...]:
+        """Their names."""
+        return tuple(self.manifest["experiments"])
+
+    @property
+    def figures(self) -> Path:
+        """The folder for pictures of the results."""
+        return self.path / FIGURES
+
+    def cells(self, experiment: str | None = None) -> list[dict[str, Any]]:
+        """Finished cells, of one experiment or all, with their arguments as dictionaries."""
+        rows = self._rows(
+            "SELECT * FROM cells WHERE ?1 IS NULL OR cell IN"
+            " (SELECT cell FROM needs WHERE experiment = ?1) ORDER BY work, arguments",
+            [experiment],
+        )
+        return [{**row, "arguments": json.loads(row["arguments"])} for row in rows]
+
+    def failures(self, experiment: str | None = None) -> list[dict[str, Any]]:
+        """Those of `cells` that failed."""
+        return [row for row in self.cells(experiment) if row["status"] == "failed"]
+
+    def missing(self, experiment: str | None = None) -> int:
+        """How many cells are not finished yet."""
+        rows = self._rows(
+            "SELECT count(DISTINCT cell) AS missing FROM needs"
+            " WHERE (?1 IS NULL OR experiment = ?1) AND cell NOT IN (SELECT cell FROM cells)",
+            [experiment],
+        )
+        return int(rows[0]["missing"])
+
+    def settings(self) -> list[tuple[str, float]]:
+        """Every setting and strength that something was driven or detected under."""
+        rows = self._rows(
+            "SELECT setting, strength FROM drives UNION SELECT setting, strength FROM detections"
+            " ORDER BY setting, strength"
+        )
+        return [(row["setting"], row["strength"]) for row in rows]
+
+    def drives(self, **where: Any) -> list[dict[str, Any]]:
+        """Drives.
+
+        Args:
+            where: Values of columns, such as ``setting="dsgn", strength=4, planner="astar"``.
+        """
+        return self._table("drives", "setting, strength, planner, scenario, intention", where)
+
+    def records(self, **where: Any) -> list[SafetyRecord]:
+        """The same as records; of two settings they are in one order, fit for paired tests.
+
+        Args:
+            where: As of `drives`: setting, strength and planner at least, or they stand one after
+                the other.
+        """
+        from avsec_gym.metrics.safety import SafetyRecord
+
+        numbers = {column.name for column in fields(SafetyRecord) if column.type == "float"}
+        names = [column.name for column in fields(SafetyRecord)]
+        records = []
+        for row in self.drives(**where):
+            values: dict[str, Any] = {
+                name: math.nan if row[name] is None and name in numbers else row[name]
+                for name in names
+            }
+            records.append(SafetyRecord(**values))
+        return records
+
+    def detections(self, setting: str, strength: float = 0.0) -> dict[str, Boxes3D]:
+        """Boxes by scenario."""
+        rows = self._table("detections", "scenario", {"setting": setting, "strength": strength})
+        return {row["scenario"]: boxes_from_text(row["boxes"]) for row in rows}
+
+    def measurements(self, **where: Any) -> list[dict[str, Any]]:
+        """Other numbers.
+
+        Args:
+            where: Values of columns, such as ``name="loss"``.
+        """
+        return self._table("measurements", "name, setting, strength, scenario", where)
+
+    def timings(self) -> dict[str, dict[str, float]]:
+        """Of each part: how many cells took it (``cells``), and ``seconds`` of all of them."""
+        rows = self._rows(
+            "SELECT part, count(*) AS cells, sum(seconds) AS seconds FROM timings"
+            " GROUP BY part ORDER BY part"
+        )
+        return {row["part"]: {"cells": row["cells"], "seconds": row["seconds"]} for row in rows}
+
+    def _table(self, name: str, order: str, where: dict[str, Any]) -> list[dict[str, Any]]:
+        conditions = " AND ".join(f"{column} IS ?" for column in where) or "TRUE"
+        return self._rows(
+            f"SELECT * FROM {name} WHERE {conditions} ORDER BY {order}", list(where.values())
+        )
+
+    def _rows(self, query: str, values: Sequence[Any] = ()) -> list[dict[str, Any]]:
+        with self._database() as database:
+            database.row_factory = sqlite3.Row
+            return [dict(row) for row in database.execute(query, values)]
+
+    @contextmanager
+    def _database(self) -> Iterator[sqlite3.Connection]:
+        place = f"file:{quote(str((self.path / RESULTS).resolve()))}"
+        try:
+            with closing(_connected(place)) as database:
+                yield database
+        except sqlite3.Error as error:
+            raise DataError(
+                f"The results cannot be read ({error}).", path=self.path / RESULTS, remedy=_REMEDY
+            ) from error
+
+
+def _connected(place: str) -> sqlite3.Connection:
+    """For reading.
+
+    In a folder that may not be written, SQLite cannot coordinate with a writer, and there is none.
+    """
+    database = sqlite3.connect(f"{place}?mode=ro", uri=True)
+    try:
+        database.execute("PRAGMA user_version")
+    except sqlite3.OperationalError:
+        database.close()
+        database = sqlite3.connect(f"{place}?immutable=1", uri=True)
+    return database

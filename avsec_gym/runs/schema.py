@@ -1,0 +1,68 @@
+"""The tables of ``results.sqlite``; ``docs/runs.md`` explains them."""
+
+from __future__ import annotations
+
+VERSION = 1
+"""``PRAGMA user_version``; another one is another schema."""
+
+SCHEMA = """
+CREATE TABLE needs (
+    experiment TEXT NOT NULL,
+    cell TEXT NOT NULL,
+    PRIMARY KEY (experiment, cell)
+) STRICT;
+CREATE TABLE cells (
+    cell TEXT PRIMARY KEY,
+    work TEXT NOT NULL,
+    arguments TEXT NOT NULL,
+    status TEXT NOT NULL CHECK (status IN ('done', 'failed')),
+    error TEXT,
+    seconds REAL NOT NULL,
+    finished TEXT NOT NULL
+) STRICT;
+CREATE TABLE drives (
+    cell TEXT NOT NULL REFERENCES cells ON DELETE CASCADE,
+    setting TEXT NOT NULL,
+    strength REAL NOT NULL,
+    scenario TEXT NOT NULL,
+    intention TEXT NOT NULL,
+    planner TEXT NOT NULL,
+    outcome TEXT NOT NULL CHECK (outcome IN ('safe', 'collision', 'unplanned')),
+    cost REAL,
+    expanded INTEGER NOT NULL,
+    path_length REAL,
+    travel_time REAL,
+    reason TEXT,
+    goal_occupied REAL,
+    collision_time REAL,
+    collision_object INTEGER,
+    sm1_cost REAL,
+    planned INTEGER NOT NULL AS (outcome <> 'unplanned'),
+    collision INTEGER NOT NULL AS (outcome = 'collision'),
+    safe INTEGER NOT NULL AS (outcome = 'safe'),
+    PRIMARY KEY (setting, strength, planner, scenario, intention)
+) STRICT;
+CREATE TABLE detections (
+    cell TEXT NOT NULL REFERENCES cells ON DELETE CASCADE,
+    setting TEXT NOT NULL,
+    strength REAL NOT NULL,
+    scenario TEXT NOT NULL,
+    boxes TEXT NOT NULL,
+    PRIMARY KEY (setting, strength, scenario)
+) STRICT;
+CREATE TABLE measurements (
+    cell TEXT NOT NULL REFERENCES cells ON DELETE CASCADE,
+    setting TEXT NOT NULL,
+    strength REAL NOT NULL,
+    scenario TEXT NOT NULL,
+    name TEXT NOT NULL,
+    value REAL,
+    PRIMARY KEY (name, setting, strength, scenario)
+) STRICT;
+CREATE TABLE timings (
+    cell TEXT NOT NULL REFERENCES cells ON DELETE CASCADE,
+    part TEXT NOT NULL,
+    seconds REAL NOT NULL,
+    PRIMARY KEY (cell, part)
+) STRICT;
+"""

@@ -1,0 +1,38 @@
+"""The one worker that is no process of its own: for debuggers, and for cells of milliseconds."""
+
+from __future__ import annotations
+
+from avsec_gym.experiments.experiment import Cell, Configuration
+from avsec_gym.runs.desk import Desk, Done, Failed, Unready
+from avsec_gym.runs.schedule import Died
+
+
+class ThisProcess:
+    """Does cells right here; a cell that kills its process kills the run, which can be resumed.
+
+    Args:
+        configuration: Of the run.
+        threads: Of torch and OpenCV, from now on.
+    """
+
+    def __init__(self, configuration: Configuration, threads: int) -> None:
+        self._desk = Desk(configuration, threads)
+        self._in_hand: list[Cell] = []
+
+    def __len__(self) -> int:
+        return 1
+
+    def give(self, number: int, cell: Cell) -> None:
+        """Take a cell in hand."""
+        self._in_hand.append(cell)
+
+    def wait(self) -> list[tuple[int, Done | Failed | Unready | Died]]:
+        """Do it."""
+        cell = self._in_hand.pop()
+        return [(0, self._desk.prepare(cell) or self._desk.do(cell))]
+
+    def replace(self, number: int) -> None:
+        """Nobody has died."""
+
+    def close(self) -> None:
+        """Nobody is to be ended."""

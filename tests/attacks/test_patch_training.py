@@ -1,0 +1,210 @@
+"""Training a patch: the loss to b* falls, both detectors count, resuming changes nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from avsec_gym.attacks import patch_training
+from avsec_gym.attacks.loss_gradient import total_loss
+from avsec_gym.attacks.patch_configuration import PatchTraining
+from avsec_gym.attacks.patch_files import Patch, load_patch
+from avsec_gym.attacks.patch_ghosts import target_boxes
+from avsec_gym.attacks.patch_pasting import paste
+from avsec_gym.attacks.patch_placement import PatchPlace, random_place
+from avsec_gym.attacks.patch_training import (
+    PATCH,
+    train_patch,
+    weights_hash,
+)
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.perception.detectors.recorded import Oracle
+from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
+from avsec_gym.perception.training.curves import read_curves
+from avsec_gym.rig import kitti_rig
+
+SETTINGS = PatchTraining(epochs=4, batch=2, step_size=16, radius=12)
+
+
+class StandIn:
+    """Sees a ghost where its filter, one for both views, answers; its loss has some scale."""
+
+    def __init__(self, seed: int = 0, scale: float = 1.0, name: str = "stand-in") -> None:
+        self.name, self.scale = name, scale
+        torch.manual_seed(seed)
+        self.network = nn.Conv2d(3, 1, 8, stride=4).requires_grad_(False)
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        return Boxes3D.empty()
+
+    def detect_batch(self, batch: StereoBatch) -> list[Boxes3D]:
+        return [Boxes3D.empty() for _ in range(len(batch))]
+
+    def losses(
+        self, batch: StereoBatch, truth: Sequence[Boxes3D], disparity: Tensor | None = None
+    ) -> dict[str, Tensor]:
+        assert disparity is None
+        terms = []
+        for images in (batch.left, batch.right):
+            answers = self.network(images / 255)[:, 0]
+            for answer, boxes in zip(answers, truth, strict=True):
+                assert boxes.box2d is not None
+                left, top, right, bottom = (boxes.box2d[-1].clip(0) / 4).astype(int)
+                terms.append(functional.softplus(-4 * answer[top:bottom, left:right].amax()))
+        return {"found": self.scale * torch.stack(terms).mean()}
+
+
+class Scenes:
+    """Plain walls, each of its own brightness."""
+
+    def __init__(self, count: int = 4) -> None:
+        self.count = count
+
+    def __len__(self) -> int:
+        return self.count
+
+    def __getitem__(self, index: int) -> tuple[SensorFrame, Boxes3D]:
+        draw = np.random.default_rng(index)
+        wall = np.full((110, 260, 3), draw.integers(64, 192), np.uint8)
+        images = {camera: wall + draw.integers(0, 8, wall.shape, np.uint8) for camera in (2, 3)}
+        return SensorFrame(f"{index:06d}", kitti_rig().calibration, images), Boxes3D.empty()
+
+    def description(self) -> dict[str, Any]:
+        return {"frames": self.count}
+
+
+def expected_loss(detector: Any, patch: Patch, scenes: Scenes) -> float:
+    """Over places that the training has not seen."""
+    losses = []
+    for index in range(len(scenes)):
+        frame, truth = scenes[index]
+        place = random_place(
+            frame.calibration, frame.image(2).shape[:2], [99, index], radius=patch.radius
+        )
+        batch = paste(batch_of_frames([frame]), patch.pixels, [place])
+        losses.append(
+            float(total_loss(detector, batch, [target_boxes(place, frame.calibration, truth)]))
+        )
+    return float(np.mean(losses))
+
+
+def test_the_expected_loss_to_the_ghosts_falls(tmp_path: Path) -> None:
+    detector = StandIn()
+    told: list[Any] = []
+    patch = train_patch(
+        [detector],
+        Scenes(),
+        SETTINGS,
+        tmp_path,
+        on_progress=lambda done, steps: told.append((done, steps)),
+    )
+    trained = expected_loss(detector, patch, Scenes(8))
+    for control in (Patch.grey(12), Patch.noise(radius=12)):
+        assert trained < 0.9 * expected_loss(detector, control, Scenes(8))
+    assert torch.equal(patch.pixels, patch.pixels.round()), "printers know whole grey levels"
+    assert patch.pixels.min() >= 0
+    assert patch.pixels.max() <= 255
+    assert told == [(step, 8) for step in range(1, 9)]
+    assert len(read_curves(tmp_path)) == 8
+    assert patch.card is not None
+    assert patch.card.detectors == {"stand-in": weights_hash(detector)}
+    assert (
+        patch.card.losses["last_epoch"]["stand-in"] < patch.card.losses["first_epoch"]["stand-in"]
+    )
+    assert torch.equal(load_patch(tmp_path / PATCH).pixels, patch.pixels)
+
+
+def test_both_detectors_shape_a_joint_patch_whatever_the_scales_of_their_losses(
+    tmp_path: Path,
+) -> None:
+    one, other = StandIn(0, 1e-3, "one"), StandIn(1, 1e3, "other")
+    patch = train_patch([one, other], Scenes(), SETTINGS, tmp_path)
+    for detector in (one, other):
+        control = expected_loss(detector, Patch.grey(12), Scenes(8))
+        assert expected_loss(detector, patch, Scenes(8)) < 0.95 * control
+
+
+def test_a_stopped_training_goes_on_as_if_nothing_had_happened(tmp_path: Path) -> None:
+    whole = train_patch([StandIn()], Scenes(5), SETTINGS, tmp_path / "whole")
+
+    class Stop(Exception):
+        pass
+
+    def stop(done: int, steps: int) -> None:
+        if done == 5:
+            raise Stop
+
+    parts = tmp_path / "parts"
+    with pytest.raises(Stop):
+        train_patch([StandIn()], Scenes(5), SETTINGS, parts, on_progress=stop)
+    with pytest.raises(DataError, match="--resume"):
+        train_patch([StandIn()], Scenes(5), SETTINGS, parts)
+    resumed = train_patch([StandIn()], Scenes(5), SETTINGS, parts, resume=True)
+    assert torch.equal(resumed.pixels, whole.pixels)
+    assert read_curves(parts) == read_curves(tmp_path / "whole")
+    again = train_patch([StandIn()], Scenes(5), SETTINGS, parts, resume=True)
+    assert torch.equal(again.pixels, whole.pixels)
+    with pytest.raises(DataError, match=r"training\.seed"):
+        train_patch([StandIn()], Scenes(5), replace(SETTINGS, seed=1), parts, resume=True)
+    with pytest.raises(DataError, match=r"detectors\.stand-in"):
+        train_patch([StandIn(7)], Scenes(5), SETTINGS, parts, resume=True)
+
+
+def test_other_seeds_make_other_patches(tmp_path: Path) -> None:
+    short = replace(SETTINGS, epochs=1)
+    one = train_patch([StandIn()], Scenes(), short, tmp_path / "0")
+    other = train_patch([StandIn()], Scenes(), replace(short, seed=1), tmp_path / "1")
+    assert not torch.equal(one.pixels, other.pixels)
+
+
+def test_detectors_that_cannot_be_trained_against(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="different names"):
+        train_patch([StandIn(), StandIn()], Scenes(), SETTINGS, tmp_path)
+    with pytest.raises(ConfigurationError, match="no `losses`"):
+        train_patch([Oracle()], Scenes(), SETTINGS, tmp_path)  # type: ignore[list-item]
+    with pytest.raises(ConfigurationError):
+        PatchTraining(epochs=0)
+    with pytest.raises(ConfigurationError):
+        PatchTraining(step_size=0)
+
+
+@pytest.mark.slow
+def test_one_patch_brings_both_networks_nearer_to_a_ghost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With random weights and one place: with many, a few steps would be lost in their spread."""
+    from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
+    from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
+
+    class Street(Scenes):
+        def __getitem__(self, index: int) -> tuple[SensorFrame, Boxes3D]:
+            frame, truth = super().__getitem__(index)
+            for camera in (2, 3):
+                wall = np.resize(frame.image(camera), (375, 1242, 3))
+                frame = frame.with_image(camera, wall)
+            return frame, truth
+
+    place = PatchPlace(620, 220, 28.0, 0.5)
+    monkeypatch.setattr(patch_training, "random_place", lambda *_, **__: place)
+    torch.manual_seed(0)
+    detectors = [DsgnDetector(), StereoRcnnDetector()]
+    settings = PatchTraining(epochs=6, batch=1, step_size=16)
+    patch = train_patch(detectors, Street(1), settings, tmp_path)
+    frame, _ = Street(1)[0]
+    target = target_boxes(place, frame.calibration)
+    for detector in detectors:
+        trained, grey = (
+            float(total_loss(detector, paste(batch_of_frames([frame]), one, [place]), [target]))
+            for one in (patch.pixels, Patch.grey().pixels)
+        )
+        assert trained < grey - 0.01 * abs(grey)
