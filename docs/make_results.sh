@@ -2,7 +2,8 @@
 # Makes the pictures and results that the documentation shows.
 # Environment: PYTHON; for the parts on real data KITTI (object root; stereo2012
 # and stereo2015 beside it are used too), SCENARIOS, DETECTIONS; for the
-# planner's comparison PLANNING (CommonRoad files and primitives) and ORIGINAL (commonroad-search).
+# planner's comparison PLANNING (CommonRoad files and primitives) and ORIGINAL (commonroad-search);
+# and what docs/make_detector_results.sh takes.
 set -eu
 cd "$(dirname "$0")/.."
 PYTHON=${PYTHON:-python}
@@ -16,5 +17,6 @@ cp runs/demo/demo.png docs/images/demo.png
 [ -z "${DETECTIONS:-}" ] || "$PYTHON" -m avsec_gym.experiments.driving_safety_report \
     --scenarios "$SCENARIOS" --detections "$DETECTIONS" --out docs/results
 "$PYTHON" examples/train_ghost_attacker.py > docs/results/ghost_attacker.json
+PYTHON="$PYTHON" sh docs/make_detector_results.sh
 "$PYTHON" benchmarks/report.py --out docs/results ${SCENARIOS:+--scenarios "$SCENARIOS"} \
     ${PLANNING:+--planning "$PLANNING"} ${ORIGINAL:+--original "$ORIGINAL"}

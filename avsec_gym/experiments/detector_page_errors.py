@@ -1,0 +1,151 @@
+"""Parts of docs/results/detectors.md: why precision is lost, and frames to look at."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from avsec_gym.experiments.markdown_table import markdown_table, number, share
+
+_KINDS = {
+    "nothing": "as found",
+    "depth": "depth right",
+    "sideways": "direction right, left or right",
+    "upwards": "direction right, up or down",
+    "yaw": "yaw right",
+    "size": "size right",
+    "whole box": "all of these right",
+    "score": "the surer, the better the box",
+    "false alarms": "no false alarms",
+    "all but misses": "all boxes right, no false alarms",
+}
+_SINGLE = ("depth", "sideways", "upwards", "yaw", "size", "score", "false alarms")
+_ERRORS = {
+    "depth": ("depth", "m"),
+    "sideways": ("sideways", "m"),
+    "upwards": ("upwards", "m"),
+    "yaw": ("yaw", "°"),
+    "height": ("height", "m"),
+    "width": ("width", "m"),
+    "length": ("length", "m"),
+}
+
+
+def reasons(scores: Mapping[str, Any]) -> list[str]:
+    """What is found at all, how far off it is, and what mending that would give."""
+    detectors = scores["detectors"]
+    seen, errors = [], []
+    for name, one in detectors.items():
+        for part in one["errors"]:
+            if not part["cars"]:
+                continue
+            head = [f"`{name}`", metres(part), str(part["cars"])]
+            seen.append([*head, share(part["seen"]), *map(share, part["overlap"].values())])
+            cells = [_error(part["errors"][kind], unit) for kind, (_, unit) in _ERRORS.items()]
+            errors.append([*head[:2], *cells, share(part["reversed"])])
+    kinds = [
+        [
+            title,
+            *(
+                number(one["mended"][kind][metric], 1)
+                for one in detectors.values()
+                for metric in ("3d", "bev")
+            ),
+        ]
+        for kind, title in _KINDS.items()
+    ]
+    remarks = []
+    for name, one in detectors.items():
+        before = one["mended"]["nothing"]["3d"]
+        best = max(_SINGLE, key=lambda kind, one=one: one["mended"][kind]["3d"])  # type: ignore[misc]
+        left = 100 - one["mended"]["all but misses"]["3d"]
+        remarks.append(
+            f"Of single errors of `{name}`, most is lost by {_lost(best)}:"
+            f" {before:.1f} would be {one['mended'][best]['3d']:.1f}. Cars that it does not see"
+            f" cost {left:.1f}."
+        )
+    return [
+        "## Why precision is lost",
+        "",
+        "How many of the cars to find (moderate) are seen in the image (boxes share half), and how"
+        " many any detection overlaps from above by more than so much; all detections count,"
+        " however unsure.",
+        "",
+        *markdown_table(
+            ["detector", "metres", "cars", "seen, %", "IoU > 0.25, %", "> 0.5, %", "> 0.7, %"], seen
+        ),
+        "",
+        "Errors of those seen: median (with sign) / median size / size that 90 % stay below."
+        " Sideways and upwards are errors of the direction in which the box is seen.",
+        "",
+        *markdown_table(
+            ["detector", "metres", *(f"{title}, {unit}" for title, unit in _ERRORS.values()),
+             "reversed, %"],
+            errors,
+        ),
+        "",
+        "What AP11 (moderate, IoU 0.7) would be if one kind of error were mended by the labels and"
+        " all else stayed:",
+        "",
+        *markdown_table(
+            ["mended", *(f"`{name}` {where}" for name in detectors for where in
+                         ("in space", "from above"))],
+            kinds,
+        ),
+        "",
+        " ".join(remarks),
+    ]  # fmt: skip
+
+
+def examples(scores: Mapping[str, Any]) -> list[str]:
+    """Frames chosen by rule; nothing where none were drawn."""
+    chosen = scores.get("examples")
+    if not chosen:
+        return []
+    points = {name: one["working_point"] for name, one in scores["detectors"].items()}
+    lines = [
+        "## Pictures",
+        "",
+        f"The {chosen[0]['of']} frames with three or more cars to find, ordered by how right all"
+        " detectors together are (F1, IoU 0.5 from above): the best, the median, the worst. Shown"
+        " are boxes from the score at which a detector's F1 over all frames is best: "
+        + "; ".join(
+            f"`{name}` {point['score']:.2f} (precision {100 * point['precision']:.0f} %, recall"
+            f" {100 * point['recall']:.0f} %)"
+            if point
+            else f"`{name}` none"
+            for name, point in points.items()
+        )
+        + ".",
+    ]
+    for one in chosen:
+        counts = "; ".join(f"`{name}` {_counts(count)}" for name, count in one["counts"].items())
+        lines += ["", f"Frame {one['frame']}, the {one['rank']}: {counts}."]
+        lines += ["", f"![The {one['rank']} frame](../images/detections_{one['rank']}.jpg)"]
+    return lines
+
+
+def metres(part: Mapping[str, Any]) -> str:
+    """A range of distance."""
+    near, far = part["near"], part["far"]
+    if far is None:
+        return f"{near:g} and more" if near else "all"
+    return f"{near:g} to {far:g}"
+
+
+def _error(spread: Mapping[str, float | None], unit: str) -> str:
+    digits = 1 if unit == "°" else 2
+    return " / ".join(
+        number(spread[name], digits) for name in ("median", "median_size", "size_of_90")
+    )
+
+
+def _lost(kind: str) -> str:
+    return {"sideways": "the direction sideways", "upwards": "the direction upwards",
+            "score": "the order of scores"}.get(kind, kind)  # fmt: skip
+
+
+def _counts(counts: Mapping[str, int]) -> str:
+    return (
+        f"{counts['found']} found, {counts['missed']} missed, {counts['false_alarms']} false alarms"
+    )

@@ -1,0 +1,199 @@
+"""How precise detectors are on held-out frames, with intervals, and why precision is lost.
+
+Run ``python -m avsec_gym.experiments.detector_precision --kitti DIR --detectors dsgn stereo_rcnn
+--json FILE --figures DIR``.  A detector is a name, or ``name=FILE`` with weights of one's own.
+A run that was stopped goes on: what was detected is kept in ``--out``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import statistics
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import avsec_gym.perception
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.commands.console import progress
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.experiments.answer import answer
+from avsec_gym.experiments.detection_errors import CATEGORY
+from avsec_gym.experiments.detector_figures import draw_examples, draw_precision
+from avsec_gym.experiments.detector_scores import detector_scores
+from avsec_gym.experiments.weights_facts import weights_facts
+from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.kitti.detections import DetectionFolder
+from avsec_gym.kitti.labels import DONT_CARE
+from avsec_gym.metrics.average_precision_frames import COUNTED, LEVELS, label_status, pooled
+from avsec_gym.perception.detectors import make_detector
+from avsec_gym.perception.result_folder import write_result_folder
+from avsec_gym.perception.weights.given import shipped_weights
+from avsec_gym.world.export.manifest import MANIFEST, read_manifest
+
+BARS = {"dsgn": 53.0, "stereo_rcnn": 38.0}
+"""AP11 of cars in space, moderate, IoU 0.7, that the small networks are to reach here."""
+THESIS = {"dsgn": (70.94, 52.98, 47.29), "stereo_rcnn": (56.47, 38.20, 32.66)}
+"""The same of the full networks on real KITTI, easy, moderate and hard (section 5.4)."""
+
+NEEDED = ("label_2", "calib", "image_2", "image_3")
+"""Folders in which a frame has a file."""
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Detect, score, draw.
+
+    Raises:
+        ConfigurationError: A detector is unknown, or an option makes no sense.
+        DataError: The folder has no frames, a file is broken, or there are no weights.
+    """
+    if options.resamples < 0 or min(options.timed, options.limit or 1) < 1:
+        raise ConfigurationError("--resamples is 0 or more, --timed and --limit are 1 or more")
+    data = KittiObject(options.kitti)
+    ids = data.ids(having=NEEDED)[: options.limit]
+    if not ids:
+        raise DataError(
+            f"No frame has a file in each of {', '.join(NEEDED)}.",
+            path=options.kitti,
+            remedy="`avsec world make --suite mixed --frames 240 --seed 2 --out DIR` makes some.",
+        )
+    truth = [data.labels(id, keep_dont_care=True) for id in ids]
+    found, result = {}, {}
+    for asked in map(named, options.detectors):
+        name = asked["name"]
+        found[name] = detected(asked, data, ids, options.out, options.workers)
+        result[name] = {
+            "weights": weights_facts(_weights(asked)),
+            "bar": BARS.get(name),
+            "thesis": THESIS.get(name),
+            **detector_scores(truth, found[name], options.resamples, options.seed),
+            "seconds": _seconds(asked, data, ids[: options.timed]),
+        }
+    examples = None
+    if options.figures is not None:
+        draw_precision(truth, found, options.figures)
+        points = {name: one["working_point"] for name, one in result.items()}
+        examples = draw_examples(data, ids, truth, found, points, options.figures)
+    return {
+        "data": _described(data, truth),
+        "resamples": options.resamples,
+        "detectors": result,
+        "examples": examples,
+    }
+
+
+def named(text: str) -> dict[str, str]:
+    """What the registry takes, of ``name`` or ``name=FILE``.
+
+    Example:
+        >>> named("dsgn=my.safetensors")
+        {'name': 'dsgn', 'weights': 'my.safetensors'}
+    """
+    name, _, weights = text.partition("=")
+    return {"name": name} | ({"weights": weights} if weights else {})
+
+
+def detected(
+    asked: dict[str, str], data: KittiObject, ids: Sequence[str], out: Path, workers: int = 1
+) -> list[Boxes3D]:
+    """What a detector finds in frames; kept in a folder of `out`, from which a run goes on.
+
+    The folder's name changes with the code of perception, the weights and the data, so that no
+    older results are ever taken for these.
+
+    Raises:
+        DataError: A frame cannot be used.
+    """
+    folder = out / f"{asked['name']}-{_state(asked, data)}"
+    with progress(f"detecting, {asked['name']}") as shown:
+        outcome = write_result_folder(
+            data.root, ids, asked, folder, workers=workers, on_progress=shown
+        )
+    if outcome.skipped:
+        raise next(iter(outcome.skipped.values()))
+    boxes, _ = DetectionFolder(folder).read(ids)
+    return [boxes[id] for id in ids]
+
+
+def _described(data: KittiObject, truth: Sequence[Boxes3D]) -> dict[str, Any]:
+    manifest = read_manifest(data.root) or {}
+    settings = manifest.get("settings", {})
+    labels = pooled(truth, "labels")
+    categories = np.concatenate([boxes.category for boxes in truth])
+    return {
+        "suite": settings.get("suite"),
+        "seed": settings.get("seed"),
+        "fingerprint": manifest.get("fingerprint"),
+        "frames": len(truth),
+        "objects": int((categories != DONT_CARE).sum()),
+        "cars": {
+            "all": int((categories == CATEGORY).sum()),
+            **{
+                name: int((label_status(labels, CATEGORY, level) == COUNTED).sum())
+                for level, name in enumerate(LEVELS)
+            },
+        },
+    }
+
+
+def _weights(asked: dict[str, str]) -> Path | None:
+    """The file of weights that a detector takes; None for one without."""
+    if "weights" in asked:
+        return Path(asked["weights"])
+    return shipped_weights(f"{asked['name']}_small") if asked["name"] in BARS else None
+
+
+def _state(asked: dict[str, str], data: KittiObject) -> str:
+    """Changes with code, weights and data."""
+    digest = hashlib.sha256(str(data.folder.resolve()).encode())
+    files = sorted(Path(avsec_gym.perception.__path__[0]).rglob("*.py"))
+    for file in (*files, _weights(asked), data.root / MANIFEST):
+        if file is not None and file.is_file():
+            digest.update(hashlib.sha256(file.read_bytes()).digest())
+    return digest.hexdigest()[:12]
+
+
+def _seconds(asked: dict[str, str], data: KittiObject, ids: Sequence[str]) -> dict[str, Any]:
+    """A frame's time from decoded images to boxes, median; the first frame is seen twice."""
+    import torch
+
+    detector = make_detector(asked)
+    taken = []
+    for id in (ids[0], *ids):
+        frame = data.frame(id)
+        frame.stereo()
+        begun = time.perf_counter()
+        detector.detect(frame)
+        taken.append(time.perf_counter() - begun)
+    return {
+        "median": round(statistics.median(taken[1:]), 4),
+        "frames": len(ids),
+        "threads": torch.get_num_threads(),
+    }
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command; its exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--kitti", type=Path, required=True, help="frames in KITTI's layout")
+    parser.add_argument("--detectors", nargs="+", default=["dsgn", "stereo_rcnn"])
+    parser.add_argument(
+        "--out", type=Path, default=Path("runs/detector_precision"), help="for what was detected"
+    )
+    parser.add_argument("--limit", type=int, help="only the first frames")
+    parser.add_argument("--workers", type=int, default=1, help="processes that detect")
+    parser.add_argument("--resamples", type=int, default=1000, help="of frames, for intervals")
+    parser.add_argument("--seed", type=int, default=0, help="of these")
+    parser.add_argument("--timed", type=int, default=10, help="frames whose time is taken")
+    parser.add_argument("--figures", type=Path, help="folder for pictures")
+    parser.add_argument("--json", type=Path, help="file for the result; default: standard output")
+    return answer(parser.parse_args(arguments), run)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,131 @@
+"""How networks were trained: the curves of their runs, thinned, with a picture.
+
+Run ``python -m avsec_gym.experiments.training_curves dsgn=runs/dsgn stereo_rcnn=runs/stereo_rcnn
+--json FILE --figure PNG``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.experiments.answer import answer
+from avsec_gym.experiments.figure_style import FIGURE_STYLE
+from avsec_gym.perception.training.curves import CURVES, read_curves
+from avsec_gym.report.scenario_picture import save_picture
+
+MOST_POINTS = 100
+"""Of losses; each is the mean of as many rows as needed."""
+
+_SHOWN = {
+    "Car_2d_ap11": "in the image",
+    "Car_3d_ap11_iou50": "in space, IoU 0.5",
+    "Car_bev_ap11": "from above, IoU 0.7",
+    "Car_3d_ap11": "in space, IoU 0.7",
+    "right_3px": "right to 3 px and 5 %",
+}
+"""Of the metrics, all in percent."""
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Read, thin, draw.
+
+    Raises:
+        ConfigurationError: A run is not given as ``name=FOLDER``.
+        DataError: A folder holds no curves.
+    """
+    result = {}
+    for text in options.runs:
+        name, _, folder = text.partition("=")
+        if not (name and folder):
+            raise ConfigurationError(f"a run is given as name=FOLDER, got {text!r}")
+        rows = read_curves(Path(folder))
+        if not rows:
+            raise DataError(
+                f"There is no {CURVES} of a training.",
+                path=folder,
+                remedy="`avsec train` writes it.",
+            )
+        result[name] = thinned(rows)
+    if options.figure is not None:
+        save_picture(_figure(result), options.figure, overwrite=True)
+    return result
+
+
+def thinned(rows: Sequence[Mapping[str, Any]], most: int = MOST_POINTS) -> dict[str, Any]:
+    """Every validation, and means of the losses; JSON-able, None for what is not finite.
+
+    Args:
+        rows: Of `read_curves`.
+        most: Points that are left of the losses.
+    """
+    logged = [row for row in rows if "losses" in row]
+    every = max(1, math.ceil(len(logged) / most))
+    losses = []
+    for first in range(0, len(logged), every):
+        part = logged[first : first + every]
+        names = dict.fromkeys(name for row in part for name in row["losses"])
+        means = {
+            name: _mean([row["losses"][name] for row in part if name in row["losses"]])
+            for name in names
+        }
+        losses.append({"step": part[-1]["step"], **means})
+    metrics = [
+        {"step": row["step"], "minutes": round(row["seconds"] / 60, 1)}
+        | {name: _mean([value]) for name, value in row["metrics"].items()}
+        for row in rows
+        if "metrics" in row
+    ]
+    return {"losses": losses, "metrics": metrics}
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    mean = sum(values) / len(values)
+    return round(mean, 5) if math.isfinite(mean) else None
+
+
+def _figure(curves: Mapping[str, Mapping[str, Any]]) -> Any:
+    """A row for each network: its loss, its validation."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    style: dict[Any, Any] = {**FIGURE_STYLE, "axes.spines.top": False, "axes.spines.right": False}
+    with mpl.rc_context(style):
+        figure = Figure(figsize=(10, 2.4 * len(curves)), dpi=110, layout="constrained")
+        panels = figure.subplots(len(curves), 2, squeeze=False)
+        for (left, right), (name, one) in zip(panels, curves.items(), strict=True):
+            left.plot(*_points(one["losses"], "total"), color="#0072B2", lw=1.4)
+            left.set_title(f"{name}: loss", loc="left", size=9)
+            for metric, title in _SHOWN.items():
+                if any(metric in row for row in one["metrics"]):
+                    right.plot(*_points(one["metrics"], metric), marker=".", lw=1.4, label=title)
+            right.set_title(f"{name}: validation, %", loc="left", size=9)
+            right.set_ylim(bottom=0)
+            if right.lines:
+                right.legend(frameon=False, fontsize=7)
+        for axes in panels[-1]:
+            axes.set_xlabel("steps")
+    return figure
+
+
+def _points(rows: Sequence[Mapping[str, Any]], name: str) -> tuple[list[int], list[float]]:
+    known = [row for row in rows if row.get(name) is not None]
+    return [row["step"] for row in known], [row[name] for row in known]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command; its exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("runs", nargs="+", help="name=FOLDER of `avsec train`")
+    parser.add_argument("--figure", type=Path, help="PNG")
+    parser.add_argument("--json", type=Path, help="file for the result; default: standard output")
+    return answer(parser.parse_args(arguments), run)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,78 @@
+"""The score from which a detector's boxes are taken for real in pictures and counts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.experiments.detection_errors import CATEGORY, LEVEL
+from avsec_gym.metrics.average_precision_frames import (
+    COUNTED,
+    detection_status,
+    label_status,
+    pooled,
+)
+from avsec_gym.metrics.average_precision_matching import Events, match, overlaps
+
+MIN_IOU = 0.5
+"""From above: a box that is right to a metre or so."""
+_FROM_ABOVE = 1
+
+
+class WorkingPoint(NamedTuple):
+    """Where a detector finds most for its false alarms (best F1)."""
+
+    score: float
+    """Of the boxes that count, or more."""
+    precision: float
+    recall: float
+
+
+class Counts(NamedTuple):
+    """Of cars (moderate, `MIN_IOU` from above), by KITTI's rules."""
+
+    found: int
+    missed: int
+    false_alarms: int
+
+    @property
+    def f1(self) -> float:
+        """Harmonic mean of precision and recall; 1 where there is nothing to find or to say."""
+        right, wrong = 2 * self.found, self.missed + self.false_alarms
+        return right / (right + wrong) if right + wrong else 1.0
+
+
+def working_point(truth: Sequence[Boxes3D], found: Sequence[Boxes3D]) -> WorkingPoint | None:
+    """Of a detector on F frames; None where it finds no car at all."""
+    events, cars = _events(truth, found)
+    hits = np.cumsum(events.true_positives)
+    said = hits + np.cumsum(events.false_positives)
+    f1 = 2 * hits / np.maximum(said + cars, 1)
+    # All boxes of one score count together.
+    f1[np.diff(events.score, append=-np.inf) == 0] = 0.0
+    if not f1.any():
+        return None
+    best = int(f1.argmax())
+    return WorkingPoint(
+        float(events.score[best]), float(hits[best] / said[best]), float(hits[best] / cars)
+    )
+
+
+def counted(truth: Sequence[Boxes3D], found: Sequence[Boxes3D]) -> Counts:
+    """What is right and wrong, each detection taken for real."""
+    events, cars = _events(truth, found)
+    hits = int(events.true_positives.sum())
+    return Counts(hits, cars - hits, int(events.false_positives.sum()))
+
+
+def _events(truth: Sequence[Boxes3D], found: Sequence[Boxes3D]) -> tuple[Events, int]:
+    """What changes at each score, best first, and how many cars there are to find."""
+    labels, detections = pooled(truth, "labels"), pooled(found, "detections")
+    wanted = label_status(labels, CATEGORY, LEVEL)
+    given = detection_status(detections, CATEGORY, LEVEL)
+    common = overlaps(labels, detections)
+    events = match(labels, detections, common, wanted, given, _FROM_ABOVE, MIN_IOU)
+    return events, int((wanted == COUNTED).sum())

@@ -1,0 +1,30 @@
+#!/bin/sh
+# Makes docs/results/detectors.md with its numbers and pictures, from the weights in the package.
+# Environment: PYTHON; HELD_OUT, where the frames lie on which the detectors are judged (made if they
+# are not there); KITTI (object root; stereo2012 and stereo2015 beside it are used too) for real
+# frames; RUNS, where `avsec train` left the folders dsgn, stereo_rcnn and psmnet, for the curves;
+# PARITY (outputs of the original networks).
+set -eu
+cd "$(dirname "$0")/.."
+PYTHON=${PYTHON:-python}
+HELD_OUT=${HELD_OUT:-runs/held_out}
+RUNS=${RUNS:-runs}
+"$PYTHON" -m avsec_gym world verify "$HELD_OUT" > /dev/null 2>&1 || "$PYTHON" -m avsec_gym \
+    world make --suite mixed --frames 240 --seed 2 --no-lidar --out "$HELD_OUT"
+"$PYTHON" -m avsec_gym.experiments.detector_precision --kitti "$HELD_OUT" \
+    --figures docs/images --json docs/results/detectors.json
+"$PYTHON" -m avsec_gym.experiments.disparity_accuracy --world "$HELD_OUT" \
+    ${KITTI:+--kitti "$KITTI"} --json docs/results/disparity.json
+[ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.real_frames --kitti "$KITTI" \
+    --precision docs/results/detectors.json --figure docs/images/real_frames.png \
+    --json docs/results/real_frames.json
+set --
+for name in dsgn stereo_rcnn psmnet; do
+    [ ! -f "$RUNS/$name/curves.jsonl" ] || set -- "$@" "$name=$RUNS/$name"
+done
+[ $# -eq 0 ] || "$PYTHON" -m avsec_gym.experiments.training_curves "$@" \
+    --figure docs/images/detector_training.png --json docs/results/detector_training.json
+"$PYTHON" benchmarks/detectors.py > docs/results/detector_benchmark.json
+"$PYTHON" examples/rank_detectors.py > docs/results/detector_ranking.json
+[ -z "${PARITY:-}" ] || "$PYTHON" -m benchmarks.parity "$PARITY" --json > docs/results/parity.json
+"$PYTHON" -m avsec_gym.experiments.detector_page --results docs/results > /dev/null

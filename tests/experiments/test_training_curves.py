@@ -1,0 +1,37 @@
+"""Curves of trainings are thinned without losing a validation."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from avsec_gym.experiments.training_curves import main, thinned
+
+
+def rows() -> list[dict[str, object]]:
+    losses = [{"step": 20 * i, "losses": {"total": float(i)}} for i in range(1, 8)]
+    metrics = [{"step": 70, "seconds": 90.0, "metrics": {"Car_3d_ap11": 5.0, "loss": float("nan")}}]
+    return [*losses[:4], *metrics, *losses[4:]]  # type: ignore[list-item]
+
+
+def test_losses_are_means_and_every_validation_stays() -> None:
+    result = thinned(rows(), most=3)
+    assert result["losses"] == [
+        {"step": 60, "total": 2.0}, {"step": 120, "total": 5.0}, {"step": 140, "total": 7.0}
+    ]  # fmt: skip
+    assert result["metrics"] == [{"step": 70, "minutes": 1.5, "Car_3d_ap11": 5.0, "loss": None}]
+    assert [row["total"] for row in thinned(rows())["losses"]] == pytest.approx(range(1, 8))
+
+
+def test_the_command_draws_what_it_tells(tmp_path: Path) -> None:
+    folder, out, figure = (tmp_path / name for name in ("run", "curves.json", "curves.png"))
+    assert main([f"dsgn={folder}"]) == 1
+    assert main(["dsgn"]) == 1
+    folder.mkdir()
+    lines = "".join(json.dumps(row) + "\n" for row in rows())
+    (folder / "curves.jsonl").write_text(lines)
+    assert main([f"dsgn={folder}", "--json", str(out), "--figure", str(figure)]) == 0
+    assert json.loads(out.read_text())["dsgn"]["metrics"][0]["step"] == 70
+    assert figure.read_bytes().startswith(b"\x89PNG")
