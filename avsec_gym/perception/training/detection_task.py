@@ -76,7 +76,7 @@ class DetectionTask:
         if isinstance(weights, nn.Module):
             parts = {"network": self.network, "term_weights": weights.requires_grad_(True)}
             self.trained = nn.ModuleDict(parts)
-        self.leading_metric = f"{categories[0]}_3d_ap11"
+        self.leading_metric = f"{categories[0]}_3d_ap40"
         self._detector, self._augmentation, self._data = detector, augmentation, data
         self._training, self._validation = training, validation
         self._categories = tuple(categories)

@@ -48,13 +48,14 @@ class Bottleneck(nn.Module):
     """1x1, 3x3, 1x1 beside an identity; the first 1x1 has the stride, as in Caffe's ResNet."""
 
     def __init__(
-        self, inputs: int, channels: int, stride: int, normalisation: Normalisation
+        self, inputs: int, channels: int, stride: int, configuration: StereoRcnnConfiguration
     ) -> None:
         super().__init__()
         outputs = EXPANSION * channels
+        normalisation, edges = configuration.normalisation, configuration.edges
         self.conv1 = nn.Conv2d(inputs, channels, 1, stride=stride, bias=False)
         self.bn1 = _norm(channels, normalisation)
-        self.conv2 = nn.Conv2d(channels, channels, 3, padding=1, bias=False)
+        self.conv2 = nn.Conv2d(channels, channels, 3, padding=1, bias=False, padding_mode=edges)
         self.bn2 = _norm(channels, normalisation)
         self.conv3 = nn.Conv2d(channels, outputs, 1, bias=False)
         self.bn3 = _norm(outputs, normalisation)
@@ -76,7 +77,9 @@ class Bottleneck(nn.Module):
 def stem(configuration: StereoRcnnConfiguration) -> nn.Sequential:
     """7x7 convolution and pooling, to a quarter of the resolution (halves are rounded up)."""
     channels = configuration.stem_channels
-    convolution = nn.Conv2d(3, channels, 7, stride=2, padding=3, bias=False)
+    convolution = nn.Conv2d(
+        3, channels, 7, stride=2, padding=3, bias=False, padding_mode=configuration.edges
+    )
     initialise_convolution(convolution)
     return nn.Sequential(
         convolution,
@@ -96,7 +99,7 @@ def residual_stages(configuration: StereoRcnnConfiguration) -> list[nn.Sequentia
         bottlenecks = []
         for block in range(blocks):
             stride = 2 if number > 0 and block == 0 else 1
-            bottlenecks.append(Bottleneck(inputs, channels, stride, configuration.normalisation))
+            bottlenecks.append(Bottleneck(inputs, channels, stride, configuration))
             inputs = EXPANSION * channels
         # The checkpoints have each stage within a sequence of its own.
         stages.append(nn.Sequential(nn.Sequential(*bottlenecks)))
@@ -104,6 +107,8 @@ def residual_stages(configuration: StereoRcnnConfiguration) -> list[nn.Sequentia
         for module in stage.modules():
             if isinstance(module, nn.Conv2d):
                 initialise_convolution(module)
+            if isinstance(module, Bottleneck) and configuration.he_initialisation:
+                nn.init.zeros_(module.bn3.weight)
     return stages
 
 
@@ -125,7 +130,7 @@ def freeze(module: nn.Module) -> None:
     module.requires_grad_(False)
 
 
-def _norm(channels: int, normalisation: Normalisation) -> nn.Module:
+def _norm(channels: int, normalisation: Normalisation) -> nn.BatchNorm2d | nn.GroupNorm:
     if normalisation != "group":
         return nn.BatchNorm2d(channels)
     if channels % GROUPS:

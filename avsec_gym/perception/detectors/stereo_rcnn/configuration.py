@@ -35,6 +35,10 @@ class StereoRcnnConfiguration:
         stage_blocks: Bottlenecks of the four residual stages.
         stage_channels: Inner channels of their bottlenecks; four times as many come out.
         normalisation: Batch statistics that never change, that are learned, or groups of channels.
+        edges: How the body's convolutions see beyond the edge of their inputs: ``zeros`` as
+            published, or the nearest value (``replicate``).  Zeros make the outermost cells unlike
+            all others; where groups are normalised, they take the scale over, and the inner cells
+            of deep layers die.
         frozen_stages: How many parts are not trained, counted from the stem.
         pyramid_channels: Channels of each level P2..P6.
         rpn_channels: Channels of the proposal network's hidden layer, for each view.
@@ -47,14 +51,20 @@ class StereoRcnnConfiguration:
         training_proposals: Numbers of proposals in training.
         test_proposals: Numbers of proposals in use.
         proposal_overlap: Proposals that overlap more than this suppress each other.
+        least_side: Proposals that are narrower or lower in either view are dropped, pixels; the
+            published code keeps them, empty ones as well.
         canonical_size: Regions of this size (square root of the area, pixels) belong to P4.
         sampling_ratio: Samples along an axis of a bin in ROI align; 0 adapts to the bin.
         box_channels: Channels of the box head's two hidden layers.
         box_dropout: Share of them that training drops.
         keypoint_channels: Channels of the keypoint head.
         keypoint_convolutions: 3x3 convolutions of the keypoint head.
-        he_initialisation: Start hidden layers after He et al., for training from scratch; else
-            with the small normal weights of the published code, for a pretrained body.
+        background_sizes: Whether the background, too, is taught a size, that of the mean car, as
+            in the published code.  Regions of the sky, say, are so surely background that their
+            features grow without bound; trained from scratch, this term then blows up.
+        he_initialisation: Start hidden layers after He et al., and residual blocks as identities,
+            for training from scratch; else with the small normal weights of the published code,
+            for a pretrained body.
 
     Raises:
         ConfigurationError: Numbers that do not go together, or an unknown preset.
@@ -71,6 +81,7 @@ class StereoRcnnConfiguration:
     stage_blocks: tuple[int, int, int, int] = (3, 4, 23, 3)
     stage_channels: tuple[int, int, int, int] = (64, 128, 256, 512)
     normalisation: Normalisation = "frozen_batch"
+    edges: Literal["zeros", "replicate"] = "zeros"
     frozen_stages: int = 2
     pyramid_channels: int = 256
     rpn_channels: int = 512
@@ -81,12 +92,14 @@ class StereoRcnnConfiguration:
     training_proposals: ProposalCount = ProposalCount(12000, 2000)
     test_proposals: ProposalCount = ProposalCount(6000, 300)
     proposal_overlap: float = 0.7
+    least_side: float = 0.0
     canonical_size: float = 224.0
     sampling_ratio: int = 0
     box_channels: int = 2048
     box_dropout: float = 0.2
     keypoint_channels: int = 256
     keypoint_convolutions: int = 6
+    background_sizes: bool = True
     he_initialisation: bool = False
 
     def __post_init__(self) -> None:
@@ -138,6 +151,7 @@ SMALL = StereoRcnnConfiguration(
     stage_blocks=(2, 3, 4, 2),
     stage_channels=(24, 48, 96, 128),
     normalisation="group",
+    edges="replicate",
     frozen_stages=0,
     pyramid_channels=64,
     rpn_channels=64,
@@ -151,6 +165,8 @@ SMALL = StereoRcnnConfiguration(
     box_dropout=0.0,
     keypoint_channels=64,
     keypoint_convolutions=3,
+    least_side=3.0,
+    background_sizes=False,
     he_initialisation=True,
 )
 """The same classes, narrower and shallower, for training from scratch on a CPU."""

@@ -147,10 +147,10 @@ class StereoRcnnDetector:
         # Keypoints of the background teach nothing, and cost most.
         regions, targets = sampling.with_keypoints()
         keypoints = self.network.keypoint_head(pyramids[0], regions)
-        terms: dict[str, Tensor] = self.term_weights(
-            detection_terms(rpn, boxes, keypoints, sampling, targets)
-        )
-        return terms
+        background_sizes = self.configuration.background_sizes
+        terms = detection_terms(rpn, boxes, keypoints, sampling, targets, background_sizes)
+        weighted: dict[str, Tensor] = self.term_weights(terms)
+        return weighted
 
     @torch.no_grad()
     def draw(self, batch: StereoBatch, truth: Sequence[Boxes3D]) -> Sampling:

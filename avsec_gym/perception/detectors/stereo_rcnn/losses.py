@@ -47,6 +47,7 @@ def detection_terms(
     keypoints: KeypointOutput,
     sampling: Sampling,
     keypoint_targets: Tensor,
+    background_sizes: bool = True,
 ) -> dict[str, Tensor]:
     """The unweighted terms, by name as in `TERMS`.
 
@@ -56,10 +57,11 @@ def detection_terms(
         keypoints: For the K regions that have keypoints.
         sampling: With the targets.
         keypoint_targets: Of those K regions, shape (B, K, 3).
+        background_sizes: Whether the background is drawn towards the mean car, as published.
     """
     terms = (
         *_rpn_terms(rpn, sampling),
-        *_region_terms(boxes, sampling),
+        *_region_terms(boxes, sampling, background_sizes),
         _keypoint_term(keypoints, keypoint_targets),
     )
     return dict(zip(TERMS, terms, strict=True))
@@ -81,7 +83,9 @@ def _rpn_terms(rpn: StereoRpnOutput, sampling: Sampling) -> tuple[Tensor, Tensor
     return classes, box
 
 
-def _region_terms(boxes: BoxOutput, sampling: Sampling) -> tuple[Tensor, Tensor, Tensor]:
+def _region_terms(
+    boxes: BoxOutput, sampling: Sampling, background_sizes: bool
+) -> tuple[Tensor, Tensor, Tensor]:
     labels = sampling.labels.flatten()
     rows = torch.arange(len(labels), device=labels.device)
     deltas = boxes.box_deltas.flatten(0, 1)[rows, labels]
@@ -89,8 +93,10 @@ def _region_terms(boxes: BoxOutput, sampling: Sampling) -> tuple[Tensor, Tensor,
     classes = functional.cross_entropy(boxes.class_logits.flatten(0, 1), labels)
     difference = (deltas - sampling.box_targets.flatten(0, 1))[labels > 0]
     box = smooth_l1(difference).sum() / len(labels)
-    # The background counts here: it is drawn towards the mean car, as published.
-    dimensions = smooth_l1(sizes - sampling.dimension_targets.flatten(0, 1)).sum() / len(labels)
+    difference = sizes - sampling.dimension_targets.flatten(0, 1)
+    if not background_sizes:
+        difference = difference[labels > 0]
+    dimensions = smooth_l1(difference).sum() / len(labels)
     return classes, box, dimensions
 
 

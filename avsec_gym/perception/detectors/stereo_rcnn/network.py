@@ -126,7 +126,11 @@ class StereoRcnnNetwork(nn.Module):
         configuration = self.configuration
         count = configuration.training_proposals if self.training else configuration.test_proposals
         return propose(
-            output, count, configuration.proposal_overlap, exact=configuration.exact_boxes
+            output,
+            count,
+            configuration.proposal_overlap,
+            exact=configuration.exact_boxes,
+            least_side=configuration.least_side,
         )
 
     def heads(

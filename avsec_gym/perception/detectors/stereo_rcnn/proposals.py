@@ -31,7 +31,12 @@ class Proposals:
 
 @torch.no_grad()
 def propose(
-    output: StereoRpnOutput, count: ProposalCount, overlap: float, *, exact: bool = False
+    output: StereoRpnOutput,
+    count: ProposalCount,
+    overlap: float,
+    *,
+    exact: bool = False,
+    least_side: float = 0.0,
 ) -> Proposals:
     """The best pairs that survive suppression in both views; no gradient passes.
 
@@ -40,6 +45,7 @@ def propose(
         count: Pairs before and after suppression.
         overlap: Above which a worse region is suppressed.
         exact: See `decode_stereo`.
+        least_side: Pairs with a lower or narrower box are dropped, pixels.
     """
     pairs, classes = len(output.scores), output.scores
     left = output.deltas.new_zeros(pairs, count.after, 4)
@@ -51,6 +57,9 @@ def propose(
         anchors = output.anchors[order]
         both = decode_stereo(anchors, anchors, output.deltas[pair, order], exact=exact)
         both_left, both_right = (clip(boxes, output.height, output.width) for boxes in both)
+        if least_side:
+            large = _least_side(both_left).minimum(_least_side(both_right)) >= least_side
+            order, both_left, both_right = order[large], both_left[large], both_right[large]
         kept = surviving(both_left, overlap) & surviving(both_right, overlap)
         kept = kept.nonzero()[: count.after, 0]
         left[pair, : len(kept)] = both_left[kept]
@@ -89,6 +98,10 @@ def clip(boxes: Tensor, height: int, width: int) -> Tensor:
     """Boxes (..., 4) within an image: 0..width - 1, 0..height - 1."""
     last = boxes.new_tensor([width - 1, height - 1, width - 1, height - 1])
     return boxes.clamp(min=0).minimum(last)
+
+
+def _least_side(boxes: Tensor) -> Tensor:
+    return (boxes[..., 2:] - boxes[..., :2]).amin(-1)
 
 
 def _decode(boxes: Tensor, deltas: Tensor, last: float) -> Tensor:

@@ -152,3 +152,17 @@ def test_learned_weights_of_the_terms_come_with_the_card(tmp_path: Path) -> None
     save_weights(path, own.network, ModelCard("stereo_rcnn", beside=beside, storage="float32"))
     assert StereoRcnnDetector(weights=path).term_weights.log_variances.tolist() == logs
     assert own.term_weights.log_variances.tolist() == [-1.0] * 6
+
+
+def test_without_sizes_of_the_background_only_objects_teach_them(case):
+    boxes, sampling = case[1], case[3]
+    terms = detection_terms(*case, sampling.keypoint_targets, background_sizes=False)
+    regions = [(b, r) for b in range(BATCH) for r in range(REGIONS)]
+    expected = sum(
+        robust(x, 1)
+        for at in regions
+        if sampling.labels[at]
+        for x in boxes.dimensions_orientation[at][1] - sampling.dimension_targets[at]
+    )
+    assert float(terms["dimensions"]) == pytest.approx(expected / len(regions))
+    assert terms["dimensions"] < detection_terms(*case, sampling.keypoint_targets)["dimensions"]

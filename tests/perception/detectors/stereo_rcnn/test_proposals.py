@@ -99,3 +99,15 @@ def test_proposals_stay_within_the_image_and_carry_no_gradient() -> None:
         assert boxes.min() >= 0
         assert boxes[..., [0, 2]].max() <= 89
         assert boxes[..., [1, 3]].max() <= 59
+
+
+def test_pairs_with_a_small_box_are_dropped_and_the_others_stay() -> None:
+    anchors, scores = _boxes(60, 7), torch.rand(1, 60, dtype=torch.float64)
+    deltas = torch.randn(1, 60, 6, dtype=torch.float64)
+    every = propose(_output(anchors, deltas, scores), ProposalCount(60, 60), 1.0)
+    large = propose(_output(anchors, deltas, scores), ProposalCount(60, 60), 1.0, least_side=9.0)
+    sides = [(boxes[0, :, 2:] - boxes[0, :, :2]).amin(1) for boxes in (every.left, every.right)]
+    kept = every.valid[0] & (sides[0] >= 9) & (sides[1] >= 9)
+    assert 5 < kept.sum() < every.valid.sum() - 5
+    torch.testing.assert_close(large.left[large.valid], every.left[0, kept])
+    torch.testing.assert_close(large.right[large.valid], every.right[0, kept])
