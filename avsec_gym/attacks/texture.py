@@ -209,9 +209,8 @@ def _texture(
         of_cell = mirrored, cell.astype(int) % _TABLE, step.astype(int) % _TABLE
         copied, usable = place, np.zeros(len(row), bool)
         for draw in draws:
-            # Whole pixels, so that the left view's are copied as they are.
-            shift = np.rint(first + draw[of_cell] * (last - first) - anchor)
-            other = _mirrored(place + shift, first, last)
+            start = first + draw[of_cell] * (last - first)
+            other = _mirrored(place - anchor + start, first, last)
             copied = np.where(usable, copied, other)
             usable |= source.usable[row, np.rint(other).astype(int)]
         weight *= usable

@@ -110,7 +110,7 @@ def test_objects_are_neither_road_nor_side_area():
 def test_a_scan_tells_the_plane_and_what_stands_on_it():
     z, x = np.meshgrid(np.linspace(5, 40, 60), np.linspace(-10, 10, 60))
     ground = np.stack([x, 1.8 + 0.01 * z, z], -1).reshape(-1, 3)
-    y, x = np.meshgrid(np.linspace(-1.0, 1.8, 60), np.linspace(5, 8, 100))
+    y, x = np.meshgrid(np.linspace(-1.0, 1.8, 20), np.linspace(5, 8, 25))
     wall = np.stack([x, y, np.full_like(x, 15)], -1).reshape(-1, 3)
     points = transform_points(CALIBRATION.camera_to_velodyne, np.concatenate([ground, wall]))
     scan = np.column_stack([points, np.zeros(len(points))]).astype(np.float32)

@@ -1,0 +1,249 @@
+"""Where ghosts appear: on the road, or in its side area (thesis, section 5.5.1).
+
+The thesis sees "almost all" ghosts beside the road.  Since there is more to see beside a road than
+on it, their share is held here against what chance would give.  Frames are drawn together in the
+intervals, for ghosts of one frame depend on each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.attacks.side_area import RoadView
+from avsec_gym.box_overlap import ground_rectangles, rectangle_iou
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.frame import Calibration
+from avsec_gym.geometry import Floats, project
+
+LANE_WIDTH = 3.5
+CORRIDOR = 1.5 * LANE_WIDTH
+"""Metres on either side within which the three intentions of the thesis drive."""
+_CELL = 0.5
+"""Metres; side of the squares by which visible ground is measured."""
+
+
+class Place(StrEnum):
+    """Where a ghost stands."""
+
+    ROAD = "road"
+    SIDE = "side"
+    UNKNOWN = "unknown"
+    """Outside of the image, or something that is neither road nor side area hides its foot."""
+
+
+@dataclass(frozen=True)
+class GhostCount:
+    """Ghosts of one frame, and where they could have been.
+
+    Args:
+        road: Ghosts on the road.
+        side: Ghosts beside it.
+        unknown: Ghosts of which neither can be said.
+        road_area: Visible ground of the road, m2.
+        side_area: Visible ground beside it, m2.
+    """
+
+    road: int
+    side: int
+    unknown: int
+    road_area: float
+    side_area: float
+
+
+def ghosts(
+    detections: Boxes3D, truth: Boxes3D, *, overlap: float = 0.1, ignored: float = 0.5
+) -> NDArray[np.bool_]:
+    """Detections that stand for nothing real, shape (N,).
+
+    A ghost overlaps no real object, of whatever category, by more than `overlap` (intersection
+    over union from above), so that a box that merely drifted is none; nor does its 2D box lie in a
+    region that is not to be cared about (DontCare), where real objects are not labelled.
+
+    Args:
+        detections: Of one frame.
+        truth: Its labels, DontCare regions among them.
+        overlap: Least intersection over union with a real object.
+        ignored: Least share of a 2D box in a DontCare region.
+    """
+    real = truth.category != "DontCare"
+    objects = truth[real]
+    iou = rectangle_iou(
+        ground_rectangles(detections.location, detections.dimensions, detections.rotation_y),
+        ground_rectangles(objects.location, objects.dimensions, objects.rotation_y),
+    )
+    result: NDArray[np.bool_] = iou.max(axis=1, initial=0.0) < overlap
+    if truth.box2d is not None and detections.box2d is not None and not real.all():
+        share = _inside(detections.box2d, truth.box2d[~real])
+        result &= share.max(axis=1, initial=0.0) < ignored
+    return result
+
+
+def in_corridor(boxes: Boxes3D, half_width: float = CORRIDOR) -> NDArray[np.bool_]:
+    """Whether footprints reach into the lanes that are driven on straight ahead, shape (N,).
+
+    Args:
+        boxes: In the camera frame.
+        half_width: Of the corridor, metres.
+    """
+    poses = boxes.poses
+    sideways = (
+        np.abs(np.sin(poses[:, 2])) * boxes.length + np.abs(np.cos(poses[:, 2])) * boxes.width
+    )
+    return np.asarray(np.abs(poses[:, 1]) - sideways / 2 < half_width)
+
+
+def places(boxes: Boxes3D, view: RoadView, calibration: Calibration) -> list[Place]:
+    """Where the middles of boxes' feet stand, by what the left image shows there.
+
+    Args:
+        boxes: In the camera frame.
+        view: Road and side area of the left image.  With what stands beside the road in the side
+            area (`EVERYTHING`), a foot hidden by it counts as beside the road.
+        calibration: Of the left camera.
+    """
+    pixels, depth = project(calibration.projection(), boxes.location)
+    height, width = view.road.shape
+    result = []
+    for (u, v), far in zip(np.rint(np.clip(pixels, -1e6, 1e6)).astype(int), depth, strict=True):
+        if not (far > 0 and 0 <= u < width and 0 <= v < height):
+            result.append(Place.UNKNOWN)
+        elif view.road[v, u]:
+            result.append(Place.ROAD)
+        else:
+            result.append(Place.SIDE if view.side[v, u] else Place.UNKNOWN)
+    return result
+
+
+def visible_areas(
+    view: RoadView, calibration: Calibration, *, farthest: float = 40.0, highest: float = 0.5
+) -> tuple[float, float]:
+    """Visible ground of road and side area, m2: chance spreads ghosts evenly over it.
+
+    Squares of 0.5 m count that at least one pixel shows; what stands on the ground does not.
+
+    Args:
+        view: Road and side area of the left image.
+        calibration: Of both cameras.
+        farthest: Metres ahead up to which ground counts; detectors look no further.
+        highest: Metres above the plane of the road up to which something is ground.
+    """
+    p = calibration.projection()
+    rows, columns = np.nonzero((view.road | view.side) & (view.disparity > 0))
+    depth = (
+        calibration.focal_length()
+        * calibration.baseline()
+        / view.disparity[rows, columns].astype(float)
+    )
+    near = depth < farthest
+    rows, columns, depth = rows[near], columns[near], depth[near]
+    x, y = (columns - p[0, 2]) * depth / p[0, 0], (rows - p[1, 2]) * depth / p[1, 1]
+    on_road = view.road[rows, columns]
+    if not on_road.any():
+        return 0.0, _area(x, depth)
+    columns_of_plane = np.column_stack([np.ones_like(x), x, depth])
+    plane, *_ = np.linalg.lstsq(columns_of_plane[on_road], y[on_road], rcond=None)
+    ground = columns_of_plane @ plane - y < highest
+    road, side = (_area(x[each], depth[each]) for each in (on_road, ground & ~on_road))
+    return road, side
+
+
+def count_ghosts(
+    detections: Boxes3D,
+    truth: Boxes3D,
+    view: RoadView,
+    calibration: Calibration,
+    *,
+    threshold: float = 0.0,
+    farthest: float = 40.0,
+) -> GhostCount:
+    """Where a frame's ghosts are.
+
+    Args:
+        detections: Of one frame.
+        truth: Its labels.
+        view: Road and side area of its left image.
+        calibration: Of its cameras.
+        threshold: Least score.
+        farthest: Metres ahead up to which ghosts and ground count.
+    """
+    near = (detections.location[:, 2] < farthest) & (detections.score >= threshold)
+    found = detections[near]
+    where = places(found[ghosts(found, truth)], view, calibration)
+    road, side, unknown = (where.count(place) for place in Place)
+    areas = visible_areas(view, calibration, farthest=farthest)
+    return GhostCount(road, side, unknown, *areas)
+
+
+def ghost_summary(
+    frames: Sequence[GhostCount], *, resamples: int = 10_000, seed: int = 0
+) -> dict[str, Any]:
+    """The share of ghosts on the road, and how it compares with chance.
+
+    ``chance`` is the road's share of the visible ground, each frame weighted by its ghosts: the
+    share that would be on the road if ghosts were spread evenly over the ground that is seen in
+    their frames.  ``ratio`` divides the odds of the two: 1 where ghosts do not care, below 1 where
+    they prefer the side area.  Intervals hold 95 % of a bootstrap over frames; None without ghosts.
+
+    Args:
+        frames: Counts of each.
+        resamples: Bootstrap samples.
+        seed: Of the bootstrap.
+    """
+    table = np.array([[f.road, f.side, f.road_area, f.side_area] for f in frames], float)
+    table = table.reshape(-1, 4)
+    area = table[:, 2:].sum(axis=1)
+    expected = np.divide(table[:, 2], area, out=np.zeros(len(table)), where=area > 0)
+    known = table[:, :2].sum(axis=1) * (area > 0)
+    sums = np.column_stack([table[:, 0] * (area > 0), known, expected * known])
+    result: dict[str, Any] = {
+        "frames": len(frames),
+        "ghosts": sum(f.road + f.side + f.unknown for f in frames),
+        "road": sum(f.road for f in frames),
+        "side": sum(f.side for f in frames),
+        "unknown": sum(f.unknown for f in frames),
+        "ghosts_per_100_m2": {
+            name: 100 * float(table[:, i].sum() / table[:, i + 2].sum())
+            if table[:, i + 2].any()
+            else None
+            for i, name in enumerate(("road", "side"))
+        },
+    }
+    observed = _shares(sums.sum(axis=0)[None])
+    sums = sums if len(sums) else np.zeros((1, 3))
+    even = np.full(len(sums), 1 / len(sums))
+    drawn = _shares(np.random.default_rng(seed).multinomial(len(sums), even, resamples) @ sums)
+    for name, value in observed.items():
+        finite = drawn[name][np.isfinite(drawn[name])]
+        result[name] = float(value[0]) if np.isfinite(value[0]) else None
+        result[f"{name}_interval"] = (
+            [float(q) for q in np.quantile(finite, (0.025, 0.975))] if len(finite) else None
+        )
+    return result
+
+
+def _shares(sums: Floats) -> dict[str, Floats]:
+    on_road, known, expected = sums.T.astype(float)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share, chance = on_road / known, expected / known
+        ratio = (share / (1 - share)) / (chance / (1 - chance))
+    return {"share_on_road": share, "chance": chance, "ratio": ratio}
+
+
+def _area(x: Floats, depth: Floats) -> float:
+    """Of the squares that points lie in, m2."""
+    cells = np.floor(np.column_stack([x, depth]) / _CELL).astype(int)
+    return float(len(np.unique(cells, axis=0)) * _CELL**2)
+
+
+def _inside(boxes: Floats, regions: Floats) -> Floats:
+    """Share of each 2D box that lies in each region, shape (N, M)."""
+    low = np.maximum(boxes[:, None, :2], regions[None, :, :2])
+    high = np.minimum(boxes[:, None, 2:], regions[None, :, 2:])
+    common = np.prod(np.maximum(high - low, 0), axis=2)
+    return common / np.maximum(np.prod(boxes[:, 2:] - boxes[:, :2], axis=1), 1e-9)[:, None]
