@@ -23,6 +23,7 @@ from avsec_gym.commands.draw import Draw
 from avsec_gym.commands.evaluate import Evaluate
 from avsec_gym.commands.experiments import Experiments
 from avsec_gym.commands.plan import PlanFiles
+from avsec_gym.commands.report import Report
 from avsec_gym.commands.run import Run
 from avsec_gym.commands.train import Train
 from avsec_gym.commands.weights import WeightsImport
@@ -37,6 +38,7 @@ Command = (
     | Annotated[AttackPatch, tyro.conf.subcommand("attack")]
     | Annotated[Experiments, tyro.conf.subcommand("experiments")]
     | Annotated[Run, tyro.conf.subcommand("run")]
+    | Annotated[Report, tyro.conf.subcommand("report")]
     | Annotated[PlanFiles, tyro.conf.subcommand("plan")]
     | Annotated[Draw, tyro.conf.subcommand("draw")]
     | Annotated[DataCheck, tyro.conf.subcommand("data")]

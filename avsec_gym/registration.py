@@ -32,6 +32,16 @@ CATALOGUE = (
         entry_point="avsec_gym.envs.detector_benchmark:DetectorBenchmarkEnv",
         max_episode_steps=None,  # One step.
     ),
+    EnvironmentEntry(
+        id="avsec/PerturbationAttack-v0",
+        entry_point="avsec_gym.envs.perturbation_attack:PerturbationAttackEnv",
+        max_episode_steps=10,
+    ),
+    EnvironmentEntry(
+        id="avsec/PatchAttack-v0",
+        entry_point="avsec_gym.envs.patch_attack:PatchAttackEnv",
+        max_episode_steps=10,
+    ),
 )
 
 

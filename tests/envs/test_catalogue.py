@@ -36,19 +36,36 @@ COMMON_INFO = {
     "intention": str,
 }
 ONE_STEP = {entry.id for entry in CATALOGUE if entry.max_episode_steps is None}
-READS_IMAGES = {"avsec/DetectorBenchmark-v0"}
+ATTACKS_IMAGES = {"avsec/PerturbationAttack-v0", "avsec/PatchAttack-v0"}
+LOADS = {
+    "avsec/DetectorBenchmark-v0": ["cv2"],
+    "avsec/PerturbationAttack-v0": ["cv2"],
+    "avsec/PatchAttack-v0": ["torch", "cv2"],
+}
+"""Heavy modules that an environment needs to be played."""
 RESERVED = {"episode", "final_obs", "final_info", "terminal_observation"}
+
+
+def arguments(id: str) -> dict[str, Any]:
+    """Attackers on images play on small frames, against a detector that is quick (conftest.py)."""
+    return json.loads(os.environ["IMAGE_ATTACK_ARGUMENTS"]) if id in ATTACKS_IMAGES else {}
+
+
+def make(id: str, **more: Any) -> gym.Env[Any, Any]:
+    return gym.make(id, **arguments(id), **more)
 
 
 @pytest.fixture(params=IDS)
 def env(request: pytest.FixtureRequest) -> Iterator[gym.Env[Any, Any]]:
-    made = gym.make(request.param)
+    made = make(request.param)
     yield made
     made.close()
 
 
-def play(env: gym.Env[Any, Any], seed: int, steps: int = 25) -> Iterator[Any]:
+def play(env: gym.Env[Any, Any], seed: int, steps: int | None = None) -> Iterator[Any]:
     """Everything that comes out of some episodes with seeded random actions."""
+    if steps is None:
+        steps = 8 if env.spec.id in ATTACKS_IMAGES else 25  # type: ignore[union-attr]
     generator = np.random.default_rng(seed)
     observation, info = env.reset(seed=seed)
     yield observation, info
@@ -71,9 +88,9 @@ def add(code: Any, parts: Any) -> None:
     code.update(repr(parts[1:]).encode())
 
 
-def digest(env: gym.Env[Any, Any], seed: int, steps: int = 25) -> str:
+def digest(env: gym.Env[Any, Any], seed: int) -> str:
     code = hashlib.sha256()
-    for parts in play(env, seed, steps):
+    for parts in play(env, seed):
         add(code, parts)
     return code.hexdigest()
 
@@ -84,7 +101,7 @@ def test_gymnasiums_checker_has_nothing_to_say(
 ) -> None:
     """Also the human mode is tried, in a window that nobody sees."""
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    made = gym.make(id, disable_env_checker=True)
+    made = make(id, disable_env_checker=True)
     skip = "pygame" not in sys.modules and not _has_pygame()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -102,13 +119,13 @@ def _has_pygame() -> bool:
 def test_stable_baselines3s_checker_has_nothing_to_say(id: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        sb3_check_env(gym.make(id))
-        sb3_check_env(gym.make(id, render_mode="rgb_array", disable_env_checker=True))
+        sb3_check_env(make(id))
+        sb3_check_env(make(id, render_mode="rgb_array", disable_env_checker=True))
 
 
 @every_id
 def test_the_spec_survives_json(id: str) -> None:
-    made = gym.make(id)
+    made = make(id)
     spec = EnvSpec.from_json(made.spec.to_json())  # type: ignore[union-attr]
     again = gym.make(spec)
     assert digest(again, 3) == digest(made, 3)
@@ -119,15 +136,15 @@ def test_the_same_seed_is_the_same_episode(env: gym.Env[Any, Any]) -> None:
     first = digest(env, 5)
     digest(env, 6)
     assert digest(env, 5) == first
-    assert digest(gym.make(env.spec.id), 5) == first  # type: ignore[union-attr]
+    assert digest(make(env.spec.id), 5) == first  # type: ignore[union-attr]
     assert digest(env, 6) != first
 
 
 @every_id
 def test_another_process_plays_the_same_episode(id: str) -> None:
     program = (
-        "import sys, gymnasium as gym; from tests.envs.test_catalogue import digest;"
-        "print(digest(gym.make(sys.argv[1]), 7))"
+        "import sys; from tests.envs.test_catalogue import digest, make;"
+        "print(digest(make(sys.argv[1]), 7))"
     )
     environment = os.environ | {"PYTHONHASHSEED": "12345"}
     output = subprocess.run(
@@ -138,7 +155,7 @@ def test_another_process_plays_the_same_episode(id: str) -> None:
         env=environment,
         cwd=os.path.dirname(os.path.dirname(os.path.dirname(__file__))),
     ).stdout
-    assert output.strip() == digest(gym.make(id), 7)
+    assert output.strip() == digest(make(id), 7)
 
 
 def test_info_has_fixed_keys_and_scalars(env: gym.Env[Any, Any]) -> None:
@@ -164,7 +181,8 @@ def test_info_has_fixed_keys_and_scalars(env: gym.Env[Any, Any]) -> None:
 
 def test_what_a_step_returns_are_plain_types(env: gym.Env[Any, Any]) -> None:
     endings = set()
-    for parts in play(env, 2, steps=40 if env.spec.id in ONE_STEP else 400):  # type: ignore[union-attr]
+    quick = env.spec.id not in ONE_STEP | ATTACKS_IMAGES  # type: ignore[union-attr]
+    for parts in play(env, 2, steps=400 if quick else 40):
         if len(parts) == 5:
             _, reward, terminated, truncated, info = parts
             assert type(reward) is float
@@ -202,7 +220,7 @@ def test_writing_into_what_one_got_changes_nothing(env: gym.Env[Any, Any]) -> No
 
 @every_id
 def test_the_action_is_left_as_it_was(id: str) -> None:
-    made = gym.make(id)
+    made = make(id)
     made.reset(seed=0)
     action = np.full(made.action_space.shape, 3.0, np.float32)  # type: ignore[arg-type]
     made.step(action)
@@ -218,7 +236,7 @@ def test_registering_twice_is_harmless() -> None:
 
 @every_id
 def test_rendering_shows_something_and_changes_nothing(id: str) -> None:
-    plain, shown = gym.make(id), gym.make(id, render_mode="rgb_array")
+    plain, shown = make(id), make(id, render_mode="rgb_array")
     for expected, parts in zip(play(plain, 8, 4), play(shown, 8, 4), strict=True):
         picture = shown.render()
         assert isinstance(picture, np.ndarray)
@@ -235,7 +253,7 @@ def test_rendering_shows_something_and_changes_nothing(id: str) -> None:
 
 def printed_by(program: str, id: str) -> str:
     """What a program prints in a process of its own, warnings being errors."""
-    command = [sys.executable, "-W", "error", "-c", program, id]
+    command = [sys.executable, "-W", "error", "-c", program, id, json.dumps(arguments(id))]
     done = subprocess.run(command, capture_output=True, text=True, check=True, cwd="/")
     return done.stdout.strip()
 
@@ -243,24 +261,25 @@ def printed_by(program: str, id: str) -> str:
 @every_id
 def test_without_a_render_mode_nothing_heavy_is_loaded(id: str) -> None:
     program = (
-        "import sys, gymnasium as gym; env = gym.make(f'avsec_gym:{sys.argv[1]}');"
+        "import json, sys, gymnasium as gym;"
+        "env = gym.make(f'avsec_gym:{sys.argv[1]}', **json.loads(sys.argv[2]));"
         "env.reset(seed=0); env.step(env.action_space.sample());"
         "print([m for m in ('matplotlib', 'torch', 'pygame', 'stable_baselines3', 'cv2')"
         " if m in sys.modules])"
     )
-    assert printed_by(program, id) == ("['cv2']" if id in READS_IMAGES else "[]")
+    assert printed_by(program, id) == str(LOADS.get(id, []))
 
 
 @every_id
 def test_an_unknown_render_mode_is_refused(id: str) -> None:
-    make = load_env_creator(gym.spec(id).entry_point)  # type: ignore[arg-type]
+    create = load_env_creator(gym.spec(id).entry_point)  # type: ignore[arg-type]
     with pytest.raises(ConfigurationError, match="rgb_array"):
-        make(render_mode="ascii")
+        create(render_mode="ascii")
 
 
 @every_id
 def test_wrong_actions_are_refused(id: str) -> None:
-    made = gym.make(id).unwrapped
+    made = make(id).unwrapped
     made.reset(seed=0)
     right = np.zeros(made.action_space.shape, np.float32)  # type: ignore[arg-type]
     nan, infinite = right.copy(), right.copy()
@@ -283,7 +302,7 @@ def test_wrong_actions_are_refused(id: str) -> None:
 
 @every_id
 def test_a_step_before_the_first_reset_is_refused(id: str) -> None:
-    made = gym.make(id, disable_env_checker=True)
+    made = make(id, disable_env_checker=True)
     with pytest.raises(gym.error.ResetNeeded):
         made.step(made.action_space.sample())
     with pytest.raises(gym.error.ResetNeeded):
@@ -292,7 +311,7 @@ def test_a_step_before_the_first_reset_is_refused(id: str) -> None:
 
 @every_id
 def test_options_pick_scenario_and_intention(id: str) -> None:
-    made = gym.make(id)
+    made = make(id)
     _, first = made.reset(seed=0)
     chosen = {"scenario": first["scenario"], "intention": first["intention"]}
     for seed in range(5):
@@ -320,7 +339,7 @@ def test_options_pick_scenario_and_intention(id: str) -> None:
 )
 def test_wrong_options_are_refused(id: str, options: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigurationError, match=message):
-        gym.make(id).reset(seed=0, options=options)
+        make(id).reset(seed=0, options=options)
 
 
 @every_id
@@ -328,7 +347,7 @@ def test_wrong_options_are_refused(id: str, options: dict[str, Any], message: st
 def test_many_at_once(id: str, mode: str) -> None:
     if mode == "vector_entry_point" and gym.spec(id).vector_entry_point is None:
         pytest.skip(f"{id} has no vector entry point of its own")
-    vector = gym.make_vec(id, num_envs=3, vectorization_mode=mode)
+    vector = gym.make_vec(id, num_envs=3, vectorization_mode=mode, **arguments(id))
     observations, _ = vector.reset(seed=0)
     assert vector.observation_space.contains(observations)
     for _ in range(15):
@@ -345,8 +364,9 @@ def test_many_at_once(id: str, mode: str) -> None:
 @every_id
 @pytest.mark.slow
 def test_many_at_once_in_processes_of_their_own(id: str) -> None:
-    vector = gym.make_vec(f"avsec_gym:{id}", num_envs=2, vectorization_mode="async")
-    alone = gym.make_vec(id, num_envs=2, vectorization_mode="sync")
+    given = arguments(id)
+    vector = gym.make_vec(f"avsec_gym:{id}", num_envs=2, vectorization_mode="async", **given)
+    alone = gym.make_vec(id, num_envs=2, vectorization_mode="sync", **given)
     for made in (vector, alone):
         made.action_space.seed(1)
     np.testing.assert_equal(vector.reset(seed=0)[0], alone.reset(seed=0)[0])
@@ -363,11 +383,12 @@ def test_sb3s_subprocesses_know_the_prefixed_id(id: str) -> None:
     from stable_baselines3.common.env_util import make_vec_env
     from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
 
-    kwargs = {"start_method": "spawn"}
+    given: dict[str, Any] = {"seed": 3, "env_kwargs": arguments(id)}
+    spawned = {"start_method": "spawn"}
     many = make_vec_env(
-        f"avsec_gym:{id}", 2, seed=3, vec_env_cls=SubprocVecEnv, vec_env_kwargs=kwargs
+        f"avsec_gym:{id}", 2, vec_env_cls=SubprocVecEnv, vec_env_kwargs=spawned, **given
     )
-    alone = make_vec_env(id, 2, seed=3, vec_env_cls=DummyVecEnv)
+    alone = make_vec_env(id, 2, vec_env_cls=DummyVecEnv, **given)
     try:
         np.testing.assert_equal(many.reset(), alone.reset())
         generator = np.random.default_rng(0)
@@ -386,7 +407,8 @@ def test_sb3s_subprocesses_know_the_prefixed_id(id: str) -> None:
 @every_id
 def test_the_prefixed_id_works_in_a_fresh_process(id: str) -> None:
     program = (
-        "import sys, gymnasium as gym; assert 'avsec_gym' not in sys.modules;"
-        "env = gym.make(f'avsec_gym:{sys.argv[1]}'); print(env.reset(seed=0)[1]['outcome'])"
+        "import json, sys, gymnasium as gym; assert 'avsec_gym' not in sys.modules;"
+        "env = gym.make(f'avsec_gym:{sys.argv[1]}', **json.loads(sys.argv[2]));"
+        "print(env.reset(seed=0)[1]['outcome'])"
     )
     assert printed_by(program, id) == "reset"

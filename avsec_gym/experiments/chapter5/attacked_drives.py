@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from avsec_gym import attacks
 from avsec_gym.attacks.attack import LEFT, RIGHT, Victim, quantised
 from avsec_gym.attacks.loss_gradient import total_loss
 from avsec_gym.attacks.noise import RandomNoise
 from avsec_gym.attacks.patch import PatchAttack
+from avsec_gym.attacks.patch_ghosts import target_boxes
+from avsec_gym.attacks.patch_placement import PatchPlace
 from avsec_gym.attacks.perturbation import Perturbation
 from avsec_gym.attacks.side_area import read_roadside
 from avsec_gym.attacks.texture import replace_texture
+from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.experiments.chapter5.scenes import OPTIONS, scenes_of
 from avsec_gym.experiments.chapter5.settings import (
     DETECTORS,
     GREY_PATCHES,
@@ -29,6 +32,7 @@ from avsec_gym.experiments.chapter5.settings import (
     PATCHES,
     STEPS,
     TEXTURE,
+    TEXTURE_ATTACKED,
     UNATTACKED,
     setting,
     specific,
@@ -44,22 +48,10 @@ from avsec_gym.experiments.experiment import (
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.detector import DifferentiableDetector
 from avsec_gym.perception.stereo_batch import batch_of_frames
-from avsec_gym.perception.weights.given import shipped_weights
-from avsec_gym.pipeline import Pipeline
-from avsec_gym.scenario.frame_scenes import FrameScenes, frame_scenes
+from avsec_gym.perception.weights.given import SHIPPED, shipped_weights
+from avsec_gym.pipeline import Pipeline, PipelineRun
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
-
-OPTIONS: Mapping[str, Any] = {
-    "frames": "",
-    "motion": "truth",
-    "score_threshold": 0.3,
-    "patches": "",
-}
-"""``frames``: folders with the scenarios' images, with commas, where --scenarios names the authors'
-labelled scenarios; ``motion``: see `Motion`; ``patches``: a folder of trained patches instead of
-those of the package."""
-
 
 _WORK = "avsec_gym.experiments.chapter5.attacked_drives:AttackedDrives"
 _SHIPPED_PATCHES = Path(attacks.__file__).parent / "patches"
@@ -81,8 +73,12 @@ def attacked_cells(
 
 def attacked_inputs(configuration: Configuration) -> dict[str, Path]:
     """Weights, patches and the images' manifests."""
-    folder = Path({**OPTIONS, **configuration.options}["patches"] or _SHIPPED_PATCHES)
-    weights = {f"weights of {name}": shipped_weights(f"{name}_small") for name in DETECTORS}
+    options = {**OPTIONS, **configuration.options}
+    folder = Path(options["patches"] or _SHIPPED_PATCHES)
+    weights = {
+        f"weights of {name}": Path(options[name] or shipped_weights(f"{name}_small"))
+        for name in DETECTORS
+    }
     patches = {f"patch {path.stem}": path for path in sorted(folder.glob("*.safetensors"))}
     roots = {data.root for data in scenes_of(configuration).data.values()}
     manifests = {
@@ -91,21 +87,6 @@ def attacked_inputs(configuration: Configuration) -> dict[str, Path]:
         if (root / "manifest.json").is_file()
     }
     return {**weights, **patches, **manifests}
-
-
-def scenes_of(configuration: Configuration) -> FrameScenes:
-    """The scenes of a run, with their sensor data."""
-    options = {**OPTIONS, **configuration.options}
-    return _scenes(
-        configuration.scenarios, options["frames"], configuration.limit, configuration.seed
-    )
-
-
-@cache
-def _scenes(scenarios: str, frames: str, limit: int | None, seed: int) -> FrameScenes:
-    if not frames:
-        return frame_scenes(scenarios, count=limit, seed=seed)
-    return frame_scenes(frames.split(","), scenarios=scenarios, count=limit, seed=seed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,9 +100,11 @@ class _Look:
     """Which of them drive by it."""
     seen_as: str = ""
     """Detections of a specific attack are filed by intention; empty: as the drives."""
-    aims_at: Intention | None = None
-    """Where a random patch happens to stand."""
+    place: PatchPlace | None = None
+    """Of a patch."""
     whole_levels: bool = False
+    attacked: SensorFrame | None = None
+    """What the attack began with; None: the clean frame."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,6 +166,43 @@ class AttackedDrives:
                 with result.timed("measuring"):
                     _measure(result, look, scene, clean, victim)
 
+    def again(
+        self,
+        detector: str,
+        attack: str,
+        scenario: str,
+        intention: Intention,
+        strength: float = 0.0,
+        *,
+        whole_levels: bool = False,
+    ) -> PipelineRun:
+        """One drive of a run once more, for a picture: with what the car saw and believed.
+
+        Args:
+            detector: Its name.
+            attack: As drives are filed, such as ``texture-pgd-1``.
+            scenario: The scene's id.
+            intention: Where to go.
+            strength: Of the attack.
+            whole_levels: Whether attacked pixels were rounded.
+
+        Raises:
+            ConfigurationError: There is no such drive.
+            DataError: A file is missing or broken.
+        """
+        scene, pipeline = self._by_id[scenario], self._pipeline(detector)
+        clean = self._scenes.frame(scene)
+        victim = Victim(pipeline.detector, scene.boxes, None, self._scenes.disparity(scene))
+        whole_cell = TEXTURE if attack.startswith(TEXTURE) else attack
+        wanted = (attack, strength, whole_levels)
+        for look in self._looks(whole_cell, scene, clean, victim):
+            found = (look.attack, look.strength, look.whole_levels)
+            if found == wanted and intention in look.intentions:
+                perception = pipeline.perceive(look.frame)
+                driven = pipeline.drive(scene, perception, intention)
+                return PipelineRun(look.frame, perception, driven, perception.seconds)
+        raise ConfigurationError(f"{attack} has no drive of strength {strength:g}")
+
     def _looks(
         self, attack: str, scene: Scene, clean: SensorFrame, victim: Victim
     ) -> Iterator[_Look]:
@@ -199,7 +219,7 @@ class AttackedDrives:
             folder = self._scenes.data[scene.id].folder
             changed = replace_texture(clean, read_roadside(folder, scene.id), seed)
             yield _Look(changed, attack)
-            yield from _perturbed(f"{attack}-pgd-1", 1.0, changed, victim)
+            yield from _perturbed(TEXTURE_ATTACKED, 1.0, changed, victim)
         elif attack in PATCHES + JOINT_PATCHES + GREY_PATCHES:
             patch = PatchAttack(self._patch(kind, victim.detector.name), rest)  # type: ignore[arg-type]
             yield from _patched(attack, patch, clean, victim, seed)
@@ -214,8 +234,9 @@ class AttackedDrives:
 
     def _pipeline(self, detector: str) -> Pipeline:
         if detector not in self._pipelines:
+            weights = self._options[detector] or SHIPPED
             self._pipelines[detector] = Pipeline(
-                detector,
+                {"name": detector, "weights": weights},
                 motion=Motion.named(self._options["motion"]),
                 score_threshold=self._options["score_threshold"],
                 whole_levels=False,
@@ -223,11 +244,11 @@ class AttackedDrives:
         return self._pipelines[detector]
 
 
-def _perturbed(attack: str, alpha: float, clean: SensorFrame, victim: Victim) -> Iterator[_Look]:
+def _perturbed(attack: str, alpha: float, before: SensorFrame, victim: Victim) -> Iterator[_Look]:
     """Every n, as the attack leaves the pixels, and as a camera would deliver them."""
-    iterates = Perturbation(alpha, steps=STEPS).iterates(clean, victim)
+    iterates = Perturbation(alpha, steps=STEPS).iterates(before, victim)
     for n, frame in enumerate(iterates, start=1):
-        yield _Look(frame, attack, n)
+        yield _Look(frame, attack, n, attacked=before)
         yield _Look(quantised(frame), attack, n, whole_levels=True)
 
 
@@ -236,14 +257,15 @@ def _patched(
 ) -> Iterator[_Look]:
     """One look for all intentions, or for each its own; a printed patch has whole levels anyway."""
     if patch.placement == "random":
-        aim = patch.placed(clean, victim, seed).intention(clean.image(LEFT).shape[1])
-        yield _Look(quantised(patch.attack(clean, victim, seed)), attack, aims_at=aim)
+        place = patch.placed(clean, victim, seed)
+        yield _Look(quantised(patch.attack(clean, victim, seed)), attack, place=place)
         return
     for number, intention in enumerate(Intention):
         aimed = replace(victim, intention=intention)
+        place = patch.placed(clean, aimed, (*seed, number))
         frame = quantised(patch.attack(clean, aimed, (*seed, number)))
         seen_as = specific(attack, intention)
-        yield _Look(frame, attack, intentions=(intention,), seen_as=seen_as)
+        yield _Look(frame, attack, intentions=(intention,), seen_as=seen_as, place=place)
 
 
 def _take(result: _Result, look: _Look, scene: Scene, pipeline: Pipeline) -> None:
@@ -263,20 +285,38 @@ def _take(result: _Result, look: _Look, scene: Scene, pipeline: Pipeline) -> Non
 def _measure(
     result: _Result, look: _Look, scene: Scene, clean: SensorFrame, victim: Victim
 ) -> None:
-    """Add the loss against the truth, the largest change of a grey level, and where a patch is."""
+    """Add the largest change of a grey level, and the losses that the attack is about.
+
+    ``loss`` is that to the truth, which perturbations raise; ``ghost_loss`` that to b*, which a
+    patch lowers, from ``clean_ghost_loss``.
+    """
+    before = clean if look.attacked is None else look.attacked
     changes = [
-        np.abs(np.subtract(look.frame.image(camera), clean.image(camera), dtype=float)).max()
+        np.abs(np.subtract(look.frame.image(camera), before.image(camera), dtype=float)).max()
         for camera in (LEFT, RIGHT)
     ]
     numbers = {"change": float(max(changes))}
-    if look.aims_at is not None:
-        numbers["attack_intention"] = list(Intention).index(look.aims_at)
-    if isinstance(victim.detector, DifferentiableDetector):
-        given = victim.disparity
-        disparity = None if given is None else torch.from_numpy(given)[None]
-        with torch.no_grad():
-            batch = batch_of_frames([look.frame])
-            numbers["loss"] = float(total_loss(victim.detector, batch, [victim.truth], disparity))
-    filed = setting(victim.detector.name, look.seen_as or look.attack)
+    detector = victim.detector
+    if isinstance(detector, DifferentiableDetector):
+        numbers["loss"] = _loss(detector, look.frame, victim.truth, victim.disparity)
+    if look.place is not None:
+        aim = look.place.intention(clean.image(LEFT).shape[1])
+        numbers["attack_intention"] = list(Intention).index(aim)
+        if isinstance(detector, DifferentiableDetector):
+            ghosts = target_boxes(look.place, clean.calibration, victim.truth)
+            numbers["clean_ghost_loss"] = _loss(detector, clean, ghosts)
+            numbers["ghost_loss"] = _loss(detector, look.frame, ghosts)
+    filed = setting(detector.name, look.seen_as or look.attack)
     for name, value in numbers.items():
         result.measurements.append(Measurement(filed, scene.id, name, value, look.strength))
+
+
+def _loss(
+    detector: DifferentiableDetector,
+    frame: SensorFrame,
+    boxes: Boxes3D,
+    disparity: NDArray[np.float32] | None = None,
+) -> float:
+    known = None if disparity is None else torch.from_numpy(disparity)[None]
+    with torch.no_grad():
+        return float(total_loss(detector, batch_of_frames([frame]), [boxes], known))

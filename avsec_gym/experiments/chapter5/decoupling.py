@@ -21,7 +21,12 @@ from avsec_gym.experiments.chapter5.outcomes import (
     Outcomes,
     safe_by_scenario,
 )
-from avsec_gym.experiments.chapter5.settings import UNATTACKED
+from avsec_gym.experiments.chapter5.settings import (
+    JOINT_PATCHES,
+    PATCHES,
+    PERTURBATIONS,
+    UNATTACKED,
+)
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision import METRICS
 from avsec_gym.metrics.average_precision_curves import draw_resamples
@@ -31,60 +36,100 @@ from avsec_gym.metrics.paired import paired_differences
 _PLACE = (0, METRICS.index("3d"), LEVELS.index("moderate"))
 _AP11 = 0
 _LOW_AND_HIGH = (0.025, 0.975)
+_TRUE_ATTACKS = PERTURBATIONS + PATCHES + JOINT_PATCHES
+"""Controls, and attacks on changed scenes, are no attacks to compare."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sampled:
+    """A figure, and what it is in each bootstrap sample of scenarios; samples are shared by all."""
+
+    value: float
+    samples: Floats
+    """Shape (R,); NaN where a sample has nothing to measure."""
+
+    def __sub__(self, other: Sampled) -> Sampled:
+        return Sampled(self.value - other.value, self.samples - other.samples)
+
+    @property
+    def interval(self) -> list[float] | None:
+        """95 %, low and high."""
+        known = self.samples[np.isfinite(self.samples)]
+        return [float(q) for q in np.quantile(known, _LOW_AND_HIGH)] if len(known) else None
 
 
 @dataclass(frozen=True, eq=False)
 class Losses:
-    """What one attack takes, in percentage points; of each bootstrap sample of scenarios, too.
+    """What one attack takes, in percentage points.
 
     Args:
         condition: The attack.
-        precision: Of average precision (3D, moderate, 11 points), and its samples, shape (R,).
-        safety: Of the safe driving rate over all intentions, and its samples, shape (R,).
+        precision: Of average precision (3D, moderate, 11 points).
+        safety: Of the safe driving rate over all intentions.
     """
 
     condition: Condition
-    precision: tuple[float, Floats]
-    safety: tuple[float, Floats]
+    precision: Sampled
+    safety: Sampled
+
+    @property
+    def counts(self) -> bool:
+        """Whether it is one of the attacks that the correlation is about."""
+        return self.condition.attack in _TRUE_ATTACKS and not self.condition.whole_levels
 
 
 def decoupling(outcomes: Outcomes) -> dict[str, Any]:
-    """The losses under every attack, and how far they go together."""
+    """The losses under every attack, and how far they go together.
+
+    Correlation and pairs are those of perturbations and patches in float; controls, rounded
+    pixels and changed scenes have rows of their own only.
+    """
     every = losses(outcomes)
+    attacks = [one for one in every if one.counts]
     by_detector = {
-        name: [one for one in every if one.condition.detector == name]
-        for name in dict.fromkeys(one.condition.detector for one in every)
+        name: [one for one in attacks if one.condition.detector == name]
+        for name in dict.fromkeys(one.condition.detector for one in attacks)
     }
     return {
         "scenarios": len(outcomes.scenarios),
+        "unattacked": [
+            _unattacked_row(outcomes, condition)
+            for condition in outcomes.conditions
+            if condition.attack == UNATTACKED
+        ],
         "attacks": [_row(outcomes, one) for one in every],
         "rank_correlation": {
-            name: rank_correlation(some) for name, some in (*by_detector.items(), ("both", every))
+            name: rank_correlation(some) for name, some in (*by_detector.items(), ("both", attacks))
         },
         "discordant_pairs": {name: discordant_pairs(some) for name, some in by_detector.items()},
     }
 
 
 def losses(outcomes: Outcomes) -> list[Losses]:
-    """Of every attack, in the order of `Outcomes.conditions`."""
-    samples = draw_resamples(len(outcomes.scenarios), RESAMPLES, 0)
-    found: dict[Condition, tuple[tuple[float, Floats], tuple[float, Floats]]] = {}
-    for condition in outcomes.conditions:
-        precisions = [
-            outcomes.precision(condition, intention) for intention in outcomes.looks(condition)
-        ]
-        precision = float(np.mean([one.ap11[_PLACE] for one in precisions]))
-        drawn = np.mean([_samples(one.drawn) for one in precisions], axis=0)
-        safe = safe_by_scenario(outcomes.records(condition), outcomes.scenarios)
-        rate = 100 * safe[:, 0].sum() / safe[:, 1].sum()
-        rates = 100 * (samples @ safe[:, 0]) / (samples @ safe[:, 1])
-        found[condition] = (precision, drawn), (float(rate), rates)
+    """Of every condition but the unattacked, in the order of `Outcomes.conditions`."""
+    found = {one: (precision(outcomes, one), safety(outcomes, one)) for one in outcomes.conditions}
     return [
-        Losses(condition, *(_lost(*pair) for pair in zip(before, after, strict=True)))
-        for condition, after in found.items()
+        Losses(condition, *(before - after for before, after in zip(clean, attacked, strict=True)))
+        for condition, attacked in found.items()
         if condition.attack != UNATTACKED and condition.unattacked in found
-        for before in [found[condition.unattacked]]
+        for clean in [found[condition.unattacked]]
     ]
+
+
+def precision(outcomes: Outcomes, condition: Condition) -> Sampled:
+    """Average precision of cars in percent; of a specific patch the mean over the intentions."""
+    found = [outcomes.precision(condition, intention) for intention in outcomes.looks(condition)]
+    value = float(np.mean([one.ap11[_PLACE] for one in found]))
+    return Sampled(value, np.mean([_samples(one.drawn) for one in found], axis=0))
+
+
+def safety(outcomes: Outcomes, condition: Condition) -> Sampled:
+    """Safe driving rate over all intentions, percent, in the same samples as `precision`."""
+    samples = draw_resamples(len(outcomes.scenarios), RESAMPLES, 0)
+    safe, drives = safe_by_scenario(outcomes.records(condition), outcomes.scenarios).T
+    return Sampled(
+        100 * float(safe.sum() / drives.sum()), 100 * (samples @ safe) / (samples @ drives)
+    )
 
 
 def rank_correlation(some: Sequence[Losses]) -> dict[str, Any]:
@@ -94,53 +139,69 @@ def rank_correlation(some: Sequence[Losses]) -> dict[str, Any]:
     """
     if len(some) < 3:
         return {"attacks": len(some), "rho": None, "interval": None}
-    pairs = np.array([[one.precision[0], one.safety[0]] for one in some])
-    drawn = np.array([[one.precision[1], one.safety[1]] for one in some])  # (attacks, 2, R)
-    drawn = drawn[:, :, np.isfinite(drawn).all(axis=(0, 1))]
-    values = [_spearman(drawn[:, 0, i], drawn[:, 1, i]) for i in range(drawn.shape[2])]
-    known = [value for value in values if value is not None]
+    drawn = np.array([[one.precision.samples, one.safety.samples] for one in some])
+    drawn = drawn[:, :, np.isfinite(drawn).all(axis=(0, 1))]  # (attacks, 2, R)
+    rho = _spearman(np.array([[[one.precision.value], [one.safety.value]] for one in some]))[0]
     return {
         "attacks": len(some),
-        "rho": _spearman(pairs[:, 0], pairs[:, 1]),
-        "interval": [float(q) for q in np.quantile(known, _LOW_AND_HIGH)] if known else None,
+        "rho": float(rho) if np.isfinite(rho) else None,
+        "interval": Sampled(rho, _spearman(drawn)).interval,
     }
 
 
-def discordant_pairs(some: Sequence[Losses]) -> dict[str, int]:
+def discordant_pairs(some: Sequence[Losses]) -> dict[str, Any]:
     """Pairs of attacks of which one surely takes more precision, and surely less safety.
 
-    Surely: the 95 % interval of the difference leaves zero out, in both.
+    Surely: the 95 % interval of the difference leaves zero out, in both.  ``example`` is the
+    discordant pair whose differences are the largest, as conditions: the one that takes more
+    precision first.
     """
-    count = {"pairs": 0, "concordant": 0, "discordant": 0}
+    count: dict[str, Any] = {"pairs": 0, "concordant": 0, "discordant": 0, "example": None}
+    largest = 0.0
     for one, other in combinations(some, 2):
-        signs = []
-        for (_, first), (_, second) in (
-            (one.precision, other.precision),
-            (one.safety, other.safety),
-        ):
-            low, high = np.nanquantile(first - second, _LOW_AND_HIGH)
-            signs.append(int(low > 0) - int(high < 0))
-        product = signs[0] * signs[1]
+        differences = (one.precision - other.precision, one.safety - other.safety)
+        signs = [_sure_sign(difference) for difference in differences]
         count["pairs"] += 1
-        count["concordant"] += product > 0
-        count["discordant"] += product < 0
+        count["concordant"] += signs[0] * signs[1] > 0
+        if signs[0] * signs[1] < 0:
+            count["discordant"] += 1
+            size = abs(differences[0].value * differences[1].value)
+            if size > largest:
+                first, second = (one, other) if signs[0] > 0 else (other, one)
+                largest, count["example"] = size, [_named(first), _named(second)]
     return count
 
 
+def _sure_sign(difference: Sampled) -> int:
+    interval = difference.interval
+    return 0 if interval is None else int(interval[0] > 0) - int(interval[1] < 0)
+
+
+def _named(one: Losses) -> dict[str, Any]:
+    return {
+        **vars(one.condition),
+        "precision_lost": one.precision.value,
+        "precision_lost_interval": one.precision.interval,
+        "safety_lost": one.safety.value,
+        "safety_lost_interval": one.safety.interval,
+    }
+
+
 def _row(outcomes: Outcomes, one: Losses) -> dict[str, Any]:
-    condition = one.condition
+    clean, attacked = (
+        outcomes.records(condition) for condition in (one.condition.unattacked, one.condition)
+    )
+    return {**_named(one), "counts": one.counts, "paired": paired_differences(clean, attacked)}
+
+
+def _unattacked_row(outcomes: Outcomes, condition: Condition) -> dict[str, Any]:
+    before, safe = precision(outcomes, condition), safety(outcomes, condition)
     return {
         "detector": condition.detector,
-        "attack": condition.attack,
-        "strength": condition.strength,
-        "whole_levels": condition.whole_levels,
-        "precision_lost": one.precision[0],
-        "precision_lost_interval": _interval(one.precision[1]),
-        "safety_lost": one.safety[0],
-        "safety_lost_interval": _interval(one.safety[1]),
-        "paired": paired_differences(
-            outcomes.records(condition.unattacked), outcomes.records(condition)
-        ),
+        "precision": before.value,
+        "precision_interval": before.interval,
+        "safety": safe.value,
+        "safety_interval": safe.interval,
     }
 
 
@@ -149,18 +210,9 @@ def _samples(drawn: Floats | None) -> Floats:
     return drawn[_PLACE][:, _AP11]
 
 
-def _lost(before: tuple[float, Floats], after: tuple[float, Floats]) -> tuple[float, Floats]:
-    return before[0] - after[0], before[1] - after[1]
-
-
-def _interval(values: Floats) -> list[float] | None:
-    known = values[np.isfinite(values)]
-    return [float(q) for q in np.quantile(known, _LOW_AND_HIGH)] if len(known) else None
-
-
-def _spearman(first: Floats, second: Floats) -> float | None:
-    """None where one of them does not vary."""
-    a, b = rankdata(first), rankdata(second)
-    if not (a.std() and b.std()):
-        return None
-    return float(np.corrcoef(a, b)[0, 1])
+def _spearman(pairs: Floats) -> Floats:
+    """Of pairs of shape (n, 2, R), shape (R,); NaN where one of the two does not vary."""
+    ranks = rankdata(pairs, axis=0) - (len(pairs) + 1) / 2
+    spread = np.sqrt((ranks**2).sum(axis=0))
+    with np.errstate(invalid="ignore"):
+        return np.asarray((ranks[:, 0] * ranks[:, 1]).sum(axis=0) / (spread[0] * spread[1]))

@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-from avsec_gym.experiments.chapter5.attacked_drives import (
-    OPTIONS,
-    attacked_cells,
-    attacked_inputs,
-)
+from avsec_gym.experiments.chapter5.attacked_drives import attacked_cells, attacked_inputs
+from avsec_gym.experiments.chapter5.scenes import OPTIONS
 from avsec_gym.experiments.chapter5.settings import (
     GREY_PATCHES,
     JOINT_PATCHES,

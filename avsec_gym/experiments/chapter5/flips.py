@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import Any
 
-from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
+from avsec_gym.experiments.chapter5.outcomes import Outcomes
 from avsec_gym.experiments.chapter5.settings import UNATTACKED
+from avsec_gym.experiments.chapter5.tables import named
 from avsec_gym.metrics.safety import SafetyRecord
+from avsec_gym.planners.plan import Reason
 
 
 def flips(outcomes: Outcomes) -> list[dict[str, Any]]:
@@ -21,33 +22,24 @@ def flips(outcomes: Outcomes) -> list[dict[str, Any]]:
             if clean.safe and not attacked.safe:
                 rows.append(
                     {
-                        "detector": condition.detector,
-                        "attack": condition.attack,
-                        "strength": condition.strength,
-                        "whole_levels": condition.whole_levels,
+                        **named(condition),
                         "scenario": attacked.scenario,
                         "intention": attacked.intention,
+                        "outcome": attacked.outcome,
                         "why": why(attacked),
-                        "collision_time": attacked.collision_time if attacked.collision else None,
                     }
                 )
     return rows
 
 
 def why(record: SafetyRecord) -> str:
-    """In words: something real is hit that was not believed, or nothing could be planned."""
+    """In words: something real is hit, or what is believed leaves no way."""
     if record.collision:
-        return f"hits object {record.collision_object}"
-    if record.goal_occupied > 0:
-        return "goal occupied by what is believed"
-    return f"no way found ({record.reason})"
-
-
-def flip_counts(outcomes: Outcomes) -> dict[Condition, Counter[str]]:
-    """Of each attack: collisions, and plans that were not found."""
-    result: dict[Condition, Counter[str]] = {}
-    for row in flips(outcomes):
-        condition = Condition(row["detector"], row["attack"], row["strength"], row["whole_levels"])
-        kind = "collision" if row["collision_time"] is not None else "unplanned"
-        result.setdefault(condition, Counter())[kind] += 1
-    return result
+        return f"hits a real object after {record.collision_time:.1f} s"
+    if record.reason == Reason.START_OCCUPIED:
+        return "believes that something stands on it"
+    if record.reason == Reason.GOAL_OCCUPIED:
+        return f"believes its goal occupied for all {record.goal_occupied:.1f} s"
+    if record.reason == Reason.UNREACHABLE:
+        return f"finds no way around what it believes, goal occupied {record.goal_occupied:.1f} s"
+    return f"finds no plan ({record.reason})"

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.settings import (
+    ATTACKS,
     DETECTORS,
     UNATTACKED,
     WHOLE_LEVELS,
     setting,
     specific,
 )
+from avsec_gym.experiments.chapter5.true_drives import GROUND_TRUTH
 from avsec_gym.experiments.results import Results
 from avsec_gym.metrics.average_precision import (
     STANDARD_IOU,
@@ -24,10 +27,12 @@ from avsec_gym.metrics.average_precision import (
     average_precision,
 )
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
+from avsec_gym.planners.planner import Algorithm
 from avsec_gym.scenario.intention import Intention
 
 RESAMPLES = 1000
 CATEGORY = "Car"
+_ENOUGH = 0.5
 
 
 @dataclass(frozen=True, order=True)
@@ -61,6 +66,9 @@ class Condition:
 class Outcomes:
     """What came out, on the scenarios that every condition was done for.
 
+    While a run goes on, a condition of which little is done would leave hardly any scenario for
+    the others: those with less than half as many scenarios as the most are `left_out`.
+
     Args:
         results: Of the run.
         labels: What is to be seen in each scenario, with the regions not to care about.
@@ -68,44 +76,52 @@ class Outcomes:
 
     results: Results
     labels: Mapping[str, Boxes3D]
+    _detections: dict[tuple[str, float], list[Boxes3D]] = field(
+        default_factory=dict, init=False, repr=False
+    )
+    _precisions: dict[tuple[Condition, Intention | None, float, int], AveragePrecision] = field(
+        default_factory=dict, init=False, repr=False
+    )
 
     @cached_property
     def conditions(self) -> tuple[Condition, ...]:
-        """Every detector and attack that was driven under."""
-        found = []
-        for name, strength in self.results.settings():
-            detector, _, attack = name.partition(" ")
-            if detector in DETECTORS and self.results.records(setting=name, strength=strength):
-                whole = attack.endswith(WHOLE_LEVELS)
-                attack = attack.removesuffix(WHOLE_LEVELS).strip()
-                found.append(Condition(detector, attack, strength, whole))
-        return tuple(found)
+        """Every detector and attack that counts, detector by detector."""
+        most = max((len(there) for there in self._done.values()), default=0)
+        return tuple(one for one, there in self._done.items() if len(there) >= _ENOUGH * most)
+
+    @cached_property
+    def left_out(self) -> dict[Condition, int]:
+        """Conditions with too few scenarios to be compared, and how many they have."""
+        return {one: len(there) for one, there in self._done.items() if one not in self.conditions}
 
     @cached_property
     def scenarios(self) -> tuple[str, ...]:
-        """Those that no condition lacks, sorted."""
+        """Those that no condition lacks, sorted; without conditions, those of the ground truth."""
         there = set(self.labels)
         for condition in self.conditions:
-            records = self.results.records(setting=condition.setting, strength=condition.strength)
-            there &= {record.scenario for record in records}
+            there &= self._done[condition]
+        if not self.conditions:
+            there &= {record.scenario for record in self.results.records(setting=GROUND_TRUTH)}
         return tuple(sorted(there))
 
     def records(
-        self,
-        condition: Condition,
-        intention: Intention | None = None,
-        keep: Callable[[SafetyRecord], bool] = lambda record: True,
+        self, condition: Condition, intention: Intention | None = None
     ) -> list[SafetyRecord]:
         """Drives of one intention, or of all, in the order of scenarios."""
-        where = {} if intention is None else {"intention": str(intention)}
-        kept = set(self.scenarios)
+        kept = self._kept
         return [
             record
-            for record in self.results.records(
-                setting=condition.setting, strength=condition.strength, **where
-            )
-            if record.scenario in kept and keep(record)
+            for record in self._all_records.get(condition, [])
+            if record.scenario in kept and intention in (None, record.intention)
         ]
+
+    def true_records(self, planner: Algorithm, intention: Intention) -> list[SafetyRecord]:
+        """Drives on the ground truth, in the order of scenarios."""
+        kept = self._kept
+        every = self.results.records(
+            setting=GROUND_TRUTH, planner=str(planner), intention=str(intention)
+        )
+        return [record for record in every if record.scenario in kept]
 
     def rates(self, condition: Condition, intention: Intention | None = None) -> SafetyRates:
         """Success, collision and safe driving rate."""
@@ -115,35 +131,82 @@ class Outcomes:
         """What is seen in each scenario; under a specific attack it depends on the intention."""
         attack = condition.attack if intention is None else specific(condition.attack, intention)
         name = setting(condition.detector, attack, whole_levels=condition.whole_levels)
-        found = self.results.detections(name, condition.strength)
-        return [found[scenario] for scenario in self.scenarios]
+        key = (name, condition.strength)
+        if key not in self._detections:
+            found = self.results.detections(*key)
+            self._detections[key] = [found[scenario] for scenario in self.scenarios]
+        return self._detections[key]
 
     def looks(self, condition: Condition) -> tuple[Intention | None, ...]:
         """Under what its detections are filed: the intentions where they matter, else None."""
-        plain = (condition.setting, condition.strength) in self.results.settings()
-        seen = self.results.detections(condition.setting, condition.strength) if plain else {}
-        return (None,) if seen else tuple(Intention)
+        name = specific(condition.attack, Intention.STRAIGHT)
+        apart = (setting(condition.detector, name), condition.strength) in self._settings
+        return tuple(Intention) if apart else (None,)
 
     def precision(
         self,
         condition: Condition,
         intention: Intention | None = None,
         min_iou: MinIou = STANDARD_IOU,
+        resamples: int = RESAMPLES,
     ) -> AveragePrecision:
-        """Average precision of cars, with `RESAMPLES` bootstrap samples of scenarios."""
-        return average_precision(
-            [self.labels[scenario] for scenario in self.scenarios],
-            self.detections(condition, intention),
-            classes=(CATEGORY,),
-            min_iou=min_iou,
-            resamples=RESAMPLES,
-        )
+        """Average precision of cars, with bootstrap samples of scenarios."""
+        key = (condition, intention, min_iou[CATEGORY][2], resamples)
+        if key not in self._precisions:
+            self._precisions[key] = average_precision(
+                [self.labels[scenario] for scenario in self.scenarios],
+                self.detections(condition, intention),
+                classes=(CATEGORY,),
+                min_iou=min_iou,
+                resamples=resamples,
+            )
+        return self._precisions[key]
+
+    @cached_property
+    def _settings(self) -> set[tuple[str, float]]:
+        return set(self.results.settings())
+
+    @cached_property
+    def _all_records(self) -> dict[Condition, list[SafetyRecord]]:
+        found = {}
+        for name, strength in self.results.settings():
+            detector, _, attack = name.partition(" ")
+            whole = attack.endswith(WHOLE_LEVELS)
+            attack = attack.removesuffix(WHOLE_LEVELS).strip()
+            if detector in DETECTORS and attack in ATTACKS:
+                records = self.results.records(setting=name, strength=strength)
+                found[Condition(detector, attack, strength, whole)] = records
+        return {one: found[one] for one in sorted(found, key=_place)}
+
+    @cached_property
+    def _done(self) -> dict[Condition, set[str]]:
+        """Scenarios of every condition that something was driven under."""
+        return {
+            one: {record.scenario for record in records}
+            for one, records in self._all_records.items()
+            if records
+        }
+
+    @cached_property
+    def _kept(self) -> frozenset[str]:
+        return frozenset(self.scenarios)
 
 
-def safe_by_scenario(records: Sequence[SafetyRecord], scenarios: Sequence[str]) -> np.ndarray:
+def safe_by_scenario(
+    records: Sequence[SafetyRecord], scenarios: Sequence[str]
+) -> NDArray[np.int64]:
     """Safe drives and drives of each scenario, shape (S, 2)."""
     row = {scenario: number for number, scenario in enumerate(scenarios)}
-    counts = np.zeros((len(scenarios), 2), int)
+    counts = np.zeros((len(scenarios), 2), np.int64)
     for record in records:
         counts[row[record.scenario]] += (record.safe, 1)
     return counts
+
+
+def _place(condition: Condition) -> tuple[int, bool, int, float]:
+    return (
+        DETECTORS.index(condition.detector),
+        condition.whole_levels,
+        ATTACKS.index(condition.attack),
+        condition.strength,
+    )

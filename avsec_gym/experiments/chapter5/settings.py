@@ -21,6 +21,18 @@ PATCHES, JOINT_PATCHES, GREY_PATCHES = (
     tuple(f"{kind}-{placement}" for placement in PLACEMENTS) for kind in ("patch", "joint", "grey")
 )
 TEXTURE = "texture"
+TEXTURE_ATTACKED = f"{TEXTURE}-pgd-1"
+ATTACKS = (
+    UNATTACKED,
+    *PERTURBATIONS,
+    *PATCHES,
+    *JOINT_PATCHES,
+    TEXTURE,
+    TEXTURE_ATTACKED,
+    *NOISES,
+    *GREY_PATCHES,
+)
+"""All that drives are filed under, in the order of tables."""
 WHOLE_LEVELS = "8-bit"
 
 

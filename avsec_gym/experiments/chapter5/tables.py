@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
 from typing import Any
-
-import numpy as np
 
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, Condition, Outcomes
 from avsec_gym.experiments.chapter5.settings import (
-    NOISES,
+    DETECTORS,
+    PATCHES,
     PERTURBATIONS,
+    STEPS,
     UNATTACKED,
-    setting,
     specific,
     thesis_setting,
 )
-from avsec_gym.experiments.chapter5.true_drives import GROUND_TRUTH
 from avsec_gym.experiments.thesis import (
     INTENTIONS,
     PRECISION,
@@ -44,12 +41,10 @@ def safety_rows(outcomes: Outcomes) -> list[Row]:
             thesis = SAFETY.get((condition.detector, key, intention))
             rows.append(
                 {
-                    **_named(condition),
+                    **named(condition),
                     "intention": str(intention),
                     **SafetyRates.of(records).to_json(),
-                    "paired": paired_differences(
-                        outcomes.records(condition.unattacked, intention), records
-                    ),
+                    "paired": _paired(outcomes, condition, intention),
                     "thesis": _thesis(None if condition.whole_levels else thesis),
                 }
             )
@@ -62,7 +57,7 @@ def precision_rows(outcomes: Outcomes) -> list[Row]:
     for condition in outcomes.conditions:
         for intention in outcomes.looks(condition):
             strict = outcomes.precision(condition, intention).to_json()[CATEGORY]
-            low = outcomes.precision(condition, intention, LOW_IOU).to_json()[CATEGORY]
+            low = outcomes.precision(condition, intention, LOW_IOU, 0).to_json()[CATEGORY]
             attack = condition.attack
             key = thesis_setting(attack, condition.strength)
             if intention is not None:
@@ -70,7 +65,7 @@ def precision_rows(outcomes: Outcomes) -> list[Row]:
             thesis = PRECISION.get((condition.detector, key))
             rows.append(
                 {
-                    **_named(condition),
+                    **named(condition),
                     "intention": None if intention is None else str(intention),
                     "precision": strict,
                     "precision_iou_0.5": {name: low[name] for name in ("bev", "3d")},
@@ -82,12 +77,10 @@ def precision_rows(outcomes: Outcomes) -> list[Row]:
 
 def planner_rows(outcomes: Outcomes) -> list[Row]:
     """Table 5.6: both searches on the ground truth."""
-    rows = []
+    rows: list[Row] = []
     for planner in Algorithm:
         for intention in Intention:
-            records = outcomes.results.records(
-                setting=GROUND_TRUTH, planner=str(planner), intention=str(intention)
-            )
+            records = outcomes.true_records(planner, intention)
             rows.append(
                 {
                     "planner": str(planner),
@@ -96,7 +89,44 @@ def planner_rows(outcomes: Outcomes) -> list[Row]:
                     "thesis": SAFE_DRIVING_WITH_GROUND_TRUTH[planner, intention],
                 }
             )
-    return rows
+    return [row for row in rows if row["scenarios"]]
+
+
+def input_rows(outcomes: Outcomes) -> list[Row]:
+    """Table 5.7: the ground truth, the unattacked detectors, and the attacks at their strongest."""
+    rows: list[Row] = []
+    inputs = ((UNATTACKED, 0.0), (PERTURBATIONS[-1], float(STEPS)), (PATCHES[0], 0.0))
+    for intention in Intention:
+        records = outcomes.true_records(Algorithm.ASTAR, intention)
+        thesis = SAFE_DRIVING_WITH_GROUND_TRUTH[Algorithm.ASTAR, intention]
+        rows.append(_input_row(None, UNATTACKED, 0.0, intention, records, thesis))
+        for detector in DETECTORS:
+            for attack, strength in inputs:
+                condition = Condition(detector, attack, strength)
+                if condition in outcomes.conditions:
+                    key = thesis_setting(attack, strength)
+                    thesis = SAFETY[detector, key, intention].safe
+                    records = outcomes.records(condition, intention)
+                    rows.append(_input_row(detector, attack, strength, intention, records, thesis))
+    return [row for row in rows if row["scenarios"]]
+
+
+def _input_row(
+    detector: str | None,
+    attack: str,
+    strength: float,
+    intention: Intention,
+    records: list[SafetyRecord],
+    thesis: float,
+) -> Row:
+    return {
+        "detector": detector,
+        "attack": attack,
+        "strength": strength,
+        "intention": str(intention),
+        **SafetyRates.of(records).to_json(),
+        "thesis": thesis,
+    }
 
 
 def intention_rows(outcomes: Outcomes) -> list[Row]:
@@ -123,7 +153,7 @@ def intention_rows(outcomes: Outcomes) -> list[Row]:
             by_thesis = condition.detector == "stereo_rcnn" and condition.attack == "patch-random"
             rows.append(
                 {
-                    **_named(condition),
+                    **named(condition),
                     "group": name,
                     **SafetyRates.of(records).to_json(),
                     "thesis": _thesis(INTENTIONS[name] if by_thesis else None),
@@ -132,51 +162,19 @@ def intention_rows(outcomes: Outcomes) -> list[Row]:
     return rows
 
 
-def control_rows(outcomes: Outcomes) -> list[Row]:
-    """The sanity sheet: what attacks do to the loss, and how far they change pixels.
-
-    The loss is that to the truth, which perturbations raise, as a median over the scenarios.
-    """
-    return list(_control_rows(outcomes))
-
-
-def _control_rows(outcomes: Outcomes) -> Iterator[Row]:
-    values: dict[tuple[str, float, str], dict[str, float]] = defaultdict(dict)
-    for row in outcomes.results.measurements():
-        values[row["setting"], row["strength"], row["name"]][row["scenario"]] = row["value"]
-    for condition in outcomes.conditions:
-        loss = values.get((condition.setting, condition.strength, "loss"))
-        if not loss or condition.attack == UNATTACKED:
-            continue
-        clean = values[setting(condition.detector, UNATTACKED), 0.0, "loss"]
-        both = [name for name in outcomes.scenarios if name in loss and name in clean]
-        before, after = (np.array([one[name] for name in both]) for one in (clean, loss))
-        change = values[condition.setting, condition.strength, "change"]
-        yield {
-            **_named(condition),
-            "scenarios": len(both),
-            "loss_before": float(np.median(before)),
-            "loss_after": float(np.median(after)),
-            "share_raised": float(np.mean(after > before)),
-            "largest_change": max(change[name] for name in both),
-            "budget": _budget(condition),
-        }
-
-
-def _budget(condition: Condition) -> float:
-    _, _, alpha = condition.attack.partition("-")
-    if condition.attack in PERTURBATIONS + NOISES:
-        return condition.strength * float(alpha)
-    return condition.strength if "pgd" in alpha else 255.0
-
-
-def _named(condition: Condition) -> Row:
+def named(condition: Condition) -> Row:
+    """The condition's own columns of a row."""
     return {
         "detector": condition.detector,
         "attack": condition.attack,
         "strength": condition.strength,
         "whole_levels": condition.whole_levels,
     }
+
+
+def _paired(outcomes: Outcomes, condition: Condition, intention: Intention) -> Row | None:
+    before = outcomes.records(condition.unattacked, intention)
+    return paired_differences(before, outcomes.records(condition, intention)) if before else None
 
 
 def _thesis(rates: ThesisRates | None) -> Row | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from avsec_gym.experiments.chapter5.attacked_drives import scenes_of
+from avsec_gym.experiments.chapter5.scenes import scenes_of
 from avsec_gym.experiments.experiment import Cell, CellResult, Configuration, DriveRow
 from avsec_gym.pipeline import drive
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner

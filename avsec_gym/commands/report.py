@@ -1,0 +1,108 @@
+"""`avsec report`: what a run came to, as one page with pictures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import tyro
+
+from avsec_gym.commands import console
+from avsec_gym.errors import AvsecError, ConfigurationError, DataError
+
+if TYPE_CHECKING:
+    from avsec_gym.experiments.chapter5.outcomes import Outcomes
+    from avsec_gym.report.scene_strip import Strip
+    from avsec_gym.runs.run_folder import RunFolder
+
+PAGE = "report.html"
+
+
+@dataclass(frozen=True)
+class Report:
+    """Write one HTML page about a run, finished or not: the answer, tables, plots, pictures.
+
+    The page needs no network and no other file. Pictures are of the most telling scenes, chosen by
+    rules that the page states; the attacks on them are repeated, so the run's scenes and weights
+    must be where they were.
+    """
+
+    run_folder: Annotated[Path, tyro.conf.Positional]
+    """Folder that `avsec run` wrote."""
+    out: Path | None = None
+    """The page.  Default: report.html in the run's folder, which is written anew each time."""
+    markdown: Path | None = None
+    """Also write the main tables as Markdown into this file."""
+    pictures: int = 8
+    """Most scenes with pictures; 0: none.  Each takes two attacks or three."""
+    overwrite: bool = False
+    """Write over files that --out and --markdown name."""
+    json: bool = False
+    """Print all figures as JSON."""
+
+    def run(self) -> int:
+        """Do it; the exit code: 3 where pictures could not be made."""
+        from avsec_gym.kitti.atomic_write import write_bytes
+        from avsec_gym.report.html import html_page
+        from avsec_gym.report.run_markdown import markdown_page
+        from avsec_gym.report.run_remarks import remarks
+        from avsec_gym.report.run_report import holds_chapter_5, outcomes_of, run_report
+        from avsec_gym.runs.run_folder import RunFolder
+
+        if self.pictures < 0:
+            raise ConfigurationError(f"--pictures is 0 or more, got {self.pictures}")
+        folder = RunFolder.open(self.run_folder)
+        for path in (self.out, self.markdown):
+            if path is not None and path.exists() and not self.overwrite:
+                raise DataError(
+                    "the file exists.", path=path, remedy="Name another, or use --overwrite."
+                )
+        outcomes = outcomes_of(folder) if holds_chapter_5(folder) else None
+        with console.progress("reading") as shown:
+            report = run_report(folder, outcomes, shown)
+        for remark in remarks(report):
+            console.say(f"avsec: {remark}")
+        strips, failed = self._strips(folder, outcomes) if outcomes else ([], False)
+        page = self.out or folder.path / PAGE
+        write_bytes(page, html_page(report, strips).encode(), overwrite=True)
+        if self.markdown is not None:
+            write_bytes(self.markdown, markdown_page(report).encode(), overwrite=True)
+        if self.json:
+            console.print_json(report)
+        console.say(f"{page}: {_answer(report)}")
+        return console.DONE_IN_PART if failed else console.DONE
+
+    def _strips(self, folder: RunFolder, outcomes: Outcomes) -> tuple[list[Strip], bool]:
+        """The pictures, and whether some are missing."""
+        from avsec_gym.experiments.chapter5.scenes import OPTIONS
+        from avsec_gym.report.telling_scenes import telling_scenes
+
+        options = {**OPTIONS, **folder.configuration.options}
+        telling = telling_scenes(outcomes, self.pictures, options["score_threshold"])
+        if not telling:
+            return [], False
+        from avsec_gym.experiments.chapter5 import attacked_drives
+        from avsec_gym.report.scene_strip import scene_strips
+
+        _use_threads(int(folder.manifest["threads"]))
+        try:
+            drives = attacked_drives.AttackedDrives(folder.configuration)
+            with console.progress("repeating attacks") as shown:
+                return scene_strips(telling, outcomes, drives, shown), False
+        except AvsecError as error:
+            console.say(f"avsec: no pictures: {error}")
+            return [], True
+
+
+def _use_threads(count: int) -> None:
+    """As many as the run had: the last digits of gradients depend on it."""
+    import torch
+
+    torch.set_num_threads(count)
+
+
+def _answer(report: dict[str, Any]) -> str:
+    if "answer" not in report:
+        return f"{report['cells']['done']} cells done"
+    return f"{report['answer']['word']} {report['answer']['sentence']}"

@@ -1,0 +1,196 @@
+"""What attackers on images have in common: episodes, queries, what they see and are paid."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.envs.actions import checked_action
+from avsec_gym.envs.ghost_object import check_budget
+from avsec_gym.envs.image_attack_features import SIZE, best_scores, features, ghosts_among
+from avsec_gym.envs.image_attack_game import ImageAttackGame, Look, Situation
+from avsec_gym.envs.info import drive_info
+from avsec_gym.envs.rendering import DrawnEnv
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.geometry import Floats
+from avsec_gym.scenario.builder import is_obstacle
+from avsec_gym.scenario.scene import Motion
+
+QUERIES = 10
+THUMBNAIL = (48, 160)
+"""Height and width of the image that an attacker may see, pixels."""
+
+Observation = NDArray[np.float32] | dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True, eq=False)
+class Tampering:
+    """What an action does to a frame."""
+
+    frame: SensorFrame
+    used: float
+    """Share of the budget, in [0, 1]; it has its price."""
+    facts: dict[str, float]
+    """For `info`."""
+    action: Floats
+    """What was done, as an action; the next observation tells it."""
+
+
+class ImageAttackEnv(DrawnEnv[Observation]):
+    """Episodes of an attacker on images; `tamper` says what an action does.
+
+    Scenes and detector are loaded at the first reset, so that making an environment is cheap.
+
+    Args:
+        action_size: Numbers of an action, each in [-1, 1].
+        scenarios: See `ImageAttackGame`, as for the next four.
+        detector: The victim's.
+        planner: The victim's.
+        motion: What the planner knows of motion.
+        score_threshold: In [0, 1].
+        image: Whether the attacker sees a small image beside the features.
+        queries: Its budget; None: `QUERIES`, and Gymnasium's time limit ends an episode.
+        price: Of a query, and of the whole budget of change.
+        render_mode: None, ``rgb_array`` or ``human``.
+
+    Raises:
+        ConfigurationError: A number is out of range, or a name unknown.
+    """
+
+    def __init__(
+        self,
+        action_size: int,
+        *,
+        scenarios: Any,
+        detector: Any,
+        planner: Any,
+        motion: Motion | str,
+        score_threshold: float,
+        image: bool,
+        queries: int | None,
+        price: float,
+        render_mode: str | None,
+    ) -> None:
+        super().__init__(render_mode)
+        check_budget(queries, price)
+        if not 0 <= score_threshold <= 1:
+            raise ConfigurationError(f"a score threshold is in [0, 1], got {score_threshold}")
+        self.queries, self.price, self.image = queries, price, image
+        self._parts = (scenarios, detector, planner, Motion.named(motion), score_threshold)
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (action_size,), np.float32)
+        vector = gym.spaces.Box(-1.0, 1.0, (SIZE + action_size,), np.float32)
+        pixels = gym.spaces.Box(0, 255, (*THUMBNAIL, 3), np.uint8)
+        self.observation_space: gym.Space[Any] = (
+            gym.spaces.Dict({"features": vector, "image": pixels}) if image else vector
+        )
+        self._situation: Situation | None = None
+        self._last: Look | None = None
+        self._done = np.zeros(action_size)
+        self._spent = 0
+
+    @abstractmethod
+    def tamper(self, situation: Situation, action: Floats) -> Tampering:
+        """The frame as the attacker lets it through."""
+
+    @property
+    @abstractmethod
+    def untouched(self) -> dict[str, float]:
+        """The facts where nothing was done."""
+
+    @cached_property
+    def game(self) -> ImageAttackGame:
+        """Scenes and victim.
+
+        Raises:
+            ConfigurationError: There is no such set or part.
+            DataError: A file, such as the detector's weights, is missing or broken.
+        """
+        return ImageAttackGame(*self._parts)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin an episode; ``options`` may pick a ``scenario`` and an ``intention``."""
+        super().reset(seed=seed)
+        self._situation = self.game.draw(self.np_random, options)
+        self._last, self._spent = None, 0
+        self._done = np.zeros_like(self._done)
+        self.shown()
+        return self._observe(), self._info(self.untouched, success=False)
+
+    def step(
+        self, action: NDArray[np.float32]
+    ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Query the car once."""
+        situation = self._present
+        tampering = self.tamper(situation, checked_action(action, len(self._done)))
+        self._done = np.clip(tampering.action, -1.0, 1.0)
+        self._last = self.game.query(situation, tampering.frame)
+        self._spent += 1
+        was_safe, is_safe = situation.unattacked.drive.record.safe, self._last.drive.record.safe
+        success = was_safe and not is_safe
+        self.shown()
+        return (
+            self._observe(),
+            float(success) - self.price * (1.0 + tampering.used),
+            success,
+            not success and self._ends_itself and self._spent >= self._budget,
+            self._info(tampering.facts, success),
+        )
+
+    def picture(self) -> NDArray[np.uint8] | None:
+        """The left image as the car got it, with what it believed, above its drive."""
+        if self._situation is None:
+            return None
+        from avsec_gym.report.detection_picture import detection_picture
+
+        shown = self._last or self._situation.unattacked
+        return detection_picture(shown.frame, shown.perception.believed, shown.drive)
+
+    @property
+    def _present(self) -> Situation:
+        if self._situation is None:
+            raise gym.error.ResetNeeded("call reset before step")
+        return self._situation
+
+    @property
+    def _budget(self) -> int:
+        return QUERIES if self.queries is None else self.queries
+
+    @property
+    def _ends_itself(self) -> bool:
+        """False where gym.make's time limit, which an environment is not told of, decides."""
+        return self.queries is not None or self.spec is None
+
+    def _observe(self) -> Observation:
+        known = features(self._present, self._last, 1.0 - self._spent / self._budget)
+        vector = np.concatenate([known, self._done]).astype(np.float32)
+        if not self.image:
+            return vector
+        import cv2
+
+        image = self._present.unattacked.frame.image()
+        small = cv2.resize(image, THUMBNAIL[::-1], interpolation=cv2.INTER_AREA)
+        return {"features": vector, "image": small.astype(np.uint8)}
+
+    def _info(self, facts: dict[str, float], success: bool) -> dict[str, Any]:
+        scene, last = self._present.scene, self._last
+        believed = (last or self._present.unattacked).perception.believed
+        obstacles = scene.boxes[is_obstacle(scene.boxes)]
+        record = None if last is None else last.drive.record
+        return {
+            **drive_info(record, scene.id, self._present.intention),
+            "is_success": success,
+            "queries": self._spent,
+            "objects": len(obstacles),
+            "found": int((best_scores(obstacles, believed) > 0).sum()),
+            "ghosts": len(ghosts_among(obstacles, believed)),
+            **facts,
+        }

@@ -1,0 +1,163 @@
+"""The game behind attacks on images: scenes that a car drives safely while nobody attacks."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.attacks.attack import quantised
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.pipeline import Drive, Perception, Pipeline
+from avsec_gym.scenario.frame_scenes import FrameScenes, frame_scenes
+from avsec_gym.scenario.intention import Intention, intentions_named
+from avsec_gym.scenario.scene import Motion, Scene
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What one query of the car gave."""
+
+    frame: SensorFrame
+    """What its cameras delivered, whole grey levels."""
+    perception: Perception
+    drive: Drive
+
+
+@dataclass(frozen=True, eq=False)
+class Situation:
+    """One scene with one intention."""
+
+    scene: Scene
+    intention: Intention
+    unattacked: Look
+
+
+class ImageAttackGame:
+    """Scenes with images, and the car that drives through them.
+
+    What the car sees and does without an attack is asked once for each scene, and kept.
+
+    Args:
+        scenarios: What `frame_scenes` takes: a suite or folder, or a dictionary of its arguments;
+            or live `FrameScenes`.
+        detector: The victim's, by name, as a dictionary or an object.
+        planner: The victim's.
+        motion: What the planner knows of motion.
+        score_threshold: Less sure detections are not planned on.
+
+    Raises:
+        ConfigurationError: There is no such set or part.
+        DataError: A file is missing or broken.
+    """
+
+    def __init__(
+        self,
+        scenarios: Any,
+        detector: Any,
+        planner: Any,
+        motion: Motion,
+        score_threshold: float,
+    ) -> None:
+        self.scenes = _scenes(scenarios)
+        self.pipeline = Pipeline(
+            detector, planner=planner, motion=motion, score_threshold=score_threshold
+        )
+        self._labelled = {scene.id: scene for scene in self.scenes.scenes.labelled}
+        self._ids = list(self._labelled)
+        self._perceptions: dict[str, Perception] = {}
+        self._drives: dict[tuple[str, Intention], Drive] = {}
+
+    def draw(self, random: np.random.Generator, options: Mapping[str, Any] | None) -> Situation:
+        """A situation that is driven safely without an attack, or the one that options ask for.
+
+        Raises:
+            ConfigurationError: No scene has the id, no such intention, or nothing is safe.
+        """
+        options = options or {}
+        if unknown := set(options) - {"scenario", "intention"}:
+            raise ConfigurationError(
+                f"reset knows the options scenario and intention, got {unknown}"
+            )
+        intentions = intentions_named(options.get("intention"))
+        if options.get("scenario") is not None:
+            scene = self._named(str(options["scenario"]))
+            return self.situation(scene, intentions[int(random.integers(len(intentions)))])
+        every = [(id, intention) for id in self._ids for intention in intentions]
+        for k in random.permutation(len(every)):
+            situation = self.situation(self._labelled[every[k][0]], every[k][1])
+            if situation.unattacked.drive.record.safe:
+                return situation
+        raise ConfigurationError(
+            f"no scene of {self.scenes.scenes.name} is driven safely without an attack: nothing to"
+            " attack (is the detector trained, and its score threshold right?)"
+        )
+
+    def situation(self, scene: Scene, intention: Intention) -> Situation:
+        """A scene with an intention, and what happens when nobody attacks."""
+        frame = self.scenes.frame(scene)
+        if scene.id not in self._perceptions:
+            self._perceptions[scene.id] = self._perceived(frame)
+        perception, key = self._perceptions[scene.id], (scene.id, intention)
+        if key not in self._drives:
+            self._drives[key] = self.pipeline.drive(scene, perception, intention)
+        return Situation(scene, intention, Look(frame, perception, self._drives[key]))
+
+    def query(self, situation: Situation, frame: SensorFrame) -> Look:
+        """Let the car see a frame and drive; images are rounded to whole grey levels first."""
+        frame = quantised(frame)
+        perception = self._perceived(frame)
+        drive = self.pipeline.drive(situation.scene, perception, situation.intention)
+        return Look(frame, perception, drive)
+
+    def _perceived(self, frame: SensorFrame) -> Perception:
+        with one_thread():
+            return self.pipeline.perceive(frame)
+
+    def _named(self, id: str) -> Scene:
+        if id not in self._labelled:
+            raise ConfigurationError(
+                f"{self.scenes.scenes.name} has no scene {id!r}; the first is {self._ids[0]!r}"
+            )
+        return self._labelled[id]
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Let torch, where it is loaded, compute on one thread.
+
+    Networks round otherwise on another number of threads, and an episode is the same bit for bit
+    in every process; a forked one would also wait forever for its parent's threads.
+    """
+    torch = sys.modules.get("torch")
+    if torch is None:
+        yield
+        return
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)
+
+
+@lru_cache(maxsize=8)
+def _made(arguments: tuple[tuple[str, Any], ...]) -> FrameScenes:
+    return frame_scenes(**dict(arguments))
+
+
+def _scenes(scenarios: Any) -> FrameScenes:
+    if isinstance(scenarios, FrameScenes):
+        return scenarios
+    arguments = scenarios if isinstance(scenarios, Mapping) else {"source": str(scenarios)}
+    try:
+        hashable = {k: tuple(v) if isinstance(v, list) else v for k, v in arguments.items()}
+        return _made(tuple(sorted(hashable.items())))
+    except (TypeError, ValueError) as error:
+        raise ConfigurationError(f"these are no arguments of a frame set: {error}") from error

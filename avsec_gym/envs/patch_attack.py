@@ -1,0 +1,153 @@
+"""`avsec/PatchAttack-v0`: an attacker that chooses where a patch stands."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from avsec_gym.attacks.attack import LEFT
+from avsec_gym.envs.image_attack import ImageAttackEnv, Tampering
+from avsec_gym.envs.image_attack_game import Situation, one_thread
+from avsec_gym.envs.patch_coding import SIZE, PatchCoding
+from avsec_gym.geometry import Floats
+from avsec_gym.scenario.scene import Motion
+
+if TYPE_CHECKING:  # torch is loaded with the detector, not before.
+    from avsec_gym.attacks.patch_files import Patch
+
+
+class PatchAttackEnv(ImageAttackEnv):
+    """Make a safe drive unsafe by standing a printed patch where it does most harm.
+
+    ## Description
+    A car finds the objects around it with a stereo detector and plans a lane change, or to keep
+    its lane, among them.  The attacker has one round patch and chooses where it stands, how it is
+    turned and how large it is seen; both cameras see it as a poster that faces the car.  An episode
+    is one scene with one driving intention that the car drives safely when nobody attacks.  Every
+    step is one query: the car looks at the pair with the patch and plans anew, and its trajectory
+    is held against what is really there (the poster itself is no obstacle).
+
+    ## Observation
+    `Box(-1, 1, (124,), float32)`: see `avsec_gym.envs.image_attack_features.features`; then the
+    place that the patch got at the last query, as in the action, zeros at first.  With `image=True`
+    a `Dict` of these `features` and `image`, `Box(0, 255, (48, 160, 3), uint8)`: the left image
+    without the patch, made small.
+
+    ## Action
+    `Box(-1, 1, (5,), float32)`: of the patch's centre the column, from left to right, and the row,
+    from top to bottom of the left image; its disparity, from that of 40 m to that of 5 m; its
+    rotation, -pi..pi; its radius, from half to whole; each scaled linearly
+    (`avsec_gym.envs.patch_coding.PatchCoding.decode` and `encode`).  Where no such patch can stand
+    it is moved to the nearest values that can be: both images show all of it, it is not below the
+    ground, and it is in front of the real objects that it covers.
+
+    ## Reward
+    1 when the safe drive becomes unsafe (collision, or no plan), less 0.02 for the query and 0.02
+    times the patch's area, as a share of the largest.
+
+    ## Episode end
+    Terminated when the drive became unsafe; truncated after `max_episode_steps` (10) or `queries`
+    steps, whichever is less.
+
+    ## Info
+    `planned`, `collision`, `safe`, `cost` (planned time in s, nan if unplanned), `outcome` (`safe`,
+    `collision`, `unplanned`; `reset` at reset), `scenario`, `intention`, `is_success`, `queries`
+    (spent), `objects` (real obstacles), `found` (those that a box the car believes in lies on),
+    `ghosts` (believed boxes where no obstacle is); and of the patch `u`, `v`, `disparity`, `radius`
+    (pixels) and `rotation` (radians), nan at reset, and `area` (pixels of the left image that it
+    changed).
+
+    ## Arguments
+    * `scenarios="mixed"`: a default suite of the procedural world (`mixed`, `street`, `highway`,
+      made in the cache on first use); a folder in KITTI's object layout; or a dictionary such as
+      `{"source": "mixed", "split": "train", "count": 10}`.
+    * `detector="dsgn"`: or `"stereo_rcnn"`, a dictionary such as
+      `{"name": "dsgn", "weights": "FILE"}`, or a live detector.
+    * `patch="noise"`: one of uniform noise; `"grey"`; a file that `avsec attack patch` made; or a
+      live patch.
+    * `planner="astar"`
+    * `motion="static"`: the planner takes everything to stand; `"truth"`: it knows how the real
+      objects behind the boxes move.
+    * `score_threshold=0.3`: boxes below it are not planned on.
+    * `image=False`
+    * `queries=None`: the budget that the observation counts; None: 10.  Gymnasium does not tell an
+      environment of its `max_episode_steps`: for a budget of 20 pass both as 20.
+    * `price=0.02`
+    * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
+
+    `reset(options={"scenario": id, "intention": "left"})` picks a scene, safe or not; where the
+    drive is unsafe without an attack, there is no success to be had.
+
+    ## Versions
+    * v0: first.
+    """
+
+    title = "avsec/PatchAttack-v0"
+
+    def __init__(
+        self,
+        scenarios: Any = "mixed",
+        detector: Any = "dsgn",
+        patch: Patch | str | Path = "noise",
+        planner: Any = "astar",
+        motion: Motion | str = Motion.STATIC,
+        score_threshold: float = 0.3,
+        image: bool = False,
+        queries: int | None = None,
+        price: float = 0.02,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(
+            SIZE,
+            scenarios=scenarios,
+            detector=detector,
+            planner=planner,
+            motion=motion,
+            score_threshold=score_threshold,
+            image=image,
+            queries=queries,
+            price=price,
+            render_mode=render_mode,
+        )
+        self._given_patch = patch
+
+    @cached_property
+    def patch(self) -> Patch:
+        """What the attacker prints.
+
+        Raises:
+            DataError: Its file is missing, damaged, or no patch.
+        """
+        from avsec_gym.attacks.patch import PatchAttack
+
+        return cast("Patch", PatchAttack(self._given_patch).patch)
+
+    def tamper(self, situation: Situation, action: Floats) -> Tampering:
+        """Both images with the patch where the action wants it, or as near as can be."""
+        from avsec_gym.attacks.patch_pasting import paste_on_frame
+
+        frame = situation.unattacked.frame
+        clean = frame.image(LEFT)
+        coding = PatchCoding(frame.calibration, clean.shape[:2], self.patch.radius)
+        place = coding.possible(coding.decode(action), situation.scene.boxes)
+        with one_thread():
+            attacked = paste_on_frame(frame, self.patch.pixels, place)
+        changed = np.abs(np.rint(attacked.image(LEFT)) - clean).max(axis=2) > 0
+        facts = {
+            "u": place.u,
+            "v": place.v,
+            "disparity": place.disparity,
+            "radius": place.radius,
+            "rotation": place.rotation,
+            "area": int(changed.sum()),
+        }
+        used = (place.radius / self.patch.radius) ** 2
+        return Tampering(attacked, used, facts, coding.encode(place))
+
+    @property
+    def untouched(self) -> dict[str, float]:
+        """Nowhere."""
+        return dict.fromkeys(("u", "v", "disparity", "radius", "rotation"), np.nan) | {"area": 0}

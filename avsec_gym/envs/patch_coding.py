@@ -1,0 +1,113 @@
+"""Where an attacker wants its patch, as an action, and the nearest place that can be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from avsec_gym.attacks.attack import LEFT
+from avsec_gym.attacks.patch_placement import PatchPlace, PatchRange, focal_times_baseline
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import Calibration
+from avsec_gym.geometry import Floats, box_corners, project
+
+SIZE = 5
+"""Column, row, disparity, rotation, radius."""
+SMALLEST = 0.5
+"""Of a patch's own radius."""
+
+_ROUNDING = 1e-6
+"""Pixels between a patch and the right image's edge, so that sums and differences agree on it."""
+
+
+@dataclass(frozen=True, eq=False)
+class PatchCoding:
+    """Actions in [-1, 1], scaled linearly to places; of images of one size.
+
+    Args:
+        calibration: Of the cameras.
+        size: Height and width of the images, pixels.
+        radius: Of the patch, pixels; it can be shown half as large, no larger.
+        range: How far ahead it can stand.
+
+    Raises:
+        ConfigurationError: The images have no room for such a patch.
+    """
+
+    calibration: Calibration
+    size: tuple[int, int]
+    radius: float
+    range: PatchRange = field(default_factory=PatchRange)
+
+    def __post_init__(self) -> None:
+        self.possible(self.decode(np.ones(SIZE)))
+
+    def decode(self, action: Floats) -> PatchPlace:
+        """The place that an action names, possible or not.
+
+        Args:
+            action: Column and row from the left upper to the right lower corner, disparity from
+                the farthest to the nearest distance, rotation in -pi..pi, radius from half to
+                whole; shape (5,).
+        """
+        low, high = self._ends
+        return PatchPlace(*(low + 0.5 * (np.asarray(action, float) + 1.0) * (high - low)).tolist())
+
+    def encode(self, place: PatchPlace) -> Floats:
+        """The inverse of `decode`, shape (5,)."""
+        low, high = self._ends
+        values = [place.u, place.v, place.disparity, place.rotation, place.radius]
+        return np.asarray(2.0 * (values - low) / (high - low) - 1.0)
+
+    def possible(self, place: PatchPlace, objects: Boxes3D | None = None) -> PatchPlace:
+        """The same patch moved to where it can stand.
+
+        As `random_place` draws them: both images show all of it, it stands in the range and not
+        below the ground, and in front of the objects that it covers, if it can.
+
+        Args:
+            place: Where it was wanted.
+            objects: What is really there.
+
+        Raises:
+            ConfigurationError: There is no room.
+        """
+        height, width = self.size
+        projection, radius, range = self.calibration.projection(LEFT), place.radius, self.range
+        ground = projection[1, 2] + projection[1, 1] * range.camera_height / range.nearest
+        v = self._between(radius, place.v, min(height - 1, ground) - radius)
+        least = range.least_disparity(self.calibration, v + radius)
+        u = self._between(radius + least + _ROUNDING, place.u, width - 1 - radius)
+        greatest = min(range.greatest_disparity(self.calibration), u - radius - _ROUNDING)
+        if objects is not None:
+            least = min(max(least, self._covered(objects, u, v, radius)), greatest)
+        disparity = float(min(max(place.disparity, least), greatest))
+        return replace(place, u=u, v=v, disparity=disparity)
+
+    @property
+    def _ends(self) -> tuple[Floats, Floats]:
+        height, width = self.size
+        seen = focal_times_baseline(self.calibration)
+        low = [0.0, 0.0, seen / self.range.farthest, -np.pi, SMALLEST * self.radius]
+        high = [width - 1.0, height - 1.0, seen / self.range.nearest, np.pi, self.radius]
+        return np.array(low), np.array(high)
+
+    def _between(self, low: float, value: float, high: float) -> float:
+        if low > high:
+            raise ConfigurationError(
+                f"images of {self.size[1]} x {self.size[0]} pixels have no room for a patch of"
+                f" radius {self.radius:g} that both show whole"
+            )
+        return float(min(max(value, low), high))
+
+    def _covered(self, objects: Boxes3D, u: float, v: float, radius: float) -> float:
+        """Disparity where the nearest object begins that the disc touches; 0 without any."""
+        corners = box_corners(objects.location, objects.dimensions, objects.rotation_y)
+        pixels, depth = project(self.calibration.projection(LEFT), corners)
+        ahead = (depth > 0).all(axis=1)
+        pixels, depth = pixels[ahead], depth[ahead]
+        gap = np.clip([u, v], pixels.min(axis=1), pixels.max(axis=1)) - [u, v]
+        touched = depth[np.hypot(*gap.T) < radius]
+        return focal_times_baseline(self.calibration) / float(touched.min(initial=np.inf))

@@ -1,0 +1,141 @@
+"""`avsec/PerturbationAttack-v0`: a black-box attacker on the pixels of a stereo pair."""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+import numpy as np
+
+from avsec_gym.attacks.attack import LEFT, RIGHT, Budget
+from avsec_gym.envs.image_attack import ImageAttackEnv, Tampering
+from avsec_gym.envs.image_attack_game import Situation
+from avsec_gym.envs.wave_basis import WaveBasis
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import Image
+from avsec_gym.geometry import Floats
+from avsec_gym.scenario.scene import Motion
+
+
+class PerturbationAttackEnv(ImageAttackEnv):
+    """Make a safe drive unsafe by changing every pixel a little, without knowing the detector.
+
+    ## Description
+    A car finds the objects around it with a stereo detector and plans a lane change, or to keep
+    its lane, among them.  The attacker adds a pattern to both images: a sum of a few plane waves,
+    of which only the sign counts, so that nearly every pixel changes by as much as is allowed.  It
+    cannot look into the detector; it sees the scene, and what came of its last query.  An episode
+    is one scene with one driving intention that the car drives safely when nobody attacks.  Every
+    step is one query: the car looks at the attacked pair and plans anew, and its trajectory is held
+    against what is really there.
+
+    ## Observation
+    `Box(-1, 1, (119 + 2 waves,), float32)`, twice as many waves with `shared=False`: see
+    `avsec_gym.envs.image_attack_features.features`; then the last action, zeros at first.  With
+    `image=True` a `Dict` of these `features` and `image`, `Box(0, 255, (48, 160, 3), uint8)`: the
+    left image without the attack, made small.
+
+    ## Action
+    `Box(-1, 1, (2 waves,), float32)`: coefficients of the cosines, then of the sines.  Both images
+    are changed by ``strength * sign(sum of the waves)``, all three colours alike: the coefficients'
+    proportions make the pattern, and the largest of them, times `epsilon`, the strength.  With
+    `shared=False` the second half of twice as many coefficients makes the right image's pattern.
+    Attacked images have whole grey levels in 0..255.  `avsec_gym.envs.wave_basis.WaveBasis` tells
+    which waves there are.
+
+    ## Reward
+    1 when the safe drive becomes unsafe (collision, or no plan), less 0.02 for the query and
+    0.02 times strength / `epsilon`.
+
+    ## Episode end
+    Terminated when the drive became unsafe; truncated after `max_episode_steps` (10) or `queries`
+    steps, whichever is less.
+
+    ## Info
+    `planned`, `collision`, `safe`, `cost` (planned time in s, nan if unplanned), `outcome` (`safe`,
+    `collision`, `unplanned`; `reset` at reset), `scenario`, `intention`, `is_success`, `queries`
+    (spent), `objects` (real obstacles), `found` (those that a box the car believes in lies on),
+    `ghosts` (believed boxes where no obstacle is), `change` (the largest of any pixel, grey
+    levels).
+
+    ## Arguments
+    * `scenarios="mixed"`: a default suite of the procedural world (`mixed`, `street`, `highway`,
+      made in the cache on first use); a folder in KITTI's object layout; or a dictionary such as
+      `{"source": "mixed", "split": "train", "count": 10}`.
+    * `detector="dsgn"`: or `"stereo_rcnn"`, a dictionary such as
+      `{"name": "dsgn", "weights": "FILE"}`, or a live detector.
+    * `planner="astar"`
+    * `motion="static"`: the planner takes everything to stand; `"truth"`: it knows how the real
+      objects behind the boxes move.
+    * `score_threshold=0.3`: boxes below it are not planned on.
+    * `epsilon=8`: grey levels, a whole number, as a camera's are.
+    * `waves=8`; `wavelengths=(12, 60)`: shortest and longest, pixels of the camera.
+    * `shared=True`: both images get one pattern, as in the text of the thesis.
+    * `image=False`
+    * `queries=None`: the budget that the observation counts; None: 10.  Gymnasium does not tell an
+      environment of its `max_episode_steps`: for a budget of 20 pass both as 20.
+    * `price=0.02`
+    * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
+
+    `reset(options={"scenario": id, "intention": "left"})` picks a scene, safe or not; where the
+    drive is unsafe without an attack, there is no success to be had.
+
+    ## Versions
+    * v0: first.
+    """
+
+    title = "avsec/PerturbationAttack-v0"
+
+    def __init__(
+        self,
+        scenarios: Any = "mixed",
+        detector: Any = "dsgn",
+        planner: Any = "astar",
+        motion: Motion | str = Motion.STATIC,
+        score_threshold: float = 0.3,
+        epsilon: int = 8,
+        waves: int = 8,
+        wavelengths: tuple[float, float] = (12.0, 60.0),
+        shared: bool = True,
+        image: bool = False,
+        queries: int | None = None,
+        price: float = 0.02,
+        render_mode: str | None = None,
+    ) -> None:
+        if epsilon not in range(1, 256):
+            raise ConfigurationError(f"epsilon is a whole number of grey levels, got {epsilon!r}")
+        if len(wavelengths) != 2:
+            raise ConfigurationError(f"wavelengths are a shortest and a longest, got {wavelengths}")
+        self.basis = WaveBasis(waves, *wavelengths)
+        self.budget = Budget(float(epsilon))
+        self.shared = shared
+        super().__init__(
+            self.basis.size * (1 if shared else 2),
+            scenarios=scenarios,
+            detector=detector,
+            planner=planner,
+            motion=motion,
+            score_threshold=score_threshold,
+            image=image,
+            queries=queries,
+            price=price,
+            render_mode=render_mode,
+        )
+
+    def tamper(self, situation: Situation, action: Floats) -> Tampering:
+        """Both images with the pattern of these coefficients."""
+        frame = situation.unattacked.frame
+        used = float(np.abs(action).max())
+        change = 0.0
+        for view, camera in enumerate((LEFT, RIGHT)):
+            image = frame.image(camera)
+            coefficients = action.reshape(-1, self.basis.size)[0 if self.shared else view]
+            pattern = self.basis.pattern(coefficients, image.shape[:2])[..., None]
+            attacked = np.clip(np.rint(image + used * self.budget.change * pattern), 0, 255)
+            change = max(change, float(np.abs(attacked - image).max()))
+            frame = frame.with_image(camera, cast(Image, attacked.astype(np.uint8)))
+        return Tampering(frame, used, {"change": change}, action)
+
+    @property
+    def untouched(self) -> dict[str, float]:
+        """No change."""
+        return {"change": 0.0}

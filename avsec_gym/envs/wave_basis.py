@@ -1,0 +1,83 @@
+"""Patterns of few numbers that cover an image: sums of plane waves, of which the sign is kept.
+
+Detectors built of convolutions answer to waves as long as their objects' parts, and patterns of
+this kind fool classifiers that nobody can look into (procedural noise: Co et al., CCS 2019;
+Fourier basis functions: Yin et al., NeurIPS 2019).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import Floats
+
+_GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
+
+
+@dataclass(frozen=True)
+class WaveBasis:
+    """Waves whose directions are spread evenly over half a turn, and lengths over a range.
+
+    Args:
+        waves: How many, each with two coefficients: its cosine's and its sine's.
+        shortest: Length of a wave, pixels.
+        longest: Lengths lie between the two, evenly spread on a logarithmic scale.
+
+    Raises:
+        ConfigurationError: No wave, or lengths that are not 2 pixels or more and in order.
+    """
+
+    waves: int = 8
+    shortest: float = 12.0
+    longest: float = 60.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.waves, int) or self.waves < 1:
+            raise ConfigurationError(f"there are one wave or more, got {self.waves!r}")
+        if not 2 <= self.shortest <= self.longest < np.inf:
+            raise ConfigurationError(
+                f"waves are 2 pixels long or longer, the shortest first, got {self}"
+            )
+
+    @property
+    def size(self) -> int:
+        """Coefficients of a pattern."""
+        return 2 * self.waves
+
+    def pattern(self, coefficients: Floats, size: tuple[int, int]) -> NDArray[np.int8]:
+        """The sign of the sum of the waves.
+
+        Args:
+            coefficients: Of the cosines, then of the sines, shape (2 waves,).
+            size: Height and width, pixels.
+
+        Returns:
+            -1 or 1, and 0 where the sum is 0, shape (height, width).
+        """
+        across, down = self._frequencies
+        rows, columns = np.arange(size[0])[:, None] * down, across[:, None] * np.arange(size[1])
+        cosine, sine = coefficients.reshape(2, -1, 1)
+        # Of the sum of two angles; einsum adds up in one order whatever the number of threads.
+        total = np.einsum(
+            "hk,kw->hw",
+            np.hstack([np.cos(rows), np.sin(rows)]),
+            np.vstack(
+                [
+                    cosine * np.cos(columns) + sine * np.sin(columns),
+                    sine * np.cos(columns) - cosine * np.sin(columns),
+                ]
+            ),
+        )
+        return np.sign(total).astype(np.int8)
+
+    @property
+    def _frequencies(self) -> tuple[Floats, Floats]:
+        """Radians a pixel, to the right and down, shape (waves,) each."""
+        number = np.arange(self.waves)
+        lengths = self.shortest * (self.longest / self.shortest) ** (number * _GOLDEN % 1.0)
+        direction = np.pi * number / self.waves
+        return 2 * np.pi * np.cos(direction) / lengths, 2 * np.pi * np.sin(direction) / lengths

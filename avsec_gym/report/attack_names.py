@@ -1,0 +1,57 @@
+"""What detectors and attacks are called in front of readers."""
+
+from __future__ import annotations
+
+from avsec_gym.experiments.chapter5.settings import (
+    NOISES,
+    PERTURBATIONS,
+    STEPS,
+    TEXTURE,
+    TEXTURE_ATTACKED,
+    UNATTACKED,
+)
+from avsec_gym.experiments.thesis import NAMES
+
+_PATCHES = {"patch": "patch", "joint": "joint patch", "grey": "grey disc"}
+
+
+def detector_name(detector: str) -> str:
+    """As in the thesis.
+
+    Example:
+        >>> detector_name("stereo_rcnn")
+        'Stereo R-CNN'
+    """
+    return NAMES.get(detector, detector)
+
+
+def attack_name(attack: str, strength: float = 0.0, whole_levels: bool = False) -> str:
+    """In words.
+
+    Args:
+        attack: See `avsec_gym.experiments.chapter5.settings`.
+        strength: Steps, n; 0: whatever strength.
+        whole_levels: Whether pixels were rounded.
+
+    Example:
+        >>> attack_name("pgd-0.4", 3), attack_name("patch-random"), attack_name("noise-1")
+        ('PGD α 0.4, n 3', 'random patch', 'noise of 4 grey levels')
+    """
+    kind, _, rest = attack.partition("-")
+    if attack == UNATTACKED:
+        name = "unattacked"
+    elif attack in PERTURBATIONS:
+        name = f"PGD α {rest}"
+    elif attack in NOISES:
+        name = f"noise of {STEPS * float(rest):g} grey levels"
+    elif attack == TEXTURE:
+        name = "retextured side area"
+    elif attack == TEXTURE_ATTACKED:
+        name = "retextured, PGD α 1"
+    elif kind in _PATCHES:
+        name = f"{rest} {_PATCHES[kind]}"
+    else:
+        name = attack
+    if strength and attack not in NOISES:
+        name += f", n {strength:g}"
+    return f"{name}, 8 bits" if whole_levels else name

@@ -1,0 +1,95 @@
+"""A drive from above as SVG: lanes, goal, the real, the believed, and the planned trajectory."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import shapely
+
+from avsec_gym.geometry import Floats
+from avsec_gym.metrics.verdict import footprints
+from avsec_gym.pipeline import Drive
+from avsec_gym.planners.vehicle import BMW_320I, Vehicle
+from avsec_gym.scenario.planning_scenario import Obstacles
+
+_AHEAD, _ASIDE = (-7.0, 38.0), 11.0
+"""Metres that are shown, from behind to ahead of the start, and to either side."""
+_PIXELS = 12.0
+"""To the metre."""
+
+
+def draw_drive_from_above(drive: Drive, *, vehicle: Vehicle = BMW_320I) -> str:
+    """The first 38 m, forward to the right; class names say what each shape is.
+
+    Args:
+        drive: What happened.
+        vehicle: Who drove.
+    """
+    width, height = (_AHEAD[1] - _AHEAD[0]) * _PIXELS, 2 * _ASIDE * _PIXELS
+    parts = "".join(_parts(drive, vehicle))
+    label = f"The drive from above: {drive.record.outcome}"
+    return (
+        f'<svg viewBox="0 0 {width:g} {height:g}" class="drive" role="img" aria-label="{label}">'
+        f'<rect width="{width:g}" height="{height:g}" class="ground"/>{parts}</svg>'
+    )
+
+
+def _parts(drive: Drive, vehicle: Vehicle) -> Iterator[str]:
+    problem, plan = drive.problem, drive.plan
+    bounds = {side for lane in problem.road.lanelets for side in (lane.left, lane.right)}
+    for bound in sorted(bounds):
+        points = np.array(bound)
+        if np.abs(points[:, 1]).max() < _ASIDE:
+            yield f'<polyline points="{_places(points)}" class="lane"/>'
+    for goal in problem.goals:
+        for shape in goal.region or ():
+            yield from _area(shape.polygon(), "goal")
+    last = problem.last_step
+    if plan.trajectory is not None:
+        last = plan.first_step + len(plan.trajectory) - 1
+    yield from _obstacles(drive.truth, problem.start.step, last)
+    for area in problem.obstacles.polygons(problem.start.step):
+        if area is not None:
+            yield from _area(area, "believed")
+    if plan.trajectory is not None:
+        for outline in footprints(plan.trajectory, vehicle)[::3]:
+            yield f'<polygon points="{_places(outline)}" class="swept"/>'
+        yield f'<polyline points="{_places(plan.trajectory[:, :2])}" class="trajectory"/>'
+    start = problem.start
+    own = footprints(np.array([[start.x, start.y, 0.0, start.heading, 0.0]]), vehicle)[0]
+    yield f'<polygon points="{_places(own)}" class="ego"/>'
+    if drive.record.collision and plan.trajectory is not None:
+        x, y = _at(plan.trajectory[round(drive.record.collision_time / problem.dt), :2][None])[0]
+        yield (
+            f'<path d="M{x - 9:.1f} {y - 9:.1f}l18 18m0 -18l-18 18" class="contact-edge"/>'
+            f'<path d="M{x - 9:.1f} {y - 9:.1f}l18 18m0 -18l-18 18" class="contact"/>'
+        )
+    left, bottom = 10.0, 2 * _ASIDE * _PIXELS - 12
+    yield f'<path d="M{left:g} {bottom:g}h{5 * _PIXELS:g}" class="scale"/>'
+    yield f'<text x="{left + 2.5 * _PIXELS:g}" y="{bottom - 6:g}" class="scale-text">5 m</text>'
+
+
+def _obstacles(obstacles: Obstacles, first: int, last: int) -> Iterator[str]:
+    """Where they are, and faintly where those that move are going to be."""
+    now, later = obstacles.polygons(first), obstacles.polygons(last)
+    for number in range(len(obstacles)):
+        if not obstacles.static[number] and later[number] is not None:
+            yield from _area(later[number], "real later")
+    for area in now:
+        if area is not None:
+            yield from _area(area, "real")
+
+
+def _area(area: shapely.Geometry, kind: str) -> Iterator[str]:
+    for part in shapely.get_parts(area):
+        yield f'<polygon points="{_places(np.array(part.exterior.coords))}" class="{kind}"/>'
+
+
+def _places(points: Floats) -> str:
+    return " ".join(f"{x:.1f},{y:.1f}" for x, y in _at(points))
+
+
+def _at(points: Floats) -> Floats:
+    """Pixels of points of the ego frame, shape (N, 2)."""
+    return (points[:, :2] * (1, -1) + (-_AHEAD[0], _ASIDE)) * _PIXELS

@@ -1,0 +1,154 @@
+"""A run's report as one HTML page that needs nothing else: styles, script, pictures inside."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from avsec_gym.report.page_table import Table, bounds, number
+from avsec_gym.report.plots_losses import draw_losses, legend
+from avsec_gym.report.plots_steps import RATES, draw_precision, draw_safety
+from avsec_gym.report.run_remarks import facts, inputs, remarks
+from avsec_gym.report.scene_strip import Strip
+from avsec_gym.report.tables_beyond import (
+    control_table,
+    flip_table,
+    loss_table,
+    other_table,
+    paired_table,
+    rounding_table,
+    seen_table,
+    time_table,
+    trend_table,
+)
+from avsec_gym.report.tables_of_thesis import tables_of_thesis
+from avsec_gym.report.telling_scenes import RULES
+
+Report = Mapping[str, Any]
+_SECTIONS = {
+    "scenes": "Scenes",
+    "losses": "What attacks take",
+    "precision": "Precision",
+    "safety": "Driving safety",
+    "controls": "Controls",
+    "flips": "Flips",
+    "other": "Other settings",
+    "run": "The run",
+}
+
+
+def html_page(report: Report, strips: Sequence[Strip] = ()) -> str:
+    """The page.
+
+    Args:
+        report: As `avsec_gym.report.run_report.run_report` makes it; parts may lack.
+        strips: Pictures of the most telling scenes.
+    """
+    environment = Environment(
+        loader=PackageLoader("avsec_gym.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    tables = _tables(report)
+    found: dict[str, Any] = {
+        "report": {**dict.fromkeys(("answer", "decoupling", "scenarios", "trends", "rounding")),
+                   **report},
+        "run": report["manifest"],
+        "remarks": remarks(report),
+        "tables": tables,
+        "drawings": _drawings(report),
+        "legend": legend(report["decoupling"]["attacks"]) if "decoupling" in report else (),
+        "strips": strips,
+        "rules": RULES,
+        "rho": _rho(report) if "decoupling" in report else "",
+        "facts": facts(report),
+        "inputs": inputs(report),
+        "bars": _bars(report),
+        "sections": [(name, _SECTIONS[name]) for name in _shown(report, tables, strips)],
+        "css": Markup(_source(environment, "report.css")),
+        "js": Markup(_source(environment, "report.js")),
+    }  # fmt: skip
+    return environment.get_template("report.html.j2").render(found)
+
+
+def _tables(report: Report) -> dict[str, Any]:
+    tables: dict[str, Table | list[Table]] = {
+        "of_thesis": tables_of_thesis(report),
+        "other": other_table(report["other"]),
+        "time": time_table(report),
+    }
+    if "decoupling" in report:
+        tables |= {
+            "losses": loss_table(report["decoupling"]["attacks"]),
+            "paired": paired_table(report["safety"]),
+            "seen": seen_table(report["seen"]),
+            "controls": control_table(report["controls"]),
+            "trends": trend_table(report["trends"]),
+            "rounding": rounding_table(report["rounding"]),
+            "flips": flip_table(report["flips"]),
+        }
+    return tables
+
+
+def _drawings(report: Report) -> dict[str, Any]:
+    if "decoupling" not in report:
+        return {}
+    safety = [(words, draw_safety(report["safety"], rate)) for rate, words in RATES.items()]
+    return {
+        "losses": draw_losses(report["decoupling"]["attacks"]),
+        "precision": draw_precision(report["precision"]),
+        "safety": [(words, panels) for words, panels in safety if panels],
+    }
+
+
+def _shown(report: Report, tables: Mapping[str, Any], strips: Sequence[Strip]) -> list[str]:
+    whole = "decoupling" in report
+    there = {
+        "scenes": bool(strips),
+        "losses": whole,
+        "precision": whole,
+        "safety": whole or bool(tables["of_thesis"]),
+        "controls": whole,
+        "flips": whole,
+        "other": bool(report["other"]),
+        "run": True,
+    }
+    return [name for name in _SECTIONS if there[name]]
+
+
+def _rho(report: Report) -> str:
+    both = report["decoupling"]["rank_correlation"]["both"]
+    if both["rho"] is None:
+        return ""
+    return (
+        "Over the attacks of both detectors together, the rank correlation of the loss of precision"
+        f" with the loss of safety is ρ = {number(both['rho'], digits=2)}"
+        f" {bounds(both['interval'], digits=2)} ({both['attacks']} attacks; controls, rounded"
+        " pixels and changed scenes left out)."
+    )
+
+
+def _bars(report: Report) -> list[tuple[str, int, str]]:
+    """Of each part: its name, share of the longest in percent, and what it took."""
+    parts = report["timings"]["parts"]
+    longest = max((part["seconds"] for part in parts.values()), default=0.0)
+    order = sorted(parts, key=lambda name: -parts[name]["seconds"])
+    return [
+        (
+            name,
+            round(100 * parts[name]["seconds"] / longest) if longest else 0,
+            f"{number(parts[name]['seconds'] / 60)} min,"
+            f" {number(parts[name]['seconds'] / parts[name]['cells'], digits=2)} s a cell",
+        )
+        for name in order
+    ]
+
+
+def _source(environment: Environment, name: str) -> str:
+    assert environment.loader is not None
+    return environment.loader.get_source(environment, name)[0]

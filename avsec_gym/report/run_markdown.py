@@ -1,0 +1,93 @@
+"""A run's main tables in Markdown, for a repository."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from avsec_gym.experiments.markdown_table import markdown_table
+from avsec_gym.report.page_table import Table, bounds, number
+from avsec_gym.report.run_remarks import facts, inputs, remarks
+from avsec_gym.report.tables_beyond import (
+    control_table,
+    loss_table,
+    other_table,
+    rounding_table,
+    seen_table,
+    trend_table,
+)
+from avsec_gym.report.tables_of_thesis import tables_of_thesis
+
+_LEFT_OUT = ("machine", "scenarios")
+"""They name places of one machine."""
+
+
+def markdown_page(
+    report: Mapping[str, Any], command: str = "avsec report RUN --markdown FILE"
+) -> str:
+    """The answer, the tables, and what the run was.
+
+    Args:
+        report: As `avsec_gym.report.run_report.run_report` makes it.
+        command: That made it.
+    """
+    lines = [f"# {report['question']}", ""]
+    lines += [f"> {remark}" for remark in remarks(report)]
+    lines += _answer(report)
+    lines += [
+        "",
+        f"Made by `{command}`. Intervals in brackets hold 95 %; *italics*: the thesis.",
+        "",
+    ]
+    for table in _tables(report):
+        lines += [f"## {table.title}", "", *_table(table), ""]
+        lines += [table.note, ""] if table.note else []
+    told = [(term, text) for term, text in facts(report) if term not in _LEFT_OUT]
+    told += [(name, f"`{digest[:16]}`") for name, digest in inputs(report)]
+    lines += ["## The run", "", *markdown_table(["", ""], [list(fact) for fact in told]), ""]
+    return "\n".join(lines)
+
+
+def _answer(report: Mapping[str, Any]) -> list[str]:
+    if "answer" not in report:
+        return []
+    answer, both = report["answer"], report["decoupling"]["rank_correlation"]["both"]
+    lines = [
+        "",
+        f"**{answer['word']}** {answer['sentence']} {report['scenarios']:,} scenarios.",
+        "",
+    ]
+    for one in answer["detectors"]:
+        lines.append(f"- **{one['name']}**: {one['evidence']}. {' '.join(one['took'])}")
+    if both["rho"] is not None:
+        rho, interval = number(both["rho"], digits=2), bounds(both["interval"], digits=2)
+        lines.append(f"- Both together: ρ = {rho} {interval} over {both['attacks']} attacks.")
+    return lines
+
+
+def _tables(report: Mapping[str, Any]) -> list[Table]:
+    tables = tables_of_thesis(report)
+    if "decoupling" in report:
+        tables = [
+            loss_table([row for row in report["decoupling"]["attacks"] if not row["whole_levels"]]),
+            seen_table(report["seen"]),
+            *tables,
+            control_table(report["controls"]),
+            trend_table(report["trends"]),
+            rounding_table(report["rounding"]),
+        ]
+    tables += [other_table(report["other"])] if report["other"] else []
+    return [table for table in tables if table.rows]
+
+
+def _table(table: Table) -> list[str]:
+    """Headings above headings become part of those below."""
+    over = [text for text, span in table.groups for _ in range(span)] or [""] * len(table.columns)
+    columns = [
+        f"{above}, {text}" if above and text else above or text
+        for above, text in zip(over, table.columns, strict=True)
+    ]
+    rows = []
+    for row in table.rows:
+        rows.append([cell.plain.replace("|", "\\|") for cell in row])
+    return markdown_table(columns, rows)

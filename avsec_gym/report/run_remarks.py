@@ -1,0 +1,79 @@
+"""What must be known of a run to judge its figures: what it was, and what it lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from avsec_gym.report.attack_names import attack_name, detector_name
+
+Report = Mapping[str, Any]
+
+
+def remarks(report: Report) -> list[str]:
+    """What is to be said before everything else; nothing for a run that lacks nothing."""
+    cells, told = report["cells"], []
+    whole = cells["done"] + cells["failed"] + cells["missing"]
+    if cells["missing"]:
+        told.append(
+            f"This run is not finished: {cells['missing']:,} of {whole:,} cells are missing."
+        )
+    if cells["failed"]:
+        told.append(
+            f"{cells['failed']:,} of {whole:,} cells failed; the end of this page says why."
+        )
+    if told and report.get("scenarios"):
+        told.append(
+            f"All figures are of the {report['scenarios']:,} scenarios that every attack shown here"
+            " was done for."
+        )
+    if "scenarios" in report and not report["scenarios"]:
+        told.append("There is no scenario yet that every attack was done for.")
+    hardly_begun = [
+        f"{attack_name(one['attack'], one['strength'], one['whole_levels'])} on"
+        f" {detector_name(one['detector'])} ({one['scenarios']:,})"
+        for one in report.get("left_out", ())
+    ]
+    if hardly_begun:
+        told.append(f"Left out, with too few scenarios: {', '.join(hardly_begun)}.")
+    return told
+
+
+def facts(report: Report) -> list[tuple[str, str]]:
+    """What was run, of what, by what."""
+    manifest, cells = report["manifest"], report["cells"]
+    asked = manifest["configuration"]
+    given = {name: value for name, value in asked["options"].items() if value not in ("", None)}
+    first = f", the first {asked['limit']:,}" if asked["limit"] else ""
+    found = [
+        ("experiments", ", ".join(manifest["experiments"])),
+        ("scenarios", f"{asked['scenarios']}{first}"),
+        ("seed", str(asked["seed"])),
+        ("options", ", ".join(f"{name}={value}" for name, value in given.items()) or "none"),
+        ("cells", ", ".join(f"{count:,} {status}" for status, count in cells.items())),
+        ("begun", manifest["started"]),
+        ("threads", f"{manifest['threads']} for each process"),
+    ]
+    sittings = manifest["sittings"]
+    if sittings:
+        last = sittings[-1]
+        versions = {"Python": last["python"], **last["versions"]}
+        found += [
+            (
+                "sittings",
+                f"{len(sittings)}, the last one ended {last['ended'] or 'early, or never'}",
+            ),
+            ("workers", f"{last.get('workers', '–')} ({last.get('backend', '–')})"),
+            ("machine", f"{last['platform']}, {last['processors']} processors"),
+            ("versions", ", ".join(f"{name} {version}" for name, version in versions.items())),
+            ("sources", ", ".join(dict.fromkeys(sitting["sources"] for sitting in sittings))),
+        ]
+    wall = report["timings"]["wall"]
+    if wall:
+        found.append(("took", f"{wall / 60:,.1f} minutes in sittings that were not cut short"))
+    return found
+
+
+def inputs(report: Report) -> list[tuple[str, str]]:
+    """Weights, patches and data: name, and SHA-256."""
+    return [(name, one["sha256"]) for name, one in report["manifest"]["inputs"].items()]

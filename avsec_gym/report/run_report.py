@@ -1,0 +1,169 @@
+"""Everything that a run of chapter 5 has to say, as JSON; pages and tables are made of it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from datetime import datetime
+from typing import Any
+
+from avsec_gym.experiments.chapter5.controls import control_rows, rounding_rows, trend_rows
+from avsec_gym.experiments.chapter5.decoupling import decoupling
+from avsec_gym.experiments.chapter5.flips import flips
+from avsec_gym.experiments.chapter5.outcomes import Outcomes
+from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of
+from avsec_gym.experiments.chapter5.seen import seen_rows
+from avsec_gym.experiments.chapter5.settings import ATTACKS, DETECTORS
+from avsec_gym.experiments.chapter5.tables import (
+    input_rows,
+    intention_rows,
+    planner_rows,
+    precision_rows,
+    safety_rows,
+)
+from avsec_gym.experiments.chapter5.true_drives import GROUND_TRUTH
+from avsec_gym.metrics.safety import SafetyRates
+from avsec_gym.report.answer_in_words import answer
+from avsec_gym.runs.run_folder import RunFolder
+
+Report = dict[str, Any]
+QUESTION = "Does a detector’s loss of precision under attack say anything about driving safety?"
+
+
+def outcomes_of(run: RunFolder) -> Outcomes:
+    """A run of chapter 5, ready to be summed up.
+
+    Raises:
+        DataError: The labels of its scenes are not where they were.
+    """
+    return Outcomes(run, labels_of(run.configuration))
+
+
+def holds_chapter_5(run: RunFolder) -> bool:
+    """Whether a run has results of chapter 5's experiments."""
+    return any(_of_chapter_5(name) for name, _ in run.settings())
+
+
+def run_report(
+    run: RunFolder,
+    outcomes: Outcomes | None = None,
+    on_progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Report:
+    """All figures of a run, finished or not.
+
+    Without anything of chapter 5 in it, only the run itself is described, with the rates of its
+    drives.
+
+    Args:
+        run: The run.
+        outcomes: Of it; read if None.
+        on_progress: Told how many conditions of how many are looked at.
+
+    Raises:
+        DataError: The labels of the run's scenes are not where they were.
+    """
+    report: Report = {"question": QUESTION, **_run(run)}
+    if holds_chapter_5(run):
+        outcomes = outcomes_of(run) if outcomes is None else outcomes
+        report |= _chapter_5(run, outcomes, on_progress)
+    else:
+        report["question"] = next(iter(run.manifest["experiments"].values()))["question"]
+    report["other"] = _other_rates(run)
+    return report
+
+
+def _chapter_5(
+    run: RunFolder, outcomes: Outcomes, on_progress: Callable[[int, int], None]
+) -> Report:
+    conditions = outcomes.conditions if outcomes.scenarios else ()
+    for number, condition in enumerate(conditions):
+        # The slow part, done first so that it can be watched; the outcomes keep it.
+        on_progress(number, len(conditions))
+        for intention in outcomes.looks(condition):
+            outcomes.precision(condition, intention)
+    found: Report = {
+        "scenarios": len(outcomes.scenarios),
+        "left_out": [
+            {**vars(condition), "scenarios": count}
+            for condition, count in outcomes.left_out.items()
+        ],
+        "planners": planner_rows(outcomes),
+    }
+    if not conditions:
+        return found
+    threshold = {**OPTIONS, **run.configuration.options}["score_threshold"]
+    losses = decoupling(outcomes)
+    return found | {
+        "answer": answer(losses),
+        "decoupling": losses,
+        "precision": precision_rows(outcomes),
+        "safety": safety_rows(outcomes),
+        "inputs": input_rows(outcomes),
+        "intentions": intention_rows(outcomes),
+        "seen": seen_rows(outcomes, threshold),
+        "controls": control_rows(outcomes),
+        "trends": trend_rows(outcomes),
+        "rounding": rounding_rows(outcomes),
+        "flips": flips(outcomes),
+    }
+
+
+def _run(run: RunFolder) -> Report:
+    """What was asked, what is done, what failed, how long it took."""
+    cells, manifest = run.cells(), run.manifest
+    failures = [cell for cell in cells if cell["status"] == "failed"]
+    attacks: dict[str, list[float]] = {}
+    for cell in cells:
+        if cell["status"] == "done" and "attack" in cell["arguments"]:
+            attacks.setdefault(cell["arguments"]["attack"], []).append(cell["seconds"])
+    counts = Counter(str(cell["error"]) for cell in failures)
+    examples = {str(cell["error"]): cell["arguments"] for cell in reversed(failures)}
+    return {
+        "manifest": {**manifest, "folder": run.path.resolve().name},
+        "cells": {
+            "done": len(cells) - len(failures),
+            "failed": len(failures),
+            "missing": run.missing(),
+        },
+        "failures": [
+            {"error": error, "cells": count, "example": examples[error]}
+            for error, count in counts.most_common()
+        ],
+        "timings": {
+            "parts": run.timings(),
+            "attacks": {
+                name: {"cells": len(attacks[name]), "seconds": sum(attacks[name])}
+                for name in sorted(attacks, key=lambda one: (_order(one), one))
+            },
+            "wall": sum(_seconds(sitting) or 0.0 for sitting in manifest["sittings"]),
+        },
+    }
+
+
+def _other_rates(run: RunFolder) -> list[Report]:
+    """Rates under settings that chapter 5 does not know, for experiments of others."""
+    return [
+        {
+            "setting": name,
+            "strength": strength,
+            **SafetyRates.of(run.records(setting=name, strength=strength)).to_json(),
+        }
+        for name, strength in run.settings()
+        if not _of_chapter_5(name) and run.drives(setting=name, strength=strength)
+    ]
+
+
+def _of_chapter_5(setting: str) -> bool:
+    return setting == GROUND_TRUTH or setting.partition(" ")[0] in DETECTORS
+
+
+def _order(attack: str) -> int:
+    return ATTACKS.index(attack) if attack in ATTACKS else len(ATTACKS)
+
+
+def _seconds(sitting: dict[str, Any]) -> float | None:
+    """None while it goes on, or where it was killed."""
+    if sitting["ended"] is None:
+        return None
+    begun, ended = (datetime.fromisoformat(sitting[name]) for name in ("started", "ended"))
+    return (ended - begun).total_seconds()

@@ -1,0 +1,230 @@
+"""Strips of pictures: one drive unattacked and attacked, each attack repeated for its pictures.
+
+A run keeps what was detected, not what was seen.  Attacks are seeded, so the images are made again.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Protocol
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.attacks.attack import LEFT
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
+from avsec_gym.experiments.chapter5.seen import found_cars
+from avsec_gym.experiments.ghost_positions import ghosts
+from avsec_gym.frame import SensorFrame
+from avsec_gym.geometry import Floats, box_corners, project
+from avsec_gym.kitti.labels import DONT_CARE
+from avsec_gym.metrics.safety import SafetyRecord
+from avsec_gym.pipeline import PipelineRun
+from avsec_gym.report.attack_names import attack_name, detector_name
+from avsec_gym.report.drive_drawing import draw_drive_from_above
+from avsec_gym.report.telling_scenes import Telling
+from avsec_gym.scenario.intention import Intention
+
+_QUALITY = 80
+"""Of WebP."""
+_GREY = 128
+_EDGES = [0, 1, 2, 3, 0, 4, 5, 6, 7, 4, 5, 1, 2, 6, 7, 3]
+"""A way over all edges of a box by the corners of `box_corners`."""
+_NEAR = 0.3
+
+
+class Repeats(Protocol):
+    """The part of `avsec_gym.experiments.chapter5.attacked_drives.AttackedDrives` needed here."""
+
+    def again(
+        self,
+        detector: str,
+        attack: str,
+        scenario: str,
+        intention: Intention,
+        strength: float = 0.0,
+        *,
+        whole_levels: bool = False,
+    ) -> PipelineRun:
+        """One drive of a run once more."""
+        ...
+
+
+@dataclass(frozen=True)
+class View:
+    """One drive under one condition.
+
+    Args:
+        title: What was done.
+        image: What the left camera saw, as a data URI.
+        size: Its width and height, pixels.
+        real: Outlines of true objects in it, as paths of SVG.
+        believed: Outlines of what was believed.
+        cars: How many real cars are found, and how many there are.
+        ghosts: How many believed boxes stand for nothing.
+        drive: From above, as SVG.
+        outcome: ``safe``, ``collision`` or ``unplanned``.
+        explanation: A sentence.
+        as_stored: Whether the drive came out as it is stored in the run.
+    """
+
+    title: str
+    image: str
+    size: tuple[int, int]
+    real: tuple[str, ...]
+    believed: tuple[str, ...]
+    cars: tuple[int, int]
+    ghosts: int
+    drive: str
+    outcome: str
+    explanation: str
+    as_stored: bool
+
+
+@dataclass(frozen=True)
+class Strip:
+    """Views of one drive, the unattacked first.
+
+    Args:
+        title: Detector, scene and intention.
+        rule: Why it is shown.
+        views: Two or more.
+        difference: Of the first two images, amplified, as a data URI.
+        factor: By how much.
+        largest: Change of any channel of any pixel, grey levels.
+    """
+
+    title: str
+    rule: str
+    views: tuple[View, ...]
+    difference: str
+    factor: int
+    largest: float
+
+
+def scene_strips(
+    telling: Sequence[Telling],
+    outcomes: Outcomes,
+    drives: Repeats,
+    on_progress: Callable[[int, int], None] = lambda done, total: None,
+) -> list[Strip]:
+    """A strip for each drive.
+
+    Args:
+        telling: Which drives.
+        outcomes: Of the run.
+        drives: Makes them again.
+        on_progress: Told how many of how many are done.
+
+    Raises:
+        DataError: An image is no longer there.
+    """
+    strips = []
+    for number, one in enumerate(telling, start=1):
+        strips.append(_strip(one, outcomes, drives))
+        on_progress(number, len(telling))
+    return strips
+
+
+def amplified(
+    before: NDArray[np.number], after: NDArray[np.number]
+) -> tuple[NDArray[np.uint8], int, float]:
+    """The difference of two images about middle grey, the factor, and the largest difference.
+
+    The factor is the largest whole number that keeps every difference within the grey levels.
+
+    Example:
+        >>> picture, factor, largest = amplified(np.zeros((1, 2, 3)), np.full((1, 2, 3), 4.0))
+        >>> int(picture[0, 0, 0]), factor, largest
+        (252, 31, 4.0)
+    """
+    change = np.asarray(after, float) - np.asarray(before, float)
+    largest = float(np.abs(change).max())
+    factor = max(1, int((_GREY - 1) // largest)) if largest else 1
+    return np.clip(_GREY + factor * change, 0, 255).round().astype(np.uint8), factor, largest
+
+
+def _strip(telling: Telling, outcomes: Outcomes, drives: Repeats) -> Strip:
+    runs = [
+        drives.again(
+            one.detector,
+            one.attack,
+            telling.scenario,
+            telling.intention,
+            one.strength,
+            whole_levels=one.whole_levels,
+        )
+        for one in telling.conditions
+    ]
+    truth = outcomes.labels[telling.scenario]
+    picture, factor, largest = amplified(*(run.frame.image(LEFT) for run in runs[:2]))
+    detector = detector_name(telling.conditions[0].detector)
+    return Strip(
+        title=f"{detector}, scene {telling.scenario}, {telling.intention}",
+        rule=telling.rule,
+        views=tuple(
+            _view(one, run, truth, _stored(outcomes, telling, one))
+            for one, run in zip(telling.conditions, runs, strict=True)
+        ),
+        difference=_data_uri(picture),
+        factor=factor,
+        largest=largest,
+    )
+
+
+def _view(condition: Condition, run: PipelineRun, truth: Boxes3D, stored: SafetyRecord) -> View:
+    image = np.rint(np.clip(run.frame.image(LEFT), 0, 255)).astype(np.uint8)
+    record, believed = run.drive.record, run.perception.believed
+    found = found_cars(believed, truth)
+    hit = f", but touches a real object after {record.collision_time:.1f} s"
+    return View(
+        title=attack_name(condition.attack, condition.strength, condition.whole_levels),
+        image=_data_uri(image),
+        size=(image.shape[1], image.shape[0]),
+        real=_outlines(run.frame, truth[truth.category != DONT_CARE]),
+        believed=_outlines(run.frame, believed),
+        cars=(int(found.sum()), len(found)),
+        ghosts=int(ghosts(believed, truth).sum()),
+        drive=draw_drive_from_above(run.drive),
+        outcome=record.outcome,
+        explanation=run.drive.plan.explanation + (hit if record.collision else ""),
+        as_stored=(record.outcome, record.expanded) == (stored.outcome, stored.expanded),
+    )
+
+
+def _stored(outcomes: Outcomes, telling: Telling, condition: Condition) -> SafetyRecord:
+    records = outcomes.records(condition, telling.intention)
+    return next(record for record in records if record.scenario == telling.scenario)
+
+
+def _outlines(frame: SensorFrame, boxes: Boxes3D) -> tuple[str, ...]:
+    """A path for each box, as far as it lies before the camera."""
+    projection = frame.calibration.projection(LEFT)
+    corners = box_corners(boxes.location, boxes.dimensions, boxes.rotation_y)
+    return tuple(path for box in corners if (path := _outline(box, projection)))
+
+
+def _outline(corners: Floats, projection: Floats) -> str:
+    parts: list[str] = []
+    for start, end in pairwise(corners[_EDGES]):
+        low, high = sorted((start, end), key=lambda point: float(point[2]))
+        if high[2] < _NEAR:
+            continue
+        if low[2] < _NEAR:
+            low = low + (high - low) * (_NEAR - low[2]) / (high[2] - low[2])
+        pixels, _ = project(projection, np.stack([low, high]))
+        (u, v), (w, h) = np.clip(pixels, -5000, 5000)
+        parts.append(f"M{u:.0f} {v:.0f}L{w:.0f} {h:.0f}")
+    return "".join(parts)
+
+
+def _data_uri(image: NDArray[np.uint8]) -> str:
+    """A picture inside a page."""
+    bgr = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
+    _, content = cv2.imencode(".webp", bgr, [cv2.IMWRITE_WEBP_QUALITY, _QUALITY])
+    return "data:image/webp;base64," + base64.b64encode(content.tobytes()).decode()

@@ -1,0 +1,98 @@
+"""A detector that is quick and can be fooled: a plug-in, and small frames for it to look at.
+
+A module of its own, not a test: other processes load it as anyone's plug-in (conftest.py).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.frame import SensorFrame
+from avsec_gym.geometry import box_corners, ego_to_camera, project
+from avsec_gym.kitti.writing import write_object_frame
+from avsec_gym.registry import Kind, names, register
+from avsec_gym.rig import KITTI_CAMERAS, SensorRig, camera_rig
+
+GROUND = 1.65
+LEVEL = 120
+"""Grey levels from which on something is a car."""
+BACKGROUND, CAR = 112, 180
+SIZE = (1.5, 1.6, 4.0)
+SCENES = (
+    [[14.0, 5.5, 0.0], [26.0, -5.5, 0.0]],
+    [[20.0, 7.0, 0.0]],
+    [[12.0, -6.0, 0.0], [33.0, 1.0, 0.0]],
+)
+"""Poses of the cars of each frame, ego frame; nothing is in the way."""
+
+
+class BrightCars:
+    """Sees a car wherever the left image is bright, standing where its lower edge is."""
+
+    name = "bright_cars"
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        import cv2
+
+        grey = cv2.blur(frame.image(2).astype(np.float32).mean(axis=2), (7, 7))
+        _, _, found, centres = cv2.connectedComponentsWithStats((grey >= LEVEL).astype(np.uint8))
+        area, bottom = found[1:, cv2.CC_STAT_AREA], found[1:, 1] + found[1:, 3] - 3  # Blurred.
+        projection = frame.calibration.projection(2)
+        below = bottom - projection[1, 2]
+        cars = (area >= 30) & (below > 5)
+        depth = projection[1, 1] * GROUND / below[cars]
+        x = (centres[1:, 0][cars] - projection[0, 2]) * depth / projection[0, 0]
+        count = len(depth)
+        return Boxes3D(
+            np.column_stack([x, np.full(count, GROUND), depth + SIZE[2] / 2]),
+            np.tile(SIZE, (count, 1)),
+            np.full(count, -np.pi / 2),
+            np.minimum(area[cars] / 200.0, 1.0),
+            np.full(count, "Car"),
+        )
+
+
+def register_detector() -> None:
+    """What the plug-in's entry point names."""
+    if "bright_cars" not in names(Kind.DETECTOR):
+        register(Kind.DETECTOR, "bright_cars", BrightCars)
+
+
+def rig() -> SensorRig:
+    """KITTI's with a third of its pixels in each direction."""
+    return camera_rig(KITTI_CAMERAS, focal_length=240.0, centre=(207.0, 57.0), size=(414, 125))
+
+
+def write_frames(root: Path) -> None:
+    """Bright boxes before a dark background, in KITTI's object layout."""
+    calibration = rig().calibration
+    for number, poses in enumerate(SCENES):
+        noise = np.random.default_rng(number).integers(-6, 7, (125, 414, 3))
+        location, rotation_y = ego_to_camera(np.array(poses), GROUND)
+        dimensions, count = np.tile(SIZE, (len(poses), 1)), len(poses)
+        images, rectangles = {}, []
+        for camera in (2, 3):
+            image = BACKGROUND + noise
+            corners = box_corners(location, dimensions, rotation_y)
+            pixels, _ = project(calibration.projection(camera), corners)
+            low, high = np.rint(pixels.min(axis=1)).astype(int), np.rint(pixels.max(axis=1))
+            for (left, top), (right, bottom) in zip(low, high.astype(int), strict=True):
+                image[max(top, 0) : bottom, max(left, 0) : right] = CAR
+            images[camera] = image.astype(np.uint8)
+            rectangles.append(np.hstack([low, high]).clip(0, [413, 124, 413, 124]))
+        labels = Boxes3D(
+            location,
+            dimensions,
+            rotation_y,
+            np.ones(count),
+            np.full(count, "Car"),
+            box2d=rectangles[0].astype(float),
+            truncation=np.zeros(count),
+            occlusion=np.zeros(count),
+            alpha=rotation_y - np.arctan2(location[:, 0], location[:, 2]),
+        )
+        frame = SensorFrame(f"{number:06d}", calibration, images)
+        write_object_frame(root / "training", frame, labels)

@@ -1,0 +1,72 @@
+"""The sanity sheet notices attacks that do not attack, and budgets that do not hold."""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+import pytest
+
+from avsec_gym.experiments.chapter5.controls import control_rows, rounding_rows, trend_rows
+from avsec_gym.experiments.chapter5.decoupling import precision
+from avsec_gym.experiments.chapter5.outcomes import Condition
+
+CLEAN, PGD = Condition("dsgn"), Condition("dsgn", "pgd-0.4", 4.0)
+PATCH, GREY = Condition("dsgn", "patch-random"), Condition("dsgn", "grey-random")
+NAMES = [f"{number:06d}" for number in range(5)]
+
+
+def measured(made: ModuleType, change: float = 1.6) -> list[dict[str, object]]:
+    results = made.MadeResults()
+    for condition in (CLEAN, PGD, PATCH, GREY):
+        results.add(condition, NAMES)
+    results.measure(CLEAN, "loss", dict.fromkeys(NAMES, 1.0))
+    results.measure(PGD, "loss", dict(zip(NAMES, [3.0, 0.5, 4.0, 5.0, 6.0], strict=True)))
+    results.measure(PGD, "change", {**dict.fromkeys(NAMES, 1.2), NAMES[2]: change})
+    for condition, after in ((PATCH, 0.5), (GREY, 2.0)):
+        results.measure(condition, "loss", dict.fromkeys(NAMES, 1.0))
+        results.measure(condition, "clean_ghost_loss", dict.fromkeys(NAMES, 2.0))
+        results.measure(condition, "ghost_loss", dict.fromkeys(NAMES, after))
+        results.measure(condition, "change", dict.fromkeys(NAMES, 200.0))
+    return control_rows(made.outcomes(results, NAMES))
+
+
+def test_each_attack_is_held_against_its_own_aim(made: ModuleType) -> None:
+    pgd, patch, grey = measured(made)
+    assert (pgd["loss_towards"], pgd["aim"]) == ("truth", "up")
+    assert (pgd["loss_before"], pgd["loss_after"], pgd["share_moved"]) == (1.0, 4.0, 0.8)
+    assert (patch["loss_towards"], patch["aim"]) == ("ghosts", "down")
+    assert (patch["loss_before"], patch["loss_after"], patch["share_moved"]) == (2.0, 0.5, 1.0)
+    assert (grey["aim"], grey["share_moved"]) == (None, 0.0)
+
+
+def test_a_budget_that_is_exceeded_once_is_exceeded(made: ModuleType) -> None:
+    assert measured(made)[0]["within_budget"] is True
+    pgd = measured(made, change=1.7)[0]
+    assert (pgd["largest_change"], pgd["budget"], pgd["within_budget"]) == (1.7, 1.6, False)
+
+
+def test_a_trend_is_the_slope_over_all_steps(made: ModuleType) -> None:
+    results, names = made.MadeResults(), made.names(40)
+    results.add(CLEAN, names)
+    for n in range(1, 5):
+        unsafe = names[: 4 * n]
+        results.add(Condition("dsgn", "pgd-1", float(n)), names, lost=names, unsafe=unsafe)
+    found = made.outcomes(results, names)
+    (row,) = trend_rows(found)
+    assert row["safety_slope"] == pytest.approx(-10)
+    low, high = row["safety_slope_interval"]
+    assert low < -10 < high < 0
+    # All at once: least squares gives 2/10 of the fall for each step.
+    assert row["precision_slope"] == pytest.approx(-0.2 * precision(found, CLEAN).value)
+
+
+def test_rounding_is_a_paired_difference(made: ModuleType) -> None:
+    results, names = made.MadeResults(), made.names(10)
+    results.add(CLEAN, names)
+    results.add(PGD, names, lost=names, unsafe=names[:4])
+    results.add(Condition("dsgn", "pgd-0.4", 4.0, True), names, unsafe=names[:2])
+    (row,) = rounding_rows(made.outcomes(results, names))
+    assert (row["attack"], row["strength"], row["whole_levels"]) == ("pgd-0.4", 4.0, False)
+    assert row["safety_difference"] == pytest.approx(20)
+    assert row["precision_difference"] == pytest.approx(row["precision_8_bit"])
+    assert row["precision_float"] == 0

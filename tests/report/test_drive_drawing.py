@@ -1,0 +1,52 @@
+"""What is drawn from above stands where it is."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.pipeline import drive
+from avsec_gym.report.drive_drawing import draw_drive_from_above
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene import Scene
+
+
+def cars(*places: tuple[float, float]) -> Boxes3D:
+    """Ahead and to the left, metres; facing forward."""
+    count = len(places)
+    x, y = np.array(places).reshape(count, 2).T
+    return Boxes3D(
+        np.column_stack([-y, np.full(count, 1.65), x]), np.tile([1.5, 1.6, 4.0], (count, 1)),
+        np.full(count, -np.pi / 2), np.ones(count), np.full(count, "Car"),
+    )  # fmt: skip
+
+
+def middles(drawing: str, kind: str) -> list[tuple[float, float]]:
+    """Metres ahead and to the left of polygons."""
+    found = re.findall(rf'<polygon points="([^"]+)" class="{kind}"', drawing)
+    corners = [np.array([place.split(",") for place in text.split()], float) for text in found]
+    extents = [(each.min(axis=0) + each.max(axis=0)) / 2 / 12 for each in corners]
+    return [(x - 7, 11 - y) for x, y in extents]
+
+
+def test_objects_goal_and_car_are_where_they_are() -> None:
+    scene = Scene("000000", cars((20.0, 5.0), (28.0, -3.0)))
+    drawing = draw_drive_from_above(drive(scene, Intention.LEFT, cars((9.0, -4.0))))
+    assert middles(drawing, "real") == [pytest.approx(p, abs=0.1) for p in ((20, 5), (28, -3))]
+    assert middles(drawing, "believed") == [pytest.approx((9, -4), abs=0.1)]
+    assert middles(drawing, "ego") == [pytest.approx((0, 0), abs=0.1)]
+    assert middles(drawing, "goal") == [pytest.approx((15, 3.5), abs=0.1)]
+    assert 'class="trajectory"' in drawing
+    assert 'class="contact"' not in drawing
+
+
+def test_a_contact_is_marked_and_no_plan_has_no_trajectory() -> None:
+    scene = Scene("000000", cars((10.0, 0.0)))
+    hit = drive(scene, Intention.STRAIGHT, cars((30.0, 9.0)))
+    assert hit.record.collision
+    assert 'class="contact"' in draw_drive_from_above(hit)
+    blocked = drive(scene, Intention.STRAIGHT, cars((0.0, 0.0)))
+    assert 'class="trajectory"' not in draw_drive_from_above(blocked)

@@ -1,0 +1,83 @@
+"""Marks stand where their figures say."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from avsec_gym.report.plots import Scale, limits
+from avsec_gym.report.plots_losses import draw_losses, legend, thesis_losses
+from avsec_gym.report.plots_steps import draw_precision
+
+
+def attack(
+    detector: str, name: str, x: float, y: float, strength: float = 0.0
+) -> dict[str, object]:
+    return {
+        "detector": detector, "attack": name, "strength": strength, "whole_levels": False,
+        "precision_lost": x, "precision_lost_interval": [x - 2, x + 2],
+        "safety_lost": y, "safety_lost_interval": None,
+    }  # fmt: skip
+
+
+def marks(drawing: str) -> dict[str, tuple[float, float]]:
+    """Pixels by hint."""
+    pattern = r'data-hint="([^"]+)"[^>]*><circle cx="([\d.]+)" cy="([\d.]+)"'
+    return {hint: (float(x), float(y)) for hint, x, y in re.findall(pattern, drawing)}
+
+
+def test_scales_have_round_ticks() -> None:
+    assert Scale(-2.3, 41.0, 0, 100).ticks() == [0, 10, 20, 30, 40]
+    assert Scale(0, 1, 0, 100).ticks(4) == [0, 0.25, 0.5, 0.75, 1]
+    assert Scale(0, 10, 100, 0)(2.5) == 75
+    low, high = limits([3.0, None, 20.0])
+    assert low < 0 < 20 < high
+
+
+def test_losses_are_drawn_to_scale() -> None:
+    rows = [
+        attack("dsgn", "pgd-1", 40, 2, 4.0), attack("dsgn", "patch-random", 4, 20),
+        attack("stereo_rcnn", "patch-random", 4, 20), attack("stereo_rcnn", "texture", 9, 9),
+    ]  # fmt: skip
+    dsgn, rcnn = draw_losses(rows)
+    ours = {hint.partition(":")[0]: at for hint, at in marks(dsgn).items()}
+    pgd, patch = ours["PGD α 1, n 4"], ours["random patch"]
+    assert pgd[0] > patch[0]
+    assert pgd[1] > patch[1]
+    # Both detectors have one scale; what is no attack to compare is not drawn.
+    theirs = {hint.partition(":")[0]: at for hint, at in marks(rcnn).items()}
+    assert theirs["random patch"] == patch
+    assert "retextured side area" not in theirs
+    assert {"Thesis, random patch", "Thesis, specific patch"} <= set(theirs)
+    (per_point,) = {(pgd[0] - patch[0]) / 36}
+    interval = re.search(r'<line x1="([\d.]+)"[^>]* x2="([\d.]+)"[^>]*of-pgd-1', dsgn)
+    assert interval is not None
+    assert float(interval[2]) - float(interval[1]) == pytest.approx(4 * per_point, abs=0.2)
+    assert [name for *_, name in legend(rows)] == ["PGD α 1", "random patch"]
+
+
+def test_the_thesis_takes_what_it_says() -> None:
+    found = {(name, strength): point for name, strength, point in thesis_losses("stereo_rcnn")}
+    precision, safety = found["patch-random", 0.0]
+    assert precision == pytest.approx(38.20 - 37.07)
+    assert safety == pytest.approx((87.0 + 95.3 + 82.1 - 68.9 - 80.1 - 65.9) / 3)
+    assert set(found) == {("patch-random", 0.0), ("patch-specific", 0.0)}
+    assert ("pgd-0.4", 1.0) in {one[:2] for one in thesis_losses("dsgn")}
+
+
+def test_lines_begin_with_the_unattacked_detector() -> None:
+    def row(name: str, strength: float, value: float) -> dict[str, object]:
+        ours = {"ap11": [value] * 3, "ap11_interval": [[value - 1, value + 1]] * 3}
+        return {
+            "detector": "dsgn", "attack": name, "strength": strength, "whole_levels": False,
+            "precision": {"3d": ours}, "thesis": None,
+        }  # fmt: skip
+
+    rows = [row("unattacked", 0, 60), row("pgd-1", 1, 30), row("pgd-1", 2, 0)]
+    (drawing,) = draw_precision(rows)
+    easy = [at for hint, at in marks(drawing).items() if hint.startswith("easy")]
+    assert [x for x, _ in easy] == sorted(x for x, _ in easy)
+    first, second, third = (y for _, y in easy)
+    assert third - second == pytest.approx(second - first, abs=0.2)
+    assert draw_precision(rows[:1]) == []

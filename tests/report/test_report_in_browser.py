@@ -1,0 +1,159 @@
+"""The page in a real browser: both colour schemes, a phone's width, sorting, no errors."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+CHROMIUM = shutil.which("chromium")
+OPTIONS = [
+    "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+]  # fmt: skip
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(CHROMIUM is None, reason="there is no chromium (Debian's package)"),
+]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def opened(browser: Any, page: Path) -> Iterator[Callable[..., Any]]:
+    """Opens the page; in the end there may be neither errors nor requests to anywhere else."""
+    contexts, complaints = [], []
+
+    def open_(width: int = 1280, scheme: str = "light", **options: Any) -> Any:
+        viewport = {"width": width, "height": 800}
+        context = browser.new_context(viewport=viewport, color_scheme=scheme, **options)
+        contexts.append(context)
+        tab = context.new_page()
+        tab.on("console", lambda message: complaints.append(message.text))
+        tab.on("pageerror", lambda error: complaints.append(str(error)))
+        tab.on(
+            "request",
+            lambda request: (
+                request.url.startswith(("file:", "data:")) or complaints.append(request.url)
+            ),
+        )
+        tab.goto(page.as_uri())
+        return tab
+
+    yield open_
+    for context in contexts:
+        context.close()
+    assert complaints == []
+
+
+def brightness(tab: Any, of: str = "body") -> float:
+    colour = tab.eval_on_selector(of, "one => getComputedStyle(one).backgroundColor")
+    levels = [float(level) for level in colour.strip("rgba()").split(",")[:3]]
+    return sum(levels) / 3
+
+
+def test_it_follows_the_system_and_the_switch(opened: Callable[..., Any]) -> None:
+    assert brightness(opened()) > 230
+    tab = opened(scheme="dark")
+    assert brightness(tab) < 40
+    assert brightness(tab, ".card") < 60
+    # Marks and words of drawings follow, too.
+    ink = tab.eval_on_selector("svg .name", "one => getComputedStyle(one).fill")
+    assert ink == tab.eval_on_selector("h1", "one => getComputedStyle(one).color")
+    switch = tab.get_by_role("button", name="Colours: auto")
+    switch.click()
+    assert tab.get_by_role("button", name="Colours: light").is_visible()
+    assert brightness(tab) > 230
+    tab.reload()
+    assert brightness(tab) > 230
+
+
+@pytest.mark.parametrize("width", [375, 768, 1280])
+def test_nothing_is_wider_than_the_page(opened: Callable[..., Any], width: int) -> None:
+    tab = opened(width)
+    for details in tab.query_selector_all("summary"):
+        details.click()
+    assert tab.evaluate("document.documentElement.scrollWidth") <= width
+    boxes = tab.eval_on_selector_all(
+        ".box", "all => all.map(one => [one.scrollWidth > one.clientWidth, one.tabIndex])"
+    )
+    # What is wider scrolls inside its own box, by keyboard too.
+    assert all(index == 0 for _, index in boxes)
+    assert width > 375 or any(wider for wider, _ in boxes)
+
+
+def test_the_first_screen_answers(opened: Callable[..., Any]) -> None:
+    tab = opened()
+    assert "Does a detector" in tab.inner_text("h1")
+    for selector in (".word", ".first svg"):
+        place = tab.query_selector(selector).bounding_box()
+        assert place["y"] + place["height"] < 800, selector
+    assert len(tab.query_selector_all("table")) > 10
+    assert len(tab.query_selector_all("figure.strip")) == 3
+    loaded = "all => all.every(one => one.complete && one.naturalWidth === 1242)"
+    assert tab.eval_on_selector_all("img", loaded)
+
+
+def test_tables_sort_and_filter(opened: Callable[..., Any]) -> None:
+    tab = opened()
+    sheet = tab.locator(".sortable", has_text="What each attack takes")
+
+    def column(number: int) -> list[str]:
+        cells = sheet.locator(f"tbody tr:not([hidden]) td:nth-child({number})")
+        return [cell.replace("−", "-").partition("[")[0] for cell in cells.all_inner_texts()]
+
+    unsorted = column(3)
+    head = sheet.locator("th", has_text="AP taken")
+    head.get_by_role("button").focus()
+    tab.keyboard.press("Enter")
+    values = [float(text) for text in column(3)]
+    assert head.get_attribute("aria-sort") == "ascending"
+    assert values == sorted(values)
+    assert values != [float(text) for text in unsorted]
+    head.get_by_role("button").click()
+    assert [float(text) for text in column(3)] == values[::-1]
+    sheet.get_by_label("detector").select_option("DSGN")
+    assert set(column(1)) == {"DSGN"}
+    sheet.get_by_role("searchbox").fill("patch specific")
+    assert column(2) == ["specific patch"]
+    assert sheet.locator(".count").inner_text() == f"1 of {len(unsorted)} rows"
+
+
+def test_marks_tell_what_they_are(opened: Callable[..., Any]) -> None:
+    tab = opened()
+    mark = tab.locator(".first .mark:not(.hollow)").last
+    mark.focus()
+    hint = tab.locator("#hint")
+    assert hint.is_visible()
+    assert "average precision" in hint.inner_text()
+    tab.keyboard.press("Escape")
+    assert not hint.is_visible()
+    tab.locator("td[data-hint]").first.hover()
+    assert hint.is_visible()
+
+
+def test_boxes_in_images_can_be_hidden(opened: Callable[..., Any]) -> None:
+    tab = opened()
+    path = tab.locator(".seen path").first
+    assert path.is_visible()
+    tab.get_by_label("boxes in images").uncheck()
+    assert not path.is_visible()
+
+
+def test_it_is_complete_without_scripts(opened: Callable[..., Any]) -> None:
+    tab = opened(scheme="dark", java_script_enabled=False)
+    assert brightness(tab) < 40
+    assert tab.locator(".word").is_visible()
+    assert tab.locator("table").count() > 10
+    assert not tab.locator("button.theme").is_visible()

@@ -1,0 +1,209 @@
+"""A report says what its run says: all of it, no more, whatever it is."""
+
+from __future__ import annotations
+
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+
+from avsec_gym.commands.report import Report
+from avsec_gym.errors import DataError
+from avsec_gym.experiments.chapter5 import attacked_drives
+from avsec_gym.experiments.experiment import Configuration
+from avsec_gym.metrics.safety import SafetyRates
+from avsec_gym.report.html import html_page
+from avsec_gym.report.run_markdown import markdown_page
+from avsec_gym.report.run_remarks import remarks
+from avsec_gym.report.run_report import outcomes_of, run_report
+from avsec_gym.report.scene_strip import amplified, scene_strips
+from avsec_gym.report.telling_scenes import COLLAPSE, OFTEN, PATCHED, TEXTURED, telling_scenes
+from avsec_gym.runs.run import run_experiments
+from avsec_gym.runs.run_folder import RunFolder
+
+pytestmark = pytest.mark.slow
+
+
+def test_figures_are_those_of_the_run(run: RunFolder, report: dict[str, Any]) -> None:
+    json.dumps(report, allow_nan=False)
+    assert report["scenarios"] == 6
+    assert remarks(report) == []
+    row = next(
+        row
+        for row in report["safety"]
+        if (row["detector"], row["attack"], row["strength"], row["intention"], row["whole_levels"])
+        == ("stereo_rcnn", "patch-random", 0, "left", False)
+    )
+    records = run.records(setting="stereo_rcnn patch-random", intention="left")
+    assert row["safe_driving_rate"] == SafetyRates.of(records).safe_driving_rate
+    assert row["thesis"]["safe"] == 0.689
+    parts = report["timings"]["parts"]
+    assert set(parts) == {"attack", "detector", "planner"}
+    assert report["cells"] == {"done": len(run.cells()), "failed": 0, "missing": 0}
+
+
+def test_a_page_holds_everything_it_needs(page: Path) -> None:
+    text = page.read_text()
+    parsed = Parsed()
+    parsed.feed(text)
+    assert not parsed.open
+    assert all(link.startswith(("#", "data:")) for link in parsed.links), parsed.links
+    assert text.count("data:image/webp;base64,") == 3 * 3 + text.count(
+        "retextured, PGD α 1, n 4</sp"
+    )
+    ids = set(re.findall(r'id="([\w-]+)"', text))
+    assert {link[1:] for link in parsed.links if link.startswith("#")} <= ids
+    for words in ("Table 5.2", "Table 5.7", "Figure 5.6", "McNemar", "Sanity sheet", "Flips"):
+        assert words in text
+
+
+def test_a_run_that_is_not_finished_says_so(torso: RunFolder) -> None:
+    report = run_report(torso)
+    told = " ".join(remarks(report))
+    assert "not finished" in told
+    assert re.search(r"1 of \d+ cells failed", told)
+    assert "specific patch on DSGN" in told
+    # The last scene lacks everything, the fourth the random patch on DSGN.
+    assert report["scenarios"] == 4
+    assert "patch-specific" not in {row["attack"] for row in report["safety"]}
+    text = html_page(report)
+    assert "the &lt;printer&gt; is out of paper" in text
+    assert "not finished" in text
+    assert "not finished" in markdown_page(report)
+
+
+def test_a_run_of_somebody_else_is_told_by_its_settings(
+    drawn: ModuleType, frames: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(Path(__file__).parents[1] / "runs")
+    import tiny_experiments
+
+    root = tmp_path / "tiny"
+    asked = Configuration(limit=2)
+    run_experiments([tiny_experiments.PRECISION], asked, root, workers=0, threads=1)
+    report = run_report(RunFolder.open(root))
+    assert report["question"] == "Does the detector still see?"
+    assert {row["setting"] for row in report["other"]} == {"none", "weak"}
+    assert "weak" in html_page(report)
+    assert "| weak |" in markdown_page(report)
+
+
+def test_only_drives_on_the_ground_truth_make_a_page(frames: Path, tmp_path: Path) -> None:
+    from avsec_gym.experiments.chapter5.experiments import PLANNERS
+
+    asked = Configuration(str(frames), 2)
+    run_experiments([PLANNERS], asked, tmp_path / "planners", workers=0, threads=1)
+    report = run_report(RunFolder.open(tmp_path / "planners"))
+    assert "answer" not in report
+    text = html_page(report)
+    assert "Table 5.6" in text
+    assert "Table 5.1" not in text
+
+
+def test_scenes_are_chosen_by_their_rules(run: RunFolder) -> None:
+    outcomes = outcomes_of(run)
+    chosen = telling_scenes(outcomes, 8)
+    assert len({one.scenario for one in chosen}) == len(chosen) <= 6
+    for one in chosen:
+        clean, attacked = (
+            {record.intention: record.safe for record in outcomes.records(condition)
+             if record.scenario == one.scenario}
+            for condition in one.conditions[:2]
+        )  # fmt: skip
+        if one.rule == COLLAPSE:
+            assert all(clean.values())
+            assert all(attacked.values())
+        elif one.rule != TEXTURED:
+            assert clean[one.intention]
+            assert not attacked[one.intention]
+        if one.rule == PATCHED:
+            assert "patch" in one.conditions[1].attack
+    assert telling_scenes(outcomes, 8) == chosen
+    assert telling_scenes(outcomes, 2) == chosen[:2]
+    assert telling_scenes(outcomes, 0) == []
+
+
+def test_pictures_are_of_the_stored_drives(run: RunFolder, drawn: ModuleType) -> None:
+    outcomes = outcomes_of(run)
+    telling = telling_scenes(outcomes, 6)
+    drives = drawn.DrawnDrives(run.configuration)
+    (strip,) = scene_strips(telling[:1], outcomes, drives)
+    assert all(view.as_stored for view in strip.views)
+    assert (strip.factor, strip.largest) == (31, 4.0)
+    assert len(strip.views[0].real) == len(outcomes.labels[telling[0].scenario])
+
+    class Tame(drawn.DrawnDrives):  # type: ignore[misc, name-defined]
+        def again(self, detector: str, attack: str, *rest: Any, **options: Any) -> Any:
+            return super().again(detector, "unattacked", *rest, **options)
+
+    turned = next(one for one in telling if one.rule in (PATCHED, OFTEN))
+    (strip,) = scene_strips([turned], outcomes, Tame(run.configuration))
+    assert [view.as_stored for view in strip.views] == [True, False]
+
+
+def test_differences_are_amplified_as_far_as_they_fit() -> None:
+    before = np.full((2, 2, 3), 100, np.uint8)
+    after = before.astype(np.float32)
+    after[0, 0] += 1.6
+    after[1, 1] -= 0.8
+    picture, factor, largest = amplified(before, after)
+    assert factor == 79
+    assert largest == pytest.approx(1.6)
+    assert (picture[0, 0, 0], picture[0, 1, 0], picture[1, 1, 0]) == (254, 128, 65)
+    assert amplified(before, before)[1:] == (1, 0.0)
+
+
+def test_the_command_writes_page_and_tables(
+    run: RunFolder,
+    drawn: ModuleType,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(attacked_drives, "AttackedDrives", drawn.DrawnDrives)
+    page, tables = tmp_path / "a.html", tmp_path / "a.md"
+    command = Report(run.path, out=page, markdown=tables, pictures=1, json=True)
+    assert command.run() == 0
+    assert "data:image/webp" in page.read_text()
+    assert "| DSGN |" in tables.read_text()
+    assert json.loads(capsys.readouterr().out)["scenarios"] == 6
+    with pytest.raises(DataError, match="exists"):
+        command.run()
+
+
+def test_without_weights_there_is_a_page_without_pictures(
+    run: RunFolder, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def none(configuration: Configuration) -> None:
+        raise DataError("there are no weights.")
+
+    monkeypatch.setattr(attacked_drives, "AttackedDrives", none)
+    assert Report(run.path, pictures=1).run() == 3
+    assert "data:image/webp" not in (run.path / "report.html").read_text()
+
+
+class Parsed(HTMLParser):
+    """Links, and elements that are not closed."""
+
+    VOID = ("meta", "link", "input", "img", "br")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.links: list[str] = []
+        self.open: list[str] = []
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        self.links += [value or "" for name, value in attributes if name in ("src", "href")]
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        self.links += [value or "" for name, value in attributes if name in ("src", "href")]
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
