@@ -11,20 +11,20 @@ HELD_OUT=${HELD_OUT:-runs/held_out}
 RUNS=${RUNS:-runs}
 "$PYTHON" -m avsec_gym world verify "$HELD_OUT" > /dev/null 2>&1 || "$PYTHON" -m avsec_gym \
     world make --suite mixed --frames 240 --seed 2 --no-lidar --out "$HELD_OUT"
-"$PYTHON" -m avsec_gym.experiments.detector_precision --kitti "$HELD_OUT" \
+"$PYTHON" -m avsec_gym.experiments.perception.detector_precision --kitti "$HELD_OUT" \
     --figures docs/images --json docs/results/detectors.json
-"$PYTHON" -m avsec_gym.experiments.disparity_accuracy --world "$HELD_OUT" \
+"$PYTHON" -m avsec_gym.experiments.perception.disparity_accuracy --world "$HELD_OUT" \
     ${KITTI:+--kitti "$KITTI"} --json docs/results/disparity.json
-[ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.real_frames --kitti "$KITTI" \
+[ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.perception.real_frames --kitti "$KITTI" \
     --precision docs/results/detectors.json --figure docs/images/real_frames.png \
     --json docs/results/real_frames.json
 set --
 for name in dsgn stereo_rcnn psmnet; do
     [ ! -f "$RUNS/$name/curves.jsonl" ] || set -- "$@" "$name=$RUNS/$name"
 done
-[ $# -eq 0 ] || "$PYTHON" -m avsec_gym.experiments.training_curves "$@" \
+[ $# -eq 0 ] || "$PYTHON" -m avsec_gym.experiments.perception.training_curves "$@" \
     --figure docs/images/detector_training.png --json docs/results/detector_training.json
 "$PYTHON" benchmarks/detectors.py > docs/results/detector_benchmark.json
 "$PYTHON" examples/rank_detectors.py > docs/results/detector_ranking.json
 [ -z "${PARITY:-}" ] || "$PYTHON" -m benchmarks.parity "$PARITY" --json > docs/results/parity.json
-"$PYTHON" -m avsec_gym.experiments.detector_page --results docs/results > /dev/null
+"$PYTHON" -m avsec_gym.experiments.perception.page --results docs/results > /dev/null

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.experiments.chapter5.ghost_positions import ghosts
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.seen import found_cars
-from avsec_gym.experiments.ghost_positions import ghosts
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats, box_corners, project
 from avsec_gym.kitti.labels import DONT_CARE

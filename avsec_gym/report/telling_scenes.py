@@ -10,6 +10,7 @@ from itertools import product
 from typing import Any
 
 from avsec_gym.experiments.chapter5.flips import flips
+from avsec_gym.experiments.chapter5.ghost_positions import ghosts, in_corridor
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.seen import found_cars
 from avsec_gym.experiments.chapter5.settings import (
@@ -18,7 +19,6 @@ from avsec_gym.experiments.chapter5.settings import (
     PERTURBATIONS,
     TEXTURE_ATTACKED,
 )
-from avsec_gym.experiments.ghost_positions import ghosts, in_corridor
 from avsec_gym.kitti.detections import above
 from avsec_gym.scenario.intention import Intention
 

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from avsec_gym.box_overlap import ground_rectangles, rectangle_iou
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.experiments.chapter5.ghost_positions import ghosts, in_corridor
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, RESAMPLES, Condition, Outcomes
 from avsec_gym.experiments.chapter5.settings import PERTURBATIONS, STEPS, TEXTURE_ATTACKED
 from avsec_gym.experiments.chapter5.tables import Row, named
-from avsec_gym.experiments.ghost_positions import ghosts, in_corridor
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.average_precision_curves import draw_resamples

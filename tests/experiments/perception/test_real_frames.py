@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.real_frames import compared, main
+from avsec_gym.experiments.perception.real_frames import compared, main
 from avsec_gym.kitti.labels import parse_labels
 
 LABELS = parse_labels(

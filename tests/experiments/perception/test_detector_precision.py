@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 import torch
 
-from avsec_gym.experiments.detector_page import FILES, page
-from avsec_gym.experiments.detector_page import main as write_page
-from avsec_gym.experiments.detector_precision import main, named
-from avsec_gym.experiments.weights_facts import weights_facts
+from avsec_gym.experiments.perception.detector_precision import main, named
+from avsec_gym.experiments.perception.page import FILES, page
+from avsec_gym.experiments.perception.page import main as write_page
+from avsec_gym.experiments.perception.weights_facts import weights_facts
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.labels import parse_labels
 from avsec_gym.kitti.writing import write_object_frame

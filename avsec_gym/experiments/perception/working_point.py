@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.detection_errors import CATEGORY, LEVEL
+from avsec_gym.experiments.perception.detection_errors import CATEGORY, LEVEL
 from avsec_gym.metrics.average_precision_frames import (
     COUNTED,
     detection_status,

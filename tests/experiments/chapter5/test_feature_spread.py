@@ -9,8 +9,8 @@ import torch
 
 from avsec_gym.attacks.patch_files import Patch
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.feature_spread import feature_spread, features
-from avsec_gym.experiments.feature_spread_figure import draw_feature_spread
+from avsec_gym.experiments.chapter5.feature_spread import feature_spread, features
+from avsec_gym.experiments.chapter5.feature_spread_figure import draw_feature_spread
 from avsec_gym.perception.detectors import make_detector
 from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
 from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector

@@ -100,7 +100,7 @@ def real(result: Mapping[str, Any]) -> list[str]:
         " photographs may not be shown here, the command writes them with boxes to `runs/`:",
         "",
         "```",
-        "python -m avsec_gym.experiments.real_frames --kitti ROOT"
+        "python -m avsec_gym.experiments.perception.real_frames --kitti ROOT"
         " --precision docs/results/detectors.json",
         "```",
         "",
@@ -131,7 +131,8 @@ def disparity(result: Mapping[str, Any]) -> list[str]:
         " bootstrap over pairs; real pairs are out of PSMNet's domain.",
         "",
         "```",
-        "python -m avsec_gym.experiments.disparity_accuracy --world HELD_OUT --kitti ROOT",
+        "python -m avsec_gym.experiments.perception.disparity_accuracy --world HELD_OUT"
+        " --kitti ROOT",
         "```",
     ]
     for title, part in parts.items():

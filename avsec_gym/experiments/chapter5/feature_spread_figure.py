@@ -9,7 +9,7 @@ from typing import Any
 import matplotlib
 from matplotlib.figure import Figure
 
-from avsec_gym.experiments.feature_spread import FeatureSpread
+from avsec_gym.experiments.chapter5.feature_spread import FeatureSpread
 from avsec_gym.experiments.figure_style import FAINT, FIGURE_STYLE
 
 _STYLE: dict[Any, Any] = {**FIGURE_STYLE}

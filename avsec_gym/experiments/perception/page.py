@@ -1,6 +1,6 @@
 """Writes docs/results/detectors.md: every figure of it comes from the JSON files beside it.
 
-Run ``python -m avsec_gym.experiments.detector_page --results docs/results``, after the commands
+Run ``python -m avsec_gym.experiments.perception.page --results docs/results``, after the commands
 that write these files (``docs/make_detector_results.sh``).
 """
 
@@ -15,8 +15,9 @@ from typing import Any
 
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.answer import answer
-from avsec_gym.experiments.detector_page_errors import examples, metres, reasons
-from avsec_gym.experiments.detector_page_networks import (
+from avsec_gym.experiments.markdown_table import interval, markdown_table, number
+from avsec_gym.experiments.perception.page_errors import examples, metres, reasons
+from avsec_gym.experiments.perception.page_networks import (
     disparity,
     parity,
     ranking,
@@ -24,7 +25,6 @@ from avsec_gym.experiments.detector_page_networks import (
     seconds,
     training,
 )
-from avsec_gym.experiments.markdown_table import interval, markdown_table, number
 from avsec_gym.kitti.text_files import read_text, write_text
 
 FILES = {
@@ -60,7 +60,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         raise DataError(
             "There is no result of the detectors.",
             path=options.results / FILES["detectors"],
-            remedy="python -m avsec_gym.experiments.detector_precision writes it.",
+            remedy="python -m avsec_gym.experiments.perception.detector_precision writes it.",
         )
     write_text(options.results / "detectors.md", page(results), overwrite=True)
     return {"page": "detectors.md", "of": [FILES[name] for name in results]}
@@ -119,8 +119,8 @@ def _head(scores: Mapping[str, Any]) -> list[str]:
         "",
         "```",
         *made,
-        "python -m avsec_gym.experiments.detector_precision --kitti HELD_OUT --detectors "
-        + " ".join(scores["detectors"]),
+        "python -m avsec_gym.experiments.perception.detector_precision --kitti HELD_OUT"
+        f" --detectors {' '.join(scores['detectors'])}",
         "```",
     ]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from avsec_gym.experiments.classifier_accuracy import counted, main
+from avsec_gym.experiments.perception.classifier_accuracy import counted, main
 
 
 def test_counts_and_interval() -> None:

@@ -1,7 +1,7 @@
 """What the small detectors see in real frames of KITTI, which are not what they learned from.
 
-Run ``python -m avsec_gym.experiments.real_frames --kitti ROOT --json FILE --figure PNG``.  Pictures
-with the photographs go to ``--out``; KITTI's images may not be passed on, so what is meant to be
+Run ``python -m avsec_gym.experiments.perception.real_frames --kitti ROOT --json FILE --figure PNG``.
+Pictures with the photographs go to ``--out``; KITTI's images may not be passed on, so what is meant to be
 published (``--json``, ``--figure``) holds detections, and labels only as footprints from above.
 """
 
@@ -20,15 +20,15 @@ from avsec_gym.box_overlap import rectangle_iou
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.answer import answer
-from avsec_gym.experiments.detection_errors import (
+from avsec_gym.experiments.perception.detection_errors import (
     CATEGORY,
     car_errors,
     footprints,
     paired,
     wanted_cars,
 )
-from avsec_gym.experiments.detector_precision import named
-from avsec_gym.experiments.working_point import MIN_IOU, counted
+from avsec_gym.experiments.perception.detector_precision import named
+from avsec_gym.experiments.perception.working_point import MIN_IOU, counted
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.detections import above, default_score_threshold
 from avsec_gym.kitti.text_files import read_text
@@ -94,8 +94,8 @@ def compared(truth: Boxes3D, found: Boxes3D, least_score: float) -> dict[str, An
         least_score: Of those that are taken for real.
 
     Returns:
-        Right and wrong (`avsec_gym.experiments.working_point`); each labelled car, nearest first:
-        metres ahead, whether it is to be found at the moderate level, the score of the detection
+        Right and wrong (`avsec_gym.experiments.perception.working_point`); each labelled car, nearest
+        first: metres ahead, whether it is to be found at the moderate level, the score of the detection
         that means it in the image, how far off that is in depth, and the largest overlap from
         above, also of detections that are not sure enough; and the surest detections.
     """

@@ -1,7 +1,7 @@
 """How precise detectors are on held-out frames, with intervals, and why precision is lost.
 
-Run ``python -m avsec_gym.experiments.detector_precision --kitti DIR --detectors dsgn stereo_rcnn
---json FILE --figures DIR``.  A detector is a name, or ``name=FILE`` with weights of one's own.
+Run ``python -m avsec_gym.experiments.perception.detector_precision --kitti DIR --detectors dsgn
+stereo_rcnn --json FILE --figures DIR``.  A detector is a name, or ``name=FILE`` with weights of one's own.
 A run that was stopped goes on: what was detected is kept in ``--out``.
 """
 
@@ -23,10 +23,10 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.commands.console import progress
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.answer import answer
-from avsec_gym.experiments.detection_errors import CATEGORY
-from avsec_gym.experiments.detector_figures import draw_examples, draw_precision
-from avsec_gym.experiments.detector_scores import detector_scores
-from avsec_gym.experiments.weights_facts import weights_facts
+from avsec_gym.experiments.perception.detection_errors import CATEGORY
+from avsec_gym.experiments.perception.detector_figures import draw_examples, draw_precision
+from avsec_gym.experiments.perception.detector_scores import detector_scores
+from avsec_gym.experiments.perception.weights_facts import weights_facts
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.detections import DetectionFolder
 from avsec_gym.kitti.labels import DONT_CARE

@@ -10,7 +10,7 @@ import numpy as np
 
 from avsec_gym.box_overlap import rectangle_iou
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.detection_errors import (
+from avsec_gym.experiments.perception.detection_errors import (
     CATEGORY,
     DISTANCES,
     LEVEL,
@@ -19,8 +19,8 @@ from avsec_gym.experiments.detection_errors import (
     footprints,
     wanted_cars,
 )
-from avsec_gym.experiments.mended_detections import mended_precision
-from avsec_gym.experiments.working_point import working_point
+from avsec_gym.experiments.perception.mended_detections import mended_precision
+from avsec_gym.experiments.perception.working_point import working_point
 from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU, MinIou, average_precision
 from avsec_gym.metrics.average_precision_frames import NEIGHBOURS
 

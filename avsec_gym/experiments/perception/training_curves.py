@@ -1,7 +1,7 @@
 """How networks were trained: the curves of their runs, thinned, with a picture.
 
-Run ``python -m avsec_gym.experiments.training_curves dsgn=runs/dsgn stereo_rcnn=runs/stereo_rcnn
---json FILE --figure PNG``.
+Run ``python -m avsec_gym.experiments.perception.training_curves dsgn=runs/dsgn
+stereo_rcnn=runs/stereo_rcnn --json FILE --figure PNG``.
 """
 
 from __future__ import annotations

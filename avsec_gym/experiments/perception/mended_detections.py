@@ -14,7 +14,7 @@ import numpy as np
 
 from avsec_gym.box_overlap import box_iou
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.detection_errors import CATEGORY, Pairs, paired
+from avsec_gym.experiments.perception.detection_errors import CATEGORY, Pairs, paired
 from avsec_gym.metrics.average_precision import average_precision
 
 Mend = Callable[[Boxes3D, Boxes3D, Pairs], Boxes3D]

@@ -5,7 +5,7 @@ import pytest
 
 from avsec_gym.attacks.side_area import RoadView
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.ghost_positions import (
+from avsec_gym.experiments.chapter5.ghost_positions import (
     GhostCount,
     Place,
     count_ghosts,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from avsec_gym.experiments.training_curves import main, thinned
+from avsec_gym.experiments.perception.training_curves import main, thinned
 
 
 def rows() -> list[dict[str, object]]:

@@ -1,6 +1,6 @@
 """How often the moving-object classifier and the driving-constraint selector are right.
 
-Run ``python -m avsec_gym.experiments.classifier_accuracy --world DIR... --kitti ROOT
+Run ``python -m avsec_gym.experiments.perception.classifier_accuracy --world DIR... --kitti ROOT
 --scenarios DIR --json FILE``: on held-out scenes of the procedural world, and, apart from them,
 on the real frames at hand whose truth the authors of the thesis published.
 """

@@ -1,7 +1,7 @@
 """How exact disparities are: the small PSMNet against semi-global matching.
 
-Run ``python -m avsec_gym.experiments.disparity_accuracy --world DIR --kitti ROOT --json FILE``: on
-held-out pairs of the procedural world with dense truth, and, apart from them, on the real pairs of
+Run ``python -m avsec_gym.experiments.perception.disparity_accuracy --world DIR --kitti ROOT --json
+FILE``: on held-out pairs of the procedural world with dense truth, and, apart from them, on the real pairs of
 KITTI's stereo benchmarks at hand.  Matching is done at the cameras' size, and at that to which
 PSMNet reduces images, which is the fair comparison.
 """
@@ -23,8 +23,8 @@ import numpy as np
 from avsec_gym.commands.console import progress
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.answer import answer
-from avsec_gym.experiments.disparity_errors import Errors, disparity_errors, error_rates
-from avsec_gym.experiments.weights_facts import weights_facts
+from avsec_gym.experiments.perception.disparity_errors import Errors, disparity_errors, error_rates
+from avsec_gym.experiments.perception.weights_facts import weights_facts
 from avsec_gym.frame import LazyImages, SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.map_files import Disparity, read_disparity

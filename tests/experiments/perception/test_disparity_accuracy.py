@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from avsec_gym.experiments.disparity_accuracy import (
+from avsec_gym.experiments.perception.disparity_accuracy import (
     Pair,
     ReducedMatching,
     main,
@@ -16,7 +16,7 @@ from avsec_gym.experiments.disparity_accuracy import (
     real_pairs,
     world_pairs,
 )
-from avsec_gym.experiments.disparity_errors import disparity_errors, error_rates, filled
+from avsec_gym.experiments.perception.disparity_errors import disparity_errors, error_rates, filled
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.map_files import write_disparity
 from avsec_gym.kitti.writing import write_object_frame

@@ -1,0 +1,1 @@
+"""What the trained networks are worth: precision, disparities, classifiers, and their page."""
