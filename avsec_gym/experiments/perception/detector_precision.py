@@ -1,8 +1,8 @@
 """How precise detectors are on held-out frames, with intervals, and why precision is lost.
 
 Run ``python -m avsec_gym.experiments.perception.detector_precision --kitti DIR --detectors dsgn
-stereo_rcnn --json FILE --figures DIR``.  A detector is a name, or ``name=FILE`` with weights of one's own.
-A run that was stopped goes on: what was detected is kept in ``--out``.
+stereo_rcnn --json FILE --figures DIR``. A detector is a name, or ``name=FILE`` with weights of
+one's own. A run that was stopped goes on: what was detected is kept in ``--out``.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """How exact disparities are: the small PSMNet against semi-global matching.
 
 Run ``python -m avsec_gym.experiments.perception.disparity_accuracy --world DIR --kitti ROOT --json
-FILE``: on held-out pairs of the procedural world with dense truth, and, apart from them, on the real pairs of
-KITTI's stereo benchmarks at hand.  Matching is done at the cameras' size, and at that to which
-PSMNet reduces images, which is the fair comparison.
+FILE``: on held-out pairs of the procedural world with dense truth, and, apart from them, on the
+real pairs of KITTI's stereo benchmarks at hand. Matching is done at the cameras' size, and at that
+to which PSMNet reduces images, which is the fair comparison.
 """
 
 from __future__ import annotations

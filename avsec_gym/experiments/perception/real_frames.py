@@ -1,8 +1,9 @@
 """What the small detectors see in real frames of KITTI, which are not what they learned from.
 
-Run ``python -m avsec_gym.experiments.perception.real_frames --kitti ROOT --json FILE --figure PNG``.
-Pictures with the photographs go to ``--out``; KITTI's images may not be passed on, so what is meant to be
-published (``--json``, ``--figure``) holds detections, and labels only as footprints from above.
+Run ``python -m avsec_gym.experiments.perception.real_frames --kitti ROOT --json FILE --figure
+PNG``. Pictures with the photographs go to ``--out``; KITTI's images may not be passed on, so what
+is meant to be published (``--json``, ``--figure``) holds detections, and labels only as footprints
+from above.
 """
 
 from __future__ import annotations
@@ -94,10 +95,10 @@ def compared(truth: Boxes3D, found: Boxes3D, least_score: float) -> dict[str, An
         least_score: Of those that are taken for real.
 
     Returns:
-        Right and wrong (`avsec_gym.experiments.perception.working_point`); each labelled car, nearest
-        first: metres ahead, whether it is to be found at the moderate level, the score of the detection
-        that means it in the image, how far off that is in depth, and the largest overlap from
-        above, also of detections that are not sure enough; and the surest detections.
+        Right and wrong (`avsec_gym.experiments.perception.working_point`); each labelled car,
+        nearest first: metres ahead, whether it is to be found at the moderate level, the score of
+        the detection that means it in the image, how far off that is in depth, and the largest
+        overlap from above, also of detections that are not sure enough; and the surest detections.
     """
     is_car = truth.category == CATEGORY
     errors = car_errors([truth], [found], [is_car])
