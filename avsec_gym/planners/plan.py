@@ -75,13 +75,14 @@ class Plan:
         """One sentence for people."""
         if self.found:
             return f"reached the goal after {self.cost:.1f} s ({self.expanded} nodes)"
+        occupied = self.goal_occupied
         why = {
             Reason.START_OCCUPIED: "the ego vehicle overlaps an object at the start",
             Reason.OFF_ROAD: "the start or the goal region is not on the road",
             Reason.GOAL_OCCUPIED: "the goal region is occupied for all its"
-            f" {self.goal_occupied:.1f} s",
+            f" {occupied:.1f} s",
             Reason.UNREACHABLE: "no sequence of motion primitives reaches the goal"
-            f" (it is occupied for {self.goal_occupied:.1f} s)",
+            + (f", occupied for {occupied:.1f} s" if occupied >= 0.05 else ""),
             Reason.LIMIT: f"the limit was reached after {self.expanded} nodes",
         }
         return why[self.reason] if self.reason else self.status.value
