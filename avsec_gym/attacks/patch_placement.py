@@ -19,6 +19,9 @@ from avsec_gym.frame import Calibration
 from avsec_gym.geometry import box_corners, project
 from avsec_gym.scenario.intention import Intention
 
+_ROUNDING = 1e-6
+"""Pixels, so that a patch at the very edge of what can be is still inside."""
+
 
 @dataclass(frozen=True)
 class PatchPlace:
@@ -135,15 +138,15 @@ def random_place(
     nearest_ground = projection[1, 2] + projection[1, 1] * range.camera_height / range.nearest
     v = _drawn(draw, radius, min(height - 1, nearest_ground) - radius, size, radius)
     least = range.least_disparity(calibration, v + radius)
-    first, last = radius + least, width - 1 - radius
+    first, last = radius + least + _ROUNDING, width - 1 - radius
     if intention is not None:
         third = list(Intention).index(intention)
         first = max(first, third * width / 3 - 0.5)
         last = min(last, (third + 1) * width / 3 - 0.5 - 1e-6)
     u = _drawn(draw, first, last, size, radius)
-    greatest = min(range.greatest_disparity(calibration), u - radius)
+    greatest = min(range.greatest_disparity(calibration), u - radius - _ROUNDING)
     if objects is not None:
-        covered = focal_times_baseline(calibration) / _nearest_behind(
+        covered = focal_times_baseline(calibration) / nearest_behind(
             calibration, objects, u, v, radius
         )
         least = min(max(least, covered), greatest)
@@ -207,10 +210,18 @@ def _drawn(
     return float(draw.uniform(first, last))
 
 
-def _nearest_behind(
+def nearest_behind(
     calibration: Calibration, objects: Boxes3D, u: float, v: float, radius: float
 ) -> float:
-    """Depth where the nearest of the objects begins that a disc touches; infinite without any."""
+    """Depth where the nearest of the objects begins that a disc touches; infinite without any.
+
+    Args:
+        calibration: Of the cameras.
+        objects: What is really there.
+        u: Column of the disc's centre in the left image, pixels.
+        v: Its row.
+        radius: Pixels.
+    """
     corners = box_corners(objects.location, objects.dimensions, objects.rotation_y)
     pixels, depth = project(calibration.projection(LEFT), corners)
     nearest = depth.min(axis=1)

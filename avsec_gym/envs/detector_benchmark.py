@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Any
 
 import gymnasium as gym
@@ -20,7 +19,7 @@ from avsec_gym.geometry import bird_eye_iou
 from avsec_gym.pipeline import Drive, drive
 from avsec_gym.registry import Kind, make
 from avsec_gym.scenario.builder import is_obstacle
-from avsec_gym.scenario.frame_scenes import FrameScenes, frame_scenes
+from avsec_gym.scenario.frame_scenes import frame_scenes_of
 from avsec_gym.scenario.intention import Intention, intentions_named
 from avsec_gym.scenario.scene import Motion, Scene
 
@@ -99,7 +98,7 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
             raise ConfigurationError(
                 f"max_boxes is 1 or more, points 0 or more, got {max_boxes} and {points}"
             )
-        self.scenes = _scenes(scenarios)
+        self.scenes = frame_scenes_of(scenarios)
         self.planner = make(Kind.PLANNER, planner)
         self.motion = Motion.named(motion)
         self.score_threshold, self.points = score_threshold, points
@@ -235,22 +234,3 @@ def _fitted(image: Image, size: tuple[int, ...]) -> Image:
     height, width = min(size[0], image.shape[0]), min(size[1], image.shape[1])
     result[:height, :width] = image[:height, :width]
     return result
-
-
-@lru_cache(maxsize=8)
-def _named_scenes(arguments: tuple[tuple[str, Any], ...]) -> FrameScenes:
-    return frame_scenes(**dict(arguments))
-
-
-def _scenes(scenarios: Any) -> FrameScenes:
-    if isinstance(scenarios, FrameScenes):
-        return scenarios
-    try:
-        arguments = {"source": str(scenarios)} if not hasattr(scenarios, "keys") else scenarios
-        hashable = {
-            name: tuple(value) if isinstance(value, list) else value
-            for name, value in dict(arguments).items()
-        }
-        return _named_scenes(tuple(sorted(hashable.items())))
-    except (TypeError, ValueError) as error:
-        raise ConfigurationError(f"these are no arguments of a frame set: {error}") from error

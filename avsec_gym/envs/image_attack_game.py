@@ -6,7 +6,6 @@ import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from avsec_gym.attacks.attack import quantised
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.pipeline import Drive, Perception, Pipeline
-from avsec_gym.scenario.frame_scenes import FrameScenes, frame_scenes
+from avsec_gym.scenario.frame_scenes import frame_scenes_of
 from avsec_gym.scenario.intention import Intention, intentions_named
 from avsec_gym.scenario.scene import Motion, Scene
 
@@ -65,7 +64,7 @@ class ImageAttackGame:
         motion: Motion,
         score_threshold: float,
     ) -> None:
-        self.scenes = _scenes(scenarios)
+        self.scenes = frame_scenes_of(scenarios)
         self.pipeline = Pipeline(
             detector, planner=planner, motion=motion, score_threshold=score_threshold
         )
@@ -145,19 +144,3 @@ def one_thread() -> Iterator[None]:
         yield
     finally:
         torch.set_num_threads(threads)
-
-
-@lru_cache(maxsize=8)
-def _made(arguments: tuple[tuple[str, Any], ...]) -> FrameScenes:
-    return frame_scenes(**dict(arguments))
-
-
-def _scenes(scenarios: Any) -> FrameScenes:
-    if isinstance(scenarios, FrameScenes):
-        return scenarios
-    arguments = scenarios if isinstance(scenarios, Mapping) else {"source": str(scenarios)}
-    try:
-        hashable = {k: tuple(v) if isinstance(v, list) else v for k, v in arguments.items()}
-        return _made(tuple(sorted(hashable.items())))
-    except (TypeError, ValueError) as error:
-        raise ConfigurationError(f"these are no arguments of a frame set: {error}") from error

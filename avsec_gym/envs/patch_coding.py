@@ -7,11 +7,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from avsec_gym.attacks.attack import LEFT
-from avsec_gym.attacks.patch_placement import PatchPlace, PatchRange, focal_times_baseline
+from avsec_gym.attacks.patch_placement import (
+    PatchPlace,
+    PatchRange,
+    focal_times_baseline,
+    nearest_behind,
+)
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Calibration
-from avsec_gym.geometry import Floats, box_corners, project
+from avsec_gym.geometry import Floats
 
 SIZE = 5
 """Column, row, disparity, rotation, radius."""
@@ -82,7 +87,8 @@ class PatchCoding:
         u = self._between(radius + least + _ROUNDING, place.u, width - 1 - radius)
         greatest = min(range.greatest_disparity(self.calibration), u - radius - _ROUNDING)
         if objects is not None:
-            least = min(max(least, self._covered(objects, u, v, radius)), greatest)
+            behind = nearest_behind(self.calibration, objects, u, v, radius)
+            least = min(max(least, focal_times_baseline(self.calibration) / behind), greatest)
         disparity = float(min(max(place.disparity, least), greatest))
         return replace(place, u=u, v=v, disparity=disparity)
 
@@ -101,13 +107,3 @@ class PatchCoding:
                 f" radius {self.radius:g} that both show whole"
             )
         return float(min(max(value, low), high))
-
-    def _covered(self, objects: Boxes3D, u: float, v: float, radius: float) -> float:
-        """Disparity where the nearest object begins that the disc touches; 0 without any."""
-        corners = box_corners(objects.location, objects.dimensions, objects.rotation_y)
-        pixels, depth = project(self.calibration.projection(LEFT), corners)
-        ahead = (depth > 0).all(axis=1)
-        pixels, depth = pixels[ahead], depth[ahead]
-        gap = np.clip([u, v], pixels.min(axis=1), pixels.max(axis=1)) - [u, v]
-        touched = depth[np.hypot(*gap.T) < radius]
-        return focal_times_baseline(self.calibration) / float(touched.min(initial=np.inf))

@@ -79,8 +79,7 @@ class Plan:
         why = {
             Reason.START_OCCUPIED: "the ego vehicle overlaps an object at the start",
             Reason.OFF_ROAD: "the start or the goal region is not on the road",
-            Reason.GOAL_OCCUPIED: "the goal region is occupied for all its"
-            f" {occupied:.1f} s",
+            Reason.GOAL_OCCUPIED: f"the goal region is occupied for all its {occupied:.1f} s",
             Reason.UNREACHABLE: "no sequence of motion primitives reaches the goal"
             + (f", occupied for {occupied:.1f} s" if occupied >= 0.05 else ""),
             Reason.LIMIT: f"the limit was reached after {self.expanded} nodes",

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,6 +104,31 @@ def frame_scenes(
         )
     scenes = _given(scenarios, data, seed) if scenarios else _labelled(sources, data, count, seed)
     return FrameScenes(scenes.limited(count), data)
+
+
+def frame_scenes_of(what: Any) -> FrameScenes:
+    """Scenes that are named: what environments take, and keep.
+
+    Args:
+        what: A source, a dictionary of arguments of `frame_scenes`, or live scenes.
+
+    Raises:
+        ConfigurationError: These are no arguments, or a source is none.
+        DataError: See `frame_scenes`.
+    """
+    if isinstance(what, FrameScenes):
+        return what
+    arguments = what if isinstance(what, Mapping) else {"source": str(what)}
+    try:
+        hashable = {k: tuple(v) if isinstance(v, list) else v for k, v in arguments.items()}
+        return _kept(tuple(sorted(hashable.items())))
+    except (TypeError, ValueError) as error:
+        raise ConfigurationError(f"these are no arguments of a frame set: {error}") from error
+
+
+@lru_cache(maxsize=8)
+def _kept(arguments: tuple[tuple[str, Any], ...]) -> FrameScenes:
+    return frame_scenes(**dict(arguments))
 
 
 def _given(scenarios: str | Path, data: Mapping[str, KittiObject], seed: int) -> SceneSet:
