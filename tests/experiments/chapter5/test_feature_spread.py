@@ -14,6 +14,7 @@ from avsec_gym.experiments.chapter5.feature_spread_figure import draw_feature_sp
 from avsec_gym.perception.detectors import make_detector
 from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
 from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
+from avsec_gym.perception.detectors.stereo_rcnn.backbone import Bottleneck
 from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
 from avsec_gym.perception.stereo_batch import batch_of_images
 from avsec_gym.rig import kitti_rig
@@ -33,7 +34,11 @@ def dsgn():
 @pytest.fixture(scope="module")
 def stereo_rcnn():
     torch.manual_seed(0)
-    return StereoRcnnDetector()
+    detector = StereoRcnnDetector()
+    for module in detector.network.modules():
+        if isinstance(module, Bottleneck):  # Else residual blocks pass on what they get.
+            torch.nn.init.ones_(module.bn3.weight)
+    return detector
 
 
 @pytest.fixture(scope="module")

@@ -189,17 +189,26 @@ def test_directional_derivatives_agree_with_finite_differences(detector):
         assert float((ahead - behind) / 2e-5) == pytest.approx(float(slope), rel=1e-4)
 
 
+@pytest.fixture
+def one_thread():
+    """The last digits, and with them what a training comes to, depend on the number of threads."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(threads)
+
+
 @pytest.mark.slow
-def test_one_picture_can_be_learned_by_heart(detector):
+def test_one_picture_can_be_learned_by_heart(detector, one_thread):
     detector.alignment = Alignment(coarse_steps=1, fine_steps=1, disparity_offset=0)
     batch = batch_of_frames([frame()])
     weights = [*detector.network.parameters(), *detector.term_weights.parameters()]
     for weight in weights:
         weight.requires_grad_(True)
     detector.network.train()
-    steps = 200
+    steps = 300
     optimiser = torch.optim.AdamW(weights, 2e-3)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, 4e-3, steps)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, 2e-3, steps)
     for _ in range(steps):
         optimiser.zero_grad()
         sum(detector.losses(batch, [LABELS]).values()).backward()
