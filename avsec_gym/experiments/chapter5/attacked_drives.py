@@ -149,9 +149,7 @@ class AttackedDrives:
             ConfigurationError: There is no such attack.
             DataError: A file is missing or broken.
         """
-        scene, pipeline = self._by_id[scenario], self._pipeline(detector)
-        clean = self._scenes.frame(scene)
-        victim = Victim(pipeline.detector, scene.boxes, None, self._scenes.disparity(scene))
+        scene, pipeline, clean, victim = self._situation(detector, scenario)
         result = _Result()
         looks = self._looks(attack, scene, clean, victim)
         while True:
@@ -190,9 +188,7 @@ class AttackedDrives:
             ConfigurationError: There is no such drive.
             DataError: A file is missing or broken.
         """
-        scene, pipeline = self._by_id[scenario], self._pipeline(detector)
-        clean = self._scenes.frame(scene)
-        victim = Victim(pipeline.detector, scene.boxes, None, self._scenes.disparity(scene))
+        scene, pipeline, clean, victim = self._situation(detector, scenario)
         whole_cell = TEXTURE if attack.startswith(TEXTURE) else attack
         wanted = (attack, strength, whole_levels)
         for look in self._looks(whole_cell, scene, clean, victim):
@@ -225,6 +221,13 @@ class AttackedDrives:
             yield from _patched(attack, patch, clean, victim, seed)
         else:
             raise ConfigurationError(f"chapter 5 has no attack {attack!r}")
+
+    def _situation(
+        self, detector: str, scenario: str
+    ) -> tuple[Scene, Pipeline, SensorFrame, Victim]:
+        scene, pipeline = self._by_id[scenario], self._pipeline(detector)
+        victim = Victim(pipeline.detector, scene.boxes, None, self._scenes.disparity(scene))
+        return scene, pipeline, self._scenes.frame(scene), victim
 
     def _patch(self, kind: str, detector: str) -> str | Path:
         if kind == "grey":

@@ -77,7 +77,7 @@ def read_curves(folder: Path) -> list[dict[str, Any]]:
 
 
 def draw_curves(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
-    """A picture: loss terms on the left (logarithmic), metrics on the right.
+    """A picture: loss terms (logarithmic), and metrics beside them where there are any.
 
     Args:
         rows: Of `read_curves`.
@@ -88,8 +88,11 @@ def draw_curves(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
-    figure = Figure(figsize=(10, 4), dpi=110, layout="constrained")
-    for axes, kind in zip(figure.subplots(1, 2), ("losses", "metrics"), strict=True):
+    kinds = [kind for kind in ("losses", "metrics") if any(kind in row for row in rows)] or [
+        "losses"
+    ]
+    figure = Figure(figsize=(5 * len(kinds), 4), dpi=110, layout="constrained")
+    for axes, kind in zip(figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True):
         chosen = [row for row in rows if kind in row]
         for name in dict.fromkeys(name for row in chosen for name in row[kind]):
             points = [(row["step"], row[kind][name]) for row in chosen if name in row[kind]]

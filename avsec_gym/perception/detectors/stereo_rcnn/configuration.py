@@ -37,8 +37,8 @@ class StereoRcnnConfiguration:
         normalisation: Batch statistics that never change, that are learned, or groups of channels.
         edges: How the body's convolutions see beyond the edge of their inputs: ``zeros`` as
             published, or the nearest value (``replicate``).  Zeros make the outermost cells unlike
-            all others; where groups are normalised, they take the scale over, and the inner cells
-            of deep layers die.
+            all others; in a network with normalised groups, trained from scratch with them, only
+            those cells of the deep layers still responded.
         frozen_stages: How many parts are not trained, counted from the stem.
         pyramid_channels: Channels of each level P2..P6.
         rpn_channels: Channels of the proposal network's hidden layer, for each view.
@@ -60,8 +60,8 @@ class StereoRcnnConfiguration:
         keypoint_channels: Channels of the keypoint head.
         keypoint_convolutions: 3x3 convolutions of the keypoint head.
         background_sizes: Whether the background, too, is taught a size, that of the mean car, as
-            in the published code.  Regions of the sky, say, are so surely background that their
-            features grow without bound; trained from scratch, this term then blows up.
+            in the published code.  Trained from scratch, hidden features of regions of the sky grew
+            a hundredfold, and the gradient of this term with them.
         he_initialisation: Start hidden layers after He et al., and residual blocks as identities,
             for training from scratch; else with the small normal weights of the published code,
             for a pretrained body.
