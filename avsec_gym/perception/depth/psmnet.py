@@ -47,11 +47,16 @@ class PsmNetConfiguration:
     volume_channels: int = 32
     groups: int = 0
     """Of normalised channels in the volume, see `normalisation`."""
+    disparity_step: int = 1
+    """Between the disparities whose expectation is taken: 1, costs are interpolated between the
+    planes of the volume; 4, those planes."""
 
     def __post_init__(self) -> None:
         sizes = (self.disparities, *(self.input_size or ()))
         if any(size <= 0 or size % 16 for size in sizes):
             raise ConfigurationError(f"disparities and sizes must be multiples of 16, got {sizes}")
+        if self.disparity_step not in (1, 2, STRIDE):
+            raise ConfigurationError(f"disparity_step is 1, 2 or 4, got {self.disparity_step}")
 
     @classmethod
     def preset(cls, name: str) -> PsmNetConfiguration:
@@ -128,9 +133,10 @@ class PsmNet(nn.Module):
 
     def _disparity(self, cost: Tensor, size: Sequence[int]) -> Tensor:
         """The expectation over all disparities."""
-        count = self.configuration.disparities
+        step = self.configuration.disparity_step
+        count = self.configuration.disparities // step
         logits = enlarged(cost[:, 0], (count, *size), aligned_corners=False)
-        return expectation(logits, torch.arange(count).to(cost))
+        return expectation(logits, (torch.arange(count).to(cost) + 0.5) * step - 0.5)
 
 
 def psmnet_loss(
@@ -162,12 +168,13 @@ def psmnet_loss(
 
 _FULL = PsmNetConfiguration()
 _SMALL = PsmNetConfiguration(
-    input_size=(192, 640),
-    disparities=96,  # as many for 640 columns as 186 for KITTI's 1242
+    input_size=(160, 528),
+    disparities=80,  # as many for 528 columns as 188 for KITTI's 1242
+    disparity_step=4,
     features=FeatureConfiguration(
         first=16,
         stages=((16, 1), (32, 3), (48, 1), (48, 1)),
-        windows=((48, 40), (24, 20), (12, 10), (6, 5)),
+        windows=((40, 33), (20, 22), (10, 11), (5, 6)),
         pooled=8,
         matching=(32, 8),
     ),

@@ -116,3 +116,16 @@ def test_sizes_that_hourglasses_cannot_halve_are_refused():
 def test_small_is_small():
     network = PsmNet(PsmNetConfiguration.preset("small"))
     assert sum(parameter.numel() for parameter in network.parameters()) < 4_000_000
+
+
+@pytest.mark.parametrize("step", [1, 2, 4])
+def test_planes_mean_the_same_disparities_whatever_the_step(step):
+    """Plane k of the volume stands for the middle of pixels 4k to 4k + 3."""
+    network = _network(replace(_TINY, disparity_step=step))
+    parabola = -20 * (torch.arange(8.0) - 4.0) ** 2
+    cost = parabola[:, None, None].expand(8, 12, 16)[None, None]
+    found = network._disparity(cost, (48, 64))
+    assert found.shape == (1, 48, 64)
+    torch.testing.assert_close(found, torch.full_like(found, 17.5), atol=1e-3, rtol=0)
+    with pytest.raises(ConfigurationError, match="disparity_step is 1, 2 or 4"):
+        replace(_TINY, disparity_step=3)
