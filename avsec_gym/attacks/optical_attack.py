@@ -1,0 +1,63 @@
+"""What an optical attack is: light that was not sent by the scene, into a camera or the LiDAR.
+
+Unlike attacks on detectors it needs no victim: it knows neither networks nor labels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.attacks.attack import Seed
+from avsec_gym.frame import SensorFrame
+from avsec_gym.sensor_system import LIDAR, Sensor
+
+
+@dataclass(frozen=True, eq=False)
+class TamperedFrame:
+    """A moment as the car gets it, and what was done to it; detectors see the frame alone.
+
+    Args:
+        frame: The same moment, tampered with.
+        pixels: Of each attacked camera, where its image was changed visibly, shape (H, W).
+        points: Which points of the attacked scan no scene sent back, shape (M,); None: no attack
+            on the LiDAR.
+        lost: Which points of the clean scan are gone, shape (M of the clean scan,); None: none.
+        settings: What was drawn, such as ``radius``; scalars by name.
+    """
+
+    frame: SensorFrame
+    pixels: Mapping[int, NDArray[np.bool_]] = field(default_factory=dict)
+    points: NDArray[np.bool_] | None = None
+    lost: NDArray[np.bool_] | None = None
+    settings: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def attacked(self) -> frozenset[Sensor]:
+        """The sensors that were attacked."""
+        lidar = () if self.points is None and self.lost is None else (LIDAR,)
+        return frozenset((*self.pixels, *lidar))
+
+
+@runtime_checkable
+class OpticalAttack(Protocol):
+    """Anything that shines into sensors."""
+
+    name: str
+
+    @property
+    def sensors(self) -> frozenset[Sensor]:
+        """Which ones it attacks."""
+        ...
+
+    def attack(self, frame: SensorFrame, seed: Seed = 0) -> TamperedFrame:
+        """The tampered moment; the same frame and seed give the same, in every process.
+
+        Raises:
+            DataError: The frame lacks a sensor that is to be attacked, or its file is broken.
+        """
+        ...

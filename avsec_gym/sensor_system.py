@@ -1,0 +1,109 @@
+"""`SensorSystem`: the sensors that check each other, in the thesis' order (section 3.4).
+
+S_0 is the LiDAR where there is one; cameras follow from right to left, so that every camera can be
+the left one, hence the reference, of a stereo pair with each sensor before it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import Calibration
+
+LIDAR = "lidar"
+Sensor = int | str
+"""A camera's number, or `LIDAR`."""
+Triple = tuple[int, int, int]
+"""Positions i < j < k in a system: the disparity maps of i and j, both seen by the camera k."""
+
+
+@dataclass(frozen=True)
+class SensorSystem:
+    """Three sensors or more that see the same scene.
+
+    Args:
+        sensors: S_0 to S_n: the LiDAR first, if there is one, then cameras from right to left.
+
+    Raises:
+        ConfigurationError: Fewer than three sensors, one of them twice, a LiDAR that is not the
+            first, or something that is no sensor.
+
+    Example:
+        >>> SensorSystem(("lidar", 3, 2)).reference
+        2
+    """
+
+    sensors: tuple[Sensor, ...]
+
+    def __post_init__(self) -> None:
+        sensors = tuple(self.sensors)
+        object.__setattr__(self, "sensors", sensors)
+        if len(sensors) < 3 or len(set(sensors)) != len(sensors):
+            raise ConfigurationError(
+                f"a system has three different sensors or more, got {', '.join(map(str, sensors))}"
+            )
+        for position, sensor in enumerate(sensors):
+            if isinstance(sensor, bool) or not (
+                (isinstance(sensor, int) and sensor >= 0) or (sensor == LIDAR and position == 0)
+            ):
+                raise ConfigurationError(
+                    f"sensors are cameras' numbers, and {LIDAR!r} for the first, got {sensor!r} as "
+                    f"S{position}"
+                )
+
+    def __len__(self) -> int:
+        return len(self.sensors)
+
+    @property
+    def has_lidar(self) -> bool:
+        """Whether S_0 is a LiDAR."""
+        return self.sensors[0] == LIDAR
+
+    @property
+    def cameras(self) -> tuple[int, ...]:
+        """From right to left."""
+        return tuple(sensor for sensor in self.sensors if isinstance(sensor, int))
+
+    @property
+    def reference(self) -> int:
+        """S_n, the leftmost camera."""
+        return self.cameras[-1]
+
+    @property
+    def triples(self) -> tuple[Triple, ...]:
+        """All (i, j, k) with i < j < k; k is a camera that i and j are compared in.
+
+        Algorithm 1 uses those with k = n; the recursion of algorithm 2 reaches smaller k.
+        """
+        return tuple(combinations(range(len(self)), 3))
+
+    def without_last(self) -> SensorSystem:
+        """What is left once S_n is dropped (algorithm 2)."""
+        return SensorSystem(self.sensors[:-1])
+
+    def pairs(self) -> Iterator[tuple[int, int]]:
+        """Positions (i, k), i < k: whose disparity maps DM_{i,k} the triples compare."""
+        for k in range(2, len(self)):
+            for i in range(k):
+                yield i, k
+
+    def check(self, calibration: Calibration) -> None:
+        """That the cameras stand as the order says.
+
+        Raises:
+            ConfigurationError: A camera is not calibrated, or is not left of the one before it.
+        """
+        for right, left in zip(self.cameras, self.cameras[1:], strict=False):
+            if calibration.baseline(left, right) <= 0:
+                raise ConfigurationError(
+                    f"cameras are named from right to left, but camera {left} is "
+                    f"{-calibration.baseline(left, right):.2f} m right of camera {right}"
+                )
+
+
+KITTI_SYSTEM = SensorSystem((LIDAR, 1, 3, 2))
+"""KITTI's with camera 2 as the reference; camera 0 stands 6 cm from it, and 1 and 3 stand 7 cm from
+each other, so that what they say of each other is little."""
