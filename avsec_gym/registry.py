@@ -28,6 +28,7 @@ class Kind(StrEnum):
     SELECTOR = "selector"
     PLANNER = "planner"
     VALIDATOR = "validator"
+    OPTICAL_ATTACK = "optical_attack"
 
 
 _BUILT_IN = {
@@ -63,6 +64,10 @@ _BUILT_IN = {
     (Kind.ATTACK, "random_noise"): ("avsec_gym.attacks.noise:RandomNoise", {}),
     (Kind.ATTACK, "patch"): ("avsec_gym.attacks.patch:PatchAttack", {}),
     (Kind.ATTACK, "random_ghosts"): ("avsec_gym.attacks.object_injection:RandomGhosts", {}),
+    (Kind.OPTICAL_ATTACK, "facula"): ("avsec_gym.attacks.facula:Facula", {}),
+    (Kind.OPTICAL_ATTACK, "lidar_spoofing"): ("avsec_gym.attacks.lidar_spoofing:LidarSpoofing", {}),
+    (Kind.OPTICAL_ATTACK, "pasted_scan"): ("avsec_gym.attacks.pasted_scan:PastedScan", {}),
+    (Kind.OPTICAL_ATTACK, "thesis"): ("avsec_gym.attacks.sensor_combination:thesis_attack", {}),
 }
 _REGISTERED: dict[tuple[Kind, str], Callable[..., Any]] = {}
 _PLUGINS_LOADED = False

@@ -47,7 +47,10 @@ class TamperedFrame:
 class OpticalAttack(Protocol):
     """Anything that shines into sensors."""
 
-    name: str
+    @property
+    def name(self) -> str:
+        """How it is called."""
+        ...
 
     @property
     def sensors(self) -> frozenset[Sensor]:

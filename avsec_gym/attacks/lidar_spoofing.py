@@ -1,0 +1,163 @@
+"""A bogus return: a LiDAR is made to see an upright plane that is not there (section 3.2.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.attacks.attack import Seed
+from avsec_gym.attacks.optical_attack import TamperedFrame
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.geometry import Floats, project, transform_points
+from avsec_gym.rig import SensorRig
+from avsec_gym.sensor_system import LIDAR, Sensor
+
+_ELEVATIONS = np.radians(np.r_[np.linspace(2.4, -7.8, 32), np.linspace(-8.35, -23.6, 32)])
+_COLUMNS = 2007
+_NOISE = 0.01
+_BEARINGS = np.radians(np.linspace(-90.0, 90.0, 1801))
+
+
+@dataclass(frozen=True)
+class LidarSpoofing:
+    """Points of a plane patch that stands on the road and faces the LiDAR; defaults: the thesis'.
+
+    The attacker fires into the LiDAR in step with it, so the points lie where the LiDAR's own beams
+    meet the patch: those of the Velodyne HDL-64E as KITTI's scans show them, 64 rings, 0.18 degrees
+    from pulse to pulse, ranges good to 1 cm.  The road is flat, 1.65 m below the cameras.
+
+    Args:
+        width: Metres.
+        height: Metres, from the road up.
+        distance: From the LiDAR to the patch along the ground, metres; two numbers: drawn between
+            them.
+        bearing: Of its middle as the LiDAR sees it, radians to the left of ahead; None: drawn from
+            those at which the reference camera sees the patch in its whole width.  Its foot may
+            be below the image, where the road before the car is too.
+        reference: That camera.
+        rays_lost: Whether a beam that meets the patch returns nothing from behind it, as physics
+            demands of a LiDAR that reports one echo; in the thesis points are added.
+        reflectance: Of the bogus points; 0.3 is common near KITTI's car.
+        name: What it is called in results.
+
+    Raises:
+        ConfigurationError: A number that cannot be.
+    """
+
+    width: float = 2.5
+    height: float = 1.5
+    distance: float | tuple[float, float] = (6.0, 10.0)
+    bearing: float | None = None
+    reference: int = 2
+    rays_lost: bool = False
+    reflectance: float = 0.3
+    name: str = "lidar_spoofing"
+
+    def __post_init__(self) -> None:
+        near, far = np.broadcast_to(self.distance, 2)
+        if not (0 < self.width < np.inf and 0 < self.height < np.inf and 0 < near <= far < np.inf):
+            raise ConfigurationError(
+                f"a bogus return has a positive width, height and distance, got {self.width} x "
+                f"{self.height} m at {self.distance} m"
+            )
+        if self.bearing is not None and not np.isfinite(self.bearing):
+            raise ConfigurationError(f"a bearing is an angle, got {self.bearing}")
+        if not 0 <= self.reflectance <= 1:
+            raise ConfigurationError(f"a reflectance is from 0 to 1, got {self.reflectance}")
+
+    @property
+    def sensors(self) -> frozenset[Sensor]:
+        """The LiDAR."""
+        return frozenset({LIDAR})
+
+    def attack(self, frame: SensorFrame, seed: Seed = 0) -> TamperedFrame:
+        """The frame with bogus points after its own.  See `OpticalAttack.attack`.
+
+        Raises:
+            ConfigurationError: The reference camera's view is too narrow for the patch.
+            DataError: No scan, or no image of the reference camera to draw the bearing in.
+        """
+        scan = frame.points
+        rig = SensorRig(frame.calibration)
+        random = np.random.default_rng(seed)
+        distance, share = random.uniform(*np.broadcast_to(self.distance, 2)), random.random()
+        if self.bearing is None:
+            first, last = self._bearings_in_view(frame, rig, distance)
+            bearing = first + share * (last - first)
+        else:
+            bearing = self.bearing
+        beams = _beams(random.random())
+        reach = self._reach(beams, rig, distance, bearing)
+        met = np.isfinite(reach)
+        places = beams[met] * (reach[met] + _NOISE * random.standard_normal(met.sum()))[:, None]
+        bogus = np.c_[places, np.full(len(places), self.reflectance)].astype(np.float32)
+        lost = self._reach(scan[:, :3], rig, distance, bearing) < 1 if self.rays_lost else None
+        kept = scan if lost is None else scan[~lost]
+        return TamperedFrame(
+            frame.with_points(np.concatenate([kept, bogus])),
+            points=np.arange(len(kept) + len(bogus)) >= len(kept),
+            lost=lost,
+            settings={"distance": float(distance), "bearing": float(bearing)},
+        )
+
+    def _reach(
+        self, rays: NDArray[np.floating], rig: SensorRig, distance: float, bearing: float
+    ) -> Floats:
+        """How many times its own length each ray of the LiDAR goes to meet the patch.
+
+        Args:
+            rays: In the velodyne frame, shape (N, 3).
+            rig: Where the LiDAR is.
+            distance: Of the patch.
+            bearing: Of its middle.
+
+        Returns:
+            Shape (N,); infinite where a ray misses it.
+        """
+        pose = rig.velodyne_pose
+        ahead, left, up = (rays.astype(float) @ pose[:3, :3].T).T
+        cos, sin = np.cos(bearing), np.sin(bearing)
+        towards, across = ahead * cos + left * sin, left * cos - ahead * sin
+        with np.errstate(divide="ignore", invalid="ignore"):
+            reach = distance / towards
+            above_road = pose[2, 3] + reach * up
+            meets = (towards > 0) & (np.abs(reach * across) <= self.width / 2)
+            meets &= (above_road >= 0) & (above_road <= self.height)
+        return np.where(meets, reach, np.inf)
+
+    def _bearings_in_view(
+        self, frame: SensorFrame, rig: SensorRig, distance: float
+    ) -> tuple[float, float]:
+        """The rightmost and the leftmost, to a tenth of a degree."""
+        columns = frame.image(self.reference).shape[1]
+        forward = np.stack([np.cos(_BEARINGS), np.sin(_BEARINGS), 0 * _BEARINGS], axis=-1)
+        sideways = np.stack([-forward[:, 1], forward[:, 0], 0 * _BEARINGS], axis=-1)
+        foot = rig.velodyne_pose[:3, 3] * [1, 1, 0] + distance * forward
+        corners = [
+            foot + side * sideways + [0, 0, top]
+            for side in (-self.width / 2, self.width / 2)
+            for top in (0.0, self.height)
+        ]
+        in_camera = transform_points(np.linalg.inv(rig.camera_to_vehicle), np.stack(corners))
+        pixels, depth = project(frame.calibration.projection(self.reference), in_camera)
+        seen = (depth > 0) & (pixels[..., 0] >= 0) & (pixels[..., 0] <= columns - 1)
+        whole = _BEARINGS[seen.all(axis=0)]
+        if not len(whole):
+            raise ConfigurationError(
+                f"camera {self.reference} nowhere sees the whole width of {self.width} m at a "
+                f"distance of {distance:.1f} m: make it narrower, or give a bearing"
+            )
+        return float(whole[0]), float(whole[-1])
+
+
+def _beams(phase: float) -> Floats:
+    """Directions of one turn's pulses in the velodyne frame, shape (64 * 2007, 3)."""
+    azimuth = (np.arange(_COLUMNS) + phase) * (2 * np.pi / _COLUMNS)
+    up = _ELEVATIONS[:, None]
+    rays = np.empty((len(up), _COLUMNS, 3))
+    rays[..., 0], rays[..., 1] = np.cos(up) * np.cos(azimuth), np.cos(up) * np.sin(azimuth)
+    rays[..., 2] = np.sin(up)
+    return rays.reshape(-1, 3)

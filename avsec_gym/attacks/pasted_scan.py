@@ -1,0 +1,194 @@
+"""The scan of a real object, pasted into a cloud where no object is (thesis, section 4.5)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.attacks.attack import Seed
+from avsec_gym.attacks.optical_attack import TamperedFrame
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.frame import Points, SensorFrame
+from avsec_gym.geometry import Floats, transform_points
+from avsec_gym.rig import SensorRig
+from avsec_gym.sensor_system import LIDAR, Sensor
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectScan:
+    """What a LiDAR saw of one object.
+
+    Args:
+        points: In the object's own frame, shape (M, 4): x along its heading, y to its left, z up
+            from the middle of its bottom, metres; reflectance.
+        dimensions: Height, width, length of its box, metres.
+        seen_from: Where the LiDAR stood in that frame, x and y, metres: the sides that it saw.
+
+    Raises:
+        ConfigurationError: No points, a value that is not finite, or a box without a volume.
+    """
+
+    points: Points
+    dimensions: tuple[float, float, float]
+    seen_from: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        if self.points.ndim != 2 or self.points.shape[1] != 4 or not len(self.points):
+            raise ConfigurationError(
+                f"the scan of an object has shape (M, 4), M > 0, got {self.points.shape}"
+            )
+        if not (np.isfinite(self.points).all() and np.isfinite(self.seen_from).all()):
+            raise ConfigurationError("the scan of an object holds a value that is not finite")
+        if not (len(self.dimensions) == 3 and 0 < min(self.dimensions) < np.inf):
+            raise ConfigurationError(f"a box has three positive sizes, got {self.dimensions}")
+
+
+def cut_out(frame: SensorFrame, box: Boxes3D) -> ObjectScan:
+    """An object's points out of a frame's scan.
+
+    Args:
+        frame: With a scan.
+        box: One object, such as ``labels[[3]]``.
+
+    Raises:
+        ConfigurationError: Not one box.
+        DataError: No scan, or no point of it in the box.
+    """
+    if len(box) != 1:
+        raise ConfigurationError(f"one object is cut out at a time, got {len(box)}")
+    rig = SensorRig(frame.calibration)
+    height, width, length = (float(size) for size in box.dimensions[0])
+    bottom = rig.camera_height - float(box.location[0, 1])
+    to_own = np.linalg.inv(_from_own(box.poses[0], bottom)) @ rig.velodyne_pose
+    places = transform_points(to_own, frame.points[:, :3])
+    inside = (np.abs(places[:, 0]) <= length / 2) & (np.abs(places[:, 1]) <= width / 2)
+    inside &= (places[:, 2] >= 0) & (places[:, 2] <= height)
+    if not inside.any():
+        raise DataError(
+            f"Frame {frame.id} has no point of its scan in the box at {box.location[0].round(1)}.",
+            path=frame.origin,
+            remedy="Cut out an object that the LiDAR sees.",
+        )
+    points = np.c_[places[inside], frame.points[inside, 3]].astype(np.float32)
+    return ObjectScan(points, (height, width, length), (to_own[0, 3], to_own[1, 3]))
+
+
+def paste_scan(
+    frame: SensorFrame,
+    scan: ObjectScan,
+    pose: tuple[float, float, float],
+    *,
+    bottom: float = 0.0,
+    rays_lost: bool = False,
+) -> TamperedFrame:
+    """A frame with an object's points after its own.
+
+    The points stay where they are on the object: what was scanned from afar is sparse nearby.
+
+    Args:
+        frame: With a scan.
+        scan: What to paste.
+        pose: Where: x ahead of camera 0, y to its left (metres), heading (radians), as in
+            `Boxes3D.poses`.
+        bottom: Of the object above the plane 1.65 m below the cameras, metres.
+        rays_lost: Whether beams that meet the object's box return nothing from in or behind it.
+
+    Raises:
+        ConfigurationError: The LiDAR would be inside of the box, or the pose is not finite.
+        DataError: The frame has no scan.
+    """
+    if not np.isfinite([*pose, bottom]).all():
+        raise ConfigurationError(f"an object is pasted at a finite place, got {(*pose, bottom)}")
+    cloud = frame.points
+    to_velodyne = np.linalg.inv(SensorRig(frame.calibration).velodyne_pose) @ _from_own(
+        np.asarray(pose, float), bottom
+    )
+    to_own = np.linalg.inv(to_velodyne)
+    height, width, length = scan.dimensions
+    low, high = np.array([[-length, -width, 0.0], [length, width, 2 * height]]) / 2
+    if ((to_own[:3, 3] > low) & (to_own[:3, 3] < high)).all():
+        raise ConfigurationError(f"an object at {pose} would have the LiDAR in it")
+    pasted = scan.points.copy()
+    pasted[:, :3] = transform_points(to_velodyne, scan.points[:, :3])
+    lost = None
+    if rays_lost:
+        lost = _meets_box(to_own[:3, 3], transform_points(to_own, cloud[:, :3]), low, high)
+    kept = cloud if lost is None else cloud[~lost]
+    return TamperedFrame(
+        frame.with_points(np.concatenate([kept, pasted])),
+        points=np.arange(len(kept) + len(pasted)) >= len(kept),
+        lost=lost,
+        settings={"x": float(pose[0]), "y": float(pose[1]), "heading": float(pose[2])},
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class PastedScan:
+    """An object's scan at a random place around the car, on the road.
+
+    Args:
+        scan: Of the object.
+        distance: From the LiDAR along the ground, metres; two numbers: drawn between them.
+        bearing: Of the object as the LiDAR sees it, radians to the left of ahead; None: drawn from
+            the whole circle.
+        heading: Of the object, radians; None: such that the sides that were scanned face the LiDAR,
+            as they must to be seen.
+        rays_lost: See `paste_scan`.
+        name: What it is called in results.
+
+    Raises:
+        ConfigurationError: A number that cannot be.
+    """
+
+    scan: ObjectScan
+    distance: float | tuple[float, float] = (6.0, 40.0)
+    bearing: float | None = None
+    heading: float | None = None
+    rays_lost: bool = False
+    name: str = "pasted_scan"
+
+    def __post_init__(self) -> None:
+        near, far = np.broadcast_to(self.distance, 2)
+        if not 0 < near <= far < np.inf:
+            raise ConfigurationError(f"an object is at a positive distance, got {self.distance}")
+
+    @property
+    def sensors(self) -> frozenset[Sensor]:
+        """The LiDAR."""
+        return frozenset({LIDAR})
+
+    def attack(self, frame: SensorFrame, seed: Seed = 0) -> TamperedFrame:
+        """The frame with the object's points after its own.  See `OpticalAttack.attack`."""
+        random = np.random.default_rng(seed)
+        distance, drawn = random.uniform(*np.broadcast_to(self.distance, 2)), random.random()
+        bearing = 2 * np.pi * (drawn - 0.5) if self.bearing is None else self.bearing
+        x, y = SensorRig(frame.calibration).velodyne_pose[:2, 3]
+        ahead, left = self.scan.seen_from
+        # From the object the LiDAR is seen backwards along the bearing.
+        facing = bearing + np.pi - np.arctan2(left, ahead)
+        pose = (
+            x + distance * np.cos(bearing),
+            y + distance * np.sin(bearing),
+            facing if self.heading is None else self.heading,
+        )
+        return paste_scan(frame, self.scan, pose, rays_lost=self.rays_lost)
+
+
+def _from_own(pose: Floats, bottom: float) -> Floats:
+    """From an object's own frame to the vehicle frame, shape (4, 4)."""
+    x, y, heading = pose
+    cos, sin = np.cos(heading), np.sin(heading)
+    return np.array([[cos, -sin, 0, x], [sin, cos, 0, y], [0, 0, 1, bottom], [0, 0, 0, 1]])
+
+
+def _meets_box(
+    origin: NDArray[np.floating], ends: Floats, low: Floats, high: Floats
+) -> NDArray[np.bool_]:
+    """Which rays enter a box, upright in this frame, before they end; shape (N,)."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        faces = np.stack([low - origin, high - origin])[:, None] / (ends - origin)
+    enters, leaves = faces.min(axis=0).max(axis=1), faces.max(axis=0).min(axis=1)
+    return np.asarray((enters <= leaves) & (leaves > 0) & (enters < 1))
