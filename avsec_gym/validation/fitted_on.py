@@ -1,0 +1,163 @@
+"""`FittedOn`: which sensors, which depth and which data something was fitted on, and its files."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.frame import Calibration
+from avsec_gym.kitti.atomic_write import write_bytes
+from avsec_gym.sensor_system import SensorSystem
+from avsec_gym.validation.pair_depth import PairDepth
+
+_FORMAT = 1
+_SAME_SCALE = 0.05
+"""Recording days of KITTI differ by less, rigs by more."""
+_REMEDY = "Fit it anew on clean frames of these sensors, or name another file."
+
+
+@dataclass(frozen=True)
+class FittedOn:
+    """What thresholds and likelihoods hold for, and where they come from.
+
+    Args:
+        system: Of sensors.
+        depth: `PairDepth.settings`.
+        scales: Focal length times baseline of neighbouring cameras, from right to left, pixels
+            times metres.
+        data: JSON-able: what names the frames, such as a suite, how many, which seed.
+    """
+
+    system: SensorSystem
+    depth: Mapping[str, Any]
+    scales: tuple[float, ...]
+    data: Mapping[str, Any]
+
+    def check(self, system: SensorSystem, depth: PairDepth, calibration: Calibration) -> None:
+        """That it holds for these sensors too.
+
+        Args:
+            system: The same one, or what is left of it `without_last` sensors.
+            depth: How disparities are found.
+            calibration: Of the rig.
+
+        Raises:
+            ConfigurationError: Another system, depth estimator or rig; thresholds of one say
+                nothing of the other.
+        """
+        if self.system.sensors[: len(system)] != system.sensors:
+            raise ConfigurationError(
+                f"this was fitted on the sensors {_named(self.system)}, not {_named(system)}: fit "
+                "it on clean frames of these sensors"
+            )
+        if dict(self.depth) != depth.settings:
+            raise ConfigurationError(
+                f"this was fitted with depth by {dict(self.depth)}, not by {depth.settings}: fit "
+                "it with this one, or use that one"
+            )
+        scales = camera_scales(system, calibration)
+        if not np.allclose(scales, self.scales[: len(scales)], rtol=_SAME_SCALE, atol=0):
+            raise ConfigurationError(
+                "this was fitted on cameras that stand otherwise: focal length times baseline of "
+                f"neighbours is {_listed(scales)} px m, not {_listed(self.scales[: len(scales)])}"
+            )
+
+    def to_json(self) -> dict[str, Any]:
+        """For a file."""
+        return {
+            "sensors": list(self.system.sensors),
+            "depth": dict(self.depth),
+            "scales": list(self.scales),
+            "data": dict(self.data),
+        }
+
+
+def fitted_on(
+    system: SensorSystem, depth: PairDepth, calibration: Calibration, data: Mapping[str, Any]
+) -> FittedOn:
+    """What is to be fitted on these sensors.
+
+    Args:
+        system: Of sensors.
+        depth: How disparities are found.
+        calibration: Of the rig.
+        data: What names the frames; JSON-able.
+
+    Raises:
+        ConfigurationError: The cameras do not stand in that order.
+    """
+    system.check(calibration)
+    return FittedOn(system, depth.settings, camera_scales(system, calibration), dict(data))
+
+
+def camera_scales(system: SensorSystem, calibration: Calibration) -> tuple[float, ...]:
+    """Focal length times baseline of neighbouring cameras, from right to left."""
+    return tuple(
+        calibration.focal_length(left) * calibration.baseline(left, right)
+        for right, left in zip(system.cameras, system.cameras[1:], strict=False)
+    )
+
+
+def write_fitted(
+    path: str | Path, kind: str, on: FittedOn, content: Mapping[str, Any], *, overwrite: bool
+) -> None:
+    """Write something fitted as JSON, whole or not at all.
+
+    Raises:
+        DataError: The file exists and `overwrite` is false, or it cannot be written.
+    """
+    header = {"format": _FORMAT, "kind": kind, "fitted_on": on.to_json()}
+    text = json.dumps({**header, **content}, allow_nan=False)
+    write_bytes(path, text.encode(), overwrite=overwrite)
+
+
+def read_fitted(path: str | Path, kind: str) -> tuple[FittedOn, dict[str, Any]]:
+    """Read what `write_fitted` wrote.
+
+    Raises:
+        DataError: Missing, cut off, or of another kind or format.
+    """
+    try:
+        content = json.loads(Path(path).read_bytes())
+    except OSError as error:
+        problem = f"The file cannot be read ({error.strerror})."
+        raise DataError(problem, path=path, remedy=_REMEDY) from error
+    except ValueError as error:
+        problem = f"The file is no JSON: {error}."
+        raise DataError(problem, path=path, remedy=_REMEDY) from error
+    try:
+        if (content["kind"], content["format"]) != (kind, _FORMAT):
+            raise DataError(
+                f"The file holds {content['kind']!r} in format {content['format']!r}, expected "
+                f"{kind!r} in format {_FORMAT}.",
+                path=path,
+                remedy=_REMEDY,
+            )
+        on = content["fitted_on"]
+        system = SensorSystem(tuple(on["sensors"]))
+        scales = tuple(map(float, on["scales"]))
+        if len(scales) != len(system.cameras) - 1:
+            raise ValueError(f"{len(scales)} scales for {len(system.cameras)} cameras")
+        return FittedOn(system, dict(on["depth"]), scales, dict(on["data"])), content
+    except (KeyError, TypeError, ValueError, ConfigurationError) as error:
+        raise broken(path, error) from error
+
+
+def broken(path: str | Path, error: Exception) -> DataError:
+    """What is said of a file whose content does not hold together."""
+    what = f"lacks {error}" if isinstance(error, KeyError) else f"is damaged: {error}"
+    return DataError(f"The file {what}.", path=path, remedy=_REMEDY)
+
+
+def _named(system: SensorSystem) -> str:
+    return ", ".join(map(str, system.sensors))
+
+
+def _listed(numbers: tuple[float, ...]) -> str:
+    return ", ".join(f"{number:.0f}" for number in numbers)

@@ -1,0 +1,197 @@
+"""`fit_likelihood`: a `LikelihoodModel` from clean moments and the same ones attacked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize, special
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import Floats
+from avsec_gym.validation.evidence import evidence_scopes
+from avsec_gym.validation.fitted_on import FittedOn
+from avsec_gym.validation.maximum_likelihood import (
+    PATTERNS,
+    LikelihoodModel,
+    element_patterns,
+    log_odds,
+)
+from avsec_gym.validation.state_posterior import States, state_indices, state_vectors
+
+_FOLDS = 5
+_DEGREES_OF_FREEDOM = (3.0, 5.0, 10.0, 30.0, 100.0)
+_EXPONENTS, _OFFSETS = (0.05, 1.5), (-5.0, 5.0)
+_LEAST_CORRELATION = 0.01
+"""Smallest eigenvalue of a correlation matrix that was put together from pairs."""
+
+
+@dataclass(frozen=True, eq=False)
+class LikelihoodSamples:
+    """Moments whose state is known.
+
+    Args:
+        evidence: Shares, shape (N, M); see `gather_evidence`.
+        states: **s**, shape (N, n + 1).
+        frames: Which moment of the world each sample shows, clean or attacked, shape (N,).
+
+    Raises:
+        ConfigurationError: Lengths differ, or a moment has no clean sample.
+    """
+
+    evidence: Floats
+    states: States
+    frames: NDArray[np.intp]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "evidence", np.asarray(self.evidence, float))
+        object.__setattr__(self, "states", np.asarray(self.states, bool))
+        object.__setattr__(self, "frames", np.unique(self.frames, return_inverse=True)[1])
+        if not len(self.evidence) == len(self.states) == len(self.frames):
+            raise ConfigurationError("evidence, states and frames have a row for each sample")
+        clean = np.unique(self.frames[~self.states.any(axis=1)])
+        if not len(clean) or len(clean) < len(np.unique(self.frames)):
+            raise ConfigurationError(
+                f"each moment needs a clean sample, {len(clean)} of "
+                f"{len(np.unique(self.frames))} have one"
+            )
+
+    def of_frames(self, chosen: NDArray[np.bool_]) -> LikelihoodSamples:
+        """Those of some moments.
+
+        Args:
+            chosen: Shape (moments,).
+        """
+        kept = chosen[self.frames]
+        return LikelihoodSamples(self.evidence[kept], self.states[kept], self.frames[kept])
+
+
+def fit_likelihood(on: FittedOn, samples: LikelihoodSamples) -> LikelihoodModel:
+    """Fit scenes, shifts, tails and exponent; then false alarms, on moments that were held out.
+
+    Each fifth of the moments is judged by what was fitted on the others.  How heavy the tails are,
+    and how much the likelihood is tempered, is what makes the true states of held-out samples most
+    probable.  Sizes and seeds of the attacks should not be those that are to be judged.
+
+    Args:
+        on: The sensors, the depth and the data.
+        samples: Clean and attacked.
+
+    Raises:
+        ConfigurationError: Fewer than ten moments; or of some element no sample shows some of its
+            sensors attacked together, which the model can only learn from samples.
+    """
+    moments = int(samples.frames.max()) + 1
+    if moments < 2 * _FOLDS:
+        raise ConfigurationError(f"a fit needs {2 * _FOLDS} moments or more, got {moments}")
+    truth = state_indices(samples.states)
+    fold = np.arange(moments) % _FOLDS
+    parts = []
+    for number in range(_FOLDS):
+        model = _fit_moments(on, samples.of_frames(fold != number))
+        held_out = np.flatnonzero(fold[samples.frames] == number)
+        parts.append((model, held_out))
+    calibration = _calibration(parts, samples.evidence, truth)
+    scores, distances = [], []
+    for model, held_out in parts:
+        judged = _calibrated(model, **calibration)
+        clean = held_out[truth[held_out] == 0]
+        scores.append(judged.alarm_scores(samples.evidence[clean]))
+        distances.append(judged.distances(samples.evidence[held_out]))
+    return replace(
+        _calibrated(_fit_moments(on, samples), **calibration),
+        clean_scores=np.concatenate(scores),
+        farthest=float(np.concatenate(distances).max()),
+    )
+
+
+def _fit_moments(on: FittedOn, samples: LikelihoodSamples) -> LikelihoodModel:
+    """Means and covariances of scenes and shifts."""
+    u = log_odds(samples.evidence)
+    clean = ~samples.states.any(axis=1)
+    scenes = u[clean]
+    # A clean sample of each moment, from which its attacked ones are shifted.
+    own = np.empty((samples.frames.max() + 1, u.shape[1]))
+    own[samples.frames[clean]] = scenes
+    shifts = u - own[samples.frames]
+    patterns = element_patterns(samples.states, evidence_scopes(on.system))
+    mean, deviation = (np.zeros((u.shape[1], PATTERNS)) for _ in range(2))
+    residuals = np.zeros_like(u)
+    for element, scope in enumerate(evidence_scopes(on.system)):
+        for pattern in range(1, 2 ** len(scope)):
+            shown = patterns[:, element] == pattern
+            if shown.sum() < 2:
+                attacked = [s for bit, s in enumerate(scope) if pattern >> bit & 1]
+                raise ConfigurationError(
+                    f"of the sensors {scope} no two samples show {attacked} attacked: add some"
+                )
+            moved = shifts[shown, element]
+            mean[element, pattern], deviation[element, pattern] = moved.mean(), moved.std()
+            residuals[shown, element] = (moved - moved.mean()) / max(moved.std(), 1e-6)
+    return LikelihoodModel(
+        on,
+        scenes.mean(axis=0),
+        _shrunk(np.cov(scenes.T), len(scenes)),
+        mean,
+        deviation,
+        _shift_correlation(residuals, patterns > 0),
+        u.min(axis=0),
+        u.max(axis=0),
+        _DEGREES_OF_FREEDOM[0],
+    )
+
+
+def _calibrated(
+    model: LikelihoodModel, degrees_of_freedom: float, exponent: float, offset: float
+) -> LikelihoodModel:
+    return replace(model, degrees_of_freedom=degrees_of_freedom, exponent=exponent, offset=offset)
+
+
+def _shift_correlation(residuals: Floats, shifted: NDArray[np.bool_]) -> Floats:
+    """Of elements that are shifted together, shape (M, M); a correlation matrix."""
+    together = shifted.T.astype(float) @ shifted
+    pairs = _shrunk(residuals.T @ residuals / np.maximum(together, 1.0), len(residuals))
+    values, vectors = np.linalg.eigh(pairs)
+    valid = (vectors * np.maximum(values, _LEAST_CORRELATION)) @ vectors.T
+    scale = np.sqrt(np.diagonal(valid))
+    return np.asarray(valid / np.outer(scale, scale))
+
+
+def _shrunk(covariance: Floats, samples: int) -> Floats:
+    """As if as many samples without any correlation had been seen as there are elements."""
+    share = len(covariance) / (len(covariance) + samples)
+    return (1.0 - share) * covariance + share * np.diag(np.diagonal(covariance))
+
+
+def _calibration(
+    parts: list[tuple[LikelihoodModel, NDArray[np.intp]]], evidence: Floats, truth: NDArray[np.intp]
+) -> dict[str, float]:
+    """Degrees of freedom, exponent and offset that make the true held-out states most probable.
+
+    Args:
+        parts: Models, and the samples that each has not seen.
+        evidence: Of all samples.
+        truth: Indices of their states; how often they occur is the prior here.
+    """
+    sensors = parts[0][0].sensors
+    attacked = state_vectors(sensors).sum(axis=1)
+    with np.errstate(divide="ignore"):
+        prior = np.log(np.bincount(truth, minlength=2**sensors) / len(truth))
+    found = []
+    for freedom in _DEGREES_OF_FREEDOM:
+        scores = np.empty((len(truth), 2**sensors))
+        for model, held_out in parts:
+            judge = replace(model, degrees_of_freedom=freedom)
+            scores[held_out] = judge.log_likelihoods(evidence[held_out])
+
+        def surprise(parameters: Floats, scores: Floats = scores) -> float:
+            exponent, offset = parameters
+            weighed = special.log_softmax(exponent * scores + offset * attacked + prior, axis=1)
+            return -float(weighed[np.arange(len(truth)), truth].mean())
+
+        best = optimize.minimize(
+            surprise, (1.0, 0.0), method="Nelder-Mead", bounds=(_EXPONENTS, _OFFSETS)
+        )
+        found.append((float(best.fun), freedom, *map(float, best.x)))
+    return dict(zip(("degrees_of_freedom", "exponent", "offset"), min(found)[1:], strict=True))

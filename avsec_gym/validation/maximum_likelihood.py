@@ -1,0 +1,289 @@
+"""`LikelihoodModel`: the sensor state vector **s** from the evidence of all triples at once.
+
+Algorithm 2 cuts every error off at a threshold, which must stand above the hardest clean scene.
+But one scene is hard for all triples alike, while an attack moves only those that use an attacked
+sensor.  So the log-odds u of the evidence are modelled as a whole,
+
+    u = scene + shift(s),   scene ~ (m, S),   shift(s) ~ (a(s), D(s)),
+
+where an element's shift depends on which sensors of its own scope are attacked, and is exactly 0 if
+none is.  The correlations in S and D say that triples which share a map are not independent; an
+element that cannot see an attack has hardly a shift, and so hardly a weight.  The density of u is
+Student's: far from all that was seen it does not turn certain.  An exponent tempers the likelihood,
+and an offset for each attacked sensor levels it, until held-out moments find the probabilities
+honest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import Floats
+from avsec_gym.validation.evidence import Scope, evidence_scopes
+from avsec_gym.validation.fitted_on import FittedOn, broken, read_fitted, write_fitted
+from avsec_gym.validation.state_posterior import (
+    Decoding,
+    StatePosterior,
+    States,
+    attack_prior,
+    state_vectors,
+)
+
+PATTERNS = 8
+"""In which the three sensors of a triple can be attacked or not."""
+_KIND = "likelihoods"
+_SMALLEST_SHARE = 1e-3
+"""Shares closer to 0 or 1 count as this close: less than a thousandth of a view says no more."""
+_FINEST = 0.02
+"""Log-odds that nothing is more exact than; keeps elements that never vary from being certain."""
+
+
+@dataclass(frozen=True, eq=False)
+class LikelihoodModel:
+    """p(evidence | **s**); `fit_likelihood` makes it.
+
+    M is the number of the evidence's elements; patterns count the attacked among an element's two
+    or three sensors as bits, the first one lowest.
+
+    Args:
+        on: The sensors, the depth and the data.
+        scene_mean: m, shape (M,), log-odds.
+        scene_covariance: S, shape (M, M).
+        shift_mean: a, of each pattern, shape (M, 8); 0 for the clean one.
+        shift_deviation: Standard deviations of the shifts, shape (M, 8); 0 for the clean one.
+        shift_correlation: Between elements that are both shifted, shape (M, M).
+        lowest: Of the log-odds seen, shape (M,); evidence below counts as this.
+        highest: The same above.
+        degrees_of_freedom: Of Student's distribution, above 2; its covariance is the given one.
+        exponent: That tempers the likelihood.
+        offset: Added to its logarithm for each attacked sensor.
+        clean_scores: `alarm_scores` of clean moments that the fit held out, shape (any,).
+        farthest: Largest `distances` of moments that the fit held out.
+
+    Raises:
+        ConfigurationError: The arrays do not fit the system, or are no such parameters.
+    """
+
+    on: FittedOn
+    scene_mean: Floats
+    scene_covariance: Floats
+    shift_mean: Floats
+    shift_deviation: Floats
+    shift_correlation: Floats
+    lowest: Floats
+    highest: Floats
+    degrees_of_freedom: float
+    exponent: float = 1.0
+    offset: float = 0.0
+    clean_scores: Floats = field(default_factory=lambda: np.zeros(0))
+    farthest: float = 1e9
+
+    def __post_init__(self) -> None:
+        m = len(evidence_scopes(self.on.system))
+        shapes = {
+            "scene_mean": (m,),
+            "scene_covariance": (m, m),
+            "shift_mean": (m, PATTERNS),
+            "shift_deviation": (m, PATTERNS),
+            "shift_correlation": (m, m),
+            "lowest": (m,),
+            "highest": (m,),
+            "clean_scores": (np.size(self.clean_scores),),
+        }
+        for name, shape in shapes.items():
+            array = np.array(getattr(self, name), float)
+            if array.shape != shape or not np.isfinite(array).all():
+                raise ConfigurationError(
+                    f"{name} is finite and of shape {shape}, got shape {array.shape}"
+                )
+            object.__setattr__(self, name, array)
+        if not (self.degrees_of_freedom > 2 and self.exponent > 0):
+            raise ConfigurationError("there are more than 2 degrees of freedom, and some exponent")
+
+    @property
+    def sensors(self) -> int:
+        """How many: n + 1."""
+        return len(self.on.system)
+
+    def posterior(self, evidence: Floats, prior: Floats | None = None) -> StatePosterior:
+        """P(**s** | evidence).
+
+        Args:
+            evidence: Of N moments, shape (N, M); see `gather_evidence`.
+            prior: P(**s**), shape (2^(n+1),); None: `attack_prior`.
+
+        Raises:
+            ConfigurationError: Evidence or prior of another shape, or a prior that is none.
+        """
+        return self._posterior(self.log_likelihoods(evidence), prior)
+
+    def log_likelihoods(self, evidence: Floats) -> Floats:
+        """Tempered ln p(evidence | **s**) but for a constant.
+
+        Args:
+            evidence: Shares, shape (N, M).
+
+        Returns:
+            In the order of `state_vectors`, shape (N, 2^(n+1)).
+        """
+        return self._tempered(self._squared_distances(evidence))
+
+    def alarm_scores(self, evidence: Floats) -> Floats:
+        """Log-odds that some sensor is attacked, under `attack_prior`, shape (N,)."""
+        return self._alarm_scores(self.log_likelihoods(evidence))
+
+    def distances(self, evidence: Floats) -> Floats:
+        """How far the evidence is from what the best **s** expects, shape (N,).
+
+        In squared standard deviations for each element.
+        """
+        return self._distances(self._squared_distances(evidence))
+
+    def decode(self, evidence: Floats, rate: float = 0.01, prior: Floats | None = None) -> Decoding:
+        """The attacked sensors of N moments.
+
+        Args:
+            evidence: Shares, shape (N, M).
+            rate: r, designated false alarm rate: the share of the held-out clean moments whose
+                `alarm_scores` are above that from which on an alarm is raised.
+            prior: Of the probabilities, see `posterior`; alarms do not depend on it.
+
+        Raises:
+            ConfigurationError: As `posterior`; a rate that is none; no clean moments were held out.
+        """
+        squared = self._squared_distances(evidence)
+        likelihoods = self._tempered(squared)
+        posterior = self._posterior(likelihoods, prior)
+        alarms = self._alarm_scores(likelihoods) > self._alarm_threshold(rate)
+        best = 1 + posterior.probabilities[:, 1:].argmax(axis=1)
+        states = state_vectors(self.sensors)[np.where(alarms, best, 0)]
+        return Decoding(posterior, alarms, states, self._distances(squared) <= self.farthest)
+
+    def write(self, path: str | Path, *, overwrite: bool = False) -> None:
+        """Write all parameters as JSON, whole or not at all.
+
+        Raises:
+            DataError: The file exists and `overwrite` is false, or it cannot be written.
+        """
+        values = {name: np.asarray(getattr(self, name)).tolist() for name in _parameters()}
+        write_fitted(path, _KIND, self.on, values, overwrite=overwrite)
+
+    def _tempered(self, squared: Floats) -> Floats:
+        nu, m = self.degrees_of_freedom, len(self.scene_mean)
+        tails = 0.5 * (nu + m) * np.log1p(squared / (nu - 2.0))
+        attacked = state_vectors(self.sensors).sum(axis=1)
+        return np.asarray(self.offset * attacked - self.exponent * (self._log_widths + tails))
+
+    def _posterior(self, likelihoods: Floats, prior: Floats | None) -> StatePosterior:
+        return StatePosterior(special.softmax(likelihoods + self._log_prior(prior), axis=1))
+
+    def _alarm_scores(self, likelihoods: Floats) -> Floats:
+        scores = likelihoods + self._log_prior(None)
+        return np.asarray(special.logsumexp(scores[:, 1:], axis=1) - scores[:, 0])
+
+    def _distances(self, squared: Floats) -> Floats:
+        return np.asarray(squared.min(axis=1) / len(self.scene_mean))
+
+    def _alarm_threshold(self, rate: float) -> float:
+        if not 0 <= rate <= 1 or not len(self.clean_scores):
+            raise ConfigurationError(
+                f"an alarm needs clean moments to go by, of which there are "
+                f"{len(self.clean_scores)}, and a rate from 0 to 1, got {rate}"
+            )
+        beyond = int(rate * len(self.clean_scores) + 1e-9)
+        return float(np.sort(np.r_[-np.inf, self.clean_scores])[-1 - beyond])
+
+    def _log_prior(self, prior: Floats | None) -> Floats:
+        prior = attack_prior(self.sensors) if prior is None else np.asarray(prior, float)
+        if prior.shape != (2**self.sensors,) or not (prior >= 0).all() or prior.sum() <= 0:
+            raise ConfigurationError(
+                f"a prior has a probability for each of {2**self.sensors} state vectors"
+            )
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.log(prior / prior.sum()))
+
+    def _squared_distances(self, evidence: Floats) -> Floats:
+        """Mahalanobis distances from what each **s** expects, shape (N, 2^(n+1))."""
+        if np.ndim(evidence) != 2 or np.shape(evidence)[1] != len(self.scene_mean):
+            raise ConfigurationError(
+                f"evidence has {len(self.scene_mean)} elements a moment, got shape "
+                f"{np.shape(evidence)}"
+            )
+        u = np.clip(log_odds(evidence), self.lowest, self.highest)
+        result = np.empty((len(u), len(self._means)))
+        for state, (mean, whitening) in enumerate(zip(self._means, self._whitenings, strict=True)):
+            result[:, state] = (((u - mean) @ whitening.T) ** 2).sum(axis=1)
+        return result
+
+    @cached_property
+    def _patterns(self) -> NDArray[np.intp]:
+        """Of each element under each **s**, shape (2^(n+1), M)."""
+        states = state_vectors(self.sensors)
+        return element_patterns(states, evidence_scopes(self.on.system))
+
+    @cached_property
+    def _means(self) -> Floats:
+        shifts = np.take_along_axis(self.shift_mean, self._patterns.T, axis=1).T
+        return np.asarray(self.scene_mean + shifts)
+
+    @cached_property
+    def _factors(self) -> Floats:
+        """Cholesky factors of the covariances, shape (2^(n+1), M, M)."""
+        spread = np.take_along_axis(self.shift_deviation, self._patterns.T, axis=1).T
+        shifts = spread[:, :, None] * self.shift_correlation * spread[:, None, :]
+        finest = _FINEST**2 * np.eye(len(self.scene_mean))
+        return np.asarray(np.linalg.cholesky(self.scene_covariance + shifts + finest))
+
+    @cached_property
+    def _whitenings(self) -> Floats:
+        return np.asarray(np.linalg.inv(self._factors))
+
+    @cached_property
+    def _log_widths(self) -> Floats:
+        """Half the log-determinants, shape (2^(n+1),)."""
+        return np.asarray(np.log(np.diagonal(self._factors, axis1=1, axis2=2)).sum(axis=1))
+
+
+def read_likelihood_model(path: str | Path) -> LikelihoodModel:
+    """Read what `LikelihoodModel.write` wrote.
+
+    Raises:
+        DataError: Missing, cut off, or something else.
+    """
+    on, content = read_fitted(path, _KIND)
+    try:
+        return LikelihoodModel(on, **{name: content[name] for name in _parameters()})
+    except (KeyError, TypeError, ValueError, ConfigurationError) as error:
+        raise broken(path, error) from error
+
+
+def log_odds(shares: Floats) -> Floats:
+    """ln(p / (1 - p)), shape as given; finite for 0 and 1 too."""
+    return np.asarray(
+        special.logit(np.clip(np.asarray(shares, float), _SMALLEST_SHARE, 1.0 - _SMALLEST_SHARE))
+    )
+
+
+def element_patterns(states: States, scopes: Sequence[Scope]) -> NDArray[np.intp]:
+    """Which of its own sensors are attacked, for each element of the evidence.
+
+    Args:
+        states: Shape (N, n + 1).
+        scopes: Of the M elements.
+
+    Returns:
+        The attacked sensors of the scope as bits, the first one lowest, shape (N, M).
+    """
+    return np.stack([states[:, scope] @ (1 << np.arange(len(scope))) for scope in scopes], axis=1)
+
+
+def _parameters() -> list[str]:
+    return [one.name for one in fields(LikelihoodModel) if one.name != "on"]

@@ -1,0 +1,155 @@
+"""How probable each sensor state vector **s** is, and what may be concluded from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import Floats
+
+States = NDArray[np.bool_]
+"""Sensor state vectors, shape (..., n + 1)."""
+
+
+class Verdict(StrEnum):
+    """On one sensor."""
+
+    SOUND = "sound"
+    ATTACKED = "attacked"
+    CANNOT_TELL = "cannot tell"
+
+
+@dataclass(frozen=True, eq=False)
+class StatePosterior:
+    """P(**s** | evidence) of N moments.
+
+    Args:
+        probabilities: In the order of `state_vectors`, shape (N, 2^(n+1)).
+    """
+
+    probabilities: Floats
+
+    @property
+    def states(self) -> States:
+        """Shape (2^(n+1), n + 1)."""
+        return state_vectors(self.probabilities.shape[1].bit_length() - 1)
+
+    @property
+    def sensors(self) -> Floats:
+        """P(s_i = 1 | evidence) of each sensor, shape (N, n + 1)."""
+        return self.probabilities @ self.states
+
+    @property
+    def clean(self) -> Floats:
+        """Probability that no sensor is attacked, shape (N,)."""
+        return self.probabilities[:, 0]
+
+
+@dataclass(frozen=True, eq=False)
+class Decoding:
+    """What the evidence of N moments says.
+
+    Args:
+        posterior: Of the sensor state vectors.
+        alarms: Whether an attack is reported, at the designated false alarm rate, shape (N,).
+        states: The most probable **s**: without alarm the clean one, with it the best of the
+            others, shape (N, n + 1).
+        familiar: Whether some **s** explains the evidence as well as it does moments like those of
+            the fit, shape (N,); else the probabilities say little.
+    """
+
+    posterior: StatePosterior
+    alarms: NDArray[np.bool_]
+    states: States
+    familiar: NDArray[np.bool_]
+
+    def verdicts(self, certainty: float = 0.95) -> list[list[Verdict]]:
+        """On each sensor of each moment.
+
+        Attacked where its probability is `certainty` or more, sound where it is 1 - `certainty` or
+        less.  Between the two the sensors cannot decide, nor in a moment that is not familiar.
+
+        Raises:
+            ConfigurationError: A certainty that is not above a half and up to 1.
+        """
+        if not 0.5 < certainty <= 1:
+            raise ConfigurationError(f"a certainty is above 0.5 and up to 1, got {certainty}")
+        chosen = np.full(self.states.shape, Verdict.CANNOT_TELL, object)
+        chosen[self.posterior.sensors >= certainty] = Verdict.ATTACKED
+        chosen[self.posterior.sensors <= 1.0 - certainty] = Verdict.SOUND
+        chosen[~self.familiar] = Verdict.CANNOT_TELL
+        return chosen.tolist()
+
+
+def state_vectors(sensors: int) -> States:
+    """All 2^(n+1) sensor state vectors; the first one is clean, and bit i of an index is s_i.
+
+    Example:
+        >>> state_vectors(2).astype(int).tolist()
+        [[0, 0], [1, 0], [0, 1], [1, 1]]
+    """
+    return np.asarray(np.arange(2**sensors)[:, None] >> np.arange(sensors) & 1 == 1)
+
+
+def state_indices(states: States) -> NDArray[np.intp]:
+    """Where state vectors stand in `state_vectors`, shape (...)."""
+    return np.asarray(states @ (1 << np.arange(states.shape[-1])), np.intp)
+
+
+def attack_prior(sensors: int, attacked: float = 0.1, most: int | None = None) -> Floats:
+    """P(**s**) where each sensor is attacked independently of the others.
+
+    Args:
+        sensors: n + 1.
+        attacked: Probability of each.
+        most: How many can be attacked at most; the thesis promises n - 2.  None: all of them.
+
+    Returns:
+        In the order of `state_vectors`, shape (2^(n+1),).
+
+    Raises:
+        ConfigurationError: A probability that is not between 0 and 1.
+    """
+    if not 0 < attacked < 1:
+        raise ConfigurationError(f"the probability of an attack is in (0, 1), got {attacked}")
+    count = state_vectors(sensors).sum(axis=1)
+    prior = attacked**count * (1.0 - attacked) ** (sensors - count)
+    prior[count > (sensors if most is None else most)] = 0.0
+    return np.asarray(prior / prior.sum())
+
+
+def brier_score(posterior: StatePosterior, states: States) -> float:
+    """Mean squared distance between each sensor's probability and what it was (Brier 1950).
+
+    Args:
+        posterior: Of N moments.
+        states: The truth, shape (N, n + 1).
+
+    Returns:
+        0 for certainty that is right, 0.25 for one half everywhere, 1 for certainty that is wrong.
+    """
+    return float(((posterior.sensors - states) ** 2).mean())
+
+
+def reliability(posterior: StatePosterior, states: States, bins: int = 10) -> Floats:
+    """Of what was said with some probability, how much was so.
+
+    Args:
+        posterior: Of N moments.
+        states: The truth, shape (N, n + 1).
+        bins: Of equal width from 0 to 1.
+
+    Returns:
+        For each bin the mean probability, the share that was attacked, and how many sensors there
+        were, shape (bins, 3); NaN in an empty one.
+    """
+    said, was = posterior.sensors.ravel(), states.ravel()
+    which = np.minimum((said * bins).astype(int), bins - 1)
+    count = np.bincount(which, minlength=bins).astype(float)
+    with np.errstate(invalid="ignore"):
+        mean, share = (np.bincount(which, value, bins) / count for value in (said, was))
+    return np.stack([mean, share, count], axis=1)

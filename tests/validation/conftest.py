@@ -1,0 +1,79 @@
+"""Systems and made-up evidence for the tests of chapter 3."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from avsec_gym.geometry import Floats
+from avsec_gym.sensor_system import KITTI_SYSTEM, LIDAR, SensorSystem
+from avsec_gym.validation.evidence import evidence_scopes
+from avsec_gym.validation.fitted_on import FittedOn
+
+
+@dataclass(frozen=True, eq=False)
+class MadeUp:
+    """Evidence of moments whose states are known."""
+
+    evidence: Floats
+    states: np.ndarray
+    frames: np.ndarray
+
+
+def system_of(cameras: int) -> SensorSystem:
+    """A LiDAR and so many cameras."""
+    return SensorSystem((LIDAR, *range(cameras)))
+
+
+def on(system: SensorSystem) -> FittedOn:
+    """Fitted on nothing in particular."""
+    return FittedOn(system, {"name": "sgbm"}, (389.0,) * (len(system.cameras) - 1), {"seed": 0})
+
+
+def make_up(system: SensorSystem, states: np.ndarray, seed: int, damage: float = 0.15) -> MadeUp:
+    """What sensors might say; not of the form that the likelihoods assume.
+
+    Shares of beta-distributed noise: of the scene, shared by all; of each disparity map, shared by
+    its triples; of each element alone.  An attack spoils a beta-distributed part of the view.
+
+    Args:
+        system: Of sensors.
+        states: The same moments are shown in each of these states, shape (frames, K, n + 1).
+        seed: Of the noise.
+        damage: Mean part of the view that an attack spoils.
+    """
+    rng = np.random.default_rng(seed)
+    scopes = evidence_scopes(system)
+    fixed = np.random.default_rng(7)
+    base = fixed.uniform(0.5, 1.0, len(scopes))
+    seen = [fixed.uniform(0.4, 1.0, len(scope)) for scope in scopes]
+    evidence = []
+    for moment in states:
+        scene = rng.beta(2, 12)
+        noise = rng.beta(2, 60, (len(system), len(system)))
+        alone = rng.beta(2, 200, len(scopes))
+        for state in moment:
+            part = rng.beta(4, 4 / damage - 4, len(system)) * state
+            row = []
+            for e, scope in enumerate(scopes):
+                sound = (1 - base[e] * scene) * (1 - alone[e])
+                for other in scope[:-1]:
+                    sound *= 1 - noise[other, scope[-1]]
+                sound *= np.prod(1 - seen[e] * part[list(scope)])
+                row.append(rng.binomial(5000, 1 - sound) / 5000)
+            evidence.append(row)
+    frames = np.repeat(np.arange(len(states)), states.shape[1])
+    return MadeUp(np.array(evidence), states.reshape(-1, len(system)), frames)
+
+
+@pytest.fixture(scope="session")
+def made_up() -> Callable[..., MadeUp]:
+    return make_up
+
+
+@pytest.fixture(scope="session")
+def kitti_on() -> FittedOn:
+    return FittedOn(KITTI_SYSTEM, {"name": "sgbm", "nearest": 3.5}, (48.0, 384.0), {"seed": 0})

@@ -1,0 +1,129 @@
+"""Maps of a wall of random dots, which three cameras and a scan see alike."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.rig import camera_rig
+from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
+from avsec_gym.validation.disparity_error import DisparityErrors
+from avsec_gym.validation.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence import evidence_scopes, gather_evidence
+from avsec_gym.validation.pair_depth import PairDepth
+
+RIG = camera_rig([0.0, 0.4, 0.6], focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))
+SYSTEM = SensorSystem((LIDAR, 2, 1, 0))
+DEPTH = 8.0
+PAIRS = {(0, 2): 40, (1, 2): 40, (0, 3): 80, (1, 3): 120, (2, 3): 80}
+"""Focal length times baseline of each."""
+
+
+@pytest.fixture(scope="module")
+def wall() -> SensorFrame:
+    """Disparities of 5, 10 and 15 pixels."""
+    dots = np.random.default_rng(0).integers(0, 256, (120, 300, 1), np.uint8).repeat(3, axis=2)
+    shifts = [round(200.0 * right / DEPTH) for right in (0.0, 0.4, 0.6)]
+    images = {camera: dots[:, shift : shift + 240] for camera, shift in enumerate(shifts)}
+    x, y = np.meshgrid(np.linspace(-5, 5, 150), np.linspace(-2, 2, 40))
+    places = np.stack([x.ravel(), y.ravel(), np.full(x.size, DEPTH), np.ones(x.size)], axis=1)
+    points = (places @ RIG.calibration.camera_to_velodyne.T).astype(np.float32)
+    return SensorFrame("000000", RIG.calibration, images, points)
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_every_pair_sees_the_wall_where_it_is(wall: SensorFrame, pair: tuple[int, int]) -> None:
+    found = DisparityMaps(wall, SYSTEM)[pair]
+    assert found.focal_times_baseline == pytest.approx(PAIRS[pair])
+    # The leftmost columns of the wall are out of the other camera's sight.
+    inner = found.depth[10:-10, 40:-10]
+    assert np.isfinite(inner).mean() > (0.1 if pair[0] == 0 else 0.9)
+    np.testing.assert_allclose(np.nanmedian(inner), DEPTH, rtol=0.02)
+
+
+def test_a_pair_is_matched_once_and_only_if_asked_for(
+    wall: SensorFrame, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    matched = []
+    find = DisparityMaps._find
+    monkeypatch.setattr(
+        DisparityMaps, "_find", lambda self, pair: matched.append(pair) or find(self, pair)
+    )
+    errors = DisparityErrors(DisparityMaps(wall, SYSTEM))
+    assert not matched
+    assert errors[0, 1, 3] is errors[0, 1, 3]
+    assert sorted(matched) == [(0, 3), (1, 3)]
+    errors.maps.find(SYSTEM.pairs())
+    assert sorted(matched) == sorted(SYSTEM.pairs())
+
+
+def test_sound_sensors_agree_and_a_covered_one_is_found(wall: SensorFrame) -> None:
+    errors = DisparityErrors(DisparityMaps(wall, SYSTEM))
+    assert all(errors[triple].error < 0.02 for triple in SYSTEM.triples)
+    covered = wall.image(1).copy()
+    covered[:, 80:180] = 255
+    errors = DisparityErrors(DisparityMaps(wall.with_image(1, covered), SYSTEM))
+    for triple in SYSTEM.triples:
+        one = errors[triple]
+        # A hole where the matcher admits it, a wrong disparity where it does not.
+        assert (one.error + one.hole_share > 0.3) == (2 in triple), triple
+
+
+def test_evidence_is_in_the_order_of_its_scopes(wall: SensorFrame) -> None:
+    errors = DisparityErrors(DisparityMaps(wall, SYSTEM))
+    evidence = gather_evidence(errors)
+    scopes = evidence_scopes(SYSTEM)
+    assert scopes == (*SYSTEM.triples, (1, 2), (1, 3), (2, 3))
+    for scope, share in zip(scopes, evidence, strict=True):
+        if len(scope) == 3:
+            assert share == errors[scope].error
+        else:
+            assert share == pytest.approx(np.isnan(errors.maps[scope].values).mean())
+
+
+def test_a_map_that_cannot_be(wall: SensorFrame) -> None:
+    maps = DisparityMaps(wall, SYSTEM)
+    for pair in ((0, 1), (3, 2), (2, 2), (0, 4), (-1, 2)):
+        with pytest.raises(ConfigurationError, match="positions"):
+            maps[pair]
+    blind = SensorFrame(wall.id, wall.calibration, {0: wall.image(0), 1: wall.image(1)})
+    for pair in ((0, 3), (1, 3)):
+        with pytest.raises(DataError):
+            DisparityMaps(blind, SYSTEM)[pair]
+    with pytest.raises(ConfigurationError, match="right to left"):
+        DisparityMaps(wall, SensorSystem((LIDAR, 0, 1)))
+
+
+def test_real_sensors_agree(shared) -> None:
+    frame = KittiObject(shared / "kitti" / "object").frame("000107")
+    error = DisparityErrors(DisparityMaps(frame, LIDAR_AND_TWO_CAMERAS))[0, 1, 2]
+    # The thesis: clean frames are mostly below 20 %.
+    assert error.error < 0.2
+    assert error.hole_share < 0.25
+    assert error.pixels > 15000
+
+
+def test_narrow_pairs_search_less() -> None:
+    depth = PairDepth(nearest=4.0)
+    assert depth.estimator(RIG.calibration, 0, 2).disparities == 32
+    assert depth.estimator(RIG.calibration, 0, 1).disparities == 32
+    assert depth.estimator(RIG.calibration, 1, 2).disparities == 16
+    assert depth.estimator(RIG.calibration, 1, 2) is depth.estimator(RIG.calibration, 1, 2)
+    fixed = PairDepth({"name": "sgbm", "disparities": 64})
+    assert fixed.estimator(RIG.calibration, 1, 2).disparities == 64
+    assert depth.settings == {"name": "sgbm", "nearest": 4.0}
+
+
+def test_depth_that_cannot_be() -> None:
+    with pytest.raises(ConfigurationError, match="not right of"):
+        PairDepth().estimator(RIG.calibration, 2, 0)
+    with pytest.raises(ConfigurationError, match="positive"):
+        PairDepth(nearest=0.0)
+    with pytest.raises(ConfigurationError, match="name or a dictionary"):
+        PairDepth(object())  # type: ignore[arg-type]
+    with pytest.raises(ConfigurationError, match="no depth estimator"):
+        PairDepth("crystal_ball").estimator(RIG.calibration, 0, 1)

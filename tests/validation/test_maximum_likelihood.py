@@ -1,0 +1,305 @@
+"""Decoding by likelihood, against scipy's density, all states one by one, and algorithm 2."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.geometry import Floats
+from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.validation.evidence import evidence_scopes
+from avsec_gym.validation.fitted_on import FittedOn
+from avsec_gym.validation.identification import identify_attacked_sensors
+from avsec_gym.validation.likelihood_fit import LikelihoodSamples, fit_likelihood
+from avsec_gym.validation.maximum_likelihood import (
+    LikelihoodModel,
+    log_odds,
+    read_likelihood_model,
+)
+from avsec_gym.validation.state_posterior import (
+    Verdict,
+    attack_prior,
+    brier_score,
+    reliability,
+    state_indices,
+    state_vectors,
+)
+from avsec_gym.validation.thresholds import ThresholdTable
+
+MadeUp = Callable[..., Any]
+
+
+def fitted_on(n: int) -> FittedOn:
+    system = SensorSystem((LIDAR, *range(n)))
+    return FittedOn(system, {"name": "sgbm"}, (384.0,) * (n - 1), {"seed": 0})
+
+
+def model_of(n: int, shift: Floats, deviation: float = 0.3) -> LikelihoodModel:
+    """Scenes that are hard or easy for all elements alike.
+
+    Args:
+        n: Cameras.
+        shift: Of the triples' log-odds under the eight patterns; holes say nothing.
+        deviation: Of the shifts.
+    """
+    on = fitted_on(n)
+    triples, m = len(on.system.triples), len(evidence_scopes(on.system))
+    shifts = np.zeros((m, 8))
+    shifts[:triples] = shift
+    return LikelihoodModel(
+        on,
+        scene_mean=np.full(m, -2.5),
+        scene_covariance=0.2 * np.ones((m, m)) + 0.05 * np.eye(m),
+        shift_mean=shifts,
+        shift_deviation=deviation * (shifts != 0),
+        shift_correlation=0.5 * np.eye(m) + 0.5,
+        lowest=np.full(m, -6.0),
+        highest=np.full(m, 6.0),
+        degrees_of_freedom=6.0,
+        clean_scores=np.array([-5.0, -4.0, -3.0]),
+    )
+
+
+OR = 3.0 * (np.arange(8) > 0)
+"""Any attacked sensor spoils a triple all the same: the thesis' finding."""
+
+
+def by_hand(model: LikelihoodModel, evidence: Floats, prior: Floats) -> Floats:
+    """The posterior by scipy's density, one state and one element after the other."""
+    scopes = evidence_scopes(model.on.system)
+    weights = []
+    for index, state in enumerate(product((0, 1), repeat=len(model.on.system))):
+        # Bit i of the index is s_i.
+        state = tuple(index >> i & 1 for i in range(len(state)))
+        patterns = [sum(state[s] << bit for bit, s in enumerate(scope)) for scope in scopes]
+        mean = np.array(
+            [model.scene_mean[e] + model.shift_mean[e, p] for e, p in enumerate(patterns)]
+        )
+        covariance = model.scene_covariance + np.diag(np.full(len(scopes), 0.02**2))
+        for a, pattern_a in enumerate(patterns):
+            for b, pattern_b in enumerate(patterns):
+                covariance[a, b] += (
+                    model.shift_deviation[a, pattern_a]
+                    * model.shift_deviation[b, pattern_b]
+                    * model.shift_correlation[a, b]
+                )
+        freedom = model.degrees_of_freedom
+        shape = covariance * (freedom - 2) / freedom
+        u = np.clip(np.log(evidence / (1 - evidence)), model.lowest, model.highest)
+        density = stats.multivariate_t(mean, shape, freedom).logpdf(u)
+        weights.append(np.log(prior[index]) + model.exponent * density + model.offset * sum(state))
+    weights = np.exp(np.array(weights) - max(weights))
+    return weights / weights.sum()
+
+
+@pytest.mark.parametrize("n", [3, 4])
+def test_the_posterior_is_that_of_the_densities(n: int) -> None:
+    rng = np.random.default_rng(n)
+    model = replace(
+        model_of(n, rng.uniform(0, 2, 8) * (np.arange(8) > 0)), exponent=0.7, offset=0.3
+    )
+    evidence = rng.uniform(0.01, 0.6, (5, len(model.scene_mean)))
+    prior = rng.dirichlet(np.ones(2 ** (n + 1)))
+    found = model.posterior(evidence, prior)
+    expected = [by_hand(model, one, prior) for one in evidence]
+    np.testing.assert_allclose(found.probabilities, expected, rtol=1e-6, atol=1e-12)
+    np.testing.assert_allclose(found.clean, found.probabilities[:, 0])
+    marginal = [
+        sum(p for index, p in enumerate(one) if index >> 1 & 1) for one in found.probabilities
+    ]
+    np.testing.assert_allclose(found.sensors[:, 1], marginal)
+
+
+@pytest.mark.parametrize("n", [3, 4, 5, 6, 7])
+def test_every_attack_within_the_limit_is_decoded(n: int) -> None:
+    """And beyond it, all that the sensors cannot tell apart stays as probable as it was before."""
+    model = model_of(n, OR, deviation=0.1)
+    states = state_vectors(n + 1)
+    triples = model.on.system.triples
+    seen = np.array([[bool(state[list(t)].any()) for t in triples] for state in states])
+    u = np.full((len(states), len(model.scene_mean)), -2.5)
+    u[:, : len(triples)] += 3.0 * seen
+    prior = attack_prior(n + 1, 0.3)
+    found = model.decode(1 / (1 + np.exp(-u)), prior=prior)
+    few = states.sum(axis=1) <= n - 2
+    np.testing.assert_array_equal(found.states[few], states[few])
+    assert found.posterior.probabilities[few, np.flatnonzero(few)].min() > 0.99
+    # Fewer than three sound sensors: no triple is consistent, whichever they are.
+    alike = np.where(few, 0.0, prior) / prior[~few].sum()
+    for one in found.posterior.probabilities[~few]:
+        np.testing.assert_allclose(one, alike, atol=1e-3)
+
+
+def test_what_cannot_be_told_is_not_told() -> None:
+    model = model_of(3, OR, deviation=0.1)
+    u = np.full((3, len(model.scene_mean)), -2.5)
+    u[1, [0, 1, 3]] += 3.0
+    u[2, :4] += 3.0
+    sound, second, all_spoilt = model.decode(1 / (1 + np.exp(-u))).verdicts()
+    assert sound == [Verdict.SOUND] * 4
+    assert second == [Verdict.SOUND, Verdict.ATTACKED, Verdict.SOUND, Verdict.SOUND]
+    assert all_spoilt == [Verdict.CANNOT_TELL] * 4
+    strange = replace(model, farthest=0.5).decode(1 / (1 + np.exp(-u - [2, -2, 2, -2, 2, -2, 2])))
+    assert not strange.familiar.any()
+    assert strange.verdicts() == [[Verdict.CANNOT_TELL] * 4] * 3
+
+
+def test_a_blind_triple_has_no_say() -> None:
+    model = model_of(3, OR)
+    blind = replace(
+        model,
+        shift_mean=np.r_[np.zeros((1, 8)), model.shift_mean[1:]],
+        shift_deviation=np.r_[np.zeros((1, 8)), model.shift_deviation[1:]],
+        scene_covariance=0.25 * np.eye(7),
+    )
+    evidence = np.full((2, 7), 0.08)
+    evidence[1, 0] = 0.15
+    assert (blind.posterior(evidence).sensors < 0.02).all()
+    assert not blind.decode(evidence, rate=0.0).states.any()
+    # The same from a triple that sees.
+    evidence[1, 1] = 0.5
+    assert (blind.posterior(evidence).sensors[1] > 0.02).any()
+
+
+def test_far_beyond_all_that_was_seen_nothing_turns_over() -> None:
+    model = model_of(3, OR)
+    evidence = np.full((4, 7), 0.08)
+    evidence[1:, [0, 1, 3]] = [[0.7], [0.99], [1.0]]
+    sensors = model.posterior(evidence).sensors
+    assert (sensors[0] < 0.05).all()
+    assert (sensors[1:, 1] > 0.9).all()
+    assert np.isfinite(model.alarm_scores(np.array([np.zeros(7), np.ones(7)]))).all()
+
+
+def test_the_limit_of_the_thesis_is_a_prior() -> None:
+    prior = attack_prior(5, 0.2, most=2)
+    count = state_vectors(5).sum(axis=1)
+    assert (prior[count > 2] == 0).all()
+    assert prior.sum() == pytest.approx(1)
+    assert prior[1] / prior[0] == pytest.approx(0.25)
+    free = attack_prior(5, 0.2)
+    np.testing.assert_allclose(free @ state_vectors(5), 0.2)
+
+
+@pytest.fixture(scope="module")
+def judged(made_up: MadeUp) -> tuple[LikelihoodModel, Any, Any]:
+    """A model of 100 moments, and 100 others, each in all states."""
+    on = fitted_on(3)
+    states = np.broadcast_to(state_vectors(4), (100, 16, 4))
+    fit = made_up(on.system, states, seed=1, damage=0.3)
+    samples = LikelihoodSamples(fit.evidence, fit.states, fit.frames)
+    return fit_likelihood(on, samples), fit, made_up(on.system, states, seed=2, damage=0.3)
+
+
+def test_it_tells_more_than_algorithm_2(judged: tuple[LikelihoodModel, Any, Any]) -> None:
+    model, fit, others = judged
+    triples = model.on.system.triples
+    clean = fit.evidence[~fit.states.any(axis=1)][:, : len(triples)]
+    thresholds = ThresholdTable(model.on, clean, np.zeros_like(clean)).thresholds(0.01, "error")
+    one_attacked = others.states.sum(axis=1) == 1
+    by_thresholds = []
+    for evidence, state in zip(
+        others.evidence[one_attacked], others.states[one_attacked], strict=True
+    ):
+        exceeded = {
+            t: e > thresholds[t].error
+            for t, e in zip(triples, evidence[: len(triples)], strict=True)
+        }
+        found = identify_attacked_sensors(exceeded.__getitem__, 4)
+        by_thresholds.append(set(found.attacked) == set(np.flatnonzero(state)))
+    decoded = model.decode(others.evidence, rate=0.01)
+    right = (decoded.states == others.states).all(axis=1)
+    assert right[one_attacked].mean() > 0.9
+    assert right[one_attacked].mean() > np.mean(by_thresholds) + 0.3
+    false_alarms = decoded.alarms[~others.states.any(axis=1)].mean()
+    assert false_alarms <= 0.03
+    assert decoded.familiar.mean() > 0.99
+
+
+def test_its_probabilities_are_honest(judged: tuple[LikelihoodModel, Any, Any]) -> None:
+    model, _, others = judged
+    posterior = model.posterior(others.evidence, np.ones(16))
+    mean, share, count = reliability(posterior, others.states).T
+    # Three standard errors, and the moments that share a scene.
+    assert (np.abs(mean - share)[count > 80] < 0.12).all()
+    assert brier_score(posterior, others.states) < 0.05
+    certain = posterior.probabilities.max(axis=1)
+    exact = posterior.probabilities.argmax(axis=1) == state_indices(others.states)
+    assert certain.mean() == pytest.approx(exact.mean(), abs=0.05)
+
+
+def test_the_false_alarm_rate_is_that_of_moments_held_out(
+    judged: tuple[LikelihoodModel, Any, Any],
+) -> None:
+    model, _, others = judged
+    clean = others.evidence[~others.states.any(axis=1)]
+    assert len(model.clean_scores) == 100
+    rates = [model.decode(clean, rate).alarms.mean() for rate in (0.0, 0.1, 0.5, 1.0)]
+    np.testing.assert_allclose(rates, [0.0, 0.1, 0.5, 1.0], atol=0.1)
+    with pytest.raises(ConfigurationError, match="rate from 0 to 1"):
+        model.decode(clean, 1.5)
+
+
+def test_a_fit_is_repeatable_and_survives_its_file(
+    judged: tuple[LikelihoodModel, Any, Any], tmp_path: Path
+) -> None:
+    model, fit, others = judged
+    again = fit_likelihood(model.on, LikelihoodSamples(fit.evidence, fit.states, fit.frames))
+    path = tmp_path / "likelihoods.json"
+    model.write(path)
+    for other in (again, read_likelihood_model(path)):
+        np.testing.assert_array_equal(
+            other.decode(others.evidence).posterior.probabilities,
+            model.decode(others.evidence).posterior.probabilities,
+        )
+    content = json.loads(path.read_text())
+    del content["exponent"]
+    path.write_text(json.dumps(content))
+    with pytest.raises(DataError, match="lacks 'exponent'"):
+        read_likelihood_model(path)
+    content["exponent"] = -1
+    content["scene_mean"] = [0.0]
+    path.write_text(json.dumps(content))
+    with pytest.raises(DataError, match="damaged: scene_mean"):
+        read_likelihood_model(path)
+
+
+def test_samples_that_teach_too_little(made_up: MadeUp) -> None:
+    on = fitted_on(3)
+    singles = np.r_[np.zeros((1, 4)), np.eye(4)]
+    few = made_up(on.system, np.broadcast_to(singles, (12, 5, 4)), seed=1)
+    samples = LikelihoodSamples(few.evidence, few.states, few.frames)
+    with pytest.raises(ConfigurationError, match=r"\(0, 1, 2\) no two samples show \[0, 1\]"):
+        fit_likelihood(on, samples)
+    attacked = few.states.any(axis=1)
+    with pytest.raises(ConfigurationError, match="0 of 12 have one"):
+        LikelihoodSamples(few.evidence[attacked], few.states[attacked], few.frames[attacked])
+    with pytest.raises(ConfigurationError, match="10 moments or more, got 9"):
+        fit_likelihood(on, samples.of_frames(np.arange(12) < 9))
+    with pytest.raises(ConfigurationError, match="7 elements"):
+        model_of(3, OR).posterior(np.zeros((1, 6)))
+    with pytest.raises(ConfigurationError, match="prior"):
+        model_of(3, OR).posterior(np.zeros((1, 7)), np.ones(3))
+
+
+def test_brier_and_reliability_by_hand() -> None:
+    model = model_of(3, OR)
+    posterior = model.posterior(np.full((2, 7), 0.08), np.eye(16)[3])
+    # Certain of S_0 and S_1, of which the second moment has none.
+    truth = np.array([[1, 1, 0, 0], [0, 0, 0, 0]], bool)
+    assert brier_score(posterior, truth) == pytest.approx(0.25)
+    table = reliability(posterior, truth, bins=2)
+    np.testing.assert_allclose(table, [[0, 0, 4], [1, 0.5, 4]])
+
+
+def test_log_odds_are_finite() -> None:
+    np.testing.assert_allclose(log_odds(np.array([0.0, 0.5, 1.0])), [-6.907, 0, 6.907], atol=1e-3)

@@ -1,0 +1,180 @@
+"""Thresholds as order statistics of attack-free data, and their files."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.rig import camera_rig, kitti_rig
+from avsec_gym.sensor_system import KITTI_SYSTEM, LIDAR, SensorSystem
+from avsec_gym.validation.detection import (
+    LIDAR_AND_TWO_CAMERAS,
+    THREE_CAMERAS,
+    alarm_rate,
+    detect_attack,
+)
+from avsec_gym.validation.disparity_error import DisparityError
+from avsec_gym.validation.fitted_on import FittedOn, fitted_on
+from avsec_gym.validation.pair_depth import PairDepth
+from avsec_gym.validation.thresholds import (
+    Criterion,
+    Threshold,
+    ThresholdTable,
+    read_threshold_table,
+    threshold_table,
+)
+
+CRITERIA: tuple[Criterion, ...] = ("error", "hole_share", "either")
+
+
+def samples(on: FittedOn, count: int = 200) -> list[dict[Any, DisparityError]]:
+    rng = np.random.default_rng(1)
+    moments = []
+    for valid, bad in zip(
+        rng.integers(5000, 9001, (count, 4)), rng.beta(2, 20, (count, 4)), strict=True
+    ):
+        errors = [DisparityError(int(b * v), int(v), 9000) for v, b in zip(valid, bad, strict=True)]
+        moments.append(dict(zip(on.system.triples, errors, strict=True)))
+    return moments
+
+
+@pytest.mark.parametrize("criterion", CRITERIA)
+@pytest.mark.parametrize("rate", [0.0, 0.01, 0.05, 0.29, 0.5, 1.0])
+def test_the_share_r_of_the_samples_lies_beyond(
+    kitti_on: FittedOn, rate: float, criterion: Criterion
+) -> None:
+    moments = samples(kitti_on)
+    thresholds = threshold_table(kitti_on, moments).thresholds(rate, criterion)
+    assert set(thresholds) == set(KITTI_SYSTEM.triples)
+    for triple, threshold in thresholds.items():
+        found = alarm_rate((moment[triple] for moment in moments), threshold)
+        assert found.rate == pytest.approx(rate, abs=1e-9 if criterion != "either" else 0.011)
+        assert found.rate <= rate + 1e-9
+
+
+def test_the_thesis_looks_at_the_error_alone(kitti_on: FittedOn) -> None:
+    table = threshold_table(kitti_on, samples(kitti_on))
+    threshold = table.thresholds(0.02, "error")[0, 1, 3]
+    errors = np.sort(table.errors[:, 1])
+    # 4 of 200 lie above: the threshold is the largest inlier.
+    assert threshold == Threshold(errors[-5], np.inf)
+    assert not threshold.exceeded(DisparityError(0, 100, 9000))
+    assert table.thresholds(0.02)[0, 1, 3].exceeded(DisparityError(0, 100, 9000))
+
+
+@settings(deadline=None)
+@given(
+    st.lists(st.tuples(st.integers(0, 4), st.integers(0, 4)), min_size=1, max_size=30),
+    st.floats(0, 1),
+)
+def test_equal_samples_never_raise_the_rate(pairs: list[tuple[int, int]], rate: float) -> None:
+    on = FittedOn(THREE_CAMERAS, {"name": "sgbm"}, (48.0, 384.0), {})
+    values = np.array(pairs) / 4
+    table = ThresholdTable(on, values[:, :1], values[:, 1:])
+    threshold = table.thresholds(rate)[0, 1, 2]
+    beyond = sum(e > threshold.error or h > threshold.hole_share for e, h in values)
+    assert beyond <= rate * len(values) + 1e-6
+
+
+def test_detection_with_three_sensors() -> None:
+    on = FittedOn(THREE_CAMERAS, {"name": "sgbm"}, (48.0, 384.0), {})
+    shares = np.linspace(0.0, 0.099, 100)[:, None]
+    thresholds = ThresholdTable(on, shares, shares).thresholds(0.01)
+    sound, attacked = DisparityError(900, 9200, 10000), DisparityError(3000, 9200, 10000)
+    hidden = DisparityError(0, 8000, 10000)
+    assert not detect_attack({(0, 1, 2): sound}, thresholds)
+    assert detect_attack({(0, 1, 2): attacked}, thresholds)
+    assert detect_attack({(0, 1, 2): hidden}, thresholds)
+    found = alarm_rate([sound, attacked, hidden, attacked], thresholds[0, 1, 2])
+    assert (found.alarms, found.samples, found.rate) == (3, 4, 0.75)
+    low, high = found.interval
+    assert 0.3 < low < 0.75 < high < 0.99
+    assert alarm_rate([], thresholds[0, 1, 2]).rate is None
+    with pytest.raises(ConfigurationError, match="one triple"):
+        detect_attack(dict.fromkeys(KITTI_SYSTEM.triples, sound), thresholds)
+
+
+def test_a_table_survives_its_file(tmp_path: Path, kitti_on: FittedOn) -> None:
+    table = threshold_table(kitti_on, samples(kitti_on))
+    path = tmp_path / "new" / "thresholds.json"
+    table.write(path)
+    again = read_threshold_table(path)
+    assert again.on == kitti_on
+    assert len(again) == 200
+    np.testing.assert_array_equal(again.errors, table.errors)
+    assert again.thresholds(0.01) == table.thresholds(0.01)
+    with pytest.raises(DataError, match="left as it is"):
+        table.write(path)
+    table.write(path, overwrite=True)
+
+
+@pytest.mark.parametrize(
+    ("change", "problem"),
+    [
+        (lambda content: content.pop("errors"), "lacks 'errors'"),
+        (lambda content: content.update(kind="likelihoods"), "expected 'thresholds'"),
+        (lambda content: content.update(format=9), "format 9"),
+        (lambda content: content["errors"][0].pop(), "damaged"),
+        (lambda content: content["errors"][0].__setitem__(0, 1.5), "shares from 0 to 1"),
+        (lambda content: content["errors"][0].__setitem__(0, None), "damaged"),
+        (lambda content: content.update(errors=[], hole_shares=[]), "damaged"),
+        (lambda content: content["fitted_on"].update(sensors=[2]), "damaged"),
+        (lambda content: content["fitted_on"].update(scales=[384.0]), "1 scales for 3 cameras"),
+    ],
+)
+def test_broken_files_are_named(
+    tmp_path: Path, kitti_on: FittedOn, change: Callable[[dict[str, Any]], object], problem: str
+) -> None:
+    path = tmp_path / "thresholds.json"
+    threshold_table(kitti_on, samples(kitti_on, 20)).write(path)
+    content = json.loads(path.read_text())
+    change(content)
+    path.write_text(json.dumps(content))
+    with pytest.raises(DataError, match=problem) as caught:
+        read_threshold_table(path)
+    assert str(path) in str(caught.value)
+
+
+def test_files_that_are_none(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="cannot be read"):
+        read_threshold_table(tmp_path / "missing.json")
+    for text in ('{"kind": "thresh', "[]", "3", "\ufeff", ""):
+        (tmp_path / "x.json").write_text(text)
+        with pytest.raises(DataError, match=r"x\.json"):
+            read_threshold_table(tmp_path / "x.json")
+
+
+def test_thresholds_of_others_are_refused() -> None:
+    calibration, depth = kitti_rig().calibration, PairDepth()
+    on = fitted_on(KITTI_SYSTEM, depth, calibration, {"suite": "raw", "count": 2, "seed": 0})
+    on.check(KITTI_SYSTEM, PairDepth("sgbm"), calibration)
+    on.check(KITTI_SYSTEM.without_last(), depth, calibration)
+    with pytest.raises(ConfigurationError, match="sensors lidar, 1, 3, 2, not lidar, 3, 2"):
+        on.check(LIDAR_AND_TWO_CAMERAS, depth, calibration)
+    with pytest.raises(ConfigurationError, match="psmnet"):
+        on.check(KITTI_SYSTEM, PairDepth("psmnet"), calibration)
+    with pytest.raises(ConfigurationError, match="nearest"):
+        on.check(KITTI_SYSTEM, PairDepth(nearest=9.0), calibration)
+    other = camera_rig([0.0, 0.8, 0.2, 0.5]).calibration
+    system = SensorSystem((LIDAR, 1, 3, 2))
+    with pytest.raises(ConfigurationError, match="stand otherwise"):
+        on.check(system, depth, other)
+
+
+@pytest.mark.parametrize("rate", [-0.1, 1.1, float("nan")])
+def test_rates_that_are_none(kitti_on: FittedOn, rate: float) -> None:
+    with pytest.raises(ConfigurationError, match="from 0 to 1"):
+        threshold_table(kitti_on, samples(kitti_on, 5)).thresholds(rate)
+
+
+def test_no_samples(kitti_on: FittedOn) -> None:
+    with pytest.raises(ConfigurationError, match="row for each sample"):
+        threshold_table(kitti_on, [])
