@@ -26,7 +26,7 @@ from avsec_gym.commands.plan import PlanFiles
 from avsec_gym.commands.report import Report
 from avsec_gym.commands.run import Run
 from avsec_gym.commands.train import Train
-from avsec_gym.commands.weights import WeightsImport
+from avsec_gym.commands.weights import Weights
 from avsec_gym.commands.world import World
 from avsec_gym.errors import AvsecError, ConfigurationError
 
@@ -44,7 +44,7 @@ Command = (
     | Annotated[DataCheck, tyro.conf.subcommand("data")]
     | Annotated[World, tyro.conf.subcommand("world")]
     | Annotated[Train, tyro.conf.subcommand("train")]
-    | Annotated[WeightsImport, tyro.conf.subcommand("weights")]
+    | Annotated[Weights, tyro.conf.subcommand("weights")]
 )
 
 
@@ -67,7 +67,7 @@ def run(arguments: Sequence[str]) -> int:
     if arguments == ["--version"]:
         sys.stdout.write(f"avsec {__version__}\n")
         return console.DONE
-    if arguments[:2] in (["data", "check"], ["weights", "import"], ["attack", "patch"]):
+    if arguments[:2] in (["data", "check"], ["attack", "patch"]):
         # These have one verb so far; the subcommand stands for both words.
         arguments = [arguments[0], *arguments[2:]]
     try:

@@ -10,7 +10,7 @@ import cv2
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.perception.detection_errors import CATEGORY, wanted_cars
-from avsec_gym.experiments.perception.working_point import Counts, counted
+from avsec_gym.metrics.working_point import Counts, counted
 from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.detections import above

@@ -20,7 +20,7 @@ from avsec_gym.experiments.perception.detection_errors import (
     wanted_cars,
 )
 from avsec_gym.experiments.perception.mended_detections import mended_precision
-from avsec_gym.experiments.perception.working_point import working_point
+from avsec_gym.metrics.working_point import working_point
 from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU, MinIou, average_precision
 from avsec_gym.metrics.average_precision_frames import NEIGHBOURS
 

@@ -29,7 +29,7 @@ from avsec_gym.experiments.perception.detection_errors import (
     wanted_cars,
 )
 from avsec_gym.experiments.perception.detector_precision import named
-from avsec_gym.experiments.perception.working_point import MIN_IOU, counted
+from avsec_gym.metrics.working_point import MIN_IOU, counted
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.detections import above, default_score_threshold
 from avsec_gym.kitti.text_files import read_text
@@ -95,7 +95,7 @@ def compared(truth: Boxes3D, found: Boxes3D, least_score: float) -> dict[str, An
         least_score: Of those that are taken for real.
 
     Returns:
-        Right and wrong (`avsec_gym.experiments.perception.working_point`); each labelled car,
+        Right and wrong (`avsec_gym.metrics.working_point`); each labelled car,
         nearest first: metres ahead, whether it is to be found at the moderate level, the score of
         the detection that means it in the image, how far off that is in depth, and the largest
         overlap from above, also of detections that are not sure enough; and the surest detections.

@@ -88,8 +88,13 @@ def save_weights(path: str | Path, network: nn.Module, card: ModelCard) -> Model
         "sha256": hashlib.sha256(content).hexdigest(),
     }
     write_bytes(path, content, overwrite=True)
-    write_text(_card_path(path), json.dumps(facts, indent=1) + "\n", overwrite=True)
-    return ModelCard(**facts)
+    return write_card(path, ModelCard(**facts))
+
+
+def write_card(path: str | Path, card: ModelCard) -> ModelCard:
+    """Write a card beside a file of weights, over the one that is there."""
+    write_text(_card_path(Path(path)), json.dumps(asdict(card), indent=1) + "\n", overwrite=True)
+    return card
 
 
 def load_weights(path: str | Path, network: nn.Module) -> ModelCard | None:

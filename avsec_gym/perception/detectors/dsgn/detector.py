@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -19,6 +19,7 @@ from avsec_gym.perception.detectors.dsgn.decoding import DecodingRule, decode
 from avsec_gym.perception.detectors.dsgn.losses import depth_loss, detection_losses
 from avsec_gym.perception.detectors.dsgn.network import DsgnNetwork, DsgnOutput
 from avsec_gym.perception.detectors.dsgn.targets import anchor_targets
+from avsec_gym.perception.detectors.score_calibration import ScoreCalibration
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
 from avsec_gym.perception.weights.given import Weights, give_weights
 
@@ -87,7 +88,8 @@ class DsgnDetector:
         published = configuration != DsgnConfiguration.preset("small")
         self.rule = rule or (DecodingRule() if published else _SMALL_RULE)
         self.network = DsgnNetwork(configuration)
-        give_weights(self.network, weights, f"{self.name}_{preset}")
+        card = give_weights(self.network, weights, f"{self.name}_{preset}")
+        self.calibration = ScoreCalibration.of_card(card)
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
         """The objects of a frame, best score first, with `box2d` and `alpha`.
@@ -102,7 +104,8 @@ class DsgnDetector:
         with torch.no_grad():
             output, _ = self._run(batch)
         projections = _camera_projections(batch)
-        return decode(output, self.configuration, projections, batch.size, self.rule)
+        found = decode(output, self.configuration, projections, batch.size, self.rule)
+        return [replace(boxes, score=self.calibration(boxes.score)) for boxes in found]
 
     def losses(
         self, batch: StereoBatch, truth: Sequence[Boxes3D], disparity: Tensor | None = None

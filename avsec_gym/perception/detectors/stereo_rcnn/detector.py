@@ -12,6 +12,7 @@ from torch.nn.utils.rnn import pad_sequence
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import SensorFrame
+from avsec_gym.perception.detectors.score_calibration import ScoreCalibration
 from avsec_gym.perception.detectors.stereo_rcnn.backbone import FeaturePyramid
 from avsec_gym.perception.detectors.stereo_rcnn.configuration import (
     RESNET101,
@@ -87,6 +88,7 @@ class StereoRcnnDetector:
         card = give_weights(self.network, weights, f"{self.name}_{configuration.name}")
         if card is not None:
             self.term_weights.learned(card.beside)
+        self.calibration = ScoreCalibration.of_card(card)
         self.term_weights.requires_grad_(False)
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
@@ -115,7 +117,7 @@ class StereoRcnnDetector:
             observed = observed_boxes(one, keypoints, i, size, camera)
             boxes = solved_boxes(
                 observed,
-                one.scores.double().cpu().numpy(),
+                self.calibration(one.scores.double().cpu().numpy()),
                 [self.configuration.categories[label - 1] for label in one.classes.tolist()],
                 (_pixels(batch.left[i]), _pixels(batch.right[i])),
                 camera,

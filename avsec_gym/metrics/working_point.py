@@ -1,4 +1,4 @@
-"""The score from which a detector's boxes are taken for real in pictures and counts."""
+"""What a detector's scores are worth: where they find most, and how often each is right."""
 
 from __future__ import annotations
 
@@ -8,15 +8,18 @@ from typing import NamedTuple
 import numpy as np
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.perception.detection_errors import CATEGORY, LEVEL
+from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision_frames import (
     COUNTED,
+    LEVELS,
     detection_status,
     label_status,
     pooled,
 )
 from avsec_gym.metrics.average_precision_matching import Events, match, overlaps
 
+CATEGORY, LEVEL = "Car", LEVELS.index("moderate")
+"""What is counted."""
 MIN_IOU = 0.5
 """From above: a box that is right to a metre or so."""
 _FROM_ABOVE = 1
@@ -66,6 +69,22 @@ def counted(truth: Sequence[Boxes3D], found: Sequence[Boxes3D]) -> Counts:
     events, cars = _events(truth, found)
     hits = int(events.true_positives.sum())
     return Counts(hits, cars - hits, int(events.false_positives.sum()))
+
+
+def right_and_wrong(
+    truth: Sequence[Boxes3D], found: Sequence[Boxes3D]
+) -> tuple[Floats, Floats, Floats]:
+    """How many boxes of each score are cars, and how many are nothing.
+
+    Returns:
+        The E scores, and both counts, shape (E,).
+    """
+    events, _ = _events(truth, found)
+    right, wrong = (
+        np.maximum(each, 0).astype(float)
+        for each in (events.true_positives, events.false_positives)
+    )
+    return events.score, right, wrong
 
 
 def _events(truth: Sequence[Boxes3D], found: Sequence[Boxes3D]) -> tuple[Events, int]:

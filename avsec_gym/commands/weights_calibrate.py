@@ -1,0 +1,83 @@
+"""`avsec weights calibrate`: makes a detector's scores probabilities."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from avsec_gym.commands import console
+from avsec_gym.errors import DataError
+
+
+@dataclass(frozen=True)
+class WeightsCalibrate:
+    """Make scores probabilities: of boxes with a score of 0.3, three in ten will be cars.
+
+    What is found is held against labels (moderate cars, IoU 0.5 from above); the line that fits is
+    kept in the weights' card, and the detector scores by it from then on. No order of boxes
+    changes, so neither does average precision.
+    """
+
+    file: Annotated[Path, tyro.conf.Positional]
+    """Weights of a detector, as `avsec train` writes them, with their card."""
+    kitti: Path
+    """Frames in KITTI's object layout that the network has not learned from."""
+    split: str | None = None
+    """The frames of ImageSets/SPLIT.txt, such as val.  Default: all that have labels."""
+    limit: int | None = None
+    """Only the first frames."""
+    json: bool = False
+    """Print the line and how scores were before and after as JSON."""
+
+    def run(self) -> int:
+        """Do it; the exit code."""
+        from avsec_gym.kitti.dataset import KittiObject
+        from avsec_gym.metrics.working_point import right_and_wrong
+        from avsec_gym.perception.detectors import make_detector
+        from avsec_gym.perception.detectors.score_calibration import (
+            NAME,
+            ScoreCalibration,
+            fit_score_calibration,
+        )
+        from avsec_gym.perception.weights.store import read_card, write_card
+
+        card = read_card(self.file)
+        if card is None or card.network not in ("dsgn", "stereo_rcnn"):
+            raise DataError(
+                "These are no weights of a detector with a card.",
+                path=self.file,
+                remedy="Name those that `avsec train dsgn` or `stereo_rcnn` wrote.",
+            )
+        detector: Any = make_detector({"name": card.network, "weights": str(self.file)})
+        detector.calibration = ScoreCalibration()
+        data = KittiObject(self.kitti)
+        ids = data.ids(self.split, having=("image_2", "image_3", "label_2"))[: self.limit]
+        if not ids:
+            raise DataError("There is no labelled pair.", path=self.kitti)
+        found = []
+        with console.progress("detecting") as shown:
+            for done, one in enumerate(ids, start=1):
+                found.append(detector.detect(data.frame(one)))
+                shown(done, len(ids))
+        scores, right, wrong = right_and_wrong([data.labels(one) for one in ids], found)
+        line = fit_score_calibration(scores, right, wrong)
+        card.beside[NAME] = [line.slope, line.offset]
+        write_card(self.file, card)
+        summary = {
+            "slope": line.slope,
+            "offset": line.offset,
+            "frames": len(ids),
+            "right": int(right.sum()),
+            "wrong": int(wrong.sum()),
+        }
+        if self.json:
+            console.print_json(summary)
+        else:
+            console.say(
+                f"{self.file}: by {summary['right']} cars and {summary['wrong']} false alarms in"
+                f" {len(ids)} frames, log-odds x {line.slope:.3f} {line.offset:+.3f}"
+            )
+        return console.DONE

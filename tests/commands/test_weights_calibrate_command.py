@@ -1,0 +1,80 @@
+"""`avsec weights calibrate`: a line fitted on frames, kept in the card."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from torch import nn
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.cli import run
+from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti import write_calibration, write_labels
+from avsec_gym.perception import detectors
+from avsec_gym.perception.detectors.score_calibration import NAME, ScoreCalibration
+from avsec_gym.perception.weights.store import ModelCard, read_card, save_weights
+from avsec_gym.rig import kitti_rig
+
+DONE, BAD_DATA = 0, 1
+FRAMES = 40
+
+
+def cars(*places: tuple[float, float, float]) -> Boxes3D:
+    """Of x, z and score."""
+    x, z, score = np.array(places).T
+    n = len(places)
+    location = np.column_stack([x, np.full(n, 1.65), z])
+    box2d = np.column_stack([610 + 40 * x, np.full(n, 150), 640 + 40 * x, np.full(n, 200)])
+    return Boxes3D(
+        location, np.tile([1.5, 1.6, 4.0], (n, 1)), np.zeros(n), score, ["Car"] * n, box2d=box2d,
+        truncation=np.zeros(n), occlusion=np.zeros(n), alpha=np.zeros(n),
+    )  # fmt: skip
+
+
+class HalfRight:
+    """Where it says 0.1, half of the boxes are real; where it says 0.05, one in ten."""
+
+    calibration: ScoreCalibration
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        number = int(frame.id)
+        sure = (0.0 if number % 2 else 5.0, 20.0, 0.1)
+        faint = (-5.0 if number % 10 == 0 else -9.0, 20.0, 0.05)
+        return cars(sure, faint)
+
+
+@pytest.fixture
+def frames(tmp_path: Path) -> Path:
+    for number in range(FRAMES):
+        name, training = f"{number:06d}", tmp_path / "training"
+        write_calibration(training / "calib" / f"{name}.txt", kitti_rig().calibration)
+        write_labels(training / "label_2" / f"{name}.txt", cars((0, 20, 1), (-5, 20, 1)))
+        for camera in ("image_2", "image_3"):
+            (training / camera).mkdir(exist_ok=True)
+            (training / camera / f"{name}.png").touch()
+    return tmp_path
+
+
+def test_the_card_gets_the_line(
+    frames: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "small.safetensors"
+    save_weights(file, nn.Linear(1, 1), ModelCard("dsgn", beside={"other": [1.0]}))
+    monkeypatch.setattr(detectors, "make_detector", lambda what: HalfRight())
+    assert run(["weights", "calibrate", str(file), "--kitti", str(frames)]) == DONE
+    card = read_card(file)
+    assert card is not None
+    assert card.beside["other"] == [1.0]
+    line = ScoreCalibration(*card.beside[NAME])
+    assert line(np.array([0.1, 0.05])) == pytest.approx([0.5, 0.1], abs=0.03)
+
+
+def test_weights_without_a_card_are_refused(
+    frames: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "psmnet.safetensors"
+    save_weights(file, nn.Linear(1, 1), ModelCard("psmnet"))
+    assert run(["weights", "calibrate", str(file), "--kitti", str(frames)]) == BAD_DATA
+    assert "no weights of a detector" in capsys.readouterr().err
