@@ -15,3 +15,10 @@ def shared() -> Path:
     if not (SHARED / "kitti").is_dir():
         pytest.skip("real KITTI data is not here (../shared, beside the repository)")
     return SHARED
+
+
+@pytest.fixture
+def undrawn_curves(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For trainings of a moment: their pictures would take longer than they do."""
+    curves = "avsec_gym.perception.training.curves"
+    monkeypatch.setattr(f"{curves}.draw_curves", lambda rows, path: None)

@@ -33,12 +33,12 @@ from avsec_gym.attacks.patch_pasting import paste
 from avsec_gym.attacks.patch_placement import PatchPlace, random_place
 from avsec_gym.attacks.patch_scenes import PatchScenes
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.detector import DifferentiableDetector
 from avsec_gym.perception.stereo_batch import batch_of_frames
-from avsec_gym.perception.training.checkpoint import Checkpoint, load_checkpoint, save_checkpoint
-from avsec_gym.perception.training.curves import CURVES, Curves, read_curves
+from avsec_gym.perception.training.checkpoint import Checkpoint, save_checkpoint, start_or_resume
+from avsec_gym.perception.training.curves import Curves, read_curves
 
 PATCH = "patch.safetensors"
 """In the folder of a training, its picture and card beside it."""
@@ -140,19 +140,12 @@ class _Run:
             "data": self.scenes.description(),
             "training": asdict(self.configuration),
         }
-        there = load_checkpoint(self.folder, identity) if resume else None
-        if there is not None:
-            self.pixels.data.copy_(there.trained["pixels"])
-            self.sizes = there.trained["gradient_sizes"]
-            self.optimizer.load_state_dict(there.optimizer)
-            return there
-        if not resume and (self.folder / CURVES).exists():
-            raise DataError(
-                "A training is here already.",
-                path=self.folder,
-                remedy="Go on with it by --resume, or name another folder with --out.",
-            )
-        return Checkpoint(identity)
+        state = start_or_resume(self.folder, identity, resume=resume)
+        if state.trained:
+            self.pixels.data.copy_(state.trained["pixels"])
+            self.sizes = state.trained["gradient_sizes"]
+            self.optimizer.load_state_dict(state.optimizer)
+        return state
 
     def step(self) -> None:
         """Learn from some frames; all randomness follows from the seed and the step's number."""

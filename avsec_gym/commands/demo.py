@@ -65,7 +65,7 @@ class Demo:
 
 def _draw(drives: list[AttackedDrive], folder: Path) -> list[Path]:
     """A street and a highway, as they are and attacked; the sheet of both."""
-    from avsec_gym.experiments.driving_safety_files import drive_with_tree
+    from avsec_gym.experiments.driving_safety.files import drive_with_tree
     from avsec_gym.report.scenario_picture import draw_drive, draw_sheet, save_picture
     from avsec_gym.scenario.scene import Motion
 

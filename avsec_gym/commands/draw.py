@@ -44,8 +44,8 @@ class Draw:
 
     def run(self) -> int:
         """Do it; the exit code."""
-        from avsec_gym.experiments.driving_safety import Detected
-        from avsec_gym.experiments.driving_safety_files import drive_with_tree
+        from avsec_gym.experiments.driving_safety.files import drive_with_tree
+        from avsec_gym.experiments.driving_safety.rates import Detected
         from avsec_gym.kitti.detections import DetectionFolder
         from avsec_gym.planners.planner import Algorithm
         from avsec_gym.report.scenario_picture import draw_drive, save_picture

@@ -124,6 +124,7 @@ def test_the_expected_loss_to_the_ghosts_falls(tmp_path: Path) -> None:
     assert torch.equal(load_patch(tmp_path / PATCH).pixels, patch.pixels)
 
 
+@pytest.mark.usefixtures("undrawn_curves")
 def test_both_detectors_shape_a_joint_patch_whatever_the_scales_of_their_losses(
     tmp_path: Path,
 ) -> None:
@@ -134,6 +135,7 @@ def test_both_detectors_shape_a_joint_patch_whatever_the_scales_of_their_losses(
         assert expected_loss(detector, patch, Scenes(8)) < 0.95 * control
 
 
+@pytest.mark.usefixtures("undrawn_curves")
 def test_a_stopped_training_goes_on_as_if_nothing_had_happened(tmp_path: Path) -> None:
     whole = train_patch([StandIn()], Scenes(5), SETTINGS, tmp_path / "whole")
 
@@ -160,6 +162,7 @@ def test_a_stopped_training_goes_on_as_if_nothing_had_happened(tmp_path: Path) -
         train_patch([StandIn(7)], Scenes(5), SETTINGS, parts, resume=True)
 
 
+@pytest.mark.usefixtures("undrawn_curves")
 def test_other_seeds_make_other_patches(tmp_path: Path) -> None:
     short = replace(SETTINGS, epochs=1)
     one = train_patch([StandIn()], Scenes(), short, tmp_path / "0")
@@ -178,6 +181,7 @@ def test_detectors_that_cannot_be_trained_against(tmp_path: Path) -> None:
         PatchTraining(step_size=0)
 
 
+@pytest.mark.usefixtures("undrawn_curves")
 @pytest.mark.slow
 def test_one_patch_brings_both_networks_nearer_to_a_ghost(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -43,3 +44,31 @@ def bright_cars(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModuleType
 def quick() -> dict[str, Any]:
     """Arguments of an attack on images that is played in milliseconds."""
     return dict(json.loads(os.environ[ARGUMENTS]))
+
+
+@pytest.fixture(scope="session")
+def small_cache(tmp_path_factory: pytest.TempPathFactory, bright_cars: ModuleType) -> Path:
+    """A cache whose default suite `mixed` has four small frames; one for all of xdist's workers."""
+    from avsec_gym.world.export import Sensors, default_suites, suite_recipe
+    from avsec_gym.world.textures.library import cache_folder, texture_library
+
+    own = tmp_path_factory.getbasetemp()
+    cache = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "small_cache"
+    cache.mkdir(exist_ok=True)
+    texture_library()
+    for path in cache_folder().glob("textures-*"):
+        with suppress(FileExistsError):
+            (cache / path.name).symlink_to(path)
+    recipe = suite_recipe("mixed", 4, sensors=Sensors((2, 3), rig=bright_cars.rig()), previous=0)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setenv("AVSEC_CACHE", str(cache))
+        default_suites.cached("mixed", recipe, 1)
+    return cache
+
+
+@pytest.fixture(scope="module")
+def small_suite(small_cache: Path) -> Iterator[None]:
+    """The default suite is small: making the real one takes minutes."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setenv("AVSEC_CACHE", str(small_cache))
+        yield

@@ -21,6 +21,8 @@ from avsec_gym.pipeline import drive
 from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.intention import Intention
 
+pytestmark = pytest.mark.usefixtures("small_suite")
+
 ID = "avsec/DetectorBenchmark-v0"
 
 

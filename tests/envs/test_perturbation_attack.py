@@ -292,6 +292,7 @@ def test_making_one_loads_nothing_heavy(id: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("small_suite")
 @pytest.mark.parametrize("id", [ID, "avsec/PatchAttack-v0"])
 def test_the_defaults_are_played(id: str) -> None:
     """The detector of the package on the default suite."""

@@ -16,6 +16,8 @@ from typing import Any
 
 import pytest
 
+from avsec_gym.experiments.experiment import Configuration
+from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 
 PROGRAM = """
@@ -30,7 +32,7 @@ if __name__ == "__main__":
     asked = Configuration(limit=15, seed=3, options={"pause": 0.06})
     run_experiments([tiny.PRECISION, tiny.SAFETY], asked, root, workers=workers, threads=1)
 """
-CELLS = 45
+CELLS, KILLS = 45, 3
 Rows = Callable[[Path], dict[str, list[tuple[Any, ...]]]]
 
 
@@ -60,13 +62,17 @@ def gone(process: int) -> bool:
 def test_killed_at_random_moments(
     tiny: ModuleType, diary: Path, tmp_path: Path, rows: Rows, workers: int
 ) -> None:
-    """SIGKILL, four times: once while the run begins, then wherever it is."""
-    assert begin(tmp_path, tmp_path / "undisturbed", workers).wait() == 0
-    expected = rows(tmp_path / "undisturbed")
+    """SIGKILL, three times: once while the run begins, then wherever it is."""
+    without_pauses = Configuration(limit=15, seed=3)
+    undisturbed = tmp_path / "undisturbed"
+    run_experiments(
+        [tiny.PRECISION, tiny.SAFETY], without_pauses, undisturbed, workers=0, threads=1
+    )
+    expected = rows(undisturbed)
     assert len(expected["cells"]) == CELLS == len(diary.read_text().splitlines())
     diary.write_text("")
     root, chance = tmp_path / "killed", random.Random(workers)
-    for kill in range(4):
+    for kill in range(KILLS):
         before = finished(root)
         run = begin(tmp_path, root, workers)
         if kill:
@@ -82,7 +88,7 @@ def test_killed_at_random_moments(
     assert rows(root) == expected
     # Nothing finished was done again: at most the cells in hand at each kill.
     begun = [line.split() for line in diary.read_text().splitlines()]
-    assert CELLS <= len(begun) <= CELLS + 4 * workers
+    assert CELLS <= len(begun) <= CELLS + KILLS * workers
     # The orphans have left.
     processes = {int(words[-1]) for words in begun}
     assert len(processes) > workers

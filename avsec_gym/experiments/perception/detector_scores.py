@@ -20,9 +20,9 @@ from avsec_gym.experiments.perception.detection_errors import (
     wanted_cars,
 )
 from avsec_gym.experiments.perception.mended_detections import mended_precision
-from avsec_gym.metrics.working_point import working_point
 from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU, MinIou, average_precision
 from avsec_gym.metrics.average_precision_frames import NEIGHBOURS
+from avsec_gym.metrics.working_point import working_point
 
 IOUS = {"0.7": STANDARD_IOU, "0.5": LOW_IOU}
 """From above and in space; in the image always 0.7, as in KITTI's second set of thresholds."""

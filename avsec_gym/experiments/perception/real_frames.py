@@ -29,10 +29,10 @@ from avsec_gym.experiments.perception.detection_errors import (
     wanted_cars,
 )
 from avsec_gym.experiments.perception.detector_precision import named
-from avsec_gym.metrics.working_point import MIN_IOU, counted
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.detections import above, default_score_threshold
 from avsec_gym.kitti.text_files import read_text
+from avsec_gym.metrics.working_point import MIN_IOU, counted
 from avsec_gym.perception.detectors import make_detector
 from avsec_gym.report.found_and_true import draw_frame, draw_frames_from_above
 from avsec_gym.report.scenario_picture import save_picture

@@ -97,7 +97,7 @@ def _figure(curves: Mapping[str, Mapping[str, Any]]) -> Any:
     style: dict[Any, Any] = {**FIGURE_STYLE, "axes.spines.top": False, "axes.spines.right": False}
     with mpl.rc_context(style):
         figure = Figure(figsize=(10, 2.4 * len(curves)), dpi=110, layout="constrained")
-        panels = figure.subplots(len(curves), 2, squeeze=False)
+        panels = figure.subplots(len(curves), 2, squeeze=False, sharex="row")
         for (left, right), (name, one) in zip(panels, curves.items(), strict=True):
             left.plot(*_points(one["losses"], "total"), color="#0072B2", lw=1.4)
             left.set_title(f"{name}: loss", loc="left", size=9)
@@ -107,7 +107,8 @@ def _figure(curves: Mapping[str, Mapping[str, Any]]) -> Any:
             right.set_title(f"{name}: validation, %", loc="left", size=9)
             right.set_ylim(bottom=0)
             if right.lines:
-                right.legend(frameon=False, fontsize=7)
+                # Beside the panel: curves may run anywhere in it.
+                right.legend(frameon=False, fontsize=7, loc="upper left", bbox_to_anchor=(1, 1))
         for axes in panels[-1]:
             axes.set_xlabel("steps")
     return figure

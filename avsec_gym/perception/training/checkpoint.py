@@ -12,6 +12,7 @@ import torch
 
 from avsec_gym.errors import DataError
 from avsec_gym.kitti.atomic_write import write_bytes
+from avsec_gym.perception.training.curves import CURVES
 
 CHECKPOINT = "checkpoint.pt"
 """Its name in the folder of a run."""
@@ -26,7 +27,7 @@ class Checkpoint:
     Args:
         identity: JSON-able: what the result depends on; a run goes on only under the same.
         step: Steps that were done.
-        trained: State of the network and of whatever is learned with it.
+        trained: State of the network and of whatever is learned with it; empty before a start.
         average: State of the average of the weights.
         optimizer: Its state.
         best: The highest leading metric so far.
@@ -59,16 +60,31 @@ def save_checkpoint(folder: Path, checkpoint: Checkpoint) -> None:
     write_bytes(folder / CHECKPOINT, buffer.getvalue(), overwrite=True)
 
 
-def load_checkpoint(folder: Path, identity: dict[str, Any]) -> Checkpoint | None:
-    """The last one of a run; None where there is none yet.
+def start_or_resume(folder: Path, identity: dict[str, Any], *, resume: bool) -> Checkpoint:
+    """Where a training begins: at the last checkpoint of its folder, or at step 0.
 
     Args:
         folder: Of the run.
-        identity: Of the training that wants to go on.
+        identity: Of the training that begins.
+        resume: Go on with the run in the folder, if there is one.
 
     Raises:
-        DataError: It is damaged, or belongs to another training, whose first difference is named.
+        DataError: The folder holds a training and `resume` is false; or its checkpoint is damaged,
+            or belongs to another training, whose first difference is named.
     """
+    if resume:
+        return _last(folder, identity) or Checkpoint(identity)
+    if (folder / CURVES).exists():
+        raise DataError(
+            "A training is here already.",
+            path=folder,
+            remedy="Go on with it by --resume, or name another folder with --out.",
+        )
+    return Checkpoint(identity)
+
+
+def _last(folder: Path, identity: dict[str, Any]) -> Checkpoint | None:
+    """The last checkpoint of a run; None where there is none yet."""
     path = folder / CHECKPOINT
     if not path.is_file():
         return None

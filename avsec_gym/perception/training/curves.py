@@ -91,7 +91,7 @@ def draw_curves(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     kinds = [kind for kind in ("losses", "metrics") if any(kind in row for row in rows)] or [
         "losses"
     ]
-    figure = Figure(figsize=(5 * len(kinds), 4), dpi=110, layout="constrained")
+    figure = Figure(figsize=(6 * len(kinds), 4), dpi=110, layout="constrained")
     for axes, kind in zip(figure.subplots(1, len(kinds), squeeze=False)[0], kinds, strict=True):
         chosen = [row for row in rows if kind in row]
         for name in dict.fromkeys(name for row in chosen for name in row[kind]):
@@ -106,7 +106,8 @@ def draw_curves(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.spines[["top", "right"]].set_visible(False)
         if chosen:
-            axes.legend(fontsize=7, frameon=False)
+            # Beside the axes: curves may run anywhere in them.
+            axes.legend(fontsize=7, frameon=False, loc="upper left", bbox_to_anchor=(1, 1))
     picture = io.BytesIO()
     figure.savefig(picture, format="png")
     write_bytes(path, picture.getvalue(), overwrite=True)

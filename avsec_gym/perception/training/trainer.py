@@ -15,11 +15,11 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
-from avsec_gym.errors import AvsecError, DataError
+from avsec_gym.errors import AvsecError
 from avsec_gym.perception.training.batches import batches, steps_of_epoch
-from avsec_gym.perception.training.checkpoint import Checkpoint, load_checkpoint, save_checkpoint
+from avsec_gym.perception.training.checkpoint import Checkpoint, save_checkpoint, start_or_resume
 from avsec_gym.perception.training.configuration import Machine, TrainingConfiguration
-from avsec_gym.perception.training.curves import CURVES, Curves
+from avsec_gym.perception.training.curves import Curves
 from avsec_gym.perception.training.learning_rate import learning_rate
 from avsec_gym.perception.training.task import B, Task
 from avsec_gym.perception.training.weight_average import WeightAverage
@@ -148,21 +148,14 @@ class _Run:
                 }
             )
         )
-        there = load_checkpoint(self.folder, identity) if resume else None
-        if there is not None:
-            self.trained.load_state_dict(there.trained)
+        state = start_or_resume(self.folder, identity, resume=resume)
+        if state.trained:
+            self.trained.load_state_dict(state.trained)
             self.average.weights = {
-                name: value.to(self.device) for name, value in there.average.items()
+                name: value.to(self.device) for name, value in state.average.items()
             }
-            self.optimizer.load_state_dict(there.optimizer)
-            return there
-        if not resume and (self.folder / CURVES).exists():
-            raise DataError(
-                "A training is here already.",
-                path=self.folder,
-                remedy="Go on with it by --resume, or name another folder with --out.",
-            )
-        return Checkpoint(identity)
+            self.optimizer.load_state_dict(state.optimizer)
+        return state
 
     @property
     def epoch(self) -> int:

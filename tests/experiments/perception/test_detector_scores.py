@@ -13,8 +13,8 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.perception.detection_errors import car_errors, error_summary, paired
 from avsec_gym.experiments.perception.detector_scores import at_distance, detector_scores
 from avsec_gym.experiments.perception.mended_detections import MENDED, mended_precision
-from avsec_gym.metrics.working_point import counted, working_point
 from avsec_gym.geometry import box_corners, project, wrap_angle
+from avsec_gym.metrics.working_point import counted, working_point
 from avsec_gym.rig import kitti_rig
 
 FRAMES = 60

@@ -38,6 +38,8 @@ from avsec_gym.perception.training.trainer import train
 from avsec_gym.rig import KITTI_CAMERAS, camera_rig
 from avsec_gym.road_type import RoadType
 
+pytestmark = pytest.mark.usefixtures("undrawn_curves")
+
 RIG = camera_rig(KITTI_CAMERAS, focal_length=360.0, centre=(310.0, 86.3), size=(621, 187))
 CALIBRATION = RIG.calibration
 DEPTH = 12.0

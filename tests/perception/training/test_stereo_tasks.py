@@ -39,6 +39,8 @@ from avsec_gym.perception.training.trainer import train
 from avsec_gym.perception.training.training_data import training_data
 from avsec_gym.perception.weights.store import load_weights, read_card
 
+pytestmark = pytest.mark.usefixtures("undrawn_curves")
+
 SIZE = (64, 192)
 FEATURES = FeatureConfiguration(
     first=8, stages=((8, 1),) * 4, windows=((8, 8), (4, 4)), pooled=8, matching=(8, 8), groups=4

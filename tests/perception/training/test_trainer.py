@@ -78,6 +78,7 @@ def weights(folder: Path) -> dict[str, Tensor]:
     return flat
 
 
+@pytest.mark.usefixtures("undrawn_curves")
 @pytest.mark.parametrize("stop_after", [1, 3, 4])
 def test_interrupted_and_resumed_run_equals_uninterrupted_one_bit_for_bit(
     tmp_path: Path, stop_after: int
@@ -139,6 +140,7 @@ def run_with(task: Line, folder: Path, **changes: Any) -> Outcome:
     return train(task, TrainingConfiguration(batch=7, **changes), folder)
 
 
+@pytest.mark.usefixtures("undrawn_curves")
 def test_stops_early_when_nothing_gets_better(tmp_path: Path) -> None:
     task = Line()
     task.validate = lambda: {"precision": 0.5}  # type: ignore[method-assign]
@@ -147,6 +149,7 @@ def test_stops_early_when_nothing_gets_better(tmp_path: Path) -> None:
     assert (outcome.finished, outcome.steps) == (True, 8)
 
 
+@pytest.mark.usefixtures("undrawn_curves")
 def test_stops_in_time_and_goes_on(tmp_path: Path) -> None:
     none = train(Line(), SIX_STEPS, tmp_path, machine=Machine(minutes=0.0))
     assert (none.finished, none.steps) == (False, 0)
@@ -155,6 +158,7 @@ def test_stops_in_time_and_goes_on(tmp_path: Path) -> None:
     assert train(Line(stop_after=0), SIX_STEPS, tmp_path, resume=True).finished
 
 
+@pytest.mark.usefixtures("undrawn_curves")
 def test_refuses_what_would_spoil_a_run(tmp_path: Path) -> None:
     train(Line(), SIX_STEPS, tmp_path)
     with pytest.raises(DataError, match=r"already.*--resume"):
@@ -166,6 +170,7 @@ def test_refuses_what_would_spoil_a_run(tmp_path: Path) -> None:
         train(Line(), SIX_STEPS, tmp_path, resume=True)
 
 
+@pytest.mark.usefixtures("undrawn_curves")
 def test_cut_off_curves_are_mended(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         train(Line(stop_after=4), SIX_STEPS, tmp_path)
@@ -175,6 +180,7 @@ def test_cut_off_curves_are_mended(tmp_path: Path) -> None:
     assert [row["step"] for row in read_curves(tmp_path)] == [3, 3, 6, 6]
 
 
+@pytest.mark.usefixtures("undrawn_curves")
 def test_one_infinite_gradient_is_left_out_and_many_end_the_run(tmp_path: Path) -> None:
     task = Line()
     learn = task.losses

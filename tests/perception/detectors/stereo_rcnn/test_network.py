@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -62,21 +59,6 @@ def test_layers_of_the_published_network(shared: Path) -> None:
         network = StereoRcnnNetwork(RESNET101)
     ours = {f"{key} {tuple(value.shape)}" for key, value in network.state_dict().items()}
     assert ours == set((shared / "parity" / "stereo_rcnn_keys.txt").read_text().splitlines())
-
-
-@pytest.mark.slow
-def test_outputs_of_the_published_network(shared: Path) -> None:
-    command = [sys.executable, "-m", "benchmarks.parity", str(shared / "parity")]
-    ran = subprocess.run(
-        [*command, "--json", "--only", "stereo_rcnn"],
-        cwd=Path(__file__).parents[4],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    errors = json.loads(ran.stdout)["stereo_rcnn"]
-    assert len(errors) == 10
-    assert max(errors.values()) < 1e-3
 
 
 def test_the_small_one_weighs_less_than_eight_megabytes_in_half_precision() -> None:

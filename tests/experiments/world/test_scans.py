@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.world_scans import beams, distance_outside, near_edges, statistics
+from avsec_gym.experiments.world.scans import beams, distance_outside, near_edges, statistics
 from avsec_gym.geometry import box_corners
 from avsec_gym.world.rendering.lidar import Lidar
 

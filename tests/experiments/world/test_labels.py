@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avsec_gym.experiments.layout_quantities import Sample
-from avsec_gym.experiments.world_labels import COMPARED, boxes_of, compare, summary
+from avsec_gym.experiments.world.labels import COMPARED, boxes_of, compare, summary
+from avsec_gym.experiments.world.layout_quantities import Sample
 from avsec_gym.world.layouts import generate_layouts
 
 _NUMBERS = ("location", "dimensions", "rotation_y", "box2d", "truncation", "occlusion", "alpha")

@@ -3,7 +3,7 @@
 A twin tells how much of each real object is seen when the other labelled objects stand before it;
 the label tells what the annotator thought.
 
-Run ``python -m avsec_gym.experiments.world_occlusion --kitti ROOT --frames 400``.
+Run ``python -m avsec_gym.experiments.world.occlusion --kitti ROOT --frames 400``.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.experiments.world_command import command, measure_all
-from avsec_gym.experiments.world_frames import TwinScenes
-from avsec_gym.experiments.world_labels import required
+from avsec_gym.experiments.world.command import command, measure_all
+from avsec_gym.experiments.world.frames import TwinScenes
+from avsec_gym.experiments.world.labels import required
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.world.capture import Capture, pinhole
@@ -116,7 +116,7 @@ def calibrate(options: argparse.Namespace, frames: int | None = None) -> dict[st
     """Twins of real frames: the best thresholds, and how well those in use do.
 
     Args:
-        options: Of `world_command.command`.
+        options: Of `command.command`.
         frames: How many are drawn; as the options say if None.
 
     Raises:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.experiments.figure_style import FAINT, FIGURE_STYLE, INK
-from avsec_gym.experiments.layout_quantities import CATEGORIES, QUANTITIES, Quantity, Sample
+from avsec_gym.experiments.world.layout_quantities import CATEGORIES, QUANTITIES, Quantity, Sample
 from avsec_gym.geometry import Floats
 
 _OURS, _KITTI = "#0072B2", "#BDBDBD"

@@ -1,6 +1,6 @@
 """How hard a pair of images is for a plain stereo matcher, against LiDAR or dense truth.
 
-Run ``python -m avsec_gym.experiments.world_stereo --frames 100 --kitti ROOT``.
+Run ``python -m avsec_gym.experiments.world.stereo --frames 100 --kitti ROOT``.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from avsec_gym.experiments.world_command import command, measure_one
-from avsec_gym.experiments.world_frames import quantiles
+from avsec_gym.experiments.world.command import command, measure_one
+from avsec_gym.experiments.world.frames import quantiles
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.map_files import Disparity, read_disparity
 from avsec_gym.kitti.sensor_files import read_image

@@ -7,7 +7,7 @@ from typing import Any
 
 
 def page(result: Mapping[str, Any]) -> str:
-    """The results of `world_evidence.run` as Markdown."""
+    """The results of `evidence.run` as Markdown."""
     parts = (
         _head(result),
         _stereo(result["stereo"]),
@@ -25,7 +25,7 @@ def _head(result: Mapping[str, Any]) -> list[str]:
         "# The procedural world against real KITTI",
         "",
         f"The suite `{result['suite']}`, seed {result['seed']}, against the real frames named"
-        " below. Made by `python -m avsec_gym.experiments.world_evidence --kitti ROOT`.",
+        " below. Made by `python -m avsec_gym.experiments.world.evidence --kitti ROOT`.",
     ]
 
 

@@ -1,6 +1,6 @@
 """How closely the generated layouts match KITTI: statistics, distances, one figure.
 
-Run ``python -m avsec_gym.experiments.layout_statistics --kitti ROOT --scenarios DIR``.
+Run ``python -m avsec_gym.experiments.world.layout_statistics --kitti ROOT --scenarios DIR``.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.errors import AvsecError
-from avsec_gym.experiments.layout_quantities import CATEGORIES, OBSTACLES, QUANTITIES, Sample
+from avsec_gym.experiments.world.layout_quantities import CATEGORIES, OBSTACLES, QUANTITIES, Sample
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.label_folders import read_label_folder
 from avsec_gym.road_type import RoadType
@@ -183,7 +183,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         folder.mkdir(parents=True, exist_ok=True)
     target = options.results / "layout_statistics.json"
     target.write_text(json.dumps(result, indent=2) + "\n")
-    from avsec_gym.experiments.layout_figure import draw
+    from avsec_gym.experiments.world.layout_figure import draw
 
     figure = draw(result, ours, kitti, options.out / "layout_statistics.png")
     _LOG.info("wrote %s and %s", target, figure)

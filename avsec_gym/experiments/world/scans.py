@@ -1,6 +1,6 @@
 """LiDAR scans against rendered depth, against their label boxes, and against real scans.
 
-Run ``python -m avsec_gym.experiments.world_scans --frames 100 --kitti ROOT``.
+Run ``python -m avsec_gym.experiments.world.scans --frames 100 --kitti ROOT``.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.world_command import command, measure_one
-from avsec_gym.experiments.world_frames import quantiles
+from avsec_gym.experiments.world.command import command, measure_one
+from avsec_gym.experiments.world.frames import quantiles
 from avsec_gym.frame import Points
 from avsec_gym.geometry import Floats, transform_points
 from avsec_gym.kitti.dataset import KittiObject

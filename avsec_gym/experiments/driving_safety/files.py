@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.driving_safety import DETECTIONS, AnyScene, Detected, DrivingSafety
+from avsec_gym.experiments.driving_safety.rates import DETECTIONS, AnyScene, Detected, DrivingSafety
 from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.pipeline import Drive, drive
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avsec_gym.experiments.world_stereo import compare, match, scan_disparity, summary
+from avsec_gym.experiments.world.stereo import compare, match, scan_disparity, summary
 from avsec_gym.rig import kitti_rig
 
 

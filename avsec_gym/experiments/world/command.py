@@ -9,7 +9,7 @@ from typing import Any
 
 from avsec_gym.commands.console import progress
 from avsec_gym.experiments.answer import answer
-from avsec_gym.experiments.world_frames import (
+from avsec_gym.experiments.world.frames import (
     SUITES,
     Measure,
     MeasuredFrames,

@@ -3,7 +3,7 @@
 Floating, sunk or interpenetrating things, shadows that begin away from their objects, a road that
 misses the horizon, a texture that repeats.
 
-Run ``python -m avsec_gym.experiments.world_checks --frames 50``.
+Run ``python -m avsec_gym.experiments.world.checks --frames 50``.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from avsec_gym.experiments.world_command import command, measure_one
-from avsec_gym.experiments.world_tiling import LARGEST_REPEAT, texture_repeat
+from avsec_gym.experiments.world.command import command, measure_one
+from avsec_gym.experiments.world.tiling import LARGEST_REPEAT, texture_repeat
 from avsec_gym.geometry import Floats, rectangle_polygons, transform_points
 from avsec_gym.world.actors import Actors
 from avsec_gym.world.capture import Capture, pinhole

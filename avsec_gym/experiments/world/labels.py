@@ -2,7 +2,7 @@
 
 Unlike those of `layout_statistics`, these labels come from what the camera sees.
 
-Run ``python -m avsec_gym.experiments.world_labels --frames 300 --kitti ROOT``.
+Run ``python -m avsec_gym.experiments.world.labels --frames 300 --kitti ROOT``.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ import numpy as np
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.layout_quantities import (
+from avsec_gym.experiments.world.command import command, measure_one
+from avsec_gym.experiments.world.frames import quantiles
+from avsec_gym.experiments.world.layout_quantities import (
     CATEGORIES,
     OBSTACLES,
     QUANTITIES,
     Quantity,
     Sample,
 )
-from avsec_gym.experiments.layout_statistics import objects_per_frame
-from avsec_gym.experiments.world_command import command, measure_one
-from avsec_gym.experiments.world_frames import quantiles
+from avsec_gym.experiments.world.layout_statistics import objects_per_frame
 from avsec_gym.geometry import Floats, wrap_angle
 from avsec_gym.kitti.label_folders import read_label_folder
 from avsec_gym.world.capture import Capture

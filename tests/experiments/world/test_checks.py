@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avsec_gym.experiments.world_checks import (
+from avsec_gym.experiments.world.checks import (
     feet_gaps,
     ground_gap,
     is_pierced,
     overlapping,
     summary,
 )
-from avsec_gym.experiments.world_tiling import _along_road, _highest_repeat
+from avsec_gym.experiments.world.tiling import _along_road, _highest_repeat
 from avsec_gym.world.actors import Actors
 from avsec_gym.world.rendering.ray_scene import RayScene, Thing
 from avsec_gym.world.road.section import Surface

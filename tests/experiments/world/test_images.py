@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avsec_gym.experiments.world_images import QUANTITIES, statistics, summary
+from avsec_gym.experiments.world.images import QUANTITIES, statistics, summary
 
 
 def plain(level: float, noise: float = 0.0) -> np.ndarray:

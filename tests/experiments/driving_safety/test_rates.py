@@ -12,7 +12,8 @@ import pytest
 
 from avsec_gym.attacks.object_injection import inject_ghosts
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.driving_safety import (
+from avsec_gym.experiments.driving_safety.files import write_pictures, write_records
+from avsec_gym.experiments.driving_safety.rates import (
     DETECTIONS,
     GROUND_TRUTH,
     Cell,
@@ -21,7 +22,6 @@ from avsec_gym.experiments.driving_safety import (
     driving_safety,
     threshold_sweep,
 )
-from avsec_gym.experiments.driving_safety_files import write_pictures, write_records
 from avsec_gym.kitti.detections import DetectionFolder
 from avsec_gym.metrics.paired import paired_differences
 from avsec_gym.pipeline import drive

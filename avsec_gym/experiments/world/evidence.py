@@ -1,6 +1,6 @@
 """How close the procedural world is to KITTI: all measurements, the page and its figures.
 
-Run ``python -m avsec_gym.experiments.world_evidence --kitti ROOT --out docs/results``.
+Run ``python -m avsec_gym.experiments.world.evidence --kitti ROOT --out docs/results``.
 """
 
 from __future__ import annotations
@@ -11,19 +11,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from avsec_gym.experiments import (
-    world_checks,
-    world_images,
-    world_labels,
-    world_occlusion,
-    world_scans,
-    world_stereo,
-)
-from avsec_gym.experiments.world_command import command, measure_all
-from avsec_gym.experiments.world_figures import draw_labels, draw_scans, draw_stereo
-from avsec_gym.experiments.world_page import page
+from avsec_gym.experiments.world import checks, images, labels, occlusion, scans, stereo
+from avsec_gym.experiments.world.command import command, measure_all
+from avsec_gym.experiments.world.figures import draw_labels, draw_scans, draw_stereo
+from avsec_gym.experiments.world.page import page
 
-_OF_IMAGES = (world_stereo, world_scans, world_images)
+_OF_IMAGES = (stereo, scans, images)
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -36,25 +29,25 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         DataError: A real file is broken.
     """
     kitti = options.kitti
-    labels = world_labels.real_sample(world_labels.required(kitti))
+    real_labels = labels.real_sample(labels.required(kitti))
     seen = measure_all(options, *(module.measure for module in _OF_IMAGES))
     known = measure_all(
-        options, world_labels.measure, images=False, frames=max(options.frames, options.labels)
+        options, labels.measure, images=False, frames=max(options.frames, options.labels)
     )
-    checked = measure_all(options, world_checks.measure, images=False, frames=options.checks)
-    stereo = world_stereo.summary(seen["world_stereo"], world_stereo.real_pairs(kitti))
+    checked = measure_all(options, checks.measure, images=False, frames=options.checks)
+    real_pairs = stereo.real_pairs(kitti)
     result = {
         "suite": options.suite,
         "seed": options.seed,
-        "stereo": stereo,
-        "scans": world_scans.summary(seen["world_scans"], world_scans.real_scans(kitti)),
-        "images": world_images.summary(seen["world_images"], world_images.real_images(kitti)),
-        "labels": world_labels.summary(known["world_labels"], labels),
-        "occlusion": world_occlusion.calibrate(options, options.twins),
-        "checks": world_checks.summary(checked["world_checks"]),
+        "stereo": stereo.summary(seen["stereo"], real_pairs),
+        "scans": scans.summary(seen["scans"], scans.real_scans(kitti)),
+        "images": images.summary(seen["images"], images.real_images(kitti)),
+        "labels": labels.summary(known["labels"], real_labels),
+        "occlusion": occlusion.calibrate(options, options.twins),
+        "checks": checks.summary(checked["checks"]),
     }
     options.images.mkdir(parents=True, exist_ok=True)
-    draw_stereo(seen["world_stereo"], stereo["real"], options.images / "world_stereo.png")
+    draw_stereo(seen["stereo"], result["stereo"]["real"], options.images / "world_stereo.png")
     draw_scans(result["scans"], options.images / "world_scans.png")
     draw_labels(result["labels"], options.images / "world_labels.png")
     options.out.mkdir(parents=True, exist_ok=True)

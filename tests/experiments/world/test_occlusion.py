@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avsec_gym.experiments.world_occlusion import agreement, choose_thresholds, levels
+from avsec_gym.experiments.world.occlusion import agreement, choose_thresholds, levels
 
 
 def test_levels_fall_with_the_seen_share() -> None:

@@ -1,6 +1,6 @@
 """Writes docs/results/driving_safety.md: the main job on the labelled scenarios of real KITTI.
 
-python -m avsec_gym.experiments.driving_safety_report --scenarios DIR --detections DIR
+python -m avsec_gym.experiments.driving_safety.report --scenarios DIR --detections DIR
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from avsec_gym.experiments.driving_safety import (
+from avsec_gym.experiments.driving_safety.page import page
+from avsec_gym.experiments.driving_safety.rates import (
     DETECTIONS,
     GROUND_TRUTH,
     AnyScene,
@@ -25,7 +26,6 @@ from avsec_gym.experiments.driving_safety import (
     in_group,
     threshold_sweep,
 )
-from avsec_gym.experiments.driving_safety_page import page
 from avsec_gym.kitti.detections import DetectionFolder
 from avsec_gym.planners.plan import Plan
 from avsec_gym.planners.planner import Algorithm, Mode, MotionPrimitivePlanner

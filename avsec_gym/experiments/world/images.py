@@ -1,6 +1,6 @@
 """Brightness, contrast, sharpness, colour and noise of rendered images against real ones.
 
-Run ``python -m avsec_gym.experiments.world_images --frames 100 --kitti ROOT``.
+Run ``python -m avsec_gym.experiments.world.images --frames 100 --kitti ROOT``.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from avsec_gym.experiments.world_command import command, measure_one
+from avsec_gym.experiments.world.command import command, measure_one
 from avsec_gym.frame import Image
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.world.capture import Capture

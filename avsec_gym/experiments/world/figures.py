@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.experiments.figure_style import FAINT, FIGURE_STYLE
-from avsec_gym.experiments.world_scans import ELEVATIONS, RANGES, REFLECTANCES
+from avsec_gym.experiments.world.scans import ELEVATIONS, RANGES, REFLECTANCES
 
 _OURS, _REAL = "#0072B2", "#BDBDBD"
 _MARKS = ["#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8B4513", "#999900"]
@@ -29,8 +29,8 @@ def draw_stereo(
     """How hard pairs are: histograms of rendered ones, real ones as marks.
 
     Args:
-        rows: Of `world_stereo.measure`.
-        real: Of `world_stereo.real_pairs`.
+        rows: Of `stereo.measure`.
+        real: Of `stereo.real_pairs`.
         path: Where the PNG goes.
     """
     panels = (
@@ -55,7 +55,7 @@ def draw_scans(scans: Mapping[str, Any], path: Path) -> None:
     """Where a scan's points lie, and how bright they are.
 
     Args:
-        scans: Of `world_scans.summary`.
+        scans: Of `scans.summary`.
         path: Where the PNG goes.
     """
     panels: tuple[tuple[str, str, Any], ...] = (
@@ -81,7 +81,7 @@ def draw_labels(labels: Mapping[str, Any], path: Path) -> None:
     """Histograms of all that is compared, and objects of each category.
 
     Args:
-        labels: Of `world_labels.summary`.
+        labels: Of `labels.summary`.
         path: Where the PNG goes.
     """
     quantities = {key: each for key, each in labels["quantities"].items() if key != "category"}

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from avsec_gym.experiments import world_evidence, world_labels
-from avsec_gym.experiments.world_frames import MeasuredFrames, SuiteScenes, measured, quantiles
+from avsec_gym.experiments.world import evidence, labels
+from avsec_gym.experiments.world.frames import MeasuredFrames, SuiteScenes, measured, quantiles
 from avsec_gym.world.export import make_data_set, suite_recipe
 
 
@@ -19,15 +19,15 @@ def test_quantiles_of_what_is_known() -> None:
 
 
 def test_real_frames_must_be_named(capsys: pytest.CaptureFixture[str]) -> None:
-    assert world_labels.main(["--frames", "1"]) == 1
+    assert labels.main(["--frames", "1"]) == 1
     assert not capsys.readouterr().out
 
 
 @pytest.mark.slow
 def test_rows_are_kept_and_more_frames_continue_them(tmp_path: Path) -> None:
     def rows(count: int) -> list[dict[str, Any]]:
-        recipe = MeasuredFrames(SuiteScenes(), count, (world_labels.measure,), images=False)
-        return measured(recipe, workers=1, rows=tmp_path)["world_labels"]
+        recipe = MeasuredFrames(SuiteScenes(), count, (labels.measure,), images=False)
+        return measured(recipe, workers=1, rows=tmp_path)["labels"]
 
     first = rows(1)
     (folder,) = tmp_path.iterdir()
@@ -40,15 +40,15 @@ def test_rows_are_kept_and_more_frames_continue_them(tmp_path: Path) -> None:
 def test_the_page_is_made_from_few_frames(tmp_path: Path) -> None:
     """A procedural suite stands in for KITTI: both are then alike."""
     kitti = tmp_path / "kitti"
-    make_data_set(suite_recipe("mixed", 3, seed=1), kitti, workers=1)
+    make_data_set(suite_recipe("mixed", 2, seed=1), kitti, workers=1)
     out = tmp_path / "out"
-    numbers = ["--frames", "2", "--labels", "2", "--checks", "1", "--twins", "2", "--workers", "1"]
+    numbers = ["--frames", "1", "--labels", "2", "--checks", "1", "--twins", "1", "--workers", "1"]
     places = ["--rows", str(tmp_path / "rows"), "--out", str(out), "--images", str(out)]
     target = out / "world.json"
     arguments = ["--kitti", str(kitti), *numbers, *places, "--json", str(target)]
-    assert world_evidence.main(arguments) == 0
+    assert evidence.main(arguments) == 0
     result = json.loads(target.read_text())
-    assert result["stereo"]["frames"] == 2
+    assert result["stereo"]["frames"] == 1
     assert result["scans"]["depth"]["agree"] > 0.97
     assert result["scans"]["boxes"]["inside"] > 0.999
     text = (out / "world.md").read_text()

@@ -1,4 +1,4 @@
-"""The page docs/results/driving_safety.md, from the numbers of `driving_safety_report`."""
+"""The page docs/results/driving_safety.md, from the numbers of `report`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def page(results: dict[str, Any]) -> str:
         " and right, planned with motion primitives that the project generates. Made by",
         "",
         "```",
-        "python -m avsec_gym.experiments.driving_safety_report --scenarios DIR --detections DIR",
+        "python -m avsec_gym.experiments.driving_safety.report --scenarios DIR --detections DIR",
         "```",
         "",
         "and, one variant at a time, by `avsec evaluate --kitti ROOT --scenarios DIR"

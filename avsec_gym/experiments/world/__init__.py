@@ -1,0 +1,1 @@
+"""How close the procedural world is to KITTI: measurements of both, and their page."""
