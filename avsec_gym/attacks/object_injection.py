@@ -1,7 +1,7 @@
 """Attacks on the detections themselves: ghost objects put in, real objects hidden.
 
 The strongest thing that an attack on perception can bring about, without the perception: boxes
-appear where nothing is (as under the thesis' patch and perturbation attacks, figures 5.4 and 5.5)
+appear where nothing is (as under the thesis' patch and perturbation attacks, figures 5.2 and 5.5)
 or real ones are missed.
 """
 

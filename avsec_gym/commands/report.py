@@ -14,9 +14,11 @@ from avsec_gym.errors import AvsecError, ConfigurationError, DataError
 if TYPE_CHECKING:
     from avsec_gym.experiments.chapter5.outcomes import Outcomes
     from avsec_gym.report.scene_strip import Strip
+    from avsec_gym.report.spread_pictures import SpreadPicture
     from avsec_gym.runs.run_folder import RunFolder
 
 PAGE = "report.html"
+SPREAD = "feature_spread.png"
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,8 @@ class Report:
     markdown: Path | None = None
     """Also write the main tables as Markdown into this file."""
     pictures: int = 8
-    """Most scenes with pictures; 0: none.  Each takes two attacks or three."""
+    """Most scenes with pictures; 0: none, of feature maps neither.  Each takes two attacks or
+    three."""
     overwrite: bool = False
     """Write over files that --out and --markdown name."""
     json: bool = False
@@ -64,14 +67,15 @@ class Report:
         for remark in remarks(report):
             console.say(f"avsec: {remark}")
         strips, failed = self._strips(folder, outcomes) if outcomes else ([], False)
+        spreads, blank = self._spreads(folder, report["spread"])
         page = self.out or folder.path / PAGE
-        write_bytes(page, html_page(report, strips).encode(), overwrite=True)
+        write_bytes(page, html_page(report, strips, spreads).encode(), overwrite=True)
         if self.markdown is not None:
             write_bytes(self.markdown, markdown_page(report).encode(), overwrite=True)
         if self.json:
             console.print_json(report)
         console.say(f"{page}: {_answer(report)}")
-        return console.DONE_IN_PART if failed else console.DONE
+        return console.DONE_IN_PART if failed or blank else console.DONE
 
     def _strips(self, folder: RunFolder, outcomes: Outcomes) -> tuple[list[Strip], bool]:
         """The pictures, and whether some are missing."""
@@ -93,6 +97,27 @@ class Report:
         except AvsecError as error:
             console.say(f"avsec: no pictures: {error}")
             return [], True
+
+    def _spreads(
+        self, folder: RunFolder, rows: list[dict[str, Any]]
+    ) -> tuple[list[SpreadPicture], bool]:
+        """The feature maps, and whether they are missing."""
+        if not rows or not self.pictures:
+            return [], False
+        from avsec_gym.experiments.chapter5.feature_spread_figure import draw_feature_spread
+        from avsec_gym.experiments.chapter5.patch_spreads import PatchSpreads
+        from avsec_gym.report.spread_pictures import shown_spreads, spread_picture
+
+        _use_threads(int(folder.manifest["threads"]))
+        try:
+            with console.progress("following patches") as shown:
+                spreads = shown_spreads(rows, PatchSpreads(folder.configuration), shown)
+        except AvsecError as error:
+            console.say(f"avsec: no feature maps: {error}")
+            return [], True
+        if self.out is None:  # Else nothing is written into the run's folder.
+            draw_feature_spread(spreads, folder.figures / SPREAD)
+        return [spread_picture(title, each) for title, each in spreads.items()], False
 
 
 def _use_threads(count: int) -> None:

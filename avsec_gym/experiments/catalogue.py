@@ -17,7 +17,10 @@ EXPERIMENTS: dict[str, str] = {
         "joint_patch": "JOINT_PATCH",
         "planners": "PLANNERS",
         "inputs": "INPUTS",
+        "ghost_positions": "GHOST_POSITIONS",
         "texture": "TEXTURE_REPLACEMENT",
+        "feature_spread": "FEATURE_SPREAD",
+        "without_pyramid": "PYRAMID_ABLATION",
         "controls": "CONTROLS",
     }.items()
 }

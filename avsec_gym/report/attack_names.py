@@ -9,6 +9,7 @@ from avsec_gym.experiments.chapter5.settings import (
     TEXTURE,
     TEXTURE_ATTACKED,
     UNATTACKED,
+    WITHOUT_PYRAMID,
 )
 from avsec_gym.experiments.thesis import NAMES
 
@@ -22,7 +23,7 @@ def detector_name(detector: str) -> str:
         >>> detector_name("stereo_rcnn")
         'Stereo R-CNN'
     """
-    return NAMES.get(detector, detector)
+    return {**NAMES, WITHOUT_PYRAMID: "DSGN without SPP"}.get(detector, detector)
 
 
 def attack_name(attack: str, strength: float = 0.0, whole_levels: bool = False) -> str:

@@ -9,10 +9,12 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from avsec_gym.report.page_table import Table, bounds, number
+from avsec_gym.report.plots_ghosts import PLACE_WORDS, draw_ghosts
 from avsec_gym.report.plots_losses import draw_losses, legend
 from avsec_gym.report.plots_steps import RATES, draw_precision, draw_safety
 from avsec_gym.report.run_remarks import facts, inputs, remarks
 from avsec_gym.report.scene_strip import Strip
+from avsec_gym.report.spread_pictures import SpreadPicture
 from avsec_gym.report.tables_beyond import (
     control_table,
     flip_table,
@@ -25,6 +27,7 @@ from avsec_gym.report.tables_beyond import (
     trend_table,
 )
 from avsec_gym.report.tables_of_thesis import tables_of_thesis
+from avsec_gym.report.tables_why import ghost_table, pyramid_table, spread_table
 from avsec_gym.report.telling_scenes import RULES
 
 Report = Mapping[str, Any]
@@ -33,19 +36,27 @@ _SECTIONS = {
     "losses": "What attacks take",
     "precision": "Precision",
     "safety": "Driving safety",
+    "ghosts": "Ghosts",
+    "spread": "Spread of a patch",
     "controls": "Controls",
     "flips": "Flips",
     "other": "Other settings",
     "run": "The run",
 }
 
+_PARTS = ("answer", "decoupling", "scenarios", "trends", "rounding", "pyramid")
+"""Of a report, that others than those of chapter 5 lack."""
 
-def html_page(report: Report, strips: Sequence[Strip] = ()) -> str:
+
+def html_page(
+    report: Report, strips: Sequence[Strip] = (), spreads: Sequence[SpreadPicture] = ()
+) -> str:
     """The page.
 
     Args:
         report: As `avsec_gym.report.run_report.run_report` makes it; parts may lack.
         strips: Pictures of the most telling scenes.
+        spreads: Pictures of feature maps.
     """
     environment = Environment(
         loader=PackageLoader("avsec_gym.report"),
@@ -56,14 +67,15 @@ def html_page(report: Report, strips: Sequence[Strip] = ()) -> str:
     )
     tables = _tables(report)
     found: dict[str, Any] = {
-        "report": {**dict.fromkeys(("answer", "decoupling", "scenarios", "trends", "rounding")),
-                   **report},
+        "report": {**dict.fromkeys(_PARTS), **report},
         "run": report["manifest"],
         "remarks": remarks(report),
         "tables": tables,
         "drawings": _drawings(report),
         "legend": legend(report["decoupling"]["attacks"]) if "decoupling" in report else (),
         "strips": strips,
+        "spreads": spreads,
+        "places": PLACE_WORDS,
         "rules": RULES,
         "rho": _rho(report) if "decoupling" in report else "",
         "facts": facts(report),
@@ -81,12 +93,15 @@ def _tables(report: Report) -> dict[str, Any]:
         "of_thesis": tables_of_thesis(report),
         "other": other_table(report["other"]),
         "time": time_table(report),
+        "spread": spread_table(report["spread"]),
     }
     if "decoupling" in report:
         tables |= {
             "losses": loss_table(report["decoupling"]["attacks"]),
             "paired": paired_table(report["safety"]),
             "seen": seen_table(report["seen"]),
+            "ghosts": ghost_table(report["ghosts"]),
+            "pyramid": pyramid_table(report["pyramid"]),
             "controls": control_table(report["controls"]),
             "trends": trend_table(report["trends"]),
             "rounding": rounding_table(report["rounding"]),
@@ -103,6 +118,7 @@ def _drawings(report: Report) -> dict[str, Any]:
         "losses": draw_losses(report["decoupling"]["attacks"]),
         "precision": draw_precision(report["precision"]),
         "safety": [(words, panels) for words, panels in safety if panels],
+        "ghosts": draw_ghosts(report["ghosts"]),
     }
 
 
@@ -113,6 +129,8 @@ def _shown(report: Report, tables: Mapping[str, Any], strips: Sequence[Strip]) -
         "losses": whole,
         "precision": whole,
         "safety": whole or bool(tables["of_thesis"]),
+        "ghosts": whole,
+        "spread": bool(report["spread"] or report.get("pyramid")),
         "controls": whole,
         "flips": whole,
         "other": bool(report["other"]),

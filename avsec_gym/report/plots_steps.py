@@ -1,4 +1,4 @@
-"""Figures 5.6 and 5.7: precision and driving safety over the steps of a perturbation."""
+"""Figures 5.3 and 5.4: precision and driving safety over the steps of a perturbation."""
 
 from __future__ import annotations
 

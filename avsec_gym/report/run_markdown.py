@@ -17,6 +17,7 @@ from avsec_gym.report.tables_beyond import (
     trend_table,
 )
 from avsec_gym.report.tables_of_thesis import tables_of_thesis
+from avsec_gym.report.tables_why import ghost_table, pyramid_table, spread_table
 
 _LEFT_OUT = ("machine", "scenarios")
 """They name places of one machine."""
@@ -72,10 +73,13 @@ def _tables(report: Mapping[str, Any]) -> list[Table]:
             loss_table([row for row in report["decoupling"]["attacks"] if not row["whole_levels"]]),
             seen_table(report["seen"]),
             *tables,
+            ghost_table(report["ghosts"]),
+            pyramid_table(report["pyramid"]),
             control_table(report["controls"]),
             trend_table(report["trends"]),
             rounding_table(report["rounding"]),
         ]
+    tables += [spread_table(report["spread"])] if report["spread"] else []
     tables += [other_table(report["other"])] if report["other"] else []
     return [table for table in tables if table.rows]
 

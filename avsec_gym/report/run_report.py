@@ -10,10 +10,13 @@ from typing import Any
 from avsec_gym.experiments.chapter5.controls import control_rows, rounding_rows, trend_rows
 from avsec_gym.experiments.chapter5.decoupling import decoupling
 from avsec_gym.experiments.chapter5.flips import flips
+from avsec_gym.experiments.chapter5.ghost_shares import ghost_rows
 from avsec_gym.experiments.chapter5.outcomes import Outcomes
-from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of
+from avsec_gym.experiments.chapter5.patch_spreads import spread_rows
+from avsec_gym.experiments.chapter5.pyramid import pyramid_rows
+from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
 from avsec_gym.experiments.chapter5.seen import seen_rows
-from avsec_gym.experiments.chapter5.settings import ATTACKS, DETECTORS
+from avsec_gym.experiments.chapter5.settings import ATTACKS, DETECTORS, WITHOUT_PYRAMID
 from avsec_gym.experiments.chapter5.tables import (
     input_rows,
     intention_rows,
@@ -57,7 +60,7 @@ def run_report(
     Args:
         run: The run.
         outcomes: Of it; read if None.
-        on_progress: Told how many conditions of how many are looked at.
+        on_progress: Told how many conditions and scenarios of how many are looked at.
 
     Raises:
         DataError: The labels of the run's scenes are not where they were.
@@ -68,6 +71,7 @@ def run_report(
         report |= _chapter_5(run, outcomes, on_progress)
     else:
         report["question"] = next(iter(run.manifest["experiments"].values()))["question"]
+    report["spread"] = spread_rows(run)
     report["other"] = _other_rates(run)
     return report
 
@@ -76,9 +80,10 @@ def _chapter_5(
     run: RunFolder, outcomes: Outcomes, on_progress: Callable[[int, int], None]
 ) -> Report:
     conditions = outcomes.conditions if outcomes.scenarios else ()
+    slow = len(conditions) + len(outcomes.scenarios)
     for number, condition in enumerate(conditions):
         # The slow part, done first so that it can be watched; the outcomes keep it.
-        on_progress(number, len(conditions))
+        on_progress(number, slow)
         for intention in outcomes.looks(condition):
             outcomes.precision(condition, intention)
     found: Report = {
@@ -101,6 +106,13 @@ def _chapter_5(
         "inputs": input_rows(outcomes),
         "intentions": intention_rows(outcomes),
         "seen": seen_rows(outcomes, threshold),
+        "ghosts": ghost_rows(
+            outcomes,
+            scenes_of(run.configuration),
+            threshold,
+            lambda done, _: on_progress(len(conditions) + done, slow),
+        ),
+        "pyramid": pyramid_rows(run, outcomes.labels),
         "controls": control_rows(outcomes),
         "trends": trend_rows(outcomes),
         "rounding": rounding_rows(outcomes),
@@ -154,7 +166,8 @@ def _other_rates(run: RunFolder) -> list[Report]:
 
 
 def _of_chapter_5(setting: str) -> bool:
-    return setting == GROUND_TRUTH or setting.partition(" ")[0] in DETECTORS
+    detector = setting.partition(" ")[0]
+    return setting == GROUND_TRUTH or detector in (*DETECTORS, WITHOUT_PYRAMID)
 
 
 def _order(attack: str) -> int:

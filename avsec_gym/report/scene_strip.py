@@ -5,13 +5,11 @@ A run keeps what was detected, not what was seen.  Attacks are seeded, so the im
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Protocol
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,11 +25,10 @@ from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.pipeline import PipelineRun
 from avsec_gym.report.attack_names import attack_name, detector_name
 from avsec_gym.report.drive_drawing import draw_drive_from_above
+from avsec_gym.report.embedded_image import embedded
 from avsec_gym.report.telling_scenes import Telling
 from avsec_gym.scenario.intention import Intention
 
-_QUALITY = 80
-"""Of WebP."""
 _GREY = 128
 _EDGES = [0, 1, 2, 3, 0, 4, 5, 6, 7, 4, 5, 1, 2, 6, 7, 3]
 """A way over all edges of a box by the corners of `box_corners`."""
@@ -171,7 +168,7 @@ def _strip(telling: Telling, outcomes: Outcomes, drives: Repeats) -> Strip:
             _view(one, run, truth, _stored(outcomes, telling, one))
             for one, run in zip(telling.conditions, runs, strict=True)
         ),
-        difference=_data_uri(picture),
+        difference=embedded(picture),
         factor=factor,
         largest=largest,
     )
@@ -184,7 +181,7 @@ def _view(condition: Condition, run: PipelineRun, truth: Boxes3D, stored: Safety
     hit = f", but touches a real object after {record.collision_time:.1f} s"
     return View(
         title=attack_name(condition.attack, condition.strength, condition.whole_levels),
-        image=_data_uri(image),
+        image=embedded(image),
         size=(image.shape[1], image.shape[0]),
         real=_outlines(run.frame, truth[truth.category != DONT_CARE]),
         believed=_outlines(run.frame, believed),
@@ -221,10 +218,3 @@ def _outline(corners: Floats, projection: Floats) -> str:
         (u, v), (w, h) = np.clip(pixels, -5000, 5000)
         parts.append(f"M{u:.0f} {v:.0f}L{w:.0f} {h:.0f}")
     return "".join(parts)
-
-
-def _data_uri(image: NDArray[np.uint8]) -> str:
-    """A picture inside a page."""
-    bgr = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
-    _, content = cv2.imencode(".webp", bgr, [cv2.IMWRITE_WEBP_QUALITY, _QUALITY])
-    return "data:image/webp;base64," + base64.b64encode(content.tobytes()).decode()

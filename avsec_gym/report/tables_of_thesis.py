@@ -49,7 +49,7 @@ def tables_of_thesis(report: Mapping[str, Any]) -> list[Table]:
         for number, attack in zip(("5.1", "5.2"), PERTURBATIONS, strict=True)
     ]
     tables += [
-        _precision_table("Figure 5.6: average precision under PGD", precision, PERTURBATIONS),
+        _precision_table("Figure 5.3: average precision under PGD", precision, PERTURBATIONS),
         _precision_table("Table 5.3: average precision under patches", precision, PATCHES),
         _safety_table("Table 5.4: driving safety under patches", safety, PATCHES),
         _intention_table(report.get("intentions", ()), "patch-random"),

@@ -87,6 +87,7 @@ def page(
     from avsec_gym.report.html import html_page
     from avsec_gym.report.run_report import outcomes_of
     from avsec_gym.report.scene_strip import scene_strips
+    from avsec_gym.report.spread_pictures import shown_spreads, spread_picture
     from avsec_gym.report.telling_scenes import telling_scenes
 
     outcomes = outcomes_of(run)
@@ -94,5 +95,7 @@ def page(
     strips = scene_strips(telling_scenes(outcomes, 3), outcomes, drives)
     assert len(strips) == 3
     path = tmp_path_factory.mktemp("page") / "report.html"
-    path.write_text(html_page(report, strips))
+    spreads = shown_spreads(report["spread"], drawn.DrawnSpreads(run.configuration))
+    maps = [spread_picture(title, one) for title, one in spreads.items()]
+    path.write_text(html_page(report, strips, maps))
     return path

@@ -14,6 +14,8 @@ import numpy as np
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.attacked_drives import attacked_cells
+from avsec_gym.experiments.chapter5.feature_spread import FeatureSpread, LayerSpread
+from avsec_gym.experiments.chapter5.patch_spreads import IMAGES, PatchSpreads
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, scenes_of
 from avsec_gym.experiments.chapter5.settings import (
     DETECTORS,
@@ -25,6 +27,7 @@ from avsec_gym.experiments.chapter5.settings import (
     STEPS,
     TEXTURE,
     UNATTACKED,
+    WITHOUT_PYRAMID,
     setting,
     specific,
 )
@@ -51,9 +54,9 @@ from avsec_gym.world.layouts.view import observation_angle, project_boxes
 ATTACKS = (
     UNATTACKED, *PERTURBATIONS, *PATCHES, *JOINT_PATCHES, TEXTURE, *NOISES, *GREY_PATCHES
 )  # fmt: skip
-SEES_ALL = {"dsgn": 0.85, "stereo_rcnn": 0.7}
+SEES_ALL = {"dsgn": 0.85, "stereo_rcnn": 0.7, WITHOUT_PYRAMID: 0.8}
 """Share of the cars that each detector finds unattacked."""
-FOOLED = {"dsgn": 0.05, "stereo_rcnn": 0.5}
+FOOLED = {"dsgn": 0.05, "stereo_rcnn": 0.5, WITHOUT_PYRAMID: 0.5}
 """How often a patch makes each detector see a car where the patch is."""
 CLEAR = {Intention.LEFT: 3.5, Intention.STRAIGHT: 0.0, Intention.RIGHT: -3.5}
 FAILS = "000003"
@@ -142,6 +145,18 @@ class DrawnDrives:
         return {"change": strength * alpha, "loss": clean * (1 + gain * strength * alpha)}
 
 
+class DrawnSpreads(PatchSpreads):
+    """Like `PatchSpreads`, with two layers of discs, the second twice as wide."""
+
+    def spread(self, detector: str, patch: str, images: str) -> FeatureSpread:
+        distance = np.hypot(*np.mgrid[-30:30, -30:30])
+        layers = [
+            LayerSpread(name, np.maximum(wide - distance, 0), 4.0, 0.1, 0.1, wide, wide, 2 * wide)
+            for name, wide in (("conv1", 10.0), ("conv2", 20.0))
+        ]
+        return FeatureSpread(np.full((60, 60, 3), 0.5), 10.0, tuple(layers))
+
+
 def looks(attack: str) -> list[tuple[str, float, bool, tuple[Intention, ...], str]]:
     """Attack, strength, whole levels, who drives by it, and as what it is seen."""
     every = tuple(Intention)
@@ -166,9 +181,17 @@ def _steps(attack: str) -> list[tuple[str, float, bool, tuple[Intention, ...], s
 def drawn_cells(configuration: Configuration, attacks: tuple[str, ...] = ATTACKS) -> list[Cell]:
     drawn = [
         Cell.of("drawn_run:DrawnDrives", cell.group, **cell.arguments)
-        for cell in attacked_cells(configuration, attacks, DETECTORS)
+        for cell in (
+            *attacked_cells(configuration, attacks, DETECTORS),
+            *attacked_cells(configuration, (UNATTACKED, *PATCHES), (WITHOUT_PYRAMID,)),
+        )
     ]
-    return [*true_cells(configuration), *drawn]
+    spread = [
+        Cell.of("drawn_run:DrawnSpreads", name, detector=name, patch="noise", images=images)
+        for name in DETECTORS
+        for images in IMAGES
+    ]
+    return [*true_cells(configuration), *drawn, *spread]
 
 
 def _experiment(name: str, attacks: tuple[str, ...]) -> Experiment:

@@ -102,7 +102,7 @@ def test_the_first_screen_answers(opened: Callable[..., Any]) -> None:
     assert len(tab.query_selector_all("table")) > 10
     assert len(tab.query_selector_all("figure.strip")) == 3
     loaded = "all => all.every(one => one.complete && one.naturalWidth === 1242)"
-    assert tab.eval_on_selector_all("img", loaded)
+    assert tab.eval_on_selector_all(".strip img", loaded)
 
 
 def test_tables_sort_and_filter(opened: Callable[..., Any]) -> None:

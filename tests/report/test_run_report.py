@@ -14,7 +14,7 @@ import pytest
 
 from avsec_gym.commands.report import Report
 from avsec_gym.errors import DataError
-from avsec_gym.experiments.chapter5 import attacked_drives
+from avsec_gym.experiments.chapter5 import attacked_drives, patch_spreads
 from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.report.html import html_page
@@ -43,7 +43,9 @@ def test_figures_are_those_of_the_run(run: RunFolder, report: dict[str, Any]) ->
     assert row["safe_driving_rate"] == SafetyRates.of(records).safe_driving_rate
     assert row["thesis"]["safe"] == 0.689
     parts = report["timings"]["parts"]
-    assert set(parts) == {"attack", "detector", "planner"}
+    assert set(parts) == {"attack", "detector", "planner", "spread"}
+    assert {row["detector"] for row in report["safety"]} == {"dsgn", "stereo_rcnn"}
+    assert report["other"] == []
     assert report["cells"] == {"done": len(run.cells()), "failed": 0, "missing": 0}
 
 
@@ -53,13 +55,35 @@ def test_a_page_holds_everything_it_needs(page: Path) -> None:
     parsed.feed(text)
     assert not parsed.open
     assert all(link.startswith(("#", "data:")) for link in parsed.links), parsed.links
-    assert text.count("data:image/webp;base64,") == 3 * 3 + text.count(
-        "retextured, PGD α 1, n 4</sp"
-    )
+    retextured = text.count("retextured, PGD α 1, n 4</sp")
+    # Of each strip two views and a difference; of each detector, on noise and on scenes, two maps.
+    assert text.count("data:image/webp;base64,") == 3 * 3 + retextured + 2 * 2 * 3
     ids = set(re.findall(r'id="([\w-]+)"', text))
     assert {link[1:] for link in parsed.links if link.startswith("#")} <= ids
-    for words in ("Table 5.2", "Table 5.7", "Figure 5.6", "McNemar", "Sanity sheet", "Flips"):
+    for words in (
+        *("Table 5.2", "Table 5.7", "Figure 5.3", "McNemar", "Sanity sheet", "Flips"),
+        *("Section 5.5.1: ghosts", "Section 5.5.2: DSGN with its", "Figure 5.8: how far"),
+    ):
         assert words in text
+
+
+def test_reasons_are_told(report: dict[str, Any]) -> None:
+    """What the drawn detections and maps were made to say."""
+    ghosts = {(row["detector"], row["attack"]): row for row in report["ghosts"]}
+    assert ("stereo_rcnn", "patch-specific") not in ghosts
+    strong = ghosts["dsgn", "pgd-1"]
+    assert strong["strength"] == 4
+    assert strong["share_on_road"] < 0.1
+    assert strong["ghosts"] == sum(map(len, strong["positions"].values()))
+    assert [row["attack"] for row in report["pyramid"]] == [
+        "unattacked", "patch-random", "patch-specific"
+    ]  # fmt: skip
+    radii = [row["radius"] for row in report["spread"] if row["detector"] == "dsgn"]
+    assert radii == [10, 20, 10, 20]
+    text = markdown_page(report)
+    assert "| DSGN | conv2 | 2.0 | 2.0 | 2.0 | 2.0 | 4.0 |" in text
+    assert "no file of the joint patch of DSGN, Stereo R-CNN" in text
+    assert "no weights were given (--options dsgn_without_pyramid=FILE)" in text
 
 
 def test_a_run_that_is_not_finished_says_so(torso: RunFolder) -> None:
@@ -166,10 +190,12 @@ def test_the_command_writes_page_and_tables(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr(attacked_drives, "AttackedDrives", drawn.DrawnDrives)
+    monkeypatch.setattr(patch_spreads, "PatchSpreads", drawn.DrawnSpreads)
     page, tables = tmp_path / "a.html", tmp_path / "a.md"
     command = Report(run.path, out=page, markdown=tables, pictures=1, json=True)
     assert command.run() == 0
-    assert "data:image/webp" in page.read_text()
+    assert page.read_text().count("data:image/webp") >= 3 + 2 * 2 * 3
+    assert not (run.figures / "feature_spread.png").exists()
     assert "| DSGN |" in tables.read_text()
     assert json.loads(capsys.readouterr().out)["scenarios"] == 6
     with pytest.raises(DataError, match="exists"):

@@ -12,7 +12,6 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from avsec_gym import attacks
 from avsec_gym.attacks.attack import LEFT, RIGHT, Victim, quantised
 from avsec_gym.attacks.loss_gradient import total_loss
 from avsec_gym.attacks.noise import RandomNoise
@@ -20,11 +19,10 @@ from avsec_gym.attacks.patch import PatchAttack
 from avsec_gym.attacks.patch_ghosts import target_boxes
 from avsec_gym.attacks.patch_placement import PatchPlace
 from avsec_gym.attacks.perturbation import Perturbation
-from avsec_gym.attacks.side_area import read_roadside
 from avsec_gym.attacks.texture import replace_texture
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.chapter5.scenes import OPTIONS, scenes_of
+from avsec_gym.experiments.chapter5.scenes import OPTIONS, roadside_of, scenes_of
 from avsec_gym.experiments.chapter5.settings import (
     DETECTORS,
     GREY_PATCHES,
@@ -37,6 +35,7 @@ from avsec_gym.experiments.chapter5.settings import (
     setting,
     specific,
 )
+from avsec_gym.experiments.chapter5.trained import patch_file, trained_detector, trained_inputs
 from avsec_gym.experiments.experiment import (
     Cell,
     CellResult,
@@ -48,13 +47,11 @@ from avsec_gym.experiments.experiment import (
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.detector import DifferentiableDetector
 from avsec_gym.perception.stereo_batch import batch_of_frames
-from avsec_gym.perception.weights.given import SHIPPED, shipped_weights
 from avsec_gym.pipeline import Pipeline, PipelineRun
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 
 _WORK = "avsec_gym.experiments.chapter5.attacked_drives:AttackedDrives"
-_SHIPPED_PATCHES = Path(attacks.__file__).parent / "patches"
 
 
 def attacked_cells(
@@ -71,22 +68,18 @@ def attacked_cells(
     ]
 
 
-def attacked_inputs(configuration: Configuration) -> dict[str, Path]:
+def attacked_inputs(
+    configuration: Configuration, detectors: Sequence[str] = DETECTORS
+) -> dict[str, Path]:
     """Weights, patches and the images' manifests."""
-    options = {**OPTIONS, **configuration.options}
-    folder = Path(options["patches"] or _SHIPPED_PATCHES)
-    weights = {
-        f"weights of {name}": Path(options[name] or shipped_weights(f"{name}_small"))
-        for name in DETECTORS
-    }
-    patches = {f"patch {path.stem}": path for path in sorted(folder.glob("*.safetensors"))}
+    trained = trained_inputs(detectors, {**OPTIONS, **configuration.options})
     roots = {data.root for data in scenes_of(configuration).data.values()}
     manifests = {
         f"frames {number}": root / "manifest.json"
         for number, root in enumerate(sorted(roots), start=1)
         if (root / "manifest.json").is_file()
     }
-    return {**weights, **patches, **manifests}
+    return {**trained, **manifests}
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,8 +205,7 @@ class AttackedDrives:
             noisy = RandomNoise(STEPS * float(rest)).attack(clean, victim, seed)
             yield _Look(noisy, attack, STEPS)
         elif attack == TEXTURE:
-            folder = self._scenes.data[scene.id].folder
-            changed = replace_texture(clean, read_roadside(folder, scene.id), seed)
+            changed = replace_texture(clean, roadside_of(self._scenes, scene), seed)
             yield _Look(changed, attack)
             yield from _perturbed(TEXTURE_ATTACKED, 1.0, changed, victim)
         elif attack in PATCHES + JOINT_PATCHES + GREY_PATCHES:
@@ -232,14 +224,12 @@ class AttackedDrives:
     def _patch(self, kind: str, detector: str) -> str | Path:
         if kind == "grey":
             return kind
-        folder = Path(self._options["patches"] or _SHIPPED_PATCHES)
-        return folder / f"{'joint' if kind == 'joint' else detector}.safetensors"
+        return patch_file(kind, detector, self._options)
 
     def _pipeline(self, detector: str) -> Pipeline:
         if detector not in self._pipelines:
-            weights = self._options[detector] or SHIPPED
             self._pipelines[detector] = Pipeline(
-                {"name": detector, "weights": weights},
+                trained_detector(detector, self._options),
                 motion=Motion.named(self._options["motion"]),
                 score_threshold=self._options["score_threshold"],
                 whole_levels=False,

@@ -6,8 +6,11 @@ from collections.abc import Sequence
 from functools import partial
 
 from avsec_gym.experiments.chapter5.attacked_drives import attacked_cells, attacked_inputs
-from avsec_gym.experiments.chapter5.scenes import OPTIONS
+from avsec_gym.experiments.chapter5.patch_spreads import spread_cells, spread_inputs
+from avsec_gym.experiments.chapter5.scenes import OPTIONS, PYRAMID_OPTIONS
 from avsec_gym.experiments.chapter5.settings import (
+    DETECTORS,
+    DSGN,
     GREY_PATCHES,
     JOINT_PATCHES,
     NOISES,
@@ -15,7 +18,9 @@ from avsec_gym.experiments.chapter5.settings import (
     PERTURBATIONS,
     TEXTURE,
     UNATTACKED,
+    WITHOUT_PYRAMID,
 )
+from avsec_gym.experiments.chapter5.trained import patches_there
 from avsec_gym.experiments.chapter5.true_drives import true_cells, true_inputs
 from avsec_gym.experiments.experiment import Cell, Configuration, Experiment
 
@@ -33,6 +38,35 @@ def _attacked(name: str, question: str, thesis: str, *attacks: str) -> Experimen
         attacked_inputs,
         OPTIONS,
     )
+
+
+def _pyramid_cells(configuration: Configuration) -> list[Cell]:
+    """Under the patches that are there for both networks; none without weights.
+
+    What weights are missing is said when the inputs are asked for.
+    """
+    options = {**PYRAMID_OPTIONS, **configuration.options}
+    if not options[WITHOUT_PYRAMID]:
+        return []
+    kinds = set(patches_there(DSGN, options)) & set(patches_there(WITHOUT_PYRAMID, options))
+    patches = [one for one in PATCHES + JOINT_PATCHES if one.partition("-")[0] in kinds]
+    both = (DSGN, WITHOUT_PYRAMID)
+    drives = attacked_cells(configuration, (UNATTACKED, *patches), both)
+    return [*drives, *spread_cells(configuration, both)]
+
+
+def _chapter_5_cells(configuration: Configuration) -> list[Cell]:
+    """Feature maps last: they take their time, and the answer needs none of them."""
+    attacks = (
+        UNATTACKED,
+        *PERTURBATIONS,
+        *PATCHES,
+        *JOINT_PATCHES,
+        TEXTURE,
+        *NOISES,
+        *GREY_PATCHES,
+    )
+    return [*_with_truth(configuration, attacks), *spread_cells(configuration, DETECTORS)]
 
 
 PLANNERS = Experiment(
@@ -54,7 +88,7 @@ INPUTS = Experiment(
 PERTURBATION = _attacked(
     "perturbation",
     "What do perturbations of growing strength do to precision, and to driving safety?",
-    "Figures 5.6 and 5.7, Tables 5.1 and 5.2",
+    "Figures 5.3 and 5.4, Tables 5.1 and 5.2",
     *PERTURBATIONS,
 )
 PATCH = _attacked(
@@ -72,9 +106,33 @@ JOINT_PATCH = _attacked(
 TEXTURE_REPLACEMENT = _attacked(
     "texture",
     "Are ghosts beside the road because the texture there is more complex?",
-    "Figures 5.8 and 5.9",
+    "Figures 5.6 and 5.7",
     "pgd-1",
     TEXTURE,
+)
+GHOST_POSITIONS = _attacked(
+    "ghost_positions",
+    "Do perturbations put ghosts beside the road, more than chance would?",
+    "Section 5.5.1",
+    *PERTURBATIONS,
+    TEXTURE,
+    *NOISES,
+)
+FEATURE_SPREAD = Experiment(
+    "feature_spread",
+    "How far does a patch spread through the feature maps of each detector?",
+    "Figure 5.8",
+    spread_cells,
+    spread_inputs,
+    PYRAMID_OPTIONS,
+)
+PYRAMID_ABLATION = Experiment(
+    "without_pyramid",
+    "Does its spatial pyramid pooling protect DSGN from patches?",
+    "Section 5.5.2",
+    _pyramid_cells,
+    partial(attacked_inputs, detectors=(DSGN, WITHOUT_PYRAMID)),
+    PYRAMID_OPTIONS,
 )
 CONTROLS = _attacked(
     "controls",
@@ -87,18 +145,7 @@ CHAPTER_5 = Experiment(
     "chapter5",
     "Does a detector's loss of precision under attack say anything about driving safety?",
     "Chapter 5",
-    partial(
-        _with_truth,
-        attacks=(
-            UNATTACKED,
-            *PERTURBATIONS,
-            *PATCHES,
-            *JOINT_PATCHES,
-            TEXTURE,
-            *NOISES,
-            *GREY_PATCHES,
-        ),
-    ),
+    _chapter_5_cells,
     attacked_inputs,
     OPTIONS,
 )

@@ -30,6 +30,15 @@ from avsec_gym.perception.detectors.stereo_rcnn.network import StereoRcnnNetwork
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_images
 from avsec_gym.rig import kitti_rig
 
+LAYERS = (
+    *(f"conv{i}" for i in range(1, 7)),
+    "upsample1",
+    *(f"smooth{i}" for i in range(1, 4)),
+    "maxpool1",
+    *(f"branch{i}" for i in range(1, 5)),
+    *("fusion1", "fusion2"),
+)
+"""The thesis' names for those of both detectors, from shallow to deep; see `features`."""
 _SIZE = (375, 1242)
 _DISPARITY = 20.0
 """Pixels; it matters to the right image alone, whose features are not looked at."""
@@ -77,15 +86,11 @@ class FeatureSpread:
     """A patch's way through a detector.
 
     Args:
-        detector: Its name.
-        weights: Which weights it had.
         image: The left image with the patch in the central square, (crop, crop, 3), in [0, 1].
         patch_radius: Pixels.
         layers: From shallow to deep.
     """
 
-    detector: str
-    weights: str
     image: Floats
     patch_radius: float
     layers: tuple[LayerSpread, ...]
@@ -97,7 +102,6 @@ def feature_spread(
     patch: Patch,
     seed: int = 0,
     *,
-    weights: str,
     scenes: StereoBatch | None = None,
     images: int = 4,
     crop: int = 240,
@@ -109,7 +113,6 @@ def feature_spread(
         detector: A DSGN (with its pyramid pooling or without) or a Stereo R-CNN.
         patch: What is pasted; `Patch.noise` is the control that no attacker made.
         seed: Of the noise.
-        weights: Which weights the detector has, in words, such as ``random``.
         scenes: Other pairs than noise to paste the patch into, two or more.  A trained network may
             be dead to noise, which is like nothing it has seen.
         images: Of noise, that maps are averaged over; two or more.
@@ -158,7 +161,7 @@ def feature_spread(
             )
         )
     middle = _central(attacked.left[0].permute(1, 2, 0).double().numpy() / 255, crop)
-    return FeatureSpread(detector.name, weights, middle, patch.radius, tuple(layers))
+    return FeatureSpread(middle, patch.radius, tuple(layers))
 
 
 def features(network: Network, images: Tensor) -> Features:

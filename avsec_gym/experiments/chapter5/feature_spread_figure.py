@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,23 +15,26 @@ from avsec_gym.experiments.figure_style import FAINT, FIGURE_STYLE
 _STYLE: dict[Any, Any] = {**FIGURE_STYLE}
 
 
-def draw_feature_spread(spreads: Sequence[FeatureSpread], path: str | Path) -> None:
+def draw_feature_spread(spreads: Mapping[str, FeatureSpread], path: str | Path) -> None:
     """A row of maps for each detector, each map from 0 to its own maximum (figure 5.8).
 
     Under each: the radius that it counts as changed, in multiples of the patch's, by its own
     maximum, and by what another image would change.
+
+    Args:
+        spreads: By their titles.
+        path: The picture's file.
     """
-    columns = 1 + max(len(spread.layers) for spread in spreads)
+    columns = 1 + max(len(spread.layers) for spread in spreads.values())
     with matplotlib.rc_context(_STYLE):
         figure = Figure(figsize=(1.15 * columns, 1.85 * len(spreads)), facecolor="white")
         axes = figure.subplots(len(spreads), columns, squeeze=False)
         for axis in axes.flat:
             axis.axis("off")
-        for row, spread in zip(axes, spreads, strict=True):
+        for row, (title, spread) in zip(axes, spreads.items(), strict=True):
             row[0].imshow(spread.image)
             row[0].set_title("Input", fontsize=8)
-            name = f"{spread.detector}, {spread.weights}"
-            row[0].annotate(name, (0, 1.3), xycoords="axes fraction", fontsize=8, weight="bold")
+            row[0].annotate(title, (0, 1.3), xycoords="axes fraction", fontsize=8, weight="bold")
             for axis, layer in zip(row[1:], spread.layers, strict=False):
                 axis.imshow(layer.difference, cmap="inferno", vmin=0)
                 axis.set_title(layer.layer, fontsize=8)

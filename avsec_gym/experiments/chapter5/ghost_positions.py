@@ -24,6 +24,8 @@ from avsec_gym.geometry import Floats, project
 LANE_WIDTH = 3.5
 CORRIDOR = 1.5 * LANE_WIDTH
 """Metres on either side within which the three intentions of the thesis drive."""
+FARTHEST = 40.0
+"""Metres ahead up to which ghosts and ground count; detectors look little further."""
 _CELL = 0.5
 """Metres; side of the squares by which visible ground is measured."""
 
@@ -45,6 +47,7 @@ class GhostCount:
         road: Ghosts on the road.
         side: Ghosts beside it.
         unknown: Ghosts of which neither can be said.
+        in_lanes: Those of `road` that reach into the lanes that are driven on.
         road_area: Visible ground of the road, m2.
         side_area: Visible ground beside it, m2.
     """
@@ -52,6 +55,7 @@ class GhostCount:
     road: int
     side: int
     unknown: int
+    in_lanes: int
     road_area: float
     side_area: float
 
@@ -121,7 +125,7 @@ def places(boxes: Boxes3D, view: RoadView, calibration: Calibration) -> list[Pla
 
 
 def visible_areas(
-    view: RoadView, calibration: Calibration, *, farthest: float = 40.0, highest: float = 0.5
+    view: RoadView, calibration: Calibration, *, farthest: float = FARTHEST, highest: float = 0.5
 ) -> tuple[float, float]:
     """Visible ground of road and side area, m2: chance spreads ghosts evenly over it.
 
@@ -130,7 +134,7 @@ def visible_areas(
     Args:
         view: Road and side area of the left image.
         calibration: Of both cameras.
-        farthest: Metres ahead up to which ground counts; detectors look no further.
+        farthest: Metres ahead up to which ground counts.
         highest: Metres above the plane of the road up to which something is ground.
     """
     p = calibration.projection()
@@ -153,16 +157,16 @@ def visible_areas(
     return road, side
 
 
-def count_ghosts(
+def placed_ghosts(
     detections: Boxes3D,
     truth: Boxes3D,
     view: RoadView,
     calibration: Calibration,
     *,
     threshold: float = 0.0,
-    farthest: float = 40.0,
-) -> GhostCount:
-    """Where a frame's ghosts are.
+    farthest: float = FARTHEST,
+) -> tuple[Boxes3D, list[Place]]:
+    """A frame's ghosts, and where each stands.
 
     Args:
         detections: Of one frame.
@@ -170,14 +174,25 @@ def count_ghosts(
         view: Road and side area of its left image.
         calibration: Of its cameras.
         threshold: Least score.
-        farthest: Metres ahead up to which ghosts and ground count.
+        farthest: Metres ahead up to which ghosts count.
     """
     near = (detections.location[:, 2] < farthest) & (detections.score >= threshold)
     found = detections[near]
-    where = places(found[ghosts(found, truth)], view, calibration)
+    unreal = found[ghosts(found, truth)]
+    return unreal, places(unreal, view, calibration)
+
+
+def count_ghosts(unreal: Boxes3D, where: Sequence[Place], areas: tuple[float, float]) -> GhostCount:
+    """A frame's ghosts in numbers.
+
+    Args:
+        unreal: As `placed_ghosts` gives them.
+        where: Likewise.
+        areas: As `visible_areas` gives them.
+    """
     road, side, unknown = (where.count(place) for place in Place)
-    areas = visible_areas(view, calibration, farthest=farthest)
-    return GhostCount(road, side, unknown, *areas)
+    on_road = np.array([place == Place.ROAD for place in where], bool)
+    return GhostCount(road, side, unknown, int((on_road & in_corridor(unreal)).sum()), *areas)
 
 
 def ghost_summary(
@@ -188,57 +203,69 @@ def ghost_summary(
     ``chance`` is the road's share of the visible ground, each frame weighted by its ghosts: the
     share that would be on the road if ghosts were spread evenly over the ground that is seen in
     their frames.  ``ratio`` divides the odds of the two: 1 where ghosts do not care, below 1 where
-    they prefer the side area.  Intervals hold 95 % of a bootstrap over frames; None without ghosts.
+    they prefer the side area.  ``share_in_lanes`` is that of ghosts on the road where it is driven
+    on.  Ghosts that are neither on the road nor beside it do not count.  Intervals hold 95 % of a
+    bootstrap over frames; None without ghosts, and with those of a single frame.
 
     Args:
         frames: Counts of each.
         resamples: Bootstrap samples.
         seed: Of the bootstrap.
     """
-    table = np.array([[f.road, f.side, f.road_area, f.side_area] for f in frames], float)
-    table = table.reshape(-1, 4)
-    area = table[:, 2:].sum(axis=1)
-    expected = np.divide(table[:, 2], area, out=np.zeros(len(table)), where=area > 0)
+    table = np.array(
+        [[f.road, f.side, f.in_lanes, f.road_area, f.side_area] for f in frames], float
+    ).reshape(-1, 5)
+    area = table[:, 3:].sum(axis=1)
+    expected = np.divide(table[:, 3], area, out=np.zeros(len(table)), where=area > 0)
     known = table[:, :2].sum(axis=1) * (area > 0)
-    sums = np.column_stack([table[:, 0] * (area > 0), known, expected * known])
+    sums = np.column_stack(
+        [table[:, 0] * (area > 0), known, expected * known, table[:, 2] * (area > 0)]
+    )
     result: dict[str, Any] = {
         "frames": len(frames),
         "ghosts": sum(f.road + f.side + f.unknown for f in frames),
         "road": sum(f.road for f in frames),
         "side": sum(f.side for f in frames),
         "unknown": sum(f.unknown for f in frames),
+        "in_lanes": sum(f.in_lanes for f in frames),
         "ghosts_per_100_m2": {
-            name: 100 * float(table[:, i].sum() / table[:, i + 2].sum())
-            if table[:, i + 2].any()
+            name: 100 * float(table[:, i].sum() / table[:, i + 3].sum())
+            if table[:, i + 3].any()
             else None
             for i, name in enumerate(("road", "side"))
         },
     }
     observed = _shares(sums.sum(axis=0)[None])
-    sums = sums if len(sums) else np.zeros((1, 3))
+    sums = sums if len(sums) else np.zeros((1, 4))
     even = np.full(len(sums), 1 / len(sums))
     drawn = _shares(np.random.default_rng(seed).multinomial(len(sums), even, resamples) @ sums)
     for name, value in observed.items():
         finite = drawn[name][np.isfinite(drawn[name])]
+        enough = len(finite) > 0 and (known > 0).sum() > 1
         result[name] = float(value[0]) if np.isfinite(value[0]) else None
         result[f"{name}_interval"] = (
-            [float(q) for q in np.quantile(finite, (0.025, 0.975))] if len(finite) else None
+            [float(q) for q in np.quantile(finite, (0.025, 0.975))] if enough else None
         )
     return result
 
 
 def _shares(sums: Floats) -> dict[str, Floats]:
-    on_road, known, expected = sums.T.astype(float)
+    on_road, known, expected, in_lanes = sums.T.astype(float)
     with np.errstate(invalid="ignore", divide="ignore"):
         share, chance = on_road / known, expected / known
         ratio = (share / (1 - share)) / (chance / (1 - chance))
-    return {"share_on_road": share, "chance": chance, "ratio": ratio}
+        return {
+            "share_on_road": share,
+            "chance": chance,
+            "ratio": ratio,
+            "share_in_lanes": in_lanes / known,
+        }
 
 
 def _area(x: Floats, depth: Floats) -> float:
     """Of the squares that points lie in, m2."""
-    cells = np.floor(np.column_stack([x, depth]) / _CELL).astype(int)
-    return float(len(np.unique(cells, axis=0)) * _CELL**2)
+    across, ahead = (np.floor(values / _CELL).astype(np.int64) for values in (x, depth))
+    return float(len(np.unique(across * 1_000_000 + ahead)) * _CELL**2)
 
 
 def _inside(boxes: Floats, regions: Floats) -> Floats:

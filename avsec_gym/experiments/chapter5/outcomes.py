@@ -13,6 +13,9 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.settings import (
     ATTACKS,
     DETECTORS,
+    PERTURBATIONS,
+    STEPS,
+    TEXTURE_ATTACKED,
     UNATTACKED,
     WHOLE_LEVELS,
     setting,
@@ -72,10 +75,12 @@ class Outcomes:
     Args:
         results: Of the run.
         labels: What is to be seen in each scenario, with the regions not to care about.
+        detectors: Whose conditions count, in this order.
     """
 
     results: Results
     labels: Mapping[str, Boxes3D]
+    detectors: tuple[str, ...] = DETECTORS
     _detections: dict[tuple[str, float], list[Boxes3D]] = field(
         default_factory=dict, init=False, repr=False
     )
@@ -88,6 +93,16 @@ class Outcomes:
         """Every detector and attack that counts, detector by detector."""
         most = max((len(there) for there in self._done.values()), default=0)
         return tuple(one for one, there in self._done.items() if len(there) >= _ENOUGH * most)
+
+    @property
+    def strongest(self) -> tuple[Condition, ...]:
+        """Of perturbations the last steps only, and nothing in whole grey levels."""
+        stepwise = (*PERTURBATIONS, TEXTURE_ATTACKED)
+        return tuple(
+            one
+            for one in self.conditions
+            if not one.whole_levels and not (one.attack in stepwise and one.strength < STEPS)
+        )
 
     @cached_property
     def left_out(self) -> dict[Condition, int]:
@@ -173,10 +188,10 @@ class Outcomes:
             detector, _, attack = name.partition(" ")
             whole = attack.endswith(WHOLE_LEVELS)
             attack = attack.removesuffix(WHOLE_LEVELS).strip()
-            if detector in DETECTORS and attack in ATTACKS:
+            if detector in self.detectors and attack in ATTACKS:
                 records = self.results.records(setting=name, strength=strength)
                 found[Condition(detector, attack, strength, whole)] = records
-        return {one: found[one] for one in sorted(found, key=_place)}
+        return {one: found[one] for one in sorted(found, key=self._place)}
 
     @cached_property
     def _done(self) -> dict[Condition, set[str]]:
@@ -191,6 +206,14 @@ class Outcomes:
     def _kept(self) -> frozenset[str]:
         return frozenset(self.scenarios)
 
+    def _place(self, condition: Condition) -> tuple[int, bool, int, float]:
+        return (
+            self.detectors.index(condition.detector),
+            condition.whole_levels,
+            ATTACKS.index(condition.attack),
+            condition.strength,
+        )
+
 
 def safe_by_scenario(
     records: Sequence[SafetyRecord], scenarios: Sequence[str]
@@ -201,12 +224,3 @@ def safe_by_scenario(
     for record in records:
         counts[row[record.scenario]] += (record.safe, 1)
     return counts
-
-
-def _place(condition: Condition) -> tuple[int, bool, int, float]:
-    return (
-        DETECTORS.index(condition.detector),
-        condition.whole_levels,
-        ATTACKS.index(condition.attack),
-        condition.strength,
-    )

@@ -6,9 +6,22 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
+import numpy as np
+
+from avsec_gym.attacks.side_area import (
+    EVERYTHING,
+    Roadside,
+    RoadView,
+    read_roadside,
+    straight_roadside,
+)
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.experiments.chapter5.settings import WITHOUT_PYRAMID
 from avsec_gym.experiments.experiment import Configuration
+from avsec_gym.kitti.map_files import read_disparity, read_mask
 from avsec_gym.scenario.frame_scenes import FrameScenes, frame_scenes
+from avsec_gym.scenario.scene import Scene
+from avsec_gym.world.road.section import Surface
 
 OPTIONS: Mapping[str, Any] = {
     "frames": "",
@@ -21,6 +34,8 @@ OPTIONS: Mapping[str, Any] = {
 """``frames``: folders with the scenarios' images, with commas, where --scenarios names the authors'
 labelled scenarios; ``motion``: see `Motion`; ``patches``: a folder of trained patches, and by the
 detectors' names their weights, instead of those of the package."""
+PYRAMID_OPTIONS = {**OPTIONS, WITHOUT_PYRAMID: ""}
+"""And weights of the DSGN without its pyramid, which the package has none of."""
 
 
 def scenes_of(configuration: Configuration) -> FrameScenes:
@@ -39,6 +54,32 @@ def labels_of(configuration: Configuration) -> dict[str, Boxes3D]:
     """
     scenes = scenes_of(configuration)
     return {scene.id: scenes.labels(scene) for scene in scenes.scenes.labelled}
+
+
+def roadside_of(scenes: FrameScenes, scene: Scene) -> Roadside:
+    """Road and side area of a pair: by the world's own maps, or else by a straight road on a plane.
+
+    Raises:
+        DataError: A file is broken.
+    """
+    if _has_maps(scenes, scene):
+        return read_roadside(scenes.data[scene.id].folder, scene.id)
+    return straight_roadside(scenes.frame(scene), scene.boxes)
+
+
+def road_view_of(scenes: FrameScenes, scene: Scene) -> RoadView:
+    """The same of the left image alone, which takes a tenth of the time where there are maps."""
+    if not _has_maps(scenes, scene):
+        return roadside_of(scenes, scene).left
+    folder, file = scenes.data[scene.id].folder, f"{scene.id}.png"
+    surface = read_mask(folder / "surface_2" / file)
+    disparity = np.nan_to_num(read_disparity(folder / "disparity_2" / file))
+    return RoadView(surface == Surface.ROAD, np.isin(surface, EVERYTHING), disparity)
+
+
+def _has_maps(scenes: FrameScenes, scene: Scene) -> bool:
+    folder, file = scenes.data[scene.id].folder, f"{scene.id}.png"
+    return all((folder / name / file).is_file() for name in ("surface_2", "disparity_2"))
 
 
 @cache

@@ -12,7 +12,6 @@ from avsec_gym.box_overlap import ground_rectangles, rectangle_iou
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.ghost_positions import ghosts, in_corridor
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, RESAMPLES, Condition, Outcomes
-from avsec_gym.experiments.chapter5.settings import PERTURBATIONS, STEPS, TEXTURE_ATTACKED
 from avsec_gym.experiments.chapter5.tables import Row, named
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.detections import above
@@ -35,10 +34,7 @@ def seen_rows(outcomes: Outcomes, threshold: float) -> list[Row]:
     """
     rows = []
     samples = draw_resamples(len(outcomes.scenarios), RESAMPLES, 0)
-    for condition in outcomes.conditions:
-        weaker = condition.attack in (*PERTURBATIONS, TEXTURE_ATTACKED)
-        if condition.whole_levels or (weaker and condition.strength < STEPS):
-            continue
+    for condition in outcomes.strongest:
         counts = _counts(outcomes, condition, threshold)
         row: Row = named(condition)
         for name, part, whole in (

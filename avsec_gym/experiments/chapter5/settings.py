@@ -11,6 +11,9 @@ from __future__ import annotations
 from avsec_gym.scenario.intention import Intention
 
 DETECTORS = ("dsgn", "stereo_rcnn")
+DSGN = DETECTORS[0]
+WITHOUT_PYRAMID = "dsgn_without_pyramid"
+"""DSGN without its spatial pyramid pooling: an ablation, no detector of the chapter's question."""
 UNATTACKED = "unattacked"
 ALPHAS = (0.4, 1.0)
 STEPS = 4

@@ -52,7 +52,7 @@ def safety_rows(outcomes: Outcomes) -> list[Row]:
 
 
 def precision_rows(outcomes: Outcomes) -> list[Row]:
-    """Figure 5.6 and table 5.3: average precision of cars by detector, attack and strength."""
+    """Figure 5.3 and table 5.3: average precision of cars by detector, attack and strength."""
     rows = []
     for condition in outcomes.conditions:
         for intention in outcomes.looks(condition):

@@ -9,7 +9,7 @@ import torch
 
 from avsec_gym.attacks.patch_files import Patch
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.chapter5.feature_spread import feature_spread, features
+from avsec_gym.experiments.chapter5.feature_spread import LAYERS, feature_spread, features
 from avsec_gym.experiments.chapter5.feature_spread_figure import draw_feature_spread
 from avsec_gym.perception.detectors import make_detector
 from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
@@ -43,13 +43,13 @@ def stereo_rcnn():
 
 @pytest.fixture(scope="module")
 def spreads(dsgn, stereo_rcnn):
-    return [
-        feature_spread(each, Patch.noise(1), weights="random", images=2)
-        for each in (stereo_rcnn, dsgn)
-    ]
+    return [feature_spread(each, Patch.noise(1), images=2) for each in (stereo_rcnn, dsgn)]
 
 
 def test_the_layers_are_those_of_the_thesis(spreads):
+    for spread in spreads:
+        shown = [layer.layer for layer in spread.layers]
+        assert shown == [name for name in LAYERS if name in shown]
     upward = ["upsample1", "smooth1", "smooth2", "smooth3", "maxpool1"]
     assert [layer.layer for layer in spreads[0].layers] == [*CONVOLUTIONS, "conv6", *upward]
     assert [layer.layer for layer in spreads[1].layers] == [*CONVOLUTIONS, *BRANCHES, *FUSIONS]
@@ -85,7 +85,7 @@ def test_pooled_means_and_what_joins_them_see_everything(spreads):
 def test_without_the_pyramid_the_branches_are_missing_and_the_reach_ends(dsgn):
     configuration = replace(SMALL, features=replace(SMALL.features, pyramid=False))
     without = DsgnDetector(configuration, weights=dsgn.network.state_dict())
-    spread = feature_spread(without, Patch.noise(1), weights="random", images=2)
+    spread = feature_spread(without, Patch.noise(1), images=2)
     assert [layer.layer for layer in spread.layers] == [*CONVOLUTIONS, *FUSIONS]
     assert spread.layers[-1].reach < 200
 
@@ -93,7 +93,7 @@ def test_without_the_pyramid_the_branches_are_missing_and_the_reach_ends(dsgn):
 def test_differences_are_means_over_channels_of_features_with_and_without(dsgn):
     """The whole way by hand: two noise images, a disc, and the network's own first layers."""
     patch = Patch.noise(3)
-    spread = feature_spread(dsgn, patch, 5, weights="random", images=2)
+    spread = feature_spread(dsgn, patch, 5, images=2)
     generator = torch.Generator().manual_seed(5)
     left = torch.rand(2, 3, 375, 1242, generator=generator) * 255
     attacked = left.clone()
@@ -121,13 +121,13 @@ def test_what_can_be_reached_is_what_changes_without_normalisation_over_the_imag
                 setattr(module, name, torch.nn.Identity())
     bare = DsgnDetector()
     bare.network = network
-    spread = feature_spread(bare, Patch.noise(1), weights="random", images=2, threshold=1e-9)
+    spread = feature_spread(bare, Patch.noise(1), images=2, threshold=1e-9)
     for layer in spread.layers[:3]:
         assert layer.radius == pytest.approx(layer.reach, rel=0.05)
 
 
 def test_the_same_seed_gives_the_same_maps(dsgn, spreads):
-    again = feature_spread(dsgn, Patch.noise(1), weights="random", images=2)
+    again = feature_spread(dsgn, Patch.noise(1), images=2)
     for one, other in zip(spreads[1].layers, again.layers, strict=True):
         np.testing.assert_array_equal(one.difference, other.difference)
         assert one.to_json() == other.to_json()
@@ -141,11 +141,12 @@ def test_nothing_is_left_hanging_on_the_network(dsgn):
 
 def test_what_is_not_known_is_refused(dsgn):
     with pytest.raises(ConfigurationError, match="oracle"):
-        feature_spread(make_detector("oracle"), Patch.grey(), weights="none")
+        feature_spread(make_detector("oracle"), Patch.grey())
     with pytest.raises(ConfigurationError, match="square"):
-        feature_spread(dsgn, Patch.grey(), weights="random", crop=400)
+        feature_spread(dsgn, Patch.grey(), crop=400)
 
 
 def test_the_figure_is_drawn(spreads, tmp_path):
-    draw_feature_spread(spreads, tmp_path / "spread.png")
+    titles = ("Stereo R-CNN", "DSGN")
+    draw_feature_spread(dict(zip(titles, spreads, strict=True)), tmp_path / "spread.png")
     assert (tmp_path / "spread.png").stat().st_size > 20_000

@@ -12,6 +12,7 @@ from avsec_gym.experiments.chapter5.ghost_positions import (
     ghost_summary,
     ghosts,
     in_corridor,
+    placed_ghosts,
     places,
     visible_areas,
 )
@@ -103,9 +104,13 @@ def test_walls_have_no_area():
 
 
 def test_counts_of_a_frame():
-    found = cars((0, 20), (0, 12), (8, 20), (10, 60), (-8, 18), score=[0.9, 0.9, 0.9, 0.9, 0.1])
-    count = count_ghosts(found, cars((0, 12)), view(), CALIBRATION, threshold=0.5)
-    assert (count.road, count.side, count.unknown) == (1, 1, 0)
+    """Real; ahead; on the road yet out of the lanes; beside; too far; too unsure."""
+    spots = ((0, 12), (0, 20), (7, 20), (10, 20), (10, 60), (-8, 18))
+    found = cars(*spots, score=[0.9, 0.9, 0.9, 0.9, 0.9, 0.1])
+    seen = view(half_width=8.0)
+    unreal, where = placed_ghosts(found, cars((0, 12)), seen, CALIBRATION, threshold=0.5)
+    assert unreal.location[:, 0].tolist() == [0, 7, 10]
+    assert count_ghosts(unreal, where, (3.0, 4.0)) == GhostCount(2, 1, 0, 1, 3.0, 4.0)
 
 
 def test_ghosts_spread_evenly_give_what_chance_gives():
@@ -114,7 +119,7 @@ def test_ghosts_spread_evenly_give_what_chance_gives():
     frames = []
     for road, side in areas:
         on_road = rng.binomial(5, road / (road + side))
-        frames.append(GhostCount(int(on_road), int(5 - on_road), 0, road, side))
+        frames.append(GhostCount(int(on_road), int(5 - on_road), 0, 0, road, side))
     summary = ghost_summary(frames, resamples=1000)
     low, high = summary["ratio_interval"]
     assert low < 1 < high
@@ -124,16 +129,20 @@ def test_ghosts_spread_evenly_give_what_chance_gives():
 
 def test_a_true_preference_is_seen_and_frames_are_the_cases():
     """One ghost in ten on the road though it is half of the ground; one frame alone says little."""
-    many = [GhostCount(i % 10 == 0, i % 10 != 0, 0, 100, 100) for i in range(200)]
+    many = [GhostCount(i % 10 == 0, i % 10 != 0, 0, 0, 100, 100) for i in range(200)]
     assert ghost_summary(many, resamples=500)["ratio_interval"][1] < 0.3
-    one = ghost_summary([GhostCount(1, 99, 0, 100, 100)] + [GhostCount(2, 0, 0, 100, 100)] * 5)
+    odd, usual = GhostCount(1, 99, 0, 0, 100, 100), GhostCount(2, 0, 0, 1, 100, 100)
+    one = ghost_summary([odd] + [usual] * 5)
     low, high = one["share_on_road_interval"]
     assert low < 0.05
     assert high > 0.5
+    alone = ghost_summary([odd, GhostCount(0, 0, 2, 0, 100, 100)])
+    assert (alone["share_on_road"], alone["share_on_road_interval"]) == (0.01, None)
+    assert one["share_in_lanes"] == pytest.approx(5 / 110)
 
 
 def test_without_ghosts_nothing_is_claimed():
-    for frames in ([], [GhostCount(0, 0, 3, 100, 100)]):
+    for frames in ([], [GhostCount(0, 0, 3, 0, 100, 100)]):
         summary = ghost_summary(frames, resamples=100)
         assert summary["share_on_road"] is None
         assert summary["ratio_interval"] is None

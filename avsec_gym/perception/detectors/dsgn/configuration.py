@@ -1,4 +1,4 @@
-"""What a DSGN is made of: every number and switch of the architecture, and four presets."""
+"""What a DSGN is made of: every number and switch of the architecture, and its presets."""
 
 from __future__ import annotations
 
@@ -188,7 +188,10 @@ class DsgnConfiguration:
 
     @classmethod
     def preset(cls, name: str) -> DsgnConfiguration:
-        """``default``, ``24g`` and ``12g`` (the original's for cars), or ``small``."""
+        """``default``, ``24g`` and ``12g`` (the original's for cars), or ``small``.
+
+        And ``small_without_pyramid``: without the means over windows, for an ablation.
+        """
         if name not in _PRESETS:
             raise ConfigurationError(
                 f"no DSGN is called {name!r}; there are {', '.join(sorted(_PRESETS))}"
@@ -251,4 +254,11 @@ _SMALL = DsgnConfiguration(
     view_channels=48,
     anchors=(CAR,),
 )
-_PRESETS = {"default": _DEFAULT, "24g": _24G, "12g": _12G, "small": _SMALL}
+_SMALL_WITHOUT_PYRAMID = replace(_SMALL, features=replace(_SMALL.features, pyramid=False))
+_PRESETS = {
+    "default": _DEFAULT,
+    "24g": _24G,
+    "12g": _12G,
+    "small": _SMALL,
+    "small_without_pyramid": _SMALL_WITHOUT_PYRAMID,
+}

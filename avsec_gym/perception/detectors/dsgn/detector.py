@@ -60,8 +60,8 @@ class DsgnDetector:
         configuration: Of the network, or a preset's name.
         weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
         categories: Classes that `losses` teaches, among those of the anchors.
-        rule: Which anchors become boxes; None: as published, but for `small`, whose boxes lie
-            farther apart, with less overlap.
+        rule: Which anchors become boxes; None: as published, but for the small ones, whose
+            boxes lie farther apart, with less overlap.
 
     Raises:
         ConfigurationError: The weights are those of another configuration, or no anchor has one
@@ -85,7 +85,8 @@ class DsgnDetector:
             raise ConfigurationError(f"this network knows {known}, not all of {categories}")
         self.configuration = configuration
         self.categories = tuple(categories)
-        published = configuration != DsgnConfiguration.preset("small")
+        small = map(DsgnConfiguration.preset, ("small", "small_without_pyramid"))
+        published = configuration not in small
         self.rule = rule or (DecodingRule() if published else _SMALL_RULE)
         self.network = DsgnNetwork(configuration)
         card = give_weights(self.network, weights, f"{self.name}_{preset}")

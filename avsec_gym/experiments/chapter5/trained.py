@@ -1,0 +1,96 @@
+"""What was trained: a run's detectors, and the patches against them, as its options name them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from avsec_gym import attacks
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.experiments.chapter5.settings import WITHOUT_PYRAMID
+from avsec_gym.perception.detectors.detector import Detector
+from avsec_gym.perception.weights.given import shipped_weights
+from avsec_gym.perception.weights.store import read_card
+from avsec_gym.registry import Kind, make
+
+TRAINED_PATCHES = ("patch", "joint")
+"""A detector's own patch, and the one that was trained for both detectors."""
+_SHIPPED_PATCHES = Path(attacks.__file__).parent / "patches"
+
+
+def trained_detector(name: str, options: Mapping[str, Any]) -> Detector:
+    """A detector with the weights that the options name, or those of the package.
+
+    Args:
+        name: One of `DETECTORS`, or `WITHOUT_PYRAMID`; it is the detector's `name`, too.
+        options: See `avsec_gym.experiments.chapter5.scenes.OPTIONS`.
+
+    Raises:
+        ConfigurationError: No weights are named, and the package has none by nature.
+        DataError: The weights are missing, or those of another network.
+    """
+    weights = weights_file(name, options)
+    if name == WITHOUT_PYRAMID:
+        return _without_pyramid(weights)
+    detector: Detector = make(Kind.DETECTOR, {"name": name, "weights": weights})
+    return detector
+
+
+def weights_file(name: str, options: Mapping[str, Any]) -> Path:
+    """Where a detector's weights are; errors as of `trained_detector`."""
+    if name != WITHOUT_PYRAMID:
+        return Path(options[name] or shipped_weights(f"{name}_small"))
+    if not options.get(name):
+        raise ConfigurationError(
+            f"DSGN without its pyramid needs weights of its own: --options {name}=FILE"
+        )
+    path = Path(options[name])
+    card = read_card(path)
+    # The weights fit with and without the pyramid: nothing but the card can tell.
+    if card is not None and card.configuration.get("features", {}).get("pyramid", False):
+        raise DataError(
+            "These weights were trained with the spatial pyramid pooling.",
+            path=path,
+            remedy="Train DSGN anew, with the pyramid switched off.",
+        )
+    return path
+
+
+def patch_file(kind: str, detector: str, options: Mapping[str, Any]) -> Path:
+    """Where a trained patch is, or would be.
+
+    Args:
+        kind: One of `TRAINED_PATCHES`.
+        detector: Whose own it is.
+        options: ``patches`` names their folder.
+    """
+    folder = Path(options["patches"] or _SHIPPED_PATCHES)
+    return folder / f"{'joint' if kind == 'joint' else detector}.safetensors"
+
+
+def patches_there(detector: str, options: Mapping[str, Any]) -> tuple[str, ...]:
+    """Kinds of `TRAINED_PATCHES` that there are files of."""
+    kinds = TRAINED_PATCHES
+    return tuple(kind for kind in kinds if patch_file(kind, detector, options).is_file())
+
+
+def trained_inputs(detectors: Sequence[str], options: Mapping[str, Any]) -> dict[str, Path]:
+    """Files of weights and patches, by what they are; errors as of `trained_detector`."""
+    weights = {f"weights of {name}": weights_file(name, options) for name in detectors}
+    folder = patch_file("joint", "", options).parent
+    return weights | {f"patch {path.stem}": path for path in sorted(folder.glob("*.safetensors"))}
+
+
+def _without_pyramid(weights: Path) -> Detector:
+    from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
+    from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
+
+    small = DsgnConfiguration.preset("small")
+    # Boxes are chosen as by the same network with its pyramid.
+    rule = DsgnDetector(small).rule
+    without = replace(small, features=replace(small.features, pyramid=False))
+    detector = DsgnDetector(without, weights, rule=rule)
+    detector.name = WITHOUT_PYRAMID  # Results are filed under it.
+    return detector

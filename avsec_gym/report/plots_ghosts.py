@@ -1,0 +1,50 @@
+"""Where ghosts stand, from above: a map for each detector and attack."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from avsec_gym.experiments.chapter5.ghost_positions import CORRIDOR, FARTHEST, Place
+from avsec_gym.experiments.chapter5.settings import PERTURBATIONS, TEXTURE_ATTACKED, UNATTACKED
+from avsec_gym.report.attack_names import attack_name, detector_name
+from avsec_gym.report.page_table import number
+from avsec_gym.report.plots import Frame, Scale, band, drawing, text
+
+Rows = Sequence[Mapping[str, Any]]
+
+PLACE_WORDS = {Place.ROAD: "on the road", Place.SIDE: "beside it", Place.UNKNOWN: "neither"}
+_DRAWN = (UNATTACKED, PERTURBATIONS[-1], TEXTURE_ATTACKED)
+_ASIDE = 20.0
+_WIDTH, _HEIGHT = 330, 330
+_FRAME = Frame(Scale(-_ASIDE, _ASIDE, 34, 324), Scale(0, FARTHEST, 296, 26))
+
+
+def draw_ghosts(rows: Rows) -> list[str]:
+    """A map of each detector unattacked, under the strongest perturbation, and with it retextured.
+
+    Args:
+        rows: Of `avsec_gym.experiments.chapter5.ghost_shares.ghost_rows`.
+    """
+    return [_draw(row) for row in rows if row["attack"] in _DRAWN]
+
+
+def _draw(row: Mapping[str, Any]) -> str:
+    words = f"{detector_name(row['detector'])}, {attack_name(row['attack'], row['strength'])}"
+    sides = [[_FRAME.at((x, z)) for z in (0, FARTHEST)] for x in (-CORRIDOR, CORRIDOR)]
+    parts = [
+        band(sides[0], sides[1], "lanes"),
+        _FRAME.axes(_FRAME.x.ticks(4), _FRAME.y.ticks(4)),
+        text((_FRAME.x.start, 14), words, "name"),
+        text(((_FRAME.x.start + _FRAME.x.end) / 2, _HEIGHT - 4), "metres to the right", "middle"),
+    ]
+    drawn = 0
+    for place in reversed(Place):
+        within = [_FRAME.at((x, z)) for x, z in row["positions"][place] if abs(x) < _ASIDE]
+        spots = "".join(f"M{x:g} {y:g}h0" for x, y in within)
+        drawn += len(within)
+        parts.append(f'<path d="{spots}" class="dots {place}"/>' if spots else "")
+    count = f"{number(row['ghosts'], digits=0)} ghost{'s' * (row['ghosts'] != 1)}"
+    parts.append(text((_FRAME.x.end - 4, _FRAME.y.end + 14), count, "end"))
+    label = f"{words}: {drawn} ghosts from above, by where they stand"
+    return drawing(_WIDTH, _HEIGHT, parts, label)

@@ -1,0 +1,61 @@
+"""Which cells the experiments ask for, and which they share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from avsec_gym.attacks.patch_files import Patch, save_patch
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.experiments.catalogue import EXPERIMENTS, experiment
+from avsec_gym.experiments.chapter5 import attacked_drives, patch_spreads, true_drives
+from avsec_gym.experiments.experiment import Cell, Configuration, with_defaults
+from avsec_gym.scenario.frame_scenes import FrameScenes
+from avsec_gym.scenario.scene import Scene
+from avsec_gym.scenario.scene_sets import SceneSet
+
+WITHOUT = "dsgn_without_pyramid"
+
+
+@pytest.fixture(autouse=True)
+def two_scenes(monkeypatch: pytest.MonkeyPatch) -> None:
+    scenes = tuple(Scene(name, Boxes3D.empty()) for name in ("000000", "000001"))
+    frames = FrameScenes(SceneSet("two", scenes), {})
+    for module in (attacked_drives, patch_spreads, true_drives):
+        monkeypatch.setattr(module, "scenes_of", lambda configuration: frames)
+
+
+def cells(name: str, **options: str) -> list[Cell]:
+    asked = experiment(name)
+    return list(asked.cells(with_defaults(Configuration(options=options), [asked])))
+
+
+def test_every_name_in_the_catalogue_is_that_of_its_experiment() -> None:
+    assert [experiment(name).name for name in EXPERIMENTS] == list(EXPERIMENTS)
+
+
+def test_the_chapter_holds_what_its_parts_ask_for(tmp_path: Path) -> None:
+    folder = str(tmp_path)
+    whole = set(cells("chapter5", patches=folder))
+    for name in set(EXPERIMENTS) - {"without_pyramid"}:
+        assert set(cells(name, patches=folder)) <= whole, name
+    texture, ghosts = set(cells("texture")), set(cells("ghost_positions"))
+    assert texture < ghosts
+
+
+def test_dsgn_without_its_pyramid_needs_weights_and_takes_patches_that_both_have(
+    tmp_path: Path,
+) -> None:
+    assert cells("without_pyramid") == []
+    with pytest.raises(ConfigurationError, match=f"--options {WITHOUT}=FILE"):
+        experiment("without_pyramid").inputs(Configuration(options={"dsgn": __file__}))
+    for name in ("dsgn", "joint"):
+        save_patch(tmp_path / f"{name}.safetensors", Patch.grey())
+    options = {"patches": str(tmp_path), WITHOUT: "somewhere"}
+    found = [cell.arguments for cell in cells("without_pyramid", **options)]
+    drives = {(one["detector"], one["attack"]) for one in found if "attack" in one}
+    attacks = ("unattacked", "joint-random", "joint-specific")
+    assert drives == {(name, attack) for name in ("dsgn", WITHOUT) for attack in attacks}
+    assert {one["detector"] for one in found if "images" in one} == {"dsgn", WITHOUT}
