@@ -25,9 +25,9 @@ from avsec_gym.perception.weights.given import Weights, give_weights
 
 _MEAN = (0.485, 0.456, 0.406)
 _DEVIATION = (0.229, 0.224, 0.225)
+"""Of ImageNet's red, green and blue, as shares of 255."""
 _SMALL_RULE = DecodingRule(most_overlap=0.2)
 """By average precision on the validation suite: 0.6 leaves doubles, below 0.3 little changes."""
-"""Of ImageNet's red, green and blue, as shares of 255."""
 _MULTIPLE = 16
 """Image sides that the network can halve and double without loss."""
 
