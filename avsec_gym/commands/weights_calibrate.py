@@ -62,7 +62,9 @@ class WeightsCalibrate:
             for done, one in enumerate(ids, start=1):
                 found.append(detector.detect(data.frame(one)))
                 shown(done, len(ids))
-        scores, right, wrong = right_and_wrong([data.labels(one) for one in ids], found)
+        scores, right, wrong = right_and_wrong(
+            [data.labels(one, keep_dont_care=True) for one in ids], found
+        )
         line = fit_score_calibration(scores, right, wrong)
         card.beside[NAME] = [line.slope, line.offset]
         write_card(self.file, card)
