@@ -209,6 +209,7 @@ def test_without_weights_there_is_a_page_without_pictures(
         raise DataError("there are no weights.")
 
     monkeypatch.setattr(attacked_drives, "AttackedDrives", none)
+    monkeypatch.setattr(patch_spreads, "PatchSpreads", none)
     assert Report(run.path, pictures=1).run() == 3
     assert "data:image/webp" not in (run.path / "report.html").read_text()
 

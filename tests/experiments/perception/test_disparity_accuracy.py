@@ -122,7 +122,7 @@ def test_the_command(tmp_path: Path, shared: Path) -> None:
     kitti = shared / "kitti" / "object"
     assert main(["--kitti", str(kitti), "--weights", str(weights), "--json", str(out)]) == 0
     result = json.loads(out.read_text())
-    assert result["input_size"] == [192, 640]
+    assert result["input_size"] == [160, 528]
     for one in result["real"].values():
         assert set(one["estimators"]) == {"psmnet", "sgbm_reduced", "sgbm"}
         assert one["estimators"]["psmnet"]["density"]["value"] == 1.0
