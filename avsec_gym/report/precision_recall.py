@@ -77,8 +77,6 @@ def _draw_panel(axes: Axes, result: AveragePrecision, c: int, m: int) -> None:
     axes.set_ylim(0, 1)
     axes.set_xticks([0, 0.25, 0.5, 0.75, 1], ["0", "0.25", "0.5", "0.75", "1"])
     if axes.lines:
-        axes.legend(
-            title="AP11 | AP40, %", frameon=False, fontsize=8, title_fontsize=8, loc="best"
-        )
+        axes.legend(title="AP11 | AP40, %", frameon=False, fontsize=8, title_fontsize=8, loc="best")
     else:
         axes.text(0.5, 0.5, "alpha unknown", ha="center", color=FAINT)
