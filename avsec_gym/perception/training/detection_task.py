@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any, Protocol
 
@@ -80,6 +80,16 @@ class DetectionTask:
         self._detector, self._augmentation, self._data = detector, augmentation, data
         self._training, self._validation = training, validation
         self._categories = tuple(categories)
+
+    def continue_with(self, beside: Mapping[str, Sequence[float]]) -> None:
+        """Begin with what an earlier training learned beside the network, such as term weights.
+
+        Args:
+            beside: By name, as a `ModelCard` keeps it; what this task does not learn is ignored.
+        """
+        for name, value in self.trained.state_dict().items():
+            if not name.startswith("network.") and len(beside.get(name, ())) == value.numel():
+                value.copy_(torch.tensor(beside[name]).reshape(value.shape))
 
     @property
     def samples(self) -> int:

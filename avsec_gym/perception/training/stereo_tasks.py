@@ -13,7 +13,7 @@ from avsec_gym.perception.training.disparity_task import DisparityTask
 from avsec_gym.perception.training.stereo_samples import StereoSamples, prepare_samples
 from avsec_gym.perception.training.tasks import TaskOptions
 from avsec_gym.perception.training.training_data import training_data
-from avsec_gym.perception.weights.store import load_weights
+from avsec_gym.perception.weights.store import ModelCard, load_weights
 
 
 def dsgn_task(options: TaskOptions) -> DetectionTask:
@@ -49,15 +49,17 @@ def psmnet_task(options: TaskOptions) -> DisparityTask:
 def _detection_task(
     detector: TrainableDetector, categories: Sequence[str], options: TaskOptions
 ) -> DetectionTask:
-    _start(detector.network, options)
+    card = _start(detector.network, options)
     size = detector.configuration.input_size
     training, validation, data = _samples(options, size)
-    return DetectionTask(detector, categories, training, validation, options.augmentation, data)
+    task = DetectionTask(detector, categories, training, validation, options.augmentation, data)
+    if card is not None:
+        task.continue_with(card.beside)
+    return task
 
 
-def _start(network: nn.Module, options: TaskOptions) -> None:
-    if options.start is not None:
-        load_weights(options.start, network)
+def _start(network: nn.Module, options: TaskOptions) -> ModelCard | None:
+    return None if options.start is None else load_weights(options.start, network)
 
 
 def _samples(
