@@ -112,9 +112,10 @@ class Train:
         import torch
 
         from avsec_gym import __version__
-        from avsec_gym.perception.weights.store import ModelCard, save_weights
+        from avsec_gym.perception.weights.store import ModelCard, read_card, save_weights
 
         description = task.description()
+        began_with = None if self.start is None else read_card(self.start)
         card = ModelCard(
             task.name,
             configuration=description.pop("network"),
@@ -131,6 +132,7 @@ class Train:
             minutes=round(validation.seconds / 60, 1),
             hardware=_hardware(self.machine.device),
             command=" ".join(["avsec", *sys.argv[1:]]),
+            before=[] if began_with is None else began_with.trainings(),
             versions={
                 "avsec_gym": __version__,
                 "torch": torch.__version__,

@@ -36,8 +36,8 @@ def training(
             number(card["bytes"] / 1e6, 1),
             _frames(card["data"]["training"]),
             _frames(card["data"]["validation"]),
-            f"{number(card['epochs'], 0)}; {number(card['steps'], 0)}",
-            number(card["minutes"], 0),
+            f"{_in_all(card, 'epochs')}; {_in_all(card, 'steps')}",
+            _in_all(card, "minutes"),
             card["hardware"] or UNKNOWN,
             number(card["seed"], 0),
             _validated(card["metrics"]),
@@ -57,7 +57,12 @@ def training(
         ),
         "",
         "```",
-        *(card["command"] for card in known.values() if card["command"]),
+        *(
+            training["command"]
+            for card in known.values()
+            for training in card["trainings"]
+            if training["command"]
+        ),
         "```",
     ]  # fmt: skip
     if curves:
@@ -68,6 +73,12 @@ def training(
             "![Loss and validation over steps](../images/detector_training.png)",
         ]
     return lines
+
+
+def _in_all(card: Mapping[str, Any], what: str) -> str:
+    """The sum over the trainings that made the weights, up to their best validations."""
+    counts = [training[what] for training in card["trainings"]]
+    return UNKNOWN if None in counts else number(sum(counts), 0)
 
 
 def real(result: Mapping[str, Any]) -> list[str]:

@@ -1,7 +1,8 @@
 """How networks were trained: the curves of their runs, thinned, with a picture.
 
-Run ``python -m avsec_gym.experiments.perception.training_curves dsgn=runs/dsgn
-stereo_rcnn=runs/stereo_rcnn --json FILE --figure PNG``.
+Run ``python -m avsec_gym.experiments.perception.training_curves dsgn=runs/dsgn,runs/dsgn_2
+stereo_rcnn=runs/stereo_rcnn --json FILE --figure PNG``; of trainings that went on with each other's
+weights, the folders stand in a row.
 """
 
 from __future__ import annotations
@@ -44,21 +45,46 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         name, _, folder = text.partition("=")
         if not (name and folder):
             raise ConfigurationError(f"a run is given as name=FOLDER, got {text!r}")
-        rows = read_curves(Path(folder))
-        if not rows:
-            raise DataError(
-                f"There is no {CURVES} of a training.",
-                path=folder,
-                remedy="`avsec train` writes it.",
-            )
-        result[name] = thinned(rows)
+        result[name] = thinned(joined([_curves(Path(one)) for one in folder.split(",")]))
     if options.figure is not None:
         save_picture(_figure(result), options.figure, overwrite=True)
     return result
 
 
+def joined(trainings: Sequence[Sequence[Mapping[str, Any]]]) -> list[dict[str, Any]]:
+    """The rows of trainings, each of which began with the best weights of the one before.
+
+    Steps and seconds go on; a row ``{"step": ..., "begins": n}`` stands where the n-th begins.
+    """
+    rows: list[dict[str, Any]] = []
+    step, seconds = 0, 0.0
+    for number, training in enumerate(trainings, start=1):
+        if number > 1:
+            rows.append({"step": step, "begins": number})
+        for row in training:
+            rows.append({**row, "step": step + row["step"]})
+            if "seconds" in row:
+                rows[-1]["seconds"] = seconds + row["seconds"]
+        step = rows[-1]["step"]
+        seconds = max((row["seconds"] for row in rows if "seconds" in row), default=0.0)
+    return rows
+
+
+def _curves(folder: Path) -> list[dict[str, Any]]:
+    rows = read_curves(folder)
+    if not rows:
+        raise DataError(
+            f"There is no {CURVES} of a training.",
+            path=folder,
+            remedy="`avsec train` writes it.",
+        )
+    return rows
+
+
 def thinned(rows: Sequence[Mapping[str, Any]], most: int = MOST_POINTS) -> dict[str, Any]:
     """Every validation, and means of the losses; JSON-able, None for what is not finite.
+
+    And ``begins``, where trainings began that went on with the weights of others.
 
     Args:
         rows: Of `read_curves`.
@@ -81,7 +107,8 @@ def thinned(rows: Sequence[Mapping[str, Any]], most: int = MOST_POINTS) -> dict[
         for row in rows
         if "metrics" in row
     ]
-    return {"losses": losses, "metrics": metrics}
+    begins = [row["step"] for row in rows if "begins" in row]
+    return {"losses": losses, "metrics": metrics} | ({"begins": begins} if begins else {})
 
 
 def _mean(values: Sequence[float]) -> float | None:
@@ -106,6 +133,9 @@ def _figure(curves: Mapping[str, Mapping[str, Any]]) -> Any:
                     right.plot(*_points(one["metrics"], metric), marker=".", lw=1.4, label=title)
             right.set_title(f"{name}: validation, %", loc="left", size=9)
             right.set_ylim(bottom=0)
+            for axes in (left, right):
+                for step in one.get("begins", ()):
+                    axes.axvline(step, color="grey", lw=0.8, ls=":")
             if right.lines:
                 # Beside the panel: curves may run anywhere in it.
                 right.legend(frameon=False, fontsize=7, loc="upper left", bbox_to_anchor=(1, 1))

@@ -13,11 +13,7 @@ _FACTS = (
     "sha256",
     "storage",
     "parameters",
-    "steps",
-    "epochs",
-    "minutes",
     "hardware",
-    "command",
     "versions",
     "source",
     "metrics",
@@ -36,6 +32,7 @@ def weights_facts(path: Path | None) -> dict[str, Any] | None:
     facts = {name: getattr(card, name) for name in _FACTS}
     data = {use: _sources(card.data.get(use, ())) for use in ("training", "validation")}
     return facts | {
+        "trainings": card.trainings(),
         "bytes": path.stat().st_size,
         "seed": card.training.get("seed"),
         "batch": card.training.get("batch"),

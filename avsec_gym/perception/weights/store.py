@@ -39,6 +39,7 @@ class ModelCard:
         minutes: It took.
         hardware: It ran on.
         command: That made the weights.
+        before: Trainings whose weights this one began with, the first one first; see `trainings`.
         versions: Of what made them.
         source: Where weights come from that were not made here.
         parameters: How many numbers are learned.
@@ -57,11 +58,18 @@ class ModelCard:
     minutes: float | None = None
     hardware: str | None = None
     command: str | None = None
+    before: list[dict[str, Any]] = field(default_factory=list)
     versions: dict[str, str] = field(default_factory=dict)
     source: str | None = None
     parameters: int | None = None
     storage: str = "float16"
     sha256: str = ""
+
+    def trainings(self) -> list[dict[str, Any]]:
+        """One after the other, this one last: command, seed, epochs, steps, minutes, sha256."""
+        facts = ("command", "epochs", "steps", "minutes", "sha256")
+        this = {name: getattr(self, name) for name in facts} | {"seed": self.training.get("seed")}
+        return [*self.before, this]
 
 
 def save_weights(path: str | Path, network: nn.Module, card: ModelCard) -> ModelCard:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from avsec_gym.experiments.perception.training_curves import main, thinned
+from avsec_gym.experiments.perception.training_curves import joined, main, thinned
 
 
 def rows() -> list[dict[str, object]]:
@@ -25,6 +25,15 @@ def test_losses_are_means_and_every_validation_stays() -> None:
     assert [row["total"] for row in thinned(rows())["losses"]] == pytest.approx(range(1, 8))
 
 
+def test_a_training_that_went_on_continues_the_curve() -> None:
+    both = joined([rows(), rows()])
+    assert [row["step"] for row in both if "metrics" in row] == [70, 210]
+    assert [row["seconds"] for row in both if "metrics" in row] == [90.0, 180.0]
+    result = thinned(both)
+    assert result["begins"] == [140]
+    assert [row["step"] for row in result["losses"]] == [20 * i for i in range(1, 15)]
+
+
 def test_the_command_draws_what_it_tells(tmp_path: Path) -> None:
     folder, out, figure = (tmp_path / name for name in ("run", "curves.json", "curves.png"))
     assert main([f"dsgn={folder}"]) == 1
@@ -35,3 +44,5 @@ def test_the_command_draws_what_it_tells(tmp_path: Path) -> None:
     assert main([f"dsgn={folder}", "--json", str(out), "--figure", str(figure)]) == 0
     assert json.loads(out.read_text())["dsgn"]["metrics"][0]["step"] == 70
     assert figure.read_bytes().startswith(b"\x89PNG")
+    assert main([f"dsgn={folder},{folder}", "--json", str(out)]) == 0
+    assert [row["step"] for row in json.loads(out.read_text())["dsgn"]["metrics"]] == [70, 210]

@@ -181,6 +181,17 @@ def test_command_trains_in_sittings_and_leaves_weights_with_a_card(
     assert (card.network, card.steps, card.training["batch"]) == ("stereo_rcnn", 4, 3)
     assert card.data["training"][0]["frames"] == 6
     load_weights(out / "weights.safetensors", StereoRcnnDetector(RCNN).network)
+    longer = [*arguments, "--start", str(out / "weights.safetensors"), "--minutes", "0"]
+    assert run([*longer, "--out", str(tmp_path / "longer")]) == 3
+    state = torch.load(tmp_path / "longer" / CHECKPOINT, weights_only=True)["trained"]
+    learned = card.beside["term_weights.log_variances"]
+    assert any(learned)
+    assert state["term_weights.log_variances"].tolist() == pytest.approx(learned)
+    assert run([*longer[:-2], "--epochs", "1", "--out", str(tmp_path / "longer_2")]) == 0
+    went_on = read_card(tmp_path / "longer_2" / "weights.safetensors")
+    assert went_on is not None
+    assert [one["sha256"] for one in went_on.trainings()] == [card.sha256, went_on.sha256]
+    capsys.readouterr()
     other = ["train", "psmnet", "--preset", "full", "--out", str(tmp_path / "other")]
     assert run([*other, "--data", str(tmp_path / "no")]) == 1
     assert "avsec world make" in capsys.readouterr().err
