@@ -26,6 +26,7 @@ from avsec_gym.commands.plan import PlanFiles
 from avsec_gym.commands.report import Report
 from avsec_gym.commands.run import Run
 from avsec_gym.commands.train import Train
+from avsec_gym.commands.validate import Validate
 from avsec_gym.commands.weights import Weights
 from avsec_gym.commands.world import World
 from avsec_gym.errors import AvsecError, ConfigurationError
@@ -36,6 +37,7 @@ Command = (
     | Annotated[Detect, tyro.conf.subcommand("detect")]
     | Annotated[ScoreDetections, tyro.conf.subcommand("ap")]
     | Annotated[AttackPatch, tyro.conf.subcommand("attack")]
+    | Annotated[Validate, tyro.conf.subcommand("validate")]
     | Annotated[Experiments, tyro.conf.subcommand("experiments")]
     | Annotated[Run, tyro.conf.subcommand("run")]
     | Annotated[Report, tyro.conf.subcommand("report")]

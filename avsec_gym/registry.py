@@ -29,6 +29,7 @@ class Kind(StrEnum):
     PLANNER = "planner"
     VALIDATOR = "validator"
     OPTICAL_ATTACK = "optical_attack"
+    IMAGE_DETECTOR = "image_detector"
 
 
 _BUILT_IN = {
@@ -43,6 +44,18 @@ _BUILT_IN = {
     ),
     (Kind.DETECTOR, "stereo_rcnn"): (
         "avsec_gym.perception.detectors.stereo_rcnn.detector:StereoRcnnDetector",
+        {"weights": "shipped"},
+    ),
+    (Kind.DETECTOR, "pixor"): (
+        "avsec_gym.perception.detectors.pixor.detector:PixorDetector",
+        {"weights": "shipped"},
+    ),
+    (Kind.IMAGE_DETECTOR, "faster_rcnn"): (
+        "avsec_gym.perception.detectors.faster_rcnn.detector:FasterRcnnDetector",
+        {"weights": "shipped"},
+    ),
+    (Kind.IMAGE_DETECTOR, "yolo"): (
+        "avsec_gym.perception.detectors.yolo.detector:YoloDetector",
         {"weights": "shipped"},
     ),
     (Kind.DETECTOR, "oracle"): ("avsec_gym.perception.detectors.recorded:Oracle", {}),
@@ -64,6 +77,14 @@ _BUILT_IN = {
     (Kind.ATTACK, "random_noise"): ("avsec_gym.attacks.noise:RandomNoise", {}),
     (Kind.ATTACK, "patch"): ("avsec_gym.attacks.patch:PatchAttack", {}),
     (Kind.ATTACK, "random_ghosts"): ("avsec_gym.attacks.object_injection:RandomGhosts", {}),
+    (Kind.VALIDATOR, "thresholds"): (
+        "avsec_gym.validation.threshold_validator:ThresholdValidator",
+        {},
+    ),
+    (Kind.VALIDATOR, "likelihood"): (
+        "avsec_gym.validation.likelihood_validator:LikelihoodValidator",
+        {},
+    ),
     (Kind.OPTICAL_ATTACK, "facula"): ("avsec_gym.attacks.facula:Facula", {}),
     (Kind.OPTICAL_ATTACK, "lidar_spoofing"): ("avsec_gym.attacks.lidar_spoofing:LidarSpoofing", {}),
     (Kind.OPTICAL_ATTACK, "pasted_scan"): ("avsec_gym.attacks.pasted_scan:PastedScan", {}),

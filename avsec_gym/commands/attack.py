@@ -44,7 +44,7 @@ class AttackPatch:
 
         from avsec_gym.attacks.patch_scenes import KittiScenes
         from avsec_gym.attacks.patch_training import PATCH, train_patch
-        from avsec_gym.commands.detect import named_part
+        from avsec_gym.commands.named_part import named_part
         from avsec_gym.kitti.dataset import KittiObject
         from avsec_gym.registry import make
 

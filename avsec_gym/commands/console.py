@@ -27,6 +27,12 @@ def print_json_line(value: Any) -> None:
     sys.stdout.flush()
 
 
+def print_line(text: str) -> None:
+    """A line of the result, on standard output, at once."""
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
+
+
 def say(text: str) -> None:
     """A remark for people, on standard error."""
     sys.stderr.write(text + "\n")

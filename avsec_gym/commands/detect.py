@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from avsec_gym.commands import console
+from avsec_gym.commands.named_part import named_part
 from avsec_gym.errors import ConfigurationError, DataError
 
 _REMARKS = 10
@@ -82,17 +81,3 @@ class Detect:
                 f" {len(outcome.skipped)} left out"
             )
         return console.DONE_IN_PART if outcome.skipped else console.DONE
-
-
-def named_part(text: str) -> Any:
-    """A name, or the dictionary that JSON spells.
-
-    Raises:
-        ConfigurationError: It looks like JSON and is not.
-    """
-    if not text.lstrip().startswith("{"):
-        return text
-    try:
-        return json.loads(text)
-    except json.JSONDecodeError as error:
-        raise ConfigurationError(f"--detector is no JSON ({error}): {text}") from None

@@ -128,6 +128,11 @@ class DisparityErrors(Mapping[Triple, DisparityError]):
             self._known[triple] = disparity_error(self.maps[i, k], self.maps[j, k], sparse=sparse)
         return self._known[triple]
 
+    @property
+    def known(self) -> tuple[Triple, ...]:
+        """Triples that somebody has asked for, in the system's order."""
+        return tuple(triple for triple in self if triple in self._known)
+
     def __iter__(self) -> Iterator[Triple]:
         return iter(self.maps.system.triples)
 

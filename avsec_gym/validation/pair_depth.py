@@ -62,6 +62,13 @@ class PairDepth:
             arguments["nearest"] = self.nearest
         return arguments
 
+    @classmethod
+    def from_settings(cls, settings: Mapping[str, Any]) -> PairDepth:
+        """The one whose `settings` these are."""
+        what = dict(settings)
+        nearest = what.pop("nearest", cls.nearest)
+        return cls(what, nearest)
+
     def estimator(self, calibration: Calibration, left: int, right: int) -> DepthEstimator:
         """Of one pair of cameras.
 

@@ -5,16 +5,25 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
-from avsec_gym.sensor_system import Triple
-from avsec_gym.validation.disparity_error import DisparityError
-from avsec_gym.validation.fitted_on import FittedOn, broken, read_fitted, write_fitted
+from avsec_gym.sensor_system import SensorSystem, Triple
+from avsec_gym.validation.disparity_error import DisparityError, DisparityErrors
+from avsec_gym.validation.disparity_maps import DisparityMaps
+from avsec_gym.validation.fitted_on import (
+    FittedOn,
+    broken,
+    fitted_on,
+    read_fitted,
+    write_fitted,
+)
+from avsec_gym.validation.pair_depth import PairDepth
 
 Criterion = Literal["error", "hole_share", "either"]
 """What has to be beyond its threshold: E (the thesis), the hole share, or either of the two."""
@@ -136,6 +145,33 @@ def threshold_table(
     rows = [[sample[triple] for triple in on.system.triples] for sample in samples]
     errors = np.array([[one.error for one in row] for row in rows])
     return ThresholdTable(on, errors, np.array([[one.hole_share for one in row] for row in rows]))
+
+
+def measured_thresholds(
+    frames: Iterable[SensorFrame], system: SensorSystem, depth: PairDepth, data: Mapping[str, Any]
+) -> ThresholdTable:
+    """The table of attack-free frames.
+
+    Args:
+        frames: Of one rig; read one after the other.
+        system: The sensors.
+        depth: How disparities of two cameras are found.
+        data: What names the frames; JSON-able.
+
+    Raises:
+        ConfigurationError: No frames.
+    """
+    samples: list[Mapping[Triple, DisparityError]] = []
+    on: FittedOn | None = None
+    for frame in frames:
+        on = on or fitted_on(system, depth, frame.calibration, data)
+        errors = DisparityErrors(DisparityMaps(frame, system, depth))
+        errors.maps.find(system.pairs())
+        # The numbers alone are kept, not the maps.
+        samples.append(dict(errors))
+    if on is None:
+        raise ConfigurationError("thresholds follow from clean frames, of which there are none")
+    return threshold_table(on, samples)
 
 
 def read_threshold_table(path: str | Path) -> ThresholdTable:

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
+from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import KITTI_SYSTEM, LIDAR, SensorSystem
 from avsec_gym.validation.evidence import evidence_scopes
 from avsec_gym.validation.fitted_on import FittedOn
@@ -77,3 +79,24 @@ def made_up() -> Callable[..., MadeUp]:
 @pytest.fixture(scope="session")
 def kitti_on() -> FittedOn:
     return FittedOn(KITTI_SYSTEM, {"name": "sgbm", "nearest": 3.5}, (48.0, 384.0), {"seed": 0})
+
+
+@pytest.fixture(scope="session")
+def wall_of() -> Callable[[int], SensorFrame]:
+    return random_dots
+
+
+def random_dots(seed: int) -> SensorFrame:
+    """A wall of random dots 8 m ahead, which cameras 0 to 2 and a scan see alike.
+
+    Disparities are 5, 10 and 15 pixels.
+    """
+    rig = camera_rig([0.0, 0.4, 0.6], focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))
+    depth = 8.0
+    dots = np.random.default_rng(seed).integers(0, 256, (120, 300, 1), np.uint8).repeat(3, axis=2)
+    shifts = [round(200.0 * right / depth) for right in (0.0, 0.4, 0.6)]
+    images = {camera: dots[:, shift : shift + 240] for camera, shift in enumerate(shifts)}
+    x, y = np.meshgrid(np.linspace(-5, 5, 150), np.linspace(-2, 2, 40))
+    places = np.stack([x.ravel(), y.ravel(), np.full(x.size, depth), np.ones(x.size)], axis=1)
+    points = (places @ rig.calibration.camera_to_velodyne.T).astype(np.float32)
+    return SensorFrame(f"{seed:06d}", rig.calibration, images, points)

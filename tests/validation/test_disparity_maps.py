@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
-from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
 from avsec_gym.validation.disparity_error import DisparityErrors
@@ -16,7 +17,6 @@ from avsec_gym.validation.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence import evidence_scopes, gather_evidence
 from avsec_gym.validation.pair_depth import PairDepth
 
-RIG = camera_rig([0.0, 0.4, 0.6], focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))
 SYSTEM = SensorSystem((LIDAR, 2, 1, 0))
 DEPTH = 8.0
 PAIRS = {(0, 2): 40, (1, 2): 40, (0, 3): 80, (1, 3): 120, (2, 3): 80}
@@ -24,15 +24,8 @@ PAIRS = {(0, 2): 40, (1, 2): 40, (0, 3): 80, (1, 3): 120, (2, 3): 80}
 
 
 @pytest.fixture(scope="module")
-def wall() -> SensorFrame:
-    """Disparities of 5, 10 and 15 pixels."""
-    dots = np.random.default_rng(0).integers(0, 256, (120, 300, 1), np.uint8).repeat(3, axis=2)
-    shifts = [round(200.0 * right / DEPTH) for right in (0.0, 0.4, 0.6)]
-    images = {camera: dots[:, shift : shift + 240] for camera, shift in enumerate(shifts)}
-    x, y = np.meshgrid(np.linspace(-5, 5, 150), np.linspace(-2, 2, 40))
-    places = np.stack([x.ravel(), y.ravel(), np.full(x.size, DEPTH), np.ones(x.size)], axis=1)
-    points = (places @ RIG.calibration.camera_to_velodyne.T).astype(np.float32)
-    return SensorFrame("000000", RIG.calibration, images, points)
+def wall(wall_of: Callable[[int], SensorFrame]) -> SensorFrame:
+    return wall_of(0)
 
 
 @pytest.mark.parametrize("pair", PAIRS)
@@ -107,23 +100,25 @@ def test_real_sensors_agree(shared) -> None:
     assert error.pixels > 15000
 
 
-def test_narrow_pairs_search_less() -> None:
+def test_narrow_pairs_search_less(wall: SensorFrame) -> None:
+    rig = wall.calibration
     depth = PairDepth(nearest=4.0)
-    assert depth.estimator(RIG.calibration, 0, 2).disparities == 32
-    assert depth.estimator(RIG.calibration, 0, 1).disparities == 32
-    assert depth.estimator(RIG.calibration, 1, 2).disparities == 16
-    assert depth.estimator(RIG.calibration, 1, 2) is depth.estimator(RIG.calibration, 1, 2)
+    assert depth.estimator(rig, 0, 2).disparities == 32
+    assert depth.estimator(rig, 0, 1).disparities == 32
+    assert depth.estimator(rig, 1, 2).disparities == 16
+    assert depth.estimator(rig, 1, 2) is depth.estimator(rig, 1, 2)
     fixed = PairDepth({"name": "sgbm", "disparities": 64})
-    assert fixed.estimator(RIG.calibration, 1, 2).disparities == 64
+    assert fixed.estimator(rig, 1, 2).disparities == 64
     assert depth.settings == {"name": "sgbm", "nearest": 4.0}
 
 
-def test_depth_that_cannot_be() -> None:
+def test_depth_that_cannot_be(wall: SensorFrame) -> None:
+    rig = wall.calibration
     with pytest.raises(ConfigurationError, match="not right of"):
-        PairDepth().estimator(RIG.calibration, 2, 0)
+        PairDepth().estimator(rig, 2, 0)
     with pytest.raises(ConfigurationError, match="positive"):
         PairDepth(nearest=0.0)
     with pytest.raises(ConfigurationError, match="name or a dictionary"):
         PairDepth(object())  # type: ignore[arg-type]
     with pytest.raises(ConfigurationError, match="no depth estimator"):
-        PairDepth("crystal_ball").estimator(RIG.calibration, 0, 1)
+        PairDepth("crystal_ball").estimator(rig, 0, 1)

@@ -1,0 +1,67 @@
+"""Beyond the thesis: the sensor state vector from all triples at once, as a validator."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import ClassVar
+
+from avsec_gym.frame import SensorFrame
+from avsec_gym.sensor_system import SensorSystem
+from avsec_gym.validation.disparity_error import DisparityErrors
+from avsec_gym.validation.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence import gather_evidence
+from avsec_gym.validation.maximum_likelihood import LikelihoodModel, read_likelihood_model
+from avsec_gym.validation.pair_depth import PairDepth
+from avsec_gym.validation.state_posterior import Verdict
+from avsec_gym.validation.validator import Validation
+
+
+@dataclass(frozen=True)
+class LikelihoodValidator:
+    """Finds the most probable sensor state vector, with a probability for each sensor.
+
+    With an alarm, a sensor is named as attacked if the most probable **s** names it; where its
+    probability is far from both 0 and 1, or the moment is like none of the fit, it cannot be told.
+
+    Args:
+        model: p(evidence | **s**); a model or its file.
+        rate: The designated false alarm rate.
+        certainty: Below this probability of what is said, a sensor cannot be told; None: what is
+            more probable is said.
+
+    Raises:
+        DataError: The file is missing or broken.
+    """
+
+    name: ClassVar[str] = "likelihood"
+    model: LikelihoodModel | str | Path
+    rate: float = 0.01
+    certainty: float | None = 0.95
+    _model: LikelihoodModel = field(init=False, repr=False, compare=False)
+    _depth: PairDepth = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        given = self.model
+        model = given if isinstance(given, LikelihoodModel) else read_likelihood_model(given)
+        object.__setattr__(self, "_model", model)
+        object.__setattr__(self, "_depth", PairDepth.from_settings(model.on.depth))
+
+    @property
+    def system(self) -> SensorSystem:
+        """See `Validator`."""
+        return self._model.on.system
+
+    def validate(self, frame: SensorFrame) -> Validation:
+        """See `Validator`."""
+        self._model.on.check(self.system, self._depth, frame.calibration)
+        errors = DisparityErrors(DisparityMaps(frame, self.system, self._depth))
+        decoding = self._model.decode(gather_evidence(errors)[None], self.rate)
+        alarm = bool(decoding.alarms[0])
+        sensors = self.system.sensors
+        if self.certainty is not None and alarm:
+            said = decoding.verdicts(self.certainty)[0]
+        else:
+            said = [Verdict.ATTACKED if one else Verdict.SOUND for one in decoding.states[0]]
+        probabilities = dict(zip(sensors, decoding.posterior.sensors[0].tolist(), strict=True))
+        return Validation(alarm, dict(zip(sensors, said, strict=True)), errors, probabilities)

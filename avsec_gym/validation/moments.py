@@ -1,0 +1,175 @@
+"""The moments of a recording that a system of sensors can judge, and what it lacks for the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.frame import Calibration, SensorFrame
+from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.kitti.raw import VELODYNE, KittiRaw
+from avsec_gym.sensor_system import KITTI_SYSTEM, LIDAR, Sensor, SensorSystem
+
+_SAME_PLACE = 0.1
+"""Metres; a camera this close to the reference sees no depth in it."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """One moment of a recording.
+
+    Args:
+        id: Such as ``000107``, or ``2011_09_26_drive_0052_sync/0000000005`` of several drives.
+        frame: Reads what the sensors deliver; DataError where a file is broken.
+    """
+
+    id: str
+    frame: Callable[[], SensorFrame]
+
+
+@dataclass(frozen=True)
+class Recordings:
+    """What is there to be judged.
+
+    Args:
+        system: The sensors.
+        moments: That have all of them.
+        lacking: What the others lack, by their ids.
+    """
+
+    system: SensorSystem
+    moments: tuple[Moment, ...]
+    lacking: dict[str, str]
+
+
+def raw_recordings(root: str | Path, sensors: Sequence[Sensor] | None = None) -> Recordings:
+    """Of a drive, a day of drives, or a folder of days, in KITTI's raw layout.
+
+    Args:
+        root: See `KittiRaw`.
+        sensors: S_0 to S_n; None: what most frames have, see `system_of`.
+
+    Raises:
+        DataError: There are fewer than three sensors, or no frame has all of them.
+    """
+    data = KittiRaw(root)
+    drives = [data.drive(name) for name in data.drives()]
+    if not drives:
+        raise DataError("There is no drive.", path=data.root, remedy="Fetch one from KITTI.")
+    if sensors is None:
+        there = {_sensor(name) for drive in drives for name in drive.sensors} - {None}
+        system = system_of(drives[0].calibration, {one for one in there if one is not None}, root)
+    else:
+        system = SensorSystem(tuple(sensors))
+    moments, lacking = [], {}
+    for drive in drives:
+        for number in drive.frames():
+            id = f"{drive.name}/{number:010d}" if len(drives) > 1 else f"{number:010d}"
+            missing = [
+                _folder(sensor)
+                for sensor in system.sensors
+                if number not in drive.sensors.get(_folder(sensor), ())
+            ]
+            if missing:
+                lacking[id] = ", ".join(missing)
+            else:
+                moments.append(Moment(id, partial(drive.frame, number, previous=0)))
+    return _checked(Recordings(system, tuple(moments), lacking), root)
+
+
+def object_recordings(
+    root: str | Path, sensors: Sequence[Sensor] | None = None, split: str | None = None
+) -> Recordings:
+    """Of a folder in KITTI's object layout: cameras 2 and 3 and the LiDAR.
+
+    Raises:
+        DataError: No frame has both images, the scan and the calibration.
+    """
+    data = KittiObject(root)
+    system = SensorSystem((LIDAR, 3, 2) if sensors is None else tuple(sensors))
+    folders = ["calib", *("velodyne" if one == LIDAR else f"image_{one}" for one in system.sensors)]
+    has = {folder: _ids(data, folder) for folder in folders}
+    # KITTI's own labels and calibrations come without images: such frames are none.
+    sensed = set().union(*(has[folder] for folder in folders[1:]))
+    every = sorted(sensed) if split is None else data.ids(split)
+    missing = {id: [folder for folder in folders if id not in has[folder]] for id in every}
+    moments = tuple(
+        Moment(id, partial(data.frame, id)) for id, folders in missing.items() if not folders
+    )
+    lacking = {id: ", ".join(folders) for id, folders in missing.items() if folders}
+    return _checked(Recordings(system, moments, lacking), root)
+
+
+def system_of(calibration: Calibration, there: Iterable[Sensor], root: str | Path) -> SensorSystem:
+    """KITTI's system where all its sensors are there, else everything that sees depth.
+
+    Args:
+        calibration: Of the rig.
+        there: Sensors that deliver something.
+        root: For messages.
+
+    Raises:
+        DataError: They are fewer than three.
+    """
+    known = set(there)
+    if known.issuperset(KITTI_SYSTEM.sensors) and calibration.cameras == (0, 1, 2, 3):
+        return KITTI_SYSTEM
+    cameras = [one for one in known if isinstance(one, int) and one in calibration.cameras]
+    cameras.sort(key=lambda camera: -float(calibration.camera_centre(camera)[0]))
+    if cameras:
+        reference = cameras[-1]
+        cameras = [
+            one
+            for one in cameras
+            if one == reference or calibration.baseline(reference, one) > _SAME_PLACE
+        ]
+    chosen: list[Sensor] = [*([LIDAR] if LIDAR in known else []), *cameras]
+    if len(chosen) < 3:
+        raise DataError(
+            f"Three sensors or more can judge each other; here are {_named(chosen)}.",
+            path=root,
+            remedy="Fetch more of KITTI's folders: image_02 and image_03 with velodyne_points, "
+            "or image_01 too.",
+        )
+    return SensorSystem(tuple(chosen))
+
+
+def _ids(data: KittiObject, folder: str) -> set[str]:
+    try:
+        return set(data.ids(having=(folder,)))
+    except DataError:
+        return set()
+
+
+def _checked(found: Recordings, root: str | Path) -> Recordings:
+    if not found.moments:
+        first = next(iter(found.lacking.items()), None)
+        raise DataError(
+            f"No frame has all of {_named(found.system.sensors)}"
+            + (f"; {first[0]} lacks {first[1]}." if first else "."),
+            path=root,
+            remedy="Name other --sensors, or fetch what is missing; `avsec data check` lists it.",
+        )
+    try:
+        found.system.check(found.moments[0].frame().calibration)
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{root}: {error}") from error
+    return found
+
+
+def _sensor(folder: str) -> Sensor | None:
+    if folder == VELODYNE:
+        return LIDAR
+    return int(folder[-2:]) if folder.startswith("image_") else None
+
+
+def _folder(sensor: Sensor) -> str:
+    return VELODYNE if sensor == LIDAR else f"image_{sensor:02d}"
+
+
+def _named(sensors: Iterable[Sensor]) -> str:
+    names = [LIDAR if one == LIDAR else f"camera {one}" for one in sensors]
+    return ", ".join(names) or "none"

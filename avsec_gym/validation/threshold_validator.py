@@ -1,0 +1,84 @@
+"""The thesis' validator: errors against thresholds, then algorithm 2 (sections 3.3 and 3.4)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import ClassVar
+
+from avsec_gym.frame import SensorFrame
+from avsec_gym.sensor_system import Sensor, SensorSystem, Triple
+from avsec_gym.validation.detection import detect_attack
+from avsec_gym.validation.disparity_error import DisparityErrors
+from avsec_gym.validation.disparity_maps import DisparityMaps
+from avsec_gym.validation.identification import identify_attacked_sensors
+from avsec_gym.validation.pair_depth import PairDepth
+from avsec_gym.validation.state_posterior import Verdict
+from avsec_gym.validation.thresholds import (
+    Criterion,
+    Threshold,
+    ThresholdTable,
+    read_threshold_table,
+)
+from avsec_gym.validation.validator import Validation
+
+
+@dataclass(frozen=True)
+class ThresholdValidator:
+    """Finds an attack on three sensors, and the attacked sensors of four or more.
+
+    Args:
+        thresholds: What errors are like when nobody attacks; a table or its file.
+        rate: r, the designated false alarm rate of each triple.
+        criterion: See `ThresholdTable.thresholds`.
+
+    Raises:
+        ConfigurationError: A rate or criterion that cannot be.
+        DataError: The file is missing or broken.
+
+    Example:
+        >>> ThresholdValidator("thresholds.json").validate(frame).attacked  # doctest: +SKIP
+        frozenset({3})
+    """
+
+    name: ClassVar[str] = "thresholds"
+    thresholds: ThresholdTable | str | Path
+    rate: float = 0.01
+    criterion: Criterion = "either"
+    _table: ThresholdTable = field(init=False, repr=False, compare=False)
+    _chosen: Mapping[Triple, Threshold] = field(init=False, repr=False, compare=False)
+    _depth: PairDepth = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        given = self.thresholds
+        table = given if isinstance(given, ThresholdTable) else read_threshold_table(given)
+        object.__setattr__(self, "_table", table)
+        object.__setattr__(self, "_chosen", table.thresholds(self.rate, self.criterion))
+        object.__setattr__(self, "_depth", PairDepth.from_settings(table.on.depth))
+
+    @property
+    def system(self) -> SensorSystem:
+        """See `Validator`."""
+        return self._table.on.system
+
+    def validate(self, frame: SensorFrame) -> Validation:
+        """See `Validator`; algorithm 2 finds only the disparity maps that it asks for."""
+        self._table.on.check(self.system, self._depth, frame.calibration)
+        errors = DisparityErrors(DisparityMaps(frame, self.system, self._depth))
+        if len(self.system) == 3:
+            alarm = detect_attack(errors, self._chosen)
+            said = Verdict.CANNOT_TELL if alarm else Verdict.SOUND
+            return Validation(alarm, dict.fromkeys(self.system.sensors, said), errors)
+        found = identify_attacked_sensors(
+            lambda triple: self._chosen[triple].exceeded(errors[triple]), len(self.system)
+        )
+        verdicts: dict[Sensor, Verdict] = {}
+        for position, sensor in enumerate(self.system.sensors):
+            if position in found.attacked:
+                verdicts[sensor] = Verdict.ATTACKED
+            elif found.limit_exceeded:
+                verdicts[sensor] = Verdict.CANNOT_TELL
+            else:
+                verdicts[sensor] = Verdict.SOUND
+        return Validation(bool(found.attacked), verdicts, errors)

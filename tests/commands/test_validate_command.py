@@ -1,0 +1,136 @@
+"""`avsec validate` on drives of a wall of dots, whole and in part."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from avsec_gym.cli import run
+from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti.raw_calibration import write_raw_calibration
+from avsec_gym.kitti.writing import write_raw_frame
+from avsec_gym.rig import camera_rig
+
+RIG = camera_rig([0.0, 0.4, 0.6], focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))
+COVERED = 11
+
+
+def wall(number: int) -> SensorFrame:
+    """Random dots 8 m ahead; in frame 11 other dots cover a part of camera 1."""
+    rng = np.random.default_rng(number % 4)
+    dots = rng.integers(0, 256, (120, 300, 1), np.uint8).repeat(3, axis=2)
+    images = {camera: dots[:, 5 * shift :][:, :240] for camera, shift in enumerate((0, 2, 3))}
+    if number == COVERED:
+        images[1] = images[1].copy()
+        images[1][:, 80:180] = rng.integers(0, 256, (120, 100, 1), np.uint8)
+    x, y = np.meshgrid(np.linspace(-5, 5, 150), np.linspace(-2, 2, 40))
+    places = np.stack([x.ravel(), y.ravel(), np.full(x.size, 8.0), np.ones(x.size)], axis=1)
+    points = (places @ RIG.calibration.camera_to_velodyne.T).astype(np.float32)
+    return SensorFrame(f"{number:010d}", RIG.calibration, images, points)
+
+
+@pytest.fixture(scope="module")
+def day(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    root: Path = tmp_path_factory.mktemp("raw") / "2026_01_01"
+    write_raw_calibration(root, RIG.calibration, image_size=(240, 120))
+    for number in range(12):
+        write_raw_frame(root / "2026_01_01_drive_0001_sync", number, wall(number))
+    return root
+
+
+Lines = Callable[..., list[dict]]
+
+
+@pytest.fixture
+def validated(day: Path, capsys: pytest.CaptureFixture[str]) -> Lines:
+    def command(*more: str, code: int = 0, drive: Path = day) -> list[dict]:
+        assert run(["validate", "--kitti-raw", str(drive), "--rate", "0", "--json", *more]) == code
+        return [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+
+    return command
+
+
+def test_the_covered_camera_is_named_and_shown(validated: Lines, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    *rows, last = validated("--out", str(out), "--clean", "0.4")
+    # Five clean moments of four walls, so that nothing else can exceed the thresholds.
+    assert [row["attacked"] for row in rows] == [[]] * 6 + [[1]]
+    assert rows[-1]["verdicts"]["1"] == "attacked"
+    assert last["summary"]["alarms"] == 1
+    assert last["summary"]["moments"] == 7
+    assert [path.name for path in (out / "alarms").iterdir()] == [f"{COVERED:010d}.png"]
+    assert (out / "alarms" / f"{COVERED:010d}.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_it_goes_on_where_it_was_stopped(validated: Lines, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    options = ["--out", str(out), "--clean", "0.4"]
+    whole = validated(*options)
+    rows = (out / "moments.jsonl").read_text().splitlines(keepends=True)
+    # Killed in the middle of a line.
+    (out / "moments.jsonl").write_text("".join(rows[:3]) + rows[3][:20])
+    assert [row | {"seconds": 0} for row in validated(*options)[:-1]] == [
+        row | {"seconds": 0} for row in whole[:-1]
+    ]
+    assert (out / "moments.jsonl").read_text().splitlines(keepends=True)[:3] == rows[:3]
+    validated("--out", str(out), "--clean", "0.5", code=1)
+
+
+def test_thresholds_of_an_earlier_run_and_an_attack(validated: Lines, tmp_path: Path) -> None:
+    validated("--out", str(tmp_path / "one"), "--clean", "0.4")
+    facula = '{"name": "facula", "camera": 2, "radius": 60, "saturation": 0.9}'
+    table = str(tmp_path / "one" / "thresholds.json")
+    *rows, last = validated(
+        "--out", str(tmp_path / "two"), "--thresholds", table, "--limit", "4", "--attack", facula
+    )
+    assert [row["truly_attacked"] for row in rows] == [[2]] * 4
+    noticed = last["summary"]["attacks_noticed"]
+    assert noticed["count"] == sum(row["alarm"] for row in rows)
+    assert noticed["of"] == 4
+    assert last["summary"]["alarms_without_attack"]["rate"] is None
+
+
+def test_what_lacks_is_said(
+    day: Path, validated: Lines, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    drive = tmp_path / "2026_01_01" / "2026_01_01_drive_0002_sync"
+    write_raw_calibration(drive.parent, RIG.calibration, image_size=(240, 120))
+    for number in range(6):
+        write_raw_frame(drive, number, wall(number))
+    (drive / "velodyne_points" / "data" / "0000000002.bin").unlink()
+    (drive / "image_01" / "data" / "0000000005.png").write_bytes(b"no picture")
+    arguments = ["validate", "--kitti-raw", str(drive), "--out", str(tmp_path / "out")]
+    assert run([*arguments, "--clean", "0.5"]) == 3
+    told = capsys.readouterr()
+    assert "0000000002: velodyne_points" in told.err
+    assert "0000000005.png" in told.err
+    assert "0000000004  sound" in told.out
+    for camera in (0, 1):
+        for file in (drive / f"image_{camera:02d}" / "data").iterdir():
+            file.unlink()
+    assert run([*arguments[:-1], str(tmp_path / "other")]) == 1
+    assert "Three sensors" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "code"),
+    [
+        (["--clean", "1"], 2),
+        (["--rate", "2"], 2),
+        (["--limit", "0"], 2),
+        (["--thresholds", "no.json"], 1),
+        (["--attack", "{"], 2),
+        (["--depth", "none"], 2),
+        (["--sensors", "1", "0"], 2),
+        (["--sensors", "lidar", "0", "1"], 2),
+    ],
+)
+def test_what_cannot_be_is_refused(
+    day: Path, tmp_path: Path, options: list[str], code: int
+) -> None:
+    arguments = ["validate", "--kitti-raw", str(day), "--out", str(tmp_path / "out")]
+    assert run([*arguments, *options]) == code

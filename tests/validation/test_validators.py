@@ -1,0 +1,140 @@
+"""Validators name the camera that is covered, and nobody where nobody is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.registry import make
+from avsec_gym.rig import kitti_rig
+from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.validation.disparity_error import DisparityErrors
+from avsec_gym.validation.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence import gather_evidence
+from avsec_gym.validation.fitted_on import fitted_on
+from avsec_gym.validation.likelihood_fit import LikelihoodSamples, fit_likelihood
+from avsec_gym.validation.likelihood_validator import LikelihoodValidator
+from avsec_gym.validation.pair_depth import PairDepth
+from avsec_gym.validation.state_posterior import Verdict, state_vectors
+from avsec_gym.validation.threshold_validator import ThresholdValidator
+from avsec_gym.validation.thresholds import ThresholdTable, measured_thresholds
+from avsec_gym.validation.validator import Validator
+
+SYSTEM = SensorSystem((LIDAR, 2, 1, 0))
+WallOf = Callable[[int], SensorFrame]
+
+
+def spoiled(frame: SensorFrame, sensors: set[int | str], seed: int = 0) -> SensorFrame:
+    """Other dots in a third of a camera's image or more; the scan's middle 3 m nearer."""
+    rng = np.random.default_rng(seed)
+    for sensor in sensors - {LIDAR}:
+        image = frame.image(int(sensor)).copy()
+        left, width = rng.integers(40, 100), rng.integers(80, 110)
+        image[:, left : left + width] = rng.integers(0, 256, (120, width, 1), np.uint8)
+        frame = frame.with_image(int(sensor), image)
+    if LIDAR in sensors:
+        points = frame.points.copy()
+        points[np.abs(points[:, 1]) < rng.uniform(1.0, 2.0), 0] -= 3.0
+        frame = frame.with_points(points)
+    return frame
+
+
+@pytest.fixture(scope="module")
+def table(wall_of: WallOf) -> ThresholdTable:
+    frames = [wall_of(seed) for seed in range(20)]
+    return measured_thresholds(frames, SYSTEM, PairDepth(), {"walls": 20})
+
+
+def test_thresholds_are_measured_frame_by_frame(wall_of: WallOf, table: ThresholdTable) -> None:
+    errors = DisparityErrors(DisparityMaps(wall_of(3), SYSTEM))
+    assert len(table) == 20
+    assert table.errors[3].tolist() == [errors[triple].error for triple in SYSTEM.triples]
+    assert table.on.data == {"walls": 20}
+    with pytest.raises(ConfigurationError, match="none"):
+        measured_thresholds([], SYSTEM, PairDepth(), {})
+
+
+@pytest.mark.parametrize("attacked", [set(), *map(set, combinations(SYSTEM.sensors, 1))], ids=str)
+# A fresh wall may exceed a threshold of 20 others; one of the 20 cannot.
+def test_algorithm_2_names_the_attacked_sensor(
+    wall_of: WallOf, table: ThresholdTable, attacked: set[int | str]
+) -> None:
+    validator = ThresholdValidator(table, rate=0.0)
+    assert isinstance(validator, Validator)
+    found = validator.validate(spoiled(wall_of(3), attacked))
+    assert found.alarm == bool(attacked)
+    assert found.attacked == attacked
+    assert set(found.verdicts) == set(SYSTEM.sensors)
+
+
+def test_beyond_the_limit_what_cannot_be_told_is_said(
+    wall_of: WallOf, table: ThresholdTable
+) -> None:
+    every = ThresholdValidator(table, rate=0.0).validate(spoiled(wall_of(40), set(SYSTEM.sensors)))
+    assert every.alarm
+    assert Verdict.CANNOT_TELL in every.verdicts.values()
+
+
+def test_three_sensors_raise_an_alarm_and_name_nobody(wall_of: WallOf, tmp_path: Path) -> None:
+    system = SensorSystem((LIDAR, 1, 0))
+    frames = [wall_of(seed) for seed in range(5)]
+    path = tmp_path / "thresholds.json"
+    measured_thresholds(frames, system, PairDepth(), {}).write(path)
+    validator = make("validator", {"name": "thresholds", "thresholds": str(path), "rate": 0.0})
+    found = validator.validate(spoiled(wall_of(40), {1}))
+    assert found.alarm
+    assert not found.attacked
+    assert set(found.verdicts.values()) == {Verdict.CANNOT_TELL}
+    clean = validator.validate(wall_of(2))
+    assert not clean.alarm
+    assert set(clean.verdicts.values()) == {Verdict.SOUND}
+
+
+def test_another_rig_or_a_missing_sensor_is_refused(wall_of: WallOf, table: ThresholdTable) -> None:
+    validator = ThresholdValidator(table)
+    wall = wall_of(0)
+    other = SensorFrame(wall.id, kitti_rig().calibration, dict(wall.images), wall.points)
+    with pytest.raises(ConfigurationError):
+        validator.validate(other)
+    images = {0: wall.image(0), 2: wall.image(2)}
+    with pytest.raises(DataError, match="camera 1"):
+        validator.validate(SensorFrame(wall.id, wall.calibration, images, wall.points))
+
+
+@pytest.mark.slow
+def test_the_likelihood_names_up_to_n_minus_2_with_probabilities(wall_of: WallOf) -> None:
+    states = [state for state in state_vectors(4) if state.sum() <= 2]
+    evidence, truth, frames = [], [], []
+    for seed in range(20):
+        for number, state in enumerate(states):
+            sensors = {s for s, one in zip(SYSTEM.sensors, state, strict=True) if one}
+            frame = spoiled(wall_of(seed), sensors, seed=100 * seed + number)
+            evidence.append(gather_evidence(DisparityErrors(DisparityMaps(frame, SYSTEM))))
+            truth.append(state)
+            frames.append(seed)
+    # Triples of three attacked sensors are a part of the model, too.
+    for seed in range(20):
+        for state in state_vectors(4)[[7, 11, 13, 14]]:
+            sensors = {s for s, one in zip(SYSTEM.sensors, state, strict=True) if one}
+            frame = spoiled(wall_of(seed), sensors, seed=7000 + seed)
+            evidence.append(gather_evidence(DisparityErrors(DisparityMaps(frame, SYSTEM))))
+            truth.append(state)
+            frames.append(seed)
+    on = fitted_on(SYSTEM, PairDepth(), wall_of(0).calibration, {"walls": 20})
+    samples = LikelihoodSamples(np.array(evidence), np.array(truth), np.array(frames))
+    validator = LikelihoodValidator(fit_likelihood(on, samples), rate=0.0, certainty=None)
+    assert isinstance(validator, Validator)
+    right = 0
+    for number, state in enumerate(states):
+        sensors = {s for s, one in zip(SYSTEM.sensors, state, strict=True) if one}
+        found = validator.validate(spoiled(wall_of(50 + number), sensors, seed=9000 + number))
+        right += found.attacked == sensors
+        assert found.probabilities is not None
+        assert set(found.probabilities) == set(SYSTEM.sensors)
+    assert right >= len(states) - 1
