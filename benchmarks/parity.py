@@ -27,6 +27,8 @@ from torch.nn import functional
 from avsec_gym.perception.depth.psmnet import PsmNet, PsmNetConfiguration
 from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
 from avsec_gym.perception.detectors.dsgn.network import DsgnNetwork
+from avsec_gym.perception.detectors.pixor.configuration import PixorConfiguration
+from avsec_gym.perception.detectors.pixor.network import PixorNetwork
 from avsec_gym.perception.detectors.stereo_rcnn.configuration import StereoRcnnConfiguration
 from avsec_gym.perception.detectors.stereo_rcnn.network import StereoRcnnNetwork
 
@@ -102,12 +104,24 @@ def stereo_rcnn(folder: Path) -> Errors:
     }
 
 
+def pixor(folder: Path) -> Errors:
+    """On a grid of 800 x 700 cells, three in a hundred of them occupied."""
+    network = PixorNetwork(PixorConfiguration.preset("default")).eval()
+    fill_by_rule(network)
+    generator = torch.Generator().manual_seed(7)
+    output = network((torch.rand(1, 36, 800, 700, generator=generator) > 0.97).float())
+    outputs = {"cls": output.scores[:, None], "reg": output.values}
+    errors = against_reference(outputs, folder / "pixor_800x700.npz")
+    return {"parameters": count_error(network, 2_134_667), **errors}
+
+
 NETWORKS: dict[str, Callable[[Path], Errors]] = {
     "psmnet": psmnet,
     "dsgn": dsgn("default", "config_car_256x512_ac1.npz", 17_262_958, True),
     "dsgn_12g": dsgn("12g", "config_car_12g_256x512_ac1.npz", 8_054_422, True),
     "dsgn_12g_edges": dsgn("12g", "config_car_12g_256x512_ac0.npz", 8_054_422, False),
     "stereo_rcnn": stereo_rcnn,
+    "pixor": pixor,
 }
 """Each by its name in the output; a further network adds its function here."""
 

@@ -36,7 +36,10 @@ class Train:
     """
 
     name: Annotated[
-        Literal["dsgn", "stereo_rcnn", "psmnet", "motion", "road_type"], tyro.conf.Positional
+        Literal[
+            "dsgn", "stereo_rcnn", "faster_rcnn", "yolo", "psmnet", "pixor", "motion", "road_type"
+        ],
+        tyro.conf.Positional,
     ]
     """Which network."""
     out: Path
@@ -60,7 +63,7 @@ class Train:
     training: TrainingConfiguration = field(default_factory=TrainingConfiguration)
     """What the result depends on."""
     augmentation: Augmentation = field(default_factory=Augmentation)
-    """How stereo pairs are varied."""
+    """How stereo pairs and scans are varied."""
     machine: Machine = field(default_factory=Machine)
     """Where to train, and how long in this sitting."""
     json: bool = False

@@ -15,7 +15,14 @@ _SPECIFICATION = importlib.util.spec_from_file_location("parity_benchmark", _FIL
 parity = importlib.util.module_from_spec(_SPECIFICATION)
 _SPECIFICATION.loader.exec_module(parity)
 
-OUTPUTS = {"psmnet": 2, "dsgn": 4, "dsgn_12g": 4, "dsgn_12g_edges": 4, "stereo_rcnn": 9}
+OUTPUTS = {
+    "psmnet": 2,
+    "dsgn": 4,
+    "dsgn_12g": 4,
+    "dsgn_12g_edges": 4,
+    "stereo_rcnn": 9,
+    "pixor": 2,
+}
 """How many are compared."""
 
 

@@ -18,7 +18,10 @@ from avsec_gym.perception.training.task import Task
 _TASKS = {
     "dsgn": "avsec_gym.perception.training.stereo_tasks:dsgn_task",
     "stereo_rcnn": "avsec_gym.perception.training.stereo_tasks:stereo_rcnn_task",
+    "faster_rcnn": "avsec_gym.perception.training.image_tasks:faster_rcnn_task",
+    "yolo": "avsec_gym.perception.training.image_tasks:yolo_task",
     "psmnet": "avsec_gym.perception.training.stereo_tasks:psmnet_task",
+    "pixor": "avsec_gym.perception.training.pixor_task:pixor_task",
     "motion": "avsec_gym.perception.training.motion_task:motion_task",
     "road_type": "avsec_gym.perception.training.road_type_task:road_type_task",
 }

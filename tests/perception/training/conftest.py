@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import Calibration, SensorFrame
-from avsec_gym.geometry import Floats, box_corners, project
+from avsec_gym.geometry import Floats, box_corners, project, transform_points
+from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.map_files import write_disparity
 from avsec_gym.kitti.text_files import write_text
 from avsec_gym.kitti.writing import write_object_frame
@@ -110,3 +111,23 @@ def spot_errors() -> Callable[[StereoSample], Floats]:
         return np.array(errors)
 
     return measure
+
+
+@pytest.fixture
+def scan_folder(spot_folder: Path) -> Path:
+    """The frames of `spot_folder` with scans: points on their car, and on the road."""
+    data = KittiObject(spot_folder)
+    back = spot_calibration().camera_to_velodyne
+    for id in data.ids():
+        randomness, car = np.random.default_rng(int(id)), data.labels(id)
+        height, width, length = car.dimensions[0]
+        along, across, up = (randomness.uniform(-0.5, 0.5, (3, 300)).T * [length, width, height]).T
+        cos, sin = np.cos(car.rotation_y[0]), np.sin(car.rotation_y[0])
+        aside = [cos * along + sin * across, -up - height / 2, cos * across - sin * along]
+        road = randomness.uniform([-15, 1.6, 1], [15, 1.6, 30], (2000, 3))
+        places = transform_points(back, np.concatenate([car.location + np.stack(aside, 1), road]))
+        points = np.column_stack([places, randomness.uniform(0, 1, len(places))])
+        path = spot_folder / "training" / "velodyne" / f"{id}.bin"
+        path.parent.mkdir(exist_ok=True)
+        points.astype("<f4").tofile(path)
+    return spot_folder

@@ -1,0 +1,235 @@
+"""Labelled LiDAR scans, cropped once to what a network can see of them, and kept as one array.
+
+An epoch then reads a memory map of less than half the files' size, their labels sorted.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import DataError
+from avsec_gym.frame import Points, SensorFrame
+from avsec_gym.geometry import Floats, transform_points
+from avsec_gym.kitti.dataset import KittiObject, file_suffix
+from avsec_gym.perception.detectors.pixor.configuration import BirdEyeRegion
+from avsec_gym.perception.detectors.pixor.targets import owners
+from avsec_gym.perception.detectors.pixor.upright_boxes import seen_from_above
+from avsec_gym.perception.training.stereo_samples import DataFrames
+
+NEEDED = ("velodyne", "image_2", "label_2", "calib")
+"""Folders in which a frame must have a file."""
+MARGIN = 12.5
+"""Metres around the region that are kept, for scans to be turned and scaled."""
+
+_FORMAT = 1
+_STEPS = np.array([250.0, 250.0, 250.0, 32767.0])
+"""Stored as whole numbers of 4 mm, a fifth of the sensor's noise, and shares of reflectance."""
+_FEWEST_POINTS = 5
+_ABOVE_GROUND = 0.2
+"""Metres: lower points on an object's rectangle are the road's."""
+_ALIKE = {"Car": ("Van",)}
+"""Classes that KITTI's metric pardons when they are taken for another."""
+_FACTS, _POINTS = "scans.json", "points.npy"
+_THREADS = 2
+
+
+@dataclass(frozen=True, eq=False)
+class CloudSample:
+    """A scan with its truth, all in the velodyne frame.
+
+    Args:
+        points: Shape (M, 4).
+        rectangles: Objects that can be found, shape (N, 5).
+        ignored: Objects that need not be found: those with hardly a point on them, and those of
+            similar classes, shape (K, 5).
+        azimuths: Between these directions labels are complete, as the camera sees there; radians
+            from x to the left.
+    """
+
+    points: Points
+    rectangles: Floats
+    ignored: Floats
+    azimuths: tuple[float, float]
+
+
+class CloudSamples:
+    """Cropped scans with their truth; see `prepare_cloud_samples`."""
+
+    def __init__(self, folder: Path, frames: Sequence[DataFrames]) -> None:
+        self._places = [(source.data, id) for source in frames for id in source.ids]
+        self._facts: list[dict[str, Any]] = json.loads((folder / _FACTS).read_text())
+        self._points = np.load(folder / _POINTS, mmap_mode="r")
+        self._ends = np.cumsum([0, *(fact["points"] for fact in self._facts)])
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def __getitem__(self, index: int) -> CloudSample:
+        """A sample as it is."""
+        fact, (start, stop) = self._facts[index], self._ends[index : index + 2]
+        right, left = fact["azimuths"]
+        return CloudSample(
+            (self._points[start:stop] / _STEPS).astype(np.float32),
+            np.reshape(fact["rectangles"], (-1, 5)),
+            np.reshape(fact["ignored"], (-1, 5)),
+            (right, left),
+        )
+
+    def frame(self, index: int) -> SensorFrame:
+        """The frame itself, its scan as it was."""
+        data, id = self._places[index]
+        return data.frame(id)
+
+    @cached_property
+    def labels(self) -> list[Boxes3D]:
+        """Every line of the label files."""
+        return [data.labels(id, keep_dont_care=True) for data, id in self._places]
+
+
+def prepare_cloud_samples(
+    frames: Sequence[DataFrames],
+    region: BirdEyeRegion,
+    category: str,
+    folder: Path,
+    *,
+    on_progress: Callable[[int, int], None] | None = None,
+) -> CloudSamples:
+    """Crop scans to a region and sort their labels, unless that is done already.
+
+    Args:
+        frames: Each with the files of `NEEDED`.
+        region: Of the network.
+        category: What is looked for.
+        folder: Where the arrays are kept, for these frames and this region.
+        on_progress: Called with frames done and frames in all.
+
+    Raises:
+        DataError: A file is missing or broken, or there is no frame.
+    """
+    places = [(source.data, id) for source in frames for id in source.ids]
+    if not places:
+        raise DataError("There is no frame to train on.", path=folder)
+    there = folder / f"scans-{_fingerprint(places, region, category)}"
+    if not (there / _FACTS).is_file():
+        partial = folder / f".{there.name}.{os.getpid()}.part"
+        shutil.rmtree(partial, ignore_errors=True)
+        partial.mkdir(parents=True)
+        try:
+            _write(places, region, category, partial, on_progress)
+            shutil.rmtree(there, ignore_errors=True)
+            partial.rename(there)
+        finally:
+            shutil.rmtree(partial, ignore_errors=True)
+    return CloudSamples(there, frames)
+
+
+def cloud_sample(
+    frame: SensorFrame, labels: Boxes3D, category: str, region: BirdEyeRegion
+) -> CloudSample:
+    """The sample of a frame.
+
+    Args:
+        frame: With a scan and image 2.
+        labels: Of this frame.
+        category: What is looked for.
+        region: With `MARGIN` around it, what is kept of the scan.
+    """
+    points, calibration = frame.points, frame.calibration
+    kept = np.ones(len(points), bool)
+    ranges = (region.forward, region.left, region.up)
+    for values, (start, stop) in zip(points.T, ranges, strict=False):
+        kept &= (values > start - MARGIN) & (values < stop + MARGIN)
+    points = points[kept]
+    rectangles = seen_from_above(labels, calibration)
+    wanted = labels.category == category
+    found = wanted & (_points_on(points, labels, frame) >= _FEWEST_POINTS)
+    ignored = (wanted & ~found) | np.isin(labels.category, _ALIKE.get(category, ()))
+    return CloudSample(points, rectangles[found], rectangles[ignored], _azimuths(frame))
+
+
+def _points_on(points: Points, boxes: Boxes3D, frame: SensorFrame) -> NDArray[np.int64]:
+    """How many points lie on each box, those of the road left out, shape (N,)."""
+    matrix = frame.calibration.camera_to_velodyne
+    bottoms = transform_points(matrix, boxes.location)[:, 2]
+    rectangles = seen_from_above(boxes, frame.calibration)
+    counts = np.zeros(len(boxes), np.int64)
+    for number, (bottom, height) in enumerate(zip(bottoms, boxes.dimensions[:, 0], strict=True)):
+        within = (points[:, 2] > bottom + _ABOVE_GROUND) & (points[:, 2] < bottom + height)
+        one = rectangles[number : number + 1]
+        counts[number] = (owners(points[within, :2].astype(float), one) == 0).sum()
+    return counts
+
+
+def _azimuths(frame: SensorFrame) -> tuple[float, float]:
+    """Directions of the right and the left border of image 2, in the velodyne frame."""
+    projection = frame.calibration.projection(2)
+    width = frame.image(2).shape[1]
+    rays = [
+        np.linalg.solve(projection[:, :3], [u, projection[1, 2], 1]) for u in (width - 0.5, -0.5)
+    ]
+    forward, left, _ = (np.array(rays) @ frame.calibration.velodyne_to_camera[:3, :3]).T
+    right_border, left_border = np.arctan2(left, forward)
+    return float(right_border), float(left_border)
+
+
+def _write(
+    places: Sequence[tuple[KittiObject, str]],
+    region: BirdEyeRegion,
+    category: str,
+    folder: Path,
+    on_progress: Callable[[int, int], None] | None,
+) -> None:
+    facts: list[dict[str, Any]] = []
+    raw = folder / "points.raw"
+
+    def sample(place: tuple[KittiObject, str]) -> CloudSample:
+        data, id = place
+        return cloud_sample(data.frame(id), data.labels(id), category, region)
+
+    with ThreadPoolExecutor(_THREADS) as threads, raw.open("wb") as file:
+        for done, one in enumerate(threads.map(sample, places), start=1):
+            file.write(np.round(one.points * _STEPS).clip(-32768, 32767).astype("<i2").tobytes())
+            facts.append(
+                {
+                    "points": len(one.points),
+                    "rectangles": one.rectangles.tolist(),
+                    "ignored": one.ignored.tolist(),
+                    "azimuths": one.azimuths,
+                }
+            )
+            if on_progress is not None:
+                on_progress(done, len(places))
+    count = sum(fact["points"] for fact in facts)
+    stored = np.lib.format.open_memmap(folder / _POINTS, "w+", dtype="<i2", shape=(count, 4))
+    if count:
+        stored[:] = np.memmap(raw, "<i2", "r", shape=(count, 4))
+    stored.flush()
+    raw.unlink()
+    (folder / _FACTS).write_text(json.dumps(facts))
+
+
+def _fingerprint(
+    places: Sequence[tuple[KittiObject, str]], region: BirdEyeRegion, category: str
+) -> str:
+    """Changes with the frames, their files, the region and what is looked for."""
+    digest = hashlib.sha256(repr((_FORMAT, region, category, MARGIN)).encode())
+    for data, id in places:
+        for folder in NEEDED:
+            path = data.folder / folder / f"{id}{file_suffix(folder)}"
+            status = path.stat() if path.is_file() else None
+            facts = (os.fspath(path.resolve()), status and (status.st_size, status.st_mtime_ns))
+            digest.update(repr(facts).encode())
+    return digest.hexdigest()[:16]
