@@ -35,11 +35,13 @@ class Recordings:
     """What is there to be judged.
 
     Args:
+        root: The folder that was named.
         system: The sensors.
         moments: That have all of them.
         lacking: What the others lack, by their ids.
     """
 
+    root: Path
     system: SensorSystem
     moments: tuple[Moment, ...]
     lacking: dict[str, str]
@@ -77,7 +79,7 @@ def raw_recordings(root: str | Path, sensors: Sequence[Sensor] | None = None) ->
                 lacking[id] = ", ".join(missing)
             else:
                 moments.append(Moment(id, partial(drive.frame, number, previous=0)))
-    return _checked(Recordings(system, tuple(moments), lacking), root)
+    return _checked(Recordings(Path(root), system, tuple(moments), lacking))
 
 
 def object_recordings(
@@ -100,7 +102,7 @@ def object_recordings(
         Moment(id, partial(data.frame, id)) for id, folders in missing.items() if not folders
     )
     lacking = {id: ", ".join(folders) for id, folders in missing.items() if folders}
-    return _checked(Recordings(system, moments, lacking), root)
+    return _checked(Recordings(Path(root), system, moments, lacking))
 
 
 def system_of(calibration: Calibration, there: Iterable[Sensor], root: str | Path) -> SensorSystem:
@@ -144,19 +146,19 @@ def _ids(data: KittiObject, folder: str) -> set[str]:
         return set()
 
 
-def _checked(found: Recordings, root: str | Path) -> Recordings:
+def _checked(found: Recordings) -> Recordings:
     if not found.moments:
         first = next(iter(found.lacking.items()), None)
         raise DataError(
             f"No frame has all of {_named(found.system.sensors)}"
             + (f"; {first[0]} lacks {first[1]}." if first else "."),
-            path=root,
+            path=found.root,
             remedy="Name other --sensors, or fetch what is missing; `avsec data check` lists it.",
         )
     try:
         found.system.check(found.moments[0].frame().calibration)
     except ConfigurationError as error:
-        raise ConfigurationError(f"{root}: {error}") from error
+        raise ConfigurationError(f"{found.root}: {error}") from error
     return found
 
 

@@ -21,7 +21,7 @@ from avsec_gym.validation.state_posterior import state_vectors
 SYSTEM = SensorSystem((LIDAR, 2, 1, 0))
 ATTACKS = {
     LIDAR: LidarSpoofing(reference=0, distance=6.0, bearing=0.0),
-    **{camera: Facula(camera, 50.0, (120.0, 60.0), saturation=1.0) for camera in (0, 1, 2)},
+    **{camera: Facula(camera, 50.0, (120.0, 60.0), saturation=0.9) for camera in (0, 1, 2)},
 }
 
 

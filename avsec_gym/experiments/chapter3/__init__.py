@@ -1,0 +1,1 @@
+"""Chapter 3: validating the sensors of one vehicle."""

@@ -1,0 +1,127 @@
+"""Is an attack on one of three sensors noticed?  The two systems of section 3.3."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.experiments.chapter3.evidence_table import EvidenceTable
+from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.sensor_system import Triple
+from avsec_gym.validation.fitted_on import FittedOn
+from avsec_gym.validation.state_posterior import States, state_vectors
+from avsec_gym.validation.thresholds import Criterion, ThresholdTable
+
+SCENARIOS: dict[str, Triple] = {"LiDAR and two cameras": (0, 2, 3), "three cameras": (1, 2, 3)}
+"""Of a LiDAR and three cameras."""
+RATES = (0.0, 0.01, 0.02, 0.03, 0.05)
+"""Designated false alarm rates of the thesis' tables."""
+
+
+def exceeded(
+    fitted: EvidenceTable,
+    judged: EvidenceTable,
+    on: FittedOn,
+    rate: float,
+    criterion: Criterion = "either",
+) -> NDArray[np.bool_]:
+    """e_{i,j,k} of all judged moments, shape (N, states, triples).
+
+    Args:
+        fitted: Whose clean moments give the thresholds.
+        judged: Others.
+        on: What the thresholds hold for.
+        rate: r.
+        criterion: See `ThresholdTable.thresholds`.
+    """
+    table = ThresholdTable(on, fitted.errors[:, 0], fitted.hole_shares[:, 0])
+    chosen = table.thresholds(rate, criterion)
+    columns = [chosen[triple] for triple in on.system.triples]
+    errors = np.array([one.error for one in columns])
+    holes = np.array([one.hole_share for one in columns])
+    return np.asarray((judged.errors > errors) | (judged.hole_shares > holes))
+
+
+def detection_rates(
+    fitted: EvidenceTable,
+    judged: EvidenceTable,
+    on: FittedOn,
+    criterion: Criterion = "either",
+    rates: Sequence[float] = RATES,
+) -> list[dict[str, Any]]:
+    """For each scenario and r the share of attacks noticed, in every case and on average.
+
+    Args:
+        fitted: Whose clean moments give the thresholds.
+        judged: Others, whose attacks are looked for.
+        on: What the thresholds hold for.
+        criterion: See `ThresholdTable.thresholds`.
+        rates: r.
+
+    Returns:
+        Rows with ``scenario``, ``rate``, ``cases`` (attacked sensors -> share), their mean
+        ``average`` and its ``interval``, and ``false_alarms`` on clean moments.
+    """
+    rows = []
+    for rate in rates:
+        state_vector = exceeded(fitted, judged, on, rate, criterion)
+        for name, triple in SCENARIOS.items():
+            column = on.system.triples.index(triple)
+            alarms = state_vector[:, :, column]
+            cases = attack_cases_of(triple, len(on.system))
+            noticed = {
+                "+".join(f"S{one}" for one in case): alarms[:, index].mean()
+                for index, case in cases.items()
+            }
+            attacked = alarms[:, list(cases)]
+            rows.append(
+                {
+                    "scenario": name,
+                    "rate": rate,
+                    "criterion": criterion,
+                    "cases": {case: float(share) for case, share in noticed.items()},
+                    "average": float(attacked.mean()),
+                    "interval": moment_interval(attacked),
+                    "false_alarms": share_of(alarms[:, 0]),
+                }
+            )
+    return rows
+
+
+def attack_cases_of(triple: Triple, sensors: int) -> dict[int, tuple[int, ...]]:
+    """The seven states in which only sensors of a triple are attacked: index -> the attacked."""
+    states = state_vectors(sensors)
+    cases = {}
+    for index, state in enumerate(states):
+        attacked = tuple(np.flatnonzero(state).tolist())
+        if attacked and set(attacked) <= set(triple):
+            cases[index] = attacked
+    return cases
+
+
+def share_of(hits: NDArray[np.bool_]) -> dict[str, Any]:
+    """How many of how many, with Wilson's 95 % interval."""
+    count, of = int(hits.sum()), int(hits.size)
+    return {"count": count, "of": of, "rate": count / of, "interval": wilson_interval(count, of)}
+
+
+def moment_interval(hits: NDArray[np.bool_], resamples: int = 2000) -> tuple[float, float]:
+    """95 % bootstrap interval of a mean over moments; the cases of a moment belong together.
+
+    Args:
+        hits: Shape (N, cases).
+        resamples: Draws of N moments.
+    """
+    each = hits.mean(axis=1)
+    drawn = np.random.default_rng(0).integers(len(each), size=(resamples, len(each)))
+    low, high = np.percentile(each[drawn].mean(axis=1), (2.5, 97.5))
+    return float(low), float(high)
+
+
+def at_most(states: States, attacked: int) -> NDArray[np.intp]:
+    """Indices of the states with one attacked sensor or more, up to a number."""
+    count = states.sum(axis=1)
+    return np.flatnonzero((count > 0) & (count <= attacked))

@@ -1,0 +1,67 @@
+"""The evidence of a run as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.experiments.chapter3.state_evidence_cells import bits
+from avsec_gym.experiments.results import Results
+from avsec_gym.geometry import Floats
+from avsec_gym.sensor_system import SensorSystem
+from avsec_gym.validation.evidence import evidence_scopes
+from avsec_gym.validation.state_posterior import state_vectors
+
+
+@dataclass(frozen=True, eq=False)
+class EvidenceTable:
+    """Of N moments in each of the 2^(n+1) states, in the order of `state_vectors`.
+
+    Args:
+        system: Of sensors.
+        moments: Their ids.
+        shares: The evidence as of `gather_evidence`, shape (N, states, M).
+        hole_shares: Of every triple, shape (N, states, triples).
+    """
+
+    system: SensorSystem
+    moments: Sequence[str]
+    shares: Floats
+    hole_shares: Floats
+
+    def __len__(self) -> int:
+        return len(self.moments)
+
+    @property
+    def errors(self) -> Floats:
+        """E of every triple, shape (N, states, triples)."""
+        return self.shares[:, :, : len(self.system.triples)]
+
+
+def evidence_table(results: Results, part: str, system: SensorSystem) -> EvidenceTable:
+    """Read what `StateEvidences` stored of a part; moments that are not whole are left out.
+
+    Raises:
+        ConfigurationError: There is none.
+    """
+    states = state_vectors(len(system))
+    scopes = [",".join(map(str, scope)) for scope in evidence_scopes(system)]
+    triples = [",".join(map(str, triple)) for triple in system.triples]
+    names = [("error " if one.count(",") == 2 else "unknown ") + one for one in scopes]
+    names += [f"hole_share {one}" for one in triples]
+    column = {name: number for number, name in enumerate(names)}
+    found: dict[str, Floats] = {}
+    for index, state in enumerate(states):
+        for row in results.measurements(setting=f"{part} {bits(state)}"):
+            values = found.setdefault(row["scenario"], np.full((len(states), len(names)), np.nan))
+            values[index, column[row["name"]]] = row["value"]
+    whole = sorted(moment for moment, values in found.items() if np.isfinite(values).all())
+    if not whole:
+        raise ConfigurationError(
+            f"the run has no moment of the part {part!r}: `avsec run identification` makes them"
+        )
+    stacked = np.stack([found[moment] for moment in whole])
+    return EvidenceTable(system, whole, stacked[..., : len(scopes)], stacked[..., len(scopes) :])

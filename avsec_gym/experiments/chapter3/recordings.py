@@ -1,0 +1,76 @@
+"""What chapter 3 is judged on: drives of a rig whose cameras stand far enough from each other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.experiments.experiment import Configuration
+from avsec_gym.experiments.procedural_frames import PROCEDURAL
+from avsec_gym.rig import camera_rig
+from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.validation.moments import Recordings, raw_recordings
+from avsec_gym.world.export.default_suites import cached
+from avsec_gym.world.export.recipe import Sensors
+from avsec_gym.world.export.suites import suite_recipe
+
+RIG = camera_rig((0.0, 0.54, -0.27, 0.27))
+"""Camera 2 is the leftmost one, and camera 0, 3 and 1 follow, each 27 cm farther right; those of
+KITTI stand in pairs of 6 cm."""
+SYSTEM = SensorSystem((LIDAR, 1, 3, 2))
+"""The thesis' LiDAR and three cameras, of this rig as of KITTI's."""
+FITTED, JUDGED = "fitted", "judged"
+"""The two parts of a run: recordings that thresholds and likelihoods come from, and others."""
+OPTIONS = {"fit": "", "fit_limit": 0, "depth": "sgbm"}
+"""``fit``: KITTI raw drives to fit on, procedural ones if empty; ``fit_limit``: how many of their
+moments, as many as are judged if 0; ``depth``: how disparities are found."""
+USUAL_COUNT = 1000
+
+_DRIVE_FRAMES = 4
+"""Of each drive: many short drives say more than a few long ones, whose moments are alike."""
+_FIRST_SET = {FITTED: 3000, JUDGED: 4000}
+"""Numbers of the sets of drives, none of which anything else was made from."""
+
+
+def procedural_drives(count: int, seed: int, part: str) -> Path:
+    """Four cameras and a LiDAR in KITTI's raw layout; made in the user's cache on first use.
+
+    Args:
+        count: Of moments.
+        seed: Other seeds are other drives.
+        part: `FITTED` or `JUDGED`, which never share a drive.
+
+    Raises:
+        ConfigurationError: There cannot be so many, or the seed is not from 0 to 999.
+        DataError: The cache cannot be written.
+    """
+    if not 0 <= seed < 1000:
+        raise ConfigurationError(f"a seed of drives is from 0 to 999, got {seed}")
+    recipe = suite_recipe(
+        "raw",
+        count,
+        _FIRST_SET[part] + seed,
+        sensors=Sensors(rig=RIG),
+        drive_frames=_DRIVE_FRAMES,
+    )
+    return cached(f"chapter_3-{part}-{seed}-{count}", recipe)
+
+
+def recordings_of(configuration: Configuration, part: str) -> Recordings:
+    """The moments of a part of a run.
+
+    Raises:
+        DataError: A folder is not there, or has no moment of all sensors.
+    """
+    options = {**OPTIONS, **configuration.options}
+    count = configuration.limit or USUAL_COUNT
+    place = configuration.scenarios
+    if part == FITTED:
+        count, place = options["fit_limit"] or count, options["fit"] or PROCEDURAL
+    if place == PROCEDURAL:
+        root: str | Path = procedural_drives(count, configuration.seed, part)
+    else:
+        root = place
+    found = raw_recordings(root, SYSTEM.sensors)
+    return replace(found, moments=found.moments[:count])
