@@ -7,8 +7,8 @@
 set -eu
 cd "$(dirname "$0")/.."
 PYTHON=${PYTHON:-python}
-"$PYTHON" -m avsec_gym demo --out runs/demo
-cp runs/demo/demo.png docs/images/demo.png
+"$PYTHON" examples/attack_detections.py --out runs/ghosts > /dev/null
+cp runs/ghosts/sheet.png docs/images/demo.png
 [ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.world.layout_statistics \
     --kitti "$KITTI" --scenarios "$SCENARIOS" --out docs/images
 [ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.world.evidence \

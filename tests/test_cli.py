@@ -499,27 +499,6 @@ def test_draw_names_its_picture_after_the_scene(
     assert (tmp_path / "000003_left.png").is_file()
 
 
-def test_demo(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = tmp_path / "demo"
-    assert ends(["demo", "--scenes", "6", "--out", out, "--json"]) == DONE
-    report = as_json(capsys.readouterr().out)
-    assert as_json((out / "demo.json").read_text()) == report
-    assert {row["input"] for row in report["rates"]} == {"ground_truth", "ghost_attack"}
-    assert cv2.imread(str(out / "demo.png")).std() > 5
-    assert ends(["demo", "--scenes", "6", "--out", out]) == DONE
-    output = capsys.readouterr()
-    assert "attacked by 2 ghosts" in output.out
-    assert "pictures" in output.err
-
-
-def test_wrong_usage_of_demo(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert ends(["demo", "--scenes", "0"]) == BAD_USAGE
-    assert ends(["demo", "--scenes", "2", "--seed", "-1", "--out", tmp_path]) == BAD_USAGE
-    (tmp_path / "file").write_text("mine")
-    assert ends(["demo", "--scenes", "1", "--out", tmp_path / "file"]) == BAD_DATA
-    assert str(tmp_path / "file") in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("command", ["demo", "evaluate", "plan", "draw", "data", "data check"])
 def test_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert ends([*command.split(), "--help"]) == DONE

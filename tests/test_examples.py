@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import cv2
 import pytest
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -20,6 +21,19 @@ def test_a_trained_attacker_beats_random_search_on_held_out_layouts() -> None:
     result = json.loads(done.stdout)
     assert result["ppo"]["success_rate"] > result["random"]["success_rate"]
     assert result["ppo"]["reward"] > result["random"]["reward"] + 0.1
+
+
+def test_two_ghosts_make_most_drives_unsafe(tmp_path: Path) -> None:
+    command = [sys.executable, str(EXAMPLES / "attack_detections.py")]
+    command += ["--scenes", "6", "--out", str(tmp_path / "new")]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    rates = json.loads(done.stdout)["rates"]
+    safe = {
+        name: sum(row["safe_driving_rate"] for row in rates if row["input"] == name)
+        for name in ("ground_truth", "ghost_attack")
+    }
+    assert safe["ghost_attack"] < safe["ground_truth"] / 2
+    assert cv2.imread(str(tmp_path / "new" / "sheet.png")).std() > 5
 
 
 def test_the_readmes_python_runs() -> None:

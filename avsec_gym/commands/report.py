@@ -46,6 +46,14 @@ class Report:
 
     def run(self) -> int:
         """Do it; the exit code: 3 where pictures could not be made."""
+        report, code = self.written()
+        if self.json:
+            console.print_json(report)
+        console.say(self.sentence(report))
+        return code
+
+    def written(self) -> tuple[dict[str, Any], int]:
+        """Write the page; all its figures, and the exit code."""
         from avsec_gym.kitti.atomic_write import write_bytes
         from avsec_gym.report.html import html_page
         from avsec_gym.report.run_markdown import markdown_page
@@ -68,14 +76,18 @@ class Report:
             console.say(f"avsec: {remark}")
         strips, failed = self._strips(folder, outcomes) if outcomes else ([], False)
         spreads, blank = self._spreads(folder, report["spread"])
-        page = self.out or folder.path / PAGE
-        write_bytes(page, html_page(report, strips, spreads).encode(), overwrite=True)
+        write_bytes(self._page, html_page(report, strips, spreads).encode(), overwrite=True)
         if self.markdown is not None:
             write_bytes(self.markdown, markdown_page(report).encode(), overwrite=True)
-        if self.json:
-            console.print_json(report)
-        console.say(f"{page}: {_answer(report)}")
-        return console.DONE_IN_PART if failed or blank else console.DONE
+        return report, console.DONE_IN_PART if failed or blank else console.DONE
+
+    def sentence(self, report: dict[str, Any]) -> str:
+        """Where the page is, and its answer."""
+        return f"{self._page}: {_answer(report)}"
+
+    @property
+    def _page(self) -> Path:
+        return self.out or self.run_folder / PAGE
 
     def _strips(self, folder: RunFolder, outcomes: Outcomes) -> tuple[list[Strip], bool]:
         """The pictures, and whether some are missing."""

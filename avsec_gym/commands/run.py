@@ -29,9 +29,11 @@ class Run:
 
     names: Annotated[tuple[str, ...], tyro.conf.Positional]
     """Which ones; one of your own is named by its place, my_package.my_module:MY_EXPERIMENT."""
-    scenarios: str = "mixed"
-    """Which scenes: a folder in KITTI's object layout, or a default suite of the procedural world
-    (mixed, street, highway), made on first use."""
+    scenarios: str | None = None
+    """Which scenes: a folder in KITTI's object layout; a default suite of the procedural world
+    (mixed, street, highway), made on first use; or `procedural`: as many of that world as --limit
+    says (12), drawn from the seed.  Default: what the first experiment is usually about, mixed for
+    most."""
     limit: int | None = None
     """Only the first scenes."""
     seed: int = 0
@@ -62,8 +64,12 @@ class Run:
         if not self.names:
             raise ConfigurationError("name an experiment; `avsec experiments` lists them")
         experiments = [experiment(name) for name in dict.fromkeys(self.names)]
+        usual = experiments[0].usual
         configuration = Configuration(
-            self.scenarios, self.limit, self.seed, dict(map(_option, self.options))
+            self.scenarios or usual.scenarios,
+            self.limit if self.scenarios or self.limit is not None else usual.limit,
+            self.seed,
+            dict(map(_option, self.options)),
         )
         default = Path("runs") / "+".join(each.name for each in experiments)
         with console.progress("running") as shown:

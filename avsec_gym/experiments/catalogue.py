@@ -9,6 +9,8 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.experiment import Experiment
 
 EXPERIMENTS: dict[str, str] = {
+    "demo": "avsec_gym.experiments.demo:DEMO",
+} | {
     name: f"avsec_gym.experiments.chapter5.experiments:{attribute}"
     for name, attribute in {
         "chapter5": "CHAPTER_5",
@@ -24,7 +26,7 @@ EXPERIMENTS: dict[str, str] = {
         "controls": "CONTROLS",
     }.items()
 }
-"""Name -> ``"module:attribute"``, in the order of the thesis."""
+"""Name -> ``"module:attribute"``, the demo first, then in the order of the thesis."""
 
 
 def experiment(name: str) -> Experiment:

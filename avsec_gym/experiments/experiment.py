@@ -192,6 +192,7 @@ class Experiment:
         inputs: Files and folders that the results depend on, such as weights and scenes, by name.
             A run keeps their hashes and does not go on with others.
         options: Names of `Configuration.options` that it knows, and their defaults.
+        usual: Its scenarios, and how many of them, where nobody names any.
     """
 
     name: str
@@ -200,6 +201,7 @@ class Experiment:
     cells: Callable[[Configuration], Sequence[Cell]]
     inputs: Callable[[Configuration], Mapping[str, Path]] = _no_inputs
     options: Mapping[str, Any] = field(default_factory=dict)
+    usual: Configuration = Configuration()
 
 
 def with_defaults(configuration: Configuration, experiments: Sequence[Experiment]) -> Configuration:

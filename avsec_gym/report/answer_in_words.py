@@ -3,7 +3,8 @@
 Of each detector: ``coupled`` where the interval of the rank correlation between loss of precision
 and loss of safety lies above zero; ``partly`` where nevertheless some pairs of attacks surely go
 the other way; ``reversed`` where it lies below zero; ``decoupled`` where it holds zero, and either
-such pairs exist or it is narrow; else it ``cannot tell``.
+such pairs exist or it is narrow; else it ``cannot tell``.  Of ``alike`` attacks, such as some that
+take no safety at all, there is no correlation, and of ``few`` scenarios there is no answer.
 """
 
 from __future__ import annotations
@@ -15,6 +16,10 @@ from avsec_gym.experiments.chapter5.settings import PATCHES, PERTURBATIONS
 from avsec_gym.report.attack_names import attack_name, detector_name
 from avsec_gym.report.page_table import bounds, number
 
+FEWEST = 3
+"""Attacks that a rank correlation needs."""
+FEWEST_SCENARIOS = 30
+"""Of which intervals can be drawn; of fewer, resampled scenes are too often the same ones."""
 NARROW = 0.3
 """A correlation that surely lies within this of zero is none that matters."""
 
@@ -24,6 +29,8 @@ _WORDS = {
     "decoupled": "No.",
     "reversed": "No, rather the reverse.",
     "cannot tell": "This run cannot tell.",
+    "alike": "This run cannot tell.",
+    "few": "This run cannot tell.",
     "depends": "It depends on the detector.",
     "nothing": "There is nothing to compare yet.",
 }
@@ -33,6 +40,7 @@ _MEANS = {
     "decoupled": "how much precision an attack takes does not tell how much safety it takes",
     "reversed": "attacks that take more precision take less safety",
     "cannot tell": "the interval of the rank correlation is too wide for an answer",
+    "alike": "all attacks take the same of precision, or all the same of safety",
 }
 _UNITS = {"precision": "points of average precision", "safety": "points of safe driving"}
 _UNSURE = "did not measurably change"
@@ -54,7 +62,13 @@ def answer(decoupling: Mapping[str, Any]) -> Answer:
     known = [one for one in detectors if one["kind"] != "nothing"]
     kinds = list(dict.fromkeys(one["kind"] for one in known))
     if not known:
-        kind, sentence = "nothing", "The question needs three attacks or more whose losses differ."
+        kind, sentence = "nothing", "The question needs three attacks or more."
+    elif decoupling["scenarios"] < FEWEST_SCENARIOS:
+        kind = "few"
+        sentence = (
+            f"{decoupling['scenarios']} scenarios are too few: an answer takes "
+            f"{FEWEST_SCENARIOS} or more."
+        )
     elif len(kinds) == 1:
         kind, sentence = kinds[0], f"{_capital(_MEANS[kinds[0]])}."
     else:
@@ -67,7 +81,7 @@ def answer(decoupling: Mapping[str, Any]) -> Answer:
 def kind_of(correlation: Mapping[str, Any], discordant: int) -> str:
     """What a rank correlation and the pairs that surely contradict it come to."""
     if correlation["rho"] is None or correlation["interval"] is None:
-        return "nothing"
+        return "alike" if correlation["attacks"] >= FEWEST else "nothing"
     low, high = correlation["interval"]
     if low > 0:
         return "partly" if discordant else "coupled"
@@ -84,12 +98,14 @@ def _on_detector(row: Mapping[str, Any], decoupling: Mapping[str, Any]) -> Answe
         max((one for one in own if one["attack"] in family), key=_strength, default=None)
         for family in (PERTURBATIONS, PATCHES[:1])
     ]
-    kind, evidence = "nothing", "no three attacks whose losses differ"
+    kind, evidence = "nothing", "fewer than three attacks"
     if name in decoupling["discordant_pairs"]:
         correlation = decoupling["rank_correlation"][name]
         pairs = decoupling["discordant_pairs"][name]
         kind = kind_of(correlation, pairs["discordant"])
-        if kind != "nothing":
+        if kind == "alike":
+            evidence = f"{correlation['attacks']} attacks, no correlation"
+        elif kind != "nothing":
             rho = number(correlation["rho"], digits=2)
             interval = bounds(correlation["interval"], digits=2)
             evidence = (

@@ -77,20 +77,37 @@ def write_manifest(root: Path, manifest: Mapping[str, Any]) -> None:
     write_bytes(root / MANIFEST, text.encode(), overwrite=True)
 
 
+def check_same_question(
+    root: Path, there: Mapping[str, Any], configuration: Configuration, threads: int
+) -> None:
+    """Check that what is asked now is what a run was asked; its inputs are not looked at.
+
+    Args:
+        root: Folder of the run.
+        there: Its manifest.
+        configuration: Asked now, with all options.
+        threads: Asked now.
+
+    Raises:
+        DataError: Something that results depend on differs; it is named.
+    """
+    asked = configuration.to_json()
+    _check_same(root, there["configuration"], asked, "scenarios", "limit", "seed")
+    _check_same(root, there["configuration"]["options"], asked["options"])
+    _check_same(root, there, {"threads": threads}, "threads")
+
+
 def continued(root: Path, there: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, Any]:
     """The manifest of a run that goes on, perhaps with further experiments.
 
     Args:
         root: Its folder.
         there: Its manifest.
-        asked: A new one of what is asked now.
+        asked: A new one of what is asked now, see `check_same_question`.
 
     Raises:
-        DataError: Something that results depend on differs; it is named.
+        DataError: An input differs; it is named.
     """
-    _check_same(root, there["configuration"], asked["configuration"], "scenarios", "limit", "seed")
-    _check_same(root, there["configuration"]["options"], asked["configuration"]["options"])
-    _check_same(root, there, asked, "threads")
     for name, (old, new) in _both(there["inputs"], asked["inputs"]).items():
         if old["sha256"] != new["sha256"]:
             raise DataError(

@@ -20,6 +20,7 @@ from avsec_gym.runs.fingerprints import environment
 from avsec_gym.runs.local_workers import LOG_FORMAT, LocalWorkers
 from avsec_gym.runs.manifest import (
     begin_sitting,
+    check_same_question,
     continued,
     new_manifest,
     now,
@@ -163,7 +164,10 @@ def _manifest(
     if threads is None:
         share = max(1, _cores() // max(1, workers))
         threads = share if there is None else int(there["threads"])
-    asked = new_manifest(experiments, with_defaults(configuration, experiments), threads)
+    configuration = with_defaults(configuration, experiments)
+    if there is not None:  # Before the inputs, which may take minutes to be made.
+        check_same_question(root, there, configuration, threads)
+    asked = new_manifest(experiments, configuration, threads)
     return asked if there is None else continued(root, there, asked)
 
 

@@ -17,6 +17,7 @@ def losses(rho: float | None, interval: Any, discordant: int, **changed: Any) ->
     }  # fmt: skip
     correlation = {"attacks": 12, "rho": rho, "interval": interval}
     return {
+        "scenarios": 600,
         "unattacked": [{"detector": "dsgn", "precision": 45.0, "safety": 90.0}],
         "attacks": [attack],
         "rank_correlation": {"dsgn": correlation, "both": correlation},
@@ -33,7 +34,7 @@ def losses(rho: float | None, interval: Any, discordant: int, **changed: Any) ->
         (0.1, [-0.1, 0.2], 0, "decoupled", "No."),
         (-0.6, [-0.8, -0.2], 5, "reversed", "No, rather the reverse."),
         (0.3, [-0.4, 0.8], 0, "cannot tell", "This run cannot tell."),
-        (None, None, 0, "nothing", "There is nothing to compare yet."),
+        (None, None, 0, "alike", "This run cannot tell."),
     ],
 )
 def test_the_answer_follows_the_figures(
@@ -41,6 +42,12 @@ def test_the_answer_follows_the_figures(
 ) -> None:
     found = answer(losses(rho, interval, discordant))
     assert (found["kind"], found["word"]) == (kind, word)
+
+
+def test_two_attacks_have_no_ranks_to_compare() -> None:
+    few = losses(None, None, 0)
+    few["rank_correlation"]["dsgn"]["attacks"] = 2
+    assert answer(few)["word"] == "There is nothing to compare yet."
 
 
 def test_what_cannot_be_told_from_nothing_is_not_called_a_loss() -> None:
@@ -51,6 +58,12 @@ def test_what_cannot_be_told_from_nothing_is_not_called_a_loss() -> None:
     ]
     gained = losses(0.9, [0.6, 1], 0, safety_lost=-3.0, safety_lost_interval=[-5, -1])
     assert "added 3.0 to 90.0 points" in answer(gained)["detectors"][0]["took"][0]
+
+
+def test_a_dozen_scenes_give_no_answer() -> None:
+    found = answer(losses(0.9, [0.9, 0.9], 0) | {"scenarios": 12})
+    assert (found["kind"], found["word"]) == ("few", "This run cannot tell.")
+    assert found["sentence"].startswith("12 scenarios are too few")
 
 
 def test_detectors_may_differ() -> None:

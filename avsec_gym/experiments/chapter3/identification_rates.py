@@ -100,8 +100,8 @@ def identification_rates(
                 "sensors": {f"S{one}": share_of(exact[:, 1 << one]) for one in range(sensors)},
                 "average": float(exact[:, within].mean()),
                 "interval": moment_interval(exact[:, within]),
-                "beyond": share_of(exact[:, beyond]),
-                "false_alarms": share_of(found[:, 0].any(axis=1)),
+                "beyond": share_of(exact[:, beyond].ravel()),
+                "false_alarms": share_of(np.asarray(found[:, 0].any(axis=1))),
             }
         )
     return rows

@@ -145,6 +145,7 @@ class AttackedDrives:
         scene, pipeline, clean, victim = self._situation(detector, scenario)
         result = _Result()
         looks = self._looks(attack, scene, clean, victim)
+        sheet = self._options["sanity_sheet"]
         while True:
             with result.timed("attack"):
                 look = next(looks, None)
@@ -152,10 +153,12 @@ class AttackedDrives:
                 return CellResult(
                     result.drives, result.detections, result.measurements, result.seconds
                 )
+            if look.whole_levels and not sheet:
+                continue
             _take(result, look, scene, pipeline)
             if not look.whole_levels and look.strength in (0, STEPS):
                 with result.timed("measuring"):
-                    _measure(result, look, scene, clean, victim)
+                    _measure(result, look, scene, clean, victim, losses=sheet)
 
     def again(
         self,
@@ -276,9 +279,9 @@ def _take(result: _Result, look: _Look, scene: Scene, pipeline: Pipeline) -> Non
 
 
 def _measure(
-    result: _Result, look: _Look, scene: Scene, clean: SensorFrame, victim: Victim
+    result: _Result, look: _Look, scene: Scene, clean: SensorFrame, victim: Victim, *, losses: bool
 ) -> None:
-    """Add the largest change of a grey level, and the losses that the attack is about.
+    """Add the largest change of a grey level, where a patch is, and losses that it is about.
 
     ``loss`` is that to the truth, which perturbations raise; ``ghost_loss`` that to b*, which a
     patch lowers, from ``clean_ghost_loss``.
@@ -289,7 +292,7 @@ def _measure(
         for camera in (LEFT, RIGHT)
     ]
     numbers = {"change": float(max(changes))}
-    detector = victim.detector
+    detector = victim.detector if losses else None
     if isinstance(detector, DifferentiableDetector):
         numbers["loss"] = _loss(detector, look.frame, victim.truth, victim.disparity)
     if look.place is not None:
@@ -299,7 +302,7 @@ def _measure(
             ghosts = target_boxes(look.place, clean.calibration, victim.truth)
             numbers["clean_ghost_loss"] = _loss(detector, clean, ghosts)
             numbers["ghost_loss"] = _loss(detector, look.frame, ghosts)
-    filed = setting(detector.name, look.seen_as or look.attack)
+    filed = setting(victim.detector.name, look.seen_as or look.attack)
     for name, value in numbers.items():
         result.measurements.append(Measurement(filed, scene.id, name, value, look.strength))
 

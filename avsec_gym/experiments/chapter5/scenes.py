@@ -18,6 +18,7 @@ from avsec_gym.attacks.side_area import (
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.settings import WITHOUT_PYRAMID
 from avsec_gym.experiments.experiment import Configuration
+from avsec_gym.experiments.procedural_frames import PROCEDURAL, procedural_frames
 from avsec_gym.kitti.map_files import read_disparity, read_mask
 from avsec_gym.scenario.frame_scenes import FrameScenes, frame_scenes
 from avsec_gym.scenario.scene import Scene
@@ -27,19 +28,22 @@ OPTIONS: Mapping[str, Any] = {
     "frames": "",
     "motion": "truth",
     "score_threshold": 0.3,
+    "sanity_sheet": True,
     "patches": "",
     "dsgn": "",
     "stereo_rcnn": "",
 }
 """``frames``: folders with the scenarios' images, with commas, where --scenarios names the authors'
-labelled scenarios; ``motion``: see `Motion`; ``patches``: a folder of trained patches, and by the
+labelled scenarios; ``motion``: see `Motion`; ``sanity_sheet``: whether losses are measured, and
+perturbed images looked at in whole grey levels as well, which takes a third of the time;
+``patches``: a folder of trained patches, and by the
 detectors' names their weights, instead of those of the package."""
 PYRAMID_OPTIONS = {**OPTIONS, WITHOUT_PYRAMID: ""}
 """And weights of the DSGN without its pyramid, which the package has none of."""
 
 
 def scenes_of(configuration: Configuration) -> FrameScenes:
-    """The scenes of a run, with their sensor data."""
+    """The scenes of a run, with their sensor data; `PROCEDURAL` ones are made on first use."""
     options = {**OPTIONS, **configuration.options}
     return _scenes(
         configuration.scenarios, options["frames"], configuration.limit, configuration.seed
@@ -84,6 +88,8 @@ def _has_maps(scenes: FrameScenes, scene: Scene) -> bool:
 
 @cache
 def _scenes(scenarios: str, frames: str, limit: int | None, seed: int) -> FrameScenes:
+    if scenarios == PROCEDURAL:
+        scenarios = str(procedural_frames(limit, seed))
     if not frames:
         return frame_scenes(scenarios, count=limit, seed=seed)
     return frame_scenes(frames.split(","), scenarios=scenarios, count=limit, seed=seed)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -83,6 +85,21 @@ def test_every_step_of_a_perturbation_within_its_budget(configuration: Configura
     assert len(result.drives) == 3 * len(filed)
     (change,) = [row.value for row in result.measurements if row.name == "change"]
     assert change == pytest.approx(4 * 0.4, abs=1e-4)
+
+
+@pytest.mark.slow
+def test_without_the_sanity_sheet_there_are_neither_losses_nor_rounded_pixels(
+    configuration: Configuration,
+) -> None:
+    options = {**configuration.options, "sanity_sheet": False}
+    work = AttackedDrives(replace(configuration, options=options))
+    patched = work("stereo_rcnn", "grey-random", ID)
+    assert {row.name for row in patched.measurements} == {"change", "attack_intention"}
+    perturbed = work("stereo_rcnn", "pgd-1", ID)
+    assert [(row.setting, row.strength) for row in perturbed.detections] == [
+        ("stereo_rcnn pgd-1", n) for n in (1, 2, 3, 4)
+    ]
+    assert [row.name for row in perturbed.measurements] == ["change"]
 
 
 def test_unknown_attacks_are_refused(configuration: Configuration) -> None:

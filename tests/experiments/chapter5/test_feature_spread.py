@@ -14,8 +14,8 @@ from avsec_gym.experiments.chapter5.feature_spread_figure import draw_feature_sp
 from avsec_gym.perception.detectors import make_detector
 from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
 from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
-from avsec_gym.perception.detectors.stereo_rcnn.backbone import Bottleneck
 from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
+from avsec_gym.perception.nn.resnet import Bottleneck
 from avsec_gym.perception.stereo_batch import batch_of_images
 from avsec_gym.rig import kitti_rig
 

@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.perception.nn.region_counts import ProposalCount
+from avsec_gym.perception.nn.resnet import Edges, Normalisation
 
-Normalisation = Literal["frozen_batch", "batch", "group"]
-
-
-@dataclass(frozen=True)
-class ProposalCount:
-    """How many proposals of one image go into non-maximum suppression, and how many come out."""
-
-    before: int
-    after: int
+_TRAINING_PROPOSALS, _TEST_PROPOSALS = ProposalCount(12000, 2000), ProposalCount(6000, 300)
 
 
 @dataclass(frozen=True)
@@ -81,7 +74,7 @@ class StereoRcnnConfiguration:
     stage_blocks: tuple[int, int, int, int] = (3, 4, 23, 3)
     stage_channels: tuple[int, int, int, int] = (64, 128, 256, 512)
     normalisation: Normalisation = "frozen_batch"
-    edges: Literal["zeros", "replicate"] = "zeros"
+    edges: Edges = "zeros"
     frozen_stages: int = 2
     pyramid_channels: int = 256
     rpn_channels: int = 512
@@ -89,8 +82,8 @@ class StereoRcnnConfiguration:
     anchor_ratios: tuple[float, ...] = (0.5, 1.0, 2.0)
     crossed_scores: bool = True
     exact_boxes: bool = False
-    training_proposals: ProposalCount = ProposalCount(12000, 2000)
-    test_proposals: ProposalCount = ProposalCount(6000, 300)
+    training_proposals: ProposalCount = _TRAINING_PROPOSALS
+    test_proposals: ProposalCount = _TEST_PROPOSALS
     proposal_overlap: float = 0.7
     least_side: float = 0.0
     canonical_size: float = 224.0
@@ -112,9 +105,6 @@ class StereoRcnnConfiguration:
             )
         if not 0 <= self.frozen_stages <= 5:
             raise ConfigurationError(f"there are 5 stages to freeze, got {self.frozen_stages}")
-        for count in (self.training_proposals, self.test_proposals):
-            if not 0 < count.after <= count.before:
-                raise ConfigurationError(f"suppression keeps some of what it is given, got {count}")
 
     @classmethod
     def preset(cls, name: str) -> StereoRcnnConfiguration:

@@ -24,7 +24,7 @@ from avsec_gym.perception.detectors.stereo_rcnn.keypoints import (
     decode_borders,
     decode_keypoints,
 )
-from avsec_gym.perception.detectors.stereo_rcnn.proposals import Proposals, clip, decode_stereo
+from avsec_gym.perception.detectors.stereo_rcnn.proposals import Proposals, decode_stereo
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_camera import StereoCamera
 from avsec_gym.perception.detectors.stereo_rcnn.targets import (
     BOX_DEVIATIONS,
@@ -32,6 +32,7 @@ from avsec_gym.perception.detectors.stereo_rcnn.targets import (
     DIMENSION_MEANS,
     KEYPOINT_CELLS,
 )
+from avsec_gym.perception.nn.box_coding import clip_boxes
 from avsec_gym.perception.nn.nms import suppress
 
 _SMALLEST_SIDE = 0.3
@@ -96,7 +97,7 @@ def select(
             regions = proposals.left[image, likely]
             deltas = output.box_deltas[image, likely, label] * deviations
             boxes = decode_stereo(regions, proposals.right[image, likely], deltas)
-            left, right = (clip(box - beyond, *size) for box in boxes)
+            left, right = (clip_boxes(box - beyond, *size) for box in boxes)
             kept = suppress(left, scores[likely], rule.overlap)
             sizes = output.dimensions_orientation[image, likely[kept], label]
             found.append(

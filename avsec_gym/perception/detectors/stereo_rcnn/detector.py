@@ -13,7 +13,6 @@ from torch.nn.utils.rnn import pad_sequence
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.score_calibration import ScoreCalibration
-from avsec_gym.perception.detectors.stereo_rcnn.backbone import FeaturePyramid
 from avsec_gym.perception.detectors.stereo_rcnn.configuration import (
     RESNET101,
     StereoRcnnConfiguration,
@@ -35,11 +34,9 @@ from avsec_gym.perception.detectors.stereo_rcnn.losses import TermWeights, detec
 from avsec_gym.perception.detectors.stereo_rcnn.network import StereoRcnnNetwork
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_camera import StereoCamera
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
-from avsec_gym.perception.detectors.stereo_rcnn.targets import (
-    SampleCount,
-    Sampling,
-    draw_sampling,
-)
+from avsec_gym.perception.detectors.stereo_rcnn.targets import Sampling, draw_sampling
+from avsec_gym.perception.nn.feature_pyramid import FeaturePyramid
+from avsec_gym.perception.nn.region_counts import SampleCount
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
 from avsec_gym.perception.weights.given import Weights, give_weights
 

@@ -8,9 +8,9 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from avsec_gym.perception.detectors.stereo_rcnn.backbone import FeaturePyramid
 from avsec_gym.perception.detectors.stereo_rcnn.configuration import StereoRcnnConfiguration
-from avsec_gym.perception.nn.roi_align import roi_align
+from avsec_gym.perception.nn.feature_pyramid import FeaturePyramid
+from avsec_gym.perception.nn.region_pooling import pooled_regions
 
 BOX_BINS, KEYPOINT_BINS = 7, 14
 """Bins along one side of a region, for the box head and the keypoint head."""
@@ -74,17 +74,8 @@ def pool_regions(
     Returns:
         Features, shape (B * N, C, bins, bins).
     """
-    count, each = regions.shape[:2]
-    boxes = regions.detach().reshape(-1, 4)
-    return roi_align(
-        pyramid.levels[:4],
-        boxes,
-        torch.arange(count, device=boxes.device).repeat_interleave(each),
-        roi_levels(boxes, configuration.canonical_size) - 2,
-        bins,
-        [level.shape[-2] / pyramid.height for level in pyramid.levels[:4]],
-        configuration.sampling_ratio,
-    )
+    levels = roi_levels(regions.detach().reshape(-1, 4), configuration.canonical_size)
+    return pooled_regions(pyramid, regions, levels, bins, configuration.sampling_ratio)
 
 
 def roi_levels(boxes: Tensor, canonical_size: float) -> Tensor:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Self
 
@@ -10,14 +9,6 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from avsec_gym.perception.detectors.stereo_rcnn.backbone import (
-    EXPANSION,
-    FeaturePyramid,
-    freeze,
-    merge,
-    residual_stages,
-    stem,
-)
 from avsec_gym.perception.detectors.stereo_rcnn.configuration import StereoRcnnConfiguration
 from avsec_gym.perception.detectors.stereo_rcnn.heads import (
     BOX_BINS,
@@ -30,6 +21,9 @@ from avsec_gym.perception.detectors.stereo_rcnn.heads import (
 )
 from avsec_gym.perception.detectors.stereo_rcnn.proposals import Proposals, propose
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpn, StereoRpnOutput
+from avsec_gym.perception.nn.feature_pyramid import FeaturePyramid
+from avsec_gym.perception.nn.initialisation import normal_weights
+from avsec_gym.perception.nn.resnet import EXPANSION, freeze, residual_stages, stem
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,24 +197,20 @@ def _initialise(network: StereoRcnnNetwork) -> None:
     rpn = network.RCNN_rpn
     for name, layer in network.named_children():
         if name.startswith(("RCNN_toplayer", "RCNN_smooth", "RCNN_latlayer")):
-            _normal(layer, None if he else 0.01)
-    _normal(rpn.RPN_Conv, None if he else 0.01)
+            normal_weights(layer, None if he else 0.01)
+    normal_weights(rpn.RPN_Conv, None if he else 0.01)
     for layer in (*network.RCNN_top, *network.RCNN_kpts):
-        _normal(layer, None if he else 0.02)
-    _normal(rpn.RPN_cls_score, 0.01)
-    _normal(rpn.RPN_bbox_pred_left_right, 0.01)
-    _normal(network.RCNN_cls_score, 0.01)
-    _normal(network.RCNN_bbox_pred, 0.001)
-    _normal(network.RCNN_dim_orien_pred, 0.001)
+        normal_weights(layer, None if he else 0.02)
+    normal_weights(rpn.RPN_cls_score, 0.01)
+    normal_weights(rpn.RPN_bbox_pred_left_right, 0.01)
+    normal_weights(network.RCNN_cls_score, 0.01)
+    normal_weights(network.RCNN_bbox_pred, 0.001)
+    normal_weights(network.RCNN_dim_orien_pred, 0.001)
     # Its 28 rows are summed up: from scratch, that may not drown every other term.
-    _normal(network.kpts_class, 0.1 / 28 if he else 0.1)
+    normal_weights(network.kpts_class, 0.1 / 28 if he else 0.1)
 
 
-def _normal(layer: nn.Module, deviation: float | None) -> None:
-    """Weights of a given standard deviation, or of He's for their number of inputs."""
-    if isinstance(layer, nn.Conv2d | nn.ConvTranspose2d | nn.Linear):
-        transposed = isinstance(layer, nn.ConvTranspose2d)
-        inputs = len(layer.weight) if transposed else layer.weight[0].numel()
-        nn.init.normal_(layer.weight, 0, math.sqrt(2 / inputs) if deviation is None else deviation)
-        if layer.bias is not None:
-            nn.init.zeros_(layer.bias)
+def merge(upper: Tensor, lateral: Tensor) -> Tensor:
+    """A coarser level, enlarged to the size of a finer one, and added to it."""
+    size = lateral.shape[-2:]
+    return functional.interpolate(upper, size=size, mode="bilinear", align_corners=False) + lateral

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from avsec_gym.perception.detectors.stereo_rcnn.configuration import ProposalCount
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
+from avsec_gym.perception.nn.box_coding import clip_boxes, decode_boxes, encode_boxes, shorter_side
 from avsec_gym.perception.nn.nms import surviving
+from avsec_gym.perception.nn.region_counts import ProposalCount
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,9 +57,9 @@ def propose(
         order = torch.argsort(classes[pair], descending=True, stable=True)[: count.before]
         anchors = output.anchors[order]
         both = decode_stereo(anchors, anchors, output.deltas[pair, order], exact=exact)
-        both_left, both_right = (clip(boxes, output.height, output.width) for boxes in both)
+        both_left, both_right = (clip_boxes(boxes, output.height, output.width) for boxes in both)
         if least_side:
-            large = _least_side(both_left).minimum(_least_side(both_right)) >= least_side
+            large = shorter_side(both_left).minimum(shorter_side(both_right)) >= least_side
             order, both_left, both_right = order[large], both_left[large], both_right[large]
         kept = surviving(both_left, overlap) & surviving(both_right, overlap)
         kept = kept.nonzero()[: count.after, 0]
@@ -85,39 +86,11 @@ def decode_stereo(
         Left and right boxes, shape (..., 4) each.
     """
     last = 1.0 if exact else 0.0
-    return _decode(left, deltas[..., :4], last), _decode(right, deltas[..., [4, 1, 5, 3]], last)
+    right_deltas = deltas[..., [4, 1, 5, 3]]
+    return decode_boxes(left, deltas[..., :4], last), decode_boxes(right, right_deltas, last)
 
 
 def encode_stereo(left: Tensor, right: Tensor, true_left: Tensor, true_right: Tensor) -> Tensor:
     """The deltas that turn regions (..., 4) into true boxes (..., 4), shape (..., 6)."""
-    in_right = _encode(right, true_right)
-    return torch.cat((_encode(left, true_left), in_right[..., 0:1], in_right[..., 2:3]), -1)
-
-
-def clip(boxes: Tensor, height: int, width: int) -> Tensor:
-    """Boxes (..., 4) within an image: 0..width - 1, 0..height - 1."""
-    last = boxes.new_tensor([width - 1, height - 1, width - 1, height - 1])
-    return boxes.clamp(min=0).minimum(last)
-
-
-def _least_side(boxes: Tensor) -> Tensor:
-    return (boxes[..., 2:] - boxes[..., :2]).amin(-1)
-
-
-def _decode(boxes: Tensor, deltas: Tensor, last: float) -> Tensor:
-    size, centre = _size_and_centre(boxes)
-    half = torch.exp(deltas[..., 2:]) * size / 2
-    centre = deltas[..., :2] * size + centre
-    return torch.cat((centre - half, centre + half - last), -1)
-
-
-def _encode(boxes: Tensor, truth: Tensor) -> Tensor:
-    size, centre = _size_and_centre(boxes)
-    true_size, true_centre = _size_and_centre(truth)
-    return torch.cat(((true_centre - centre) / size, torch.log(true_size / size)), -1)
-
-
-def _size_and_centre(boxes: Tensor) -> tuple[Tensor, Tensor]:
-    """The last pixel counts: width = x2 - x1 + 1."""
-    size = boxes[..., 2:] - boxes[..., :2] + 1
-    return size, boxes[..., :2] + size / 2
+    in_right = encode_boxes(right, true_right)
+    return torch.cat((encode_boxes(left, true_left), in_right[..., 0:1], in_right[..., 2:3]), -1)

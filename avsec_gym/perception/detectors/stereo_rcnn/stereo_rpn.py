@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from avsec_gym.perception.detectors.stereo_rcnn.backbone import FeaturePyramid
 from avsec_gym.perception.detectors.stereo_rcnn.configuration import StereoRcnnConfiguration
-
-STRIDES = (4, 8, 16, 32, 64)
-"""Pixels between neighbouring cells of P2..P6."""
+from avsec_gym.perception.nn.anchors import per_anchor, pyramid_anchors
+from avsec_gym.perception.nn.feature_pyramid import STRIDES, FeaturePyramid
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,11 +51,12 @@ class StereoRpn(nn.Module):
         for left_level, right_level in zip(left.levels, right.levels, strict=True):
             hidden = torch.cat([self._hidden(left_level), self._hidden(right_level)], 1)
             classes = self.RPN_cls_score(hidden)
-            logits.append(_per_anchor(classes, 2))
-            deltas.append(_per_anchor(self.RPN_bbox_pred_left_right(hidden), 6))
+            logits.append(per_anchor(classes, 2))
+            deltas.append(per_anchor(self.RPN_bbox_pred_left_right(hidden), 6))
             scores.append(self._scores(classes))
-        anchors = stereo_anchors(
+        anchors = pyramid_anchors(
             [level.shape[-2:] for level in left.levels],
+            STRIDES,
             self.configuration.anchor_sizes,
             self.configuration.anchor_ratios,
         )
@@ -84,36 +82,6 @@ class StereoRpn(nn.Module):
         and of the result it takes each pair's second.
         """
         if not self.configuration.crossed_scores:
-            return _per_anchor(classes, 2).softmax(-1)[..., 1]
+            return per_anchor(classes, 2).softmax(-1)[..., 1]
         halves = torch.stack(classes.chunk(2, 1), 1)
-        return _per_anchor(halves.softmax(1).flatten(1, 2), 2)[..., 1]
-
-
-def stereo_anchors(
-    shapes: Sequence[Sequence[int]], sizes: Sequence[float], ratios: Sequence[float]
-) -> Tensor:
-    """Anchors of all levels, level by level, row by row, ratio by ratio.
-
-    Args:
-        shapes: Height and width of each level.
-        sizes: Square root of the area at each level, pixels.
-        ratios: Width over height.
-
-    Returns:
-        x1, y1, x2, y2, float64, shape (A, 4), centred at cell x stride without half a stride.
-    """
-    root = torch.tensor(ratios, dtype=torch.float64).sqrt()
-    anchors = []
-    for (rows, columns), size, stride in zip(shapes, sizes, STRIDES, strict=True):
-        half = torch.stack((size * root, size / root), -1) / 2
-        v, u = torch.meshgrid(
-            torch.arange(rows) * stride, torch.arange(columns) * stride, indexing="ij"
-        )
-        centre = torch.stack((u, v), -1).reshape(-1, 1, 2)
-        anchors.append(torch.cat((centre - half, centre + half), -1).reshape(-1, 4))
-    return torch.cat(anchors)
-
-
-def _per_anchor(channels: Tensor, numbers: int) -> Tensor:
-    """(B, ratios * numbers, H, W) to (B, H * W * ratios, numbers)."""
-    return channels.permute(0, 2, 3, 1).reshape(len(channels), -1, numbers)
+        return per_anchor(halves.softmax(1).flatten(1, 2), 2)[..., 1]

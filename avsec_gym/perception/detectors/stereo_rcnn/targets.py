@@ -13,11 +13,17 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.perception.detectors.stereo_rcnn.keypoints import StereoTruth
 from avsec_gym.perception.detectors.stereo_rcnn.proposals import Proposals, encode_stereo
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
+from avsec_gym.perception.nn.box_coding import overlaps
+from avsec_gym.perception.nn.region_counts import SampleCount
+from avsec_gym.perception.nn.region_sampling import (
+    anchor_labels,
+    sampled_labels,
+    sampled_regions,
+)
 
 BOX_DEVIATIONS = (0.1, 0.1, 0.2, 0.2, 0.1, 0.2)
 """The box head's deltas are given in these units."""
@@ -28,33 +34,7 @@ DIMENSION_DEVIATION = 0.5
 KEYPOINT_CELLS = 28
 """Across a region of the left image."""
 
-_SURELY, _SURELY_NOT = 0.7, 0.3
 _REGION_OVERLAP = 0.5
-
-
-@dataclass(frozen=True)
-class SampleCount:
-    """How much of an image is learned at a time; the defaults are the published numbers.
-
-    Args:
-        anchors: In all.
-        true_anchors: Largest share of them on an object.
-        regions: In all.
-        true_regions: Largest share of them on an object.
-
-    Raises:
-        ConfigurationError: No sample, or shares beyond 0..1.
-    """
-
-    anchors: int = 512
-    true_anchors: float = 0.5
-    regions: int = 512
-    true_regions: float = 0.25
-
-    def __post_init__(self) -> None:
-        shares = (self.true_anchors, self.true_regions)
-        if min(self.anchors, self.regions) < 1 or not all(0 <= share <= 1 for share in shares):
-            raise ConfigurationError(f"a sample has a size and shares in 0..1, got {self}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,14 +125,6 @@ class _Objects:
         return len(self.left)
 
 
-def overlaps(boxes: Tensor, others: Tensor) -> Tensor:
-    """Intersection over union of boxes (N, 4) and (M, 4), the last pixel counted, shape (N, M)."""
-    first = torch.maximum(boxes[:, None, :2], others[None, :, :2])
-    last = torch.minimum(boxes[:, None, 2:], others[None, :, 2:])
-    common = (last - first + 1).clamp(min=0).prod(-1)
-    return common / (_area(boxes)[:, None] + _area(others)[None] - common)
-
-
 def keypoint_targets(columns: Tensor, regions: Tensor) -> Tensor:
     """Cells that regions (N, 4) should name for columns (N, 6) of the image, shape (N, 3).
 
@@ -169,32 +141,15 @@ def keypoint_targets(columns: Tensor, regions: Tensor) -> Tensor:
     return torch.cat([keypoint[:, None], cells[:, 4:]], 1)
 
 
-def _area(boxes: Tensor) -> Tensor:
-    return (boxes[:, 2:] - boxes[:, :2] + 1).prod(-1)
-
-
 def _anchor_targets(
     rpn: StereoRpnOutput, objects: _Objects, count: SampleCount, generator: torch.Generator | None
 ) -> tuple[Tensor, Tensor]:
     """Labels (A,) and deltas (A, 6): an anchor belongs to the object whose union box it meets."""
-    anchors = rpn.anchors
-    inside = (anchors[:, :2] >= 0).all(1)
-    inside &= (anchors[:, 2] < rpn.width) & (anchors[:, 3] < rpn.height)
-    labels = torch.where(inside, 0, -1)
-    targets = torch.zeros_like(rpn.deltas[0])
+    anchors, targets = rpn.anchors, torch.zeros_like(rpn.deltas[0])
+    labels, owner = anchor_labels(anchors, objects.union, rpn.height, rpn.width)
     if len(objects):
-        shared = overlaps(anchors, objects.union) * inside[:, None]
-        most, owner = shared.max(1)
-        best = shared.max(0).values
-        labels[inside & (most >= _SURELY_NOT)] = -1
-        labels[((shared == best) & (best > 0)).any(1)] = 1
-        labels[most >= _SURELY] = 1
         targets = encode_stereo(anchors, anchors, objects.left[owner], objects.right[owner])
-    true = _drawn(labels == 1, int(count.true_anchors * count.anchors), generator)
-    false = _drawn(labels == 0, count.anchors - len(true), generator)
-    labels = torch.full_like(labels, -1)
-    labels[true], labels[false] = 1, 0
-    return labels, targets
+    return sampled_labels(labels, count, generator), targets
 
 
 def _region_targets(
@@ -213,12 +168,7 @@ def _region_targets(
         most_right, owner_right = overlaps(right, objects.right).max(1)
         met = (most_left >= _REGION_OVERLAP) & (most_right >= _REGION_OVERLAP)
         true, false = met & (owner == owner_right), ~met
-    positive = _drawn(true, round(count.true_regions * count.regions), generator)
-    if not false.any():
-        # Without any background, the sample is filled up with objects, as published.
-        false = true if len(positive) else torch.ones_like(true)
-    rest = _drawn_again(false, count.regions - len(positive), generator)
-    picked = torch.cat([positive, rest])
+    picked = sampled_regions(true, false, count, generator)
     left, right, owner, on = left[picked], right[picked], owner[picked], true[picked]
     labels = torch.zeros_like(owner)
     boxes, dimensions = left.new_zeros(len(picked), 6), left.new_zeros(len(picked), 5)
@@ -232,19 +182,3 @@ def _region_targets(
         dimensions[on] = sizes / DIMENSION_DEVIATION
         keypoints[on] = keypoint_targets(objects.columns[of], left[on])
     return left, right, labels, boxes, dimensions, keypoints
-
-
-def _drawn(mask: Tensor, most: int, generator: torch.Generator | None) -> Tensor:
-    """At most so many indices of a mask (N,), by chance where there are more, ascending."""
-    index = mask.nonzero()[:, 0]
-    if len(index) <= most:
-        return index
-    return index[
-        torch.randperm(len(index), generator=generator)[:most].sort().values.to(index.device)
-    ]
-
-
-def _drawn_again(mask: Tensor, number: int, generator: torch.Generator | None) -> Tensor:
-    """So many indices of a mask (N,), each drawn anew."""
-    index = mask.nonzero()[:, 0]
-    return index[torch.randint(len(index), (number,), generator=generator).to(index.device)]

@@ -20,7 +20,8 @@ from avsec_gym.perception.detectors.stereo_rcnn.keypoints import stereo_truth
 from avsec_gym.perception.detectors.stereo_rcnn.proposals import Proposals
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_camera import StereoCamera
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
-from avsec_gym.perception.detectors.stereo_rcnn.targets import SampleCount, draw_sampling
+from avsec_gym.perception.detectors.stereo_rcnn.targets import draw_sampling
+from avsec_gym.perception.nn.region_counts import SampleCount
 
 LEFT = np.array([[720.0, 0, 620, 45], [0, 720, 180, 0.2], [0, 0, 1, 0.003]])
 RIGHT = np.array([[720.0, 0, 620, -340], [0, 720, 180, 0.2], [0, 0, 1, 0.003]])

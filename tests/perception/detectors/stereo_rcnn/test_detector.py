@@ -15,7 +15,7 @@ from avsec_gym.perception.detectors.stereo_rcnn.configuration import SMALL, Prop
 from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import Alignment
 from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
 from avsec_gym.perception.detectors.stereo_rcnn.losses import TERMS
-from avsec_gym.perception.detectors.stereo_rcnn.targets import SampleCount
+from avsec_gym.perception.nn.region_counts import SampleCount
 from avsec_gym.perception.stereo_batch import batch_of_frames
 
 NARROW = replace(

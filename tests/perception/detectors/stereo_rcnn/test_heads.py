@@ -8,7 +8,6 @@ from dataclasses import replace
 import torch
 from torch.nn import functional
 
-from avsec_gym.perception.detectors.stereo_rcnn.backbone import FeaturePyramid
 from avsec_gym.perception.detectors.stereo_rcnn.configuration import RESNET101, SMALL
 from avsec_gym.perception.detectors.stereo_rcnn.heads import (
     KeypointOutput,
@@ -17,6 +16,7 @@ from avsec_gym.perception.detectors.stereo_rcnn.heads import (
     pool_regions,
     roi_levels,
 )
+from avsec_gym.perception.nn.feature_pyramid import FeaturePyramid
 
 
 def test_levels_go_by_the_natural_logarithm() -> None:

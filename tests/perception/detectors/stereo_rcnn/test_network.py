@@ -10,14 +10,14 @@ import torch
 from torch import Tensor
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.perception.detectors.stereo_rcnn.backbone import Bottleneck
 from avsec_gym.perception.detectors.stereo_rcnn.configuration import (
     RESNET101,
     SMALL,
-    ProposalCount,
     StereoRcnnConfiguration,
 )
-from avsec_gym.perception.detectors.stereo_rcnn.network import StereoRcnnNetwork
+from avsec_gym.perception.detectors.stereo_rcnn.network import StereoRcnnNetwork, merge
+from avsec_gym.perception.nn.region_counts import ProposalCount
+from avsec_gym.perception.nn.resnet import Bottleneck
 
 TINY = replace(
     RESNET101,
@@ -63,6 +63,14 @@ def test_layers_of_the_published_network(shared: Path) -> None:
 
 def test_the_small_one_weighs_less_than_eight_megabytes_in_half_precision() -> None:
     assert 2 * sum(value.numel() for value in _network(SMALL).state_dict().values()) < 8e6
+
+
+def test_a_coarse_level_is_enlarged_about_the_image() -> None:
+    """Pixels' edges agree (align_corners False): a ramp stays one, away from the border."""
+    coarse = torch.arange(10.0).expand(1, 1, 4, 10)
+    fine = merge(coarse, torch.ones(1, 1, 8, 20))
+    expected = (torch.arange(20.0) + 0.5) / 2 - 0.5 + 1
+    torch.testing.assert_close(fine[0, 0, 3, 1:-1], expected[1:-1])
 
 
 def test_forward_joins_the_parts() -> None:
@@ -168,7 +176,6 @@ def test_sizes_that_images_are_resized_to() -> None:
         {"categories": ()},
         {"crossed_scores": True, "anchor_ratios": (0.5, 2.0)},
         {"frozen_stages": 6},
-        {"test_proposals": ProposalCount(10, 20)},
     ],
 )
 def test_numbers_that_do_not_go_together(change: dict[str, object]) -> None:

@@ -7,14 +7,14 @@ import math
 import torch
 from torch import Tensor
 
-from avsec_gym.perception.detectors.stereo_rcnn.configuration import ProposalCount
 from avsec_gym.perception.detectors.stereo_rcnn.proposals import (
-    clip,
     decode_stereo,
     encode_stereo,
     propose,
 )
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
+from avsec_gym.perception.nn.box_coding import clip_boxes
+from avsec_gym.perception.nn.region_counts import ProposalCount
 
 
 def _boxes(count: int, seed: int) -> Tensor:
@@ -64,7 +64,7 @@ def test_agrees_with_a_plain_loop() -> None:
     for pair in range(2):
         left, right = decode_stereo(anchors, anchors, deltas[pair])
         best = scores[pair].argsort(descending=True)[:70].tolist()
-        views = [clip(boxes, 60, 90) for boxes in (left, right)]
+        views = [clip_boxes(boxes, 60, 90) for boxes in (left, right)]
         survivors = [_survivors(boxes, best, 0.4) for boxes in views]
         expected = [k for k in best if all(k in kept for kept in survivors)][:40]
         count = int(proposals.valid[pair].sum())

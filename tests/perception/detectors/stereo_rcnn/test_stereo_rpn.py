@@ -1,4 +1,4 @@
-"""The stereo proposal network: anchors, order of channels, both readings of scores."""
+"""The stereo proposal network: order of channels, both readings of scores."""
 
 from __future__ import annotations
 
@@ -6,14 +6,9 @@ from dataclasses import replace
 
 import torch
 
-from avsec_gym.perception.detectors.stereo_rcnn.backbone import FeaturePyramid
-from avsec_gym.perception.detectors.stereo_rcnn.configuration import RESNET101, SMALL
-from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import (
-    STRIDES,
-    StereoRpn,
-    StereoRpnOutput,
-    stereo_anchors,
-)
+from avsec_gym.perception.detectors.stereo_rcnn.configuration import SMALL
+from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpn, StereoRpnOutput
+from avsec_gym.perception.nn.feature_pyramid import STRIDES, FeaturePyramid
 
 SHAPES = [(6, 8), (3, 4), (2, 2), (1, 1), (1, 1)]
 
@@ -28,20 +23,6 @@ def _output(crossed: bool) -> tuple[StereoRpn, StereoRpnOutput]:
     torch.manual_seed(0)
     network = StereoRpn(replace(SMALL, crossed_scores=crossed))
     return network, network(_pyramid(1), _pyramid(2))
-
-
-def test_published_anchors() -> None:
-    shapes = [(4, 5), (2, 3), (1, 2), (1, 1), (1, 1)]
-    anchors = stereo_anchors(shapes, RESNET101.anchor_sizes, RESNET101.anchor_ratios)
-    assert anchors.shape == (3 * (20 + 6 + 2 + 1 + 1), 4)
-    # Second row, third column of P2: centred at (8, 4), without half a stride.
-    cell = anchors[3 * (5 + 2) : 3 * (5 + 3)]
-    assert torch.allclose((cell[:, :2] + cell[:, 2:]) / 2, torch.tensor([8.0, 4.0]).double())
-    width, height = (cell[:, 2:] - cell[:, :2]).unbind(1)
-    assert torch.allclose(width * height, torch.tensor(32.0**2).double())
-    assert torch.allclose(width / height, torch.tensor([0.5, 1.0, 2.0]).double())
-    second_level = anchors[3 * 20 + 1]
-    assert second_level.tolist() == [-32, -32, 32, 32]
 
 
 def test_the_order_of_outputs_is_that_of_anchors() -> None:

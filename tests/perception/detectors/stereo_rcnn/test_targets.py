@@ -7,17 +7,18 @@ import numpy as np
 import pytest
 import torch
 
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.perception.detectors.stereo_rcnn.keypoints import StereoTruth
 from avsec_gym.perception.detectors.stereo_rcnn.proposals import Proposals, decode_stereo
-from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput, stereo_anchors
+from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
 from avsec_gym.perception.detectors.stereo_rcnn.targets import (
     BOX_DEVIATIONS,
-    SampleCount,
     draw_sampling,
     keypoint_targets,
-    overlaps,
 )
+from avsec_gym.perception.nn.anchors import pyramid_anchors
+from avsec_gym.perception.nn.box_coding import overlaps
+from avsec_gym.perception.nn.feature_pyramid import STRIDES
+from avsec_gym.perception.nn.region_counts import SampleCount
 
 LEFT = np.array([[60.0, 30, 99, 59], [200, 40, 259, 89]])
 RIGHT = np.array([[50.0, 30, 89, 59], [180, 40, 239, 89]])
@@ -37,8 +38,8 @@ NOTHING = StereoTruth(
 
 
 def rpn_output(height=128, width=320):
-    shapes = [(height // stride, width // stride) for stride in (4, 8, 16, 32, 64)]
-    anchors = stereo_anchors(shapes, (12, 24, 48, 96, 192), (0.5, 1.0, 2.0))
+    shapes = [(height // stride, width // stride) for stride in STRIDES]
+    anchors = pyramid_anchors(shapes, STRIDES, (12, 24, 48, 96, 192), (0.5, 1.0, 2.0))
     count = len(anchors)
     zeros = torch.zeros(1, count, dtype=torch.float64)
     return StereoRpnOutput(
@@ -67,12 +68,6 @@ PROPOSALS = regions(ELSEWHERE, ON_FIRST, ONLY_LEFT, MIXED)
 def draw(truth=TRUTH, proposals=PROPOSALS, count=SampleCount(64, 0.5, 32, 0.25), seed=0):
     generator = torch.Generator().manual_seed(seed)
     return draw_sampling(rpn_output(), proposals, [truth], count, generator)
-
-
-def test_overlaps_count_the_last_pixel():
-    one = torch.tensor([[0.0, 0, 9, 9]])
-    others = torch.tensor([[5.0, 0, 14, 9], [0, 0, 9, 9], [10, 0, 19, 9]])
-    assert overlaps(one, others)[0].tolist() == pytest.approx([50 / 150, 1, 0])
 
 
 def test_anchors_on_the_union_box_are_objects_and_lead_to_both_boxes():
@@ -169,8 +164,3 @@ def test_filling_is_no_region_and_classes_are_kept():
     assert tuple(ONLY_LEFT[1]) not in kept
     sampling = draw(replace(TRUTH, classes=np.array([1, 2])))
     assert set(sampling.labels[0].tolist()) == {0, 1, 2}
-
-
-def test_impossible_samples_are_refused():
-    with pytest.raises(ConfigurationError, match="sample"):
-        SampleCount(regions=0)

@@ -1,4 +1,4 @@
-"""The residual pyramid: resolutions, what is frozen, which way signals go."""
+"""Residual bodies: resolutions, what is frozen, which way signals go."""
 
 from __future__ import annotations
 
@@ -8,15 +8,8 @@ import pytest
 import torch
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.perception.detectors.stereo_rcnn.backbone import (
-    Bottleneck,
-    FeaturePyramid,
-    freeze,
-    merge,
-    residual_stages,
-    stem,
-)
 from avsec_gym.perception.detectors.stereo_rcnn.configuration import SMALL
+from avsec_gym.perception.nn.resnet import Bottleneck, freeze, residual_stages, stem
 
 BATCH = replace(SMALL, normalisation="batch", edges="zeros")
 
@@ -51,14 +44,6 @@ def test_a_bottleneck_without_weights_is_the_identity() -> None:
     torch.testing.assert_close(block(inputs), inputs)
 
 
-def test_a_coarse_level_is_enlarged_about_the_image() -> None:
-    """Pixels' edges agree (align_corners False): a ramp stays one, away from the border."""
-    coarse = torch.arange(10.0).expand(1, 1, 4, 10)
-    fine = merge(coarse, torch.ones(1, 1, 8, 20))
-    expected = (torch.arange(20.0) + 0.5) / 2 - 0.5 + 1
-    torch.testing.assert_close(fine[0, 0, 3, 1:-1], expected[1:-1])
-
-
 def test_what_is_frozen_keeps_statistics_but_passes_gradients() -> None:
     part = stem(replace(SMALL, normalisation="frozen_batch"))
     freeze(part)
@@ -69,13 +54,6 @@ def test_what_is_frozen_keeps_statistics_but_passes_gradients() -> None:
     assert images.grad.abs().max() > 0
     assert all(parameter.grad is None for parameter in part.parameters())
     assert all(torch.equal(before[key], value) for key, value in part.state_dict().items())
-
-
-def test_halves_are_the_two_views() -> None:
-    levels = (torch.arange(4.0)[:, None, None, None], torch.arange(4.0)[:, None, None, None] * 2)
-    first, second = FeaturePyramid(levels, 1, 1).halves()
-    assert first.levels[1].flatten().tolist() == [0, 2]
-    assert second.levels[0].flatten().tolist() == [2, 3]
 
 
 def test_groups_need_channels_that_divide() -> None:

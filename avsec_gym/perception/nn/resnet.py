@@ -1,18 +1,19 @@
-"""The residual network and feature pyramid that both views go through."""
+"""The body of residual networks (He et al., CVPR 2016) that detectors look through."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import Literal, Protocol
 
 from torch import Tensor, nn
 from torch.nn import functional
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.perception.detectors.stereo_rcnn.configuration import (
-    Normalisation,
-    StereoRcnnConfiguration,
-)
+
+Normalisation = Literal["frozen_batch", "batch", "group"]
+"""Batch statistics that never change, that are learned, or groups of channels."""
+Edges = Literal["zeros", "replicate"]
+"""What convolutions see beyond the edge of their inputs: nothing, or the nearest value."""
 
 EXPANSION = 4
 """A bottleneck's outer channels over its inner ones."""
@@ -21,49 +22,60 @@ GROUPS = 8
 """Of channels, where groups are normalised."""
 
 
-@dataclass(frozen=True, eq=False)
-class FeaturePyramid:
-    """Features of B images of one view.
+class ResidualConfiguration(Protocol):
+    """The numbers of a body, as part of a detector's configuration."""
 
-    Args:
-        levels: P2..P6 with strides 4, 8, 16, 32, 64, each of shape (B, C, H / stride, W / stride).
-        height: Of the images, pixels.
-        width: Of the images, pixels.
-    """
+    @property
+    def stem_channels(self) -> int:
+        """Channels after the first convolution."""
+        ...
 
-    levels: tuple[Tensor, ...]
-    height: int
-    width: int
+    @property
+    def stage_blocks(self) -> tuple[int, int, int, int]:
+        """Bottlenecks of the four stages."""
+        ...
 
-    def halves(self) -> tuple[FeaturePyramid, FeaturePyramid]:
-        """The pyramids of the first and the second half of the images."""
-        first, second = zip(*(level.chunk(2) for level in self.levels), strict=True)
-        return (
-            FeaturePyramid(first, self.height, self.width),
-            FeaturePyramid(second, self.height, self.width),
-        )
+    @property
+    def stage_channels(self) -> tuple[int, int, int, int]:
+        """Inner channels of their bottlenecks; `EXPANSION` times as many come out."""
+        ...
+
+    @property
+    def normalisation(self) -> Normalisation:
+        """Behind each convolution."""
+        ...
+
+    @property
+    def edges(self) -> Edges:
+        """Beyond the inputs of convolutions larger than 1x1."""
+        ...
+
+    @property
+    def he_initialisation(self) -> bool:
+        """Whether blocks begin as identities, for training from scratch."""
+        ...
 
 
 class Bottleneck(nn.Module):
     """1x1, 3x3, 1x1 beside an identity; the first 1x1 has the stride, as in Caffe's ResNet."""
 
     def __init__(
-        self, inputs: int, channels: int, stride: int, configuration: StereoRcnnConfiguration
+        self, inputs: int, channels: int, stride: int, configuration: ResidualConfiguration
     ) -> None:
         super().__init__()
         outputs = EXPANSION * channels
         normalisation, edges = configuration.normalisation, configuration.edges
         self.conv1 = nn.Conv2d(inputs, channels, 1, stride=stride, bias=False)
-        self.bn1 = _norm(channels, normalisation)
+        self.bn1 = normalisation_layer(channels, normalisation)
         self.conv2 = nn.Conv2d(channels, channels, 3, padding=1, bias=False, padding_mode=edges)
-        self.bn2 = _norm(channels, normalisation)
+        self.bn2 = normalisation_layer(channels, normalisation)
         self.conv3 = nn.Conv2d(channels, outputs, 1, bias=False)
-        self.bn3 = _norm(outputs, normalisation)
+        self.bn3 = normalisation_layer(outputs, normalisation)
         self.downsample: nn.Sequential | None = None
         if stride != 1 or inputs != outputs:
             self.downsample = nn.Sequential(
                 nn.Conv2d(inputs, outputs, 1, stride=stride, bias=False),
-                _norm(outputs, normalisation),
+                normalisation_layer(outputs, normalisation),
             )
 
     def forward(self, inputs: Tensor) -> Tensor:
@@ -74,7 +86,7 @@ class Bottleneck(nn.Module):
         return functional.relu(self.bn3(self.conv3(hidden)) + beside)
 
 
-def stem(configuration: StereoRcnnConfiguration) -> nn.Sequential:
+def stem(configuration: ResidualConfiguration) -> nn.Sequential:
     """7x7 convolution and pooling, to a quarter of the resolution (halves are rounded up)."""
     channels = configuration.stem_channels
     convolution = nn.Conv2d(
@@ -83,13 +95,13 @@ def stem(configuration: StereoRcnnConfiguration) -> nn.Sequential:
     initialise_convolution(convolution)
     return nn.Sequential(
         convolution,
-        _norm(channels, configuration.normalisation),
+        normalisation_layer(channels, configuration.normalisation),
         nn.ReLU(inplace=True),
         nn.MaxPool2d(3, stride=2, padding=0, ceil_mode=True),
     )
 
 
-def residual_stages(configuration: StereoRcnnConfiguration) -> list[nn.Sequential]:
+def residual_stages(configuration: ResidualConfiguration) -> list[nn.Sequential]:
     """The four stages C2..C5 with strides 4, 8, 16, 32."""
     stages = []
     inputs = configuration.stem_channels
@@ -118,19 +130,20 @@ def initialise_convolution(layer: nn.Conv2d) -> None:
     nn.init.normal_(layer.weight, 0, math.sqrt(2 / reached))
 
 
-def merge(upper: Tensor, lateral: Tensor) -> Tensor:
-    """A coarser level, enlarged to the size of a finer one, and added to it."""
-    size = lateral.shape[-2:]
-    return functional.interpolate(upper, size=size, mode="bilinear", align_corners=False) + lateral
-
-
 def freeze(module: nn.Module) -> None:
     """Keep parameters and statistics as they are; gradients still pass through to the pixels."""
     module.eval()
     module.requires_grad_(False)
 
 
-def _norm(channels: int, normalisation: Normalisation) -> nn.BatchNorm2d | nn.GroupNorm:
+def normalisation_layer(
+    channels: int, normalisation: Normalisation
+) -> nn.BatchNorm2d | nn.GroupNorm:
+    """The layer that normalises channels.
+
+    Raises:
+        ConfigurationError: Channels that do not form whole groups.
+    """
     if normalisation != "group":
         return nn.BatchNorm2d(channels)
     if channels % GROUPS:

@@ -1,0 +1,45 @@
+"""Frames of the procedural world for one experiment: as many as it takes, from a seed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.world.export.default_suites import cached
+from avsec_gym.world.export.recipe import Sensors
+from avsec_gym.world.export.suites import suite_recipe
+
+PROCEDURAL = "procedural"
+"""What these scenarios are called."""
+USUAL_COUNT = 12
+
+_FIRST_SET = 1000
+"""The package's networks were trained and chosen on sets of layouts with small seeds."""
+
+
+def procedural_frames(count: int | None = None, seed: int = 0) -> Path:
+    """Stereo pairs of streets and highways in KITTI's object layout, with labels, without LiDAR.
+
+    Made in the user's cache on first use, by two processes, while the log tells how long it takes,
+    and kept there; looked at, and made anew if a file is damaged, whenever they are asked for.
+
+    Args:
+        count: How many; `USUAL_COUNT` if None.
+        seed: Other seeds are other scenes, all of them new to the package's networks.
+
+    Returns:
+        Their folder.
+
+    Raises:
+        ConfigurationError: There cannot be so many, or the seed is below 0.
+        DataError: The cache cannot be written.
+
+    Example:
+        >>> procedural_frames(3, seed=7)  # doctest: +SKIP
+        PosixPath('/home/me/.cache/avsec-gym/suites/procedural-7-3-5f1c0b7d6a9e4c32')
+    """
+    if seed < 0:
+        raise ConfigurationError(f"a seed is 0 or more, got {seed}")
+    count = USUAL_COUNT if count is None else count
+    recipe = suite_recipe("mixed", count, _FIRST_SET + seed, sensors=Sensors(lidar=False))
+    return cached(f"{PROCEDURAL}-{seed}-{count}", recipe)

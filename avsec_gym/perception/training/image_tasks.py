@@ -1,0 +1,158 @@
+"""The detectors of single images as tasks: their losses on left images, and 2D precision."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.metrics.average_precision import STANDARD_IOU, average_precision
+from avsec_gym.perception.detectors.faster_rcnn.detector import FasterRcnnDetector
+from avsec_gym.perception.detectors.yolo.detector import YoloDetector
+from avsec_gym.perception.training.augmentation import augmented
+from avsec_gym.perception.training.configuration import Augmentation
+from avsec_gym.perception.training.sample import StereoSampleBatch, sample_batch
+from avsec_gym.perception.training.stereo_samples import StereoSamples, prepare_samples
+from avsec_gym.perception.training.tasks import TaskOptions
+from avsec_gym.perception.training.training_data import training_data
+from avsec_gym.perception.weights.store import load_weights
+
+_VALIDATION_BATCH = 4
+_HALF = 0.5
+"""The easier overlap, beside the benchmark's."""
+
+
+def faster_rcnn_task(options: TaskOptions) -> ImageDetectionTask:
+    """Faster R-CNN; see `make_task`."""
+    torch.manual_seed(options.seed)
+    return _task(FasterRcnnDetector(options.preset), options)
+
+
+def yolo_task(options: TaskOptions) -> ImageDetectionTask:
+    """YOLOv3; see `make_task`."""
+    torch.manual_seed(options.seed)
+    return _task(YoloDetector(options.preset), options)
+
+
+class ImageDetectionTask:
+    """A `Task`.
+
+    Samples are stereo pairs, so that they are reduced once for all networks of a size, and that
+    another view's image stands in the mirror.
+
+    Args:
+        detector: Its network is trained in place.
+        training: Samples of the network's input size.
+        validation: Other samples of this size.
+        augmentation: Of training samples.
+        data: JSON-able: what the samples are.
+    """
+
+    def __init__(
+        self,
+        detector: FasterRcnnDetector | YoloDetector,
+        training: StereoSamples,
+        validation: StereoSamples,
+        augmentation: Augmentation,
+        data: dict[str, Any],
+    ) -> None:
+        self.name = detector.name
+        self.network: nn.Module = detector.network.requires_grad_(True)
+        self.trained = self.network
+        self._categories = detector.configuration.categories
+        self.leading_metric = f"{self._categories[0]}_2d_ap40"
+        self._detector, self._augmentation, self._data = detector, augmentation, data
+        self._training, self._validation = training, validation
+
+    @property
+    def samples(self) -> int:
+        """See `Task`."""
+        return len(self._training)
+
+    def batch(self, indices: Sequence[int], randomness: np.random.Generator) -> StereoSampleBatch:
+        """See `Task`."""
+        samples = [self._training[index] for index in indices]
+        return sample_batch([augmented(one, self._augmentation, randomness) for one in samples])
+
+    def losses(self, batch: StereoSampleBatch) -> dict[str, Tensor]:
+        """See `Task`."""
+        return self._detector.losses(batch.stereo.left, batch.truth)
+
+    def validate(self) -> dict[str, float]:
+        """Average precision in the image (percent, moderate, unless named otherwise), and the loss.
+
+        ``..._iou50`` stands for an overlap of 0.5 instead of the benchmark's.
+        """
+        device = next(self.network.parameters()).device
+        found: list[Boxes3D] = []
+        loss = 0.0
+        for indices in self._validation.groups(_VALIDATION_BATCH):
+            batch = sample_batch([self._validation[index] for index in indices]).to(device)
+            terms = self.losses(batch).values()
+            loss += float(torch.stack([term.detach() for term in terms]).sum()) * len(indices)
+            size = (batch.stereo.left.shape[2], batch.stereo.left.shape[3])
+            for index, boxes in zip(
+                indices, self._detector.detect_batch(batch.stereo.left), strict=True
+            ):
+                found.append(_enlarged(boxes, size, self._validation.sizes[index]))
+        return {
+            **self._precision(found),
+            "loss": loss / len(found),
+            "detections_per_frame": float(np.mean([len(boxes) for boxes in found])),
+        }
+
+    def description(self) -> dict[str, Any]:
+        """See `Task`."""
+        return {
+            "network": asdict(self._detector.configuration),
+            "categories": list(self._categories),
+            "augmentation": asdict(self._augmentation),
+            "data": self._data,
+        }
+
+    def _precision(self, found: Sequence[Boxes3D]) -> dict[str, float]:
+        metrics: dict[str, float] = {}
+        labels = self._validation.labels
+        for category in self._categories:
+            strict = average_precision(labels, found, classes=(category,), min_iou=STANDARD_IOU)
+            half = {category: (_HALF, _HALF, _HALF)}
+            low = average_precision(labels, found, classes=(category,), min_iou=half)
+            metrics |= {
+                f"{category}_2d_ap40": strict.value(category, "2d", recall_points=40),
+                f"{category}_2d_ap11": strict.value(category, "2d"),
+                f"{category}_2d_ap11_easy": strict.value(category, "2d", "easy"),
+                f"{category}_2d_ap11_hard": strict.value(category, "2d", "hard"),
+                f"{category}_2d_ap40_iou50": low.value(category, "2d", recall_points=40),
+                f"{category}_2d_ap11_iou50": low.value(category, "2d"),
+            }
+        return metrics
+
+
+def _task(detector: FasterRcnnDetector | YoloDetector, options: TaskOptions) -> ImageDetectionTask:
+    if options.start is not None:
+        load_weights(options.start, detector.network)
+    data = training_data(options.data, options.validation)
+    training, validation = (
+        prepare_samples(
+            frames,
+            detector.configuration.input_size,
+            options.cache,
+            on_progress=options.on_progress,
+        )
+        for frames in (data.training, data.validation)
+    )
+    return ImageDetectionTask(
+        detector, training, validation, options.augmentation, data.description()
+    )
+
+
+def _enlarged(boxes: Boxes3D, size: tuple[int, int], own: tuple[int, int]) -> Boxes3D:
+    """2D boxes in images of one size, in those of the camera's own size."""
+    assert boxes.box2d is not None, "detections in images have 2D boxes"
+    scale = np.array([own[1] / size[1], own[0] / size[0]] * 2)
+    return replace(boxes, box2d=(boxes.box2d + 0.5) * scale - 0.5)

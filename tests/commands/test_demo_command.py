@@ -1,0 +1,96 @@
+"""`avsec demo`: table, page and JSON of one run, which goes on and is never written over.
+
+Detections are drawn from a seed (``tests/report/drawn_run.py``), everything behind them is real.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from avsec_gym.cli import run
+from avsec_gym.experiments.chapter5 import attacked_drives, scenes
+from avsec_gym.runs.run_folder import RunFolder
+
+DONE, BAD_DATA, BAD_USAGE = 0, 1, 2
+
+
+def ends(*arguments: Any) -> int:
+    try:
+        return run([*map(str, arguments)])
+    except SystemExit as end:
+        return int(end.code or 0)
+
+
+@pytest.fixture(autouse=True)
+def made(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[tuple[int, int]]:
+    """Which frames are asked for, by number and seed."""
+    monkeypatch.syspath_prepend(Path(__file__).parents[1] / "report")
+    import drawn_run
+
+    asked: list[tuple[int, int]] = []
+
+    def frames(count: int, seed: int) -> Path:
+        asked.append((count, seed))
+        root: Path = drawn_run.write_frames(tmp_path / f"frames-{seed}-{count}", count)
+        return root
+
+    monkeypatch.setattr(attacked_drives, "AttackedDrives", drawn_run.DrawnDrives)
+    monkeypatch.setattr(scenes, "procedural_frames", frames)
+    scenes._scenes.cache_clear()
+    monkeypatch.chdir(tmp_path)
+    return asked
+
+
+@pytest.mark.slow
+def test_from_nothing_to_the_page_and_once_more(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, made: list[tuple[int, int]]
+) -> None:
+    usual = ("demo", "--scenarios", 4, "--workers", 0)
+    assert ends(*usual) == DONE
+    told = capsys.readouterr()
+    for words in ("12 drives", "ground truth", "DSGN", "Stereo R-CNN", "PGD α 1, n 4"):
+        assert words in told.out
+    assert told.err.splitlines()[-1].startswith("runs/demo/report.html: ")
+    out = tmp_path / "runs/demo"
+    assert "PGD" in (out / "report.html").read_text()
+    finished = [cell["finished"] for cell in RunFolder.open(out).cells()]
+
+    # Given again, it does nothing anew but the page, and `avsec run` knows the run as its own.
+    assert ends(*usual, "--json") == DONE
+    said = json.loads(capsys.readouterr().out)
+    assert ends("run", "demo", "--limit", 4, "--workers", 0) == DONE
+    assert " 0 done" in capsys.readouterr().err
+    assert [cell["finished"] for cell in RunFolder.open(out).cells()] == finished
+
+    assert said["out"] == "runs/demo"
+    assert {row["detector"] for row in said["rates"]} == {None, "dsgn", "stereo_rcnn"}
+    drives = RunFolder.open(out).records(setting="dsgn pgd-1", strength=4)
+    (row,) = [one for one in said["rates"] if (one["detector"], one["strength"]) == ("dsgn", 4)]
+    assert row["safe_driving_rate"] == pytest.approx(sum(one.safe for one in drives) / 12)
+    assert said["answer"]["word"] in (out / "report.html").read_text()
+
+    # Another demo is not written over it, nor are frames made for it.
+    made.clear()
+    assert ends(*usual, "--seed", 1) == BAD_DATA
+    assert "has seed 0, asked is 1" in capsys.readouterr().err
+    assert made == []
+
+
+def test_what_is_not_a_demo_is_left_alone(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, made: list[tuple[int, int]]
+) -> None:
+    mine = tmp_path / "holiday" / "beach.txt"
+    mine.parent.mkdir()
+    mine.write_text("sun")
+    for out in (mine, mine.parent):
+        assert ends("demo", "--scenarios", 1, "--workers", 0, "--out", out) == BAD_DATA
+        assert str(out) in capsys.readouterr().err
+    assert [path.name for path in mine.parent.iterdir() if path.name[0] != "."] == ["beach.txt"]
+    assert mine.read_text() == "sun"
+    for wrong in (("--scenarios", 0), ("--seed", -1), ("--workers", -1), ("--scenes", 6)):
+        assert ends("demo", *wrong, "--out", tmp_path / "new") == BAD_USAGE
+    assert made == []

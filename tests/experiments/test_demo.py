@@ -1,0 +1,85 @@
+"""The demo: which cells it asks for, and what its table says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from avsec_gym.attacks.patch_files import Patch, save_patch
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.experiments.catalogue import experiment
+from avsec_gym.experiments.chapter5 import attacked_drives, true_drives
+from avsec_gym.experiments.chapter5.outcomes import Condition
+from avsec_gym.experiments.chapter5.tables import precision_rows
+from avsec_gym.experiments.demo import DEMO, demo_rows, unpatched
+from avsec_gym.experiments.experiment import Configuration, with_defaults
+from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.scenario.frame_scenes import FrameScenes
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene import Scene
+from avsec_gym.scenario.scene_sets import SceneSet
+
+
+@pytest.fixture
+def made(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    monkeypatch.syspath_prepend(Path(__file__).parent / "chapter5")
+    import made_results
+
+    return made_results
+
+
+def test_only_patches_that_were_trained_are_put_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenes = SceneSet("one", (Scene("000000", Boxes3D.empty()),))
+    for module in (attacked_drives, true_drives):
+        monkeypatch.setattr(module, "scenes_of", lambda asked: FrameScenes(scenes, {}))
+    save_patch(tmp_path / "dsgn.safetensors", Patch.grey())
+    asked = with_defaults(Configuration(options={"patches": str(tmp_path)}), [DEMO])
+    assert unpatched(asked.options) == ("stereo_rcnn",)
+    found = [cell.arguments for cell in DEMO.cells(asked)]
+    assert [(one.get("detector"), one.get("attack")) for one in found] == [
+        (None, None),
+        *(("dsgn", attack) for attack in ("unattacked", "pgd-1", "patch-random")),
+        *(("stereo_rcnn", attack) for attack in ("unattacked", "pgd-1")),
+    ]
+    assert experiment("demo") is DEMO
+    assert (DEMO.usual.scenarios, DEMO.usual.limit) == ("procedural", 12)
+
+
+def test_the_table_pools_intentions_and_takes_the_strongest_step(made: ModuleType) -> None:
+    names = made.names(6)
+    results = made.MadeResults()
+    results.add(Condition("dsgn"), names)
+    results.add(Condition("dsgn", "pgd-1", 1.0), names)
+    results.add(Condition("dsgn", "pgd-1", 4.0), names, lost=names, unsafe=names[:2])
+    results.add(Condition("dsgn", "patch-specific"), names, unsafe=names[:3], outcome="unplanned")
+    results.drives["ground_truth", 0.0, "astar"] = [
+        made.record(name, way) for name in names for way in Intention
+    ]
+    found = made.outcomes(results, names)
+    rows = demo_rows(found)
+    assert [(row["detector"], row["attack"], row["strength"]) for row in rows] == [
+        (None, "unattacked", 0.0),
+        ("dsgn", "unattacked", 0.0),
+        ("dsgn", "pgd-1", 4.0),
+        ("dsgn", "patch-specific", 0.0),
+    ]
+    truth, clean, pgd, patch = rows
+    assert truth["safe_driving_rate"] == 1.0
+    assert truth["precision"] is None
+    strict = {
+        row["strength"]: row["precision"]["3d"]["ap11"][1]
+        for row in precision_rows(found)
+        if row["attack"] != "patch-specific"
+    }
+    assert clean["precision"] == clean["precision_iou_0.5"] == pytest.approx(strict[0.0], abs=1e-3)
+    assert clean["precision"] > 0
+    assert patch["precision"] == clean["precision"]
+    assert pgd["precision"] == pgd["precision_iou_0.5"] == 0.0
+    assert pgd["scenarios"] == 18
+    assert pgd["collision_rate"] == pytest.approx(1 / 3)
+    assert pgd["collision_rate_interval"] == pytest.approx(list(wilson_interval(6, 18)))
+    assert (patch["success_rate"], patch["collision_rate"]) == (0.5, 0.0)
