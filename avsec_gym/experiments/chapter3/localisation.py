@@ -1,7 +1,7 @@
 """How well damage is located and repaired: figures, and a picture of each attack.
 
-Run ``python -m avsec_gym.experiments.localisation --frames 6 --out runs/localisation``: on frames
-of the procedural world; with ``--kitti-raw DRIVE`` or ``--kitti ROOT --frame 000107`` on others.
+Run ``python -m avsec_gym.experiments.chapter3.localisation --frames 6 --out runs/localisation``:
+on frames of the procedural world; with ``--kitti-raw DRIVE`` or ``--kitti ROOT --frame 000107`` on others.
 The true area judges; what is located knows nothing of it.
 """
 
@@ -25,7 +25,7 @@ from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
 from avsec_gym.attacks.optical_attack import OpticalAttack, TamperedFrame
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import AvsecError
-from avsec_gym.experiments.localisation_figure import draw_repair
+from avsec_gym.experiments.chapter3.localisation_figure import draw_repair
 from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.raw import Drive

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.localisation import (
+from avsec_gym.experiments.chapter3.localisation import (
     Located,
     Overlap,
     attacks_of,

@@ -1,6 +1,6 @@
 """A picture of the optical attacks: faculae in an image, a bogus return in image and scan.
 
-Run ``python -m avsec_gym.experiments.optical_attacks_figure --out docs/images``.
+Run ``python -m avsec_gym.experiments.chapter3.optical_attacks_figure --out docs/images``.
 """
 
 from __future__ import annotations
