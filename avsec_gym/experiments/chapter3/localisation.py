@@ -1,8 +1,8 @@
 """How well damage is located and repaired: figures, and a picture of each attack.
 
 Run ``python -m avsec_gym.experiments.chapter3.localisation --frames 6 --out runs/localisation``:
-on frames of the procedural world; with ``--kitti-raw DRIVE`` or ``--kitti ROOT --frame 000107`` on others.
-The true area judges; what is located knows nothing of it.
+on frames of the procedural world; with ``--kitti-raw DRIVE`` or ``--kitti ROOT --frame 000107``
+on others.  The true area judges; what is located knows nothing of it.
 """
 
 from __future__ import annotations
