@@ -14,10 +14,10 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import SensorFrame
 from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU, average_precision
 from avsec_gym.perception.stereo_batch import StereoBatch
-from avsec_gym.perception.training.augmentation import augmented
 from avsec_gym.perception.training.configuration import Augmentation
 from avsec_gym.perception.training.sample import StereoSampleBatch, sample_batch
 from avsec_gym.perception.training.stereo_samples import StereoSamples
+from avsec_gym.perception.training.stereo_task import StereoTask
 
 _VALIDATION_BATCH = 4
 
@@ -48,7 +48,7 @@ class TrainableDetector(Protocol):
         ...
 
 
-class DetectionTask:
+class DetectionTask(StereoTask):
     """A `Task`.
 
     Args:
@@ -69,6 +69,7 @@ class DetectionTask:
         augmentation: Augmentation,
         data: dict[str, Any],
     ) -> None:
+        super().__init__(training, validation, augmentation, data)
         self.name = detector.name
         self.network: nn.Module = detector.network.requires_grad_(True)
         self.trained = self.network
@@ -77,8 +78,7 @@ class DetectionTask:
             parts = {"network": self.network, "term_weights": weights.requires_grad_(True)}
             self.trained = nn.ModuleDict(parts)
         self.leading_metric = f"{categories[0]}_3d_ap40"
-        self._detector, self._augmentation, self._data = detector, augmentation, data
-        self._training, self._validation = training, validation
+        self._detector = detector
         self._categories = tuple(categories)
 
     def continue_with(self, beside: Mapping[str, Sequence[float]]) -> None:
@@ -90,16 +90,6 @@ class DetectionTask:
         for name, value in self.trained.state_dict().items():
             if not name.startswith("network.") and len(beside.get(name, ())) == value.numel():
                 value.copy_(torch.tensor(beside[name]).reshape(value.shape))
-
-    @property
-    def samples(self) -> int:
-        """See `Task`."""
-        return len(self._training)
-
-    def batch(self, indices: Sequence[int], randomness: np.random.Generator) -> StereoSampleBatch:
-        """See `Task`."""
-        samples = [self._training[index] for index in indices]
-        return sample_batch([augmented(one, self._augmentation, randomness) for one in samples])
 
     def losses(self, batch: StereoSampleBatch) -> dict[str, Tensor]:
         """See `Task`."""

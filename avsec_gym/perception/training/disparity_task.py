@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -11,17 +10,17 @@ import torch
 from torch import Tensor, nn
 
 from avsec_gym.perception.depth.psmnet_depth import PsmNetDepth
-from avsec_gym.perception.training.augmentation import augmented
 from avsec_gym.perception.training.configuration import Augmentation
 from avsec_gym.perception.training.sample import StereoSampleBatch, sample_batch
 from avsec_gym.perception.training.stereo_samples import StereoSamples
+from avsec_gym.perception.training.stereo_task import StereoTask
 
 _VALIDATION_BATCH = 4
 _WRONG, _RELATIVELY_WRONG = 3.0, 0.05
 """KITTI's stereo benchmark: wrong is what is off by more than both."""
 
 
-class DisparityTask:
+class DisparityTask(StereoTask):
     """A `Task`.
 
     Args:
@@ -40,22 +39,12 @@ class DisparityTask:
         augmentation: Augmentation,
         data: dict[str, Any],
     ) -> None:
+        super().__init__(training, validation, augmentation, data)
         self.name = estimator.name
         self.network: nn.Module = estimator.network.requires_grad_(True)
         self.trained = self.network
         self.leading_metric = "right_3px"
-        self._estimator, self._augmentation, self._data = estimator, augmentation, data
-        self._training, self._validation = training, validation
-
-    @property
-    def samples(self) -> int:
-        """See `Task`."""
-        return len(self._training)
-
-    def batch(self, indices: Sequence[int], randomness: np.random.Generator) -> StereoSampleBatch:
-        """See `Task`."""
-        samples = [self._training[index] for index in indices]
-        return sample_batch([augmented(one, self._augmentation, randomness) for one in samples])
+        self._estimator = estimator
 
     def losses(self, batch: StereoSampleBatch) -> dict[str, Tensor]:
         """See `Task`."""

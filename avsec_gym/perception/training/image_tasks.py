@@ -14,12 +14,11 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.metrics.average_precision import STANDARD_IOU, average_precision
 from avsec_gym.perception.detectors.faster_rcnn.detector import FasterRcnnDetector
 from avsec_gym.perception.detectors.yolo.detector import YoloDetector
-from avsec_gym.perception.training.augmentation import augmented
 from avsec_gym.perception.training.configuration import Augmentation
 from avsec_gym.perception.training.sample import StereoSampleBatch, sample_batch
-from avsec_gym.perception.training.stereo_samples import StereoSamples, prepare_samples
+from avsec_gym.perception.training.stereo_samples import StereoSamples
+from avsec_gym.perception.training.stereo_task import StereoTask, stereo_samples
 from avsec_gym.perception.training.tasks import TaskOptions
-from avsec_gym.perception.training.training_data import training_data
 from avsec_gym.perception.weights.store import load_weights
 
 _VALIDATION_BATCH = 4
@@ -39,7 +38,7 @@ def yolo_task(options: TaskOptions) -> ImageDetectionTask:
     return _task(YoloDetector(options.preset), options)
 
 
-class ImageDetectionTask:
+class ImageDetectionTask(StereoTask):
     """A `Task`.
 
     Samples are stereo pairs, so that they are reduced once for all networks of a size, and that
@@ -61,23 +60,13 @@ class ImageDetectionTask:
         augmentation: Augmentation,
         data: dict[str, Any],
     ) -> None:
+        super().__init__(training, validation, augmentation, data)
         self.name = detector.name
         self.network: nn.Module = detector.network.requires_grad_(True)
         self.trained = self.network
         self._categories = detector.configuration.categories
         self.leading_metric = f"{self._categories[0]}_2d_ap40"
-        self._detector, self._augmentation, self._data = detector, augmentation, data
-        self._training, self._validation = training, validation
-
-    @property
-    def samples(self) -> int:
-        """See `Task`."""
-        return len(self._training)
-
-    def batch(self, indices: Sequence[int], randomness: np.random.Generator) -> StereoSampleBatch:
-        """See `Task`."""
-        samples = [self._training[index] for index in indices]
-        return sample_batch([augmented(one, self._augmentation, randomness) for one in samples])
+        self._detector = detector
 
     def losses(self, batch: StereoSampleBatch) -> dict[str, Tensor]:
         """See `Task`."""
@@ -136,19 +125,7 @@ class ImageDetectionTask:
 def _task(detector: FasterRcnnDetector | YoloDetector, options: TaskOptions) -> ImageDetectionTask:
     if options.start is not None:
         load_weights(options.start, detector.network)
-    data = training_data(options.data, options.validation)
-    training, validation = (
-        prepare_samples(
-            frames,
-            detector.configuration.input_size,
-            options.cache,
-            on_progress=options.on_progress,
-        )
-        for frames in (data.training, data.validation)
-    )
-    return ImageDetectionTask(
-        detector, training, validation, options.augmentation, data.description()
-    )
+    return ImageDetectionTask(detector, *stereo_samples(options, detector.configuration.input_size))
 
 
 def _enlarged(boxes: Boxes3D, size: tuple[int, int], own: tuple[int, int]) -> Boxes3D:
