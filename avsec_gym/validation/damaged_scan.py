@@ -22,6 +22,7 @@ from avsec_gym.geometry import Floats, project, transform_points
 from avsec_gym.perception.depth.depth import DisparityMap
 from avsec_gym.sensor_system import Sensor
 from avsec_gym.validation.disparity_error import MIN_DIFFERENCE, MIN_RELATIVE_DIFFERENCE
+from avsec_gym.validation.large_parts import large_parts
 from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.reprojection import Mask, back_projected
 from avsec_gym.validation.trusted_view import widest_pair
@@ -179,10 +180,7 @@ def lost_directions(returns: Points, calibration: Calibration, maps: TrustedMaps
         # Pixels and directions do not fall on each other one to one.
         lost &= cv2.morphologyEx(expected, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)) > 0
     wide = cv2.morphologyEx(lost.astype(np.uint8), cv2.MORPH_OPEN, between_beams)
-    _, labels, numbers, _ = cv2.connectedComponentsWithStats(wide)
-    large = numbers[:, cv2.CC_STAT_AREA] >= _SMALLEST_REGION
-    large[0] = False  # The background.
-    return np.asarray(large[labels])
+    return large_parts(wide > 0, _SMALLEST_REGION)
 
 
 def seen_places(trusted: DisparityMap, calibration: Calibration, camera: int) -> Floats:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.sensor_system import Sensor
+from avsec_gym.validation.large_parts import large_parts
 from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.reprojection import Mask
 from avsec_gym.validation.trusted_view import TrustedView, is_grey, trusted_view
@@ -114,12 +115,5 @@ def _majority(votes: NDArray[np.float32]) -> Mask:
 
 def _without_specks(mask: Mask) -> Mask:
     least = _SMALLEST * mask.size
-    patches = _large_parts(mask, least)
-    return ~_large_parts(~patches, least)
-
-
-def _large_parts(mask: Mask, least: float) -> Mask:
-    _, labels, numbers, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8))
-    large = numbers[:, cv2.CC_STAT_AREA] >= least
-    large[0] = False  # The background.
-    return np.asarray(large[labels])
+    patches = large_parts(mask, least)
+    return ~large_parts(~patches, least)
