@@ -2,8 +2,8 @@
 # Makes docs/results/detectors.md with its numbers and pictures, from the weights in the package.
 # Environment: PYTHON; HELD_OUT, where the frames lie on which the detectors are judged (made if they
 # are not there); KITTI (object root; stereo2012 and stereo2015 beside it are used too) for real
-# frames; RUNS, where `avsec train` left the folders dsgn, stereo_rcnn and psmnet, for the curves;
-# PARITY (outputs of the original networks).
+# frames; RUNS, where `avsec train` left the folders dsgn, stereo_rcnn and psmnet, and dsgn_2, ... of
+# trainings that went on with them, for the curves; PARITY (outputs of the original networks).
 set -eu
 cd "$(dirname "$0")/.."
 PYTHON=${PYTHON:-python}
@@ -20,7 +20,11 @@ RUNS=${RUNS:-runs}
     --json docs/results/real_frames.json
 set --
 for name in dsgn stereo_rcnn psmnet; do
-    [ ! -f "$RUNS/$name/curves.jsonl" ] || set -- "$@" "$name=$RUNS/$name"
+    folders=
+    for folder in "$RUNS/$name" "$RUNS/${name}_2"; do
+        [ ! -f "$folder/curves.jsonl" ] || folders="$folders${folders:+,}$folder"
+    done
+    [ -z "$folders" ] || set -- "$@" "$name=$folders"
 done
 [ $# -eq 0 ] || "$PYTHON" -m avsec_gym.experiments.perception.training_curves "$@" \
     --figure docs/images/detector_training.png --json docs/results/detector_training.json

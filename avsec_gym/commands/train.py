@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 
 
 WEIGHTS = "weights.safetensors"
-"""In the folder of a run: the best so far."""
+"""In the folder of a run: those that are kept."""
 
 
 @dataclass(frozen=True)
 class Train:
-    """Train a network; the best weights by validation are kept in --out with a model card.
+    """Train a network; its weights are kept in --out with a model card.
 
     Also there: the checkpoint, curves (curves.jsonl, curves.png, TensorBoard), reduced images.
     """
@@ -56,6 +56,10 @@ class Train:
     """Weights to begin with (.safetensors).  Default: random ones."""
     resume: bool = False
     """Go on with the run in --out, or begin it."""
+    keep: Literal["best", "last"] = "best"
+    """Which weights are left in the end: those of the best validation, or the last, which are the
+    better choice where a validation's noise exceeds what an epoch gains.  A training that is
+    finished can be asked again, with --resume."""
     threads: int | None = None
     """Of the processor, for one step.  Default: torch's choice."""
     cache: Path | None = None
@@ -105,6 +109,8 @@ class Train:
                 on_progress=shown,
                 on_validation=lambda validation: _tell(task, validation),
             )
+        if self.keep == "last" and outcome.last is not None:
+            self._keep(task, task.network, outcome.last)
         self._report(task, outcome)
         return console.DONE if outcome.finished else console.DONE_IN_PART
 

@@ -19,7 +19,7 @@ from avsec_gym.errors import AvsecError
 from avsec_gym.perception.training.batches import batches, steps_of_epoch
 from avsec_gym.perception.training.checkpoint import Checkpoint, save_checkpoint, start_or_resume
 from avsec_gym.perception.training.configuration import Machine, TrainingConfiguration
-from avsec_gym.perception.training.curves import Curves
+from avsec_gym.perception.training.curves import Curves, read_curves
 from avsec_gym.perception.training.learning_rate import learning_rate
 from avsec_gym.perception.training.task import B, Task
 from avsec_gym.perception.training.weight_average import WeightAverage
@@ -51,7 +51,9 @@ class Outcome:
     steps: int
     seconds: float
     best: float | None
-    """Leading metric of the weights that were kept."""
+    """The highest leading metric."""
+    last: Validation | None
+    """Of the averaged weights that the network was left with; None unless the training finished."""
 
 
 def train(
@@ -110,7 +112,7 @@ def train(
     run.trained.load_state_dict(run.average.weights)
     run.trained.eval()
     state = run.state
-    return Outcome(state.finished, state.step, state.seconds, state.best)
+    return Outcome(state.finished, state.step, state.seconds, state.best, run.last_validation())
 
 
 class _Run:
@@ -222,6 +224,14 @@ class _Run:
         self.curves.add(state.step, "metrics", metrics, seconds=round(state.seconds, 1))
         self.curves.draw()
         return validation
+
+    def last_validation(self) -> Validation | None:
+        """The one that a finished training ended with."""
+        if not self.state.finished:
+            return None
+        row = [row for row in read_curves(self.folder) if "metrics" in row][-1]
+        is_best = row["step"] == self.state.best_step
+        return Validation(row["step"], self.epoch, row["metrics"], is_best, row["seconds"])
 
     def save(self) -> None:
         """Write a checkpoint."""

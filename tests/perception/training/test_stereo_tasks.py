@@ -181,6 +181,10 @@ def test_command_trains_in_sittings_and_leaves_weights_with_a_card(
     assert (card.network, card.steps, card.training["batch"]) == ("stereo_rcnn", 4, 3)
     assert card.data["training"][0]["frames"] == 6
     load_weights(out / "weights.safetensors", StereoRcnnDetector(RCNN).network)
+    assert run([*arguments, "--resume", "--keep", "last"]) == 0
+    last = read_card(out / "weights.safetensors")
+    assert last is not None
+    assert (last.sha256, last.metrics, last.steps) == (card.sha256, card.metrics, 4)
     longer = [*arguments, "--start", str(out / "weights.safetensors"), "--minutes", "0"]
     assert run([*longer, "--out", str(tmp_path / "longer")]) == 3
     state = torch.load(tmp_path / "longer" / CHECKPOINT, weights_only=True)["trained"]

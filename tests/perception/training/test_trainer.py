@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -150,9 +150,25 @@ def test_stops_early_when_nothing_gets_better(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("undrawn_curves")
+def test_a_finished_training_tells_how_it_ended_however_often_it_is_asked(tmp_path: Path) -> None:
+    precisions = iter([0.7, 0.2])
+    task, again = Line(), Line()
+    task.validate = lambda: {"precision": next(precisions)}  # type: ignore[method-assign]
+    first = train(task, SIX_STEPS, tmp_path)
+    assert first.last is not None
+    assert first.best == 0.7
+    assert (first.last.step, first.last.epoch, first.last.is_best) == (6, 2, False)
+    assert first.last.metrics == {"precision": 0.2}
+    second = train(again, SIX_STEPS, tmp_path, resume=True)
+    assert second.last == replace(first.last, seconds=second.last.seconds)  # type: ignore[union-attr]
+    for name, value in task.network.state_dict().items():
+        assert torch.equal(value, again.network.state_dict()[name]), name
+
+
+@pytest.mark.usefixtures("undrawn_curves")
 def test_stops_in_time_and_goes_on(tmp_path: Path) -> None:
     none = train(Line(), SIX_STEPS, tmp_path, machine=Machine(minutes=0.0))
-    assert (none.finished, none.steps) == (False, 0)
+    assert (none.finished, none.steps, none.last) == (False, 0, None)
     assert train(Line(), SIX_STEPS, tmp_path, resume=True).steps == 6
     # What is finished is left as it is.
     assert train(Line(stop_after=0), SIX_STEPS, tmp_path, resume=True).finished
