@@ -1,28 +1,38 @@
-"""Disparity error E_{i,j,k} between two disparity maps of one view (thesis, section 3.3.2)."""
+"""Disparity error E_{i,j,k} between two disparity maps of one view (thesis, section 3.3.2).
+
+E counts contradictions of disparity in the whole view.  Three more shares say what it overlooks:
+light that leaves a matcher nothing to match, light that it copes with, and a contradiction that is
+small, but all in one place.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
+import cv2
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Calibration
+from avsec_gym.geometry import Floats
 from avsec_gym.kitti.map_files import Disparity
 from avsec_gym.perception.depth.depth import DisparityMap
 from avsec_gym.sensor_system import SensorSystem, Triple
+from avsec_gym.validation.brightness import FEWEST
 from avsec_gym.validation.disparity_maps import DisparityMaps
 
 MIN_DIFFERENCE = 3.0
 """Pixels (equation 3.2)."""
 MIN_RELATIVE_DIFFERENCE = 0.05
 """Share of the smaller disparity."""
-FEWEST = 100
-"""Pixels to be compared; to know fewer is as bad as if all of them were inconsistent."""
+WINDOW = 96
+"""Pixels to a side of where contradictions are counted together; a car's rear 12 m ahead."""
+MEASURES = ("error", "hole_share", "densest", "brightness")
+"""Shares of a `DisparityError`: E of the thesis, and what goes beyond it."""
 
 
 class Comparison(IntEnum):
@@ -46,11 +56,16 @@ class DisparityError:
         inconsistent: Pixels whose disparities differ (equation 3.2).
         valid: Pixels known in both maps.
         pixels: That could be known in both: those of the scan, of two dense maps all.
+        densest: The share of inconsistent pixels in that window of `WINDOW` which has most.
+        brightness: `brightness_inconsistency` of that pair of the triple's cameras, the reference
+            among them, which has more.
     """
 
     inconsistent: int
     valid: int
     pixels: int
+    densest: float = 0.0
+    brightness: float = 0.0
 
     @property
     def error(self) -> float:
@@ -67,11 +82,16 @@ class DisparityError:
         """Holes among all pixels that could be known; matchers fail where light hides the scene."""
         return self.holes / self.pixels if self.pixels >= FEWEST else 1.0
 
+    @property
+    def shares(self) -> Floats:
+        """All `MEASURES`, shape (4,)."""
+        return np.array([getattr(self, name) for name in MEASURES])
+
 
 def disparity_error(
     first: DisparityMap, second: DisparityMap, *, sparse: bool = False
 ) -> DisparityError:
-    """Compare two maps in the scale of the second (equation 3.2).
+    """Compare two maps in the scale of the second (equation 3.2); brightness is left out.
 
     Args:
         first: DM_{i,k}, in any scale.
@@ -88,11 +108,14 @@ def disparity_error(
         >>> disparity_error(near, DisparityMap(far, 100.0)).error
         0.25
     """
-    counts = np.bincount(comparison_map(first, second).ravel(), minlength=len(Comparison))
+    compared = comparison_map(first, second)
+    counts = np.bincount(compared.ravel(), minlength=len(Comparison))
     inconsistent = int(counts[Comparison.INCONSISTENT])
     valid = inconsistent + int(counts[Comparison.CONSISTENT])
     pixels = valid + int(counts[Comparison.FIRST_ONLY]) if sparse else first.values.size
-    return DisparityError(inconsistent, valid, pixels)
+    here = np.asarray(compared == Comparison.INCONSISTENT, np.float32)
+    densest = cv2.blur(here, (WINDOW, WINDOW), borderType=cv2.BORDER_CONSTANT).max()
+    return DisparityError(inconsistent, valid, pixels, float(np.clip(densest, 0, 1)))
 
 
 def comparison_map(first: DisparityMap, second: DisparityMap) -> NDArray[np.uint8]:
@@ -125,7 +148,10 @@ class DisparityErrors(Mapping[Triple, DisparityError]):
         if triple not in self._known:
             i, j, k = triple
             sparse = i == 0 and self.maps.system.has_lidar
-            self._known[triple] = disparity_error(self.maps[i, k], self.maps[j, k], sparse=sparse)
+            error = disparity_error(self.maps[i, k], self.maps[j, k], sparse=sparse)
+            pairs = ((j, k),) if sparse else ((i, k), (j, k))
+            brightness = max(self.maps.brightness(pair) for pair in pairs)
+            self._known[triple] = replace(error, brightness=brightness)
         return self._known[triple]
 
     @property

@@ -10,6 +10,7 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.depth.depth import DisparityMap, pair_scale
 from avsec_gym.perception.depth.lidar import scan_disparity
 from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.validation.brightness import brightness_inconsistency
 from avsec_gym.validation.pair_depth import PairDepth
 
 Pair = tuple[int, int]
@@ -39,6 +40,7 @@ class DisparityMaps:
         system.check(frame.calibration)
         self.frame, self.system, self.depth = frame, system, depth or PairDepth()
         self._found: dict[Pair, DisparityMap] = {}
+        self._brightness: dict[Pair, float] = {}
 
     def __getitem__(self, pair: Pair) -> DisparityMap:
         """DM_{i,k}, in the scale of the two cameras; a LiDAR's in that of (k - 1, k).
@@ -50,6 +52,23 @@ class DisparityMaps:
         if pair not in self._found:
             self._found[pair] = self._find(pair)
         return self._found[pair]
+
+    def brightness(self, pair: Pair) -> float:
+        """`brightness_inconsistency` of two cameras, matched by DM_{i,k}.
+
+        Raises:
+            ConfigurationError: The system has no such pair, or one of them is the LiDAR.
+            DataError: The frame lacks a sensor, or its file is broken.
+        """
+        if pair not in self._brightness:
+            values = self[pair].values
+            other, camera = (self.system.sensors[one] for one in pair)
+            if not isinstance(other, int):
+                raise ConfigurationError("a LiDAR sees no brightness to be compared")
+            self._brightness[pair] = brightness_inconsistency(
+                self.frame.image(int(camera)), self.frame.image(other), values
+            )
+        return self._brightness[pair]
 
     def find(self, pairs: Iterable[Pair], threads: int = 2) -> None:
         """Find several maps at once; OpenCV's matching runs outside Python's lock."""

@@ -2,46 +2,88 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from avsec_gym.geometry import Floats
-from avsec_gym.sensor_system import LIDAR, SensorSystem
-from avsec_gym.validation.disparity_error import DisparityErrors
+from avsec_gym.sensor_system import LIDAR, SensorSystem, Triple
+from avsec_gym.validation.disparity_error import DisparityError, DisparityErrors
+from avsec_gym.validation.disparity_maps import Pair
 
 Scope = tuple[int, ...]
 """Positions of the sensors that one element of the evidence depends on."""
 
 
-def evidence_scopes(system: SensorSystem) -> tuple[Scope, ...]:
-    """What the elements of the evidence depend on: three sensors for E_{i,j,k}, two for holes.
+def evidence_elements(system: SensorSystem) -> tuple[tuple[str, Scope], ...]:
+    """The elements of the evidence: what they measure, and of which sensors.
+
+    Of every triple ``error`` and ``densest``, see `DisparityError`; of every map of two cameras
+    ``holes``, the share of the view that it does not know, and ``brightness``, see
+    `brightness_inconsistency`.  Holes are counted in the whole image, beyond the scan's rows too,
+    and once for each map, not for each triple that uses it.
 
     Example:
-        >>> evidence_scopes(SensorSystem(("lidar", 3, 2)))
-        ((0, 1, 2), (1, 2))
+        >>> [scope for _, scope in evidence_elements(SensorSystem(("lidar", 3, 2)))]
+        [(0, 1, 2), (0, 1, 2), (1, 2), (1, 2)]
     """
-    return *system.triples, *_camera_pairs(system)
+    pairs = tuple((i, k) for i, k in system.pairs() if system.sensors[i] != LIDAR)
+    scopes = {
+        "error": system.triples,
+        "densest": system.triples,
+        "holes": pairs,
+        "brightness": pairs,
+    }
+    return tuple((name, scope) for name, found in scopes.items() for scope in found)
+
+
+def evidence_scopes(system: SensorSystem) -> tuple[Scope, ...]:
+    """The sensors that each of the `evidence_elements` depends on."""
+    return tuple(scope for _, scope in evidence_elements(system))
 
 
 def gather_evidence(errors: DisparityErrors, threads: int = 2) -> Floats:
-    """What one moment tells: E of every triple, and the hole share of every map of two cameras.
-
-    Holes are counted in the whole image, beyond the scan's rows too, and once for each map, not
-    for each triple that uses it.
+    """What one moment tells.
 
     Args:
         errors: Of the moment; all its maps are found.
         threads: That find them.
 
     Returns:
-        Shares in the order of `evidence_scopes`, shape (elements,).
+        Shares in the order of `evidence_elements`, shape (elements,).
     """
     maps = errors.maps
-    system = maps.system
-    maps.find(system.pairs(), threads)
-    shares = [errors[triple].error for triple in system.triples]
-    holes = [1.0 - float(maps[pair].valid.mean()) for pair in _camera_pairs(system)]
-    return np.array([*shares, *holes])
+    maps.find(maps.system.pairs(), threads)
+    return evidence_shares(
+        maps.system,
+        errors.__getitem__,
+        lambda pair: 1.0 - float(maps[pair].valid.mean()),
+        maps.brightness,
+    )
 
 
-def _camera_pairs(system: SensorSystem) -> tuple[tuple[int, int], ...]:
-    return tuple((i, k) for i, k in system.pairs() if system.sensors[i] != LIDAR)
+def evidence_shares(
+    system: SensorSystem,
+    error: Callable[[Triple], DisparityError],
+    holes: Callable[[Pair], float],
+    brightness: Callable[[Pair], float],
+) -> Floats:
+    """The evidence of one moment, by whoever knows the parts of it.
+
+    Args:
+        system: Of sensors.
+        error: E_{i,j,k} and what goes with it.
+        holes: The share of the view that DM_{i,k} does not know.
+        brightness: Of two cameras.
+
+    Returns:
+        In the order of `evidence_elements`, shape (elements,).
+    """
+    measure: dict[str, Callable[[Any], float]] = {
+        "error": lambda triple: error(triple).error,
+        "densest": lambda triple: error(triple).densest,
+        "holes": holes,
+        "brightness": brightness,
+    }
+    return np.array([measure[name](scope) for name, scope in evidence_elements(system)])

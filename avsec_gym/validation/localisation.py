@@ -16,20 +16,12 @@ from numpy.typing import NDArray
 
 from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.sensor_system import Sensor
+from avsec_gym.validation.brightness import differing_pixels, equally_exposed
 from avsec_gym.validation.large_parts import large_parts
 from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.reprojection import Mask
-from avsec_gym.validation.trusted_view import TrustedView, is_grey, trusted_view
+from avsec_gym.validation.trusted_view import TrustedView, trusted_view
 
-MIN_LIGHT = 25
-"""Grey levels by which a damaged pixel differs from what it should be: a tenth of the range."""
-_SHIFT = 2
-"""Pixels by which a trusted depth may paint its image too far left or right."""
-_DARKEST = 8
-"""Grey levels; darker pixels tell nothing of how two cameras are exposed."""
-_WHITE = 250
-_EXPOSURES, _EXPOSURE_BINS = 0.7, 141
-"""Two cameras' exposures differ by less than a factor of two; counted by the percent."""
 _COARSE = 4
 """Pixels to a side of the blocks that vote together."""
 _NEIGHBOURHOOD = 1.5
@@ -62,47 +54,15 @@ def damaged_pixels(
 def contradicting_pixels(image: Image, view: TrustedView) -> Mask:
     """See `damaged_pixels`, with the view at hand.
 
-    Each pixel that is believed votes: whether its brightness lies outside of what the trusted
-    image has within two pixels, by `MIN_LIGHT` and in some colour.  White where the scene is almost
-    white tells nothing, and has no vote.  Votes are averaged over a neighbourhood, the majority
-    decides, and small patches and holes are ignored.
+    Each pixel that is believed votes: whether it differs from the trusted image, see
+    `differing_pixels`.  Votes are averaged over a neighbourhood, the majority decides, and small
+    patches and holes are ignored.
     """
-    expected = equally_exposed(view, image)
-    around = np.ones((3, 2 * _SHIFT + 1), np.uint8)
-    brightest = cv2.dilate(expected, around).astype(np.int16)
-    darkest = cv2.erode(expected, around).astype(np.int16)
-    difference = np.maximum(image - brightest, darkest - image).max(axis=2)
-    votes = np.where(difference > MIN_LIGHT, np.float32(1), np.float32(-1))
-    blind = (image.min(axis=2) >= _WHITE) & (expected.min(axis=2) >= 255 - MIN_LIGHT)
-    votes[blind | ~view.believed] = 0.0
+    expected = equally_exposed(view.image, image, view.believed)
+    differs, judged = differing_pixels(image, expected, view.believed)
+    votes = np.where(differs, np.float32(1), np.float32(-1))
+    votes[~judged] = 0.0
     return _without_specks(_majority(votes))
-
-
-def equally_exposed(view: TrustedView, image: Image) -> Image:
-    """The view's image as this camera would have exposed it, without colours if it is grey.
-
-    One factor for each colour, that which the most pixels agree on: light spreads the others,
-    so that it may cover more than half of the image.
-
-    Args:
-        view: Of the camera.
-        image: That it took.
-    """
-    expected = view.image
-    if is_grey(image):
-        expected = np.repeat(cv2.cvtColor(expected, cv2.COLOR_RGB2GRAY)[..., None], 3, axis=2)
-    telling = view.believed & (expected.min(axis=2) >= _DARKEST) & (image.max(axis=2) < _WHITE)
-    ratios = np.log(np.maximum(image[telling], 1) / expected[telling].astype(np.float32))
-    factors = np.exp([_most_common(ratios[:, colour]) for colour in range(3)], dtype=np.float32)
-    return np.rint(np.minimum(expected * factors, 255.0)).astype(np.uint8)
-
-
-def _most_common(ratios: NDArray[np.float32]) -> float:
-    counts, edges = np.histogram(ratios, _EXPOSURE_BINS, (-_EXPOSURES, _EXPOSURES))
-    if not counts.any():
-        return 0.0
-    best = int(np.convolve(counts, np.ones(5), "same").argmax())
-    return float(0.5 * (edges[best] + edges[best + 1]))
 
 
 def _majority(votes: NDArray[np.float32]) -> Mask:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Calibration, Image, Points, SensorFrame
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
+from avsec_gym.validation.brightness import equally_exposed
 from avsec_gym.validation.damaged_scan import (
     DamagedScan,
     TrustedMaps,
@@ -25,7 +26,7 @@ from avsec_gym.validation.damaged_scan import (
     seen_places,
     trusted_maps,
 )
-from avsec_gym.validation.localisation import contradicting_pixels, equally_exposed
+from avsec_gym.validation.localisation import contradicting_pixels
 from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.reprojection import Mask
 from avsec_gym.validation.trusted_view import TrustedView, trusted_view
@@ -109,7 +110,11 @@ def filled_image(image: Image, view: TrustedView, damaged: Mask) -> Image:
         view: What it should see.
         damaged: Which pixels to fill, shape (H, W).
     """
-    result = np.where((damaged & view.believed)[..., None], equally_exposed(view, image), image)
+    result = np.where(
+        (damaged & view.believed)[..., None],
+        equally_exposed(view.image, image, view.believed),
+        image,
+    )
     unseen = damaged & ~view.believed
     if not unseen.any():
         return result

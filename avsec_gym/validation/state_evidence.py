@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -15,7 +16,7 @@ from avsec_gym.perception.depth.depth import DisparityMap
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem, Triple
 from avsec_gym.validation.disparity_error import DisparityError, disparity_error
 from avsec_gym.validation.disparity_maps import DisparityMaps
-from avsec_gym.validation.evidence import evidence_scopes
+from avsec_gym.validation.evidence import evidence_shares
 from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.state_posterior import States
 
@@ -50,7 +51,7 @@ class StateEvidence:
         system.check(clean.calibration)
         self.system, self.depth = system, depth or PairDepth()
         self._clean, self._tampered = clean, dict(tampered)
-        self._maps: dict[Element, DisparityMap] = {}
+        self._maps: dict[Element, tuple[DisparityMap, float]] = {}
         self._errors: dict[Element, DisparityError] = {}
 
     def find(self, states: States, threads: int = 2) -> None:
@@ -71,16 +72,7 @@ class StateEvidence:
     def evidence(self, states: States) -> Floats:
         """As `gather_evidence` of each state, shape (N, M)."""
         self.find(states)
-        rows = []
-        for state in np.atleast_2d(states):
-            row = []
-            for scope in evidence_scopes(self.system):
-                if len(scope) == 3:
-                    row.append(self.error(scope, state).error)
-                else:
-                    row.append(1.0 - float(self._map(scope, state).valid.mean()))
-            rows.append(row)
-        return np.array(rows)
+        return np.array([self._evidence(state) for state in np.atleast_2d(states)])
 
     def errors(self, state: States) -> dict[Triple, DisparityError]:
         """E_{i,j,k} of all triples in one state, shape (n + 1,)."""
@@ -93,24 +85,36 @@ class StateEvidence:
         if element not in self._errors:
             i, j, k = triple
             sparse = self.system.sensors[i] == LIDAR
-            maps = (self._map((one, k), attacked) for one in (i, j))
-            self._errors[element] = disparity_error(*maps, sparse=sparse)
+            (first, one), (second, other) = (self._seen((one, k), attacked) for one in (i, j))
+            error = disparity_error(first, second, sparse=sparse)
+            self._errors[element] = replace(error, brightness=max(one, other))
         return self._errors[element]
 
-    def _map(self, pair: tuple[int, ...], state: Iterable[bool]) -> DisparityMap:
+    def _evidence(self, state: States) -> Floats:
+        return evidence_shares(
+            self.system,
+            lambda triple: self.error(triple, state),
+            lambda pair: 1.0 - float(self._seen(pair, state)[0].valid.mean()),
+            lambda pair: self._seen(pair, state)[1],
+        )
+
+    def _seen(self, pair: tuple[int, ...], state: Iterable[bool]) -> tuple[DisparityMap, float]:
+        """A map, and the brightness inconsistency of two cameras; 0 with a LiDAR."""
         attacked = list(state)
         element = (pair, tuple(bool(attacked[one]) for one in pair))
         if element not in self._maps:
             self._maps[element] = self._find(element)
         return self._maps[element]
 
-    def _find(self, element: Element) -> DisparityMap:
+    def _find(self, element: Element) -> tuple[DisparityMap, float]:
         (i, k), attacked = element
         frame = self._clean
         for position, is_attacked in zip((i, k), attacked, strict=True):
             if is_attacked:
                 frame = self._with(frame, self.system.sensors[position])
-        return DisparityMaps(frame, self.system, self.depth)[i, k]
+        maps = DisparityMaps(frame, self.system, self.depth)
+        with_lidar = self.system.sensors[i] == LIDAR
+        return maps[i, k], 0.0 if with_lidar else maps.brightness((i, k))
 
     def _with(self, frame: SensorFrame, sensor: Sensor) -> SensorFrame:
         if sensor not in self._tampered:

@@ -45,7 +45,7 @@ class ThresholdValidator:
     name: ClassVar[str] = "thresholds"
     thresholds: ThresholdTable | str | Path
     rate: float = 0.01
-    criterion: Criterion = "either"
+    criterion: Criterion = "any"
     _table: ThresholdTable = field(init=False, repr=False, compare=False)
     _chosen: Mapping[Triple, Threshold] = field(init=False, repr=False, compare=False)
     _depth: PairDepth = field(init=False, repr=False, compare=False)

@@ -14,7 +14,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.sensor_system import SensorSystem, Triple
-from avsec_gym.validation.disparity_error import DisparityError, DisparityErrors
+from avsec_gym.validation.disparity_error import MEASURES, DisparityError, DisparityErrors
 from avsec_gym.validation.disparity_maps import DisparityMaps
 from avsec_gym.validation.fitted_on import (
     FittedOn,
@@ -25,74 +25,74 @@ from avsec_gym.validation.fitted_on import (
 )
 from avsec_gym.validation.pair_depth import PairDepth
 
-Criterion = Literal["error", "hole_share", "either"]
-"""What has to be beyond its threshold: E (the thesis), the hole share, or either of the two."""
+Criterion = Literal["error", "hole_share", "densest", "brightness", "any"]
+"""Which share has to be beyond its threshold: E (the thesis), another one, or any of them."""
 
 _KIND = "thresholds"
 
 
 @dataclass(frozen=True)
 class Threshold:
-    """Theta_{i,j,k}, and one for the holes.
+    """Theta_{i,j,k}, and one for each share that goes beyond E; infinite where it does not matter.
 
     Args:
-        error: For E; infinite where it does not matter.
-        hole_share: For the hole share.
+        error: For E.
+        hole_share: And so on, see `DisparityError`.
+        densest: Likewise.
+        brightness: Likewise.
     """
 
-    error: float
-    hole_share: float
+    error: float = np.inf
+    hole_share: float = np.inf
+    densest: float = np.inf
+    brightness: float = np.inf
+
+    @property
+    def shares(self) -> Floats:
+        """In the order of `MEASURES`, shape (4,)."""
+        return np.array([getattr(self, name) for name in MEASURES])
 
     def exceeded(self, error: DisparityError) -> bool:
         """e_{i,j,k}."""
-        return error.error > self.error or error.hole_share > self.hole_share
+        return bool((error.shares > self.shares).any())
 
 
 @dataclass(frozen=True, eq=False)
 class ThresholdTable:
-    """Disparity errors of every triple in attack-free data, from which thresholds follow.
+    """What disparity errors of every triple are in attack-free data, whence thresholds follow.
 
     Args:
         on: The sensors, the depth and the data; the triples are those of its system.
-        errors: E of N samples, shape (N, triples).
-        hole_shares: The same shape.
+        shares: Of N samples, all `MEASURES`, shape (N, triples, 4).
 
     Raises:
         ConfigurationError: No samples, another shape, or values outside [0, 1].
     """
 
     on: FittedOn
-    errors: Floats
-    hole_shares: Floats
+    shares: Floats
 
     def __post_init__(self) -> None:
-        for name in ("errors", "hole_shares"):
-            values = np.array(getattr(self, name), float)
-            if (
-                values.ndim != 2
-                or not len(values)
-                or values.shape[1] != len(self.on.system.triples)
-            ):
-                raise ConfigurationError(
-                    f"{name} has a row for each sample and {len(self.on.system.triples)} columns, "
-                    f"got shape {values.shape}"
-                )
-            if not ((values >= 0) & (values <= 1)).all():
-                raise ConfigurationError(f"{name} are shares from 0 to 1")
-            object.__setattr__(self, name, values)
-        if self.errors.shape != self.hole_shares.shape:
-            raise ConfigurationError("each error has a hole share")
+        shares = np.array(self.shares, float)
+        shape = (len(self.on.system.triples), len(MEASURES))
+        if shares.ndim != 3 or not len(shares) or shares.shape[1:] != shape:
+            raise ConfigurationError(
+                f"each sample has {shape[0]} triples of {shape[1]} shares, got shape {shares.shape}"
+            )
+        if not ((shares >= 0) & (shares <= 1)).all():
+            raise ConfigurationError("shares are from 0 to 1")
+        object.__setattr__(self, "shares", shares)
 
     def __len__(self) -> int:
         """How many samples."""
-        return len(self.errors)
+        return len(self.shares)
 
-    def thresholds(self, rate: float, criterion: Criterion = "either") -> dict[Triple, Threshold]:
+    def thresholds(self, rate: float, criterion: Criterion = "any") -> dict[Triple, Threshold]:
         """Theta of every triple, beyond which the share `rate` of the samples lies.
 
         An order statistic: of N samples floor(rate * N) lie beyond it, fewer where some are equal.
-        With the criterion ``either`` both thresholds are as far out as makes these samples, all
-        together, beyond the one or the other.
+        With the criterion ``any`` all thresholds are as far out as makes these samples, all
+        together, beyond one or the other.
 
         Args:
             rate: r, the designated false alarm rate, from 0 to 1; the threshold of 1 is below
@@ -104,20 +104,18 @@ class ThresholdTable:
         """
         if not 0 <= rate <= 1:
             raise ConfigurationError(f"the false alarm rate is from 0 to 1, got {rate}")
-        if criterion not in ("error", "hole_share", "either"):
-            raise ConfigurationError(f"{criterion!r} is no criterion")
-        result = {}
-        for column, triple in enumerate(self.on.system.triples):
-            error, holes = self.errors[:, column], self.hole_shares[:, column]
-            if criterion == "either":
-                beyond = np.minimum(_above(error), _above(holes))
-            else:
-                beyond = _above(error if criterion == "error" else holes)
-            allowed = _allowed(beyond, rate)
-            result[triple] = Threshold(
-                np.inf if criterion == "hole_share" else _order_statistic(error, allowed),
-                np.inf if criterion == "error" else _order_statistic(holes, allowed),
+        if criterion not in (*MEASURES, "any"):
+            raise ConfigurationError(
+                f"{criterion!r} is no criterion; there are {', '.join(MEASURES)} and any"
             )
+        counted = MEASURES if criterion == "any" else (criterion,)
+        columns = [MEASURES.index(name) for name in counted]
+        result = {}
+        for number, triple in enumerate(self.on.system.triples):
+            values = self.shares[:, number, columns].T
+            allowed = _allowed(np.min([_above(one) for one in values], axis=0), rate)
+            chosen = (_order_statistic(one, allowed) for one in values)
+            result[triple] = Threshold(**dict(zip(counted, chosen, strict=True)))
         return result
 
     def write(self, path: str | Path, *, overwrite: bool = False) -> None:
@@ -126,8 +124,8 @@ class ThresholdTable:
         Raises:
             DataError: The file exists and `overwrite` is false, or it cannot be written.
         """
-        samples = {"errors": self.errors.tolist(), "hole_shares": self.hole_shares.tolist()}
-        write_fitted(path, _KIND, self.on, samples, overwrite=overwrite)
+        content = {"measures": MEASURES, "shares": self.shares.tolist()}
+        write_fitted(path, _KIND, self.on, content, overwrite=overwrite)
 
 
 def threshold_table(
@@ -142,9 +140,9 @@ def threshold_table(
     Raises:
         ConfigurationError: No samples.
     """
-    rows = [[sample[triple] for triple in on.system.triples] for sample in samples]
-    errors = np.array([[one.error for one in row] for row in rows])
-    return ThresholdTable(on, errors, np.array([[one.hole_share for one in row] for row in rows]))
+    triples = on.system.triples
+    shares = [[sample[triple].shares for triple in triples] for sample in samples]
+    return ThresholdTable(on, np.array(shares))
 
 
 def measured_thresholds(
@@ -182,7 +180,9 @@ def read_threshold_table(path: str | Path) -> ThresholdTable:
     """
     on, content = read_fitted(path, _KIND)
     try:
-        return ThresholdTable(on, content["errors"], content["hole_shares"])
+        if tuple(content["measures"]) != MEASURES:
+            raise ValueError(f"it has the shares {content['measures']}, expected {MEASURES}")
+        return ThresholdTable(on, content["shares"])
     except (KeyError, TypeError, ValueError, ConfigurationError) as error:
         raise broken(path, error) from error
 

@@ -13,6 +13,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Calibration, Image, SensorFrame
 from avsec_gym.perception.depth.lidar import visible_points
 from avsec_gym.sensor_system import LIDAR, Sensor
+from avsec_gym.validation.brightness import is_grey
 from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.reprojection import Depth, Mask, carried_depth, carried_image
 
@@ -138,11 +139,6 @@ def filled_depth(depth: Depth) -> Depth:
     farther = np.fmax(_last_known(close), _last_known(close[:, ::-1])[:, ::-1])
     result = np.where(np.isnan(close), farther, close)
     return np.where(np.isnan(result), nearest, result)
-
-
-def is_grey(image: Image) -> bool:
-    """Whether all pixels have the same red, green and blue."""
-    return bool((image[..., :1] == image).all())
 
 
 def _sources(frame: SensorFrame, camera: int, trusted: tuple[Sensor, ...]) -> list[int]:

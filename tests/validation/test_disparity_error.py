@@ -14,8 +14,9 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.perception.depth.depth import DisparityMap
 from avsec_gym.rig import kitti_rig
 from avsec_gym.sensor_system import KITTI_SYSTEM
+from avsec_gym.validation.brightness import FEWEST
 from avsec_gym.validation.disparity_error import (
-    FEWEST,
+    WINDOW,
     Comparison,
     DisparityError,
     comparison_map,
@@ -53,6 +54,24 @@ def test_counts_are_those_of_the_equation(
     found = disparity_error(DisparityMap(first, 1.0), DisparityMap(second, 1.0), sparse=sparse)
     assert (found.inconsistent, found.valid, found.pixels) == by_loop(first, second, sparse)
     assert found.holes == found.pixels - found.valid
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.integers(0, 2**32 - 1), st.floats(0, 0.3))
+def test_the_densest_window_is_that_of_a_plain_search(seed: int, share: float) -> None:
+    shape = 2 * WINDOW, 2 * WINDOW + 30
+    random = np.random.default_rng(seed)
+    wrong = random.random(shape) < share
+    row, column = random.integers(0, 150, 2)
+    wrong[row : row + 20, column : column + 20] = True
+    first, second = (
+        np.full(shape, 10.0, np.float32),
+        np.where(wrong, np.float32(20), np.float32(10)),
+    )
+    found = disparity_error(DisparityMap(first, 1.0), DisparityMap(second, 1.0)).densest
+    # Windows that lie in part beyond the border hold no more than others, so that whole ones do.
+    sums = np.lib.stride_tricks.sliding_window_view(wrong, (WINDOW, WINDOW)).sum(axis=(2, 3))
+    assert found == pytest.approx(sums.max() / WINDOW**2, abs=1e-5)
 
 
 def test_the_scale_is_that_of_the_second_map() -> None:

@@ -14,7 +14,7 @@ from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
 from avsec_gym.validation.disparity_error import DisparityErrors
 from avsec_gym.validation.disparity_maps import DisparityMaps
-from avsec_gym.validation.evidence import evidence_scopes, gather_evidence
+from avsec_gym.validation.evidence import evidence_elements, evidence_scopes, gather_evidence
 from avsec_gym.validation.pair_depth import PairDepth
 
 SYSTEM = SensorSystem((LIDAR, 2, 1, 0))
@@ -69,13 +69,28 @@ def test_sound_sensors_agree_and_a_covered_one_is_found(wall: SensorFrame) -> No
 def test_evidence_is_in_the_order_of_its_scopes(wall: SensorFrame) -> None:
     errors = DisparityErrors(DisparityMaps(wall, SYSTEM))
     evidence = gather_evidence(errors)
-    scopes = evidence_scopes(SYSTEM)
-    assert scopes == (*SYSTEM.triples, (1, 2), (1, 3), (2, 3))
-    for scope, share in zip(scopes, evidence, strict=True):
-        if len(scope) == 3:
-            assert share == errors[scope].error
-        else:
+    pairs = ((1, 2), (1, 3), (2, 3))
+    assert evidence_scopes(SYSTEM) == (*SYSTEM.triples, *SYSTEM.triples, *pairs, *pairs)
+    for (name, scope), share in zip(evidence_elements(SYSTEM), evidence, strict=True):
+        if name == "holes":
             assert share == pytest.approx(np.isnan(errors.maps[scope].values).mean())
+        elif name == "brightness":
+            assert share == errors.maps.brightness(scope)
+        else:
+            assert share == getattr(errors[scope], name)
+
+
+def test_light_that_a_matcher_copes_with_is_seen_by_its_brightness(wall: SensorFrame) -> None:
+    for camera in (0, 1, 2):
+        # Of little contrast, so that the dots do not hide a change of brightness.
+        wall = wall.with_image(camera, wall.image(camera) // 6 + 60)
+    lit = wall.image(1).copy()
+    lit[:, 80:180] += 60
+    clean = DisparityErrors(DisparityMaps(wall, SYSTEM))
+    errors = DisparityErrors(DisparityMaps(wall.with_image(1, lit), SYSTEM))
+    for triple in SYSTEM.triples:
+        assert clean[triple].brightness < 0.02
+        assert (errors[triple].brightness > 0.1) == (2 in triple), triple
 
 
 def test_a_map_that_cannot_be(wall: SensorFrame) -> None:

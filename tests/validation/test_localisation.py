@@ -12,7 +12,8 @@ from avsec_gym.attacks.facula import Facula
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import LIDAR, Sensor
-from avsec_gym.validation.localisation import damaged_pixels, equally_exposed
+from avsec_gym.validation.brightness import equally_exposed
+from avsec_gym.validation.localisation import damaged_pixels
 from avsec_gym.validation.trusted_view import filled_depth, trusted_view
 
 TRUSTED: dict[int, list[tuple[Sensor, ...]]] = {
@@ -63,7 +64,8 @@ def test_exposure_is_no_damage_and_light_on_most_of_the_image_no_exposure(
     brighter[:, 80:] += 60
     frame = wall.with_image(0, brighter)
     # Two thirds of the image are lit.
-    expected = equally_exposed(trusted_view(frame, 0, (1, 2)), brighter)
+    view = trusted_view(frame, 0, (1, 2))
+    expected = equally_exposed(view.image, brighter, view.believed)
     ratio = expected[10:-10, 30:70].mean() / wall.image(0)[10:-10, 30:70].mean()
     assert ratio == pytest.approx(1.3, abs=0.03)
     assert damaged_pixels(frame, 0, (1, 2))[:, 85:].mean() > 0.9

@@ -21,7 +21,7 @@ from avsec_gym.validation.detection import (
     alarm_rate,
     detect_attack,
 )
-from avsec_gym.validation.disparity_error import DisparityError
+from avsec_gym.validation.disparity_error import MEASURES, DisparityError
 from avsec_gym.validation.fitted_on import FittedOn, fitted_on
 from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.thresholds import (
@@ -32,16 +32,22 @@ from avsec_gym.validation.thresholds import (
     threshold_table,
 )
 
-CRITERIA: tuple[Criterion, ...] = ("error", "hole_share", "either")
+CRITERIA: tuple[Criterion, ...] = (*MEASURES, "any")
 
 
 def samples(on: FittedOn, count: int = 200) -> list[dict[Any, DisparityError]]:
     rng = np.random.default_rng(1)
     moments = []
-    for valid, bad in zip(
-        rng.integers(5000, 9001, (count, 4)), rng.beta(2, 20, (count, 4)), strict=True
+    for valid, bad, others in zip(
+        rng.integers(5000, 9001, (count, 4)),
+        rng.beta(2, 20, (count, 4)),
+        rng.beta(2, 20, (count, 4, 2)),
+        strict=True,
     ):
-        errors = [DisparityError(int(b * v), int(v), 9000) for v, b in zip(valid, bad, strict=True)]
+        errors = [
+            DisparityError(int(b * v), int(v), 9000, *other)
+            for v, b, other in zip(valid, bad, others, strict=True)
+        ]
         moments.append(dict(zip(on.system.triples, errors, strict=True)))
     return moments
 
@@ -56,43 +62,43 @@ def test_the_share_r_of_the_samples_lies_beyond(
     assert set(thresholds) == set(KITTI_SYSTEM.triples)
     for triple, threshold in thresholds.items():
         found = alarm_rate((moment[triple] for moment in moments), threshold)
-        assert found.rate == pytest.approx(rate, abs=1e-9 if criterion != "either" else 0.011)
+        assert found.rate == pytest.approx(rate, abs=1e-9 if criterion != "any" else 0.016)
         assert found.rate <= rate + 1e-9
 
 
 def test_the_thesis_looks_at_the_error_alone(kitti_on: FittedOn) -> None:
     table = threshold_table(kitti_on, samples(kitti_on))
     threshold = table.thresholds(0.02, "error")[0, 1, 3]
-    errors = np.sort(table.errors[:, 1])
+    errors = np.sort(table.shares[:, 1, 0])
     # 4 of 200 lie above: the threshold is the largest inlier.
-    assert threshold == Threshold(errors[-5], np.inf)
+    assert threshold == Threshold(errors[-5])
     assert not threshold.exceeded(DisparityError(0, 100, 9000))
     assert table.thresholds(0.02)[0, 1, 3].exceeded(DisparityError(0, 100, 9000))
 
 
 @settings(deadline=None)
 @given(
-    st.lists(st.tuples(st.integers(0, 4), st.integers(0, 4)), min_size=1, max_size=30),
+    st.lists(st.tuples(*4 * [st.integers(0, 4)]), min_size=1, max_size=30),
     st.floats(0, 1),
 )
-def test_equal_samples_never_raise_the_rate(pairs: list[tuple[int, int]], rate: float) -> None:
+def test_equal_samples_never_raise_the_rate(rows: list[tuple[int, ...]], rate: float) -> None:
     on = FittedOn(THREE_CAMERAS, {"name": "sgbm"}, (48.0, 384.0), {})
-    values = np.array(pairs) / 4
-    table = ThresholdTable(on, values[:, :1], values[:, 1:])
-    threshold = table.thresholds(rate)[0, 1, 2]
-    beyond = sum(e > threshold.error or h > threshold.hole_share for e, h in values)
+    values = np.array(rows) / 4
+    threshold = ThresholdTable(on, values[:, None]).thresholds(rate)[0, 1, 2]
+    beyond = sum(any(row > threshold.shares) for row in values)
     assert beyond <= rate * len(values) + 1e-6
 
 
 def test_detection_with_three_sensors() -> None:
     on = FittedOn(THREE_CAMERAS, {"name": "sgbm"}, (48.0, 384.0), {})
-    shares = np.linspace(0.0, 0.099, 100)[:, None]
-    thresholds = ThresholdTable(on, shares, shares).thresholds(0.01)
+    shares = np.linspace(0.0, 0.099, 100)[:, None, None].repeat(4, axis=2)
+    thresholds = ThresholdTable(on, shares).thresholds(0.01)
     sound, attacked = DisparityError(900, 9200, 10000), DisparityError(3000, 9200, 10000)
     hidden = DisparityError(0, 8000, 10000)
+    dense, lit = (DisparityError(0, 9999, 10000, *two) for two in ((0.3, 0.0), (0.0, 0.3)))
     assert not detect_attack({(0, 1, 2): sound}, thresholds)
     assert detect_attack({(0, 1, 2): attacked}, thresholds)
-    assert detect_attack({(0, 1, 2): hidden}, thresholds)
+    assert all(detect_attack({(0, 1, 2): one}, thresholds) for one in (hidden, dense, lit))
     found = alarm_rate([sound, attacked, hidden, attacked], thresholds[0, 1, 2])
     assert (found.alarms, found.samples, found.rate) == (3, 4, 0.75)
     low, high = found.interval
@@ -109,7 +115,7 @@ def test_a_table_survives_its_file(tmp_path: Path, kitti_on: FittedOn) -> None:
     again = read_threshold_table(path)
     assert again.on == kitti_on
     assert len(again) == 200
-    np.testing.assert_array_equal(again.errors, table.errors)
+    np.testing.assert_array_equal(again.shares, table.shares)
     assert again.thresholds(0.01) == table.thresholds(0.01)
     with pytest.raises(DataError, match="left as it is"):
         table.write(path)
@@ -119,13 +125,14 @@ def test_a_table_survives_its_file(tmp_path: Path, kitti_on: FittedOn) -> None:
 @pytest.mark.parametrize(
     ("change", "problem"),
     [
-        (lambda content: content.pop("errors"), "lacks 'errors'"),
+        (lambda content: content.pop("shares"), "lacks 'shares'"),
         (lambda content: content.update(kind="likelihoods"), "expected 'thresholds'"),
         (lambda content: content.update(format=9), "format 9"),
-        (lambda content: content["errors"][0].pop(), "damaged"),
-        (lambda content: content["errors"][0].__setitem__(0, 1.5), "shares from 0 to 1"),
-        (lambda content: content["errors"][0].__setitem__(0, None), "damaged"),
-        (lambda content: content.update(errors=[], hole_shares=[]), "damaged"),
+        (lambda content: content["shares"][0].pop(), "damaged"),
+        (lambda content: content["shares"][0][0].__setitem__(0, 1.5), "shares are from 0 to 1"),
+        (lambda content: content["shares"][0][0].__setitem__(0, None), "damaged"),
+        (lambda content: content["measures"].pop(), "expected"),
+        (lambda content: content.update(shares=[]), "damaged"),
         (lambda content: content["fitted_on"].update(sensors=[2]), "damaged"),
         (lambda content: content["fitted_on"].update(scales=[384.0]), "1 scales for 3 cameras"),
     ],
@@ -176,5 +183,5 @@ def test_rates_that_are_none(kitti_on: FittedOn, rate: float) -> None:
 
 
 def test_no_samples(kitti_on: FittedOn) -> None:
-    with pytest.raises(ConfigurationError, match="row for each sample"):
+    with pytest.raises(ConfigurationError, match="each sample has 4 triples"):
         threshold_table(kitti_on, [])

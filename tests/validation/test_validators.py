@@ -54,7 +54,8 @@ def table(wall_of: WallOf) -> ThresholdTable:
 def test_thresholds_are_measured_frame_by_frame(wall_of: WallOf, table: ThresholdTable) -> None:
     errors = DisparityErrors(DisparityMaps(wall_of(3), SYSTEM))
     assert len(table) == 20
-    assert table.errors[3].tolist() == [errors[triple].error for triple in SYSTEM.triples]
+    expected = [errors[triple].shares for triple in SYSTEM.triples]
+    np.testing.assert_array_equal(table.shares[3], expected)
     assert table.on.data == {"walls": 20}
     with pytest.raises(ConfigurationError, match="none"):
         measured_thresholds([], SYSTEM, PairDepth(), {})

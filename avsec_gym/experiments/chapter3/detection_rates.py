@@ -26,7 +26,7 @@ def exceeded(
     judged: EvidenceTable,
     on: FittedOn,
     rate: float,
-    criterion: Criterion = "either",
+    criterion: Criterion = "any",
 ) -> NDArray[np.bool_]:
     """e_{i,j,k} of all judged moments, shape (N, states, triples).
 
@@ -37,19 +37,16 @@ def exceeded(
         rate: r.
         criterion: See `ThresholdTable.thresholds`.
     """
-    table = ThresholdTable(on, fitted.errors[:, 0], fitted.hole_shares[:, 0])
-    chosen = table.thresholds(rate, criterion)
-    columns = [chosen[triple] for triple in on.system.triples]
-    errors = np.array([one.error for one in columns])
-    holes = np.array([one.hole_share for one in columns])
-    return np.asarray((judged.errors > errors) | (judged.hole_shares > holes))
+    chosen = ThresholdTable(on, fitted.measures[:, 0]).thresholds(rate, criterion)
+    thresholds = np.array([chosen[triple].shares for triple in on.system.triples])
+    return np.asarray((judged.measures > thresholds).any(axis=-1))
 
 
 def detection_rates(
     fitted: EvidenceTable,
     judged: EvidenceTable,
     on: FittedOn,
-    criterion: Criterion = "either",
+    criterion: Criterion = "any",
     rates: Sequence[float] = RATES,
 ) -> list[dict[str, Any]]:
     """For each scenario and r the share of attacks noticed, in every case and on average.

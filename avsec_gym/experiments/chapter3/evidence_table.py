@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.chapter3.state_evidence_cells import bits
+from avsec_gym.experiments.chapter3.state_evidence_cells import bits, measured
 from avsec_gym.experiments.results import Results
 from avsec_gym.geometry import Floats
 from avsec_gym.sensor_system import SensorSystem
-from avsec_gym.validation.evidence import evidence_scopes
+from avsec_gym.validation.evidence import evidence_elements
 from avsec_gym.validation.state_posterior import state_vectors
 
 
@@ -36,9 +36,22 @@ class EvidenceTable:
         return len(self.moments)
 
     @property
-    def errors(self) -> Floats:
-        """E of every triple, shape (N, states, triples)."""
-        return self.shares[:, :, : len(self.system.triples)]
+    def measures(self) -> Floats:
+        """All `MEASURES` of every triple, shape (N, states, triples, 4)."""
+        place = {element: i for i, element in enumerate(evidence_elements(self.system))}
+        columns = []
+        for column, triple in enumerate(self.system.triples):
+            pairs = (place.get(("brightness", (one, triple[2]))) for one in triple[:2])
+            brightness = [self.shares[..., one] for one in pairs if one is not None]
+            columns.append(
+                [
+                    self.shares[..., place["error", triple]],
+                    self.hole_shares[..., column],
+                    self.shares[..., place["densest", triple]],
+                    np.max(brightness, axis=0),
+                ]
+            )
+        return np.moveaxis(np.array(columns), (0, 1), (-2, -1))
 
 
 def evidence_table(results: Results, part: str, system: SensorSystem) -> EvidenceTable:
@@ -48,10 +61,8 @@ def evidence_table(results: Results, part: str, system: SensorSystem) -> Evidenc
         ConfigurationError: There is none.
     """
     states = state_vectors(len(system))
-    scopes = [",".join(map(str, scope)) for scope in evidence_scopes(system)]
-    triples = [",".join(map(str, triple)) for triple in system.triples]
-    names = [("error " if one.count(",") == 2 else "unknown ") + one for one in scopes]
-    names += [f"hole_share {one}" for one in triples]
+    elements = [measured(*element) for element in evidence_elements(system)]
+    names = elements + [measured("hole_share", triple) for triple in system.triples]
     column = {name: number for number, name in enumerate(names)}
     found: dict[str, Floats] = {}
     for index, state in enumerate(states):
@@ -64,4 +75,6 @@ def evidence_table(results: Results, part: str, system: SensorSystem) -> Evidenc
             f"the run has no moment of the part {part!r}: `avsec run identification` makes them"
         )
     stacked = np.stack([found[moment] for moment in whole])
-    return EvidenceTable(system, whole, stacked[..., : len(scopes)], stacked[..., len(scopes) :])
+    return EvidenceTable(
+        system, whole, stacked[..., : len(elements)], stacked[..., len(elements) :]
+    )

@@ -38,7 +38,7 @@ def algorithm_2(
     judged: EvidenceTable,
     on: FittedOn,
     rate: float,
-    criterion: Criterion = "either",
+    criterion: Criterion = "any",
 ) -> Found:
     """What algorithm 2 concludes of every judged moment in every state."""
     state_vector = exceeded(fitted, judged, on, rate, criterion)

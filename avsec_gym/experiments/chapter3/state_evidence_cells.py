@@ -8,7 +8,7 @@ from pathlib import Path
 from avsec_gym.experiments.chapter3.attacks import tampered_frames
 from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED, OPTIONS, recordings_of
 from avsec_gym.experiments.experiment import Cell, CellResult, Configuration, Measurement
-from avsec_gym.validation.evidence import evidence_scopes
+from avsec_gym.validation.evidence import evidence_elements
 from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.state_evidence import StateEvidence
 from avsec_gym.validation.state_posterior import States, state_vectors
@@ -49,7 +49,7 @@ class StateEvidences:
         self._seed = configuration.seed
 
     def __call__(self, part: str, number: int) -> CellResult:
-        """E and hole share of every triple, and the unknown share of every map of two cameras."""
+        """The evidence of every state, and the hole shares of its triples."""
         recordings = self._parts[part]
         moment, system = recordings.moments[number], recordings.system
         seconds = {}
@@ -66,12 +66,12 @@ class StateEvidences:
         rows = []
         for state, elements in zip(states, shares, strict=True):
             setting = f"{part} {bits(state)}"
-            for scope, share in zip(evidence_scopes(system), elements, strict=True):
-                name = "error" if len(scope) == 3 else "unknown"
-                rows.append(Measurement(setting, moment.id, f"{name} {_named(scope)}", share))
+            for (name, scope), share in zip(evidence_elements(system), elements, strict=True):
+                rows.append(Measurement(setting, moment.id, measured(name, scope), share))
             for triple, error in evidence.errors(state).items():
-                holes = f"hole_share {_named(triple)}"
-                rows.append(Measurement(setting, moment.id, holes, error.hole_share))
+                # The one share of a triple that is no element: it is counted by the map instead.
+                name = measured("hole_share", triple)
+                rows.append(Measurement(setting, moment.id, name, error.hole_share))
         return CellResult(measurements=rows, seconds=seconds)
 
 
@@ -80,5 +80,6 @@ def bits(state: States) -> str:
     return "".join("1" if one else "0" for one in state)
 
 
-def _named(scope: tuple[int, ...]) -> str:
-    return ",".join(map(str, scope))
+def measured(name: str, scope: tuple[int, ...]) -> str:
+    """What a share of some sensors is called in a run: ``error 0,1,3``."""
+    return f"{name} {','.join(map(str, scope))}"

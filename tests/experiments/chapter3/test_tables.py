@@ -19,12 +19,14 @@ from avsec_gym.experiments.chapter3.identification_rates import (
     identification_rates,
     maximum_likelihood,
 )
+from avsec_gym.experiments.chapter3.state_evidence_cells import measured
 from avsec_gym.sensor_system import KITTI_SYSTEM
-from avsec_gym.validation.evidence import evidence_scopes
+from avsec_gym.validation.evidence import evidence_elements
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.state_posterior import state_vectors
 
-SCOPES = evidence_scopes(KITTI_SYSTEM)
+ELEMENTS = evidence_elements(KITTI_SYSTEM)
+SCOPES = [scope for _, scope in ELEMENTS]
 STATES = state_vectors(4)
 ON = FittedOn(KITTI_SYSTEM, {"name": "sgbm"}, (48.0, 384.0), {"made": "up"})
 
@@ -74,6 +76,20 @@ def test_likelihood_tells_what_it_knows() -> None:
     assert told["brier"] < 0.2
 
 
+def test_brightness_of_a_triple_is_that_of_its_worse_pair_of_cameras() -> None:
+    table = made_up(2, 0)
+    shares = {element: table.shares[..., i] for i, element in enumerate(ELEMENTS)}
+    for column, (i, j, k) in enumerate(KITTI_SYSTEM.triples):
+        error, holes, densest, brightness = np.moveaxis(table.measures[:, :, column], -1, 0)
+        np.testing.assert_array_equal(error, shares["error", (i, j, k)])
+        np.testing.assert_array_equal(holes, table.hole_shares[..., column])
+        np.testing.assert_array_equal(densest, shares["densest", (i, j, k)])
+        both = shares["brightness", (j, k)]
+        if i > 0:
+            both = np.maximum(both, shares["brightness", (i, k)])
+        np.testing.assert_array_equal(brightness, both)
+
+
 def test_cases_are_the_seven_sets_of_a_triple() -> None:
     cases = attack_cases_of((0, 2, 3), 4)
     assert sorted(cases.values()) == [(0,), (0, 2), (0, 2, 3), (0, 3), (2,), (2, 3), (3,)]
@@ -96,11 +112,8 @@ class Stored:
         for m, moment in enumerate(table.moments):
             for index, state in enumerate(STATES):
                 setting = "judged " + "".join("01"[int(one)] for one in state)
-                named = [
-                    ("error " if len(scope) == 3 else "unknown ") + ",".join(map(str, scope))
-                    for scope in SCOPES
-                ]
-                named += [f"hole_share {i},{j},{k}" for i, j, k in KITTI_SYSTEM.triples]
+                named = [measured(*element) for element in ELEMENTS]
+                named += [measured("hole_share", triple) for triple in KITTI_SYSTEM.triples]
                 values = [*table.shares[m, index], *table.hole_shares[m, index]]
                 self.rows += [
                     {"setting": setting, "scenario": moment, "name": name, "value": value}
