@@ -140,6 +140,10 @@ def _use_threads(count: int) -> None:
 
 
 def _answer(report: dict[str, Any]) -> str:
+    if report["validation"]:
+        from avsec_gym.report.validation_in_words import validation_sentences
+
+        return " ".join(validation_sentences(report["validation"]))
     if "answer" not in report:
         return f"{report['cells']['done']} cells done"
     return f"{report['answer']['word']} {report['answer']['sentence']}"

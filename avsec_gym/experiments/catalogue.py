@@ -10,6 +10,7 @@ from avsec_gym.experiments.experiment import Experiment
 
 EXPERIMENTS: dict[str, str] = {
     "demo": "avsec_gym.experiments.demo:DEMO",
+    "identification": "avsec_gym.experiments.chapter3.experiments:IDENTIFICATION",
 } | {
     name: f"avsec_gym.experiments.chapter5.experiments:{attribute}"
     for name, attribute in {

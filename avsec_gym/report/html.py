@@ -12,6 +12,7 @@ from avsec_gym.report.page_table import Table, bounds, number
 from avsec_gym.report.plots_ghosts import PLACE_WORDS, draw_ghosts
 from avsec_gym.report.plots_losses import draw_losses, legend
 from avsec_gym.report.plots_steps import RATES, draw_precision, draw_safety
+from avsec_gym.report.plots_validation import draw_distributions
 from avsec_gym.report.run_remarks import facts, inputs, remarks
 from avsec_gym.report.scene_strip import Strip
 from avsec_gym.report.spread_pictures import SpreadPicture
@@ -27,8 +28,10 @@ from avsec_gym.report.tables_beyond import (
     trend_table,
 )
 from avsec_gym.report.tables_of_thesis import tables_of_thesis
+from avsec_gym.report.tables_of_validation import tables_of_validation
 from avsec_gym.report.tables_why import ghost_table, pyramid_table, spread_table
 from avsec_gym.report.telling_scenes import RULES
+from avsec_gym.report.validation_in_words import validation_sentences
 
 Report = Mapping[str, Any]
 _SECTIONS = {
@@ -40,11 +43,12 @@ _SECTIONS = {
     "spread": "Spread of a patch",
     "controls": "Controls",
     "flips": "Flips",
+    "validation": "Sensor data validation",
     "other": "Other settings",
     "run": "The run",
 }
 
-_PARTS = ("answer", "decoupling", "scenarios", "trends", "rounding", "pyramid")
+_PARTS = ("answer", "decoupling", "scenarios", "trends", "rounding", "pyramid", "validation")
 """Of a report, that others than those of chapter 5 lack."""
 
 
@@ -78,6 +82,7 @@ def html_page(
         "places": PLACE_WORDS,
         "rules": RULES,
         "rho": _rho(report) if "decoupling" in report else "",
+        "sentences": validation_sentences(report["validation"]) if report.get("validation") else [],
         "facts": facts(report),
         "inputs": inputs(report),
         "bars": _bars(report),
@@ -95,6 +100,8 @@ def _tables(report: Report) -> dict[str, Any]:
         "time": time_table(report),
         "spread": spread_table(report["spread"]),
     }
+    if report.get("validation"):
+        tables["validation"] = tables_of_validation(report["validation"])
     if "decoupling" in report:
         tables |= {
             "losses": loss_table(report["decoupling"]["attacks"]),
@@ -111,8 +118,12 @@ def _tables(report: Report) -> dict[str, Any]:
 
 
 def _drawings(report: Report) -> dict[str, Any]:
-    if "decoupling" not in report:
-        return {}
+    summary = report.get("validation")
+    found = {"validation": draw_distributions(summary["distributions"])} if summary else {}
+    return found | (_drawings_of_chapter_5(report) if "decoupling" in report else {})
+
+
+def _drawings_of_chapter_5(report: Report) -> dict[str, Any]:
     safety = [(words, draw_safety(report["safety"], rate)) for rate, words in RATES.items()]
     return {
         "losses": draw_losses(report["decoupling"]["attacks"]),
@@ -133,6 +144,7 @@ def _shown(report: Report, tables: Mapping[str, Any], strips: Sequence[Strip]) -
         "spread": bool(report["spread"] or report.get("pyramid")),
         "controls": whole,
         "flips": whole,
+        "validation": bool(report.get("validation")),
         "other": bool(report["other"]),
         "run": True,
     }

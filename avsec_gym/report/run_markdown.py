@@ -17,7 +17,9 @@ from avsec_gym.report.tables_beyond import (
     trend_table,
 )
 from avsec_gym.report.tables_of_thesis import tables_of_thesis
+from avsec_gym.report.tables_of_validation import tables_of_validation
 from avsec_gym.report.tables_why import ghost_table, pyramid_table, spread_table
+from avsec_gym.report.validation_in_words import validation_sentences
 
 _LEFT_OUT = ("machine", "scenarios")
 """They name places of one machine."""
@@ -50,6 +52,8 @@ def markdown_page(
 
 
 def _answer(report: Mapping[str, Any]) -> list[str]:
+    if report.get("validation"):
+        return ["", *(f"- {sentence}" for sentence in validation_sentences(report["validation"]))]
     if "answer" not in report:
         return []
     answer, both = report["answer"], report["decoupling"]["rank_correlation"]["both"]
@@ -79,6 +83,7 @@ def _tables(report: Mapping[str, Any]) -> list[Table]:
             trend_table(report["trends"]),
             rounding_table(report["rounding"]),
         ]
+    tables += tables_of_validation(report["validation"]) if report.get("validation") else []
     tables += [spread_table(report["spread"])] if report["spread"] else []
     tables += [other_table(report["other"])] if report["other"] else []
     return [table for table in tables if table.rows]

@@ -1,4 +1,4 @@
-"""Everything that a run of chapter 5 has to say, as JSON; pages and tables are made of it."""
+"""Everything that a run has to say, as JSON; pages and tables are made of it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Callable
 from datetime import datetime
 from typing import Any
 
+from avsec_gym.experiments.chapter3.summary import validation_summary
 from avsec_gym.experiments.chapter5.controls import control_rows, rounding_rows, trend_rows
 from avsec_gym.experiments.chapter5.decoupling import decoupling
 from avsec_gym.experiments.chapter5.flips import flips
@@ -71,6 +72,7 @@ def run_report(
         report |= _chapter_5(run, outcomes, on_progress)
     else:
         report["question"] = next(iter(run.manifest["experiments"].values()))["question"]
+    report["validation"] = validation_summary(run, run.configuration)
     report["spread"] = spread_rows(run)
     report["other"] = _other_rates(run)
     return report

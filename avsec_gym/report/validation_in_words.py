@@ -1,0 +1,45 @@
+"""What a run of chapter 3 answers, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from avsec_gym.report.page_table import number
+
+_RATE = 0.01
+
+
+def validation_sentences(summary: Mapping[str, Any]) -> list[str]:
+    """Detection, identification, false alarms, at r = 1 %.
+
+    Args:
+        summary: As `avsec_gym.experiments.chapter3.summary.validation_summary` makes it.
+    """
+    noticed = {
+        (row["scenario"], row["criterion"]): row
+        for row in summary["detection"]
+        if row["rate"] == _RATE
+    }
+    sentences = []
+    for scenario in dict.fromkeys(scenario for scenario, _ in noticed):
+        alone, every = noticed[scenario, "error"], noticed[scenario, "any"]
+        sentences.append(
+            f"{scenario[0].upper()}{scenario[1:]} notice {_percent(every['average'])} of the"
+            f" attacks ({_percent(alone['average'])} by E alone), with"
+            f" {_percent(every['false_alarms']['rate'])} false alarms."
+        )
+    named = {row["method"]: row for row in summary["identification"] if row["rate"] == _RATE}
+    by_algorithm, likeliest = named["algorithm 2, any"], named["maximum likelihood"]
+    sentences.append(
+        f"The attacked one of four sensors is named in {_percent(by_algorithm['average'])} of the"
+        f" cases by algorithm 2 ({_percent(named['algorithm 2, error']['average'])} by E alone) and"
+        f" in {_percent(likeliest['average'])} by maximum likelihood, with"
+        f" {_percent(by_algorithm['false_alarms']['rate'])} and"
+        f" {_percent(likeliest['false_alarms']['rate'])} false alarms."
+    )
+    return sentences
+
+
+def _percent(share: float) -> str:
+    return f"{number(share, 100, 2)} %"
