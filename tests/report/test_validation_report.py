@@ -1,0 +1,113 @@
+"""A run of chapter 3, from cells to page, with sensors whose answers are known."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from avsec_gym.commands.report import Report
+from avsec_gym.experiments.chapter3 import summary as chapter_3
+from avsec_gym.experiments.chapter3.recordings import SYSTEM
+from avsec_gym.experiments.chapter3.state_evidence_cells import bits, measured
+from avsec_gym.experiments.experiment import (
+    Cell,
+    CellResult,
+    Configuration,
+    Experiment,
+    Measurement,
+)
+from avsec_gym.report.run_markdown import markdown_page
+from avsec_gym.report.run_report import run_report
+from avsec_gym.report.validation_in_words import validation_sentences
+from avsec_gym.runs.run import run_experiments
+from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.validation.evidence import evidence_elements
+from avsec_gym.validation.fitted_on import FittedOn
+from avsec_gym.validation.state_posterior import state_vectors
+
+pytestmark = pytest.mark.slow
+
+MOMENTS = 24
+HIDDEN_FROM_E = 3
+"""Position of a camera whose attacks leave E as it is, and are seen by brightness alone."""
+
+
+def moment(configuration: Configuration) -> Any:
+    def work(part: str, number: int) -> CellResult:
+        random = np.random.default_rng([part == "judged", number])
+        rows = []
+        for state in state_vectors(len(SYSTEM)):
+            setting = f"{part} {bits(state)}"
+            for name, scope in evidence_elements(SYSTEM):
+                seen = [one for one in scope if state[one]]
+                if name != "brightness":
+                    seen = [one for one in seen if one != HIDDEN_FROM_E]
+                share = random.uniform(0.01, 0.05) + (0.4 if seen else 0.0)
+                rows.append(Measurement(setting, f"{number:03d}", measured(name, scope), share))
+            for triple in SYSTEM.triples:
+                name = measured("hole_share", triple)
+                rows.append(Measurement(setting, f"{number:03d}", name, 0.1))
+        return CellResult(measurements=rows)
+
+    return work
+
+
+def cells(configuration: Configuration) -> list[Cell]:
+    work = f"{__name__}:moment"
+    return [
+        Cell.of(work, "", part=part, number=number)
+        for part in ("fitted", "judged")
+        for number in range(configuration.limit or MOMENTS)
+    ]
+
+
+KNOWN = Experiment("known", "Is it noticed?", "Chapter 3", cells)
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RunFolder:
+    on = FittedOn(SYSTEM, {"name": "sgbm"}, (195.0, 195.0), {"made": "up"})
+    monkeypatch.setattr(chapter_3, "fitted_to", lambda configuration: on)
+    run_experiments([KNOWN], Configuration("made_up"), tmp_path / "run", workers=0, threads=1)
+    return RunFolder.open(tmp_path / "run")
+
+
+def test_a_page_says_what_sensors_notice(
+    run: RunFolder, capsys: pytest.CaptureFixture[str]
+) -> None:
+    report = run_report(run)
+    json.dumps(report, allow_nan=False)
+    summary = report["validation"]
+    rows = {(row["scenario"], row["criterion"], row["rate"]): row for row in summary["detection"]}
+    for scenario in ("LiDAR and two cameras", "three cameras"):
+        # One of the seven cases is an attack on the camera that E does not see.
+        alone = rows[scenario, "error", 0.0]
+        assert alone["cases"]["S3"] == pytest.approx(0.0, abs=0.2)
+        assert alone["average"] == pytest.approx(6 / 7, abs=0.05)
+        assert rows[scenario, "any", 0.0]["average"] == 1.0
+    named = {(row["method"], row["rate"]): row for row in summary["identification"]}
+    assert named["algorithm 2, any", 0.0]["sensors"]["S3"]["rate"] > 0.9
+    assert named["algorithm 2, error", 0.0]["sensors"]["S3"]["rate"] < 0.2
+    assert named["maximum likelihood", 0.01]["average"] > 0.9
+    assert Report(run.path).run() == 0
+    said = capsys.readouterr().err
+    assert validation_sentences(summary)[0] in said
+    page = (run.path / "report.html").read_text()
+    for words in ("Table 3.1", "Table 3.2", "99.89", "98.15", "brightness inconsistency"):
+        assert words in page
+    assert page.count("not attacked") == 1
+    text = markdown_page(report)
+    assert "## Table 3.2" in text
+    assert "*98.15*" in text
+
+
+def test_too_few_moments_are_not_summed_up(tmp_path: Path) -> None:
+    configuration = Configuration("made_up", limit=3)
+    run_experiments([KNOWN], configuration, tmp_path / "few", workers=0, threads=1)
+    report = run_report(RunFolder.open(tmp_path / "few"))
+    assert report["validation"] is None
+    assert report["question"] == "Is it noticed?"
