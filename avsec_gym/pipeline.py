@@ -5,34 +5,41 @@
     (s_0, r, d) = S(I_l, I_r)         driving constraints, by road type
     {s_t} = M(b>, s_0, r, g, c, d)    the planned trajectory
 
-and {s_t} is held against what is really there.  `Pipeline` is the whole chain, `drive` its end for
-boxes that somebody hands in.
+and {s_t} is held against what is really there.  A validator may sit before O: at an alarm the car
+stops, or goes on without the sensors that the alarm is about.  `Pipeline` is the whole chain,
+`drive` its end for boxes that somebody hands in.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.attacks.attack import Seed, Victim, quantised
+from avsec_gym.attacks.optical_attack import OpticalAttack
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.emergency_stop import emergency_stop, judge_stop
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.safety import SafetyRecord, judge
 from avsec_gym.planners.plan import Plan
 from avsec_gym.planners.planner import MotionPrimitivePlanner, Planner
-from avsec_gym.registry import Kind, make
+from avsec_gym.registry import Kind, make, names
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.given_scene import GivenScene
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
 from avsec_gym.scenario.scene import Motion, Scene
+from avsec_gym.validation.response import Response, trusted_frame
+from avsec_gym.validation.suspects import Untrusted
+from avsec_gym.validation.validator import Validation
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +66,10 @@ class Perception:
     """What S says; None: nobody was asked, and the scene's own holds."""
     seconds: dict[str, float] = field(default_factory=dict)
     """Of each part."""
+    validation: Validation | None = None
+    """What the validator says of the sensors; None: there is none."""
+    stops: bool = False
+    """Whether the car brings itself to a stand, whatever else is believed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,13 +90,18 @@ class Pipeline:
 
     Args:
         detector: O.
-        attack: None: nobody attacks.
+        attack: On what detectors see, or an optical one; None: nobody attacks.
         classifier: C; None: the planner knows of motion what `motion` says.
         selector: S; None: the scene's own road type holds.
         planner: M.
         motion: Without C, what the planner takes as moving.
         score_threshold: Less sure detections are not planned on.
         whole_levels: Whether attacked images have whole grey levels, as a camera's have.
+        validator: Sits before O; None: the sensors are trusted.
+        response: To its alarm.
+
+    Raises:
+        ConfigurationError: Nothing has one of the names, or a validator is to judge broken levels.
 
     Example:
         >>> pipeline = Pipeline("oracle")
@@ -101,12 +117,25 @@ class Pipeline:
     motion: Motion = Motion.TRUTH
     score_threshold: float = 0.3
     whole_levels: bool = True
+    validator: Any = None
+    response: Response | str = Response.STOP
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "motion", Motion.named(self.motion))
-        for kind in (Kind.DETECTOR, Kind.ATTACK, Kind.CLASSIFIER, Kind.SELECTOR, Kind.PLANNER):
+        object.__setattr__(self, "response", Response.named(self.response))
+        for kind in (
+            Kind.DETECTOR,
+            Kind.ATTACK,
+            Kind.CLASSIFIER,
+            Kind.SELECTOR,
+            Kind.PLANNER,
+            Kind.VALIDATOR,
+        ):
             part = getattr(self, kind)
-            object.__setattr__(self, kind, None if part is None else make(kind, part))
+            chosen = Kind.OPTICAL_ATTACK if kind == Kind.ATTACK and _is_optical(part) else kind
+            object.__setattr__(self, kind, None if part is None else make(chosen, part))
+        if self.validator is not None and not self.whole_levels:
+            raise ConfigurationError("a validator judges images of whole grey levels")
 
     def __call__(
         self,
@@ -146,19 +175,36 @@ class Pipeline:
         """The frame as the attacker lets it through; arguments as above."""
         if self.attack is None:
             return frame
+        if isinstance(self.attack, OpticalAttack):
+            return self.attack.attack(frame, seed).frame
         victim = Victim(self.detector, scene.boxes, intention, disparity)
         attacked: SensorFrame = self.attack.attack(frame, victim, seed)
         return quantised(attacked) if self.whole_levels else attacked
 
-    def perceive(self, frame: SensorFrame) -> Perception:
-        """What the car believes: O, C and S."""
+    def perceive(self, frame: SensorFrame, validation: Validation | None = None) -> Perception:
+        """What the car believes: the validator's word first, then O, C and S.
+
+        Args:
+            frame: What it sees.
+            validation: What the validator said of it; None: it is asked.
+        """
         seconds: dict[str, float] = {}
-        with _timed(seconds, "detector"):
-            detections: Boxes3D = self.detector.detect(frame)
-        return self._understood(frame, detections, seconds)
+        if self.validator is None:
+            return self._believed(frame, seconds)
+        if validation is None:
+            with _timed(seconds, "validator"):
+                validation = self.validator.validate(frame)
+        try:
+            trusted = trusted_frame(frame, validation, Response(self.response))
+            return replace(self._believed(trusted, seconds), validation=validation)
+        except Untrusted:
+            nothing = Boxes3D.empty()
+            return Perception(nothing, nothing, None, seconds, validation, stops=True)
 
     def perceive_all(self, frames: Sequence[SensorFrame]) -> list[Perception]:
-        """The same for frames of one size, which pass through O together."""
+        """The same for frames of one size, which pass through O together, or are judged first."""
+        if self.validator is not None:
+            return [self.perceive(frame) for frame in frames]
         from avsec_gym.perception.stereo_batch import batch_of_frames
 
         start = time.perf_counter()
@@ -172,7 +218,9 @@ class Pipeline:
     def drive(
         self, scene: Scene, perception: Perception, intention: Intention = Intention.STRAIGHT
     ) -> Drive:
-        """Where that leads: M, and the verdict."""
+        """Where that leads: M, or a stop, and the verdict."""
+        if perception.stops:
+            return stop(scene, intention)
         return drive(
             scene,
             intention,
@@ -181,6 +229,11 @@ class Pipeline:
             planner=self.planner,
             road_type=perception.road_type,
         )
+
+    def _believed(self, frame: SensorFrame, seconds: dict[str, float]) -> Perception:
+        with _timed(seconds, "detector"):
+            detections: Boxes3D = self.detector.detect(frame)
+        return self._understood(frame, detections, seconds)
 
     def _understood(
         self, frame: SensorFrame, detections: Boxes3D, seconds: dict[str, float]
@@ -232,6 +285,24 @@ def drive(
     plan = planner.plan(problem)
     truth = scene.truth()
     return Drive(problem, plan, truth, judge(plan, problem, truth))
+
+
+def stop(scene: Scene | GivenScene, intention: Intention = Intention.STRAIGHT) -> Drive:
+    """Brake, wherever the car wanted to go, and judge that against what is.
+
+    Args:
+        scene: The real situation.
+        intention: That is given up.
+    """
+    problem = scene.problem(intention, Boxes3D.empty(), Motion.STATIC)
+    plan, truth = emergency_stop(problem), scene.truth()
+    return Drive(problem, plan, truth, judge_stop(plan, problem, truth))
+
+
+def _is_optical(attack: Any) -> bool:
+    """Whether what is given by name, or as a dictionary, is an optical attack."""
+    name = attack.get("name") if isinstance(attack, Mapping) else attack
+    return isinstance(name, str) and name in names(Kind.OPTICAL_ATTACK)
 
 
 @contextmanager

@@ -18,6 +18,11 @@ from avsec_gym.pipeline import Pipeline
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
+from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.validation.disparity_error import DisparityErrors
+from avsec_gym.validation.disparity_maps import DisparityMaps
+from avsec_gym.validation.state_posterior import Verdict
+from avsec_gym.validation.validator import Validation
 
 GREY = np.full((4, 6, 3), 100, np.uint8)
 WALL = [[12.0, y, 0.0] for y in (-3.5, 0.0, 3.5)]
@@ -53,7 +58,7 @@ class Believer:
     seen: list[np.ndarray] = field(default_factory=list)
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
-        self.seen.append(frame.image(2))
+        self.seen.append(frame.stereo().left)
         return cars(WALL) if frame.image(2).mean() > 200 else Boxes3D.empty()
 
     def detect_batch(self, batch: object) -> list[Boxes3D]:
@@ -88,6 +93,27 @@ class Fast:
 
     def select(self, frame: SensorFrame) -> RoadType:
         return RoadType.HIGHWAY
+
+
+@dataclass
+class Watchdog:
+    """A validator that barks at bright images; it names one sensor, or says it cannot tell."""
+
+    named: int | str | None = None
+    name: str = "watchdog"
+    system: SensorSystem = field(default_factory=lambda: SensorSystem((LIDAR, 3, 2)))
+    asked: int = 0
+
+    def validate(self, frame: SensorFrame) -> Validation:
+        self.asked += 1
+        alarm = frame.image(2).mean() > 200
+        verdicts = dict.fromkeys(self.system.sensors, Verdict.SOUND)
+        if alarm and self.named is None:
+            verdicts = dict.fromkeys(verdicts, Verdict.CANNOT_TELL)
+        elif alarm:
+            verdicts[self.named] = Verdict.ATTACKED  # type: ignore[index]
+        errors = DisparityErrors(DisparityMaps(frame, self.system))
+        return Validation(alarm, verdicts, errors)
 
 
 EMPTY_STREET = Scene("000001", cars([]))
@@ -166,3 +192,65 @@ def test_parts_are_found_by_name(tmp_path: Path) -> None:
     assert pipeline(Scene("000001", cars(WALL)), frame()).drive.record.outcome == "unplanned"
     with pytest.raises(ConfigurationError, match="no selector named 'large'"):
         Pipeline("oracle", selector="large")
+
+
+def test_an_alarm_stops_the_car_before_anybody_looks() -> None:
+    detector, watchdog = Believer(), Watchdog()
+    pipeline = Pipeline(detector, Glare(), validator=watchdog)
+    run = pipeline(EMPTY_STREET, frame())
+    assert run.perception.stops
+    assert run.perception.validation is not None
+    assert run.perception.validation.alarm
+    assert (run.drive.record.outcome, run.drive.record.reason) == ("unplanned", "stopped")
+    assert not detector.seen
+    assert set(run.seconds) == {"attack", "validator", "planner"}
+    near = pipeline(Scene("000001", cars([[6.0, 0.0, 0.0]])), frame()).drive.record
+    assert (near.outcome, near.reason) == ("collision", "stopped")
+
+
+@pytest.mark.parametrize("response", ["stop", "drop", "repair"])
+def test_without_alarm_all_is_as_without_validator(response: str) -> None:
+    plain = Pipeline(Believer())(EMPTY_STREET, frame())
+    watched = Pipeline(Believer(), validator=Watchdog(), response=response)(EMPTY_STREET, frame())
+    assert plain.drive.record == watched.drive.record
+    assert plain.perception.validation is None
+    assert watched.perception.validation is not None
+    assert not watched.perception.stops
+    assert set(watched.seconds) == {"attack", "validator", "detector", "planner"}
+
+
+def test_a_camera_detector_goes_on_without_the_lidar_and_stops_without_a_camera() -> None:
+    bright = frame().with_image(2, GREY + 120)
+    for named, stops in ((LIDAR, False), (3, True), (None, True)):
+        pipeline = Pipeline(Believer(), validator=Watchdog(named), response="drop")
+        believed = pipeline.perceive(bright)
+        assert believed.stops == stops
+        assert len(believed.believed) == (0 if stops else 3)
+
+
+def test_what_the_validator_said_already_is_not_asked_again() -> None:
+    watchdog = Watchdog(LIDAR)
+    pipeline = Pipeline(Believer(), validator=watchdog, response="drop")
+    said = watchdog.validate(frame())
+    assert pipeline.perceive(frame(), said).validation is said
+    assert watchdog.asked == 1
+    assert [one.stops for one in pipeline.perceive_all([frame(), frame()])] == [False, False]
+    assert watchdog.asked == 3
+
+
+def test_optical_attacks_stand_where_attacks_do() -> None:
+    facula = {"name": "facula", "camera": 3, "strength": 100.0}
+    pipeline = Pipeline(Believer(), facula)
+    lit, again = (pipeline.tampered(EMPTY_STREET, frame(), seed=(7, 1)) for _ in range(2))
+    assert lit.image(2) is GREY
+    assert (lit.image(3) > GREY).any()
+    assert (lit.image(3) == again.image(3)).all()
+
+
+def test_what_cannot_be_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match="a response"):
+        Pipeline("oracle", validator=Watchdog(), response="honk")
+    with pytest.raises(ConfigurationError, match="no validator named"):
+        Pipeline("oracle", validator="cat")
+    with pytest.raises(ConfigurationError, match="whole grey levels"):
+        Pipeline("oracle", validator=Watchdog(), whole_levels=False)

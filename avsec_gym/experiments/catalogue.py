@@ -11,6 +11,7 @@ from avsec_gym.experiments.experiment import Experiment
 EXPERIMENTS: dict[str, str] = {
     "demo": "avsec_gym.experiments.demo:DEMO",
     "identification": "avsec_gym.experiments.chapter3.experiments:IDENTIFICATION",
+    "defence": "avsec_gym.experiments.chapter3.defence:DEFENCE",
 } | {
     name: f"avsec_gym.experiments.chapter5.experiments:{attribute}"
     for name, attribute in {

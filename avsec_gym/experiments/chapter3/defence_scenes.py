@@ -1,0 +1,58 @@
+"""What is really there at a moment of a raw drive: its scene."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from avsec_gym.errors import DataError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti.raw import Drive
+from avsec_gym.kitti.text_files import read_text
+from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.scene import Scene
+from avsec_gym.scenario.scene_sets import labelled_scene
+
+
+def scene_of(frame: SensorFrame, id: str, number: int, seed: int = 0) -> Scene:
+    """The scene of a moment.
+
+    A procedural drive has labels, moving flags and the road type of every frame.  Of a real one
+    the tracklets are taken, which say where things are, but not that they move: all stand, on a
+    street.
+
+    Args:
+        frame: Of a drive, as its reader gives it.
+        id: Of the scene; frames of several drives have the same numbers.
+        number: See `Scene`.
+        seed: See `Scene`.
+
+    Raises:
+        DataError: The drive has neither labels nor tracklets, or a file is broken.
+    """
+    if frame.origin is None:
+        raise DataError(
+            f"Frame {frame.id} does not come from a drive: nobody knows what is there.",
+            remedy="Read it with KittiRaw(root).drive(name).frame(number).",
+        )
+    labels = _place(frame.origin, "label", f"{frame.id}.txt")
+    if not labels.is_file():
+        boxes = Drive(frame.origin).labels(int(frame.id))
+        standing = replace(boxes, moving=np.zeros(len(boxes), bool))
+        return Scene(id, standing, RoadType.STREET, seed, number)
+    flags = _place(frame.origin, "moving", f"{frame.id}.txt")
+    about = _place(frame.origin, "scene", f"{frame.id}.json")
+    try:
+        road_type = RoadType(json.loads(read_text(about))["road_type"])
+    except (ValueError, KeyError, TypeError) as error:
+        remedy = "Make the drive anew."
+        raise DataError("The file names no road type.", path=about, remedy=remedy) from error
+    scene, _ = labelled_scene(labels, flags, road_type, seed, str(road_type))
+    return replace(scene, id=id, number=number)
+
+
+def _place(drive: Path, kind: str, name: str) -> Path:
+    return drive / f"{kind}_02" / "data" / name

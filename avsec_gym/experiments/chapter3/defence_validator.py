@@ -1,0 +1,94 @@
+"""The validator of the experiment on defences, and what it was fitted on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import logging
+from functools import cache
+from pathlib import Path
+
+import avsec_gym
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.experiments.chapter3.recordings import FITTED, OPTIONS, recordings_of
+from avsec_gym.experiments.experiment import Configuration
+from avsec_gym.registry import Kind, make
+from avsec_gym.validation.pair_depth import PairDepth
+from avsec_gym.validation.thresholds import measured_thresholds
+from avsec_gym.validation.validator import Validator
+from avsec_gym.world.export.folder_lock import folder_lock
+from avsec_gym.world.textures.library import cache_folder
+
+VALIDATOR_OPTIONS = {**OPTIONS, "validator": "thresholds", "fitted_file": "", "rate": 0.01}
+"""Beside those of the recordings: ``validator``: ``thresholds`` or ``likelihood``; ``fitted_file``:
+what it was fitted to, thresholds of the clean drives to fit on if empty; ``rate``: the designated
+false alarm rate r."""
+
+_ARGUMENT = {"thresholds": "thresholds", "likelihood": "model"}
+_LOG = logging.getLogger(__name__)
+
+
+def defending_validator(configuration: Configuration) -> Validator:
+    """The validator that the options name.
+
+    Raises:
+        ConfigurationError: There is none of that name, or it needs a file.
+        DataError: The file is broken.
+    """
+    options = {**VALIDATOR_OPTIONS, **configuration.options}
+    validator: Validator = make(
+        Kind.VALIDATOR,
+        {
+            "name": options["validator"],
+            _argument(options["validator"]): fitted_file(configuration),
+            "rate": options["rate"],
+        },
+    )
+    return validator
+
+
+def fitted_file(configuration: Configuration) -> Path:
+    """What the validator was fitted to; thresholds are measured on first use, and kept.
+
+    Raises:
+        ConfigurationError: No file is named, and thresholds are not what is needed.
+        DataError: The drives to fit on are not there, or the cache cannot be written.
+    """
+    options = {**VALIDATOR_OPTIONS, **configuration.options}
+    if options["fitted_file"]:
+        return Path(options["fitted_file"])
+    if _argument(options["validator"]) != "thresholds":
+        raise ConfigurationError(
+            f"the validator {options['validator']!r} needs a fit: --options fitted_file=FILE"
+        )
+    recordings, depth = recordings_of(configuration, FITTED), PairDepth(options["depth"])
+    names = [moment.id for moment in recordings.moments]
+    known = [str(recordings.root.resolve()), recordings.system.sensors, depth.settings, names]
+    key = hashlib.sha256(f"{_sources()} {json.dumps(known)}".encode()).hexdigest()[:16]
+    folder = cache_folder() / "thresholds"
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{key}.json"
+    with folder_lock(folder, wait=True):
+        if not path.is_file():
+            _LOG.warning("measuring thresholds on %d clean moments, once", len(names))
+            clean = (moment.frame() for moment in recordings.moments)
+            data = {"recordings": recordings.root.name, "moments": len(names)}
+            measured_thresholds(clean, recordings.system, depth, data).write(path)
+    return path
+
+
+@cache
+def _sources() -> str:
+    """Changes with whatever thresholds depend on, so that none are kept beyond their time."""
+    digest = hashlib.sha256()
+    for room in ("validation", "perception/depth"):
+        for path in sorted((Path(avsec_gym.__file__).parent / room).glob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _argument(validator: str) -> str:
+    if validator not in _ARGUMENT:
+        known = " or ".join(_ARGUMENT)
+        raise ConfigurationError(f"a validator of a defence is {known}, got {validator!r}")
+    return _ARGUMENT[validator]

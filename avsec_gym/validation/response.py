@@ -1,0 +1,58 @@
+"""What a car does about a validator's alarm."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.validation.suspects import Untrusted, with_suspects_repaired, without_suspects
+from avsec_gym.validation.validator import Validation
+
+
+class Response(StrEnum):
+    """The ways to go on, or not to."""
+
+    STOP = "stop"
+    """It brakes until it stands (`avsec_gym.emergency_stop`)."""
+    DROP = "drop"
+    """It drives on without the suspects, through another pair of cameras if need be, and stops
+    where that cannot be (`without_suspects`)."""
+    REPAIR = "repair"
+    """It drives on with what the other sensors make of the suspects' data, and stops where they are
+    too few (`with_suspects_repaired`)."""
+
+    @classmethod
+    def named(cls, name: Response | str) -> Response:
+        """The one of that name.
+
+        Raises:
+            ConfigurationError: There is none.
+        """
+        try:
+            return cls(name)
+        except ValueError:
+            raise ConfigurationError(
+                f"a response to an alarm is one of {[str(one) for one in cls]}, got {name!r}"
+            ) from None
+
+
+def trusted_frame(frame: SensorFrame, validation: Validation, response: Response) -> SensorFrame:
+    """What detectors get of a moment: without an alarm, all of it.
+
+    Args:
+        frame: That the validator saw.
+        validation: What it said.
+        response: To an alarm.
+
+    Raises:
+        Untrusted: The car stops.  The frame itself may raise it later, when it is asked for what
+            nothing can take the place of.
+    """
+    if not validation.alarm:
+        return frame
+    if response == Response.STOP:
+        raise Untrusted(f"Frame {frame.id}: there is an alarm.", path=frame.origin)
+    if response == Response.DROP:
+        return without_suspects(frame, validation)
+    return with_suspects_repaired(frame, validation)

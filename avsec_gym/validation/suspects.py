@@ -1,0 +1,131 @@
+"""Going on after an alarm: a moment without the suspects, or with their data repaired.
+
+Suspects are the sensors that are attacked, and those that cannot be told.  What nothing can take
+the place of raises `Untrusted` when it is asked for, and not before: a camera detector goes on
+without the LiDAR.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
+from itertools import permutations
+from typing import Any, NoReturn
+
+import numpy as np
+
+from avsec_gym.attacks.attack import LEFT, RIGHT
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.frame import LazyImages, SensorFrame
+from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
+from avsec_gym.validation.state_posterior import Verdict
+from avsec_gym.validation.validator import Validation
+
+SHORTEST_BASELINE = 0.4
+"""Share of the usual one; who expects that takes what a shorter one sees for far away."""
+
+
+class Untrusted(DataError):
+    """What is asked for is not to be trusted, and nothing takes its place."""
+
+
+def without_suspects(frame: SensorFrame, validation: Validation) -> SensorFrame:
+    """The moment with nothing of what suspects deliver.
+
+    If a camera of the stereo pair is a suspect, another pair of sound cameras takes the place of
+    both: under their numbers, with its own projections, so that objects are where they were.  It is
+    the pair whose baseline is most like theirs, and at least 0.4 of it.
+
+    Args:
+        frame: That the validator saw.
+        validation: What it said.
+    """
+    sound, suspects = _parted(validation)
+    if {LEFT, RIGHT} & set(suspects) and (pair := _stand_in(frame, sound)) is not None:
+        frame = _renamed(frame, *pair)
+        suspects = [LIDAR] if LIDAR in suspects else []
+    return _with(frame, {one: partial(_refuse, frame, one) for one in suspects})
+
+
+def with_suspects_repaired(frame: SensorFrame, validation: Validation) -> SensorFrame:
+    """The moment with what sound sensors make of the suspects' data, each as it is asked for.
+
+    It takes two sound sensors to repair a camera, one of them a camera; two cameras for the LiDAR.
+    See `avsec_gym.validation.repair`.
+
+    Args:
+        frame: That the validator saw.
+        validation: What it said.
+    """
+    sound, suspects = _parted(validation)
+    return _with(frame, {one: partial(_mended, frame, validation, sound, one) for one in suspects})
+
+
+def _parted(validation: Validation) -> tuple[list[Sensor], list[Sensor]]:
+    """Sound sensors and suspects, in the system's order."""
+    sensors = validation.errors.maps.system.sensors
+    sound = [one for one in sensors if validation.verdicts[one] == Verdict.SOUND]
+    return sound, [one for one in sensors if one not in sound]
+
+
+def _with(frame: SensorFrame, sources: Mapping[Sensor, Callable[[], Any]]) -> SensorFrame:
+    """The moment with other images and scans, loaded when they are asked for."""
+    images = {c: sources.get(c, partial(frame.image, c)) for c in frame.images}
+    scan = sources.get(LIDAR, frame.scan) if frame.has_points else None
+    return replace(frame, images=LazyImages(images), scan=scan)
+
+
+def _stand_in(frame: SensorFrame, sound: list[Sensor]) -> tuple[int, int] | None:
+    """The sound pair, left and right, that is most like the stereo pair."""
+    calibration = frame.calibration
+    if not {LEFT, RIGHT} <= set(calibration.cameras):
+        return None
+    usual = calibration.baseline(LEFT, RIGHT)
+    cameras = [one for one in sound if isinstance(one, int) and one in frame.images]
+    shares = {
+        pair: calibration.baseline(*pair) / usual
+        for pair in permutations(cameras, 2)
+        if calibration.baseline(*pair) >= SHORTEST_BASELINE * usual
+    }
+    return min(shares, key=lambda pair: abs(np.log(shares[pair])), default=None)
+
+
+def _renamed(frame: SensorFrame, left: int, right: int) -> SensorFrame:
+    """Two cameras as `LEFT` and `RIGHT`, and no others; so in the moments before."""
+    numbers = {LEFT: left, RIGHT: right}
+    projections = np.zeros_like(frame.calibration.projections)
+    for number, camera in numbers.items():
+        projections[number] = frame.calibration.projection(camera)
+    there = {number: camera for number, camera in numbers.items() if camera in frame.images}
+    return replace(
+        frame,
+        calibration=replace(frame.calibration, projections=projections),
+        images=LazyImages({n: partial(frame.image, camera) for n, camera in there.items()}),
+        previous=tuple(_renamed(before, left, right) for before in frame.previous),
+    )
+
+
+def _mended(
+    frame: SensorFrame, validation: Validation, sound: list[Sensor], suspect: Sensor
+) -> Any:
+    """The suspect's image or scan, repaired."""
+    # Few moments are repaired, and what repairs them takes its time to import.
+    from avsec_gym.validation.repair import repair
+
+    maps = validation.errors.maps
+    judges = tuple(one for one in maps.system.sensors if one in sound or one == suspect)
+    try:
+        mended = repair(frame, SensorSystem(judges), {suspect}, maps.depth).frame
+    except ConfigurationError:
+        _refuse(frame, suspect)
+    return mended.points if suspect == LIDAR else mended.image(int(suspect))
+
+
+def _refuse(frame: SensorFrame, suspect: Sensor) -> NoReturn:
+    name = "the LiDAR" if suspect == LIDAR else f"camera {suspect}"
+    raise Untrusted(
+        f"Frame {frame.id}: {name} is not to be trusted, and nothing takes its place.",
+        path=frame.origin,
+        remedy="More sensors that check each other may help; a car stops here.",
+    )
