@@ -6,19 +6,24 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import tyro
 
+from avsec_gym.boxes import Boxes3D
 from avsec_gym.commands import console
 from avsec_gym.errors import DataError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.geometry import Floats
 
 
 @dataclass(frozen=True)
 class WeightsCalibrate:
     """Make scores probabilities: of boxes with a score of 0.3, three in ten will be cars.
 
-    What is found is held against labels (moderate cars, IoU 0.5 from above); the line that fits is
-    kept in the weights' card, and the detector scores by it from then on. No order of boxes
-    changes, so neither does average precision.
+    What is found is held against labels (moderate cars, IoU 0.5 from above); the function that fits
+    is kept in the weights' card, and the detector scores by it from then on. DSGN's boxes keep
+    their order, and with it average precision; Stereo R-CNN's scores also count how well both
+    images agree on a box.
     """
 
     file: Annotated[Path, tyro.conf.Positional]
@@ -35,7 +40,7 @@ class WeightsCalibrate:
     def run(self) -> int:
         """Do it; the exit code."""
         from avsec_gym.kitti.dataset import KittiObject
-        from avsec_gym.metrics.working_point import right_and_wrong
+        from avsec_gym.metrics.working_point import boxes_right_and_wrong
         from avsec_gym.perception.detectors import make_detector
         from avsec_gym.perception.detectors.score_calibration import (
             NAME,
@@ -57,20 +62,23 @@ class WeightsCalibrate:
         ids = data.ids(self.split, having=("image_2", "image_3", "label_2"))[: self.limit]
         if not ids:
             raise DataError("There is no labelled pair.", path=self.kitti)
-        found = []
+        found, evidence = [], []
         with console.progress("detecting") as shown:
             for done, one in enumerate(ids, start=1):
-                found.append(detector.detect(data.frame(one)))
+                boxes, known = _evidenced(detector, data.frame(one))
+                found.append(boxes)
+                evidence.append(known)
                 shown(done, len(ids))
-        scores, right, wrong = right_and_wrong(
-            [data.labels(one, keep_dont_care=True) for one in ids], found
-        )
-        line = fit_score_calibration(scores, right, wrong)
-        card.beside[NAME] = [line.slope, line.offset]
+        labels = [data.labels(one, keep_dont_care=True) for one in ids]
+        rows, right, wrong = boxes_right_and_wrong(labels, found)
+        scores = np.concatenate([boxes.score for boxes in found])[rows]
+        line = fit_score_calibration(scores, right, wrong, np.concatenate(evidence)[rows])
+        card.beside[NAME] = [line.slope, line.offset, *line.evidence]
         write_card(self.file, card)
         summary = {
             "slope": line.slope,
             "offset": line.offset,
+            "evidence": line.evidence,
             "frames": len(ids),
             "right": int(right.sum()),
             "wrong": int(wrong.sum()),
@@ -81,5 +89,17 @@ class WeightsCalibrate:
             console.say(
                 f"{self.file}: by {summary['right']} cars and {summary['wrong']} false alarms in"
                 f" {len(ids)} frames, log-odds x {line.slope:.3f} {line.offset:+.3f}"
+                + "".join(f" {weight:+.3f}" for weight in line.evidence)
             )
         return console.DONE
+
+
+def _evidenced(detector: Any, frame: SensorFrame) -> tuple[Boxes3D, Floats]:
+    """What is found in a frame, and what else than its score speaks for each box, (N, K)."""
+    if not hasattr(detector, "evidenced"):
+        boxes: Boxes3D = detector.detect(frame)
+        return boxes, np.zeros((len(boxes), 0))
+    from avsec_gym.perception.stereo_batch import batch_of_frames
+
+    (found,) = detector.evidenced(batch_of_frames([frame]))
+    return found.boxes, found.evidence

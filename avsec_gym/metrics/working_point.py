@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import Floats
@@ -71,20 +73,30 @@ def counted(truth: Sequence[Boxes3D], found: Sequence[Boxes3D]) -> Counts:
     return Counts(hits, cars - hits, int(events.false_positives.sum()))
 
 
-def right_and_wrong(
+def boxes_right_and_wrong(
     truth: Sequence[Boxes3D], found: Sequence[Boxes3D]
-) -> tuple[Floats, Floats, Floats]:
-    """How many boxes of each score are cars, and how many are nothing.
+) -> tuple[NDArray[np.intp], Floats, Floats]:
+    """Which boxes are cars, and which are nothing.
 
     Returns:
-        The E scores, and both counts, shape (E,).
+        Places among all that was found, frame after frame, of the E boxes that count, best first;
+        1 where one is a car, and 1 where it is nothing, shape (E,) each.
     """
-    events, _ = _events(truth, found)
+    score = np.concatenate([boxes.score for boxes in found])
+    worst_first = np.argsort(score, kind="stable")
+    # A score of its own for each box, in the same order, tells which one an event is of.
+    rank = np.empty(len(score))
+    rank[worst_first] = np.arange(len(score))
+    ends = np.cumsum([len(boxes) for boxes in found])[:-1]
+    ranked = [
+        replace(boxes, score=own) for boxes, own in zip(found, np.split(rank, ends), strict=True)
+    ]
+    events, _ = _events(truth, ranked)
     right, wrong = (
         np.maximum(each, 0).astype(float)
         for each in (events.true_positives, events.false_positives)
     )
-    return events.score, right, wrong
+    return worst_first[events.score.astype(np.intp)], right, wrong
 
 
 def _events(truth: Sequence[Boxes3D], found: Sequence[Boxes3D]) -> tuple[Events, int]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.cli import run
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti import write_calibration, write_labels
-from avsec_gym.perception import detectors
+from avsec_gym.perception import detectors, stereo_batch
 from avsec_gym.perception.detectors.score_calibration import NAME, ScoreCalibration
 from avsec_gym.perception.weights.store import ModelCard, read_card, save_weights
 from avsec_gym.rig import kitti_rig
@@ -67,8 +68,34 @@ def test_the_card_gets_the_line(
     card = read_card(file)
     assert card is not None
     assert card.beside["other"] == [1.0]
-    line = ScoreCalibration(*card.beside[NAME])
+    line = ScoreCalibration.of_card(card)
     assert line(np.array([0.1, 0.05])) == pytest.approx([0.5, 0.1], abs=0.03)
+
+
+class Evidenced(HalfRight):
+    """Both boxes have one score; what else it knows tells the real ones."""
+
+    def evidenced(self, batch: object) -> list[SimpleNamespace]:
+        number = batch.number  # type: ignore[attr-defined]
+        real = number % 2 == 0
+        boxes = cars((0.0 if real else 5.0, 20.0, 0.4))
+        return [SimpleNamespace(boxes=boxes, evidence=np.array([[float(real), 0.5]]))]
+
+
+def test_evidence_is_matched_with_its_box(
+    frames: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "small.safetensors"
+    save_weights(file, nn.Linear(1, 1), ModelCard("stereo_rcnn"))
+    monkeypatch.setattr(detectors, "make_detector", lambda what: Evidenced())
+    batch = lambda frames: SimpleNamespace(number=int(frames[0].id))  # noqa: E731
+    monkeypatch.setattr(stereo_batch, "batch_of_frames", batch)
+    assert run(["weights", "calibrate", str(file), "--kitti", str(frames)]) == DONE
+    line = ScoreCalibration.of_card(read_card(file))
+    real, unreal = line(np.array([0.4, 0.4]), np.array([[1.0, 0.5], [0.0, 0.5]]))
+    assert real > 0.9
+    assert unreal < 0.1
+    assert NAME in read_card(file).beside  # type: ignore[union-attr]
 
 
 def test_weights_without_a_card_are_refused(

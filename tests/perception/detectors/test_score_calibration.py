@@ -29,6 +29,19 @@ def test_a_bent_scale_is_straightened() -> None:
         assert real[some].mean() == pytest.approx(after[some].mean(), abs=0.03)
 
 
+def test_what_else_is_known_counts_by_what_it_tells() -> None:
+    randomness = np.random.default_rng(1)
+    scores = randomness.uniform(0.05, 0.9, 20_000)
+    evidence = randomness.normal(size=(20_000, 2))
+    real = randomness.random(20_000) < expit(logit(scores) + 2.0 * evidence[:, 0] - 0.5)
+    found = fit_score_calibration(scores, real.astype(float), (~real).astype(float), evidence)
+    assert found.evidence == pytest.approx((2.0, 0.0), abs=0.1)
+    after = found(scores, evidence)
+    for low, high in ((0.0, 0.3), (0.3, 0.7), (0.7, 1.0)):
+        some = (after >= low) & (after < high)
+        assert real[some].mean() == pytest.approx(after[some].mean(), abs=0.03)
+
+
 def test_counts_weigh_as_boxes_do() -> None:
     scores = np.array([0.2, 0.2, 0.5, 0.5, 0.5])
     right = np.array([0.0, 1, 1, 1, 0])

@@ -156,19 +156,45 @@ def observed_boxes(
     )
 
 
+def keypoint_certainty(keypoints: KeypointOutput, image: int, count: int) -> Floats:
+    """How surely the keypoint is where it is said to be, of an image's first regions, (count,)."""
+    probabilities = keypoints.corner_logits[image, :count].softmax(-1)
+    return np.asarray(probabilities.amax(-1).double().cpu().numpy())
+
+
+@dataclass(frozen=True, eq=False)
+class EvidencedBoxes:
+    """Boxes, and what speaks for each of them beside its class.
+
+    Args:
+        boxes: N, with the network's own scores.
+        evidence: In the order of `EVIDENCE`, shape (N, 3).
+    """
+
+    boxes: Boxes3D
+    evidence: Floats
+
+
+EVIDENCE = ("shifted", "contrast", "keypoint")
+"""How far alignment moved the box, as a share of its depth; `AlignedDepths.contrast`;
+`keypoint_certainty`."""
+
+
 def solved_boxes(
     observed: ObservedBoxes,
     scores: Floats,
+    certainty: Floats,
     categories: Sequence[str],
     images: tuple[Pixels, Pixels],
     camera: StereoCamera,
     alignment: Alignment,
-) -> Boxes3D:
+) -> EvidencedBoxes:
     """Boxes in KITTI's frame; those without a solution are left out.
 
     Args:
         observed: N detections.
         scores: Shape (N,).
+        certainty: Of their keypoints, shape (N,).
         categories: Of each one.
         images: Left and right.
         camera: That took them.
@@ -177,12 +203,13 @@ def solved_boxes(
     solved = solve_boxes(observed, camera)
     fit = solved.valid
     observed, scores, solved = observed[fit], scores[fit], solved[fit]
-    depths, found = align_depths(*images, observed, solved, camera, alignment)
-    aligned = solve_boxes(observed, camera, depths)
-    better = found & aligned.valid
+    depths = align_depths(*images, observed, solved, camera, alignment)
+    aligned = solve_boxes(observed, camera, depths.depth)
+    better = depths.found & aligned.valid
     location = np.where(better[:, None], aligned.location, solved.location) - camera.offset
     rotation_y = np.where(better, aligned.rotation_y, solved.rotation_y)
-    return Boxes3D(
+    shifted = np.abs(depths.depth - solved.location[:, 2]) / np.maximum(depths.depth, 1.0)
+    boxes = Boxes3D(
         location,
         observed.dimensions,
         rotation_y,
@@ -191,3 +218,5 @@ def solved_boxes(
         box2d=observed.left,
         alpha=wrap_angle(rotation_y - np.arctan2(location[:, 0], location[:, 2])),
     )
+    evidence = [shifted, depths.contrast, certainty[fit]]
+    return EvidencedBoxes(boxes, np.column_stack(evidence))

@@ -8,6 +8,7 @@ in the right image; the depth whose colours differ least is the box's.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -24,6 +25,8 @@ Integers = NDArray[np.int64]
 
 _UPPER_END, _LOWER_END = 0.5, 0.9
 _NEAR = 0.1
+_ELSEWHERE = 0.12
+"""Share of its depth by which another depth differs at least."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,18 @@ MEASURED = Alignment(
 than their boxes, and what shines in their paint lies behind it."""
 
 
+class AlignedDepths(NamedTuple):
+    """Of N boxes."""
+
+    depth: Floats
+    """z in the left camera's frame, shape (N,), metres; the solver's where nothing was found."""
+    found: NDArray[np.bool_]
+    """Whether there were pixels to find it by, shape (N,)."""
+    contrast: Floats
+    """How much better colours agree there than at any other depth, shape (N,): the logarithm of the
+    ratio of mean differences, each with one grey level more; 0 where nothing was found."""
+
+
 def align_depths(
     left: Pixels,
     right: Pixels,
@@ -80,7 +95,7 @@ def align_depths(
     solved: SolvedBoxes,
     camera: StereoCamera,
     how: Alignment = Alignment(),
-) -> tuple[Floats, NDArray[np.bool_]]:
+) -> AlignedDepths:
     """Depths of the centres of N boxes.
 
     Args:
@@ -90,10 +105,6 @@ def align_depths(
         solved: The boxes.
         camera: Of images of this very size.
         how: The search.
-
-    Returns:
-        z in the left camera's frame, shape (N,), metres, and whether there were pixels to find
-        it by; where not, z is the solver's.
     """
     before = solved.location[:, 2]
     u, v, behind, start = _surface(observed, solved, camera, how)
@@ -105,7 +116,10 @@ def align_depths(
 
     steps = np.arange(how.coarse_steps) - how.coarse_steps // 2
     coarse = np.maximum(before[:, None] + how.coarse_interval * steps, how.nearest)
-    best = _picked(coarse, differences(coarse).argmin(axis=1))
+    coarse_costs = differences(coarse)
+    best = _picked(coarse, coarse_costs.argmin(axis=1))
+    elsewhere = np.abs(coarse - best[:, None]) > _ELSEWHERE * best[:, None]
+    other = np.where(elsewhere, coarse_costs, np.inf).min(axis=1, initial=np.inf)
     steps = np.arange(how.fine_steps) - how.fine_steps // 2
     fine = best[:, None] + how.fine_interval * steps
     costs = differences(fine)
@@ -115,7 +129,10 @@ def align_depths(
     found = (np.diff(start) > 0) & (best > 0)
     with np.errstate(divide="ignore"):
         aligned = product / (product / best + how.disparity_offset)
-    return np.where(found, aligned, before), found
+    colours = np.maximum(3 * np.diff(start), 1)
+    levels = (other / colours + 1.0) / (costs.min(axis=1, initial=np.inf) / colours + 1.0)
+    contrast = np.where(found & np.isfinite(levels), np.log(np.maximum(levels, 1e-3)), 0.0)
+    return AlignedDepths(np.where(found, aligned, before), found, contrast)
 
 
 def _picked(rows: Floats, index: NDArray[np.intp]) -> Floats:

@@ -18,7 +18,10 @@ from avsec_gym.perception.detectors.stereo_rcnn.configuration import (
     StereoRcnnConfiguration,
 )
 from avsec_gym.perception.detectors.stereo_rcnn.decoding import (
+    EVIDENCE,
     DecodingRule,
+    EvidencedBoxes,
+    keypoint_certainty,
     observed_boxes,
     select,
     solved_boxes,
@@ -96,9 +99,18 @@ class StereoRcnnDetector:
         """
         return self.detect_batch(batch_of_frames([frame]))[0]
 
-    @torch.no_grad()
     def detect_batch(self, batch: StereoBatch) -> list[Boxes3D]:
         """The objects of each pair; 2D boxes are in the camera's own pixels."""
+        result = []
+        for found in self.evidenced(batch):
+            score = self.calibration(found.boxes.score, found.evidence)
+            best_first = np.argsort(-score, kind="stable")
+            result.append(replace(found.boxes, score=score)[best_first])
+        return result
+
+    @torch.no_grad()
+    def evidenced(self, batch: StereoBatch) -> list[EvidencedBoxes]:
+        """The objects of each pair with the network's own scores, and what else speaks for them."""
         left, right = self.prepare(batch)
         size = (left.shape[-2], left.shape[-1])
         pyramids = self.network.pair_features(left, right)
@@ -107,20 +119,23 @@ class StereoRcnnDetector:
         selected = select(proposals, output, size, self.rule)
         regions = pad_sequence([one.regions for one in selected], batch_first=True)
         if not regions.shape[1]:
-            return [Boxes3D.empty() for _ in selected]
+            nothing = EvidencedBoxes(Boxes3D.empty(), np.zeros((0, len(EVIDENCE))))
+            return [nothing for _ in selected]
         keypoints = self.network.keypoint_head(pyramids[0], regions)
         result = []
         for i, (one, camera) in enumerate(zip(selected, _cameras(batch), strict=True)):
             observed = observed_boxes(one, keypoints, i, size, camera)
-            boxes = solved_boxes(
+            found = solved_boxes(
                 observed,
-                self.calibration(one.scores.double().cpu().numpy()),
+                one.scores.double().cpu().numpy(),
+                keypoint_certainty(keypoints, i, len(one.scores)),
                 [self.configuration.categories[label - 1] for label in one.classes.tolist()],
                 (_pixels(batch.left[i]), _pixels(batch.right[i])),
                 camera,
                 self.alignment,
             )
-            result.append(_in_camera_pixels(boxes, camera.size, batch.size))
+            boxes = _in_camera_pixels(found.boxes, camera.size, batch.size)
+            result.append(replace(found, boxes=boxes))
         return result
 
     def losses(

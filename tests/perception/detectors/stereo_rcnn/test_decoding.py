@@ -9,7 +9,9 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import wrap_angle
 from avsec_gym.perception.detectors.stereo_rcnn.decoding import (
+    EVIDENCE,
     DecodingRule,
+    keypoint_certainty,
     observed_boxes,
     select,
     solved_boxes,
@@ -86,9 +88,16 @@ def test_perfect_answers_give_the_labels_back(perfect):
     assert (selected.scores.diff() <= 0).all()
     observed = observed_boxes(selected, keypoints(selected.regions), 0, SIZE, CAMERA)
     truth = stereo_truth(LABELS, CAMERA)
-    found = solved_boxes(
-        observed, selected.scores.numpy(), ["Car"] * 4, (BLACK, BLACK), CAMERA, STAY
-    )
+    known = keypoints(selected.regions)
+    certainty = keypoint_certainty(known, 0, 4)
+    for sure, logits in zip(certainty, known.corner_logits[0].numpy(), strict=True):
+        assert sure == pytest.approx(float(np.exp(logits).max() / np.exp(logits).sum()))
+    scores = selected.scores.numpy()
+    evidenced = solved_boxes(observed, scores, certainty, ["Car"] * 4, (BLACK, BLACK), CAMERA, STAY)
+    found, evidence = evidenced.boxes, dict(zip(EVIDENCE, evidenced.evidence.T, strict=True))
+    # Two black images agree at any depth.
+    np.testing.assert_array_equal(evidence["contrast"], 0.0)
+    np.testing.assert_array_equal(evidence["keypoint"], certainty)
     for i in range(4):
         order = np.linalg.norm(found.location - LABELS.location[i], axis=1).argmin()
         np.testing.assert_allclose(found.box2d[order], truth.left[i], atol=1e-6)

@@ -70,28 +70,32 @@ def test_the_depth_of_a_textured_box_is_found(x, z, rotation_y):
     seen, guess = observed(box, x, z, rotation_y)
     shift = 0.06 * z
     guess = replace(guess, location=guess.location * (z + shift) / z)
-    depth, found = align_depths(left, right, seen, guess, CAMERA, EXACT)
+    depth, found, contrast = align_depths(left, right, seen, guess, CAMERA, EXACT)
     assert found.all()
     assert depth[0] == pytest.approx(z, abs=0.01 * z)
+    # Texture that agrees at one depth only; two views of other things agree nowhere.
+    other = np.random.default_rng(0).uniform(0, 255, right.shape).astype(np.float32)
+    unlike = align_depths(left, other, seen, guess, CAMERA, EXACT)
+    assert contrast[0] > 1.0 > 0.5 > unlike.contrast[0]
 
 
 def test_steps_offset_and_parabola():
     left, right, box = scene(0, 15, -np.pi / 2)
     seen, guess = observed(box, 0, 15.62, -np.pi / 2)
-    stepped, _ = align_depths(left, right, seen, guess, CAMERA, replace(EXACT, parabola=False))
+    stepped = align_depths(left, right, seen, guess, CAMERA, replace(EXACT, parabola=False)).depth
     assert (stepped - 15.62) / 0.05 == pytest.approx(np.round((stepped - 15.62) / 0.05), abs=1e-6)
-    smooth, _ = align_depths(left, right, seen, guess, CAMERA, EXACT)
+    smooth = align_depths(left, right, seen, guess, CAMERA, EXACT).depth
     assert abs(smooth[0] - 15) < abs(stepped[0] - 15) < 0.05
-    offset, _ = align_depths(left, right, seen, guess, CAMERA, Alignment())
+    offset = align_depths(left, right, seen, guess, CAMERA, Alignment()).depth
     assert offset == pytest.approx(720 * 0.54 / (720 * 0.54 / stepped + 0.5))
 
 
 def test_a_body_inside_of_its_box_is_allowed_for():
     left, right, box = scene(2, 15, 0.5, inset=0.2)
     seen, guess = observed(box, 2, 15, 0.5)
-    naive, _ = align_depths(left, right, seen, guess, CAMERA, EXACT)
+    naive = align_depths(left, right, seen, guess, CAMERA, EXACT).depth
     inset = replace(EXACT, side_inset=0.2, front_inset=0.2, rear_inset=0.2)
-    allowed, _ = align_depths(left, right, seen, guess, CAMERA, inset)
+    allowed = align_depths(left, right, seen, guess, CAMERA, inset).depth
     assert naive[0] > 15.15
     assert allowed[0] == pytest.approx(15, abs=0.05)
 
@@ -103,8 +107,8 @@ def test_only_what_is_between_the_borders_counts():
     spoilt = left.copy()
     spoilt[:, middle:] = np.roll(spoilt[:, middle:], 25, axis=1)
     half = replace(seen, borders=np.array([[box[0, 0], middle - 1]]))
-    expected, _ = align_depths(left, right, half, guess, CAMERA, EXACT)
-    depth, _ = align_depths(spoilt, right, half, guess, CAMERA, EXACT)
+    expected = align_depths(left, right, half, guess, CAMERA, EXACT).depth
+    depth = align_depths(spoilt, right, half, guess, CAMERA, EXACT).depth
     assert depth == expected == pytest.approx(12, abs=0.05)
 
 
@@ -116,8 +120,8 @@ def test_without_pixels_the_solver_is_believed():
         replace(seen, left=box + np.array([0, 400, 0, 400])),
         replace(seen, left=box + np.array([3000, 0, 3000, 0]), borders=box[:, [0, 2]] + 3000),
     ):
-        depth, found = align_depths(left, right, case, guess, CAMERA)
-        assert (depth[0], found[0]) == (12, False)
+        depth, found, contrast = align_depths(left, right, case, guess, CAMERA)
+        assert (depth[0], found[0], contrast[0]) == (12, False, 0)
     assert len(align_depths(left, right, seen[:0], guess[:0], CAMERA)[0]) == 0
 
 
@@ -153,7 +157,7 @@ def test_rendered_cars_are_found_to_a_decimetre_or_two():
             truth.alpha,
         )[clear]
         solved = solve_boxes(seen, camera)
-        depth, _ = align_depths(images[2], images[3], seen, solved, camera, MEASURED)
+        depth = align_depths(images[2], images[3], seen, solved, camera, MEASURED).depth
         places = (boxes.location + camera.offset)[boxes.category == "Car"]
         for i, found in enumerate(depth):
             true = places[np.linalg.norm(places - solved.location[i], axis=1).argmin()]
