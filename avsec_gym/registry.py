@@ -50,6 +50,10 @@ _BUILT_IN = {
         "avsec_gym.perception.detectors.pixor.detector:PixorDetector",
         {"weights": "shipped"},
     ),
+    (Kind.DETECTOR, "pointrcnn"): (
+        "avsec_gym.perception.detectors.pointrcnn.detector:PointRcnnDetector",
+        {"weights": "shipped"},
+    ),
     (Kind.IMAGE_DETECTOR, "faster_rcnn"): (
         "avsec_gym.perception.detectors.faster_rcnn.detector:FasterRcnnDetector",
         {"weights": "shipped"},

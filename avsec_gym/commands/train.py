@@ -37,7 +37,15 @@ class Train:
 
     name: Annotated[
         Literal[
-            "dsgn", "stereo_rcnn", "faster_rcnn", "yolo", "psmnet", "pixor", "motion", "road_type"
+            "dsgn",
+            "stereo_rcnn",
+            "faster_rcnn",
+            "yolo",
+            "psmnet",
+            "pixor",
+            "pointrcnn",
+            "motion",
+            "road_type",
         ],
         tyro.conf.Positional,
     ]

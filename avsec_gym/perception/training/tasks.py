@@ -22,6 +22,7 @@ _TASKS = {
     "yolo": "avsec_gym.perception.training.image_tasks:yolo_task",
     "psmnet": "avsec_gym.perception.training.stereo_tasks:psmnet_task",
     "pixor": "avsec_gym.perception.training.pixor_task:pixor_task",
+    "pointrcnn": "avsec_gym.perception.training.pointrcnn_task:pointrcnn_task",
     "motion": "avsec_gym.perception.training.motion_task:motion_task",
     "road_type": "avsec_gym.perception.training.road_type_task:road_type_task",
 }

@@ -6,7 +6,8 @@ import numpy as np
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import Calibration, Points
-from avsec_gym.geometry import Floats, box_corners, project, transform_points, wrap_angle
+from avsec_gym.geometry import Floats, transform_points
+from avsec_gym.perception.detectors.boxes_in_view import boxes_in_view
 
 LIDAR_HEIGHT = 1.73
 """Metres above a flat road, of KITTI's sensor."""
@@ -15,8 +16,6 @@ _AROUND = 1.0
 _FEWEST_POINTS = 20
 _LOWEST_SHARE = 10.0
 """Percent of the points about an object that may lie under its ground: stray returns."""
-_NEAR = 0.1
-"""Metres: corners behind the camera are projected as if this far before it."""
 
 
 def seen_from_above(boxes: Boxes3D, calibration: Calibration) -> Floats:
@@ -55,21 +54,7 @@ def upright_boxes(
     ahead = np.stack([np.cos(heading), np.sin(heading), 0 * x], axis=-1) @ matrix[:3, :3].T
     rotation_y = np.arctan2(-ahead[:, 2], ahead[:, 0])
     dimensions = np.stack([np.full_like(length, height), width, length], axis=-1)
-    has_camera = 2 in calibration.cameras
-    corners = box_corners(location, dimensions, rotation_y)
-    box2d = _image_boxes(corners, calibration.projection(2), size) if has_camera else None
-    boxes = Boxes3D(
-        location,
-        dimensions,
-        rotation_y,
-        score,
-        np.full(len(rectangles), category),
-        box2d=box2d,
-        alpha=wrap_angle(rotation_y - np.arctan2(location[:, 0], location[:, 2])),
-    )
-    if box2d is None:
-        return boxes
-    return boxes[(box2d[:, 2] > box2d[:, 0]) & (box2d[:, 3] > box2d[:, 1])]
+    return boxes_in_view(location, dimensions, rotation_y, score, category, calibration, size)
 
 
 def ground_heights(points: Points, rectangles: Floats) -> Floats:
@@ -85,13 +70,3 @@ def ground_heights(points: Points, rectangles: Floats) -> Floats:
         if near.sum() >= _FEWEST_POINTS:
             heights[number] = np.percentile(points[near, 2], _LOWEST_SHARE)
     return heights
-
-
-def _image_boxes(corners: Floats, projection: Floats, size: tuple[int, int] | None) -> Floats:
-    """Rectangles around projected corners, shape (N, 4)."""
-    before = corners.copy()
-    before[..., 2] = np.maximum(before[..., 2], _NEAR)
-    pixels, _ = project(projection, before)
-    if size is not None:
-        pixels = np.clip(pixels, 0.0, [size[1] - 1.0, size[0] - 1.0])
-    return np.concatenate([pixels.min(axis=1), pixels.max(axis=1)], axis=-1)

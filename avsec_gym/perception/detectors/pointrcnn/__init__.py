@@ -1,0 +1,1 @@
+"""PointRCNN (Shi, Wang and Li, CVPR 2019): proposals from a LiDAR's points, then refined boxes."""
