@@ -16,6 +16,7 @@ from typing import Any
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.answer import answer
 from avsec_gym.experiments.markdown_table import interval, markdown_table, number
+from avsec_gym.experiments.perception.page_classifiers import classifiers
 from avsec_gym.experiments.perception.page_errors import examples, metres, reasons
 from avsec_gym.experiments.perception.page_networks import (
     disparity,
@@ -32,6 +33,7 @@ FILES = {
     "curves": "detector_training.json",
     "real": "real_frames.json",
     "disparity": "disparity.json",
+    "classifiers": "classifiers.json",
     "seconds": "detector_benchmark.json",
     "ranking": "detector_ranking.json",
     "parity": "parity.json",
@@ -85,6 +87,7 @@ def page(results: Mapping[str, Any]) -> str:
     for name, section in (
         ("real", real),
         ("disparity", disparity),
+        ("classifiers", classifiers),
         ("seconds", seconds),
         ("ranking", ranking),
         ("parity", parity),

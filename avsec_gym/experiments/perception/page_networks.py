@@ -48,7 +48,7 @@ def training(
     lines = [
         "## Training",
         "",
-        "By the cards beside the weights; the weights are those of the best validation.",
+        "By the cards beside the weights: of the best validation, or the last (`--keep last`).",
         "",
         *markdown_table(
             ["network", "parameters", "MB", "trained on", "validated on", "epochs; steps",
