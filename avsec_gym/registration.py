@@ -42,6 +42,21 @@ CATALOGUE = (
         entry_point="avsec_gym.envs.patch_attack:PatchAttackEnv",
         max_episode_steps=10,
     ),
+    EnvironmentEntry(
+        id="avsec/FaculaAttack-v0",
+        entry_point="avsec_gym.envs.facula_attack:FaculaAttackEnv",
+        max_episode_steps=10,
+    ),
+    EnvironmentEntry(
+        id="avsec/LidarSpoofing-v0",
+        entry_point="avsec_gym.envs.lidar_spoofing:LidarSpoofingEnv",
+        max_episode_steps=10,
+    ),
+    EnvironmentEntry(
+        id="avsec/SensorIdentification-v0",
+        entry_point="avsec_gym.envs.sensor_identification:SensorIdentificationEnv",
+        max_episode_steps=None,  # One step.
+    ),
 )
 
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from avsec_gym.attacks.attack import LEFT
-from avsec_gym.envs.image_attack import ImageAttackEnv, Tampering
-from avsec_gym.envs.image_attack_game import Situation, one_thread
 from avsec_gym.envs.patch_coding import SIZE, PatchCoding
+from avsec_gym.envs.sensor_attack import SensorAttackEnv, Tampering
+from avsec_gym.envs.sensor_attack_game import Situation, one_thread
 from avsec_gym.geometry import Floats
 from avsec_gym.scenario.scene import Motion
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:  # torch is loaded with the detector, not before.
     from avsec_gym.attacks.patch_files import Patch
 
 
-class PatchAttackEnv(ImageAttackEnv):
+class PatchAttackEnv(SensorAttackEnv):
     """Make a safe drive unsafe by standing a printed patch where it does most harm.
 
     ## Description
@@ -31,7 +31,7 @@ class PatchAttackEnv(ImageAttackEnv):
     is held against what is really there (the poster itself is no obstacle).
 
     ## Observation
-    `Box(-1, 1, (124,), float32)`: see `avsec_gym.envs.image_attack_features.features`; then the
+    `Box(-1, 1, (124,), float32)`: see `avsec_gym.envs.sensor_attack_features.features`; then the
     place that the patch got at the last query, as in the action, zeros at first.  With `image=True`
     a `Dict` of these `features` and `image`, `Box(0, 255, (48, 160, 3), uint8)`: the left image
     without the patch, made small.

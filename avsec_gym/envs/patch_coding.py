@@ -14,6 +14,7 @@ from avsec_gym.attacks.patch_placement import (
     nearest_behind,
 )
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.envs.actions import LinearScale
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Calibration
 from avsec_gym.geometry import Floats
@@ -57,14 +58,12 @@ class PatchCoding:
                 the farthest to the nearest distance, rotation in -pi..pi, radius from half to
                 whole; shape (5,).
         """
-        low, high = self._ends
-        return PatchPlace(*(low + 0.5 * (np.asarray(action, float) + 1.0) * (high - low)).tolist())
+        return PatchPlace(*self._scale.decode(action).tolist())
 
     def encode(self, place: PatchPlace) -> Floats:
         """The inverse of `decode`, shape (5,)."""
-        low, high = self._ends
         values = [place.u, place.v, place.disparity, place.rotation, place.radius]
-        return np.asarray(2.0 * (values - low) / (high - low) - 1.0)
+        return self._scale.encode(np.array(values))
 
     def possible(self, place: PatchPlace, objects: Boxes3D | None = None) -> PatchPlace:
         """The same patch moved to where it can stand.
@@ -93,12 +92,12 @@ class PatchCoding:
         return replace(place, u=u, v=v, disparity=disparity)
 
     @property
-    def _ends(self) -> tuple[Floats, Floats]:
+    def _scale(self) -> LinearScale:
         height, width = self.size
         seen = focal_times_baseline(self.calibration)
         low = [0.0, 0.0, seen / self.range.farthest, -np.pi, SMALLEST * self.radius]
         high = [width - 1.0, height - 1.0, seen / self.range.nearest, np.pi, self.radius]
-        return np.array(low), np.array(high)
+        return LinearScale(np.array(low), np.array(high))
 
     def _between(self, low: float, value: float, high: float) -> float:
         if low > high:

@@ -7,8 +7,8 @@ from typing import Any, cast
 import numpy as np
 
 from avsec_gym.attacks.attack import LEFT, RIGHT, Budget
-from avsec_gym.envs.image_attack import ImageAttackEnv, Tampering
-from avsec_gym.envs.image_attack_game import Situation
+from avsec_gym.envs.sensor_attack import SensorAttackEnv, Tampering
+from avsec_gym.envs.sensor_attack_game import Situation
 from avsec_gym.envs.wave_basis import WaveBasis
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Image
@@ -16,7 +16,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.scenario.scene import Motion
 
 
-class PerturbationAttackEnv(ImageAttackEnv):
+class PerturbationAttackEnv(SensorAttackEnv):
     """Make a safe drive unsafe by changing every pixel a little, without knowing the detector.
 
     ## Description
@@ -30,7 +30,7 @@ class PerturbationAttackEnv(ImageAttackEnv):
 
     ## Observation
     `Box(-1, 1, (119 + 2 waves,), float32)`, twice as many waves with `shared=False`: see
-    `avsec_gym.envs.image_attack_features.features`; then the last action, zeros at first.  With
+    `avsec_gym.envs.sensor_attack_features.features`; then the last action, zeros at first.  With
     `image=True` a `Dict` of these `features` and `image`, `Box(0, 255, (48, 160, 3), uint8)`: the
     left image without the attack, made small.
 

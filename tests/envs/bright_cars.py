@@ -11,7 +11,7 @@ import numpy as np
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import SensorFrame
-from avsec_gym.geometry import box_corners, ego_to_camera, project
+from avsec_gym.geometry import box_corners, ego_to_camera, project, transform_points
 from avsec_gym.kitti.writing import write_object_frame
 from avsec_gym.registry import Kind, names, register
 from avsec_gym.rig import KITTI_CAMERAS, SensorRig, camera_rig
@@ -66,33 +66,52 @@ def rig() -> SensorRig:
     return camera_rig(KITTI_CAMERAS, focal_length=240.0, centre=(207.0, 57.0), size=(414, 125))
 
 
+def scan(location: np.ndarray) -> np.ndarray:
+    """The road, every 30 cm, and the rears of the cars, every 10 cm."""
+    x, z = np.meshgrid(np.arange(-12.0, 12.0, 0.3), np.arange(4.0, 45.0, 0.3))
+    surfaces = [np.stack([x, np.full_like(x, GROUND), z], axis=-1)]
+    height, width, length = SIZE
+    across, up = np.meshgrid(np.arange(0.0, width, 0.1) - width / 2, np.arange(0.0, height, 0.1))
+    for place in location:
+        rear = np.stack([across, -up, np.full_like(up, -length / 2)], axis=-1)
+        surfaces.append(place + rear)
+    points = np.concatenate([surface.reshape(-1, 3) for surface in surfaces])
+    seen = transform_points(rig().calibration.camera_to_velodyne, points)
+    return np.c_[seen, np.full(len(seen), 0.3)].astype(np.float32)
+
+
 def write_frames(root: Path) -> None:
-    """Bright boxes before a dark background, in KITTI's object layout."""
-    calibration = rig().calibration
+    """Those of `SCENES`."""
     for number, poses in enumerate(SCENES):
-        noise = np.random.default_rng(number).integers(-6, 7, (125, 414, 3))
-        location, rotation_y = ego_to_camera(np.array(poses), GROUND)
-        dimensions, count = np.tile(SIZE, (len(poses), 1)), len(poses)
-        images, rectangles = {}, []
-        for camera in (2, 3):
-            image = BACKGROUND + noise
-            corners = box_corners(location, dimensions, rotation_y)
-            pixels, _ = project(calibration.projection(camera), corners)
-            low, high = np.rint(pixels.min(axis=1)).astype(int), np.rint(pixels.max(axis=1))
-            for (left, top), (right, bottom) in zip(low, high.astype(int), strict=True):
-                image[max(top, 0) : bottom, max(left, 0) : right] = CAR
-            images[camera] = image.astype(np.uint8)
-            rectangles.append(np.hstack([low, high]).clip(0, [413, 124, 413, 124]))
-        labels = Boxes3D(
-            location,
-            dimensions,
-            rotation_y,
-            np.ones(count),
-            np.full(count, "Car"),
-            box2d=rectangles[0].astype(float),
-            truncation=np.zeros(count),
-            occlusion=np.zeros(count),
-            alpha=rotation_y - np.arctan2(location[:, 0], location[:, 2]),
-        )
-        frame = SensorFrame(f"{number:06d}", calibration, images)
-        write_object_frame(root / "training", frame, labels)
+        write_frame(root, number, poses)
+
+
+def write_frame(root: Path, number: int, poses: list[list[float]]) -> None:
+    """Bright boxes before a dark background, in KITTI's object layout, with a scan."""
+    calibration = rig().calibration
+    noise = np.random.default_rng(number).integers(-6, 7, (125, 414, 3))
+    location, rotation_y = ego_to_camera(np.array(poses), GROUND)
+    dimensions, count = np.tile(SIZE, (len(poses), 1)), len(poses)
+    images, rectangles = {}, []
+    for camera in (2, 3):
+        image = BACKGROUND + noise
+        corners = box_corners(location, dimensions, rotation_y)
+        pixels, _ = project(calibration.projection(camera), corners)
+        low, high = np.rint(pixels.min(axis=1)).astype(int), np.rint(pixels.max(axis=1))
+        for (left, top), (right, bottom) in zip(low, high.astype(int), strict=True):
+            image[max(top, 0) : bottom, max(left, 0) : right] = CAR
+        images[camera] = image.astype(np.uint8)
+        rectangles.append(np.hstack([low, high]).clip(0, [413, 124, 413, 124]))
+    labels = Boxes3D(
+        location,
+        dimensions,
+        rotation_y,
+        np.ones(count),
+        np.full(count, "Car"),
+        box2d=rectangles[0].astype(float),
+        truncation=np.zeros(count),
+        occlusion=np.zeros(count),
+        alpha=rotation_y - np.arctan2(location[:, 0], location[:, 2]),
+    )
+    frame = SensorFrame(f"{number:06d}", calibration, images, scan(location))
+    write_object_frame(root / "training", frame, labels)

@@ -1,4 +1,4 @@
-"""For attackers on images: small frames, and a quick detector that every process knows by name."""
+"""For attackers on sensors: small frames, and a quick detector that every process knows by name."""
 
 from __future__ import annotations
 
@@ -42,13 +42,16 @@ def bright_cars(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModuleType
 
 @pytest.fixture
 def quick() -> dict[str, Any]:
-    """Arguments of an attack on images that is played in milliseconds."""
+    """Arguments of an attack on sensors that is played in milliseconds."""
     return dict(json.loads(os.environ[ARGUMENTS]))
 
 
 @pytest.fixture(scope="session")
 def small_cache(tmp_path_factory: pytest.TempPathFactory, bright_cars: ModuleType) -> Path:
-    """A cache whose default suite `mixed` has four small frames; one for all of xdist's workers."""
+    """A cache whose default suites `mixed` and `raw` have four small frames each.
+
+    One for all of xdist's workers.
+    """
     from avsec_gym.world.export import Sensors, default_suites, suite_recipe
     from avsec_gym.world.textures.library import cache_folder, texture_library
 
@@ -63,6 +66,9 @@ def small_cache(tmp_path_factory: pytest.TempPathFactory, bright_cars: ModuleTyp
     with pytest.MonkeyPatch.context() as patched:
         patched.setenv("AVSEC_CACHE", str(cache))
         default_suites.cached("mixed", recipe, 1)
+        sensors = Sensors(rig=bright_cars.rig())
+        drives = suite_recipe("raw", 4, sensors=sensors, previous=0, drive_frames=2)
+        default_suites.cached("raw", drives, 1)
     return cache
 
 

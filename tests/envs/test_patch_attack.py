@@ -19,9 +19,9 @@ from avsec_gym.attacks.patch_files import Patch, save_patch
 from avsec_gym.attacks.patch_pasting import largest_area
 from avsec_gym.attacks.patch_placement import PatchPlace, random_place
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.envs.image_attack_features import SIZE
 from avsec_gym.envs.patch_attack import PatchAttackEnv
 from avsec_gym.envs.patch_coding import PatchCoding
+from avsec_gym.envs.sensor_attack_features import SIZE
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Calibration
 from avsec_gym.rig import kitti_rig

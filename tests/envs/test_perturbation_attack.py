@@ -15,8 +15,8 @@ from stable_baselines3.common.env_checker import check_env
 
 import avsec_gym  # noqa: F401
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.envs.image_attack_features import GHOSTS, NEAREST, SIZE
 from avsec_gym.envs.perturbation_attack import PerturbationAttackEnv
+from avsec_gym.envs.sensor_attack_features import GHOSTS, NEAREST, SIZE
 from avsec_gym.envs.wave_basis import WaveBasis
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame

@@ -1,4 +1,4 @@
-"""The game behind attacks on images: scenes that a car drives safely while nobody attacks."""
+"""The game behind attacks on sensors: scenes that a car drives safely while nobody attacks."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.attacks.attack import quantised
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.envs.notice import Notice, validator_for
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.pipeline import Drive, Perception, Pipeline
@@ -27,6 +29,8 @@ class Look:
     """What its cameras delivered, whole grey levels."""
     perception: Perception
     drive: Drive
+    notice: Notice
+    """What the validator said."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,10 +42,11 @@ class Situation:
     unattacked: Look
 
 
-class ImageAttackGame:
-    """Scenes with images, and the car that drives through them.
+class SensorAttackGame:
+    """Scenes with sensor data, and the car that drives through them.
 
-    What the car sees and does without an attack is asked once for each scene, and kept.
+    What the car sees and does without an attack is asked once for each scene, and kept.  The
+    validator only says whether it noticed something: the car drives on.
 
     Args:
         scenarios: What `frame_scenes` takes: a suite or folder, or a dictionary of its arguments;
@@ -50,6 +55,10 @@ class ImageAttackGame:
         planner: The victim's.
         motion: What the planner knows of motion.
         score_threshold: Less sure detections are not planned on.
+        validator: The victim's; see `validator_for`.
+        clean: Scenes that its thresholds are measured on, named as `scenarios` are; None: those.
+        contested: Draw only situations that are unsafe for a car which sees no object at all: in
+            all others, to hide objects changes nothing.
 
     Raises:
         ConfigurationError: There is no such set or part.
@@ -63,18 +72,29 @@ class ImageAttackGame:
         planner: Any,
         motion: Motion,
         score_threshold: float,
+        validator: Any = None,
+        clean: Any = None,
+        contested: bool = False,
     ) -> None:
         self.scenes = frame_scenes_of(scenarios)
         self.pipeline = Pipeline(
             detector, planner=planner, motion=motion, score_threshold=score_threshold
         )
+        self.validator = validator_for(
+            validator, self.scenes if clean is None else frame_scenes_of(clean)
+        )
+        self.contested = contested
         self._labelled = {scene.id: scene for scene in self.scenes.scenes.labelled}
         self._ids = list(self._labelled)
         self._perceptions: dict[str, Perception] = {}
+        self._notices: dict[str, Notice] = {}
         self._drives: dict[tuple[str, Intention], Drive] = {}
+        self._blind_safe: dict[tuple[str, Intention], bool] = {}
 
     def draw(self, random: np.random.Generator, options: Mapping[str, Any] | None) -> Situation:
-        """A situation that is driven safely without an attack, or the one that options ask for.
+        """A situation that is worth an attack, or the one that options ask for.
+
+        Without an attack, it is driven safely and raises no alarm.
 
         Raises:
             ConfigurationError: No scene has the id, no such intention, or nothing is safe.
@@ -90,11 +110,16 @@ class ImageAttackGame:
             return self.situation(scene, intentions[int(random.integers(len(intentions)))])
         every = [(id, intention) for id in self._ids for intention in intentions]
         for k in random.permutation(len(every)):
-            situation = self.situation(self._labelled[every[k][0]], every[k][1])
-            if situation.unattacked.drive.record.safe:
+            scene, intention = self._labelled[every[k][0]], every[k][1]
+            if self.contested and not self._is_contested(scene, intention):
+                continue
+            situation = self.situation(scene, intention)
+            unattacked = situation.unattacked
+            if unattacked.drive.record.safe and not unattacked.notice.alarm:
                 return situation
         raise ConfigurationError(
-            f"no scene of {self.scenes.scenes.name} is driven safely without an attack: nothing to"
+            f"no scene of {self.scenes.scenes.name} is driven safely"
+            f"{' and unnoticed' * (self.validator is not None)} without an attack: nothing to"
             " attack (is the detector trained, and its score threshold right?)"
         )
 
@@ -103,17 +128,27 @@ class ImageAttackGame:
         frame = self.scenes.frame(scene)
         if scene.id not in self._perceptions:
             self._perceptions[scene.id] = self._perceived(frame)
+            self._notices[scene.id] = Notice.of(self.validator, frame)
         perception, key = self._perceptions[scene.id], (scene.id, intention)
         if key not in self._drives:
             self._drives[key] = self.pipeline.drive(scene, perception, intention)
-        return Situation(scene, intention, Look(frame, perception, self._drives[key]))
+        notice = self._notices[scene.id]
+        return Situation(scene, intention, Look(frame, perception, self._drives[key], notice))
 
     def query(self, situation: Situation, frame: SensorFrame) -> Look:
         """Let the car see a frame and drive; images are rounded to whole grey levels first."""
         frame = quantised(frame)
         perception = self._perceived(frame)
         drive = self.pipeline.drive(situation.scene, perception, situation.intention)
-        return Look(frame, perception, drive)
+        return Look(frame, perception, drive, Notice.of(self.validator, frame))
+
+    def _is_contested(self, scene: Scene, intention: Intention) -> bool:
+        """Whether a car that sees nothing drives unsafely."""
+        key = (scene.id, intention)
+        if key not in self._blind_safe:
+            nothing = Perception(Boxes3D.empty(), Boxes3D.empty(), None)
+            self._blind_safe[key] = self.pipeline.drive(scene, nothing, intention).record.safe
+        return not self._blind_safe[key]
 
     def _perceived(self, frame: SensorFrame) -> Perception:
         with one_thread():

@@ -1,4 +1,4 @@
-"""What an attacker on images knows of a scene and of its last query, as one flat vector."""
+"""What an attacker on sensors knows of a scene and of its last query, as one flat vector."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.envs.image_attack_game import Look, Situation
+from avsec_gym.envs.sensor_attack_game import Look, Situation
 from avsec_gym.geometry import Floats, bird_eye_iou, ego_to_camera, project
 from avsec_gym.metrics.safety import COLLISION, SAFE, UNPLANNED
 from avsec_gym.road_type import RoadType

@@ -1,4 +1,4 @@
-"""What attackers on images have in common: episodes, queries, what they see and are paid."""
+"""What attackers on sensors have in common: episodes, queries, what they see and are paid."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.attacks.attack import LEFT
 from avsec_gym.envs.actions import checked_action
 from avsec_gym.envs.ghost_object import check_budget
-from avsec_gym.envs.image_attack_features import SIZE, best_scores, features, ghosts_among
-from avsec_gym.envs.image_attack_game import ImageAttackGame, Look, Situation
 from avsec_gym.envs.info import drive_info
 from avsec_gym.envs.rendering import DrawnEnv
+from avsec_gym.envs.sensor_attack_features import SIZE, best_scores, features, ghosts_among
+from avsec_gym.envs.sensor_attack_game import Look, SensorAttackGame, Situation
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
@@ -43,14 +44,14 @@ class Tampering:
     """What was done, as an action; the next observation tells it."""
 
 
-class ImageAttackEnv(DrawnEnv[Observation]):
-    """Episodes of an attacker on images; `tamper` says what an action does.
+class SensorAttackEnv(DrawnEnv[Observation]):
+    """Episodes of an attacker on sensors; `tamper` says what an action does.
 
     Scenes and detector are loaded at the first reset, so that making an environment is cheap.
 
     Args:
         action_size: Numbers of an action, each in [-1, 1].
-        scenarios: See `ImageAttackGame`, as for the next four.
+        scenarios: See `SensorAttackGame`, as for the next four.
         detector: The victim's.
         planner: The victim's.
         motion: What the planner knows of motion.
@@ -59,10 +60,16 @@ class ImageAttackEnv(DrawnEnv[Observation]):
         queries: Its budget; None: `QUERIES`, and Gymnasium's time limit ends an episode.
         price: Of a query, and of the whole budget of change.
         render_mode: None, ``rgb_array`` or ``human``.
+        validator: The victim's, and the next two of the game; nobody looks for attacks on pixels.
+        clean: What its thresholds are measured on.
+        contested: Which situations are drawn.
 
     Raises:
         ConfigurationError: A number is out of range, or a name unknown.
     """
+
+    known_size = SIZE
+    """Of what it sees beside its last action."""
 
     def __init__(
         self,
@@ -77,15 +84,19 @@ class ImageAttackEnv(DrawnEnv[Observation]):
         queries: int | None,
         price: float,
         render_mode: str | None,
+        validator: Any = None,
+        clean: Any = None,
+        contested: bool = False,
     ) -> None:
         super().__init__(render_mode)
         check_budget(queries, price)
         if not 0 <= score_threshold <= 1:
             raise ConfigurationError(f"a score threshold is in [0, 1], got {score_threshold}")
         self.queries, self.price, self.image = queries, price, image
-        self._parts = (scenarios, detector, planner, Motion.named(motion), score_threshold)
+        car = (detector, planner, Motion.named(motion), score_threshold)
+        self._parts = (scenarios, *car, validator, clean, contested)
         self.action_space = gym.spaces.Box(-1.0, 1.0, (action_size,), np.float32)
-        vector = gym.spaces.Box(-1.0, 1.0, (SIZE + action_size,), np.float32)
+        vector = gym.spaces.Box(-1.0, 1.0, (self.known_size + action_size,), np.float32)
         pixels = gym.spaces.Box(0, 255, (*THUMBNAIL, 3), np.uint8)
         self.observation_space: gym.Space[Any] = (
             gym.spaces.Dict({"features": vector, "image": pixels}) if image else vector
@@ -104,15 +115,19 @@ class ImageAttackEnv(DrawnEnv[Observation]):
     def untouched(self) -> dict[str, float]:
         """The facts where nothing was done."""
 
+    def known(self) -> Floats:
+        """What it sees beside its last action, shape (known_size,), in [-1, 1]."""
+        return features(self._present, self._last, 1.0 - self._spent / self._budget)
+
     @cached_property
-    def game(self) -> ImageAttackGame:
+    def game(self) -> SensorAttackGame:
         """Scenes and victim.
 
         Raises:
             ConfigurationError: There is no such set or part.
             DataError: A file, such as the detector's weights, is missing or broken.
         """
-        return ImageAttackGame(*self._parts)
+        return SensorAttackGame(*self._parts)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -135,7 +150,7 @@ class ImageAttackEnv(DrawnEnv[Observation]):
         self._last = self.game.query(situation, tampering.frame)
         self._spent += 1
         was_safe, is_safe = situation.unattacked.drive.record.safe, self._last.drive.record.safe
-        success = was_safe and not is_safe
+        success = was_safe and not is_safe and not self._last.notice.alarm
         self.shown()
         return (
             self._observe(),
@@ -146,19 +161,29 @@ class ImageAttackEnv(DrawnEnv[Observation]):
         )
 
     def picture(self) -> NDArray[np.uint8] | None:
-        """The left image as the car got it, with what it believed, above its drive."""
+        """What the car saw, with what it believed, above its drive."""
         if self._situation is None:
             return None
         from avsec_gym.report.detection_picture import detection_picture
 
-        shown = self._last or self._situation.unattacked
-        return detection_picture(shown.frame, shown.perception.believed, shown.drive)
+        frame, camera = self.view()
+        look = self._look
+        return detection_picture(frame, look.perception.believed, look.drive, camera=camera)
+
+    def view(self) -> tuple[SensorFrame, int]:
+        """A frame, and the camera whose image shows the attack best."""
+        return self._look.frame, LEFT
 
     @property
     def _present(self) -> Situation:
         if self._situation is None:
             raise gym.error.ResetNeeded("call reset before step")
         return self._situation
+
+    @property
+    def _look(self) -> Look:
+        """The last query, or what there was before the first."""
+        return self._last or self._present.unattacked
 
     @property
     def _budget(self) -> int:
@@ -170,8 +195,7 @@ class ImageAttackEnv(DrawnEnv[Observation]):
         return self.queries is not None or self.spec is None
 
     def _observe(self) -> Observation:
-        known = features(self._present, self._last, 1.0 - self._spent / self._budget)
-        vector = np.concatenate([known, self._done]).astype(np.float32)
+        vector = np.concatenate([self.known(), self._done]).astype(np.float32)
         if not self.image:
             return vector
         import cv2
@@ -181,10 +205,9 @@ class ImageAttackEnv(DrawnEnv[Observation]):
         return {"features": vector, "image": small.astype(np.uint8)}
 
     def _info(self, facts: dict[str, float], success: bool) -> dict[str, Any]:
-        scene, last = self._present.scene, self._last
-        believed = (last or self._present.unattacked).perception.believed
+        scene, believed = self._present.scene, self._look.perception.believed
         obstacles = scene.boxes[is_obstacle(scene.boxes)]
-        record = None if last is None else last.drive.record
+        record = None if self._last is None else self._last.drive.record
         return {
             **drive_info(record, scene.id, self._present.intention),
             "is_success": success,

@@ -1,0 +1,164 @@
+"""`avsec/FaculaAttack-v0`: a laser that shines into one camera of a stereo pair."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.attacks.attack import LEFT
+from avsec_gym.attacks.facula import THESIS_RADII
+from avsec_gym.envs.facula_coding import SIZE, FaculaCoding
+from avsec_gym.envs.optical_attack import OpticalAttackEnv
+from avsec_gym.envs.sensor_attack import Tampering
+from avsec_gym.envs.sensor_attack_game import Situation
+from avsec_gym.frame import SensorFrame
+from avsec_gym.geometry import Floats
+from avsec_gym.rig import KITTI_SIZE
+from avsec_gym.scenario.scene import Motion
+
+
+class FaculaAttackEnv(OpticalAttackEnv):
+    """Make a safe drive unsafe by shining a laser into a camera, so that nobody notices.
+
+    ## Description
+    A car finds the objects around it with a stereo detector and plans a lane change, or to keep
+    its lane, among them.  A validator compares what the cameras and the LiDAR say of each
+    other's view.
+    The attacker shines a laser into one of the two cameras: a round spot of Gaussian profile, as in
+    the thesis (section 3.2.3), which hides what is behind it.  It chooses the camera, where the
+    spot is, and how large; it cannot look into the detector.  An episode is one scene with one
+    driving intention that the car drives safely, and the validator finds sound, when nobody
+    attacks.  Every step is one query: the car looks at the attacked pair and plans anew, and its
+    trajectory is held against what is really there.  What the validator says changes nothing in
+    the drive; it decides whether the attack counts.
+
+    In most situations no hidden object is in the way (of 135 of the suite `mixed`, 13 become unsafe
+    if the car sees nothing at all): `contested=True` draws those in which one is.
+
+    ## Observation
+    `Box(-1, 1, (128,), float32)`: see `avsec_gym.envs.sensor_attack_features.features`; whether the
+    last query was noticed, and what the validator went by (`error`, `hole_share`, `densest`,
+    `brightness`; before the first query those without an attack); then the last action, zeros at
+    first.  With `image=True` a `Dict` of these
+    `features` and `image`, `Box(0, 255, (48, 160, 3), uint8)`: the left image without the attack,
+    made small.
+
+    ## Action
+    `Box(-1, 1, (4,), float32)`: the right camera (3) if above 0, else the left (2); column and row
+    of the spot's centre, from the left upper to the right lower corner of that camera's image; its
+    radius, from the first to the second of `radii`; each scaled linearly
+    (`avsec_gym.envs.facula_coding.FaculaCoding.decode` and `encode`).
+
+    ## Reward
+    1 when the safe drive becomes unsafe (collision, or no plan) and the validator raises no alarm,
+    less 0.02 for the query and 0.02 times the spot's area, as a share of the largest.
+
+    ## Episode end
+    Terminated when the drive became unsafe and nobody noticed; truncated after `max_episode_steps`
+    (10) or `queries` steps, whichever is less.
+
+    ## Info
+    `planned`, `collision`, `safe`, `cost` (planned time in s, nan if unplanned), `outcome` (`safe`,
+    `collision`, `unplanned`; `reset` at reset), `scenario`, `intention`, `is_success` (unsafe and
+    unnoticed), `queries` (spent), `objects` (real obstacles), `found` (those that a box the car
+    believes in lies on), `ghosts` (believed boxes where no obstacle is); `noticed`, and what the
+    validator went by, of its triples the largest: `error` (the disparity error E), `hole_share`,
+    `densest`, `brightness` (see `avsec_gym.validation.disparity_error.DisparityError`; 0 where
+    nobody looks); and of the spot `camera` (-1 at reset), `u`, `v`, `radius`
+    (pixels, nan at reset) and `area` (pixels within the radius that it changed).
+
+    ## Arguments
+    * `scenarios="mixed"`: a default suite of the procedural world (`mixed`, `street`, `highway`,
+      made in the cache on first use); a folder in KITTI's object layout, with scans for the
+      validator; or a dictionary such as `{"source": "mixed", "split": "train", "count": 10}`.
+    * `detector="dsgn"`: or `"stereo_rcnn"`, a dictionary such as
+      `{"name": "dsgn", "weights": "FILE"}`, or a live detector.
+    * `validator="thresholds"`: the thesis', its thresholds measured at the first reset on up to 50
+      scenes without an attack, a third of a second each; a dictionary such as
+      `{"name": "thresholds", "rate": 0.05}`, which may name a table as `avsec validate` writes it
+      (`"thresholds": "FILE"`), or `{"name": "likelihood", ...}`; a live validator; None: nobody
+      looks.
+    * `clean=None`: the scenes that thresholds are measured on, named as `scenarios` are; None:
+      those of the game.
+    * `planner="astar"`
+    * `motion="static"`: the planner takes everything to stand; `"truth"`: it knows how the real
+      objects behind the boxes move.
+    * `score_threshold=0.3`: boxes below it are not planned on.
+    * `radii=(37.5, 375)`: pixels of an image 1242 wide, in proportion in others.
+    * `strength=255`: of the light at its peak, grey levels.
+    * `contested=False`
+    * `image=False`
+    * `queries=None`: the budget that the observation counts; None: 10.  Gymnasium does not tell an
+      environment of its `max_episode_steps`: for a budget of 20 pass both as 20.
+    * `price=0.02`
+    * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
+
+    `reset(options={"scenario": id, "intention": "left"})` picks a scene, safe or not; where the
+    drive is unsafe or noticed without an attack, there is no success to be had.
+
+    ## Versions
+    * v0: first.
+    """
+
+    title = "avsec/FaculaAttack-v0"
+
+    def __init__(
+        self,
+        scenarios: Any = "mixed",
+        detector: Any = "dsgn",
+        validator: Any = "thresholds",
+        clean: Any = None,
+        planner: Any = "astar",
+        motion: Motion | str = Motion.STATIC,
+        score_threshold: float = 0.3,
+        radii: tuple[float, float] = (37.5, THESIS_RADII[1]),
+        strength: float = 255.0,
+        contested: bool = False,
+        image: bool = False,
+        queries: int | None = None,
+        price: float = 0.02,
+        render_mode: str | None = None,
+    ) -> None:
+        width, height = KITTI_SIZE
+        self._codes = FaculaCoding((height, width), radii, strength)
+        super().__init__(
+            SIZE,
+            scenarios=scenarios,
+            detector=detector,
+            planner=planner,
+            motion=motion,
+            score_threshold=score_threshold,
+            image=image,
+            queries=queries,
+            price=price,
+            render_mode=render_mode,
+            validator=validator,
+            clean=clean,
+            contested=contested,
+        )
+
+    def coding(self, frame: SensorFrame) -> FaculaCoding:
+        """Between actions and faculae, for images of a frame's size."""
+        return replace(self._codes, size=frame.image(LEFT).shape[:2])
+
+    def tamper(self, situation: Situation, action: Floats) -> Tampering:
+        """One image with the spot in it."""
+        frame = situation.unattacked.frame
+        facula = self.coding(frame).decode(action)
+        tampered = facula.attack(frame)
+        [pixels] = tampered.pixels.values()
+        facts = {"camera": facula.camera, **tampered.settings, "area": int(pixels.sum())}
+        used = (tampered.settings["radius"] / self._codes.radii[1]) ** 2
+        return Tampering(tampered.frame, used, facts, action)
+
+    @property
+    def untouched(self) -> dict[str, float]:
+        """Nowhere."""
+        return {"camera": -1, **dict.fromkeys(("radius", "u", "v"), np.nan), "area": 0}
+
+    def view(self) -> tuple[SensorFrame, int]:
+        """The camera that was shone into."""
+        frame = self._look.frame
+        return frame, LEFT if self._last is None else self.coding(frame).decode(self._done).camera

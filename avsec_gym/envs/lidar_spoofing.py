@@ -1,0 +1,163 @@
+"""`avsec/LidarSpoofing-v0`: an attacker that makes a LiDAR see what is not there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.attacks.attack import LEFT
+from avsec_gym.envs.optical_attack import OpticalAttackEnv
+from avsec_gym.envs.sensor_attack import Tampering
+from avsec_gym.envs.sensor_attack_game import Situation
+from avsec_gym.envs.spoofing_coding import SIZE, Ends, SpoofingCoding
+from avsec_gym.frame import SensorFrame
+from avsec_gym.geometry import Floats
+from avsec_gym.perception.detectors.scan_obstacles import ScanObstacles
+from avsec_gym.scenario.scene import Motion
+
+
+class LidarSpoofingEnv(OpticalAttackEnv):
+    """Make a safe drive unsafe by bogus returns of a LiDAR, so that nobody notices.
+
+    ## Description
+    A car finds the objects around it in a LiDAR scan and plans a lane change, or to keep its lane,
+    among them.  A validator compares what the LiDAR and the cameras say of each other's view.  The
+    attacker fires into the LiDAR in step with it: the scan gets the points of an upright plane
+    patch that stands on the road and faces the car, as in the thesis (section 3.2.3).  It chooses
+    where the patch is and how large; it cannot look into the detector.  An episode is one scene
+    with one driving intention that the car drives safely, and the validator finds sound, when
+    nobody attacks.  Every step is one query: the car looks at the attacked scan and plans anew, and
+    its trajectory is held against what is really there (the patch is nothing).  What the validator
+    says changes nothing in the drive; it decides whether the attack counts.
+
+    The car's detector is by itself no network, but the obstacles that the scan shows: whatever
+    stands up from the ground (`avsec_gym.perception.detectors.scan_obstacles.ScanObstacles`).  It
+    needs no weights, and takes walls and poles for what they are, obstacles; so it has boxes where
+    no labelled object is, and they count as `ghosts`.  A learned detector of cars, such as
+    `detector={"name": "pixor", "weights": "FILE"}` with weights of `avsec train pixor`, is harder
+    to convince.
+
+    ## Observation
+    `Box(-1, 1, (128,), float32)`: see `avsec_gym.envs.sensor_attack_features.features`; whether the
+    last query was noticed, and what the validator went by (`error`, `hole_share`, `densest`,
+    `brightness`; before the first query those without an attack); then the last action, zeros at
+    first.  With `image=True` a `Dict` of these
+    `features` and `image`, `Box(0, 255, (48, 160, 3), uint8)`: the left image, made small.
+
+    ## Action
+    `Box(-1, 1, (4,), float32)`: of the patch its distance from the LiDAR along the ground, its
+    bearing (positive to the left), its width and its height, each from the first to the second of
+    its range, scaled linearly (`avsec_gym.envs.spoofing_coding.SpoofingCoding.decode` and
+    `encode`).
+
+    ## Reward
+    1 when the safe drive becomes unsafe (collision, or no plan) and the validator raises no alarm,
+    less 0.02 for the query and 0.02 times the patch's area, as a share of the largest.
+
+    ## Episode end
+    Terminated when the drive became unsafe and nobody noticed; truncated after `max_episode_steps`
+    (10) or `queries` steps, whichever is less.
+
+    ## Info
+    `planned`, `collision`, `safe`, `cost` (planned time in s, nan if unplanned), `outcome` (`safe`,
+    `collision`, `unplanned`; `reset` at reset), `scenario`, `intention`, `is_success` (unsafe and
+    unnoticed), `queries` (spent), `objects` (real obstacles), `found` (those that a box the car
+    believes in lies on), `ghosts` (believed boxes where no obstacle is); `noticed`, and what the
+    validator went by, of its triples the largest: `error` (the disparity error E), `hole_share`,
+    `densest`, `brightness` (see `avsec_gym.validation.disparity_error.DisparityError`; 0 where
+    nobody looks); and of the patch `distance`, `width`, `height` (metres)
+    and `bearing` (radians), nan at reset, and `points` (bogus ones).
+
+    ## Arguments
+    * `scenarios="mixed"`: a default suite of the procedural world (`mixed`, `street`, `highway`,
+      made in the cache on first use); a folder in KITTI's object layout, with scans; or a
+      dictionary such as `{"source": "mixed", "split": "train", "count": 10}`.
+    * `detector=None`: the obstacles that the scan shows; or a name, a dictionary, or a live
+      detector.
+    * `validator="thresholds"`: the thesis', its thresholds measured at the first reset on up to 50
+      scenes without an attack, a third of a second each; a dictionary such as
+      `{"name": "thresholds", "rate": 0.05}`, which may name a table as `avsec validate` writes it
+      (`"thresholds": "FILE"`), or `{"name": "likelihood", ...}`; a live validator; None: nobody
+      looks.
+    * `clean=None`: the scenes that thresholds are measured on, named as `scenarios` are; None:
+      those of the game.
+    * `planner="astar"`
+    * `motion="static"`: the planner takes everything to stand; `"truth"`: it knows how the real
+      objects behind the boxes move.
+    * `score_threshold=0.3`: boxes below it are not planned on.
+    * `distances=(5, 40)`, `widths=(0.5, 2.5)`, `heights=(0.5, 1.5)`: metres.
+    * `bearings=(-0.7, 0.7)`: radians, about what KITTI's cameras see.
+    * `rays_lost=False`: points are added, as in the thesis; True: beams that meet the patch return
+      nothing from behind it.
+    * `image=False`
+    * `queries=None`: the budget that the observation counts; None: 10.  Gymnasium does not tell an
+      environment of its `max_episode_steps`: for a budget of 20 pass both as 20.
+    * `price=0.02`
+    * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
+
+    `reset(options={"scenario": id, "intention": "left"})` picks a scene, safe or not; where the
+    drive is unsafe or noticed without an attack, there is no success to be had.
+
+    ## Versions
+    * v0: first.
+    """
+
+    title = "avsec/LidarSpoofing-v0"
+
+    def __init__(
+        self,
+        scenarios: Any = "mixed",
+        detector: Any = None,
+        validator: Any = "thresholds",
+        clean: Any = None,
+        planner: Any = "astar",
+        motion: Motion | str = Motion.STATIC,
+        score_threshold: float = 0.3,
+        distances: Ends = (5.0, 40.0),
+        bearings: Ends = (-0.7, 0.7),
+        widths: Ends = (0.5, 2.5),
+        heights: Ends = (0.5, 1.5),
+        rays_lost: bool = False,
+        image: bool = False,
+        queries: int | None = None,
+        price: float = 0.02,
+        render_mode: str | None = None,
+    ) -> None:
+        self.coding = SpoofingCoding(distances, bearings, widths, heights, rays_lost)
+        super().__init__(
+            SIZE,
+            scenarios=scenarios,
+            detector=ScanObstacles() if detector is None else detector,
+            planner=planner,
+            motion=motion,
+            score_threshold=score_threshold,
+            image=image,
+            queries=queries,
+            price=price,
+            render_mode=render_mode,
+            validator=validator,
+            clean=clean,
+        )
+
+    def tamper(self, situation: Situation, action: Floats) -> Tampering:
+        """The scan with the bogus points in it."""
+        attack = self.coding.decode(action)
+        tampered = attack.attack(situation.unattacked.frame)
+        size = {"width": attack.width, "height": attack.height}
+        bogus = 0 if tampered.points is None else int(tampered.points.sum())
+        facts = {**tampered.settings, **size, "points": bogus}
+        used = attack.width * attack.height / self.coding.largest
+        return Tampering(tampered.frame, used, facts, action)
+
+    @property
+    def untouched(self) -> dict[str, float]:
+        """Nowhere."""
+        return dict.fromkeys(("distance", "bearing", "width", "height"), np.nan) | {"points": 0}
+
+    def view(self) -> tuple[SensorFrame, int]:
+        """The left image with the scan over it."""
+        from avsec_gym.report.frame_picture import points_in_image
+
+        frame = self._look.frame
+        return frame.with_image(LEFT, points_in_image(frame.image(LEFT), frame, LEFT)), LEFT

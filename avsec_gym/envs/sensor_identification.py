@@ -1,0 +1,236 @@
+"""`avsec/SensorIdentification-v0`: a validator that names the attacked sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.attacks.sensor_combination import attack_cases, thesis_attack
+from avsec_gym.envs.actions import checked_flags
+from avsec_gym.envs.info import drive_info
+from avsec_gym.envs.rendering import DrawnEnv
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.scenario.intention import Intention, intentions_named
+from avsec_gym.sensor_system import KITTI_SYSTEM, Sensor, SensorSystem
+from avsec_gym.validation.disparity_error import DisparityErrors
+from avsec_gym.validation.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence import evidence_scopes, gather_evidence
+from avsec_gym.validation.moments import Moment, raw_recordings
+from avsec_gym.validation.pair_depth import PairDepth
+from avsec_gym.validation.state_posterior import Verdict
+from avsec_gym.validation.validator import Validation
+
+Observation = NDArray[np.float32]
+
+
+class SensorIdentificationEnv(DrawnEnv[Observation]):
+    """Name the sensors of a car that are attacked, from what they say of each other's view.
+
+    ## Description
+    A car has a LiDAR and several cameras.  In some moments an attacker shines a laser into some of
+    the cameras, or fires bogus returns into the LiDAR (the thesis' attacks, section 3.2.4).  The
+    agent is the validator: it is told how far the sensors contradict each other, and says which of
+    them are attacked.  `ValidatorPolicy` makes any validator of this project an agent, so that
+    `evaluate_policy` of stable-baselines3 ranks them, and trained ones beside them.  No car drives
+    here.
+
+    ## Observation
+    `Box(0, 1, (E,), float32)`: what the sensors say of each other, shares from 0 to 1: of every
+    triple of sensors i < j < k the disparity error E_{i,j,k} and its densest part; of every pair of
+    cameras i < k with k from 2 the share of the view without depth, and how far brightness differs.
+    `avsec_gym.validation.evidence.evidence_elements` tells which element is which.  With a LiDAR
+    and three cameras E is 14.
+
+    ## Action
+    `MultiBinary(n + 1)`: for each sensor, in the order of `sensors`, whether it is attacked.
+
+    ## Reward
+    1 if the attacked sensors are named exactly, none where none is; else 0.
+
+    ## Episode end
+    Terminated after one step.
+
+    ## Info
+    `is_success` (named exactly), `attacked` and `named` (sensors, such as `"lidar 3"`, in the order
+    of `sensors`; empty at reset, and where there are none), `hits` (attacked and named), `missed`
+    (attacked, not named), `false_alarms` (named, not attacked), `scenario` (the moment's id).  As
+    in every environment there are `planned`, `collision`, `safe`, `cost` (0), `outcome` (`reset`,
+    then `unplanned`) and `intention`; since no car drives, they tell nothing.
+
+    ## Arguments
+    * `scenarios="raw"`: the default suite of drives of the procedural world, made in the cache on
+      first use; a drive, a day of drives or a folder of days in KITTI's raw layout; or a dictionary
+      such as `{"source": "raw", "first": 0, "count": 20}`, to train and to judge on different ones.
+    * `sensors=("lidar", 1, 3, 2)`: S_0 to S_n, the LiDAR, if any, then cameras from right to left.
+    * `depth="sgbm"`: how disparities of two cameras are found; a name or a dictionary.
+    * `clean=0.5`: share of the episodes without an attack; in the others, every set of attacked
+      sensors is as likely.
+    * `most=None`: sensors attacked at once; None: n - 2, which is as many as the thesis' algorithms
+      can tell.
+    * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
+
+    `reset(options={"scenario": id, "attacked": ["lidar", 3]})` picks a moment, and an attack;
+    `[]` is none.
+
+    ## Versions
+    * v0: first.
+    """
+
+    title = "avsec/SensorIdentification-v0"
+
+    def __init__(
+        self,
+        scenarios: Any = "raw",
+        sensors: tuple[Sensor, ...] = KITTI_SYSTEM.sensors,
+        depth: Any = "sgbm",
+        clean: float = 0.5,
+        most: int | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        super().__init__(render_mode)
+        self.system, self.depth = SensorSystem(tuple(sensors)), PairDepth(depth)
+        count = len(self.system)
+        most = max(1, count - 3) if most is None else most
+        if not 0 <= clean <= 1 or most not in range(1, count + 1):
+            raise ConfigurationError(
+                f"clean is a share from 0 to 1, most from 1 to {count}, got {clean} and {most}"
+            )
+        self.clean, self.cases = clean, attack_cases(self.system, most)
+        self._scenarios = scenarios
+        size = len(evidence_scopes(self.system))
+        self.observation_space = gym.spaces.Box(0.0, 1.0, (size,), np.float32)
+        self.action_space = gym.spaces.MultiBinary(count)  # type: ignore[assignment]
+        self._moment: Moment | None = None
+        self._intention = Intention.STRAIGHT
+        self._frame: SensorFrame | None = None
+        self._errors: DisparityErrors | None = None
+        self._attacked = np.zeros(count, bool)
+        self._named: NDArray[np.bool_] | None = None
+
+    @cached_property
+    def moments(self) -> tuple[Moment, ...]:
+        """What is played.
+
+        Raises:
+            ConfigurationError: The arguments name no recording.
+            DataError: There is none, or it lacks a sensor.
+        """
+        what = self._scenarios
+        given = what if isinstance(what, Mapping) else {"source": what}
+        if unknown := set(given) - {"source", "first", "count"}:
+            raise ConfigurationError(
+                f"moments are named by source, first and count, got {sorted(unknown)}"
+            )
+        source, first, count = given.get("source", "raw"), given.get("first", 0), given.get("count")
+        if source == "raw":
+            from avsec_gym.world.export import default_suite
+
+            source = default_suite("raw")
+        every = raw_recordings(source, self.system.sensors).moments
+        chosen = every[first:] if count is None else every[first : first + count]
+        if not chosen:
+            raise ConfigurationError(f"of {len(every)} moments, none is left from {first} on")
+        return chosen
+
+    @property
+    def frame(self) -> SensorFrame:
+        """What the sensors deliver, attacked or not, for validators that need all of it.
+
+        Raises:
+            ResetNeeded: There is no moment yet.
+        """
+        if self._frame is None:
+            raise gym.error.ResetNeeded("call reset before step")
+        return self._frame
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Draw a moment and an attack; ``options`` may pick them, and an ``intention``."""
+        super().reset(seed=seed)
+        options = options or {}
+        if unknown := set(options) - {"attacked", "scenario", "intention"}:
+            raise ConfigurationError(
+                f"reset knows the options attacked, scenario and intention, got {unknown}"
+            )
+        random, intentions = self.np_random, intentions_named(options.get("intention"))
+        self._intention = intentions[int(random.integers(len(intentions)))]
+        self._moment = self._picked(options.get("scenario"))
+        drawn = self.cases[int(random.integers(len(self.cases)))]
+        is_clean = random.random() < self.clean
+        attacked = options.get("attacked", () if is_clean else drawn)
+        if unknown := set(attacked) - set(self.system.sensors):
+            raise ConfigurationError(
+                f"the sensors are {', '.join(map(str, self.system.sensors))}, got {unknown}"
+            )
+        self._attacked = np.array([sensor in attacked for sensor in self.system.sensors])
+        attack = thesis_attack(attacked, self.system.reference)
+        self._frame = attack.attack(self._moment.frame(), int(random.integers(2**31))).frame
+        self._errors = DisparityErrors(DisparityMaps(self._frame, self.system, self.depth))
+        self._named = None
+        self.shown()
+        return self._observe(), self._info()
+
+    def step(self, action: NDArray[Any]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Compare with what was attacked; the episode is over."""
+        _ = self.frame
+        self._named = checked_flags(action, len(self.system))
+        self.shown()
+        info = self._info()
+        return self._observe(), float(info["is_success"]), True, False, info
+
+    def picture(self) -> NDArray[np.uint8] | None:
+        """The sensors with what was said of them, beside where they contradict each other."""
+        if self._errors is None:
+            return None
+        from avsec_gym.report.scenario_picture import picture_array
+        from avsec_gym.report.validation_picture import draw_validation
+
+        flags = np.zeros(len(self.system), bool) if self._named is None else self._named
+        said = [Verdict.ATTACKED if flag else Verdict.SOUND for flag in flags]
+        if self._named is None:
+            said = [Verdict.CANNOT_TELL] * len(said)
+        verdicts = dict(zip(self.system.sensors, said, strict=True))
+        return picture_array(draw_validation(Validation(bool(flags.any()), verdicts, self._errors)))
+
+    def _picked(self, id: Any) -> Moment:
+        if id is None:
+            return self.moments[int(self.np_random.integers(len(self.moments)))]
+        for moment in self.moments:
+            if moment.id == str(id):
+                return moment
+        raise ConfigurationError(f"there is no moment {id!r}; the first is {self.moments[0].id!r}")
+
+    def _observe(self) -> Observation:
+        assert self._errors is not None
+        return gather_evidence(self._errors, threads=1).astype(np.float32)
+
+    def _info(self) -> dict[str, Any]:
+        assert self._moment is not None
+        over, named = self._named is not None, self._named
+        named = np.zeros_like(self._attacked) if named is None else named
+        attacked = self._attacked & over
+        drive = drive_info(None, self._moment.id, self._intention)
+        return {
+            **drive,
+            # Not nan, which Gymnasium's checker takes for another value every time.
+            "cost": 0.0,
+            "outcome": "unplanned" if over else drive["outcome"],
+            "is_success": over and bool((named == attacked).all()),
+            "attacked": self._listed(attacked),
+            "named": self._listed(named),
+            "hits": int((attacked & named).sum()),
+            "missed": int((attacked & ~named).sum()),
+            "false_alarms": int((named & ~attacked).sum()),
+        }
+
+    def _listed(self, flags: NDArray[np.bool_]) -> str:
+        return " ".join(
+            str(one) for one, flag in zip(self.system.sensors, flags, strict=True) if flag
+        )

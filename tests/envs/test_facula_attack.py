@@ -1,0 +1,219 @@
+"""`avsec/FaculaAttack-v0`: where the light goes, what it hides, and who notices."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import avsec_gym  # noqa: F401
+from avsec_gym.attacks.facula import Facula
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.envs import notice as notices
+from avsec_gym.envs.facula_attack import FaculaAttackEnv
+from avsec_gym.envs.facula_coding import FaculaCoding
+from avsec_gym.envs.notice import Notice, validator_for
+from avsec_gym.envs.sensor_attack_features import SIZE
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.geometry import project
+from avsec_gym.perception.detectors.recorded import Oracle
+from avsec_gym.scenario.frame_scenes import frame_scenes, frame_scenes_of
+from avsec_gym.sensor_system import SensorSystem
+from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
+from avsec_gym.validation.disparity_error import MEASURES, DisparityErrors
+from avsec_gym.validation.disparity_maps import DisparityMaps
+from avsec_gym.validation.state_posterior import Verdict
+from avsec_gym.validation.threshold_validator import ThresholdValidator
+from avsec_gym.validation.validator import Validation
+
+ID = "avsec/FaculaAttack-v0"
+CODING = FaculaCoding((375, 1242), (37.5, 375.0))
+PAIR = {"scenario": "000001", "intention": "straight"}
+
+
+class Watchman:
+    """A validator that says what it is told, and keeps what it was shown."""
+
+    name = "watchman"
+    system: SensorSystem = LIDAR_AND_TWO_CAMERAS
+
+    def __init__(self) -> None:
+        self.alarm = False
+        self.frames: list[SensorFrame] = []
+
+    def validate(self, frame: SensorFrame) -> Validation:
+        self.frames.append(frame)
+        verdicts = dict.fromkeys(self.system.sensors, Verdict.SOUND)
+        return Validation(self.alarm, verdicts, DisparityErrors(DisparityMaps(frame, self.system)))
+
+
+class OracleWithTwoEyes:
+    """Knows all objects whose middle is not overexposed in either image."""
+
+    name = "two_eyes"
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        boxes = Oracle().detect(frame)
+        seen = np.ones(len(boxes), bool)
+        for camera in (2, 3):
+            middle = boxes.location - [0.0, 0.75, 0.0]
+            pixels, _ = project(frame.calibration.projection(camera), middle)
+            column, row = np.clip(np.rint(pixels).astype(int), 0, [413, 124]).T
+            seen &= frame.image(camera)[row, column].min(axis=1) < 250
+        return boxes[seen]
+
+
+def test_actions_and_faculae_convert() -> None:
+    low, high = CODING.decode(-np.ones(4)), CODING.decode(np.ones(4))
+    assert (low.camera, low.centre, low.radius) == (2, (0, 0), 37.5)
+    assert (high.camera, high.centre, high.radius) == (3, (1241, 374), 375)
+    for action in np.random.default_rng(0).uniform(-1, 1, (20, 4)):
+        again = CODING.encode(CODING.decode(action))
+        np.testing.assert_allclose(again[1:], action[1:], atol=1e-12)
+        assert again[0] == (1 if action[0] > 0 else -1)
+
+
+def test_one_image_gets_the_light_and_the_validator_sees_it_too(quick: dict[str, Any]) -> None:
+    watchman = Watchman()
+    env = gym.make(ID, **quick, validator=watchman)
+    env.reset(seed=0)
+    clean = watchman.frames[-1]
+    for action in np.random.default_rng(1).uniform(-1, 1, (6, 4)):
+        *_, info = env.step(action)
+        seen = watchman.frames[-1]
+        camera = 3 if action[0] > 0 else 2
+        assert info["camera"] == camera
+        centre = (info["u"], info["v"])
+        expected = Facula(camera, info["radius"], centre).attack(clean)
+        np.testing.assert_array_equal(seen.image(camera), expected.frame.image(camera))
+        np.testing.assert_array_equal(seen.image(5 - camera), clean.image(5 - camera))
+        assert info["area"] == expected.pixels[camera].sum() > 0
+        np.testing.assert_array_equal(seen.points, clean.points)
+
+
+def test_an_attack_that_is_noticed_is_no_success(quick: dict[str, Any]) -> None:
+    """The same light, on the own lane, before a detector that takes what is bright for a car."""
+    watchman = Watchman()
+    env = FaculaAttackEnv(**quick, validator=watchman, price=0.1)
+    env.reset(options=PAIR)
+    action = np.array([-1.0, 0.0, 0.3, -0.6])
+    watchman.alarm = True
+    seen, reward, terminated, _, info = env.step(action)
+    used = (info["radius"] / 375) ** 2
+    assert (info["outcome"], info["noticed"], info["is_success"]) == ("unplanned", True, False)
+    assert (terminated, seen[SIZE]) == (False, 1)
+    assert reward == pytest.approx(-0.1 * (1 + used))
+    watchman.alarm = False
+    seen, reward, terminated, _, info = env.step(action)
+    assert (info["outcome"], info["noticed"], info["is_success"]) == ("unplanned", False, True)
+    assert (terminated, seen[SIZE]) == (True, 0)
+    assert reward == pytest.approx(1 - 0.1 * (1 + used))
+
+
+def test_scenes_that_raise_an_alarm_by_themselves_are_never_drawn(quick: dict[str, Any]) -> None:
+    watchman = Watchman()
+    watchman.alarm = True
+    env = FaculaAttackEnv(**quick, validator=watchman)
+    with pytest.raises(ConfigurationError, match="unnoticed without an attack"):
+        env.reset(seed=0)
+    env.reset(options=PAIR)
+    assert not env.step(np.array([-1.0, 0.0, 0.3, -0.6]))[-1]["is_success"]
+
+
+@pytest.mark.usefixtures("small_suite")
+def test_thresholds_come_from_the_clean_scenes_and_judge_as_the_validator_does() -> None:
+    scenes = frame_scenes("mixed")
+    frames = [scenes.frame(scene) for scene in scenes.scenes.labelled]
+    validator = validator_for({"name": "thresholds", "rate": 0.0}, scenes)
+    assert isinstance(validator, ThresholdValidator)
+    clean = [Notice.of(validator, frame) for frame in frames]
+    assert not any(notice.alarm for notice in clean)
+    direct = [DisparityErrors(DisparityMaps(f, LIDAR_AND_TWO_CAMERAS))[0, 1, 2] for f in frames]
+    for notice, expected in zip(clean, direct, strict=True):
+        assert notice.facts == {"noticed": False} | {m: getattr(expected, m) for m in MEASURES}
+    for measure, threshold in zip(MEASURES, validator._chosen[0, 1, 2].shares, strict=True):
+        assert threshold == max(getattr(one, measure) for one in direct)
+    blinding = Facula(3, 375.0, (600.0 / 3, 60.0), strength=5000.0)
+    assert Notice.of(validator, blinding.attack(frames[0]).frame).alarm
+    assert validator_for(None, scenes) is None
+    assert not any(Notice.of(None, frames[0]).facts.values())
+    assert notices.MEASURES == MEASURES
+
+
+def test_contested_situations_are_those_in_which_a_hidden_car_is_in_the_way(
+    tmp_path: Path, bright_cars: ModuleType
+) -> None:
+    """Light on the only car of the left lane: the change of lanes ends in a collision."""
+    bright_cars.write_frame(tmp_path, 0, [[60.0, 20.0, 0.0]])
+    bright_cars.write_frame(tmp_path, 1, [[13.0, 3.5, 0.0]])
+    env = FaculaAttackEnv(str(tmp_path), OracleWithTwoEyes(), None, contested=True, price=0.0)
+    drawn = {tuple(env.reset(seed=seed)[1][k] for k in PAIR) for seed in range(12)}
+    assert drawn == {("000001", "left")}
+    situation = env._situation
+    assert situation is not None
+    frame = situation.unattacked.frame
+    middle = situation.scene.boxes.location[0] - [0.0, 0.75, 0.0]
+    for camera in (2, 3):
+        (u, v), _ = project(frame.calibration.projection(camera), middle)
+        hit = env.coding(frame).encode(Facula(camera, 60.0, (u, v)))
+        assert env.step(hit)[1:3] == (1.0, True)
+        aside = env.coding(frame).encode(Facula(camera, 60.0, (u - 150 * np.sign(u - 207), v)))
+        *_, info = env.step(aside)
+        assert (info["outcome"], info["found"]) == ("safe", 1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"radii": [50, 20]}, "radii"),
+        ({"radii": [0, 20]}, "radii"),
+        ({"radii": [20]}, "radii"),
+        ({"strength": 0}, "strength"),
+        ({"queries": 0}, "queries"),
+    ],
+)
+def test_wrong_arguments_are_refused(arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        FaculaAttackEnv(**arguments)
+
+
+def test_an_unknown_validator_is_refused_at_the_first_reset(quick: dict[str, Any]) -> None:
+    with pytest.raises(ConfigurationError, match="no validator named 'nobody'"):
+        FaculaAttackEnv(**quick, validator="nobody").reset(seed=0)
+    with pytest.raises(ConfigurationError, match="rate"):
+        FaculaAttackEnv(**quick, validator={"name": "thresholds", "rate": 2}).reset(seed=0)
+
+
+def test_clean_scenes_may_be_others(quick: dict[str, Any]) -> None:
+    clean = {"source": quick["scenarios"], "count": 1}
+    env = FaculaAttackEnv(**quick, clean=clean)
+    env.reset(options=PAIR)
+    validator = env.game.validator
+    assert isinstance(validator, ThresholdValidator)
+    assert len(validator._table) == 1
+    assert len(frame_scenes_of(quick["scenarios"])) == 3
+
+
+@pytest.mark.slow
+def test_the_example_trains_and_compares(quick: dict[str, Any]) -> None:
+    path = Path(__file__).parents[2] / "examples" / "train_quiet_laser.py"
+    command = [sys.executable, str(path), "--detector", quick["detector"], "--all-scenes"]
+    command += ["--training", quick["scenarios"], "--testing", quick["scenarios"]]
+    command += ["--steps", "120", "--held-out", "10"]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    result = json.loads(done.stdout)
+    for policy in ("random", "random_search", "loud_sac", "quiet_sac"):
+        for name in ("unsafe", "noticed", "unsafe_and_unnoticed", "success_within_all_queries"):
+            assert 0 <= result[policy][name]["rate"] <= 1
+        quiet = result[policy]["unsafe_and_unnoticed"]["rate"]
+        assert quiet <= result[policy]["unsafe"]["rate"]
+        assert 30 <= result[policy]["radius"] <= 180
+    assert result["training_queries"] == 120
