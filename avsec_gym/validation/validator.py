@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import Sensor, SensorSystem
-from avsec_gym.validation.disparity_error import DisparityErrors
 from avsec_gym.validation.state_posterior import Verdict
+
+if TYPE_CHECKING:  # OpenCV is loaded where somebody validates, not before.
+    from avsec_gym.validation.disparity_error import DisparityErrors
 
 
 @dataclass(frozen=True, eq=False)
