@@ -20,7 +20,7 @@ MEASURE_WORDS = {
     "error": "disparity error E",
     "hole_share": "share of holes",
     "densest": "densest contradiction",
-    "brightness": "brightness inconsistency",
+    "brightness": "other brightness",
 }
 """What the shares are called."""
 
@@ -41,7 +41,7 @@ def tables_of_validation(summary: Mapping[str, Any]) -> list[Table]:
 
 def _detection_table(rows: Any) -> Table:
     lines = []
-    for row in rows:
+    for row in sorted(rows, key=lambda row: (row["scenario"], row["criterion"], row["rate"])):
         own = DETECTION.get((row["scenario"], row["rate"])) if row["criterion"] == "error" else None
         lines.append(
             [

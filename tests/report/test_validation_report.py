@@ -97,7 +97,7 @@ def test_a_page_says_what_sensors_notice(
     said = capsys.readouterr().err
     assert validation_sentences(summary)[0] in said
     page = (run.path / "report.html").read_text()
-    for words in ("Table 3.1", "Table 3.2", "99.89", "98.15", "brightness inconsistency"):
+    for words in ("Table 3.1", "Table 3.2", "99.89", "98.15", "other brightness"):
         assert words in page
     assert page.count("not attacked") == 1
     text = markdown_page(report)
