@@ -7,6 +7,7 @@ import numpy as np
 from avsec_gym.geometry import Floats
 from avsec_gym.perception.training.cloud_samples import CloudSample
 from avsec_gym.perception.training.configuration import Augmentation
+from avsec_gym.perception.training.scan_variation import drawn_variation
 
 LARGEST_TURN = 0.2
 """Radians."""
@@ -15,19 +16,10 @@ LARGEST_TURN = 0.2
 def varied(
     sample: CloudSample, augmentation: Augmentation, randomness: np.random.Generator
 ) -> CloudSample:
-    """A variation of a sample; the randomness decides which.
-
-    Args:
-        sample: As it was.
-        augmentation: The share of mirrored ones, and the ratio (`zoom`) of the largest scale to
-            the smallest, whose middle is 1.
-        randomness: Draws.
-    """
-    flip, turn, scale = randomness.uniform(size=3)
-    if flip < augmentation.flip:
-        sample = mirrored(sample)
-    sample = turned(sample, LARGEST_TURN * (2 * turn - 1))
-    return scaled(sample, augmentation.zoom ** (scale - 0.5))
+    """A variation of a sample; see `drawn_variation`."""
+    variation = drawn_variation(augmentation, LARGEST_TURN, randomness)
+    sample = mirrored(sample) if variation.mirrored else sample
+    return scaled(turned(sample, variation.turn), variation.scale)
 
 
 def mirrored(sample: CloudSample) -> CloudSample:

@@ -27,6 +27,7 @@ from avsec_gym.kitti.dataset import KittiObject, file_suffix
 from avsec_gym.perception.detectors.pixor.configuration import BirdEyeRegion
 from avsec_gym.perception.detectors.pixor.targets import owners
 from avsec_gym.perception.detectors.pixor.upright_boxes import seen_from_above
+from avsec_gym.perception.training.file_version import file_version
 from avsec_gym.perception.training.stereo_samples import DataFrames
 
 NEEDED = ("velodyne", "image_2", "label_2", "calib")
@@ -229,7 +230,5 @@ def _fingerprint(
     for data, id in places:
         for folder in NEEDED:
             path = data.folder / folder / f"{id}{file_suffix(folder)}"
-            status = path.stat() if path.is_file() else None
-            facts = (os.fspath(path.resolve()), status and (status.st_size, status.st_mtime_ns))
-            digest.update(repr(facts).encode())
+            digest.update(repr(file_version(path)).encode())
     return digest.hexdigest()[:16]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import io
-import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -19,6 +18,7 @@ from avsec_gym.errors import DataError
 from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.perception.motion.classifier import Neighbour, neighbour_of, object_crops
 from avsec_gym.perception.motion.network import MotionConfiguration
+from avsec_gym.perception.training.file_version import file_version
 from avsec_gym.perception.training.labelled_moments import LabelledMoment
 
 OBSTACLES = ("Car", "Van", "Truck", "Misc")
@@ -183,7 +183,5 @@ def _fingerprint(
     digest = hashlib.sha256(repr(facts).encode())
     for moment in moments:
         for path in (moment.left, moment.labels, moment.facts):
-            status = path.stat() if path.is_file() else None
-            there = (os.fspath(path.resolve()), status and (status.st_size, status.st_mtime_ns))
-            digest.update(repr(there).encode())
+            digest.update(repr(file_version(path)).encode())
     return digest.hexdigest()[:16]

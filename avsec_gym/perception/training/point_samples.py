@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import io
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -24,6 +23,7 @@ from avsec_gym.kitti.dataset import KittiObject, file_suffix
 from avsec_gym.perception.detectors.pointrcnn.configuration import PointRcnnConfiguration
 from avsec_gym.perception.detectors.pointrcnn.points_input import points_in_view
 from avsec_gym.perception.nn.points_in_boxes import points_in_boxes
+from avsec_gym.perception.training.file_version import file_version
 from avsec_gym.perception.training.stereo_samples import DataFrames
 
 NEEDED = ("velodyne", "image_2", "label_2", "calib")
@@ -143,7 +143,5 @@ def _fingerprint(data: KittiObject, id: str, configuration: PointRcnnConfigurati
     digest = hashlib.sha256(repr((_FORMAT, wanted)).encode())
     for folder in NEEDED:
         path = data.folder / folder / f"{id}{file_suffix(folder)}"
-        status = path.stat() if path.is_file() else None
-        facts = (os.fspath(path.resolve()), status and (status.st_size, status.st_mtime_ns))
-        digest.update(repr(facts).encode())
+        digest.update(repr(file_version(path)).encode())
     return digest.hexdigest()[:24]

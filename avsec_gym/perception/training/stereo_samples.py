@@ -30,6 +30,7 @@ from avsec_gym.kitti.map_files import read_disparity
 from avsec_gym.perception.depth.lidar import scan_disparity
 from avsec_gym.perception.stereo_batch import batch_of_frames
 from avsec_gym.perception.training.disparity_maps import reduced_disparity, seen_from_right
+from avsec_gym.perception.training.file_version import file_version
 from avsec_gym.perception.training.sample import Map, StereoSample
 
 _FORMAT = 1
@@ -217,7 +218,5 @@ def _fingerprint(places: Sequence[tuple[KittiObject, str]]) -> str:
     digest = hashlib.sha256(str(_FORMAT).encode())
     for data, id in places:
         path = data.folder / "image_2" / f"{id}.png"
-        status = path.stat() if path.is_file() else None
-        facts = (str(path.resolve()), status and (status.st_size, status.st_mtime_ns))
-        digest.update(repr(facts).encode())
+        digest.update(repr(file_version(path)).encode())
     return digest.hexdigest()[:16]
