@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from avsec_gym.attacks.patch_placement import RADIUS, PatchRange
 from avsec_gym.errors import ConfigurationError
 
-RADIUS = 38.0
-"""Pixels of images of 1242 x 375 (thesis, section 5.4.3)."""
+_LAST_STEP = 0.1
 
 
 @dataclass(frozen=True)
@@ -24,10 +24,12 @@ class PatchTraining:
     """Passes over the frames; each draws new places, disparities and rotations."""
     batch: int = 4
     """Frames in a step, each with a place of its own."""
-    step_size: float = 4.0
-    """Of Adam, grey levels."""
+    step_size: float = 8.0
+    """Of Adam, grey levels; it falls linearly, to a tenth in the last step."""
     radius: float = RADIUS
     """Pixels of the camera's own image."""
+    range: PatchRange = field(default_factory=PatchRange)
+    """Where it stands."""
     seed: int = 0
     """Of order, places, disparities and rotations."""
     keep_real: bool = True
@@ -41,3 +43,7 @@ class PatchTraining:
             )
         if not (0 < self.step_size < np.inf and 0 < self.radius < np.inf):
             raise ConfigurationError(f"step size and radius are positive, got {self}")
+
+    def step_size_at(self, share: float) -> float:
+        """The step size, grey levels, when this share of the training is done."""
+        return self.step_size * (1 - (1 - _LAST_STEP) * share)

@@ -14,8 +14,8 @@ from safetensors import SafetensorError
 from safetensors.torch import load, save
 from torch import Tensor
 
-from avsec_gym.attacks.patch_configuration import RADIUS
 from avsec_gym.attacks.patch_pasting import disc
+from avsec_gym.attacks.patch_placement import RADIUS
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.kitti.sensor_files import write_image

@@ -1,8 +1,8 @@
 """Where a patch stands: its place in both images, and which places there are in the world.
 
-A patch is a poster that faces the car.  It can stand anywhere in the free space ahead: not nearer
-than a poster can be held, not beyond what stereo detectors look at, not below the ground, and not
-behind a real object that it covers in the image.
+A patch is a poster that faces the car.  It can stand anywhere in the free space ahead: not so near
+that the ghost would be larger than it, not beyond what stereo detectors look at, not below the
+ground, and not behind a real object that it covers in the image.
 """
 
 from __future__ import annotations
@@ -12,12 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from avsec_gym.attacks.attack import LEFT, RIGHT, Seed
-from avsec_gym.attacks.patch_configuration import RADIUS
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Calibration
 from avsec_gym.geometry import box_corners, project
 from avsec_gym.scenario.intention import Intention
+
+RADIUS = 38.0
+"""Pixels of images of 1242 x 375 (thesis, section 5.4.3)."""
 
 _ROUNDING = 1e-6
 """Pixels, so that a patch at the very edge of what can be is still inside."""
@@ -70,7 +72,8 @@ class PatchRange:
     """How far ahead a patch can stand.
 
     Args:
-        nearest: Metres.
+        nearest: Metres; from 16 m on, the rear of a car is seen inside of a disc of `RADIUS`.
+            Detectors overlook the ghost of a nearer one, most of which would be what is around it.
         farthest: Metres; what is farther is beyond the reach of stereo detectors.
         camera_height: Above the ground, metres; the ground is taken to be flat.
 
@@ -78,7 +81,7 @@ class PatchRange:
         ConfigurationError: They are not positive, or not in order.
     """
 
-    nearest: float = 5.0
+    nearest: float = 16.0
     farthest: float = 40.0
     camera_height: float = 1.65
 
@@ -120,7 +123,7 @@ def random_place(
         seed: Of the draw.
         radius: Pixels.
         range: How far ahead.
-        objects: What is really there: the patch stands in front of what it covers, if it can.
+        objects: What is really there: see `disparities`.
         intention: Only in the third of the left image that this intention points to.
 
     Raises:
@@ -144,12 +147,7 @@ def random_place(
         first = max(first, third * width / 3 - 0.5)
         last = min(last, (third + 1) * width / 3 - 0.5 - 1e-6)
     u = _drawn(draw, first, last, size, radius)
-    greatest = min(range.greatest_disparity(calibration), u - radius - _ROUNDING)
-    if objects is not None:
-        covered = focal_times_baseline(calibration) / nearest_behind(
-            calibration, objects, u, v, radius
-        )
-        least = min(max(least, covered), greatest)
+    least, greatest = disparities(calibration, range, u, v, radius, objects)
     disparity, rotation = draw.uniform(least, greatest), draw.uniform(0, 2 * np.pi)
     return PatchPlace(u, v, disparity, rotation, radius)
 
@@ -192,6 +190,37 @@ def specific_place(
         objects=objects,
         intention=intention,
     )
+
+
+def disparities(
+    calibration: Calibration,
+    range: PatchRange,
+    u: float,
+    v: float,
+    radius: float,
+    objects: Boxes3D | None = None,
+) -> tuple[float, float]:
+    """Least and greatest disparity that a patch can have.
+
+    It is in the range and above the ground; in front of what it covers, even if that takes it
+    nearer than the range; and whole in the right image.
+
+    Args:
+        calibration: Of the cameras.
+        range: How far ahead.
+        u: Column of the disc's centre in the left image, pixels; at ``u - radius`` at least the
+            range's least disparity.
+        v: Its row.
+        radius: Pixels.
+        objects: What is really there.
+    """
+    least = range.least_disparity(calibration, v + radius)
+    greatest = range.greatest_disparity(calibration)
+    if objects is not None:
+        behind = nearest_behind(calibration, objects, u, v, radius)
+        least = max(least, focal_times_baseline(calibration) / behind)
+    whole = u - radius - _ROUNDING
+    return min(least, whole), min(max(least, greatest), whole)
 
 
 def focal_times_baseline(calibration: Calibration) -> float:

@@ -174,6 +174,7 @@ class _Run:
             frame.image(LEFT).shape[:2],
             seed,
             radius=self.configuration.radius,
+            range=self.configuration.range,
             objects=truth,
         )
         real = truth if self.configuration.keep_real else None
@@ -203,6 +204,8 @@ class _Run:
             if self.sizes[name] > 0:
                 total += gradient / self.sizes[name]
         self.pixels.grad = total
+        for group in self.optimizer.param_groups:
+            group["lr"] = self.configuration.step_size_at(step / self.steps)
         self.optimizer.step()
         self.pixels.data.clamp_(0, 255)
 

@@ -10,8 +10,8 @@ from avsec_gym.attacks.attack import LEFT
 from avsec_gym.attacks.patch_placement import (
     PatchPlace,
     PatchRange,
+    disparities,
     focal_times_baseline,
-    nearest_behind,
 )
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.actions import LinearScale
@@ -68,8 +68,8 @@ class PatchCoding:
     def possible(self, place: PatchPlace, objects: Boxes3D | None = None) -> PatchPlace:
         """The same patch moved to where it can stand.
 
-        As `random_place` draws them: both images show all of it, it stands in the range and not
-        below the ground, and in front of the objects that it covers, if it can.
+        As `random_place` draws them: both images show all of it, and it has one of the
+        `disparities` that it can have there.
 
         Args:
             place: Where it was wanted.
@@ -84,10 +84,7 @@ class PatchCoding:
         v = self._between(radius, place.v, min(height - 1, ground) - radius)
         least = range.least_disparity(self.calibration, v + radius)
         u = self._between(radius + least + _ROUNDING, place.u, width - 1 - radius)
-        greatest = min(range.greatest_disparity(self.calibration), u - radius - _ROUNDING)
-        if objects is not None:
-            behind = nearest_behind(self.calibration, objects, u, v, radius)
-            least = min(max(least, focal_times_baseline(self.calibration) / behind), greatest)
+        least, greatest = disparities(self.calibration, range, u, v, radius, objects)
         disparity = float(min(max(place.disparity, least), greatest))
         return replace(place, u=u, v=v, disparity=disparity)
 

@@ -107,6 +107,7 @@ def control_table(rows: Rows) -> Table:
                 figure(row["loss_before"], digits=3),
                 figure(row["loss_after"], digits=3),
                 share,
+                figure(row.get("ghosts_seen"), row.get("ghosts_seen_interval"), scale=100),
                 figure(row["largest_change"], digits=2),
                 Cell(budget, tone="" if row["within_budget"] else "bad",
                      hint="" if row["within_budget"] else "exceeded"),
@@ -115,11 +116,12 @@ def control_table(rows: Rows) -> Table:
     return Table(
         "Sanity sheet: losses and budgets",
         ["detector", "attack", "loss", "median before", "median after", "moved that way, %",
-         "largest change", "budget"],
+         "ghost seen, %", "largest change", "budget"],
         lines,
         "A perturbation is to raise the loss against the truth, a patch to lower that towards its"
         " ghosts b*; controls should do neither as much. Grey levels. A patch may change anything"
-        " inside its disc. In brackets: 95 % Wilson intervals.",
+        " inside its disc; its ghost is seen where the planner gets a box that meets it on the"
+        " ground, as a real object at the same place may. In brackets: 95 % Wilson intervals.",
         names=2,
     )  # fmt: skip
 

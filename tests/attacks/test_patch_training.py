@@ -33,7 +33,7 @@ from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
 from avsec_gym.perception.training.curves import read_curves
 from avsec_gym.rig import kitti_rig
 
-SETTINGS = PatchTraining(epochs=4, batch=2, step_size=16, radius=12)
+SETTINGS = PatchTraining(epochs=8, batch=2, step_size=16, radius=12)
 
 
 class StandIn:
@@ -114,8 +114,8 @@ def test_the_expected_loss_to_the_ghosts_falls(tmp_path: Path) -> None:
     assert torch.equal(patch.pixels, patch.pixels.round()), "printers know whole grey levels"
     assert patch.pixels.min() >= 0
     assert patch.pixels.max() <= 255
-    assert told == [(step, 8) for step in range(1, 9)]
-    assert len(read_curves(tmp_path)) == 8
+    assert told == [(step, 16) for step in range(1, 17)]
+    assert len(read_curves(tmp_path)) == 16
     assert patch.card is not None
     assert patch.card.detectors == {"stand-in": weights_hash(detector)}
     assert (

@@ -16,10 +16,11 @@ from avsec_gym.attacks.attack import LEFT, RIGHT, Victim, quantised
 from avsec_gym.attacks.loss_gradient import total_loss
 from avsec_gym.attacks.noise import RandomNoise
 from avsec_gym.attacks.patch import PatchAttack
-from avsec_gym.attacks.patch_ghosts import target_boxes
+from avsec_gym.attacks.patch_ghosts import ghost_box, target_boxes
 from avsec_gym.attacks.patch_placement import PatchPlace
 from avsec_gym.attacks.perturbation import Perturbation
 from avsec_gym.attacks.texture import replace_texture
+from avsec_gym.box_overlap import ground_rectangles, rectangle_iou
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, roadside_of, scenes_of
@@ -155,10 +156,10 @@ class AttackedDrives:
                 )
             if look.whole_levels and not sheet:
                 continue
-            _take(result, look, scene, pipeline)
+            believed = _take(result, look, scene, pipeline)
             if not look.whole_levels and look.strength in (0, STEPS):
                 with result.timed("measuring"):
-                    _measure(result, look, scene, clean, victim, losses=sheet)
+                    _measure(result, look, scene, clean, victim, believed, losses=sheet)
 
     def again(
         self,
@@ -264,8 +265,8 @@ def _patched(
         yield _Look(frame, attack, intentions=(intention,), seen_as=seen_as, place=place)
 
 
-def _take(result: _Result, look: _Look, scene: Scene, pipeline: Pipeline) -> None:
-    """Add what is seen, and the drives that follow."""
+def _take(result: _Result, look: _Look, scene: Scene, pipeline: Pipeline) -> Boxes3D:
+    """Add what is seen, and the drives that follow; returns what is planned on."""
     name = pipeline.detector.name
     with result.timed("detector"):
         perception = pipeline.perceive(look.frame)
@@ -276,15 +277,24 @@ def _take(result: _Result, look: _Look, scene: Scene, pipeline: Pipeline) -> Non
         for intention in look.intentions:
             record = pipeline.drive(scene, perception, intention).record
             result.drives.append(DriveRow(under, record, look.strength))
+    return perception.believed
 
 
 def _measure(
-    result: _Result, look: _Look, scene: Scene, clean: SensorFrame, victim: Victim, *, losses: bool
+    result: _Result,
+    look: _Look,
+    scene: Scene,
+    clean: SensorFrame,
+    victim: Victim,
+    believed: Boxes3D,
+    *,
+    losses: bool,
 ) -> None:
     """Add the largest change of a grey level, where a patch is, and losses that it is about.
 
     ``loss`` is that to the truth, which perturbations raise; ``ghost_loss`` that to b*, which a
-    patch lowers, from ``clean_ghost_loss``.
+    patch lowers, from ``clean_ghost_loss``; ``ghost_seen`` is 1 where the planner gets a box that
+    meets the patch's ghost on the ground.
     """
     before = clean if look.attacked is None else look.attacked
     changes = [
@@ -298,6 +308,9 @@ def _measure(
     if look.place is not None:
         aim = look.place.intention(clean.image(LEFT).shape[1])
         numbers["attack_intention"] = list(Intention).index(aim)
+        ghost = ghost_box(look.place, clean.calibration)
+        overlap = rectangle_iou(_on_ground(believed), _on_ground(ghost))
+        numbers["ghost_seen"] = float((overlap > 0).any())
         if isinstance(detector, DifferentiableDetector):
             ghosts = target_boxes(look.place, clean.calibration, victim.truth)
             numbers["clean_ghost_loss"] = _loss(detector, clean, ghosts)
@@ -305,6 +318,10 @@ def _measure(
     filed = setting(victim.detector.name, look.seen_as or look.attack)
     for name, value in numbers.items():
         result.measurements.append(Measurement(filed, scene.id, name, value, look.strength))
+
+
+def _on_ground(boxes: Boxes3D) -> NDArray[np.float64]:
+    return ground_rectangles(boxes.location, boxes.dimensions, boxes.rotation_y)
 
 
 def _loss(

@@ -87,6 +87,7 @@ def _control_rows(outcomes: Outcomes) -> Iterator[Row]:
         towards_ghosts = any((name, condition.strength, "ghost_loss") in values for name in filed)
         pairs: list[tuple[float, float]] = []
         changes: list[float] = []
+        seen: list[float] = []
         for name in filed:
             key = (name, condition.strength)
             if towards_ghosts:
@@ -99,10 +100,12 @@ def _control_rows(outcomes: Outcomes) -> Iterator[Row]:
                 for one in outcomes.scenarios
                 if before.get(one) is not None and after.get(one) is not None
             ]
-            change = values[*key, "change"]
-            changes += [change[one] for one in outcomes.scenarios if one in change]
+            for found, what in ((changes, "change"), (seen, "ghost_seen")):
+                known = values[*key, what]
+                found += [known[one] for one in outcomes.scenarios if one in known]
         if pairs and changes:
-            yield {**named(condition), **_sheet(condition, pairs, changes, towards_ghosts)}
+            sheet = _sheet(condition, pairs, changes, towards_ghosts)
+            yield {**named(condition), **sheet, **_ghosts_seen(seen)}
 
 
 def _sheet(
@@ -122,6 +125,17 @@ def _sheet(
         "largest_change": max(changes),
         "budget": budget,
         "within_budget": budget is None or max(changes) <= budget + _ROUNDING,
+    }
+
+
+def _ghosts_seen(seen: list[float]) -> Row:
+    """Share of patches whose ghost the planner was given; controls tell what chance gives."""
+    if not seen:
+        return {"ghosts_seen": None, "ghosts_seen_interval": None}
+    count = int(sum(seen))
+    return {
+        "ghosts_seen": count / len(seen),
+        "ghosts_seen_interval": list(wilson_interval(count, len(seen))),
     }
 
 

@@ -94,7 +94,11 @@ def test_without_the_sanity_sheet_there_are_neither_losses_nor_rounded_pixels(
     options = {**configuration.options, "sanity_sheet": False}
     work = AttackedDrives(replace(configuration, options=options))
     patched = work("stereo_rcnn", "grey-random", ID)
-    assert {row.name for row in patched.measurements} == {"change", "attack_intention"}
+    assert {row.name for row in patched.measurements} == {
+        "change",
+        "attack_intention",
+        "ghost_seen",
+    }
     perturbed = work("stereo_rcnn", "pgd-1", ID)
     assert [(row.setting, row.strength) for row in perturbed.detections] == [
         ("stereo_rcnn pgd-1", n) for n in (1, 2, 3, 4)

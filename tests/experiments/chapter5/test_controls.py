@@ -27,6 +27,8 @@ def measured(made: ModuleType, change: float = 1.6) -> list[dict[str, object]]:
         results.measure(condition, "clean_ghost_loss", dict.fromkeys(NAMES, 2.0))
         results.measure(condition, "ghost_loss", dict.fromkeys(NAMES, after))
         results.measure(condition, "change", dict.fromkeys(NAMES, 200.0))
+        seen = [1.0, 1.0, 0.0, 1.0, 0.0] if after < 1 else [0.0] * 5
+        results.measure(condition, "ghost_seen", dict(zip(NAMES, seen, strict=True)))
     return control_rows(made.outcomes(results, NAMES))
 
 
@@ -37,6 +39,9 @@ def test_each_attack_is_held_against_its_own_aim(made: ModuleType) -> None:
     assert (patch["loss_towards"], patch["aim"]) == ("ghosts", "down")
     assert (patch["loss_before"], patch["loss_after"], patch["share_moved"]) == (2.0, 0.5, 1.0)
     assert (grey["aim"], grey["share_moved"]) == (None, 0.0)
+    assert (pgd["ghosts_seen"], patch["ghosts_seen"], grey["ghosts_seen"]) == (None, 0.6, 0.0)
+    low, high = patch["ghosts_seen_interval"]
+    assert low < 0.6 < high
 
 
 def test_a_budget_that_is_exceeded_once_is_exceeded(made: ModuleType) -> None:
