@@ -54,6 +54,10 @@ _BUILT_IN = {
         "avsec_gym.perception.detectors.pointrcnn.detector:PointRcnnDetector",
         {"weights": "shipped"},
     ),
+    (Kind.DETECTOR, "scan_obstacles"): (
+        "avsec_gym.perception.detectors.scan_obstacles:ScanObstacles",
+        {},
+    ),
     (Kind.IMAGE_DETECTOR, "faster_rcnn"): (
         "avsec_gym.perception.detectors.faster_rcnn.detector:FasterRcnnDetector",
         {"weights": "shipped"},

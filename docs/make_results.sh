@@ -9,6 +9,7 @@ cd "$(dirname "$0")/.."
 PYTHON=${PYTHON:-python}
 "$PYTHON" examples/attack_detections.py --out runs/ghosts > /dev/null
 cp runs/ghosts/sheet.png docs/images/demo.png
+"$PYTHON" -m avsec_gym.experiments.chapter3.optical_attacks_figure --out docs/images
 [ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.world.layout_statistics \
     --kitti "$KITTI" --scenarios "$SCENARIOS" --out docs/images
 [ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.world.evidence \

@@ -16,10 +16,10 @@ from train_perturbation_attacker import arguments, compare
 def main() -> None:
     """Train, evaluate, print JSON."""
     parser = arguments(__doc__.splitlines()[0])
-    parser.add_argument("--patch", default="noise", help="grey, noise, or a file")
+    parser.add_argument("--patch", help="grey, noise, or a file; without: the detector's own")
     options = parser.parse_args()
     result = compare("avsec/PatchAttack-v0", options, patch=options.patch)
-    print(json.dumps(result | {"patch": options.patch}, indent=1))
+    print(json.dumps(result | {"patch": options.patch or "the detector's own"}, indent=1))
 
 
 if __name__ == "__main__":

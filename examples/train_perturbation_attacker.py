@@ -4,8 +4,9 @@
     python examples/train_perturbation_attacker.py --detector stereo_rcnn --steps 2000
     python examples/train_perturbation_attacker.py --detector '{"name": "dsgn", "weights": "FILE"}'
 
-It is compared with random actions, and with random search, which spends as many queries on the
-training scenes: the ten actions that did best there, tried in that order on every held-out scene.
+It is compared with random actions, and with two searches that spend as many queries on the training
+scenes: random search, and CMA-ES (Hansen, `pip install cma`).  Of either, the ten actions that did
+best there are tried in that order on every held-out scene.
 Nearly all of the time goes into the detector: a fifth of a second to half a second for a query.
 """
 
@@ -17,6 +18,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+import cma
 import gymnasium as gym
 import numpy as np
 import torch
@@ -26,7 +28,7 @@ import avsec_gym
 from avsec_gym.metrics.intervals import wilson_interval
 
 TRIALS = 4
-"""Training episodes that random search tries an action in."""
+"""Training episodes that a search tries an action in."""
 QUERIES = 10
 """Of an episode."""
 
@@ -54,17 +56,40 @@ def train(env: gym.Env, queries: int, seed: int) -> SAC:
 
 
 def search(env: gym.Env, queries: int, seed: int) -> np.ndarray:
-    """The best of random actions, each tried in some training episodes, best first."""
+    """The best of random actions, best first."""
     generator = np.random.default_rng(seed)
-    count = max(1, queries // TRIALS)
-    actions = generator.uniform(-1.0, 1.0, (count, *env.action_space.shape)).astype(np.float32)
-    rewards = np.zeros(count)
+    actions = generator.uniform(-1.0, 1.0, (queries // TRIALS, *env.action_space.shape))
     env.reset(seed=seed)
-    for number, action in enumerate(actions):
-        for _ in range(TRIALS):
-            env.reset()
-            rewards[number] += float(env.step(action)[1])
-    return actions[np.argsort(-rewards, kind="stable")[:QUERIES]]
+    return best_first(actions, [tried(env, action) for action in actions])
+
+
+def evolve(env: gym.Env, queries: int, seed: int) -> np.ndarray:
+    """The best actions of an evolution strategy that adapts its covariances, best first."""
+    options = {"bounds": [-1.0, 1.0], "seed": seed + 1, "verbose": -9}  # 0 would be the clock
+    strategy = cma.CMAEvolutionStrategy(np.zeros(env.action_space.shape), 0.5, options)
+    actions: list[np.ndarray] = []
+    rewards: list[float] = []
+    env.reset(seed=seed)
+    while len(actions) + strategy.popsize <= queries // TRIALS:
+        asked = strategy.ask()
+        told = [tried(env, action) for action in asked]
+        strategy.tell(asked, [-reward for reward in told])
+        actions, rewards = actions + asked, rewards + told
+    return best_first(np.array(actions), rewards)
+
+
+def tried(env: gym.Env, action: np.ndarray) -> float:
+    """What an action earns in some training episodes as their first query."""
+    total = 0.0
+    for _ in range(TRIALS):
+        env.reset()
+        total += float(env.step(action.astype(np.float32))[1])
+    return total
+
+
+def best_first(actions: np.ndarray, rewards: list[float]) -> np.ndarray:
+    """As many as an episode has queries."""
+    return actions[np.argsort(-np.array(rewards), kind="stable")[:QUERIES]].astype(np.float32)
 
 
 def evaluate(env: gym.Env, policy: Policy, episodes: int, seed: int) -> dict[str, Any]:
@@ -99,12 +124,14 @@ def compare(id: str, options: argparse.Namespace, **more: Any) -> dict[str, Any]
     agent = train(training, options.steps, options.seed)
     trained = time.perf_counter() - begun
     best = search(training, options.steps, options.seed)
+    evolved = evolve(training, options.steps, options.seed)
     held_out = gym.make(id, scenarios=given(options.testing), **common)
     generator = np.random.default_rng(options.seed)
     shape = held_out.action_space.shape
     policies: dict[str, Policy] = {
         "random": lambda seen, query: generator.uniform(-1.0, 1.0, shape).astype(np.float32),
         "random_search": lambda seen, query: best[query % len(best)],
+        "cma_es": lambda seen, query: evolved[query % len(evolved)],
         "sac": lambda seen, query: agent.predict(seen)[0],
     }
     results = {

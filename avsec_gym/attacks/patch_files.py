@@ -21,6 +21,7 @@ from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.kitti.sensor_files import write_image
 from avsec_gym.kitti.text_files import read_text, write_text
 
+_SHIPPED = Path(__file__).parent / "patches"
 _ENLARGED = 4
 _GREY = 127.5
 _AGAIN = "Train it again with `avsec attack patch`."
@@ -96,6 +97,11 @@ class Patch:
 def texels(radius: float) -> int:
     """Of a patch's side, one for each pixel of the image."""
     return int(np.ceil(2 * radius))
+
+
+def shipped_patch(name: str) -> Path:
+    """Where the package keeps the patch against a detector, or ``joint``; it may have none."""
+    return _SHIPPED / f"{name}.safetensors"
 
 
 def save_patch(path: str | Path, patch: Patch) -> Patch:

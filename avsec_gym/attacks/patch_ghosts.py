@@ -25,13 +25,17 @@ def ghost_box(
     """The ghost of a patch: a car that drives ahead, whose rear is where the patch stands.
 
     The middle of its rear has the patch's column and depth, as the visible side of a real car
-    would.  It stands on the ground, lifted only as far as it must be for its rear to show the
-    patch: to the patch's upper edge, or to its centre where the patch is higher than a car.
+    would, and is seen inside of the patch ("ghost 3D bounding boxes inside the patch", section
+    5.5.1): where a car would be seen larger, the ghost is a smaller one.  Detectors know no such
+    cars, and answer with one of the usual size there.  It stands on the ground, lifted only as far
+    as it must be for its rear to show the patch: to the patch's upper edge, or to its centre where
+    the patch is higher than a car.
 
     Args:
         place: Of the patch.
         calibration: Of the cameras.
-        dimensions: Height, width, length, metres; KITTI's mean car.
+        dimensions: Height, width, length, metres, where the patch shows all of its width; KITTI's
+            mean car.
         camera_height: Above the ground, metres.
 
     Returns:
@@ -41,18 +45,18 @@ def ghost_box(
     depth = focal_times_baseline(calibration) / place.disparity
     seen = depth * np.array([place.u, place.v, 1.0])
     x, y, z = np.linalg.solve(projection[:, :3], seen - projection[:, 3])
-    height, _, length = dimensions
     radius = place.radius * depth / projection[1, 1]
+    height, width, length = np.array(dimensions) * min(1.0, 2 * radius / dimensions[1])
     bottom = min(camera_height, y + max(height - radius, height / 2))
     location = np.array([[x, bottom, z + length / 2]])
     rotation_y = np.array([_AWAY])
     return Boxes3D(
         location,
-        np.array([dimensions]),
+        np.array([[height, width, length]]),
         rotation_y,
         np.ones(1),
         np.array(["Car"]),
-        box2d=_projected(projection, location, np.array([dimensions]), rotation_y),
+        box2d=_projected(projection, location, np.array([[height, width, length]]), rotation_y),
         truncation=np.zeros(1),
         occlusion=np.zeros(1),
         alpha=wrap_angle(rotation_y - np.arctan2(location[:, 0], location[:, 2])),

@@ -1,7 +1,7 @@
 """Where a patch stands: its place in both images, and which places there are in the world.
 
 A patch is a poster that faces the car.  It can stand anywhere in the free space ahead: not so near
-that the ghost would be larger than it, not beyond what stereo detectors look at, not below the
+that no car looks so small there, not so far that its ghost would be in nobody's way, not below the
 ground, and not behind a real object that it covers in the image.
 """
 
@@ -72,17 +72,17 @@ class PatchRange:
     """How far ahead a patch can stand.
 
     Args:
-        nearest: Metres; from 16 m on, the rear of a car is seen inside of a disc of `RADIUS`.
-            Detectors overlook the ghost of a nearer one, most of which would be what is around it.
-        farthest: Metres; what is farther is beyond the reach of stereo detectors.
+        nearest: Metres.  A car whose rear a disc of `RADIUS` shows is 16 m away; with half of that,
+            size and disparity contradict each other too much for stereo detectors.
+        farthest: Metres.  A ghost that is farther than the goal, 15 m ahead, stops nobody.
         camera_height: Above the ground, metres; the ground is taken to be flat.
 
     Raises:
         ConfigurationError: They are not positive, or not in order.
     """
 
-    nearest: float = 16.0
-    farthest: float = 40.0
+    nearest: float = 8.0
+    farthest: float = 20.0
     camera_height: float = 1.65
 
     def __post_init__(self) -> None:

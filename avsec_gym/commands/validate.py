@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from avsec_gym.commands import console
 from avsec_gym.commands.named_part import named_part
@@ -56,6 +56,9 @@ class Validate:
     attacked them.  They are not judged."""
     rate: float = 0.01
     """Designated false alarm rate r, from 0 to 1."""
+    criterion: Literal["error", "any"] = "any"
+    """What raises an alarm: the disparity error E alone, as in the thesis, or any of the four
+    shares, each with a threshold of its own.  The likelihood always weighs all of them."""
     depth: str = "sgbm"
     """How disparities of two cameras are found: a name, or JSON with arguments."""
     attack: str | None = None
@@ -92,6 +95,8 @@ class Validate:
         for one, other in (("kitti", "kitti_raw"), ("thresholds", "likelihood")):
             if getattr(self, one) is not None and getattr(self, other) is not None:
                 raise ConfigurationError(f"--{one} and --{other.replace('_', '-')}: give one")
+        if self.likelihood is not None and self.criterion != "any":
+            raise ConfigurationError("--criterion chooses among thresholds: not with --likelihood")
         for name, good in (
             ("clean", 0 < self.clean < 1),
             ("rate", 0 <= self.rate <= 1),
@@ -123,6 +128,7 @@ class Validate:
             "sensors": list(recordings.system.sensors),
             "clean_moments": clean,
             "rate": self.rate,
+            "criterion": self.criterion,
             "depth": None if self._is_fitted else self.depth,
             "attack": self.attack,
             "seed": self.seed,
@@ -161,7 +167,7 @@ class Validate:
                 f"avsec: {len(clean)} clean moments are few for r = {self.rate}: thresholds are "
                 "their largest errors, as for r = 0"
             )
-        return ThresholdValidator(self.thresholds or own, self.rate)
+        return ThresholdValidator(self.thresholds or own, self.rate, self.criterion)
 
     def _judge(
         self,

@@ -13,7 +13,6 @@ from avsec_gym.envs.sensor_attack_game import Situation
 from avsec_gym.envs.spoofing_coding import SIZE, Ends, SpoofingCoding
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
-from avsec_gym.perception.detectors.scan_obstacles import ScanObstacles
 from avsec_gym.scenario.scene import Motion
 
 
@@ -73,8 +72,8 @@ class LidarSpoofingEnv(OpticalAttackEnv):
     * `scenarios="mixed"`: a default suite of the procedural world (`mixed`, `street`, `highway`,
       made in the cache on first use); a folder in KITTI's object layout, with scans; or a
       dictionary such as `{"source": "mixed", "split": "train", "count": 10}`.
-    * `detector=None`: the obstacles that the scan shows; or a name, a dictionary, or a live
-      detector.
+    * `detector="scan_obstacles"`: or another name, a dictionary such as
+      `{"name": "pixor", "weights": "FILE"}`, or a live detector.
     * `validator="thresholds"`: the thesis', its thresholds measured at the first reset on up to 50
       scenes without an attack, a third of a second each; a dictionary such as
       `{"name": "thresholds", "rate": 0.05}`, which may name a table as `avsec validate` writes it
@@ -108,7 +107,7 @@ class LidarSpoofingEnv(OpticalAttackEnv):
     def __init__(
         self,
         scenarios: Any = "mixed",
-        detector: Any = None,
+        detector: Any = "scan_obstacles",
         validator: Any = "thresholds",
         clean: Any = None,
         planner: Any = "astar",
@@ -128,7 +127,7 @@ class LidarSpoofingEnv(OpticalAttackEnv):
         super().__init__(
             SIZE,
             scenarios=scenarios,
-            detector=ScanObstacles() if detector is None else detector,
+            detector=detector,
             planner=planner,
             motion=motion,
             score_threshold=score_threshold,

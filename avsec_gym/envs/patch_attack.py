@@ -38,7 +38,7 @@ class PatchAttackEnv(SensorAttackEnv):
 
     ## Action
     `Box(-1, 1, (5,), float32)`: of the patch's centre the column, from left to right, and the row,
-    from top to bottom of the left image; its disparity, from that of 40 m to that of 5 m; its
+    from top to bottom of the left image; its disparity, from that of 20 m to that of 8 m; its
     rotation, -pi..pi; its radius, from half to whole; each scaled linearly
     (`avsec_gym.envs.patch_coding.PatchCoding.decode` and `encode`).  Where no such patch can stand
     it is moved to the nearest values that can be: both images show all of it, it is not below the
@@ -66,8 +66,8 @@ class PatchAttackEnv(SensorAttackEnv):
       `{"source": "mixed", "split": "train", "count": 10}`.
     * `detector="dsgn"`: or `"stereo_rcnn"`, a dictionary such as
       `{"name": "dsgn", "weights": "FILE"}`, or a live detector.
-    * `patch="noise"`: one of uniform noise; `"grey"`; a file that `avsec attack patch` made; or a
-      live patch.
+    * `patch=None`: the package's patch against this detector, of noise where it has none;
+      `"noise"`, uniform; `"grey"`; a file that `avsec attack patch` made; or a live patch.
     * `planner="astar"`
     * `motion="static"`: the planner takes everything to stand; `"truth"`: it knows how the real
       objects behind the boxes move.
@@ -91,7 +91,7 @@ class PatchAttackEnv(SensorAttackEnv):
         self,
         scenarios: Any = "mixed",
         detector: Any = "dsgn",
-        patch: Patch | str | Path = "noise",
+        patch: Patch | str | Path | None = None,
         planner: Any = "astar",
         motion: Motion | str = Motion.STATIC,
         score_threshold: float = 0.3,
@@ -122,8 +122,13 @@ class PatchAttackEnv(SensorAttackEnv):
             DataError: Its file is missing, damaged, or no patch.
         """
         from avsec_gym.attacks.patch import PatchAttack
+        from avsec_gym.attacks.patch_files import shipped_patch
 
-        return cast("Patch", PatchAttack(self._given_patch).patch)
+        patch = self._given_patch
+        if patch is None:
+            own = shipped_patch(self.game.pipeline.detector.name)
+            patch = own if own.is_file() else "noise"
+        return cast("Patch", PatchAttack(patch).patch)
 
     def tamper(self, situation: Situation, action: Floats) -> Tampering:
         """Both images with the patch where the action wants it, or as near as can be."""

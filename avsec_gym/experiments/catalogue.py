@@ -11,6 +11,9 @@ from avsec_gym.experiments.experiment import Experiment
 EXPERIMENTS: dict[str, str] = {
     "demo": "avsec_gym.experiments.demo:DEMO",
     "identification": "avsec_gym.experiments.chapter3.experiments:IDENTIFICATION",
+    "object_level": "avsec_gym.experiments.chapter3.experiments:OBJECT_LEVEL",
+    "impact": "avsec_gym.experiments.chapter3.experiments:IMPACT",
+    "sensitivity": "avsec_gym.experiments.chapter3.experiments:SENSITIVITY",
     "defence": "avsec_gym.experiments.chapter3.defence:DEFENCE",
 } | {
     name: f"avsec_gym.experiments.chapter5.experiments:{attribute}"
@@ -19,6 +22,7 @@ EXPERIMENTS: dict[str, str] = {
         "perturbation": "PERTURBATION",
         "patch": "PATCH",
         "joint_patch": "JOINT_PATCH",
+        "unattacked": "UNATTACKED_DRIVES",
         "planners": "PLANNERS",
         "inputs": "INPUTS",
         "ghost_positions": "GHOST_POSITIONS",

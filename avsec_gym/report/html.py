@@ -8,9 +8,11 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from avsec_gym.report.optical_attacks_in_words import optical_sentences
 from avsec_gym.report.page_table import Table, bounds, number
 from avsec_gym.report.plots_ghosts import PLACE_WORDS, draw_ghosts
 from avsec_gym.report.plots_losses import draw_losses, legend
+from avsec_gym.report.plots_sensitivity import CURVES, draw_sensitivity
 from avsec_gym.report.plots_steps import RATES, draw_precision, draw_safety
 from avsec_gym.report.plots_validation import draw_distributions
 from avsec_gym.report.run_remarks import facts, inputs, remarks
@@ -27,6 +29,7 @@ from avsec_gym.report.tables_beyond import (
     time_table,
     trend_table,
 )
+from avsec_gym.report.tables_of_optical_attacks import tables_of_optical_attacks
 from avsec_gym.report.tables_of_thesis import tables_of_thesis
 from avsec_gym.report.tables_of_validation import tables_of_validation
 from avsec_gym.report.tables_why import ghost_table, pyramid_table, spread_table
@@ -44,6 +47,7 @@ _SECTIONS = {
     "controls": "Controls",
     "flips": "Flips",
     "validation": "Sensor data validation",
+    "optical": "Detectors under optical attacks",
     "other": "Other settings",
     "run": "The run",
 }
@@ -83,6 +87,8 @@ def html_page(
         "rules": RULES,
         "rho": _rho(report) if "decoupling" in report else "",
         "sentences": validation_sentences(report["validation"]) if report.get("validation") else [],
+        "optical_sentences": optical_sentences(report),
+        "curves": CURVES,
         "facts": facts(report),
         "inputs": inputs(report),
         "bars": _bars(report),
@@ -99,6 +105,7 @@ def _tables(report: Report) -> dict[str, Any]:
         "other": other_table(report["other"]),
         "time": time_table(report),
         "spread": spread_table(report["spread"]),
+        "optical": tables_of_optical_attacks(report),
     }
     if report.get("validation"):
         tables["validation"] = tables_of_validation(report["validation"])
@@ -120,6 +127,8 @@ def _tables(report: Report) -> dict[str, Any]:
 def _drawings(report: Report) -> dict[str, Any]:
     summary = report.get("validation")
     found = {"validation": draw_distributions(summary["distributions"])} if summary else {}
+    sizes = report.get("sensitivity")
+    found["sensitivity"] = draw_sensitivity(sizes) if sizes else []
     return found | (_drawings_of_chapter_5(report) if "decoupling" in report else {})
 
 
@@ -145,6 +154,7 @@ def _shown(report: Report, tables: Mapping[str, Any], strips: Sequence[Strip]) -
         "controls": whole,
         "flips": whole,
         "validation": bool(report.get("validation")),
+        "optical": bool(tables["optical"]),
         "other": bool(report["other"]),
         "run": True,
     }

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from avsec_gym.experiments.markdown_table import markdown_table
+from avsec_gym.report.optical_attacks_in_words import optical_sentences
 from avsec_gym.report.page_table import Table, bounds, number
 from avsec_gym.report.run_remarks import facts, inputs, remarks
 from avsec_gym.report.tables_beyond import (
@@ -16,6 +17,7 @@ from avsec_gym.report.tables_beyond import (
     seen_table,
     trend_table,
 )
+from avsec_gym.report.tables_of_optical_attacks import tables_of_optical_attacks
 from avsec_gym.report.tables_of_thesis import tables_of_thesis
 from avsec_gym.report.tables_of_validation import tables_of_validation
 from avsec_gym.report.tables_why import ghost_table, pyramid_table, spread_table
@@ -52,8 +54,9 @@ def markdown_page(
 
 
 def _answer(report: Mapping[str, Any]) -> list[str]:
-    if report.get("validation"):
-        return ["", *(f"- {sentence}" for sentence in validation_sentences(report["validation"]))]
+    said = validation_sentences(report["validation"]) if report.get("validation") else []
+    if said := [*said, *optical_sentences(report)]:
+        return ["", *(f"- {sentence}" for sentence in said)]
     if "answer" not in report:
         return []
     answer, both = report["answer"], report["decoupling"]["rank_correlation"]["both"]
@@ -84,6 +87,7 @@ def _tables(report: Mapping[str, Any]) -> list[Table]:
             rounding_table(report["rounding"]),
         ]
     tables += tables_of_validation(report["validation"]) if report.get("validation") else []
+    tables += tables_of_optical_attacks(report)
     tables += [spread_table(report["spread"])] if report["spread"] else []
     tables += [other_table(report["other"])] if report["other"] else []
     return [table for table in tables if table.rows]

@@ -7,6 +7,9 @@ from collections.abc import Callable
 from datetime import datetime
 from typing import Any
 
+from avsec_gym.experiments.chapter3.baseline_rates import baseline_summary
+from avsec_gym.experiments.chapter3.impact_rates import impact_summary
+from avsec_gym.experiments.chapter3.sensitivity_curves import sensitivity_summary
 from avsec_gym.experiments.chapter3.summary import validation_summary
 from avsec_gym.experiments.chapter5.controls import control_rows, rounding_rows, trend_rows
 from avsec_gym.experiments.chapter5.decoupling import decoupling
@@ -73,6 +76,9 @@ def run_report(
     else:
         report["question"] = next(iter(run.manifest["experiments"].values()))["question"]
     report["validation"] = validation_summary(run, run.configuration)
+    report["baseline"] = baseline_summary(run, run.configuration)
+    report["impact"] = impact_summary(run, run.configuration)
+    report["sensitivity"] = sensitivity_summary(run, run.configuration)
     report["spread"] = spread_rows(run)
     report["other"] = _other_rates(run)
     return report

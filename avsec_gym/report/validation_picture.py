@@ -45,7 +45,7 @@ def draw_validation(
     triples = [triple for triple in known if triple[2] == last]
     rows = max(len(system), len(triples))
     figure = Figure(
-        figsize=(12, 0.3 + 1.9 * rows), dpi=100, facecolor="white", layout="constrained"
+        figsize=(12, 0.3 + 2.15 * rows), dpi=100, facecolor="white", layout="constrained"
     )
     figure.suptitle(_LEGEND, fontsize=9, x=0.99, ha="right")
     panels = figure.subplots(rows, 2, squeeze=False)
@@ -62,8 +62,8 @@ def draw_validation(
         axes.set_title(title, loc="left", fontsize=9, color=_MARKS[said])
     for axes, (i, j, k) in zip(panels[:, 1], triples, strict=False):
         error = validation.errors[i, j, k]
-        text = f"{named(system.sensors[i])} against {named(system.sensors[j])}, seen by "
-        text += f"{named(system.sensors[k])}: E = {error.error:.3f}"
+        who = (named(system.sensors[one]) for one in (i, j, k))
+        text = "{} against {}, seen by {}\n".format(*who) + f"E = {error.error:.3f}"
         if thresholds is not None:
             text += f" (threshold {thresholds[i, j, k]:.3f})"
         compared = comparison_map(maps[i, k], maps[j, k])

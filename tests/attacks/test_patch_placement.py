@@ -39,14 +39,14 @@ def test_random_places_are_whole_and_physical_and_everywhere() -> None:
     places = [random_place(CALIBRATION, SIZE, seed) for seed in SEEDS]
     for place in places:
         assert place.is_inside(HEIGHT, WIDTH)
-        assert 16 - 1e-9 <= depth(place) <= 40 + 1e-9
+        assert 8 - 1e-9 <= depth(place) <= 20 + 1e-9
         lowest_point = (place.v + place.radius - HORIZON) / FOCAL_LENGTH * depth(place)
         assert lowest_point <= 1.65 + 1e-9, "nothing stands below the ground"
     u, v = np.array([[place.u, place.v] for place in places]).T
     assert u.min() < 80
     assert u.max() > 1180
     assert v.min() < 45
-    assert v.max() > 205, "lower ones would have to be nearer than 16 m"
+    assert v.max() > 275, "lower ones would have to be nearer than 8 m"
     assert len({place.intention(WIDTH) for place in places}) == 3
 
 

@@ -33,7 +33,7 @@ from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
 from avsec_gym.perception.training.curves import read_curves
 from avsec_gym.rig import kitti_rig
 
-SETTINGS = PatchTraining(epochs=8, batch=2, step_size=16, radius=12)
+SETTINGS = PatchTraining(epochs=8, batch=2, step_size=64, radius=12)
 
 
 class StandIn:

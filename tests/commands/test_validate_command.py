@@ -94,6 +94,21 @@ def test_thresholds_of_an_earlier_run_and_an_attack(validated: Lines, tmp_path: 
     assert last["summary"]["alarms_without_attack"]["rate"] is None
 
 
+def test_light_that_e_overlooks_is_noticed_by_the_other_shares(
+    validated: Lines, tmp_path: Path
+) -> None:
+    facula = {"name": "facula", "camera": 1, "radius": 200, "strength": 120, "centre": [120, 60]}
+    options = ["--clean", "0.4", "--limit", "10", "--attack", json.dumps(facula)]
+    alarms = {}
+    for criterion in ("error", "any"):
+        out = str(tmp_path / criterion)
+        *rows, _ = validated("--out", out, *options, "--criterion", criterion)
+        alarms[criterion] = [row["alarm"] for row in rows]
+    assert alarms == {"error": [False] * 6, "any": [True] * 6}
+    # What E alone said is no part of what all shares say.
+    validated("--out", out, *options, "--criterion", "error", code=1)
+
+
 def test_what_lacks_is_said(
     day: Path, validated: Lines, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -125,6 +140,7 @@ def test_what_lacks_is_said(
         (["--thresholds", "no.json"], 1),
         (["--attack", "{"], 2),
         (["--depth", "none"], 2),
+        (["--criterion", "error", "--likelihood", "no.json"], 2),
         (["--sensors", "1", "0"], 2),
         (["--sensors", "lidar", "0", "1"], 2),
     ],

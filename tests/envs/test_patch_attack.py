@@ -37,11 +37,11 @@ def depth(place: PatchPlace) -> float:
 
 
 def ahead_of_the_car(env: PatchAttackEnv, calibration: Calibration, radius: float) -> np.ndarray:
-    """The action for a patch in the middle of the own lane, 6 m ahead."""
+    """The action for a patch in the middle of the own lane, 8 m ahead."""
     coding = PatchCoding(calibration, (125, 414), env.patch.radius)
     u, v = calibration.projection(2)[:2, 2]
-    disparity = calibration.focal_length() * calibration.baseline() / 6.0
-    below = calibration.focal_length() * 1.65 / 6.0
+    disparity = calibration.focal_length() * calibration.baseline() / 8.0
+    below = calibration.focal_length() * 1.65 / 8.0
     return coding.encode(PatchPlace(u, v + below - radius, disparity, 0.0, radius))
 
 
@@ -49,7 +49,7 @@ def test_actions_and_places_convert() -> None:
     low, high = CODING.decode(-np.ones(5)), CODING.decode(np.ones(5))
     assert (low.u, low.v, low.rotation, low.radius) == (0, 0, -np.pi, 19)
     assert (high.u, high.v, high.rotation, high.radius) == (1241, 374, np.pi, 38)
-    assert (depth(low), depth(high)) == (pytest.approx(40), pytest.approx(5))
+    assert (depth(low), depth(high)) == (pytest.approx(20), pytest.approx(8))
     action = np.random.default_rng(0).uniform(-1, 1, 5)
     np.testing.assert_allclose(CODING.encode(CODING.decode(action)), action, atol=1e-12)
 
@@ -59,7 +59,7 @@ def test_every_action_is_a_place_that_can_be() -> None:
     for action in [*actions, *np.eye(5), *-np.eye(5), np.ones(5), -np.ones(5)]:
         place = CODING.possible(CODING.decode(action))
         assert place.is_inside(HEIGHT, WIDTH)
-        assert 5 - 1e-9 <= depth(place) <= 40 + 1e-9
+        assert 8 - 1e-9 <= depth(place) <= 20 + 1e-9
         lowest = (place.v + place.radius - HORIZON) / FOCAL_LENGTH * depth(place)
         assert lowest <= 1.65 + 1e-9, "nothing stands below the ground"
         assert (np.abs(CODING.encode(place)) <= 1 + 1e-9).all()
@@ -79,10 +79,10 @@ def test_places_that_are_drawn_for_random_patches_stay_as_they_are() -> None:
 
 
 def test_a_patch_is_moved_in_front_of_what_it_covers() -> None:
-    wall = Boxes3D([[0, 1.65, 20]], [[9, 0.2, 80]], [0.0], [1.0], ["Misc"])
+    wall = Boxes3D([[0, 1.65, 15]], [[9, 0.2, 80]], [0.0], [1.0], ["Misc"])
     beyond = PatchPlace(600, 150, CODING.decode(-np.ones(5)).disparity)
-    assert depth(CODING.possible(beyond)) == pytest.approx(40)
-    assert depth(CODING.possible(beyond, wall)) == pytest.approx(19.9)
+    assert depth(CODING.possible(beyond)) == pytest.approx(20)
+    assert depth(CODING.possible(beyond, wall)) == pytest.approx(14.9)
 
 
 def test_images_without_room_are_refused() -> None:
@@ -157,7 +157,7 @@ def test_a_live_patch_is_taken_and_a_missing_one_named(quick: dict[str, Any]) ->
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("example", "steps"), [("train_perturbation_attacker", 24), ("train_patch_attacker", 160)]
+    ("example", "steps"), [("train_perturbation_attacker", 64), ("train_patch_attacker", 160)]
 )
 def test_the_example_trains_and_compares(quick: dict[str, Any], example: str, steps: int) -> None:
     path = Path(__file__).parents[2] / "examples" / f"{example}.py"
@@ -166,7 +166,7 @@ def test_the_example_trains_and_compares(quick: dict[str, Any], example: str, st
     command += ["--testing", quick["scenarios"], "--steps", str(steps), "--held-out", "12"]
     done = subprocess.run(command, check=True, capture_output=True, text=True)
     result = json.loads(done.stdout)
-    for policy in ("random", "random_search", "sac"):
+    for policy in ("random", "random_search", "cma_es", "sac"):
         assert 0 <= result[policy]["success_rate"] <= 1
         assert 1 <= result[policy]["queries"] <= 10
     assert result["training_queries"] == steps

@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+from avsec_gym.experiments.chapter3.attack_sizes import SIZE_OPTIONS, size_cells, size_inputs
 from avsec_gym.experiments.chapter3.recordings import OPTIONS, USUAL_COUNT
+from avsec_gym.experiments.chapter3.sensor_detections import (
+    DETECTION_OPTIONS,
+    baseline_cells,
+    baseline_inputs,
+    impact_cells,
+    impact_inputs,
+)
 from avsec_gym.experiments.chapter3.state_evidence_cells import evidence_cells, evidence_inputs
 from avsec_gym.experiments.experiment import Configuration, Experiment
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
+
+_USUAL = Configuration(PROCEDURAL, USUAL_COUNT)
 
 IDENTIFICATION = Experiment(
     "identification",
@@ -14,5 +24,35 @@ IDENTIFICATION = Experiment(
     evidence_cells,
     evidence_inputs,
     OPTIONS,
-    Configuration(PROCEDURAL, USUAL_COUNT),
+    _USUAL,
+)
+
+OBJECT_LEVEL = Experiment(
+    "object_level",
+    "Do mismatches between two sensors' objects tell that one of them is attacked?",
+    "Table 3.1, baseline",
+    baseline_cells,
+    baseline_inputs,
+    DETECTION_OPTIONS,
+    _USUAL,
+)
+
+IMPACT = Experiment(
+    "impact",
+    "Is a bogus return taken for an obstacle, and what does a facula cost a detector?",
+    "Section 3.2.4",
+    impact_cells,
+    impact_inputs,
+    DETECTION_OPTIONS,
+    _USUAL,
+)
+
+SENSITIVITY = Experiment(
+    "sensitivity",
+    "Are attacks noticed that are large enough to harm a detector?",
+    "Figures 3.11 and 3.12",
+    size_cells,
+    size_inputs,
+    SIZE_OPTIONS,
+    _USUAL,
 )

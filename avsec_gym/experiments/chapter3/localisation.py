@@ -13,6 +13,7 @@ import logging
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from itertools import islice
 from pathlib import Path
 
@@ -34,6 +35,7 @@ from avsec_gym.perception.detectors import Detector, make_detector
 from avsec_gym.report.scenario_picture import save_picture
 from avsec_gym.sensor_system import KITTI_SYSTEM, SensorSystem
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
+from avsec_gym.validation.moments import Moment
 from avsec_gym.validation.repair import Repair, repair
 from avsec_gym.world.export import world_drives
 
@@ -66,7 +68,7 @@ class Located:
     """One attack on one frame.
 
     Args:
-        frame: Which.
+        frame: Which: its id; of a drive ``2011_09_26_drive_0052_sync/0000000003``.
         attack: Such as ``facula, camera 2, 225 px``.
         area: Pixels, or bogus points.
         lost: Points of the clean scan, of an attack that loses rays.
@@ -225,11 +227,11 @@ def _sum(values: Iterable[int | None]) -> int | None:
     return sum(known) if known else None
 
 
-def _frames(options: argparse.Namespace) -> Iterator[SensorFrame]:
+def _moments(options: argparse.Namespace) -> Iterator[Moment]:
     if options.kitti is not None:
         data = KittiObject(options.kitti)
         ids = options.frame or data.ids(having=("image_2", "image_3", "velodyne"))
-        yield from (data.frame(id) for id in ids)
+        yield from (Moment(id, partial(data.frame, id)) for id in ids)
         return
     if options.kitti_raw is not None:
         drives = [Drive(folder) for folder in options.kitti_raw]
@@ -238,7 +240,8 @@ def _frames(options: argparse.Namespace) -> Iterator[SensorFrame]:
         drives = [raw.drive(name) for name in raw.drives()]
     for drive in drives:
         for number in drive.frames(having=("image_02", "image_03", "velodyne_points")):
-            yield drive.frame(number, previous=0)
+            id = f"{drive.name}/{number:010d}"
+            yield Moment(id, partial(drive.frame, number, previous=0))
 
 
 def _system(frame: SensorFrame) -> SensorSystem:
@@ -262,14 +265,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     rows: list[Located] = []
     try:
         detector = None if options.detector is None else make_detector(options.detector)
-        for number, frame in enumerate(islice(_frames(options), options.frames)):
+        for number, moment in enumerate(islice(_moments(options), options.frames)):
+            frame = moment.frame()
             system = _system(frame)
             judged = locate(
                 frame, system, attacks_of(), seed=options.seed + number, detector=detector
             )
             for row, tampered, mended in judged:
-                _LOG.info("%s", row)
-                rows.append(row)
+                rows.append(replace(row, frame=moment.id))
+                _LOG.info("%s", rows[-1])
                 picture = options.out / f"{number:02d} {row.attack}.png"
                 save_picture(draw_repair(frame, tampered, mended), picture, overwrite=True)
         content = {"summary": summary(rows), "rows": [asdict(row) for row in rows]}

@@ -77,6 +77,14 @@ PLANNERS = Experiment(
     true_inputs,
     OPTIONS,
 )
+UNATTACKED_DRIVES = Experiment(
+    "unattacked",
+    "What do a detector's own errors cost, nobody attacking?",
+    "Tables 5.1 to 5.4, U",
+    partial(attacked_cells, attacks=(UNATTACKED,)),
+    attacked_inputs,
+    OPTIONS,
+)
 INPUTS = Experiment(
     "inputs",
     "What do errors of detection cost, and what do attacks cost?",

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from avsec_gym import attacks
+from avsec_gym.attacks.patch_files import shipped_patch
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.chapter5.settings import WITHOUT_PYRAMID
 from avsec_gym.perception.detectors.detector import Detector
@@ -17,7 +17,6 @@ from avsec_gym.registry import Kind, make
 
 TRAINED_PATCHES = ("patch", "joint")
 """A detector's own patch, and the one that was trained for both detectors."""
-_SHIPPED_PATCHES = Path(attacks.__file__).parent / "patches"
 
 
 def trained_detector(name: str, options: Mapping[str, Any]) -> Detector:
@@ -66,8 +65,8 @@ def patch_file(kind: str, detector: str, options: Mapping[str, Any]) -> Path:
         detector: Whose own it is.
         options: ``patches`` names their folder.
     """
-    folder = Path(options["patches"] or _SHIPPED_PATCHES)
-    return folder / f"{'joint' if kind == 'joint' else detector}.safetensors"
+    shipped = shipped_patch("joint" if kind == "joint" else detector)
+    return Path(options["patches"]) / shipped.name if options["patches"] else shipped
 
 
 def patches_there(detector: str, options: Mapping[str, Any]) -> tuple[str, ...]:

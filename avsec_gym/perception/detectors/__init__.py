@@ -13,8 +13,8 @@ def make_detector(what: Any) -> Detector:
     """The detector that a name, a dictionary or an object stands for.
 
     Args:
-        what: ``dsgn``, ``stereo_rcnn``, ``oracle``, or a name that a plug-in registered; a
-            dictionary such as ``{"name": "replayed", "detections": DIR}``; or a live detector.
+        what: ``dsgn``, ``stereo_rcnn``, ``oracle``, or another registered name; a dictionary such
+            as ``{"name": "replayed", "detections": DIR}``; or a live detector.
 
     Raises:
         ConfigurationError: Nothing has that name, or the arguments do not fit.

@@ -5,14 +5,10 @@ An epoch then reads a memory map of less than half the files' size, their labels
 
 from __future__ import annotations
 
-import hashlib
 import json
-import os
-import shutil
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -20,27 +16,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.errors import DataError
 from avsec_gym.frame import Points, SensorFrame
 from avsec_gym.geometry import Floats, transform_points
-from avsec_gym.kitti.dataset import KittiObject, file_suffix
 from avsec_gym.perception.detectors.pixor.configuration import BirdEyeRegion
 from avsec_gym.perception.detectors.pixor.targets import owners
 from avsec_gym.perception.detectors.pixor.upright_boxes import seen_from_above
-from avsec_gym.perception.training.file_version import file_version
-from avsec_gym.perception.training.stereo_samples import DataFrames
+from avsec_gym.perception.training.labelled_frames import (
+    DataFrames,
+    FramePlace,
+    LabelledFrames,
+    frame_places,
+)
+from avsec_gym.perception.training.prepared_once import fingerprint, whole_folder
+from avsec_gym.perception.training.scan_samples import ABOVE_GROUND, FEWEST_POINTS, NEEDED
 
-NEEDED = ("velodyne", "image_2", "label_2", "calib")
-"""Folders in which a frame must have a file."""
 MARGIN = 12.5
 """Metres around the region that are kept, for scans to be turned and scaled."""
 
 _FORMAT = 1
 _STEPS = np.array([250.0, 250.0, 250.0, 32767.0])
 """Stored as whole numbers of 4 mm, a fifth of the sensor's noise, and shares of reflectance."""
-_FEWEST_POINTS = 5
-_ABOVE_GROUND = 0.2
-"""Metres: lower points on an object's rectangle are the road's."""
 _ALIKE = {"Car": ("Van",)}
 """Classes that KITTI's metric pardons when they are taken for another."""
 _FACTS, _POINTS = "scans.json", "points.npy"
@@ -66,17 +61,14 @@ class CloudSample:
     azimuths: tuple[float, float]
 
 
-class CloudSamples:
+class CloudSamples(LabelledFrames):
     """Cropped scans with their truth; see `prepare_cloud_samples`."""
 
-    def __init__(self, folder: Path, frames: Sequence[DataFrames]) -> None:
-        self._places = [(source.data, id) for source in frames for id in source.ids]
+    def __init__(self, folder: Path, places: Sequence[FramePlace]) -> None:
+        super().__init__(places)
         self._facts: list[dict[str, Any]] = json.loads((folder / _FACTS).read_text())
         self._points = np.load(folder / _POINTS, mmap_mode="r")
         self._ends = np.cumsum([0, *(fact["points"] for fact in self._facts)])
-
-    def __len__(self) -> int:
-        return len(self._places)
 
     def __getitem__(self, index: int) -> CloudSample:
         """A sample as it is."""
@@ -88,16 +80,6 @@ class CloudSamples:
             np.reshape(fact["ignored"], (-1, 5)),
             (right, left),
         )
-
-    def frame(self, index: int) -> SensorFrame:
-        """The frame itself, its scan as it was."""
-        data, id = self._places[index]
-        return data.frame(id)
-
-    @cached_property
-    def labels(self) -> list[Boxes3D]:
-        """Every line of the label files."""
-        return [data.labels(id, keep_dont_care=True) for data, id in self._places]
 
 
 def prepare_cloud_samples(
@@ -120,21 +102,14 @@ def prepare_cloud_samples(
     Raises:
         DataError: A file is missing or broken, or there is no frame.
     """
-    places = [(source.data, id) for source in frames for id in source.ids]
-    if not places:
-        raise DataError("There is no frame to train on.", path=folder)
-    there = folder / f"scans-{_fingerprint(places, region, category)}"
+    places = frame_places(frames, folder)
+    what = (_FORMAT, region, category, MARGIN)
+    files = (place.file(kind) for place in places for kind in NEEDED)
+    there = folder / f"scans-{fingerprint(what, files)[:16]}"
     if not (there / _FACTS).is_file():
-        partial = folder / f".{there.name}.{os.getpid()}.part"
-        shutil.rmtree(partial, ignore_errors=True)
-        partial.mkdir(parents=True)
-        try:
+        with whole_folder(there) as partial:
             _write(places, region, category, partial, on_progress)
-            shutil.rmtree(there, ignore_errors=True)
-            partial.rename(there)
-        finally:
-            shutil.rmtree(partial, ignore_errors=True)
-    return CloudSamples(there, frames)
+    return CloudSamples(there, places)
 
 
 def cloud_sample(
@@ -156,7 +131,7 @@ def cloud_sample(
     points = points[kept]
     rectangles = seen_from_above(labels, calibration)
     wanted = labels.category == category
-    found = wanted & (_points_on(points, labels, frame) >= _FEWEST_POINTS)
+    found = wanted & (_points_on(points, labels, frame) >= FEWEST_POINTS)
     ignored = (wanted & ~found) | np.isin(labels.category, _ALIKE.get(category, ()))
     return CloudSample(points, rectangles[found], rectangles[ignored], _azimuths(frame))
 
@@ -168,7 +143,7 @@ def _points_on(points: Points, boxes: Boxes3D, frame: SensorFrame) -> NDArray[np
     rectangles = seen_from_above(boxes, frame.calibration)
     counts = np.zeros(len(boxes), np.int64)
     for number, (bottom, height) in enumerate(zip(bottoms, boxes.dimensions[:, 0], strict=True)):
-        within = (points[:, 2] > bottom + _ABOVE_GROUND) & (points[:, 2] < bottom + height)
+        within = (points[:, 2] > bottom + ABOVE_GROUND) & (points[:, 2] < bottom + height)
         one = rectangles[number : number + 1]
         counts[number] = (owners(points[within, :2].astype(float), one) == 0).sum()
     return counts
@@ -187,7 +162,7 @@ def _azimuths(frame: SensorFrame) -> tuple[float, float]:
 
 
 def _write(
-    places: Sequence[tuple[KittiObject, str]],
+    places: Sequence[FramePlace],
     region: BirdEyeRegion,
     category: str,
     folder: Path,
@@ -196,9 +171,8 @@ def _write(
     facts: list[dict[str, Any]] = []
     raw = folder / "points.raw"
 
-    def sample(place: tuple[KittiObject, str]) -> CloudSample:
-        data, id = place
-        return cloud_sample(data.frame(id), data.labels(id), category, region)
+    def sample(place: FramePlace) -> CloudSample:
+        return cloud_sample(place.frame(), place.labels(), category, region)
 
     with ThreadPoolExecutor(_THREADS) as threads, raw.open("wb") as file:
         for done, one in enumerate(threads.map(sample, places), start=1):
@@ -220,15 +194,3 @@ def _write(
     stored.flush()
     raw.unlink()
     (folder / _FACTS).write_text(json.dumps(facts))
-
-
-def _fingerprint(
-    places: Sequence[tuple[KittiObject, str]], region: BirdEyeRegion, category: str
-) -> str:
-    """Changes with the frames, their files, the region and what is looked for."""
-    digest = hashlib.sha256(repr((_FORMAT, region, category, MARGIN)).encode())
-    for data, id in places:
-        for folder in NEEDED:
-            path = data.folder / folder / f"{id}{file_suffix(folder)}"
-            digest.update(repr(file_version(path)).encode())
-    return digest.hexdigest()[:16]

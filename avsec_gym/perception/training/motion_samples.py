@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -18,8 +17,8 @@ from avsec_gym.errors import DataError
 from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.perception.motion.classifier import Neighbour, neighbour_of, object_crops
 from avsec_gym.perception.motion.network import MotionConfiguration
-from avsec_gym.perception.training.file_version import file_version
 from avsec_gym.perception.training.labelled_moments import LabelledMoment
+from avsec_gym.perception.training.prepared_once import fingerprint
 
 OBSTACLES = ("Car", "Van", "Truck", "Misc")
 """Who becomes an obstacle of the planner: the others' motion is never asked for."""
@@ -180,8 +179,5 @@ def _fingerprint(
 ) -> str:
     """Changes with the frames, their labels and the crops; not with the network."""
     facts = (_FORMAT, configuration.crop, configuration.neighbour, variants)
-    digest = hashlib.sha256(repr(facts).encode())
-    for moment in moments:
-        for path in (moment.left, moment.labels, moment.facts):
-            digest.update(repr(file_version(path)).encode())
-    return digest.hexdigest()[:16]
+    files = (file for one in moments for file in (one.left, one.labels, one.facts))
+    return fingerprint(facts, files)[:16]

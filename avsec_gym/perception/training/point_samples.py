@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import hashlib
 import io
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -15,26 +13,24 @@ import torch
 from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.atomic_write import write_bytes
-from avsec_gym.kitti.dataset import KittiObject, file_suffix
 from avsec_gym.perception.detectors.pointrcnn.configuration import PointRcnnConfiguration
 from avsec_gym.perception.detectors.pointrcnn.points_input import points_in_view
 from avsec_gym.perception.nn.points_in_boxes import points_in_boxes
-from avsec_gym.perception.training.file_version import file_version
-from avsec_gym.perception.training.stereo_samples import DataFrames
-
-NEEDED = ("velodyne", "image_2", "label_2", "calib")
-"""Folders in which a frame must have a file."""
+from avsec_gym.perception.training.labelled_frames import (
+    DataFrames,
+    FramePlace,
+    LabelledFrames,
+    frame_places,
+)
+from avsec_gym.perception.training.prepared_once import fingerprint
+from avsec_gym.perception.training.scan_samples import ABOVE_GROUND, FEWEST_POINTS, NEEDED
 
 _FORMAT = 1
 _STEP = 0.004
 """Metres: stored as whole numbers, a fifth of the sensor's noise."""
-_FEWEST_POINTS = 5
-_ABOVE_GROUND = 0.2
-"""Metres: lower points in an object's box are the road's."""
 _THREADS = 2
 
 
@@ -53,30 +49,18 @@ class PointSample:
     ignored: Floats
 
 
-class PointSamples:
+class PointSamples(LabelledFrames):
     """Scans with their truth; see `prepare_point_samples`."""
 
-    def __init__(self, places: Sequence[tuple[KittiObject, str]], files: Sequence[Path]) -> None:
-        self._places, self._files = places, files
-
-    def __len__(self) -> int:
-        return len(self._files)
+    def __init__(self, places: Sequence[FramePlace], files: Sequence[Path]) -> None:
+        super().__init__(places)
+        self._files = files
 
     def __getitem__(self, index: int) -> PointSample:
         """A sample as it is."""
         with np.load(self._files[index]) as stored:
             points = (stored["points"] * np.float32(_STEP)).astype(np.float32)
             return PointSample(points, stored["objects"], stored["ignored"])
-
-    def frame(self, index: int) -> SensorFrame:
-        """The frame itself, its scan as it was."""
-        data, id = self._places[index]
-        return data.frame(id)
-
-    @cached_property
-    def labels(self) -> list[Boxes3D]:
-        """Every line of the label files."""
-        return [data.labels(id, keep_dont_care=True) for data, id in self._places]
 
 
 def prepare_point_samples(
@@ -97,15 +81,13 @@ def prepare_point_samples(
     Raises:
         DataError: A file is missing or broken, or there is no frame.
     """
-    places = [(source.data, id) for source in frames for id in source.ids]
-    if not places:
-        raise DataError("There is no frame to train on.", path=folder)
-    files = [folder / f"points-{_fingerprint(*place, configuration)}.npz" for place in places]
+    places = frame_places(frames, folder)
+    files = [folder / f"points-{_fingerprint(place, configuration)}.npz" for place in places]
     missing = [place for place in zip(places, files, strict=True) if not place[1].is_file()]
 
-    def prepare(what: tuple[tuple[KittiObject, str], Path]) -> None:
-        (data, id), path = what
-        sample = point_sample(data.frame(id), data.labels(id), configuration)
+    def prepare(what: tuple[FramePlace, Path]) -> None:
+        place, path = what
+        sample = point_sample(place.frame(), place.labels(), configuration)
         content = io.BytesIO()
         stored = np.round(sample.points / _STEP).clip(-32768, 32767).astype(np.int16)
         np.savez(content, points=stored, objects=sample.objects, ignored=sample.ignored)
@@ -131,17 +113,13 @@ def point_sample(
     points = points_in_view(frame, configuration.view)
     wanted = labels[np.isin(labels.category, (configuration.category, *configuration.alike))]
     boxes = np.column_stack([wanted.location, wanted.dimensions, wanted.rotation_y])
-    above = boxes - np.array([0, _ABOVE_GROUND, 0, _ABOVE_GROUND, 0, 0, 0])
+    above = boxes - np.array([0, ABOVE_GROUND, 0, ABOVE_GROUND, 0, 0, 0])
     inside = points_in_boxes(torch.from_numpy(points).double(), torch.from_numpy(above))
-    found = inside.sum(1).numpy() >= _FEWEST_POINTS
+    found = inside.sum(1).numpy() >= FEWEST_POINTS
     return PointSample(points, boxes[found], boxes[~found])
 
 
-def _fingerprint(data: KittiObject, id: str, configuration: PointRcnnConfiguration) -> str:
+def _fingerprint(place: FramePlace, configuration: PointRcnnConfiguration) -> str:
     """Changes with the frame's files, with what is seen of it, and with what is looked for."""
     wanted = (configuration.view, configuration.category, configuration.alike)
-    digest = hashlib.sha256(repr((_FORMAT, wanted)).encode())
-    for folder in NEEDED:
-        path = data.folder / folder / f"{id}{file_suffix(folder)}"
-        digest.update(repr(file_version(path)).encode())
-    return digest.hexdigest()[:24]
+    return fingerprint((_FORMAT, wanted), map(place.file, NEEDED))[:24]

@@ -3,29 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU, average_precision
 from avsec_gym.perception.detectors.pointrcnn.detector import PointRcnnDetector
 from avsec_gym.perception.detectors.pointrcnn.losses import pointrcnn_losses
 from avsec_gym.perception.detectors.pointrcnn.points_input import sampled_points
 from avsec_gym.perception.detectors.pointrcnn.proposals import overlaps
-from avsec_gym.perception.training.configuration import Augmentation
+from avsec_gym.perception.training.labelled_frames import DataFrames
 from avsec_gym.perception.training.point_augmentation import LARGEST_TURN, varied_points
-from avsec_gym.perception.training.point_samples import (
-    NEEDED,
-    PointSamples,
-    prepare_point_samples,
-)
+from avsec_gym.perception.training.point_samples import PointSamples, prepare_point_samples
+from avsec_gym.perception.training.scan_task import ScanTask, scan_samples
 from avsec_gym.perception.training.tasks import TaskOptions
-from avsec_gym.perception.training.training_data import training_data
-from avsec_gym.perception.weights.store import load_weights
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,37 +43,10 @@ class PointBatch:
         return PointBatch(self.points.to(device), objects, ignored)
 
 
-class PointRcnnTask:
-    """A `Task`.
+class PointRcnnTask(ScanTask[PointRcnnDetector, PointSamples]):
+    """A `Task`: points in view, as many as the network takes, cars judged in 3D."""
 
-    Args:
-        detector: Its network is trained in place.
-        training: What the network sees of scans.
-        validation: Of other scans.
-        augmentation: Of training samples; see `varied_points`.
-        data: JSON-able: what the samples are.
-    """
-
-    name = "pointrcnn"
-
-    def __init__(
-        self,
-        detector: PointRcnnDetector,
-        training: PointSamples,
-        validation: PointSamples,
-        augmentation: Augmentation,
-        data: dict[str, Any],
-    ) -> None:
-        self.network: nn.Module = detector.network.requires_grad_(True)
-        self.trained = self.network
-        self.leading_metric = f"{detector.configuration.category}_3d_ap40"
-        self._detector, self._augmentation, self._data = detector, augmentation, data
-        self._training, self._validation = training, validation
-
-    @property
-    def samples(self) -> int:
-        """See `Task`."""
-        return len(self._training)
+    view, largest_turn = "3d", LARGEST_TURN
 
     def batch(self, indices: Sequence[int], randomness: np.random.Generator) -> PointBatch:
         """See `Task`."""
@@ -99,37 +65,14 @@ class PointRcnnTask:
         return pointrcnn_losses(network, batch.points, batch.objects, batch.ignored)
 
     def validate(self) -> dict[str, float]:
-        """Average precision (percent, moderate, unless named otherwise), and recalls of proposals.
-
-        ``..._iou50`` stands for the easier thresholds `LOW_IOU`, 0.5 for cars; ``proposal_recall``
-        for the share of the objects that a proposal overlaps by half.
-        """
+        """See `precision`; ``proposal_recall``: of objects that a proposal overlaps by half."""
         samples = self._validation
         stages = [self._detector.both_stages(samples.frame(i)) for i in range(len(samples))]
         proposed, found = zip(*stages, strict=True)
-        category = self._detector.configuration.category
-        strict, low = (
-            average_precision(samples.labels, found, classes=(category,), min_iou=iou)
-            for iou in (STANDARD_IOU, LOW_IOU)
-        )
         return {
-            f"{category}_3d_ap40": strict.value(category, recall_points=40),
-            f"{category}_3d_ap11": strict.value(category),
-            f"{category}_3d_ap11_easy": strict.value(category, level="easy"),
-            f"{category}_3d_ap11_hard": strict.value(category, level="hard"),
-            f"{category}_3d_ap11_iou50": low.value(category),
-            f"{category}_bev_ap11": strict.value(category, "bev"),
-            f"{category}_2d_ap11": strict.value(category, "2d"),
+            **self.precision(found),
             "proposal_recall": self._recall(proposed),
             "detections_per_frame": float(np.mean([len(boxes) for boxes in found])),
-        }
-
-    def description(self) -> dict[str, Any]:
-        """See `Task`."""
-        return {
-            "network": asdict(self._detector.configuration),
-            "augmentation": asdict(self._augmentation) | {"largest_turn": LARGEST_TURN},
-            "data": self._data,
         }
 
     def _recall(self, proposed: Sequence[Boxes3D]) -> float:
@@ -147,13 +90,10 @@ def pointrcnn_task(options: TaskOptions) -> PointRcnnTask:
     """PointRCNN; see `make_task`."""
     torch.manual_seed(options.seed)
     detector = PointRcnnDetector(options.preset)
-    if options.start is not None:
-        load_weights(options.start, detector.network)
-    data = training_data(options.data, options.validation, needed=NEEDED)
-    training, validation = (
-        prepare_point_samples(
+
+    def prepare(frames: Sequence[DataFrames]) -> PointSamples:
+        return prepare_point_samples(
             frames, detector.configuration, options.cache, on_progress=options.on_progress
         )
-        for frames in (data.training, data.validation)
-    )
-    return PointRcnnTask(detector, training, validation, options.augmentation, data.description())
+
+    return PointRcnnTask(detector, *scan_samples(options, detector.network, prepare))

@@ -6,14 +6,10 @@ network's step.
 
 from __future__ import annotations
 
-import hashlib
 import json
-import os
-import shutil
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +26,13 @@ from avsec_gym.kitti.map_files import read_disparity
 from avsec_gym.perception.depth.lidar import scan_disparity
 from avsec_gym.perception.stereo_batch import batch_of_frames
 from avsec_gym.perception.training.disparity_maps import reduced_disparity, seen_from_right
-from avsec_gym.perception.training.file_version import file_version
+from avsec_gym.perception.training.labelled_frames import (
+    DataFrames,
+    FramePlace,
+    LabelledFrames,
+    frame_places,
+)
+from avsec_gym.perception.training.prepared_once import fingerprint, whole_folder
 from avsec_gym.perception.training.sample import Map, StereoSample
 
 _FORMAT = 1
@@ -46,27 +48,16 @@ _FACTS = "samples.json"
 _THREADS = 2
 
 
-@dataclass(frozen=True)
-class DataFrames:
-    """Frames of a folder in the object layout."""
-
-    data: KittiObject
-    ids: tuple[str, ...]
-
-
-class StereoSamples:
+class StereoSamples(LabelledFrames):
     """Reduced pairs, with labels and disparities; see `prepare_samples`."""
 
-    def __init__(self, folder: Path, frames: Sequence[DataFrames]) -> None:
-        self._places = [(source.data, id) for source in frames for id in source.ids]
+    def __init__(self, folder: Path, places: Sequence[FramePlace]) -> None:
+        super().__init__(places)
         facts = json.loads((folder / _FACTS).read_text())
         self.sizes: list[tuple[int, int]] = [(int(h), int(w)) for h, w in facts["sizes"]]
         """Heights and widths of the cameras' own images."""
         self._projections = np.array(facts["projections"], np.float64).reshape(-1, 2, 3, 4)
         self._arrays = {name: np.load(folder / f"{name}.npy", mmap_mode="r") for name in _ARRAYS}
-
-    def __len__(self) -> int:
-        return len(self._places)
 
     def __getitem__(self, index: int) -> StereoSample:
         """A sample as it is, images uint8, objects without regions not to care about."""
@@ -89,16 +80,6 @@ class StereoSamples:
         """All indices, so many at a time."""
         for start in range(0, len(self), count):
             yield range(start, min(start + count, len(self)))
-
-    def frame(self, index: int) -> SensorFrame:
-        """The frame itself, at the cameras' own size."""
-        data, id = self._places[index]
-        return data.frame(id)
-
-    @cached_property
-    def labels(self) -> list[Boxes3D]:
-        """Every line of the label files, 2D boxes in pixels of the camera's own image."""
-        return [data.labels(id, keep_dont_care=True) for data, id in self._places]
 
     def _disparity(self, name: str, index: int) -> Map:
         return self._arrays[name][index].astype(np.float32) / np.float32(_STORED_STEPS)
@@ -123,28 +104,21 @@ def prepare_samples(
     Raises:
         DataError: A file is missing or broken, or there is no frame.
     """
-    places = [(source.data, id) for source in frames for id in source.ids]
-    if not places:
-        raise DataError("There is no frame to train on.", path=folder)
+    places = frame_places(frames, folder)
     if size is None:
-        height, width = places[0][0].frame(places[0][1]).image(2).shape[:2]
+        height, width = places[0].frame().image(2).shape[:2]
         size = height, width
-    there = folder / f"{_fingerprint(places)}-{size[0]}x{size[1]}"
+    # Labels are read anew each time.
+    images = fingerprint(_FORMAT, (place.file("image_2") for place in places))[:16]
+    there = folder / f"{images}-{size[0]}x{size[1]}"
     if not (there / _FACTS).is_file():
-        partial = folder / f".{there.name}.{os.getpid()}.part"
-        shutil.rmtree(partial, ignore_errors=True)
-        partial.mkdir(parents=True)
-        try:
+        with whole_folder(there) as partial:
             _write(places, size, partial, on_progress)
-            shutil.rmtree(there, ignore_errors=True)
-            partial.rename(there)
-        finally:
-            shutil.rmtree(partial, ignore_errors=True)
-    return StereoSamples(there, frames)
+    return StereoSamples(there, places)
 
 
 def _write(
-    places: Sequence[tuple[KittiObject, str]],
+    places: Sequence[FramePlace],
     size: tuple[int, int],
     folder: Path,
     on_progress: Callable[[int, int], None] | None,
@@ -158,7 +132,7 @@ def _write(
     sizes: list[tuple[int, int]] = []
     projections: list[list[Any]] = []
     with ThreadPoolExecutor(_THREADS) as threads:
-        reduced = threads.map(lambda place: _reduced(place[0], place[1], size), places)
+        reduced = threads.map(lambda place: _reduced(place, size), places)
         for index, (values, camera_size, matrices) in enumerate(reduced):
             for name, value in values.items():
                 arrays[name][index] = value
@@ -172,12 +146,12 @@ def _write(
 
 
 def _reduced(
-    data: KittiObject, id: str, size: tuple[int, int]
+    place: FramePlace, size: tuple[int, int]
 ) -> tuple[dict[str, NDArray[Any]], tuple[int, int], Floats]:
-    frame = data.frame(id)
+    frame = place.frame()
     batch = batch_of_frames([frame])
     small = batch.resized(*size)
-    disparity = _true_disparity(data, frame, batch.size)
+    disparity = _true_disparity(place.data, frame, batch.size)
     maps = {"left_disparity": disparity, "right_disparity": seen_from_right(disparity)}
     values: dict[str, NDArray[Any]] = {
         name: np.round(reduced_disparity(map, *size) * _STORED_STEPS).clip(0, 65535)
@@ -211,12 +185,3 @@ def _scaled(boxes: Boxes3D, scale_u: float, scale_v: float) -> Boxes3D:
     assert boxes.box2d is not None, "label files have 2D boxes"
     scale = np.array([scale_u, scale_v, scale_u, scale_v])
     return replace(boxes, box2d=(boxes.box2d + 0.5) * scale - 0.5)
-
-
-def _fingerprint(places: Sequence[tuple[KittiObject, str]]) -> str:
-    """Changes with the frames and their images; labels are read anew each time."""
-    digest = hashlib.sha256(str(_FORMAT).encode())
-    for data, id in places:
-        path = data.folder / "image_2" / f"{id}.png"
-        digest.update(repr(file_version(path)).encode())
-    return digest.hexdigest()[:16]

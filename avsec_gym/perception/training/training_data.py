@@ -10,7 +10,7 @@ from typing import Any
 
 from avsec_gym.errors import DataError
 from avsec_gym.kitti.dataset import KittiObject
-from avsec_gym.perception.training.stereo_samples import DataFrames
+from avsec_gym.perception.training.labelled_frames import DataFrames
 from avsec_gym.world.export.default_suites import default_suite
 from avsec_gym.world.export.manifest import read_manifest
 

@@ -1,4 +1,4 @@
-"""Pictures whose truth is known: textured rectangles in front of noise."""
+"""Pictures whose truth is known, textured rectangles in front of noise; and a LiDAR's rig."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.frame import Calibration
 from avsec_gym.perception.detectors.image_detector import image_boxes
 
 Picture = tuple[Tensor, Boxes3D]
@@ -38,3 +39,14 @@ def painted() -> Callable[..., Picture]:
         return torch.stack(images), truth
 
     return paint  # type: ignore[return-value]
+
+
+@pytest.fixture(scope="session")
+def calibration() -> Calibration:
+    """A rig like KITTI's, whose camera looks half a degree aside."""
+    turn = 0.01
+    cos, sin = np.cos(turn), np.sin(turn)
+    velodyne = np.array([[-sin, -cos, 0, 0.02], [0, 0, -1, -0.08], [cos, -sin, 0, -0.27]])
+    projections = np.zeros((4, 3, 4))
+    projections[2] = [[240.0, 0, 200, 13.0], [0, 240, 60, 0.1], [0, 0, 1, 0.003]]
+    return Calibration(projections, np.eye(3), velodyne)

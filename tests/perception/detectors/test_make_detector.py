@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 import torch
 
-from avsec_gym.errors import DataError
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Calibration, SensorFrame
 from avsec_gym.perception.detectors import make_detector
 from avsec_gym.perception.detectors.detector import Detector, DifferentiableDetector
 from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
+from avsec_gym.perception.detectors.scan_obstacles import ScanObstacles
 from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
 from avsec_gym.perception.weights.store import ModelCard, save_weights
 
@@ -53,6 +54,15 @@ def test_the_oracle_reads_the_labels_of_the_frames_own_folder(tmp_path: Path) ->
     assert oracle.detect(frame(tmp_path)).location[0].tolist() == [-0.65, 1.71, 46.7]
     with pytest.raises(DataError, match="does not come from a folder"):
         oracle.detect(frame(None))
+
+
+def test_what_stands_up_in_a_scan_needs_no_file() -> None:
+    made = make_detector("scan_obstacles")
+    assert isinstance(made, Detector)
+    assert made == ScanObstacles()
+    assert make_detector({"name": "scan_obstacles", "ahead": 30.0}) == ScanObstacles(ahead=30.0)
+    with pytest.raises(ConfigurationError, match="positive"):
+        make_detector({"name": "scan_obstacles", "step": 0.0})
 
 
 def test_result_files_are_replayed_and_a_missing_one_is_nothing(tmp_path: Path) -> None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import torch
 from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
@@ -16,7 +18,11 @@ from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.map_files import write_disparity
 from avsec_gym.kitti.text_files import write_text
 from avsec_gym.kitti.writing import write_object_frame
+from avsec_gym.perception.training.checkpoint import CHECKPOINT
+from avsec_gym.perception.training.configuration import TrainingConfiguration
 from avsec_gym.perception.training.sample import StereoSample
+from avsec_gym.perception.training.task import Task
+from avsec_gym.perception.training.trainer import train
 
 HEIGHT, WIDTH = 120, 400
 BEHIND = 4.0
@@ -131,3 +137,41 @@ def scan_folder(spot_folder: Path) -> Path:
         path.parent.mkdir(exist_ok=True)
         points.astype("<f4").tofile(path)
     return spot_folder
+
+
+@pytest.fixture
+def resumed_equals_uninterrupted(tmp_path: Path) -> Callable[[Callable[[], Task[Any]]], Path]:
+    """Checks it bit for bit, and that every part learns; returns the folder of the whole run.
+
+    It takes a function that makes the task anew; samples are as many as in `spot_folder`.
+    """
+    steps = TrainingConfiguration(epochs=2, batch=2, seed=1)
+
+    def check(make: Callable[[], Task[Any]]) -> Path:
+        whole, halves = tmp_path / "whole", tmp_path / "halves"
+        begun = {name: value.clone() for name, value in make().trained.named_parameters()}
+        train(make(), steps, whole)
+
+        task = make()
+        learn, left = task.losses, iter(range(4))
+
+        def stopped(batch: Any) -> dict[str, torch.Tensor]:
+            if next(left) == 3:
+                raise KeyboardInterrupt
+            return learn(batch)
+
+        task.losses = stopped  # type: ignore[method-assign]
+        with pytest.raises(KeyboardInterrupt):
+            train(task, steps, halves)
+        train(make(), steps, halves, resume=True)
+
+        one, two = (torch.load(run / CHECKPOINT, weights_only=True) for run in (whole, halves))
+        assert (one["step"], two["step"]) == (6, 6)
+        for part in ("trained", "average"):
+            for name, value in one[part].items():
+                assert torch.equal(value, two[part][name]), (part, name)
+        still = [name for name, value in begun.items() if torch.equal(value, one["trained"][name])]
+        assert not still
+        return whole
+
+    return check

@@ -15,10 +15,10 @@ from avsec_gym.perception.detectors.pixor.configuration import BirdEyeRegion
 from avsec_gym.perception.detectors.pixor.targets import owners
 from avsec_gym.perception.training.cloud_samples import (
     MARGIN,
-    NEEDED,
     CloudSamples,
     prepare_cloud_samples,
 )
+from avsec_gym.perception.training.scan_samples import NEEDED
 from avsec_gym.perception.training.training_data import training_data
 
 REGION = BirdEyeRegion((0.0, 12.8), (-6.4, 6.4), (-2.5, 1.0), 0.2, 0.5)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +16,6 @@ from avsec_gym.metrics.average_precision import average_precision
 from avsec_gym.perception.detectors.pixor import configuration as presets
 from avsec_gym.perception.detectors.pixor.configuration import BirdEyeRegion, PixorConfiguration
 from avsec_gym.perception.detectors.pixor.detector import PixorDetector
-from avsec_gym.perception.training.checkpoint import CHECKPOINT
 from avsec_gym.perception.training.configuration import Augmentation, TrainingConfiguration
 from avsec_gym.perception.training.pixor_task import PixorTask, pixor_task
 from avsec_gym.perception.training.tasks import TaskOptions
@@ -33,7 +33,6 @@ TINY = replace(
     strides=(1, 1, 2, 2),
     laterals=(16, 16, 16),
 )
-STEPS = TrainingConfiguration(epochs=2, batch=2, seed=1)
 
 
 @pytest.fixture
@@ -57,28 +56,10 @@ def test_batches_show_the_cars_where_the_targets_are(options: TaskOptions) -> No
         assert (raised[number] & ~batch.targets.positive[number]).sum() < raised[number].sum() / 2
 
 
-def test_resumed_training_equals_uninterrupted_one(options: TaskOptions, tmp_path: Path) -> None:
-    whole, halves = tmp_path / "whole", tmp_path / "halves"
-    train(pixor_task(options), STEPS, whole)
-    task = pixor_task(options)
-    begun = {name: value.clone() for name, value in task.network.state_dict().items()}
-    learn, steps = task.losses, iter(range(4))
-
-    def stopped(batch):  # type: ignore[no-untyped-def]
-        if next(steps, None) is None:
-            raise KeyboardInterrupt
-        return learn(batch)
-
-    task.losses = stopped  # type: ignore[method-assign]
-    with pytest.raises(KeyboardInterrupt):
-        train(task, STEPS, halves)
-    train(pixor_task(options), STEPS, halves, resume=True)
-    one, two = (torch.load(run / CHECKPOINT, weights_only=True) for run in (whole, halves))
-    assert (one["step"], two["step"]) == (6, 6)
-    for part in ("trained", "average"):
-        for name, value in one[part].items():
-            assert torch.equal(value, two[part][name]), (part, name)
-    assert not [name for name, value in begun.items() if torch.equal(value, one["trained"][name])]
+def test_resumed_training_equals_uninterrupted_one(
+    options: TaskOptions, resumed_equals_uninterrupted: Callable[[Callable[[], object]], Path]
+) -> None:
+    resumed_equals_uninterrupted(lambda: pixor_task(options))
 
 
 def test_perfect_rectangles_have_full_precision_from_above(options: TaskOptions) -> None:

@@ -18,11 +18,8 @@ from avsec_gym.perception.detectors.pointrcnn.configuration import (
 )
 from avsec_gym.perception.detectors.pointrcnn.points_input import points_in_view
 from avsec_gym.perception.nn.points_in_boxes import points_in_boxes
-from avsec_gym.perception.training.point_samples import (
-    NEEDED,
-    PointSamples,
-    prepare_point_samples,
-)
+from avsec_gym.perception.training.point_samples import PointSamples, prepare_point_samples
+from avsec_gym.perception.training.scan_samples import NEEDED
 from avsec_gym.perception.training.training_data import training_data
 
 CONFIGURATION = replace(

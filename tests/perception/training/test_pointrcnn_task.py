@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,11 +26,9 @@ from avsec_gym.perception.detectors.pointrcnn.configuration import (
 )
 from avsec_gym.perception.detectors.pointrcnn.detector import PointRcnnDetector
 from avsec_gym.perception.nn.points_in_boxes import points_in_boxes
-from avsec_gym.perception.training.checkpoint import CHECKPOINT
-from avsec_gym.perception.training.configuration import Augmentation, TrainingConfiguration
+from avsec_gym.perception.training.configuration import Augmentation
 from avsec_gym.perception.training.pointrcnn_task import pointrcnn_task
 from avsec_gym.perception.training.tasks import TaskOptions
-from avsec_gym.perception.training.trainer import train
 from avsec_gym.perception.weights.store import load_weights, read_card
 
 pytestmark = pytest.mark.usefixtures("undrawn_curves")
@@ -54,7 +53,6 @@ TINY = replace(
     ),
     sampling=RegionSampling(8),
 )
-STEPS = TrainingConfiguration(epochs=2, batch=2, seed=1)
 
 
 @pytest.fixture
@@ -79,28 +77,10 @@ def test_batches_show_the_cars_where_the_boxes_are(options: TaskOptions) -> None
         assert (inside & raised).sum() > 0.95 * raised.sum()
 
 
-def test_resumed_training_equals_uninterrupted_one(options: TaskOptions, tmp_path: Path) -> None:
-    whole, halves = tmp_path / "whole", tmp_path / "halves"
-    train(pointrcnn_task(options), STEPS, whole)
-    task = pointrcnn_task(options)
-    begun = {name: value.clone() for name, value in task.network.state_dict().items()}
-    learn, steps = task.losses, iter(range(4))
-
-    def stopped(batch):  # type: ignore[no-untyped-def]
-        if next(steps, None) is None:
-            raise KeyboardInterrupt
-        return learn(batch)
-
-    task.losses = stopped  # type: ignore[method-assign]
-    with pytest.raises(KeyboardInterrupt):
-        train(task, STEPS, halves)
-    train(pointrcnn_task(options), STEPS, halves, resume=True)
-    one, two = (torch.load(run / CHECKPOINT, weights_only=True) for run in (whole, halves))
-    assert (one["step"], two["step"]) == (6, 6)
-    for part in ("trained", "average"):
-        for name, value in one[part].items():
-            assert torch.equal(value, two[part][name]), (part, name)
-    assert not [name for name, value in begun.items() if torch.equal(value, one["trained"][name])]
+def test_resumed_training_equals_uninterrupted_one(
+    options: TaskOptions, resumed_equals_uninterrupted: Callable[[Callable[[], object]], Path]
+) -> None:
+    resumed_equals_uninterrupted(lambda: pointrcnn_task(options))
 
 
 def test_perfect_boxes_have_full_precision_and_recall(options: TaskOptions) -> None:

@@ -73,7 +73,6 @@ RCNN: StereoRcnnConfiguration = replace(
     training_proposals=ProposalCount(64, 32),
     test_proposals=ProposalCount(32, 8),
 )
-STEPS = TrainingConfiguration(epochs=2, batch=2, seed=1)
 
 Data = tuple[StereoSamples, StereoSamples]
 
@@ -108,35 +107,11 @@ def psmnet(data: Data) -> Task:  # type: ignore[type-arg]
 @pytest.mark.parametrize("make", [dsgn, stereo_rcnn, psmnet])
 def test_resumed_training_equals_uninterrupted_one(
     samples: Data,
-    tmp_path: Path,
+    resumed_equals_uninterrupted: Callable[[Callable[[], object]], Path],
     make: Callable[[Data], Task],  # type: ignore[type-arg]
 ) -> None:
-    whole, halves = tmp_path / "whole", tmp_path / "halves"
-    begun = {name: value.clone() for name, value in make(samples).trained.named_parameters()}
-    train(make(samples), STEPS, whole)
-
-    task = make(samples)
-    learn, steps = task.losses, iter(range(4))
-
-    def stopped(batch: object) -> dict[str, torch.Tensor]:
-        if next(steps) == 3:
-            raise KeyboardInterrupt
-        return learn(batch)
-
-    task.losses = stopped  # type: ignore[method-assign]
-    with pytest.raises(KeyboardInterrupt):
-        train(task, STEPS, halves)
-    train(make(samples), STEPS, halves, resume=True)
-
-    one, two = (torch.load(run / CHECKPOINT, weights_only=True) for run in (whole, halves))
-    assert (one["step"], two["step"]) == (6, 6)
-    for part in ("trained", "average"):
-        for name, value in one[part].items():
-            assert torch.equal(value, two[part][name]), (part, name)
-    # Every part learns, the weights of losses too.
-    still = [name for name, value in begun.items() if torch.equal(value, one["trained"][name])]
-    assert not still
-    assert read_curves(whole)[-1]["metrics"].keys() >= {make(samples).leading_metric}
+    run = resumed_equals_uninterrupted(lambda: make(samples))
+    assert read_curves(run)[-1]["metrics"].keys() >= {make(samples).leading_metric}
 
 
 @pytest.mark.slow

@@ -30,17 +30,6 @@ def tiny() -> PixorConfiguration:
     )
 
 
-@pytest.fixture(scope="session")
-def calibration() -> Calibration:
-    """A rig like KITTI's, whose camera looks half a degree aside."""
-    turn = 0.01
-    cos, sin = np.cos(turn), np.sin(turn)
-    velodyne = np.array([[-sin, -cos, 0, 0.02], [0, 0, -1, -0.08], [cos, -sin, 0, -0.27]])
-    projections = np.zeros((4, 3, 4))
-    projections[2] = [[240.0, 0, 200, 13.0], [0, 240, 60, 0.1], [0, 0, 1, 0.003]]
-    return Calibration(projections, np.eye(3), velodyne)
-
-
 @dataclass(frozen=True)
 class Scene:
     """A frame, and what is in it: boxes, and their rectangles in the velodyne frame."""

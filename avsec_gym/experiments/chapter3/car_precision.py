@@ -1,0 +1,60 @@
+"""Average precision of cars, clean and attacked: what an attack takes, and how surely."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.experiments.chapter5.decoupling import Sampled
+from avsec_gym.experiments.chapter5.outcomes import RESAMPLES
+from avsec_gym.metrics.average_precision import METRICS, average_precision
+from avsec_gym.metrics.average_precision_frames import LEVELS
+
+Precisions = dict[str, Sampled]
+"""By level: AP in percent at 11 recall points, and of bootstrap samples of moments."""
+
+
+def car_precision(
+    truth: Mapping[str, Boxes3D],
+    found: Mapping[str, Boxes3D],
+    moments: Sequence[str],
+    metric: str,
+    least_iou: float,
+) -> Precisions:
+    """Of one detector; of the same moments, the bootstrap samples are the same.
+
+    Args:
+        truth: By moment.
+        found: By moment.
+        moments: That are judged.
+        metric: One of `METRICS`.
+        least_iou: A match needs more.
+    """
+    result = average_precision(
+        [truth[one] for one in moments],
+        [found[one] for one in moments],
+        classes=["Car"],
+        min_iou={"Car": (least_iou, least_iou, least_iou)},
+        resamples=RESAMPLES,
+    )
+    place, drawn = METRICS.index(metric), result.drawn
+    assert drawn is not None, "samples were asked for"
+    return {
+        level: Sampled(float(result.ap11[0, place, column]), drawn[0, place, column, :, 0])
+        for column, level in enumerate(LEVELS)
+    }
+
+
+def precision_rows(clean: Precisions, attacked: Precisions) -> dict[str, Any]:
+    """For each level ``value``, and ``lost`` against clean, with 95 % intervals; percent."""
+    rows = {}
+    for level, now in attacked.items():
+        lost = clean[level] - now
+        rows[level] = {
+            "value": now.value,
+            "interval": now.interval,
+            "lost": lost.value,
+            "lost_interval": lost.interval,
+        }
+    return rows

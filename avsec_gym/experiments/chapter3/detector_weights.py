@@ -1,0 +1,61 @@
+"""The detectors of chapter 3 by name, with the weights that a run's options name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.errors import DataError
+from avsec_gym.perception.detectors import Detector, ImageDetector
+from avsec_gym.perception.weights.given import shipped_weights
+from avsec_gym.registry import Kind, make
+
+WEIGHT_OPTIONS = {"pixor": "", "pointrcnn": "", "faster_rcnn": "", "yolo": ""}
+"""By the networks' names their weights, instead of those of the package."""
+
+
+def lidar_detector(name: str, options: Mapping[str, Any]) -> Detector:
+    """A detector that looks at scans; errors as of `weights_of`.
+
+    Args:
+        name: ``pixor``, ``pointrcnn``, or one that a plug-in registered, which has its own weights.
+        options: See `WEIGHT_OPTIONS`.
+    """
+    detector: Detector = make(Kind.DETECTOR, _with_weights(name, options))
+    return detector
+
+
+def image_detector(name: str, options: Mapping[str, Any]) -> ImageDetector:
+    """The same of single images: ``faster_rcnn``, ``yolo``, or a plug-in's."""
+    detector: ImageDetector = make(Kind.IMAGE_DETECTOR, _with_weights(name, options))
+    return detector
+
+
+def weights_of(name: str, options: Mapping[str, Any]) -> Path:
+    """Where a network's weights are.
+
+    Raises:
+        DataError: No weights are named, and none come with the package.
+    """
+    if options.get(name):
+        return Path(options[name])
+    try:
+        return shipped_weights(f"{name}_small")
+    except DataError as error:
+        raise DataError(
+            f"This needs weights of {name}, and none come with the package.",
+            remedy=f"Make them with `avsec train {name} --out RUN`, and name them:"
+            f" `--options {name}=RUN/weights.safetensors`.",
+        ) from error
+
+
+def weight_inputs(names: Iterable[str], options: Mapping[str, Any]) -> dict[str, Path]:
+    """Files of weights, by what they are; errors as of `weights_of`."""
+    known = [name for name in names if name in WEIGHT_OPTIONS]
+    return {f"weights of {name}": weights_of(name, options) for name in known}
+
+
+def _with_weights(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    own = {"weights": weights_of(name, options)} if name in WEIGHT_OPTIONS else {}
+    return {"name": name, **own}

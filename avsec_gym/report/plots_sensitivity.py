@@ -1,0 +1,86 @@
+"""Figures 3.11 and 3.12: what is noticed, and what a detector still finds, by an attack's size."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from avsec_gym.experiments.chapter3.attack_sizes import CAMERA
+from avsec_gym.experiments.chapter3.thesis_of_detectors import PRECISION_OF_SIZE
+from avsec_gym.report.page_table import bounds, number
+from avsec_gym.report.plots import Frame, Scale, band, drawing, marker, polyline, text
+from avsec_gym.report.tables_of_optical_attacks import SHOWN_LEVEL, detector_words
+from avsec_gym.sensor_system import LIDAR
+
+Row = Mapping[str, Any]
+Figure = tuple[float, Sequence[float] | None]
+"""Percent, and its interval."""
+
+CURVES = {
+    "line-0": "noticed (all four shares)",
+    "dashed line-0": "noticed by E alone",
+    "line-1": "the detector’s AP",
+}
+"""What lines are of, for a legend."""
+_WIDTH, _HEIGHT = 400, 240
+_AXES = {LIDAR: "width of the bogus return, m", CAMERA: "facula’s share of the image, %"}
+
+
+def draw_sensitivity(summary: Mapping[str, Any]) -> list[str]:
+    """A drawing for the LiDAR and one for the camera.
+
+    Args:
+        summary: Of `avsec_gym.experiments.chapter3.sensitivity_curves.sensitivity_summary`.
+    """
+    return [_draw(what, summary[what]) for what in (LIDAR, CAMERA)]
+
+
+def _draw(what: str, told: Mapping[str, Any]) -> str:
+    rows = told["sizes"]
+    places = [100 * row["covered"] if what == CAMERA else row["size"] for row in rows]
+    room = 0.02 * max(places)
+    frame = Frame(Scale(-room, max(places) + room, 38, _WIDTH - 8), Scale(0, 100, _HEIGHT - 38, 26))
+    detector = detector_words(told["detector"])
+    words = f"{'LiDAR' if what == LIDAR else 'Camera'} attacked{f', {detector}' * bool(detector)}"
+    parts = [
+        frame.axes(frame.x.ticks(6), frame.y.ticks(5)),
+        text((frame.x.start, 14), words, "name"),
+        text(((frame.x.start + frame.x.end) / 2, _HEIGHT - 6), _AXES[what], "middle"),
+    ]
+    marks: list[str] = []
+    curves: dict[str, Callable[[Row], Figure | None]] = {
+        "dashed line-0": lambda row: _noticed(row, "error"),
+        "line-0": lambda row: _noticed(row, "any"),
+        "line-1": _precision,
+    }
+    for kind, of in curves.items():
+        known = [(x, row, of(row)) for x, row in zip(places, rows, strict=True)]
+        points = [(x, row, one) for x, row, one in known if one is not None]
+        spans = [(x, one[1]) for x, _, one in points if one[1] is not None]
+        if kind != "dashed line-0":
+            low, high = ([frame.at((x, span[side])) for x, span in spans] for side in (0, 1))
+            parts.append(band(low, high, kind))
+        parts.append(polyline([frame.at((x, one[0])) for x, _, one in points], kind))
+        for x, row, (value, interval) in points:
+            size = f"{row['size']:g} {'px' if what == CAMERA else 'm'}" if row["size"] else "clean"
+            hint = f"{CURVES[kind]}, {size}: {number(value)} {bounds(interval)}"
+            marks.append(marker(frame.at((x, value)), "circle", f"small {kind.split()[-1]}", hint))
+    for x, row in zip(places, rows, strict=True):
+        thesis = PRECISION_OF_SIZE.get((what, row["size"]))
+        if thesis is not None:
+            hint = f"The thesis’ AP: {number(thesis, 100, 2)}"
+            marks.append(marker(frame.at((x, 100 * thesis)), "circle", "hollow line-1", hint))
+    label = f"{words}: what is noticed, and AP, in percent, over the attack’s size"
+    return drawing(_WIDTH, _HEIGHT, [*parts, *marks], label)
+
+
+def _noticed(row: Row, criterion: str) -> Figure:
+    share = row["detected"][criterion]
+    return 100 * share["rate"], [100 * bound for bound in share["interval"]]
+
+
+def _precision(row: Row) -> Figure | None:
+    if row["precision"] is None:
+        return None
+    one = row["precision"][SHOWN_LEVEL]
+    return one["value"], one["interval"]

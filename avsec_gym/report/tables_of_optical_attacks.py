@@ -1,0 +1,162 @@
+"""Tables of what optical attacks do to detectors, and of the baseline that detectors make."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from avsec_gym.experiments.chapter3.attack_sizes import CAMERA
+from avsec_gym.experiments.chapter3.thesis import OBJECT_LEVEL
+from avsec_gym.experiments.chapter3.thesis_of_detectors import (
+    FACULA_PRECISION,
+    IN_WORDS,
+    PRECISION_OF_SIZE,
+    TAKEN_FOR_AN_OBSTACLE,
+)
+from avsec_gym.metrics.average_precision_frames import LEVELS
+from avsec_gym.report.page_table import Cell, Table, figure, name
+from avsec_gym.sensor_system import LIDAR
+
+DETECTORS = {
+    "pixor": "PIXOR",
+    "pointrcnn": "PointRCNN",
+    "faster_rcnn": "Faster R-CNN",
+    "yolo": "YOLOv3",
+}
+"""What detectors are called."""
+ATTACKED = {LIDAR: "a bogus return’s width", CAMERA: "a facula’s radius"}
+"""What is varied."""
+SHOWN_LEVEL = "moderate"
+_METRICS = {"2d": "in the image", "3d": "in 3D"}
+_TOLD_RATE = 0.01
+
+
+def tables_of_optical_attacks(report: Mapping[str, Any]) -> list[Table]:
+    """Those that a run has figures of.
+
+    Args:
+        report: As `avsec_gym.report.run_report.run_report` makes it; parts may lack.
+    """
+    tables = []
+    if report.get("baseline"):
+        tables.append(_baseline_table(report["baseline"]))
+    if report.get("impact"):
+        tables.append(_impact_table(report["impact"]))
+    if report.get("sensitivity"):
+        tables += [_size_table(what, report["sensitivity"]) for what in (LIDAR, CAMERA)]
+    return tables
+
+
+def detector_words(key: str) -> str:
+    """What a detector is called; a plug-in's by its own name."""
+    return DETECTORS.get(key, key)
+
+
+def _baseline_table(summary: Mapping[str, Any]) -> Table:
+    lines = []
+    for row in summary["rows"]:
+        told = row["rate"] == _TOLD_RATE
+        thesis = OBJECT_LEVEL[row["scenario"], row["iou"]] if told else None
+        rule = "any" if row["rate"] is None else f"r = {100 * row['rate']:g} %"
+        lines.append(
+            [
+                name(row["scenario"]),
+                name(f"{row['iou']:g}"),
+                name(rule),
+                figure(row["most"], digits=0),
+                figure(row["average"], row["interval"], thesis, scale=100, digits=2),
+                _share(row["false_alarms"]),
+            ]
+        )
+    return Table(
+        "Table 3.1, baseline: attacks that objects tell of, mean over the seven attack cases",
+        ["sensors", "IoU", "alarm", "mismatches without one", "detected, %", "false alarms, %"],
+        lines,
+        "A mismatch: a box of one sensor without partner in another’s. Alarm: at any mismatch, or"
+        " at more than the share r of clean moments has, on which nothing here is judged. The"
+        " thesis, in italics, does not say how many mismatches make an alarm, nor how often it is"
+        " false. In brackets: 95 % intervals, of detection by bootstrap over moments, of alarms"
+        " Wilson’s.",
+        names=3,
+    )
+
+
+def _impact_table(summary: Mapping[str, Any]) -> Table:
+    lidar, camera = summary["lidar"], summary["camera"]
+    detector = detector_words(lidar["detector"])
+    lines = [
+        [
+            name(f"{detector} takes the bogus return for an obstacle"),
+            _share(lidar["taken"], TAKEN_FOR_AN_OBSTACLE),
+        ],
+        [name("it has an obstacle there in the clean scan"), _share(lidar["clean"])],
+        [name("only in the attacked one"), _share(lidar["newly"])],
+    ]
+    if camera is not None:
+        detector = detector_words(camera["detector"])
+        for level in LEVELS:
+            # The thesis tells no levels; to find all cars is what the last one asks.
+            clean, lit = FACULA_PRECISION if level == LEVELS[-1] else (None, None)
+            now = camera["attacked"][level]
+            lines += [
+                [
+                    name(f"AP of {detector}, {level}, clean"),
+                    _percent(camera["clean"][level], clean),
+                ],
+                [name(f"AP of {detector}, {level}, under a facula"), _percent(now, lit)],
+                [name("lost by it"), figure(now["lost"], now["lost_interval"], digits=2)],
+            ]
+    return Table(
+        "What optical attacks do to detectors",
+        ["", "%"],
+        lines,
+        "Bogus returns: of all moments, 95 % Wilson intervals. AP: cars in the left image, IoU 0.5,"
+        " 11 recall points, 95 % bootstrap intervals over moments; losses in percentage points."
+        " The thesis’ AP, in italics, is told without a level of difficulty.",
+    )
+
+
+def _size_table(what: str, summary: Mapping[str, Any]) -> Table:
+    told, camera = summary[what], what == CAMERA
+    detector = detector_words(told["detector"])
+    lines = []
+    for row in told["sizes"]:
+        precision = None if row["precision"] is None else row["precision"][SHOWN_LEVEL]
+        thesis = PRECISION_OF_SIZE.get((what, row["size"]))
+        area = [figure(row[one], scale=100, digits=2) for one in ("covered", "changed")]
+        lines.append(
+            [
+                figure(row["size"], digits=1) if row["size"] else name("clean"),
+                *(area if camera else ()),
+                *(_share(row["detected"][criterion]) for criterion in ("error", "any")),
+                _percent(precision, thesis),
+                figure(None)
+                if precision is None or not row["size"]
+                else figure(precision["lost"], precision["lost_interval"], digits=2),
+            ]
+        )
+    unit = "px" if camera else "m"
+    columns = [f"{'radius' if camera else 'width'}, {unit}"]
+    columns += ["disc’s share of the image, %", "visibly changed, %"] if camera else []
+    columns += ["noticed by E, %", "by all four shares, %", "AP, %", "AP lost"]
+    return Table(
+        f"Figure {'3.12' if camera else '3.11'}: {ATTACKED[what]}",
+        columns,
+        lines,
+        f"Noticed at r = {100 * summary['rate']:g} %, by the LiDAR and two cameras; the clean row"
+        f" has false alarms. AP: cars by {detector or 'no detector'} {_METRICS[told['metric']]},"
+        f" IoU {told['iou']:g}, {SHOWN_LEVEL}, 11 recall points; losses in percentage points. In"
+        " brackets: 95 % intervals, of shares Wilson’s, of AP by bootstrap over moments."
+        f" {IN_WORDS[what]}",
+    )
+
+
+def _share(share: Mapping[str, Any], thesis: float | None = None) -> Cell:
+    return figure(share["rate"], share["interval"], thesis, scale=100, digits=2)
+
+
+def _percent(row: Mapping[str, Any] | None, thesis: float | None = None) -> Cell:
+    known = None if thesis is None else 100 * thesis
+    if row is None:
+        return figure(None, thesis=known, digits=2)
+    return figure(row["value"], row["interval"], known, digits=2)
