@@ -29,6 +29,7 @@ from avsec_gym.report.tables_beyond import (
     time_table,
     trend_table,
 )
+from avsec_gym.report.tables_of_defence import tables_of_defence
 from avsec_gym.report.tables_of_optical_attacks import tables_of_optical_attacks
 from avsec_gym.report.tables_of_thesis import tables_of_thesis
 from avsec_gym.report.tables_of_validation import tables_of_validation
@@ -48,6 +49,7 @@ _SECTIONS = {
     "flips": "Flips",
     "validation": "Sensor data validation",
     "optical": "Detectors under optical attacks",
+    "defence": "What a defence is worth",
     "other": "Other settings",
     "run": "The run",
 }
@@ -106,6 +108,7 @@ def _tables(report: Report) -> dict[str, Any]:
         "time": time_table(report),
         "spread": spread_table(report["spread"]),
         "optical": tables_of_optical_attacks(report),
+        "defence": tables_of_defence(report),
     }
     if report.get("validation"):
         tables["validation"] = tables_of_validation(report["validation"])
@@ -155,6 +158,7 @@ def _shown(report: Report, tables: Mapping[str, Any], strips: Sequence[Strip]) -
         "flips": whole,
         "validation": bool(report.get("validation")),
         "optical": bool(tables["optical"]),
+        "defence": bool(tables["defence"]),
         "other": bool(report["other"]),
         "run": True,
     }

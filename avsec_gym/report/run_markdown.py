@@ -17,6 +17,7 @@ from avsec_gym.report.tables_beyond import (
     seen_table,
     trend_table,
 )
+from avsec_gym.report.tables_of_defence import tables_of_defence
 from avsec_gym.report.tables_of_optical_attacks import tables_of_optical_attacks
 from avsec_gym.report.tables_of_thesis import tables_of_thesis
 from avsec_gym.report.tables_of_validation import tables_of_validation
@@ -88,6 +89,7 @@ def _tables(report: Mapping[str, Any]) -> list[Table]:
         ]
     tables += tables_of_validation(report["validation"]) if report.get("validation") else []
     tables += tables_of_optical_attacks(report)
+    tables += tables_of_defence(report)
     tables += [spread_table(report["spread"])] if report["spread"] else []
     tables += [other_table(report["other"])] if report["other"] else []
     return [table for table in tables if table.rows]

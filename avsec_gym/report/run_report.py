@@ -8,6 +8,7 @@ from datetime import datetime
 from typing import Any
 
 from avsec_gym.experiments.chapter3.baseline_rates import baseline_summary
+from avsec_gym.experiments.chapter3.defence_rates import defence_summary, is_of_defence
 from avsec_gym.experiments.chapter3.impact_rates import impact_summary
 from avsec_gym.experiments.chapter3.sensitivity_curves import sensitivity_summary
 from avsec_gym.experiments.chapter3.summary import validation_summary
@@ -79,6 +80,7 @@ def run_report(
     report["baseline"] = baseline_summary(run, run.configuration)
     report["impact"] = impact_summary(run, run.configuration)
     report["sensitivity"] = sensitivity_summary(run, run.configuration)
+    report["defence"] = defence_summary(run)
     report["spread"] = spread_rows(run)
     report["other"] = _other_rates(run)
     return report
@@ -175,6 +177,8 @@ def _other_rates(run: RunFolder) -> list[Report]:
 
 def _of_chapter_5(setting: str) -> bool:
     detector = setting.partition(" ")[0]
+    if is_of_defence(setting):
+        return False
     return setting == GROUND_TRUTH or detector in (*DETECTORS, WITHOUT_PYRAMID)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from avsec_gym.experiments.chapter3.attack_sizes import CAMERA
@@ -83,36 +83,34 @@ def _baseline_table(summary: Mapping[str, Any]) -> Table:
 
 def _impact_table(summary: Mapping[str, Any]) -> Table:
     lidar, camera = summary["lidar"], summary["camera"]
-    detector = detector_words(lidar["detector"])
     lines = [
         [
-            name(f"{detector} takes the bogus return for an obstacle"),
+            name(f"{detector_words(lidar['detector'])}: an obstacle where the bogus return is"),
+            _share(lidar["clean"]),
             _share(lidar["taken"], TAKEN_FOR_AN_OBSTACLE),
-        ],
-        [name("it has an obstacle there in the clean scan"), _share(lidar["clean"])],
-        [name("only in the attacked one"), _share(lidar["newly"])],
+            _share(lidar["newly"]),
+        ]
     ]
-    if camera is not None:
-        detector = detector_words(camera["detector"])
-        for level in LEVELS:
-            # The thesis tells no levels; to find all cars is what the last one asks.
-            clean, lit = FACULA_PRECISION if level == LEVELS[-1] else (None, None)
-            now = camera["attacked"][level]
-            lines += [
-                [
-                    name(f"AP of {detector}, {level}, clean"),
-                    _percent(camera["clean"][level], clean),
-                ],
-                [name(f"AP of {detector}, {level}, under a facula"), _percent(now, lit)],
-                [name("lost by it"), figure(now["lost"], now["lost_interval"], digits=2)],
+    for level in LEVELS if camera else ():
+        # The thesis tells no levels; to find all cars is what the last one asks.
+        clean, lit = FACULA_PRECISION if level == LEVELS[-1] else (None, None)
+        now = camera["attacked"][level]
+        lines.append(
+            [
+                name(f"{detector_words(camera['detector'])}: AP under a facula, {level}"),
+                _percent(camera["clean"][level], clean),
+                _percent(now, lit),
+                figure(-now["lost"], _turned(now["lost_interval"]), digits=2, signed=True),
             ]
+        )
     return Table(
         "What optical attacks do to detectors",
-        ["", "%"],
+        ["", "clean, %", "attacked, %", "by the attack"],
         lines,
-        "Bogus returns: of all moments, 95 % Wilson intervals. AP: cars in the left image, IoU 0.5,"
-        " 11 recall points, 95 % bootstrap intervals over moments; losses in percentage points."
-        " The thesis’ AP, in italics, is told without a level of difficulty.",
+        "Bogus returns: share of the moments, by the attack where only the attacked scan has an"
+        " obstacle there, 95 % Wilson intervals. AP: cars in the left image, IoU 0.5, 11 recall"
+        " points, by the attack in percentage points, 95 % bootstrap intervals over moments. The"
+        " thesis, in italics, tells its AP without a level of difficulty.",
     )
 
 
@@ -123,11 +121,11 @@ def _size_table(what: str, summary: Mapping[str, Any]) -> Table:
     for row in told["sizes"]:
         precision = None if row["precision"] is None else row["precision"][SHOWN_LEVEL]
         thesis = PRECISION_OF_SIZE.get((what, row["size"]))
-        area = [figure(row[one], scale=100, digits=2) for one in ("covered", "changed")]
+        area = ("covered", "changed") if camera else ()
         lines.append(
             [
                 figure(row["size"], digits=1) if row["size"] else name("clean"),
-                *(area if camera else ()),
+                *(figure(row[one], scale=100, digits=2) for one in area),
                 *(_share(row["detected"][criterion]) for criterion in ("error", "any")),
                 _percent(precision, thesis),
                 figure(None)
@@ -135,6 +133,12 @@ def _size_table(what: str, summary: Mapping[str, Any]) -> Table:
                 else figure(precision["lost"], precision["lost_interval"], digits=2),
             ]
         )
+    measured = (
+        f"AP: cars by {detector} {_METRICS[told['metric']]}, IoU {told['iou']:g}, {SHOWN_LEVEL},"
+        " 11 recall points; losses in percentage points."
+        if detector
+        else "AP was not measured."
+    )
     unit = "px" if camera else "m"
     columns = [f"{'radius' if camera else 'width'}, {unit}"]
     columns += ["disc’s share of the image, %", "visibly changed, %"] if camera else []
@@ -144,9 +148,8 @@ def _size_table(what: str, summary: Mapping[str, Any]) -> Table:
         columns,
         lines,
         f"Noticed at r = {100 * summary['rate']:g} %, by the LiDAR and two cameras; the clean row"
-        f" has false alarms. AP: cars by {detector or 'no detector'} {_METRICS[told['metric']]},"
-        f" IoU {told['iou']:g}, {SHOWN_LEVEL}, 11 recall points; losses in percentage points. In"
-        " brackets: 95 % intervals, of shares Wilson’s, of AP by bootstrap over moments."
+        f" has false alarms. {measured} In brackets: 95 % intervals, of shares Wilson’s, of AP by"
+        " bootstrap over moments."
         f" {IN_WORDS[what]}",
     )
 
@@ -160,3 +163,7 @@ def _percent(row: Mapping[str, Any] | None, thesis: float | None = None) -> Cell
     if row is None:
         return figure(None, thesis=known, digits=2)
     return figure(row["value"], row["interval"], known, digits=2)
+
+
+def _turned(interval: Sequence[float] | None) -> Sequence[float] | None:
+    return None if interval is None else (-interval[1], -interval[0])

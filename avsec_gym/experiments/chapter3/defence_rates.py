@@ -21,6 +21,18 @@ ANY_ATTACK = "any"
 """All attacks together, each of them as often as the others."""
 
 
+def defence_summary(results: Results) -> dict[str, list[Row]] | None:
+    """`defence_rows` as ``worth`` and `alarm_rows` as ``alarms``; None if nobody was defended."""
+    worth = [row for row in defence_rows(results) if row["scenarios"]]
+    return {"worth": worth, "alarms": alarm_rows(results)} if worth else None
+
+
+def is_of_defence(setting: str) -> bool:
+    """Whether it names a detector, an attack and a response, or `UNDEFENDED`."""
+    words = setting.rsplit(" ", 2)
+    return len(words) == 3 and words[2] in (UNDEFENDED, *Response)
+
+
 def defence_rows(results: Results) -> list[Row]:
     """For each detector, attack (`NO_ATTACK` first, `ANY_ATTACK` last) and response: its worth.
 
@@ -39,9 +51,8 @@ def defence_rows(results: Results) -> list[Row]:
     """
     found: dict[tuple[str, str], dict[str, list[SafetyRecord]]] = {}
     for setting, _ in results.settings():
-        words = setting.rsplit(" ", 2)
-        if len(words) == 3 and words[2] in (UNDEFENDED, *Response):
-            detector, attack, response = words
+        if is_of_defence(setting):
+            detector, attack, response = setting.rsplit(" ", 2)
             records = results.records(setting=setting)
             found.setdefault((detector, attack), {})[response] = records
     rows = []

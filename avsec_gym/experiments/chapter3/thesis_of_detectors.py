@@ -12,7 +12,7 @@ FACULA_PRECISION = (0.8462, 0.6153)
 PRECISION_OF_SIZE = {(CAMERA, RADII[4]): 0.5412}
 """AP of YOLOv3 at IoU 0.7 (section 3.5); the other sizes are curves without figures."""
 IN_WORDS = {
-    LIDAR: f"The thesis: detection nearly 100 % at {WIDTHS[2]:g} m, where PointRCNN's AP has fallen"
+    LIDAR: f"The thesis: detection nearly 100 % at {WIDTHS[2]:g} m, where PointRCNN’s AP has fallen"
     " by 0.06 in all.",
     CAMERA: f"The thesis: detection over 90 % at {RADII[4]:g} px (23.71 % of the image), small from"
     " 5 to 15 %.",

@@ -1,0 +1,87 @@
+"""Tables of what a validator before the detector is worth, and how soon it raises an alarm."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from avsec_gym.experiments.chapter3.defence import NO_ATTACK, UNDEFENDED
+from avsec_gym.experiments.chapter3.defence_rates import ANY_ATTACK, share
+from avsec_gym.report.attack_names import detector_name
+from avsec_gym.report.page_table import UNKNOWN, Cell, Table, figure, name
+from avsec_gym.report.validation_picture import named
+from avsec_gym.sensor_system import LIDAR
+
+_SHARES = ("avoided", "avoided_of_attack", "caused", "given_up", "stopped")
+
+
+def tables_of_defence(report: Mapping[str, Any]) -> list[Table]:
+    """Collisions avoided against false stops, and frames to alarm; nothing without such a run.
+
+    Args:
+        report: As `avsec_gym.report.run_report.run_report` makes it; parts may lack.
+    """
+    summary = report.get("defence")
+    return [_worth_table(summary["worth"]), _alarm_table(summary["alarms"])] if summary else []
+
+
+def _worth_table(rows: Any) -> Table:
+    lines, undefended = [], {}
+    for row in rows:
+        case = row["detector"], row["attack"]
+        if row["response"] == UNDEFENDED:
+            undefended[case] = figure(row["collisions"] / row["scenarios"], scale=100)
+            continue
+        words = detector_name(row["detector"]), _attacked(row["attack"]), row["response"]
+        shares = [_share(row[one]) for one in _SHARES]
+        lines.append([*map(name, words), undefended[case], *shares])
+    return Table(
+        "What a defence is worth: collisions avoided, against drives given up and false stops, %",
+        [
+            *("detector", "attacked", "response", "collide undefended", "avoided"),
+            *("avoided of the attack’s", "caused", "given up", "stopped in"),
+        ],
+        lines,
+        "Avoided: do not collide any more, of the drives that did; of the attack’s: of those that"
+        " did only under attack. Caused: collide now, of those that did not. Given up: were safe"
+        " and reach no goal any more. Stopped in: moments; false stops where nothing is attacked."
+        " In brackets: Wilson’s 95 % intervals, which take drives for independent.",
+        names=3,
+    )
+
+
+def _alarm_table(rows: Any) -> Table:
+    lines = []
+    for row in rows:
+        shares = [_share(row["alarms"]), _share(row["named_exactly"])]
+        lines.append([name(_attacked(row["attack"])), *shares, *_first_alarms(row)])
+    return Table(
+        "How soon an attack is noticed",
+        ["attacked", "alarms, %", "named exactly, %", "at once, %", "later", "never, %"],
+        lines,
+        "Alarms: of moments; named exactly: the attacked sensors and no others. At once: of drives,"
+        " an alarm in the first frame of the attack; later: how many of them after how many"
+        " frames. A validator knows no earlier moment, so that it waits for what the scene hides.",
+    )
+
+
+def _first_alarms(row: Mapping[str, Any]) -> list[Cell]:
+    """At once, later and never."""
+    if "frames_to_alarm" not in row:
+        return [Cell(UNKNOWN)] * 3
+    drives = dict(row["frames_to_alarm"])
+    counts = [frames for frames, count in drives.items() for _ in range(count)]
+    later = [f"{n} after {frames}" for frames, n in drives.items() if frames not in ("0", "never")]
+    at_once, never = (share(one == which for one in counts) for which in ("0", "never"))
+    return [_share(at_once), Cell(", ".join(later) or UNKNOWN), _share(never)]
+
+
+def _attacked(attack: str) -> str:
+    if attack in (NO_ATTACK, ANY_ATTACK):
+        return {NO_ATTACK: "nothing", ANY_ATTACK: "any of these"}[attack]
+    sensors = (named(one if one == LIDAR else int(one)) for one in attack.split("+"))
+    return " and ".join(sensors)
+
+
+def _share(hits: Mapping[str, Any]) -> Cell:
+    return figure(hits["rate"], hits["interval"], scale=100)

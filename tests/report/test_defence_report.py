@@ -1,0 +1,99 @@
+"""A run of the defence experiment, from cells to page, with outcomes that are known."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+from avsec_gym.commands.report import Report
+from avsec_gym.experiments.experiment import (
+    Cell,
+    CellResult,
+    Configuration,
+    DriveRow,
+    Experiment,
+    Measurement,
+)
+from avsec_gym.metrics.safety import SafetyRecord
+from avsec_gym.report.run_markdown import markdown_page
+from avsec_gym.report.run_report import holds_chapter_5, run_report
+from avsec_gym.report.tables_of_defence import tables_of_defence
+from avsec_gym.runs.run import run_experiments
+from avsec_gym.runs.run_folder import RunFolder
+
+MOMENTS = ("a/0", "a/1", "b/0", "b/1", "c/0", "c/1")
+NOTICED = {"a/0", "b/1"}
+"""Of an attack on camera 3: at once in drive a, a frame later in b, never in c."""
+NAN = float("nan")
+
+
+def moment(configuration: Configuration) -> Callable[..., CellResult]:
+    """Under attack the undefended car collides; who notices stops, or drives on safely."""
+
+    def work(attack: str, number: int) -> CellResult:
+        id = MOMENTS[number]
+        is_attacked = attack != "none"
+        alarm = id in NOTICED if is_attacked else id == "c/1"
+        drives = []
+        for response in ("undefended", "stop", "drop", "repair"):
+            outcome, reason = ("collision" if is_attacked else "safe"), None
+            if alarm and response == "stop":
+                outcome, reason = "unplanned", "stopped"
+            elif alarm and response != "undefended":
+                outcome = "safe"
+            record = SafetyRecord(id, "straight", outcome, NAN, 1, NAN, NAN, reason)
+            drives.append(DriveRow(f"stereo_rcnn {attack} {response}", record))
+        measurements = [
+            Measurement(attack, id, "alarm", float(alarm)),
+            Measurement(attack, id, "named 3", float(alarm)),
+        ]
+        return CellResult(drives, measurements=measurements)
+
+    return work
+
+
+def cells(configuration: Configuration) -> list[Cell]:
+    return [
+        Cell.of(f"{__name__}:moment", "", attack=attack, number=number)
+        for number in range(len(MOMENTS))
+        for attack in ("none", "3")
+    ]
+
+
+KNOWN = Experiment("known", "What is a defence worth?", "", cells)
+
+
+def test_a_page_says_what_a_defence_is_worth(tmp_path: Path) -> None:
+    run_experiments([KNOWN], Configuration("made_up"), tmp_path / "run", workers=0, threads=1)
+    run = RunFolder.open(tmp_path / "run")
+    assert not holds_chapter_5(run)
+    report = run_report(run)
+    json.dumps(report, allow_nan=False)
+    worth, alarms = tables_of_defence(report)
+    rows = {tuple(cell.text for cell in row[1:3]): row[3:] for row in worth.rows}
+    assert list(rows) == [
+        (attacked, response)
+        for attacked in ("nothing", "camera 3", "any of these")
+        for response in ("stop", "drop", "repair")
+    ]
+    # Of six collisions two are avoided; a false alarm costs one of six safe drives, and is a stop.
+    texts = {key: [cell.text for cell in row] for key, row in rows.items()}
+    assert texts["camera 3", "stop"] == ["100.0", "33.3", "33.3", "–", "–", "33.3"]
+    assert texts["camera 3", "drop"] == ["100.0", "33.3", "33.3", "–", "–", "0.0"]
+    assert texts["nothing", "stop"] == ["0.0", "–", "–", "0.0", "16.7", "16.7"]
+    assert texts["nothing", "repair"] == ["0.0", "–", "–", "0.0", "0.0", "0.0"]
+    assert rows["camera 3", "stop"][1].interval == "[9.7, 70.0]"
+    assert [[cell.text for cell in row] for row in alarms.rows] == [
+        ["nothing", "16.7", "83.3", "–", "–", "–"],
+        ["camera 3", "33.3", "33.3", "33.3", "1 after 1", "33.3"],
+    ]
+    assert Report(run.path).run() == 0
+    page = (run.path / "report.html").read_text()
+    for title in (worth.title, alarms.title):
+        assert title in page
+        assert f"## {title}" in markdown_page(report)
+
+
+def test_a_run_without_it_has_no_such_table() -> None:
+    assert tables_of_defence({"defence": None}) == tables_of_defence({}) == []

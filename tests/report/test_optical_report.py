@@ -1,0 +1,213 @@
+"""Detectors under optical attacks, from rows to page, with outcomes that are known."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.experiments.chapter3 import attack_sizes, sensor_detections
+from avsec_gym.experiments.chapter3.attack_sizes import CAMERA, SIZES, size_setting
+from avsec_gym.experiments.chapter3.recordings import SYSTEM
+from avsec_gym.experiments.chapter3.sensor_detections import (
+    IOUS,
+    mismatch_name,
+    mismatch_setting,
+    seen_setting,
+)
+from avsec_gym.experiments.experiment import (
+    Cell,
+    CellResult,
+    Configuration,
+    DetectionRow,
+    Experiment,
+    Measurement,
+)
+from avsec_gym.report.html import html_page
+from avsec_gym.report.optical_attacks_in_words import optical_sentences
+from avsec_gym.report.run_markdown import markdown_page
+from avsec_gym.report.run_report import run_report
+from avsec_gym.runs.run import run_experiments
+from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.sensor_system import LIDAR
+from avsec_gym.validation.disparity_error import MEASURES
+
+MOMENTS = 24
+FOUND_OF_SIZE = {LIDAR: 1.5, CAMERA: 150.0}
+"""Above it the detector misses the second car of a moment."""
+
+
+def two_cars() -> Boxes3D:
+    return Boxes3D(
+        [[-3.0, 1.65, 15.0], [2.0, 1.65, 20.0]], np.tile([1.5, 1.6, 4.0], (2, 1)),
+        [-1.57, -1.57], np.ones(2), ["Car", "Car"],
+        box2d=[[400.0, 150, 520, 250], [650, 160, 720, 220]],
+        truncation=np.zeros(2), occlusion=np.zeros(2), alpha=np.zeros(2),
+    )  # fmt: skip
+
+
+def found(count: int) -> Boxes3D:
+    return replace(two_cars()[:count], truncation=None, occlusion=None, score=[0.9, 0.8][:count])
+
+
+def objects_of(part: str, number: int) -> CellResult:
+    """Every third attack hides the second car; the LiDAR sees a bogus one in all but one moment."""
+    id, hidden = f"{number:03d}", number % 3 == 0
+    counts = [
+        Measurement(mismatch_setting(part, (bool(i), bool(k))), id, mismatch_name(pair, iou),
+                    hidden * (i + k) + (iou == 0.7 and number % 2 and part == "judged"))
+        for pair in SYSTEM.pairs()
+        for iou in IOUS
+        for i, k in ([(0, 0)] if part == "fitted" else np.ndindex(2, 2))
+    ]  # fmt: skip
+    if part == "fitted":
+        return CellResult(measurements=counts)
+    patch = replace(two_cars()[1:], dimensions=[[1.5, 0.1, 2.5]], rotation_y=[0.0])
+    boxes = {
+        sensor_detections.TRUTH: two_cars(),
+        sensor_detections.PATCH: patch,
+        seen_setting(part, LIDAR, False, 2): found(1 + (number == 5)),
+        seen_setting(part, LIDAR, True, 2): found(2 - (number == 7)),
+        seen_setting(part, 2, False, 2): found(2),
+        seen_setting(part, 2, True, 2): found(1 if hidden else 2),
+    }
+    return CellResult((), [DetectionRow(name, id, one) for name, one in boxes.items()], counts)
+
+
+def sizes_of(part: str, number: int) -> CellResult:
+    """The larger an attack the more of it is noticed, by all shares sooner than by E."""
+    id, random = f"{number:03d}", np.random.default_rng([part == "judged", number])
+    noise = 0.01 if part == "fitted" else 0.005
+
+    def shares(setting: str, strength: float, error: float, other: float) -> list[Measurement]:
+        values = [error, 0.1, other, 0.1]
+        return [
+            Measurement(setting, id, name, value + random.uniform(0, noise), strength)
+            for name, value in zip(MEASURES, values, strict=True)
+        ]
+
+    rows = shares(size_setting(part), 0.0, 0.1, 0.1)
+    if part == "fitted":
+        return CellResult(measurements=rows)
+    boxes = [DetectionRow(attack_sizes.TRUTH, id, two_cars())]
+    for what, sizes in SIZES.items():
+        boxes.append(DetectionRow(size_setting(what), id, found(2), 0.0))
+        for place, size in enumerate(sizes, 1):
+            share = place / len(sizes)
+            rows += shares(
+                size_setting(what), size,
+                0.1 + 0.1 * (number < 12 * share), 0.1 + 0.1 * (number < 24 * share),
+            )  # fmt: skip
+            missed = size > FOUND_OF_SIZE[what]
+            boxes.append(DetectionRow(size_setting(what), id, found(2 - missed), size))
+            if what == CAMERA:
+                rows.append(Measurement(size_setting(what), id, attack_sizes.COVERED, 0.2, size))
+    return CellResult(detections=boxes, measurements=rows)
+
+
+def known(work: Any) -> Experiment:
+    def cells(configuration: Configuration) -> list[Cell]:
+        return [
+            Cell.of(f"{__name__}:{work.__name__}_work", "", part=part, number=number)
+            for part in ("fitted", "judged")
+            for number in range(configuration.limit or MOMENTS)
+        ]
+
+    return Experiment(work.__name__, "What does light do?", "Chapter 3", cells)
+
+
+def objects_of_work(configuration: Configuration) -> Any:
+    return objects_of
+
+
+def sizes_of_work(configuration: Configuration) -> Any:
+    return sizes_of
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    root = tmp_path_factory.mktemp("run") / "run"
+    experiments = [known(objects_of), known(sizes_of)]
+    run_experiments(experiments, Configuration("made_up"), root, workers=0, threads=1)
+    report = run_report(RunFolder.open(root))
+    json.dumps(report, allow_nan=False)
+    return report
+
+
+def test_mismatches_raise_alarms(report: dict[str, Any]) -> None:
+    rows = {(row["scenario"], row["iou"], row["rate"]): row for row in report["baseline"]["rows"]}
+    for scenario in ("LiDAR and two cameras", "three cameras"):
+        loose, strict = rows[scenario, 0.5, 0.01], rows[scenario, 0.7, 0.01]
+        assert loose["average"] == pytest.approx(1 / 3)
+        assert loose["false_alarms"]["rate"] == 0.0
+        assert strict["false_alarms"]["rate"] == 0.5
+    assert report["baseline"]["moments"] == {"fitted": MOMENTS, "judged": MOMENTS}
+
+
+def test_the_impact_has_its_control(report: dict[str, Any]) -> None:
+    lidar, camera = report["impact"]["lidar"], report["impact"]["camera"]
+    assert {name: lidar[name]["count"] for name in ("taken", "clean", "newly")} == {
+        "taken": MOMENTS - 1, "clean": 1, "newly": MOMENTS - 2,
+    }  # fmt: skip
+    clean, lit = camera["clean"]["moderate"], camera["attacked"]["moderate"]
+    assert clean["value"] == pytest.approx(100)
+    assert clean["lost"] == 0
+    # Two thirds of the second cars are found: recall 5/6, that is 9 of 11 points.
+    assert lit["value"] == pytest.approx(100 * 9 / 11)
+    assert lit["lost"] == pytest.approx(100 * 2 / 11)
+    assert 0 < lit["lost_interval"][0] < lit["lost"] < lit["lost_interval"][1]
+
+
+def test_sensitivity_counts_what_is_beyond_the_threshold(report: dict[str, Any]) -> None:
+    for what, sizes in SIZES.items():
+        rows = report["sensitivity"][what]["sizes"]
+        assert [row["size"] for row in rows] == [0.0, *sizes]
+        for place, row in enumerate(rows[1:], 1):
+            noticed = place / len(sizes)
+            assert row["detected"]["error"]["rate"] == pytest.approx(noticed / 2, abs=0.09)
+            assert row["detected"]["any"]["rate"] == pytest.approx(noticed, abs=0.09)
+            missed = row["size"] > FOUND_OF_SIZE[what]
+            # One car of two: recall 0.5, six of 11 points.
+            lost = 100 * 5 / 11 if missed else 0.0
+            assert row["precision"]["moderate"]["lost"] == pytest.approx(lost)
+    shares = [100 * row["covered"] for row in report["sensitivity"][CAMERA]["sizes"]]
+    # The thesis' figures.
+    assert shares == pytest.approx([0, 0.95, 3.79, 8.54, 15.18, 23.71, 34.15], abs=0.006)
+    assert report["sensitivity"][CAMERA]["sizes"][2]["changed"] == pytest.approx(0.2)
+
+
+def test_page_and_text_show_all_of_it(report: dict[str, Any]) -> None:
+    said = optical_sentences(report)
+    assert "PIXOR takes the bogus return for an obstacle in 23 of 24 moments." in said
+    page, text = html_page(report), markdown_page(report)
+    for words in ("65.32", "63.39", "98.60", "84.62", "61.53", "54.12", "YOLOv3", "PointRCNN"):
+        assert words in page
+        assert words in text
+    for words in ("Figures 3.11 and 3.12", 'id="optical"', "noticed by E alone"):
+        assert words in page
+    assert said[0] in text
+
+
+def test_without_detectors_the_page_shows_what_is_noticed(report: dict[str, Any]) -> None:
+    alone = json.loads(json.dumps(report)) | {"baseline": None, "impact": None}
+    for what in SIZES:
+        alone["sensitivity"][what]["detector"] = ""
+        for row in alone["sensitivity"][what]["sizes"]:
+            row["precision"] = None
+    page = html_page(alone)
+    assert page.count("AP was not measured.") == 2
+    assert "of the moments." in optical_sentences(alone)[0]
+
+
+def test_too_few_moments_are_not_summed_up(tmp_path: Path) -> None:
+    experiments = [known(objects_of), known(sizes_of)]
+    configuration = Configuration("made_up", limit=3)
+    run_experiments(experiments, configuration, tmp_path / "few", workers=0, threads=1)
+    report = run_report(RunFolder.open(tmp_path / "few"))
+    assert not any(report[name] for name in ("baseline", "impact", "sensitivity"))
+    assert 'id="optical"' not in html_page(report)
