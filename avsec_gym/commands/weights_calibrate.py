@@ -34,6 +34,8 @@ class WeightsCalibrate:
     """The frames of ImageSets/SPLIT.txt, such as val.  Default: all that have labels."""
     limit: int | None = None
     """Only the first frames."""
+    evidence: bool = True
+    """Whether the agreement of both images counts, of a detector that looks at it."""
     json: bool = False
     """Print the line and how scores were before and after as JSON."""
 
@@ -72,7 +74,8 @@ class WeightsCalibrate:
         labels = [data.labels(one, keep_dont_care=True) for one in ids]
         rows, right, wrong = boxes_right_and_wrong(labels, found)
         scores = np.concatenate([boxes.score for boxes in found])[rows]
-        line = fit_score_calibration(scores, right, wrong, np.concatenate(evidence)[rows])
+        beside = np.concatenate(evidence)[rows] if self.evidence else None
+        line = fit_score_calibration(scores, right, wrong, beside)
         card.beside[NAME] = [line.slope, line.offset, *line.evidence]
         write_card(self.file, card)
         summary = {

@@ -95,6 +95,7 @@ def seen_table(rows: Rows) -> Table:
 def control_table(rows: Rows) -> Table:
     """The sanity sheet."""
     aims = {"up": "raises", "down": "lowers", None: "control"}
+    towards = {"ghosts": "to its ghosts", "truth": "to the truth"}
     lines = []
     for row in rows:
         share = figure(row["share_moved"], row["share_moved_interval"], scale=100)
@@ -102,8 +103,8 @@ def control_table(rows: Rows) -> Table:
         lines.append(
             [
                 *_names(row),
-                name(f"to its ghosts, {aims[row['aim']]}" if row["loss_towards"] == "ghosts"
-                     else f"to the truth, {aims[row['aim']]}"),
+                name(f"{towards[row['loss_towards']]}, {aims[row['aim']]}" if row["loss_towards"]
+                     else "not measured"),
                 figure(row["loss_before"], digits=3),
                 figure(row["loss_after"], digits=3),
                 share,

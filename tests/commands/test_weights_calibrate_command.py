@@ -96,6 +96,9 @@ def test_evidence_is_matched_with_its_box(
     assert real > 0.9
     assert unreal < 0.1
     assert NAME in read_card(file).beside  # type: ignore[union-attr]
+    command = ["weights", "calibrate", str(file), "--kitti", str(frames), "--no-evidence"]
+    assert run(command) == DONE
+    assert ScoreCalibration.of_card(read_card(file)).evidence == ()
 
 
 def test_weights_without_a_card_are_refused(

@@ -246,7 +246,8 @@ def _perturbed(attack: str, alpha: float, before: SensorFrame, victim: Victim) -
     iterates = Perturbation(alpha, steps=STEPS).iterates(before, victim)
     for n, frame in enumerate(iterates, start=1):
         yield _Look(frame, attack, n, attacked=before)
-        yield _Look(quantised(frame), attack, n, whole_levels=True)
+        if not alpha.is_integer():  # Steps of whole levels leave nothing to round.
+            yield _Look(quantised(frame), attack, n, whole_levels=True)
 
 
 def _patched(
@@ -293,8 +294,8 @@ def _measure(
     """Add the largest change of a grey level, where a patch is, and losses that it is about.
 
     ``loss`` is that to the truth, which perturbations raise; ``ghost_loss`` that to b*, which a
-    patch lowers, from ``clean_ghost_loss``; ``ghost_seen`` is 1 where the planner gets a box that
-    meets the patch's ghost on the ground.
+    patch lowers, from ``clean_ghost_loss``, measured where it is placed at random; ``ghost_seen``
+    is 1 where the planner gets a box that meets the patch's ghost on the ground.
     """
     before = clean if look.attacked is None else look.attacked
     changes = [
@@ -303,15 +304,16 @@ def _measure(
     ]
     numbers = {"change": float(max(changes))}
     detector = victim.detector if losses else None
-    if isinstance(detector, DifferentiableDetector):
-        numbers["loss"] = _loss(detector, look.frame, victim.truth, victim.disparity)
-    if look.place is not None:
+    if look.place is None:
+        if isinstance(detector, DifferentiableDetector):
+            numbers["loss"] = _loss(detector, look.frame, victim.truth, victim.disparity)
+    else:
         aim = look.place.intention(clean.image(LEFT).shape[1])
         numbers["attack_intention"] = list(Intention).index(aim)
         ghost = ghost_box(look.place, clean.calibration)
         overlap = rectangle_iou(_on_ground(believed), _on_ground(ghost))
         numbers["ghost_seen"] = float((overlap > 0).any())
-        if isinstance(detector, DifferentiableDetector):
+        if not look.seen_as and isinstance(detector, DifferentiableDetector):
             ghosts = target_boxes(look.place, clean.calibration, victim.truth)
             numbers["clean_ghost_loss"] = _loss(detector, clean, ghosts)
             numbers["ghost_loss"] = _loss(detector, look.frame, ghosts)

@@ -103,17 +103,22 @@ def _control_rows(outcomes: Outcomes) -> Iterator[Row]:
             for found, what in ((changes, "change"), (seen, "ghost_seen")):
                 known = values[*key, what]
                 found += [known[one] for one in outcomes.scenarios if one in known]
-        if pairs and changes:
-            sheet = _sheet(condition, pairs, changes, towards_ghosts)
-            yield {**named(condition), **sheet, **_ghosts_seen(seen)}
+        if pairs or seen:
+            yield {
+                **named(condition),
+                **_losses(condition, pairs, towards_ghosts),
+                **_changes(condition, changes),
+                **_ghosts_seen(seen),
+            }
 
 
-def _sheet(
-    condition: Condition, pairs: list[tuple[float, float]], changes: list[float], ghosts: bool
-) -> Row:
+def _losses(condition: Condition, pairs: list[tuple[float, float]], ghosts: bool) -> Row:
+    """What became of the loss, if it was measured."""
+    if not pairs:
+        unknown = ("loss_towards", "aim", "loss_before", "loss_after", "share_moved")
+        return {"cases": 0, **dict.fromkeys((*unknown, "share_moved_interval"))}
     before, after = np.array(pairs).T
     moved = int((after < before).sum() if ghosts else (after > before).sum())
-    budget = _budget(condition)
     return {
         "cases": len(pairs),
         "loss_towards": "ghosts" if ghosts else "truth",
@@ -122,6 +127,12 @@ def _sheet(
         "loss_after": float(np.median(after)),
         "share_moved": moved / len(pairs),
         "share_moved_interval": list(wilson_interval(moved, len(pairs))),
+    }
+
+
+def _changes(condition: Condition, changes: list[float]) -> Row:
+    budget = _budget(condition)
+    return {
         "largest_change": max(changes),
         "budget": budget,
         "within_budget": budget is None or max(changes) <= budget + _ROUNDING,

@@ -44,6 +44,18 @@ def test_each_attack_is_held_against_its_own_aim(made: ModuleType) -> None:
     assert low < 0.6 < high
 
 
+def test_where_losses_are_not_measured_the_ghosts_are(made: ModuleType) -> None:
+    results, aimed = made.MadeResults(), Condition("dsgn", "patch-specific")
+    results.add(aimed, NAMES)
+    for way, seen in zip(("left", "straight", "right"), (1.0, 1.0, 0.0), strict=True):
+        filed = Condition("dsgn", f"patch-specific-{way}")
+        results.measure(filed, "change", dict.fromkeys(NAMES, 200.0))
+        results.measure(filed, "ghost_seen", dict.fromkeys(NAMES, seen))
+    (row,) = control_rows(made.outcomes(results, NAMES))
+    assert (row["cases"], row["share_moved"]) == (0, None)
+    assert row["ghosts_seen"] == pytest.approx(2 / 3)
+
+
 def test_a_budget_that_is_exceeded_once_is_exceeded(made: ModuleType) -> None:
     assert measured(made)[0]["within_budget"] is True
     pgd = measured(made, change=1.7)[0]
