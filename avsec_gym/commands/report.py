@@ -140,10 +140,12 @@ def _use_threads(count: int) -> None:
 
 
 def _answer(report: dict[str, Any]) -> str:
-    if report["validation"]:
-        from avsec_gym.report.validation_in_words import validation_sentences
+    from avsec_gym.report.optical_attacks_in_words import optical_sentences
+    from avsec_gym.report.validation_in_words import validation_sentences
 
-        return " ".join(validation_sentences(report["validation"]))
+    said = validation_sentences(report["validation"]) if report["validation"] else []
+    if said := [*said, *optical_sentences(report)]:
+        return " ".join(said)
     if "answer" not in report:
         return f"{report['cells']['done']} cells done"
     return f"{report['answer']['word']} {report['answer']['sentence']}"
