@@ -69,27 +69,40 @@ class PatchPlace:
 
 @dataclass(frozen=True)
 class PatchRange:
-    """How far ahead a patch can stand.
+    """How far ahead a patch can stand, and how upright.
 
     Args:
         nearest: Metres.  A car whose rear a disc of `RADIUS` shows is 16 m away; with half of that,
             size and disparity contradict each other too much for stereo detectors.
         farthest: Metres.  A ghost that is farther than the goal, 15 m ahead, stops nobody.
         camera_height: Above the ground, metres; the ground is taken to be flat.
+        tilt: Degrees by which it may be turned about its centre either way, as a poster that was
+            hung up by hand.  A patch that has to work upside down as well can hardly look like
+            anything.
 
     Raises:
-        ConfigurationError: They are not positive, or not in order.
+        ConfigurationError: They are not positive, or not in order; a tilt beyond 180 degrees.
     """
 
     nearest: float = 8.0
     farthest: float = 20.0
     camera_height: float = 1.65
+    tilt: float = 15.0
 
     def __post_init__(self) -> None:
         if not (0 < self.nearest < self.farthest < np.inf and 0 < self.camera_height < np.inf):
             raise ConfigurationError(
                 f"a patch stands in a range of distances above the ground, got {self}"
             )
+        if not 0 < self.tilt <= 180:
+            raise ConfigurationError(
+                f"a tilt is positive, and 180 degrees at most, got {self.tilt}"
+            )
+
+    @property
+    def steepest(self) -> float:
+        """The largest rotation either way, radians."""
+        return float(np.radians(self.tilt))
 
     def least_disparity(self, calibration: Calibration, lowest_row: float) -> float:
         """Of a patch whose lowest point is seen in this row: at the far end, or on the ground."""
@@ -122,7 +135,7 @@ def random_place(
         size: Height and width of the images, pixels.
         seed: Of the draw.
         radius: Pixels.
-        range: How far ahead.
+        range: How far ahead, and how upright.
         objects: What is really there: see `disparities`.
         intention: Only in the third of the left image that this intention points to.
 
@@ -148,7 +161,8 @@ def random_place(
         last = min(last, (third + 1) * width / 3 - 0.5 - 1e-6)
     u = _drawn(draw, first, last, size, radius)
     least, greatest = disparities(calibration, range, u, v, radius, objects)
-    disparity, rotation = draw.uniform(least, greatest), draw.uniform(0, 2 * np.pi)
+    disparity = draw.uniform(least, greatest)
+    rotation = draw.uniform(-range.steepest, range.steepest)
     return PatchPlace(u, v, disparity, rotation, radius)
 
 

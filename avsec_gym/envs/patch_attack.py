@@ -39,7 +39,7 @@ class PatchAttackEnv(SensorAttackEnv):
     ## Action
     `Box(-1, 1, (5,), float32)`: of the patch's centre the column, from left to right, and the row,
     from top to bottom of the left image; its disparity, from that of 20 m to that of 8 m; its
-    rotation, -pi..pi; its radius, from half to whole; each scaled linearly
+    rotation, up to 15 degrees either way; its radius, from half to whole; each scaled linearly
     (`avsec_gym.envs.patch_coding.PatchCoding.decode` and `encode`).  Where no such patch can stand
     it is moved to the nearest values that can be: both images show all of it, it is not below the
     ground, and it is in front of the real objects that it covers.

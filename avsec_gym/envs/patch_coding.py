@@ -55,8 +55,8 @@ class PatchCoding:
 
         Args:
             action: Column and row from the left upper to the right lower corner, disparity from
-                the farthest to the nearest distance, rotation in -pi..pi, radius from half to
-                whole; shape (5,).
+                the farthest to the nearest distance, rotation from the largest tilt to the left to
+                that to the right, radius from half to whole; shape (5,).
         """
         return PatchPlace(*self._scale.decode(action).tolist())
 
@@ -92,8 +92,9 @@ class PatchCoding:
     def _scale(self) -> LinearScale:
         height, width = self.size
         seen = focal_times_baseline(self.calibration)
-        low = [0.0, 0.0, seen / self.range.farthest, -np.pi, SMALLEST * self.radius]
-        high = [width - 1.0, height - 1.0, seen / self.range.nearest, np.pi, self.radius]
+        steepest, smallest = self.range.steepest, SMALLEST * self.radius
+        low = [0.0, 0.0, seen / self.range.farthest, -steepest, smallest]
+        high = [width - 1.0, height - 1.0, seen / self.range.nearest, steepest, self.radius]
         return LinearScale(np.array(low), np.array(high))
 
     def _between(self, low: float, value: float, high: float) -> float:
