@@ -17,6 +17,7 @@ from avsec_gym.experiments.chapter5.decoupling import decoupling
 from avsec_gym.experiments.chapter5.flips import flips
 from avsec_gym.experiments.chapter5.ghost_shares import ghost_rows
 from avsec_gym.experiments.chapter5.outcomes import Outcomes
+from avsec_gym.experiments.chapter5.patch_effects import patch_effect_rows
 from avsec_gym.experiments.chapter5.patch_spreads import spread_rows
 from avsec_gym.experiments.chapter5.pyramid import pyramid_rows
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
@@ -123,6 +124,7 @@ def _chapter_5(
             lambda done, _: on_progress(len(conditions) + done, slow),
         ),
         "pyramid": pyramid_rows(run, outcomes.labels),
+        "patch_effects": patch_effect_rows(outcomes),
         "controls": control_rows(outcomes),
         "trends": trend_rows(outcomes),
         "rounding": rounding_rows(outcomes),
