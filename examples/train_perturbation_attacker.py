@@ -31,6 +31,8 @@ TRIALS = 4
 """Training episodes that a search tries an action in."""
 QUERIES = 10
 """Of an episode."""
+FEWEST_STEPS = 48
+"""What the first generation of CMA-ES spends on perturbations: 12 actions, each tried 4 times."""
 
 Policy = Callable[[np.ndarray, int], np.ndarray]
 """From an observation and the number of the query to an action."""
@@ -152,12 +154,19 @@ def given(text: str) -> Any:
     return json.loads(text) if text.startswith("{") else text
 
 
+def enough(text: str) -> int:
+    """Training queries, so many that both searches try something."""
+    if int(text) < FEWEST_STEPS:
+        raise argparse.ArgumentTypeError(f"{FEWEST_STEPS} queries or more, got {text}")
+    return int(text)
+
+
 def arguments(description: str) -> argparse.ArgumentParser:
     """What both examples can be told."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--detector", default="dsgn", help="name, or JSON with its arguments")
     parser.add_argument("--threshold", type=float, default=0.3, help="of the detector's scores")
-    parser.add_argument("--steps", type=int, default=1000, help="training queries")
+    parser.add_argument("--steps", type=enough, default=1000, help="training queries")
     parser.add_argument("--held-out", type=int, default=30, help="episodes to judge by")
     parser.add_argument("--seed", type=int, default=0)
     for name, split in (("training", "train"), ("testing", "val")):

@@ -29,7 +29,7 @@ class PatchAttack:
         placement: ``random``: anywhere in the image; ``specific``: in the third of the image that
             the driving intention points to.
         radius: Pixels of the camera's own image; None: that of the patch.
-        range: How far ahead it stands.
+        range: How far ahead it stands, and how upright.
         name: In results.
 
     Raises:

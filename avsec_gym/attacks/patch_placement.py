@@ -74,7 +74,7 @@ class PatchRange:
     Args:
         nearest: Metres.  A car whose rear a disc of `RADIUS` shows is 16 m away; with half of that,
             size and disparity contradict each other too much for stereo detectors.
-        farthest: Metres.  A ghost that is farther than the goal, 15 m ahead, stops nobody.
+        farthest: Metres.  A ghost that is well beyond the goal, 15 m ahead, stops nobody.
         camera_height: Above the ground, metres; the ground is taken to be flat.
         tilt: Degrees by which it may be turned about its centre either way, as a poster that was
             hung up by hand.  A patch that has to work upside down as well can hardly look like

@@ -36,7 +36,7 @@ class PatchCoding:
         calibration: Of the cameras.
         size: Height and width of the images, pixels.
         radius: Of the patch, pixels; it can be shown half as large, no larger.
-        range: How far ahead it can stand.
+        range: How far ahead it can stand, and how upright.
 
     Raises:
         ConfigurationError: The images have no room for such a patch.

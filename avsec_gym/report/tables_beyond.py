@@ -112,7 +112,8 @@ def patch_effect_table(rows: Rows) -> Table:
         lines,
         "Of the drives that are safe unattacked. A ghost is seen where the planner gets a box that"
         " meets it on the ground, as a real object there may: the grey disc tells how often. In"
-        " brackets: 95 % Wilson intervals.",
+        " brackets: 95 % intervals by bootstrap over scenarios, whose drives belong together;"
+        " Wilson’s where no drive counts or all do.",
         names=2,
     )  # fmt: skip
 

@@ -42,6 +42,9 @@ def test_random_places_are_whole_and_physical_and_everywhere() -> None:
         assert 8 - 1e-9 <= depth(place) <= 20 + 1e-9
         lowest_point = (place.v + place.radius - HORIZON) / FOCAL_LENGTH * depth(place)
         assert lowest_point <= 1.65 + 1e-9, "nothing stands below the ground"
+    turned = np.degrees([place.rotation for place in places])
+    assert -15 <= turned.min() < -13
+    assert 13 < turned.max() <= 15
     u, v = np.array([[place.u, place.v] for place in places]).T
     assert u.min() < 80
     assert u.max() > 1180
@@ -94,9 +97,12 @@ def test_impossible_places_are_errors(wrong: dict[str, float]) -> None:
         PatchPlace(**({"u": 100.0, "v": 100.0, "disparity": 20.0} | wrong))
     with pytest.raises(ConfigurationError):
         PatchRange(nearest=10, farthest=5)
+    for tilt in (0.0, 181.0, np.nan):
+        with pytest.raises(ConfigurationError, match="tilt"):
+            PatchRange(tilt=tilt)
 
 
-def test_the_ghost_is_seen_around_the_patch_in_both_views() -> None:
+def test_the_ghost_is_seen_where_the_patch_is_in_both_views() -> None:
     for seed in SEEDS:
         place = random_place(CALIBRATION, SIZE, seed)
         ghost = ghost_box(place, CALIBRATION)
@@ -108,6 +114,17 @@ def test_the_ghost_is_seen_around_the_patch_in_both_views() -> None:
             assert rear[:, 0].mean() == pytest.approx(u, abs=1e-6)
             assert rear[:, 1].min() < place.v < rear[:, 1].max()
         assert np.sort(z)[0] == pytest.approx(depth(place), rel=1e-6), "its rear is the patch"
+
+
+def test_the_ghost_is_no_wider_than_the_patch_and_no_larger_than_a_car() -> None:
+    widths = []
+    for metres in (8.0, 12.0, 15.0, 20.0, 40.0):
+        ghost = ghost_box(PatchPlace(610, 180, FOCAL_LENGTH * BASELINE / metres), CALIBRATION)
+        height, width, length = ghost.dimensions[0]
+        assert (height / width, length / width) == pytest.approx((1.53 / 1.63, 3.88 / 1.63))
+        widths.append(width)
+    # A disc of 76 pixels is 1.63 m wide from 15.5 m on.
+    assert widths == pytest.approx([76 * z / FOCAL_LENGTH for z in (8, 12, 15)] + [1.63, 1.63])
 
 
 def test_the_ghost_of_a_low_patch_stands_on_the_ground() -> None:

@@ -212,3 +212,9 @@ def test_one_patch_brings_both_networks_nearer_to_a_ghost(
             for one in (patch.pixels, Patch.grey().pixels)
         )
         assert trained < grey - 0.01 * abs(grey)
+
+
+def test_the_step_size_falls_to_a_tenth() -> None:
+    settings = PatchTraining(step_size=8.0)
+    sizes = [settings.step_size_at(share) for share in (0.0, 0.5, 1.0)]
+    assert sizes == pytest.approx([8.0, 4.4, 0.8])

@@ -12,6 +12,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
+import torch
 
 import avsec_gym  # noqa: F401
 from avsec_gym.attacks.attack import Budget
@@ -158,6 +159,22 @@ def test_a_live_patch_is_taken_and_a_missing_one_named(quick: dict[str, Any]) ->
     env.reset(seed=0)
     with pytest.raises(DataError, match="no-such-file"):
         env.step(np.ones(5))
+
+
+def test_by_itself_the_patch_is_the_packages_against_this_detector(
+    quick: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[str] = []
+
+    def shipped(name: str) -> Path:
+        asked.append(name)
+        return tmp_path / f"{name}.safetensors"
+
+    monkeypatch.setattr("avsec_gym.attacks.patch_files.shipped_patch", shipped)
+    assert torch.equal(PatchAttackEnv(**quick).patch.pixels, Patch.noise().pixels)
+    own = save_patch(tmp_path / f"{asked[0]}.safetensors", Patch.noise(seed=3))
+    assert torch.equal(PatchAttackEnv(**quick).patch.pixels, own.pixels)
+    assert asked == [quick["detector"]] * 2
 
 
 @pytest.mark.slow

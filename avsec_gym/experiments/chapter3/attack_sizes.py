@@ -136,10 +136,12 @@ class AttackSizes:
             start = time.perf_counter()
             detections += self._seen(what, moment.id, frame, 0.0)
             seconds[f"{what} detector"] = time.perf_counter() - start
+            seed = (self._seed, number, _STREAM[what])
+            largest = attack_of_size(what, sizes[-1]).attack(frame, seed)
             for size in sizes:
-                seed = (self._seed, number, _STREAM[what])
                 start = time.perf_counter()
-                tampered = attack_of_size(what, size).attack(frame, seed)
+                bearing = largest.settings.get("bearing")
+                tampered = attack_of_size(what, size, bearing).attack(frame, seed)
                 seconds["attack"] = seconds.get("attack", 0.0) + time.perf_counter() - start
                 start = time.perf_counter()
                 attacked = DisparityMaps(tampered.frame, THREE_SENSORS, self._depth)
@@ -165,16 +167,18 @@ class AttackSizes:
         return [DetectionRow(size_setting(what), id, found, size)]
 
 
-def attack_of_size(what: str, size: float) -> OpticalAttack:
+def attack_of_size(what: str, size: float, bearing: float | None = None) -> OpticalAttack:
     """The thesis' attack in another size.
 
     Args:
         what: `LIDAR`, or `CAMERA`, which is the reference.
         size: Metres of width, or pixels of radius.
+        bearing: Of a bogus return, radians; None: drawn where this width is seen whole.  A facula's
+            centre does not depend on its radius.
     """
     reference = THREE_SENSORS.reference
     if what == LIDAR:
-        return LidarSpoofing(width=size, reference=reference)
+        return LidarSpoofing(width=size, bearing=bearing, reference=reference)
     return Facula(reference, size)
 
 

@@ -24,7 +24,7 @@ _THICKNESS = 0.1
 def bogus_patch(tampered: TamperedFrame) -> Boxes3D:
     """Where the bogus points of `LidarSpoofing` stand, as one box as thin as a screen.
 
-    None where no beam met the patch.
+    Empty where no beam met the patch.
     """
     frame = tampered.frame
     places = transform_points(

@@ -56,7 +56,10 @@ def trend_rows(outcomes: Outcomes) -> list[Row]:
 
 
 def rounding_rows(outcomes: Outcomes) -> list[Row]:
-    """What whole grey levels change: each attack in 8 bits against the same in float."""
+    """What whole grey levels change: each attack in 8 bits against the same in float.
+
+    Attacks whose pixels are whole anyway, such as patches and steps of one level, have no row.
+    """
     rows = []
     for rounded in outcomes.conditions:
         exact = Condition(rounded.detector, rounded.attack, rounded.strength)

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.experiments.chapter5.decoupling import Sampled
+from avsec_gym.experiments.chapter5.outcomes import RESAMPLES, Condition, Outcomes
 from avsec_gym.experiments.chapter5.settings import (
     GREY_PATCHES,
     JOINT_PATCHES,
@@ -11,6 +15,7 @@ from avsec_gym.experiments.chapter5.settings import (
     specific,
 )
 from avsec_gym.experiments.chapter5.tables import Row, named
+from avsec_gym.metrics.average_precision_curves import draw_resamples
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.scenario.intention import Intention
 
@@ -26,8 +31,10 @@ def patch_effect_rows(outcomes: Outcomes) -> list[Row]:
         outcomes: Of a run.
 
     Returns:
-        A row for each condition with a patch, each share with its 95 % Wilson interval; None where
-        there is nothing to share.
+        A row for each condition with a patch, each share with its 95 % interval; None where there
+        is nothing to share.  Drives of one scenario share its scene, and a random patch, so that
+        intervals are by bootstrap over scenarios; where no drive counts or all do, which resamples
+        cannot doubt, they are Wilson's, of as many cases as there are scenarios.
     """
     patched = PATCHES + JOINT_PATCHES + GREY_PATCHES
     conditions = [one for one in outcomes.conditions if one.attack in patched]
@@ -35,8 +42,7 @@ def patch_effect_rows(outcomes: Outcomes) -> list[Row]:
 
 
 def _row(outcomes: Outcomes, condition: Condition) -> Row | None:
-    seen: list[bool] = []
-    unsafe: list[bool] = []
+    drives: list[tuple[str, bool, bool]] = []
     for intention in Intention:
         ghosts = _ghosts_seen(outcomes, condition, intention)
         pairs = zip(
@@ -46,17 +52,17 @@ def _row(outcomes: Outcomes, condition: Condition) -> Row | None:
         )
         for before, after in pairs:
             if before.safe and after.scenario in ghosts:
-                seen.append(ghosts[after.scenario])
-                unsafe.append(not after.safe)
-    if not seen:
+                drives.append((after.scenario, ghosts[after.scenario], not after.safe))
+    if not drives:
         return None
-    both = list(zip(seen, unsafe, strict=True))
+    names, ghost_flags, unsafe_flags = zip(*drives, strict=True)
+    scenarios, seen, unsafe = np.array(names), np.array(ghost_flags), np.array(unsafe_flags)
     return {
         **named(condition),
-        "drives": len(both),
-        **_share("seen", seen),
-        **_share("unsafe_seen", [lost for ghost, lost in both if ghost]),
-        **_share("unsafe_unseen", [lost for ghost, lost in both if not ghost]),
+        "drives": len(drives),
+        **_share("seen", seen, scenarios),
+        **_share("unsafe_seen", unsafe[seen], scenarios[seen]),
+        **_share("unsafe_unseen", unsafe[~seen], scenarios[~seen]),
     }
 
 
@@ -69,11 +75,17 @@ def _ghosts_seen(outcomes: Outcomes, condition: Condition, intention: Intention)
     return {row["scenario"]: row["value"] > 0 for row in rows}
 
 
-def _share(name: str, flags: list[bool]) -> Row:
-    if not flags:
+def _share(name: str, flags: NDArray[np.bool_], scenarios: NDArray[np.str_]) -> Row:
+    """Of drives, shape (N,), and the scenario of each."""
+    if not len(flags):
         return {name: None, f"{name}_interval": None}
-    count = sum(flags)
-    return {
-        name: count / len(flags),
-        f"{name}_interval": list(wilson_interval(count, len(flags))),
-    }
+    _, row = np.unique(scenarios, return_inverse=True)
+    hits, cases = np.bincount(row, flags), np.bincount(row)
+    share = float(flags.mean())
+    interval: list[float] | None
+    if 0 < share < 1:
+        samples = draw_resamples(len(cases), RESAMPLES, 0)
+        interval = Sampled(share, (samples @ hits) / (samples @ cases)).interval
+    else:
+        interval = list(wilson_interval(int(share) * len(cases), len(cases)))
+    return {name: share, f"{name}_interval": interval}

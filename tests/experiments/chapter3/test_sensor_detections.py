@@ -251,7 +251,8 @@ def test_sizes_of_an_attack_stand_at_one_place_and_grow(configuration: Configura
     assert len(boxes["sizes lidar", 0.5]) == 3
     assert len(boxes["sizes camera", 0.0]) == 1
     places = np.array([boxes["sizes lidar", width].location[1, [0, 2]] for width in WIDTHS])
-    assert np.ptp(places[:, 1]) < 0.6  # the same distance, nearly the same bearing
+    # The beams, 2 cm apart there, meet a narrow return not quite symmetrically.
+    assert np.ptp(places, axis=0).max() < 0.05
     assert len(boxes["sizes truth", 0.0]) == 2
 
 

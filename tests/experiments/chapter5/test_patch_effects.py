@@ -8,6 +8,7 @@ import pytest
 
 from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.patch_effects import patch_effect_rows
+from avsec_gym.metrics.intervals import wilson_interval
 
 NAMES = [f"{number:06d}" for number in range(6)]
 CLEAN, RANDOM = Condition("dsgn"), Condition("dsgn", "patch-random")
@@ -28,6 +29,18 @@ def test_a_random_patch_counts_for_all_intentions_but_not_where_it_was_unsafe_an
     assert row["unsafe_unseen"] == pytest.approx(1 / 2)
     low, high = row["seen_interval"]
     assert low < 3 / 5 < high
+
+
+def test_drives_of_one_scenario_are_no_independent_cases(made: ModuleType) -> None:
+    results, names = made.MadeResults(), [f"{number:06d}" for number in range(40)]
+    results.add(CLEAN, names)
+    results.add(RANDOM, names)
+    results.measure(RANDOM, "ghost_seen", {one: float(one < names[20]) for one in names})
+    (row,) = patch_effect_rows(made.outcomes(results, names))
+    low, high = row["seen_interval"]
+    # Of 40 looks, not of 120 drives, whose interval would be 0.18 wide.
+    assert high - low == pytest.approx(2 * 1.96 * (0.25 / 40) ** 0.5, rel=0.1)
+    assert row["unsafe_seen_interval"] == list(wilson_interval(0, 20))
 
 
 def test_a_specific_patch_counts_for_its_own_intention(made: ModuleType) -> None:

@@ -1,0 +1,133 @@
+"""Does the answer depend on the score from which on boxes are planned on?
+
+    python -m avsec_gym.experiments.chapter5.score_thresholds RUN
+
+Plans anew on the detections that a run has stored, for several thresholds; no network is needed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.commands.console import progress
+from avsec_gym.experiments.answer import answer
+from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
+from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
+from avsec_gym.experiments.chapter5.settings import PATCHES, PERTURBATIONS, UNATTACKED
+from avsec_gym.experiments.chapter5.tables import Row, named
+from avsec_gym.experiments.markdown_table import markdown_table, share
+from avsec_gym.kitti.atomic_write import write_bytes
+from avsec_gym.kitti.detections import above
+from avsec_gym.metrics.safety import SafetyRates
+from avsec_gym.pipeline import drive
+from avsec_gym.planners.planner import MotionPrimitivePlanner
+from avsec_gym.report.attack_names import attack_name, detector_name
+from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.scenario.frame_scenes import FrameScenes
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene import Motion
+
+THRESHOLDS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7)
+"""Of scores that are probabilities."""
+
+
+def threshold_rows(
+    outcomes: Outcomes,
+    scenes: FrameScenes,
+    motion: Motion,
+    thresholds: Sequence[float] = THRESHOLDS,
+    on_progress: Callable[[int, int], None] = lambda done, total: None,
+) -> list[Row]:
+    """Rates by threshold: unattacked, under the last step of perturbations, and under patches.
+
+    Args:
+        outcomes: Of a run.
+        scenes: Its scenes.
+        motion: What its planner was told of motion.
+        thresholds: Less sure boxes are not planned on.
+        on_progress: Told how many scenarios of how many are driven.
+
+    Returns:
+        A row for each condition and threshold, the three intentions together
+        (`SafetyRates.to_json`).
+    """
+    wanted = (UNATTACKED, *PERTURBATIONS, *PATCHES)
+    conditions = [one for one in outcomes.strongest if one.attack in wanted]
+    by_id = {scene.id: scene for scene in scenes.scenes.labelled}
+    planner = MotionPrimitivePlanner()
+    records: dict[tuple[Condition, float], list[Any]] = {
+        (one, least): [] for one in conditions for least in thresholds
+    }
+    for number, scenario in enumerate(outcomes.scenarios):
+        for one in conditions:
+            looks = outcomes.looks(one)
+            for intention in Intention:
+                look = None if looks == (None,) else intention
+                boxes = outcomes.detections(one, look)[number]
+                for least in thresholds:
+                    driven = drive(
+                        by_id[scenario],
+                        intention,
+                        above(boxes, least),
+                        motion=motion,
+                        planner=planner,
+                    )
+                    records[one, least].append(driven.record)
+        on_progress(number + 1, len(outcomes.scenarios))
+    return [
+        {**named(one), "threshold": least, **SafetyRates.of(driven).to_json()}
+        for (one, least), driven in records.items()
+    ]
+
+
+def page(rows: Sequence[Row], scenarios: int, command: str) -> str:
+    """The rows as Markdown: safe driving by condition and threshold, collisions below."""
+    thresholds = list(dict.fromkeys(row["threshold"] for row in rows))
+    lines = [
+        "# Driving safety by score threshold",
+        "",
+        f"{scenarios:,} scenarios, the three intentions together, planned anew on the detections of"
+        f" [chapter5.md](chapter5.md)'s run by `{command}`. Boxes with a lower score are not"
+        " planned on. In %.",
+        "",
+    ]
+    for rate, title in (("safe_driving_rate", "Safe driving"), ("collision_rate", "Collisions")):
+        cells: dict[tuple[str, str], list[str]] = {}
+        for row in rows:
+            names = (detector_name(row["detector"]), attack_name(row["attack"], row["strength"]))
+            cells.setdefault(names, []).append(share(row[rate]))
+        columns = ["detector", "attack", *(f"{one:g}" for one in thresholds)]
+        table = markdown_table(columns, [[*names, *own] for names, own in cells.items()])
+        lines += [f"## {title}", "", *table, ""]
+    return "\n".join(lines)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print rows as JSON; returns the exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("run", type=Path, help="folder that `avsec run` wrote")
+    parser.add_argument("--markdown", type=Path, help="also write tables into this file")
+    parser.add_argument("--json", type=Path, help="write here instead of standard output")
+    return answer(parser.parse_args(arguments), _swept)
+
+
+def _swept(options: argparse.Namespace) -> dict[str, Any]:
+    run = RunFolder.open(options.run)
+    outcomes = Outcomes(run, labels_of(run.configuration))
+    motion = Motion.named({**OPTIONS, **run.configuration.options}["motion"])
+    with progress("driving") as shown:
+        rows = threshold_rows(outcomes, scenes_of(run.configuration), motion, on_progress=shown)
+    count = len(outcomes.scenarios)
+    if options.markdown is not None:
+        command = f"python -m {__spec__.name} RUN --markdown FILE"
+        text = page(rows, count, command)
+        write_bytes(options.markdown, text.encode(), overwrite=True)
+    return {"scenarios": count, "rows": rows}
+
+
+if __name__ == "__main__":
+    sys.exit(main())
