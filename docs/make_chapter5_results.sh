@@ -24,6 +24,8 @@ avsec report "$RUNS/chapter5" --markdown docs/results/chapter5.md --overwrite --
     > "$RUNS/chapter5.json"
 mv "$RUNS/chapter5.json" docs/results/chapter5.json
 cp "$RUNS/chapter5/manifest.json" docs/results/chapter5_manifest.json
+"$PYTHON" -m avsec_gym.experiments.chapter5.score_thresholds "$RUNS/chapter5" \
+    --markdown docs/results/chapter5_thresholds.md --json docs/results/chapter5_thresholds.json
 
 # Stereo R-CNN whose scores tell the class alone, as published, instead of the images' agreement too;
 # calibrated on the frames that the package's own was (docs/detectors.md, "Training").
