@@ -31,13 +31,15 @@ def patch_effect_rows(outcomes: Outcomes) -> list[Row]:
         outcomes: Of a run.
 
     Returns:
-        A row for each condition with a patch, each share with its 95 % interval; None where there
-        is nothing to share.  Drives of one scenario share its scene, and a random patch, so that
-        intervals are by bootstrap over scenarios; where no drive counts or all do, which resamples
-        cannot doubt, they are Wilson's, of as many cases as there are scenarios.
+        A row for each condition with a patch whose detector drove unattacked, too; each share with
+        its 95 % interval, None where there is nothing to share.  Drives of one scenario share its
+        scene, and a random patch, so that intervals are by bootstrap over scenarios; where no drive
+        counts or all do, which resamples cannot doubt, they are Wilson's, of as many cases as there
+        are scenarios.
     """
     patched = PATCHES + JOINT_PATCHES + GREY_PATCHES
-    conditions = [one for one in outcomes.conditions if one.attack in patched]
+    there = outcomes.conditions
+    conditions = [one for one in there if one.attack in patched and one.unattacked in there]
     return [row for one in conditions if (row := _row(outcomes, one)) is not None]
 
 

@@ -54,6 +54,13 @@ def test_a_specific_patch_counts_for_its_own_intention(made: ModuleType) -> None
     assert (row["drives"], row["seen"], row["unsafe_seen"]) == (12, 0.5, 0.0)
 
 
+def test_without_drives_unattacked_there_is_no_row(made: ModuleType) -> None:
+    results = made.MadeResults()
+    results.add(RANDOM, NAMES)
+    results.measure(RANDOM, "ghost_seen", dict.fromkeys(NAMES, 1.0))
+    assert patch_effect_rows(made.outcomes(results, NAMES)) == []
+
+
 def test_where_nothing_was_measured_there_is_no_row(made: ModuleType) -> None:
     results = made.MadeResults()
     results.add(CLEAN, NAMES)
