@@ -128,7 +128,7 @@ def compare(id: str, options: argparse.Namespace, **more: Any) -> dict[str, Any]
     best = search(training, options.steps, options.seed)
     evolved = evolve(training, options.steps, options.seed)
     held_out = gym.make(id, scenarios=given(options.testing), **common)
-    generator = np.random.default_rng(options.seed)
+    generator = np.random.default_rng([options.seed, 1])  # Not the draws of random search.
     shape = held_out.action_space.shape
     policies: dict[str, Policy] = {
         "random": lambda seen, query: generator.uniform(-1.0, 1.0, shape).astype(np.float32),

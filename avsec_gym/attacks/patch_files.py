@@ -35,8 +35,8 @@ class PatchCard:
         detectors: Whom it was trained against: the SHA-256 of each one's weights by name.
         data: The frames.
         training: Its configuration, seed among it.
-        losses: To b*, by detector: means over the first and the last epoch.  Each draws places of
-            its own, so that small differences say little.
+        losses: To b*, by detector: means over places that training did not draw, of plain ``grey``
+            and of the ``patch``; none of a training that goes on.
         epochs: Passes over the frames.
         steps: Of training.
         minutes: It took.

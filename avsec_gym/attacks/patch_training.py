@@ -44,6 +44,8 @@ PATCH = "patch.safetensors"
 """In the folder of a training, its picture and card beside it."""
 
 _CHECKPOINT_SECONDS = 60.0
+_JUDGED = 40
+"""Scenes at most that a finished patch is judged on."""
 _LOG = logging.getLogger(__name__)
 
 
@@ -68,7 +70,7 @@ def train_patch(
         configuration: What the result depends on.
         folder: For checkpoint, curves (curves.jsonl, curves.png), and the patch after each epoch.
         resume: Go on with the training in the folder, if there is one.
-        on_progress: Called with steps done and steps in all, of this call.
+        on_progress: Called with steps done and steps in all, of this call; the last ones judge.
         on_epoch: Called with epochs done and each detector's mean loss to b* in the last one.
 
     Returns:
@@ -80,13 +82,14 @@ def train_patch(
             patch; or a frame is broken.
     """
     run = _Run(_by_name(detectors), scenes, configuration, folder, resume)
-    first = run.state.step
+    first, judged = run.state.step, min(len(scenes), _JUDGED)
+    total = run.steps - first + judged
     saved = time.monotonic()
     with closing(run.curves):
         while run.state.step < run.steps:
             run.step()
             if on_progress is not None:
-                on_progress(run.state.step - first, run.steps - first)
+                on_progress(run.state.step - first, total)
             epoch, rest = divmod(run.state.step, run.epoch_steps)
             if rest == 0 or time.monotonic() - saved > _CHECKPOINT_SECONDS:
                 run.save()
@@ -96,7 +99,10 @@ def train_patch(
                 run.curves.draw()
                 if on_epoch is not None:
                     on_epoch(epoch, run.mean_losses(epoch))
-    return run.keep()
+    losses = run.judged(
+        judged, lambda done: on_progress and on_progress(total - judged + done, total)
+    )
+    return run.keep(losses)
 
 
 def weights_hash(detector: Any) -> str | None:
@@ -229,14 +235,34 @@ class _Run:
         self.state.finished = self.state.step == self.steps
         save_checkpoint(self.folder, self.state)
 
-    def keep(self) -> Patch:
-        """Write the patch as it is now."""
+    def judged(
+        self, count: int, on_progress: Callable[[int], object]
+    ) -> dict[str, dict[str, float]]:
+        """Mean losses to b* of plain grey and of the patch, by detector.
+
+        Both at the same places in the first scenes, which no step of the training has drawn.
+        """
+        radius = self.configuration.radius
+        patches = {"grey": Patch.grey(radius).pixels, "patch": self.pixels.detach().round()}
+        losses = {name: dict.fromkeys(self.detectors, 0.0) for name in patches}
+        for index in range(count):
+            frame, place, target = self._drawn(index, [self.configuration.seed, index])
+            for name, pixels in patches.items():
+                batch = paste(batch_of_frames([frame]), pixels, [place])
+                for victim, detector in self.detectors.items():
+                    with torch.no_grad():
+                        losses[name][victim] += float(total_loss(detector, batch, [target])) / count
+            on_progress(index + 1)
+        return losses
+
+    def keep(self, losses: dict[str, dict[str, float]] | None = None) -> Patch:
+        """Write the patch as it is now, with what it was judged by."""
         epochs = self.state.step // self.epoch_steps
         card = PatchCard(
             detectors=self.state.identity["detectors"],
             data=self.state.identity["data"],
             training=self.state.identity["training"],
-            losses={"first_epoch": self.mean_losses(1), "last_epoch": self.mean_losses(epochs)},
+            losses=losses or {},
             epochs=epochs,
             steps=self.state.step,
             minutes=round(self.state.seconds / 60, 1),

@@ -80,7 +80,9 @@ class AttackPatch:
                 }
             )
         else:
-            console.say(f"{self.out / PATCH}: {patch.card.epochs} epochs, {len(scenes)} frames")
+            grey, trained = patch.card.losses["grey"], patch.card.losses["patch"]
+            told = ", ".join(f"{name} {grey[name]:.3f} to {trained[name]:.3f}" for name in grey)
+            console.say(f"{self.out / PATCH}: mean loss to the ghosts, from plain grey: {told}")
         return console.DONE
 
 

@@ -23,7 +23,7 @@ class WeightsCalibrate:
     What is found is held against labels (moderate cars, IoU 0.5 from above); the function that fits
     is kept in the weights' card, and the detector scores by it from then on. DSGN's boxes keep
     their order, and with it average precision; Stereo R-CNN's scores also count how well both
-    images agree on a box.
+    images agree on a box, unless --no-evidence.
     """
 
     file: Annotated[Path, tyro.conf.Positional]
