@@ -10,6 +10,7 @@ cd "$(dirname "$0")/.."
 PYTHON=${PYTHON:-python}
 RUNS=${RUNS:-runs}
 avsec() { "$PYTHON" -m avsec_gym "$@"; }
+placeless() { sed -e "s|$PWD/||g" -e "s|$SCENARIOS|SCENARIOS|g" "$1"; }  # No paths of one machine.
 ids() { for part; do ls "$SCENARIOS/$part"; done | sed 's/\.txt$//' | sort; }
 # shellcheck disable=SC2046  # A word for each id.
 avsec world twin --kitti "$KITTI" --ids $(ids road_dynamic_label) --road-type highway --no-lidar \
@@ -22,8 +23,8 @@ avsec run chapter5 --scenarios "$SCENARIOS" --limit "${LIMIT:-300}" --options "$
     --out "$RUNS/chapter5"
 avsec report "$RUNS/chapter5" --markdown docs/results/chapter5.md --overwrite --json \
     > "$RUNS/chapter5.json"
-mv "$RUNS/chapter5.json" docs/results/chapter5.json
-cp "$RUNS/chapter5/manifest.json" docs/results/chapter5_manifest.json
+placeless "$RUNS/chapter5.json" > docs/results/chapter5.json
+placeless "$RUNS/chapter5/manifest.json" > docs/results/chapter5_manifest.json
 "$PYTHON" -m avsec_gym.experiments.chapter5.score_thresholds "$RUNS/chapter5" \
     --markdown docs/results/chapter5_thresholds.md --json docs/results/chapter5_thresholds.json
 
