@@ -28,6 +28,11 @@ placeless "$RUNS/chapter5/manifest.json" > docs/results/chapter5_manifest.json
 "$PYTHON" -m avsec_gym.experiments.chapter5.score_thresholds "$RUNS/chapter5" \
     --markdown docs/results/chapter5_thresholds.md --json docs/results/chapter5_thresholds.json
 
+# All 600 with nobody attacking: the U columns, and how long one setting takes.
+avsec run unattacked --scenarios "$SCENARIOS" --options "$FRAMES" sanity_sheet=false --threads 1 \
+    --out "$RUNS/unattacked"
+avsec report "$RUNS/unattacked" --pictures 0 --markdown docs/results/chapter5_unattacked.md --overwrite
+
 # Stereo R-CNN whose scores tell the class alone, as published, instead of the images' agreement too;
 # calibrated on the frames that the package's own was (docs/detectors.md, "Training").
 PLAIN=$RUNS/without_evidence

@@ -16,6 +16,7 @@ from avsec_gym.report.tables_beyond import (
     patch_effect_table,
     rounding_table,
     seen_table,
+    time_table,
     trend_table,
 )
 from avsec_gym.report.tables_of_defence import tables_of_defence
@@ -94,6 +95,7 @@ def _tables(report: Mapping[str, Any]) -> list[Table]:
     tables += tables_of_defence(report)
     tables += [spread_table(report["spread"])] if report["spread"] else []
     tables += [other_table(report["other"])] if report["other"] else []
+    tables += [time_table(report)]
     return [table for table in tables if table.rows]
 
 
