@@ -62,6 +62,8 @@ def _answer(report: Mapping[str, Any]) -> list[str]:
         return ["", *(f"- {sentence}" for sentence in said)]
     if "answer" not in report:
         return []
+    if report["answer"]["kind"] == "nothing":
+        return ["", f"{report['scenarios']:,} scenarios."]
     answer, both = report["answer"], report["decoupling"]["rank_correlation"]["both"]
     lines = [
         "",

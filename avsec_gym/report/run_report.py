@@ -37,6 +37,7 @@ from avsec_gym.runs.run_folder import RunFolder
 
 Report = dict[str, Any]
 QUESTION = "Does a detector’s loss of precision under attack say anything about driving safety?"
+_NOTHING = {"kind": "nothing"}
 
 
 def outcomes_of(run: RunFolder) -> Outcomes:
@@ -75,7 +76,7 @@ def run_report(
     if holds_chapter_5(run):
         outcomes = outcomes_of(run) if outcomes is None else outcomes
         report |= _chapter_5(run, outcomes, on_progress)
-    else:
+    if report.get("answer", _NOTHING)["kind"] == "nothing":
         report["question"] = next(iter(run.manifest["experiments"].values()))["question"]
     report["validation"] = validation_summary(run, run.configuration)
     report["baseline"] = baseline_summary(run, run.configuration)
