@@ -72,8 +72,8 @@ class PatchRange:
     """How far ahead a patch can stand, and how upright.
 
     Args:
-        nearest: Metres.  A car whose rear a disc of `RADIUS` shows is 16 m away; with half of that,
-            size and disparity contradict each other too much for stereo detectors.
+        nearest: Metres.  A car whose rear a disc of `RADIUS` shows is 16 m away; the nearer, the
+            more do size and disparity contradict each other for a stereo detector.
         farthest: Metres.  A ghost that is well beyond the goal, 15 m ahead, stops nobody.
         camera_height: Above the ground, metres; the ground is taken to be flat.
         tilt: Degrees by which it may be turned about its centre either way, as a poster that was
