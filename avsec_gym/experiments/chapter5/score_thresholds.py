@@ -10,12 +10,15 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from avsec_gym.boxes import Boxes3D
 from avsec_gym.commands.console import progress
 from avsec_gym.experiments.answer import answer
-from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
+from avsec_gym.experiments.chapter5.outcomes import Outcomes
+from avsec_gym.experiments.chapter5.planned_anew import planned_anew
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
 from avsec_gym.experiments.chapter5.settings import PATCHES, PERTURBATIONS, UNATTACKED
 from avsec_gym.experiments.chapter5.tables import Row, named
@@ -23,13 +26,11 @@ from avsec_gym.experiments.markdown_table import markdown_table, share
 from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.safety import SafetyRates
-from avsec_gym.pipeline import drive
-from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.report.attack_names import attack_name, detector_name
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.scene import Motion
+from avsec_gym.scenario.scene import Motion, Scene
 
 THRESHOLDS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7)
 """Of scores that are probabilities."""
@@ -57,31 +58,16 @@ def threshold_rows(
     """
     wanted = (UNATTACKED, *PERTURBATIONS, *PATCHES)
     conditions = [one for one in outcomes.strongest if one.attack in wanted]
-    by_id = {scene.id: scene for scene in scenes.scenes.labelled}
-    planner = MotionPrimitivePlanner()
-    records: dict[tuple[Condition, float], list[Any]] = {
-        (one, least): [] for one in conditions for least in thresholds
-    }
-    for number, scenario in enumerate(outcomes.scenarios):
-        for one in conditions:
-            looks = outcomes.looks(one)
-            for intention in Intention:
-                look = None if looks == (None,) else intention
-                boxes = outcomes.detections(one, look)[number]
-                for least in thresholds:
-                    driven = drive(
-                        by_id[scenario],
-                        intention,
-                        above(boxes, least),
-                        motion=motion,
-                        planner=planner,
-                    )
-                    records[one, least].append(driven.record)
-        on_progress(number + 1, len(outcomes.scenarios))
+    changes = {least: partial(_surer, least) for least in thresholds}
+    records = planned_anew(outcomes, scenes, motion, conditions, changes, on_progress)
     return [
         {**named(one), "threshold": least, **SafetyRates.of(driven).to_json()}
         for (one, least), driven in records.items()
     ]
+
+
+def _surer(least: float, boxes: Boxes3D, _: Scene, __: Intention) -> Boxes3D:
+    return above(boxes, least)
 
 
 def page(rows: Sequence[Row], scenarios: int, command: str) -> str:
