@@ -24,6 +24,7 @@ from avsec_gym.experiments.markdown_table import interval, markdown_table, share
 from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.report.attack_names import attack_name, detector_name
 from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion
 
 _SEEN = {
@@ -41,25 +42,31 @@ def page(errors: Sequence[Row], stakes: Sequence[Row], scenarios: int, command: 
         "",
         f"{scenarios:,} scenarios, the three intentions together, planned anew on the detections of"
         f" [chapter5.md](chapter5.md)'s run by `{command}`. Safe driving in %; behind it what"
-        " mending gains, in percentage points, with its 95 % bootstrap interval over scenarios.",
+        " is gained, in percentage points, with its 95 % bootstrap interval over scenarios.",
         "",
         "## What is at stake",
         "",
         *markdown_table(
-            ["what the planner is given", "safe driving", "collisions", "against the truth"],
+            [
+                "what the planner is given",
+                *("safe driving", "against the truth", "collisions"),
+                *map(str, Intention),
+            ],
             [
                 [
                     _SEEN[row["seen"]],
                     share(row["safe_driving_rate"]),
-                    share(row["collision_rate"]),
                     _signed(row) if row["seen"] != TRUTH else "",
+                    share(row["collision_rate"]),
+                    *(share(row["by_intention"][intention]) for intention in Intention),
                 ]
                 for row in stakes
             ],
         ),
         "",
-        "The ghost is the box that patches are trained for, where those of the run stood: this is a"
-        " patch that always works, and spoils nothing else.",
+        "Behind the collisions, safe driving by intention. The ghost is the box that patches are"
+        " trained for, where those of the run stood: a patch that always works, and spoils nothing"
+        " else.",
         "",
         "## Errors put right",
         "",

@@ -41,7 +41,7 @@ def stake_rows(
     Returns:
         A row for the truth, for nothing at all, and for the truth with b* of a patch of the usual
         size beside it, at random and specific places; ``gain`` as of `mended_rows`, against the
-        truth.
+        truth; ``by_intention`` has the safe driving rate of each.
     """
     by_id = {scene.id: scene for scene in scenes.scenes.labelled}
     planner = MotionPrimitivePlanner()
@@ -58,9 +58,19 @@ def stake_rows(
                 records.setdefault(name, []).append(driven.record)
         on_progress(number + 1, len(scenarios))
     return [
-        {"seen": name, **SafetyRates.of(driven).to_json(), **gain(records[TRUTH], driven)}
+        {
+            "seen": name,
+            **SafetyRates.of(driven).to_json(),
+            **gain(records[TRUTH], driven),
+            "by_intention": {str(intention): _safe(driven, intention) for intention in Intention},
+        }
         for name, driven in records.items()
     ]
+
+
+def _safe(records: Sequence[SafetyRecord], intention: Intention) -> float:
+    own = [record.safe for record in records if record.intention == intention]
+    return sum(own) / len(own)
 
 
 def _ghost(scenes: FrameScenes, scene: Scene, seed: int, intention: Intention | None) -> Boxes3D:
