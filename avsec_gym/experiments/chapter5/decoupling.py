@@ -28,7 +28,7 @@ from avsec_gym.experiments.chapter5.settings import (
     UNATTACKED,
 )
 from avsec_gym.geometry import Floats
-from avsec_gym.metrics.average_precision import METRICS
+from avsec_gym.metrics.average_precision import METRICS, STANDARD_IOU, MinIou
 from avsec_gym.metrics.average_precision_curves import draw_resamples
 from avsec_gym.metrics.average_precision_frames import LEVELS
 from avsec_gym.metrics.paired import paired_differences
@@ -36,7 +36,7 @@ from avsec_gym.metrics.paired import paired_differences
 _PLACE = (0, METRICS.index("3d"), LEVELS.index("moderate"))
 _AP11 = 0
 _LOW_AND_HIGH = (0.025, 0.975)
-_TRUE_ATTACKS = PERTURBATIONS + PATCHES + JOINT_PATCHES
+TRUE_ATTACKS = PERTURBATIONS + PATCHES + JOINT_PATCHES
 """Controls, and attacks on changed scenes, are no attacks to compare."""
 
 
@@ -57,6 +57,15 @@ class Sampled:
         known = self.samples[np.isfinite(self.samples)]
         return [float(q) for q in np.quantile(known, _LOW_AND_HIGH)] if len(known) else None
 
+    @property
+    def interval_around(self) -> list[float] | None:
+        """`interval`, widened to hold the figure itself.
+
+        Drawing adds noise, which lowers correlations: one near 1 may lie above nearly all draws.
+        """
+        interval = self.interval
+        return interval and [min(interval[0], self.value), max(interval[1], self.value)]
+
 
 @dataclass(frozen=True, eq=False)
 class Losses:
@@ -75,7 +84,7 @@ class Losses:
     @property
     def counts(self) -> bool:
         """Whether it is one of the attacks that the correlation is about."""
-        return self.condition.attack in _TRUE_ATTACKS and not self.condition.whole_levels
+        return self.condition.attack in TRUE_ATTACKS and not self.condition.whole_levels
 
 
 def decoupling(outcomes: Outcomes) -> dict[str, Any]:
@@ -116,9 +125,10 @@ def losses(outcomes: Outcomes) -> list[Losses]:
     ]
 
 
-def precision(outcomes: Outcomes, condition: Condition) -> Sampled:
+def precision(outcomes: Outcomes, condition: Condition, min_iou: MinIou = STANDARD_IOU) -> Sampled:
     """Average precision of cars in percent; of a specific patch the mean over the intentions."""
-    found = [outcomes.precision(condition, intention) for intention in outcomes.looks(condition)]
+    looks = outcomes.looks(condition)
+    found = [outcomes.precision(condition, intention, min_iou) for intention in looks]
     value = float(np.mean([one.ap11[_PLACE] for one in found]))
     return Sampled(value, np.mean([_samples(one.drawn) for one in found], axis=0))
 
@@ -138,20 +148,23 @@ def rank_correlation(some: Sequence[Losses]) -> dict[str, Any]:
     Each sample draws scenarios, and takes both losses of every attack from the same draw; the
     interval is widened to hold the figure itself.
     """
-    if len(some) < 3:
+    rho = spearman([(one.precision, one.safety) for one in some])
+    if rho is None:
         return {"attacks": len(some), "rho": None, "interval": None}
-    drawn = np.array([[one.precision.samples, one.safety.samples] for one in some])
-    drawn = drawn[:, :, np.isfinite(drawn).all(axis=(0, 1))]  # (attacks, 2, R)
-    rho = _spearman(np.array([[[one.precision.value], [one.safety.value]] for one in some]))[0]
-    interval = Sampled(rho, _spearman(drawn)).interval
-    if interval is not None and np.isfinite(rho):
-        # Drawing adds noise, which lowers correlations: one near 1 may lie above nearly all draws.
-        interval = [min(interval[0], float(rho)), max(interval[1], float(rho))]
-    return {
-        "attacks": len(some),
-        "rho": float(rho) if np.isfinite(rho) else None,
-        "interval": interval,
-    }
+    return {"attacks": len(some), "rho": rho.value, "interval": rho.interval_around}
+
+
+def spearman(pairs: Sequence[tuple[Sampled, Sampled]]) -> Sampled | None:
+    """The rank correlation of two figures of several things, in each sample.
+
+    Args:
+        pairs: Of each thing; None results from fewer than three, or where one figure never varies.
+    """
+    if len(pairs) < 3:
+        return None
+    drawn = np.array([[one.samples for one in pair] for pair in pairs])  # (things, 2, R)
+    rho = float(_spearman(np.array([[[one.value] for one in pair] for pair in pairs]))[0])
+    return Sampled(rho, _spearman(drawn)) if np.isfinite(rho) else None
 
 
 def discordant_pairs(some: Sequence[Losses]) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from avsec_gym.experiments.chapter5.mended_drives import AS_FOUND, EVERYTHING, M
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.settings import PLACEMENTS
 from avsec_gym.experiments.chapter5.stakes import NOTHING, TRUTH, stake_rows
+from avsec_gym.experiments.chapter5.telling_measures import telling_rows
 from avsec_gym.frame import SensorFrame
 from avsec_gym.pipeline import drive
 from avsec_gym.rig import kitti_rig
@@ -111,6 +112,7 @@ def test_the_page_names_all(made: ModuleType) -> None:
     results.add(CLEAN, NAMES)
     outcomes, scenes = made.outcomes(results, NAMES), scenes_with(made.car())
     errors = mended_rows(outcomes, scenes, Motion.STATIC, 0.3)
-    text = page(errors, stake_rows(scenes, NAMES, Motion.STATIC, 0), 2, "command")
+    stakes = stake_rows(scenes, NAMES, Motion.STATIC, 0)
+    text = page(errors, stakes, telling_rows(outcomes, 0.3), 2, "command")
     assert "the truth and a random patch’s ghost" in text
     assert "| DSGN | unattacked | " in text
