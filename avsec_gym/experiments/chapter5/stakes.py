@@ -11,6 +11,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.mended_drives import gain
 from avsec_gym.experiments.chapter5.settings import PLACEMENTS
 from avsec_gym.experiments.chapter5.tables import Row
+from avsec_gym.frame import SensorFrame
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.pipeline import drive
 from avsec_gym.planners.planner import MotionPrimitivePlanner
@@ -48,10 +49,11 @@ def stake_rows(
     records: dict[str, list[SafetyRecord]] = {}
     for number, scenario in enumerate(scenarios):
         scene = by_id[scenario]
+        frame = scenes.frame(scene)
         for intention in Intention:
             believed = {TRUTH: scene.boxes, NOTHING: Boxes3D.empty()}
             for placement in PLACEMENTS:
-                ghost = _ghost(scenes, scene, seed, intention if placement == SPECIFIC else None)
+                ghost = _ghost(frame, scene, seed, intention if placement == SPECIFIC else None)
                 believed[placement] = Boxes3D.concatenate([scene.boxes, ghost])
             for name, boxes in believed.items():
                 driven = drive(scene, intention, boxes, motion=motion, planner=planner)
@@ -73,9 +75,9 @@ def _safe(records: Sequence[SafetyRecord], intention: Intention) -> float:
     return sum(own) / len(own)
 
 
-def _ghost(scenes: FrameScenes, scene: Scene, seed: int, intention: Intention | None) -> Boxes3D:
+def _ghost(frame: SensorFrame, scene: Scene, seed: int, intention: Intention | None) -> Boxes3D:
     """b* where the run has its patch; an intention if it is specific."""
-    frame, own = scenes.frame(scene), [seed, scene.number]
+    own = [seed, scene.number]
     if intention is not None:
         own.append(list(Intention).index(intention))
     size = frame.image(LEFT).shape[:2]
