@@ -38,8 +38,8 @@ avsec report "$RUNS/unattacked" --pictures 0 --markdown docs/results/chapter5_un
 # Stereo R-CNN whose scores tell the class alone, as published, instead of the images' agreement too;
 # calibrated on the frames that the package's own was (docs/detectors.md, "Training").
 PLAIN=$RUNS/without_evidence
+avsec world make --suite mixed --frames 200 --seed 3 --no-lidar --out "$RUNS/train/validation"
 [ -d "$PLAIN" ] || {
-    avsec world make --suite mixed --frames 200 --seed 3 --no-lidar --out "$RUNS/train/validation"
     rm -rf "$PLAIN.part"
     mkdir "$PLAIN.part"
     cp avsec_gym/perception/weights/stereo_rcnn_small.* "$PLAIN.part"
@@ -48,7 +48,30 @@ PLAIN=$RUNS/without_evidence
     mv "$PLAIN.part" "$PLAIN"
 }
 avsec run patch --scenarios "$SCENARIOS" --limit "${LIMIT:-200}" --threads 1 \
-    --options "$FRAMES" "stereo_rcnn=$PLAIN/stereo_rcnn_small.safetensors" \
+    --options "$FRAMES" sanity_sheet=false "stereo_rcnn=$PLAIN/stereo_rcnn_small.safetensors" \
     --out "$RUNS/chapter5_without_evidence"
 avsec report "$RUNS/chapter5_without_evidence" --pictures 0 \
     --markdown docs/results/chapter5_without_evidence.md --overwrite
+
+# DSGN without its spatial pyramid pooling: the package's weights go on learning without it, and a
+# patch is trained against them as the package's were.
+WITHOUT=$RUNS/dsgn_without_pyramid
+avsec world make --suite mixed --frames 500 --seed 1 --no-lidar --out "$RUNS/train/world"
+[ -f "$WITHOUT/weights.safetensors" ] || {
+    avsec train dsgn --preset small_without_pyramid \
+        --start avsec_gym/perception/weights/dsgn_small.safetensors --data "$RUNS/train/world" \
+        --out "$WITHOUT.part" --batch 2 --threads 1 --epochs 3 --learning-rate 5e-4 --keep last --resume
+    avsec weights calibrate "$WITHOUT.part/weights.safetensors" --kitti "$RUNS/train/validation"
+    mv "$WITHOUT.part" "$WITHOUT"
+}
+VICTIM='{"name": "dsgn", "configuration": "small_without_pyramid", "weights": "'$WITHOUT'/weights.safetensors"}'
+avsec attack patch --detector "$VICTIM" --kitti "$RUNS/train/world" --limit 80 --epochs 6 --threads 1 \
+    --out "$RUNS/patch_without_pyramid" --resume
+mkdir -p "$RUNS/patches"
+cp avsec_gym/attacks/patches/* "$RUNS/patches"
+cp "$RUNS/patch_without_pyramid/patch.safetensors" "$RUNS/patches/dsgn_without_pyramid.safetensors"
+avsec run without_pyramid --scenarios "$SCENARIOS" --limit "${LIMIT:-200}" --threads 1 \
+    --options "$FRAMES" sanity_sheet=false "patches=$RUNS/patches" \
+    "dsgn_without_pyramid=$WITHOUT/weights.safetensors" --out "$RUNS/without_pyramid"
+avsec report "$RUNS/without_pyramid" --pictures 0 \
+    --markdown docs/results/chapter5_without_pyramid.md --overwrite

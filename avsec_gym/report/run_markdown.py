@@ -39,8 +39,9 @@ def markdown_page(
         report: As `avsec_gym.report.run_report.run_report` makes it.
         command: That made it.
     """
-    lines = [f"# {report['question']}", ""]
-    lines += [f"> {remark}" for remark in remarks(report)]
+    lines = [f"# {report['question']}"]
+    if told := remarks(report):
+        lines += ["", *(f"> {remark}" for remark in told)]
     lines += _answer(report)
     lines += [
         "",
@@ -50,9 +51,9 @@ def markdown_page(
     for table in _tables(report):
         lines += [f"## {table.title}", "", *_table(table), ""]
         lines += [table.note, ""] if table.note else []
-    told = [(term, text) for term, text in facts(report) if term not in _LEFT_OUT]
-    told += [(name, f"`{digest[:16]}`") for name, digest in inputs(report)]
-    lines += ["## The run", "", *markdown_table(["", ""], [list(fact) for fact in told]), ""]
+    known = [(term, text) for term, text in facts(report) if term not in _LEFT_OUT]
+    known += [(name, f"`{digest[:16]}`") for name, digest in inputs(report)]
+    lines += ["## The run", "", *markdown_table(["", ""], [list(fact) for fact in known]), ""]
     return "\n".join(lines)
 
 
