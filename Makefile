@@ -22,6 +22,7 @@ bench: .venv/installed
 	$(BIN)/python benchmarks/ghost_object.py
 	$(BIN)/python benchmarks/evaluate.py
 	$(BIN)/python benchmarks/layouts.py
+	$(BIN)/python benchmarks/validation.py
 
 # Figures and results that the documentation shows; docs/make_results.sh tells which variables
 # (KITTI, SCENARIOS, DETECTIONS, ...) bring in the parts on real data.

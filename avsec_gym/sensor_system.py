@@ -80,10 +80,6 @@ class SensorSystem:
         """
         return tuple(combinations(range(len(self)), 3))
 
-    def without_last(self) -> SensorSystem:
-        """What is left once S_n is dropped (algorithm 2)."""
-        return SensorSystem(self.sensors[:-1])
-
     def pairs(self) -> Iterator[tuple[int, int]]:
         """Positions (i, k), i < k: whose disparity maps DM_{i,k} the triples compare."""
         for k in range(2, len(self)):

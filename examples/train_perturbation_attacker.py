@@ -25,6 +25,7 @@ import torch
 from stable_baselines3 import SAC
 
 import avsec_gym
+from avsec_gym.commands.console import Progress, progress
 from avsec_gym.metrics.intervals import wilson_interval
 
 TRIALS = 4
@@ -36,6 +37,20 @@ FEWEST_STEPS = 48
 
 Policy = Callable[[np.ndarray, int], np.ndarray]
 """From an observation and the number of the query to an action."""
+
+
+class Watched(gym.Wrapper):
+    """Tells of every query how many of how many are asked."""
+
+    def __init__(self, env: gym.Env, queries: int, shown: Progress) -> None:
+        super().__init__(env)
+        self._asked, self._queries, self._shown = 0, queries, shown
+
+    def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
+        """As the environment's."""
+        self._asked += 1
+        self._shown(min(self._asked, self._queries), self._queries)
+        return self.env.step(action)
 
 
 def train(env: gym.Env, queries: int, seed: int) -> SAC:
@@ -94,7 +109,9 @@ def best_first(actions: np.ndarray, rewards: list[float]) -> np.ndarray:
     return actions[np.argsort(-np.array(rewards), kind="stable")[:QUERIES]].astype(np.float32)
 
 
-def evaluate(env: gym.Env, policy: Policy, episodes: int, seed: int) -> dict[str, Any]:
+def evaluate(
+    env: gym.Env, policy: Policy, episodes: int, seed: int, shown: Progress
+) -> dict[str, Any]:
     """Success, queries and reward on held-out scenes."""
     successes, queries, rewards = [], [], []
     for episode in range(episodes):
@@ -104,6 +121,7 @@ def evaluate(env: gym.Env, policy: Policy, episodes: int, seed: int) -> dict[str
             action = policy(observation, info["queries"])
             observation, reward, terminated, truncated, info = env.step(action)
             total, over = total + float(reward), terminated or truncated
+        shown(episode + 1, episodes)
         successes.append(info["is_success"])
         queries.append(info["queries"])
         rewards.append(total)
@@ -121,12 +139,14 @@ def compare(id: str, options: argparse.Namespace, **more: Any) -> dict[str, Any]
     """Train and search on some scenes, evaluate on others."""
     gym.register_envs(avsec_gym)
     common = {"detector": given(options.detector), "score_threshold": options.threshold, **more}
-    training = gym.make(id, scenarios=given(options.training), **common)
-    begun = time.perf_counter()
-    agent = train(training, options.steps, options.seed)
-    trained = time.perf_counter() - begun
-    best = search(training, options.steps, options.seed)
-    evolved = evolve(training, options.steps, options.seed)
+    with progress("queries of SAC and of both searches") as shown:
+        made = gym.make(id, scenarios=given(options.training), **common)
+        training = Watched(made, 3 * options.steps, shown)
+        begun = time.perf_counter()
+        agent = train(training, options.steps, options.seed)
+        trained = time.perf_counter() - begun
+        best = search(training, options.steps, options.seed)
+        evolved = evolve(training, options.steps, options.seed)
     held_out = gym.make(id, scenarios=given(options.testing), **common)
     generator = np.random.default_rng([options.seed, 1])  # Not the draws of random search.
     shape = held_out.action_space.shape
@@ -136,10 +156,10 @@ def compare(id: str, options: argparse.Namespace, **more: Any) -> dict[str, Any]
         "cma_es": lambda seen, query: evolved[query % len(evolved)],
         "sac": lambda seen, query: agent.predict(seen)[0],
     }
-    results = {
-        name: evaluate(held_out, policy, options.held_out, options.seed)
-        for name, policy in policies.items()
-    }
+    results = {}
+    for name, policy in policies.items():
+        with progress(f"held-out scenes, {name}") as shown:
+            results[name] = evaluate(held_out, policy, options.held_out, options.seed, shown)
     return {
         "environment": id,
         "detector": common["detector"],

@@ -31,8 +31,9 @@ REACH = 0.25
 """How far beside the nearest car a laser aims, as a share of half the image."""
 RADII = (30.0, 180.0)
 """Pixels: the smallest hides hardly a car, the largest is noticed always."""
-NEAREST = slice(17, 19)
-"""Of the observation: column and row of the nearest car's place on the road."""
+NEAREST = slice(9 + 8, 9 + 8 + 2)
+"""Of the observation: column and row of the nearest car's place on the road.  Before them are 9
+figures of start and goal, and 8 of that car (`avsec_gym.envs.sensor_attack_features.features`)."""
 
 
 class Aimed(gym.Wrapper):

@@ -5,19 +5,18 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from avsec_gym.commands import console
 from avsec_gym.commands.named_part import named_part
-from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.kitti.text_files import read_text, write_text
 
 if TYPE_CHECKING:
-    from avsec_gym.frame import SensorFrame
-    from avsec_gym.sensor_system import Sensor, SensorSystem
+    from avsec_gym.sensor_system import Sensor
     from avsec_gym.validation.moments import Moment, Recordings
     from avsec_gym.validation.validation_folder import ValidationFolder
     from avsec_gym.validation.validator import Validator
@@ -51,52 +50,61 @@ class Validate:
     Default: it is made from the first part of the recording, see --clean."""
     likelihood: Path | None = None
     """Instead of thresholds: a likelihood model, which gives a probability for each sensor."""
+    fit_likelihood: bool = False
+    """Instead of thresholds: make a likelihood model of the first part of the recording, see
+    --clean, written to OUT/likelihood.json.  Each clean moment is attacked in every way."""
     clean: float = 0.25
-    """Share of the moments, the first ones, that thresholds are made from: nobody may have
-    attacked them.  They are not judged."""
+    """Share of the moments, the first ones, that thresholds or likelihoods are made from: nobody
+    may have attacked them.  They are not judged."""
     rate: float = 0.01
     """Designated false alarm rate r, from 0 to 1."""
     criterion: Literal["error", "any"] = "any"
     """What raises an alarm: the disparity error E alone, as in the thesis, or any of the four
-    shares, each with a threshold of its own.  The likelihood always weighs all of them."""
+    shares, each with a threshold of its own.  A likelihood always weighs all of them."""
     depth: str = "sgbm"
     """How disparities of two cameras are found: a name, or JSON with arguments."""
     attack: str | None = None
     """Attack the moments that are judged, to see whether it is noticed: JSON such as
     '{"name": "thesis", "sensors": ["lidar", 3]}' or '{"name": "facula", "camera": 3}'."""
     seed: int = 0
-    """Of the attack."""
+    """Of the attacks."""
     limit: int | None = None
     """Only the first moments."""
     out: Path = Path("runs/validate")
-    """Folder for moments.jsonl, thresholds.json and pictures of alarms."""
+    """Folder for moments.jsonl, thresholds.json or likelihood.json, and pictures of alarms."""
     json: bool = False
     """JSON lines instead of words, the summary last."""
 
     def run(self) -> int:
         """Do it; the exit code."""
         self._check()
-        recordings = self._recordings()
-        moments = recordings.moments[: self.limit]
+        recordings = self._recordings().first(self.limit)
+        moments = recordings.moments
         clean = [] if self._is_fitted else moments[: max(1, round(self.clean * len(moments)))]
         judged = moments[len(clean) :]
         if not judged:
             raise ConfigurationError(
                 f"of {len(moments)} moments none is left to be judged: lower --clean, raise "
-                "--limit, or give --thresholds of an earlier run"
+                "--limit, or give --thresholds or --likelihood of an earlier run"
             )
         folder = self._folder(recordings, len(clean))
-        skipped = dict(recordings.lacking)
-        validator = self._validator(folder, recordings, clean, skipped)
-        self._judge(folder, validator, judged, skipped)
-        return self._report(folder, skipped)
+        left_out = dict(recordings.lacking)
+        validator = self._validator(folder.out, recordings, clean, left_out)
+        self._judge(folder, validator, judged, left_out)
+        return self._report(folder, left_out)
 
     def _check(self) -> None:
-        for one, other in (("kitti", "kitti_raw"), ("thresholds", "likelihood")):
-            if getattr(self, one) is not None and getattr(self, other) is not None:
-                raise ConfigurationError(f"--{one} and --{other.replace('_', '-')}: give one")
-        if self.likelihood is not None and self.criterion != "any":
-            raise ConfigurationError("--criterion chooses among thresholds: not with --likelihood")
+        for one, other in (
+            ("kitti", "kitti_raw"),
+            ("thresholds", "likelihood"),
+            ("thresholds", "fit_likelihood"),
+            ("likelihood", "fit_likelihood"),
+        ):
+            if getattr(self, one) and getattr(self, other):
+                names = (name.replace("_", "-") for name in (one, other))
+                raise ConfigurationError("--{} and --{}: give one".format(*names))
+        if (self.likelihood or self.fit_likelihood) and self.criterion != "any":
+            raise ConfigurationError("--criterion chooses among thresholds, not with likelihoods")
         for name, good in (
             ("clean", 0 < self.clean < 1),
             ("rate", 0 <= self.rate <= 1),
@@ -133,6 +141,8 @@ class Validate:
             "attack": self.attack,
             "seed": self.seed,
         }
+        if self.fit_likelihood:
+            record["fit_likelihood"] = True
         for name in ("thresholds", "likelihood"):
             file = getattr(self, name)
             if file is not None:
@@ -140,43 +150,40 @@ class Validate:
         return ValidationFolder(self.out, record)
 
     def _validator(
-        self,
-        folder: ValidationFolder,
-        recordings: Recordings,
-        clean: Sequence[Moment],
-        skipped: dict[str, str],
+        self, out: Path, recordings: Recordings, clean: Sequence[Moment], left_out: dict[str, str]
     ) -> Validator:
+        from avsec_gym.commands.clean_moments import CleanMoments
         from avsec_gym.validation.likelihood_validator import LikelihoodValidator
         from avsec_gym.validation.pair_depth import PairDepth
         from avsec_gym.validation.threshold_validator import ThresholdValidator
-        from avsec_gym.validation.thresholds import measured_thresholds
-        from avsec_gym.validation.validation_folder import THRESHOLDS
+        from avsec_gym.validation.validation_folder import LIKELIHOOD, SAMPLES, THRESHOLDS
 
+        if self.thresholds is not None:
+            return ThresholdValidator(self.thresholds, self.rate, self.criterion)
         if self.likelihood is not None:
             return LikelihoodValidator(self.likelihood, self.rate)
-        system, own = recordings.system, folder.out / THRESHOLDS
-        if self.thresholds is None and not own.exists():
-            frames = (
-                frame for _, frame in _frames(clean, system, "measuring clean moments", skipped)
-            )
-            depth = PairDepth(named_part(self.depth, "--depth"))
-            data = {"first": clean[0].id, "last": clean[-1].id, "moments": len(clean)}
-            measured_thresholds(frames, system, depth, data).write(own)
-        if clean and 0 < len(clean) * self.rate < 1:
+        depth = PairDepth(named_part(self.depth, "--depth"))
+        own = CleanMoments(clean, recordings.system, depth)
+        if 0 < len(clean) * self.rate < 1:
             console.say(
                 f"avsec: {len(clean)} clean moments are few for r = {self.rate}: thresholds are "
-                "their largest errors, as for r = 0"
+                "the largest of what they show, as for r = 0"
             )
-        return ThresholdValidator(self.thresholds or own, self.rate, self.criterion)
+        if self.fit_likelihood:
+            left_out |= own.likelihood(out / LIKELIHOOD, out / SAMPLES, self.seed)
+            return LikelihoodValidator(out / LIKELIHOOD, self.rate)
+        left_out |= own.thresholds(out / THRESHOLDS)
+        return ThresholdValidator(out / THRESHOLDS, self.rate, self.criterion)
 
     def _judge(
         self,
         folder: ValidationFolder,
         validator: Validator,
         judged: Sequence[Moment],
-        skipped: dict[str, str],
+        left_out: dict[str, str],
     ) -> None:
         from avsec_gym.attacks.optical_attack import TamperedFrame
+        from avsec_gym.commands.clean_moments import readable
         from avsec_gym.registry import Kind, make
         from avsec_gym.report.validation_picture import save_validation_picture
         from avsec_gym.validation.validation_folder import row_of
@@ -184,10 +191,11 @@ class Validate:
         attack = self.attack and make(Kind.OPTICAL_ATTACK, named_part(self.attack, "--attack"))
         for row in folder.rows.values():
             self._tell(row)
+        number = {moment.id: n for n, moment in enumerate(judged)}
         left = [moment for moment in judged if moment.id not in folder.rows]
-        for moment, frame in _frames(left, validator.system, "validating", skipped):
-            number = judged.index(moment)
-            tampered = attack.attack(frame, (self.seed, number)) if attack else TamperedFrame(frame)
+        for moment, frame in readable(left, validator.system, "validating", left_out):
+            seed = self.seed, number[moment.id]
+            tampered = attack.attack(frame, seed) if attack else TamperedFrame(frame)
             begun = time.perf_counter()
             validation = validator.validate(tampered.frame)
             row = row_of(moment.id, validation, tampered.attacked, time.perf_counter() - begun)
@@ -204,7 +212,10 @@ class Validate:
             console.print_json_line(row)
             return
         largest = max(row["errors"].values(), default=0.0)
+        open = [one for one, verdict in row["verdicts"].items() if verdict == "cannot tell"]
         said = "sound"
+        if open:
+            said = "no alarm, though nothing clears " + ", ".join(named(_sensor(n)) for n in open)
         if row["alarm"]:
             names = ", ".join(map(named, row["attacked"])) or "some sensor, which one is open"
             said = f"ALARM: {names}"
@@ -212,15 +223,15 @@ class Validate:
             f"{row['id']}  {said}  (largest E {largest:.3f}, {row['seconds']:.2f} s)"
         )
 
-    def _report(self, folder: ValidationFolder, skipped: Mapping[str, str]) -> int:
+    def _report(self, folder: ValidationFolder, left_out: Mapping[str, str]) -> int:
         from avsec_gym.validation.validation_folder import summary
 
-        for id, reason in list(skipped.items())[:_REMARKS]:
+        for id, reason in list(left_out.items())[:_REMARKS]:
             console.say(f"avsec: left out: {id}: {reason}")
-        if len(skipped) > _REMARKS:
-            console.say(f"avsec: left out: {len(skipped) - _REMARKS} more moments")
+        if len(left_out) > _REMARKS:
+            console.say(f"avsec: left out: {len(left_out) - _REMARKS} more moments")
         found = summary(folder.rows)
-        found["left_out"] = len(skipped)
+        found["left_out"] = len(left_out)
         write_text(folder.out / "summary.json", json.dumps(found, indent=1) + "\n", overwrite=True)
         if self.json:
             console.print_json_line({"summary": found})
@@ -239,26 +250,7 @@ class Validate:
                 ["", "moments", "% (95 %)"],
                 rows,
             )
-        return console.DONE_IN_PART if skipped else console.DONE
-
-
-def _frames(
-    moments: Sequence[Moment], system: SensorSystem, what: str, skipped: dict[str, str]
-) -> Iterator[tuple[Moment, SensorFrame]]:
-    """Read one after the other, with progress; what is broken is left out."""
-    with console.progress(what) as shown:
-        for done, moment in enumerate(moments, start=1):
-            try:
-                frame = moment.frame()
-                for camera in system.cameras:
-                    frame.image(camera)
-                if system.has_lidar:
-                    _ = frame.points
-            except DataError as error:
-                skipped[moment.id] = str(error)
-            else:
-                yield moment, frame
-            shown(done, len(moments))
+        return console.DONE_IN_PART if left_out else console.DONE
 
 
 def _sensor(text: str) -> Sensor:

@@ -59,7 +59,8 @@ def validator_for(what: Any, clean: FrameScenes) -> Validator | None:
     Args:
         what: A name, a dictionary of a name and arguments, or a live one; None: nobody looks.
             ``thresholds`` without a table is given one that is measured on clean scenes.
-        clean: Attack-free scenes, of which the first `CLEAN` count.
+        clean: Attack-free scenes, of which the first `CLEAN` count; environments take those that
+            they play unless told otherwise, and of 50 scenes none may lie beyond r = 0.01, as at 0.
 
     Raises:
         ConfigurationError: Nothing has that name, or its arguments cannot be.

@@ -14,7 +14,7 @@ from avsec_gym.report.plots_ghosts import PLACE_WORDS, draw_ghosts
 from avsec_gym.report.plots_losses import draw_losses, legend
 from avsec_gym.report.plots_sensitivity import CURVES, draw_sensitivity
 from avsec_gym.report.plots_steps import RATES, draw_precision, draw_safety
-from avsec_gym.report.plots_validation import draw_distributions
+from avsec_gym.report.plots_validation import figures_of_validation
 from avsec_gym.report.run_remarks import facts, inputs, remarks
 from avsec_gym.report.scene_strip import Strip
 from avsec_gym.report.spread_pictures import SpreadPicture
@@ -131,7 +131,7 @@ def _tables(report: Report) -> dict[str, Any]:
 
 def _drawings(report: Report) -> dict[str, Any]:
     summary = report.get("validation")
-    found = {"validation": draw_distributions(summary["distributions"])} if summary else {}
+    found: dict[str, Any] = {"validation": figures_of_validation(summary) if summary else []}
     sizes = report.get("sensitivity")
     found["sensitivity"] = draw_sensitivity(sizes) if sizes else []
     return found | (_drawings_of_chapter_5(report) if "decoupling" in report else {})

@@ -1,45 +1,191 @@
-"""Shares of clean and attacked moments, side by side (figures 3.5, 3.7 and 3.9 of the thesis)."""
+"""What sensors say of each other, and what follows from it: figures 3.5 to 3.10 of the thesis.
+
+And how far probabilities keep what they promise, which the thesis has none of.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from avsec_gym.report.plots import Frame, Scale, drawing, polyline, text
-from avsec_gym.report.tables_of_validation import MEASURE_WORDS
+from avsec_gym.experiments.chapter3.thesis import IDENTIFICATION
+from avsec_gym.report.page_table import number
+from avsec_gym.report.plots import Frame, Point, Scale, band, drawing, marker, polyline, text
+from avsec_gym.report.tables_of_validation import CRITERIA, METHODS
 
-_WIDTH, _HEIGHT = 330, 220
+Row = Mapping[str, Any]
+Lines = Mapping[str, Sequence[Point]]
+"""By class names; percent."""
+
+_WIDTH, _HEIGHT = 250, 176
+_X, _Y = (34.0, 240.0), (142.0, 26.0)
+_CLEAN, _ATTACKED = "line-0", "line-1"
+_CRITERION_KINDS = {"any": "line-1", "error": "dashed line-1"}
+_METHOD_KINDS = {
+    "algorithm 2, error": "dashed line-0",
+    "algorithm 2, any": "line-0",
+    "maximum likelihood": "line-1",
+}
 
 
-def draw_distributions(rows: Sequence[Mapping[str, Any]]) -> list[str]:
-    """A drawing of each scenario and share.
+@dataclass(frozen=True)
+class Figure:
+    """Drawings that belong together.
 
     Args:
-        rows: Of `avsec_gym.experiments.chapter3.summary.distributions`.
+        title: What they show.
+        panels: The drawings.
+        legend: Class names of lines, and what they are of.
+        columns: Drawings beside each other.
+        note: How to read them.
     """
-    return [_draw(row) for row in rows]
+
+    title: str
+    panels: Sequence[str]
+    legend: Sequence[tuple[str, str]] = ()
+    columns: int = 4
+    note: str = ""
 
 
-def _draw(row: Mapping[str, Any]) -> str:
-    highest = 100 * max(*row["clean"], *row["attacked"])
-    frame = Frame(
-        Scale(0, 100 * row["largest"], 40, 322), Scale(0, max(highest, 1.0), _HEIGHT - 36, 26)
+def figures_of_validation(summary: Mapping[str, Any]) -> list[Figure]:
+    """All of a run.
+
+    Args:
+        summary: As `avsec_gym.experiments.chapter3.summary.validation_summary` makes it.
+    """
+    figures = []
+    rows = summary["case_distributions"]
+    for (shown, curves), row in zip((("3.5", "3.6"), ("3.7", "3.8")), rows, strict=True):
+        panels = [
+            _histograms(_attacked(case), row["largest"], [("clean", row["clean"]), (case, shares)])
+            for case, shares in row["cases"].items()
+        ]
+        title = f"Figure {shown}: disparity error E of {row['scenario']}, share of moments in %"
+        legend = [(_CLEAN, "not attacked"), (_ATTACKED, "attacked")]
+        figures.append(Figure(title, panels, legend))
+        detection = [one for one in summary["detection"] if one["scenario"] == row["scenario"]]
+        figures.append(_detection_figure(curves, row["scenario"], detection))
+    figures.append(_reference_figure(summary["reference_distributions"]))
+    figures.append(_identification_figure(summary["identification"]))
+    figures.append(_reliability_figure(summary["honesty"]["reliability"]))
+    return figures
+
+
+def _detection_figure(figure: str, scenario: str, rows: Sequence[Row]) -> Figure:
+    panels = []
+    for case in rows[0]["cases"]:
+        lines = {
+            "thin line-0": _curve(rows, "any", lambda row: row["false_alarms"]["rate"]),
+            **{
+                kind: _curve(rows, criterion, lambda row, case=case: row["cases"][case])
+                for criterion, kind in _CRITERION_KINDS.items()
+            },
+        }
+        panels.append(_curves(_attacked(case), lines))
+    legend = [(kind, CRITERIA[criterion]) for criterion, kind in _CRITERION_KINDS.items()]
+    legend.append(("thin line-0", "false alarms, of all four shares"))
+    title = f"Figure {figure}: detection rate over r, {scenario}, %"
+    return Figure(title, panels, legend)
+
+
+def _identification_figure(rows: Sequence[Row]) -> Figure:
+    panels = []
+    for place, sensor in enumerate(rows[0]["sensors"]):
+        lines = {
+            kind: [
+                (100 * row["rate"], 100 * row["sensors"][sensor]["rate"])
+                for row in rows
+                if row["method"] == method
+            ]
+            for method, kind in _METHOD_KINDS.items()
+        }
+        thesis = [(100 * rate, 100 * told[place]) for rate, told in IDENTIFICATION.items()]
+        panels.append(_curves(_attacked(sensor), lines, thesis))
+    legend = [(kind, METHODS[method]) for method, kind in _METHOD_KINDS.items()]
+    return Figure(
+        "Figure 3.10: identification rate over r, %",
+        panels,
+        legend,
+        note="Hollow: the thesis, where it gives a number.",
     )
-    words = f"{row['scenario']}: {MEASURE_WORDS[row['measure']]}"
-    parts = [
+
+
+def _reference_figure(rows: Sequence[Row]) -> Figure:
+    panels = []
+    for row in rows:
+        name = f"E{''.join(map(str, row['triple']))}"
+        for case, shares in row["cases"].items():
+            touched = case in {f"S{one}" for one in row["triple"]}
+            title = f"{name}, {_attacked(case)}"
+            panels.append(_histograms(title, row["largest"], [("clean", shares)], touched))
+    legend = [(_CLEAN, "no sensor of the triple attacked"), (_ATTACKED, "one of them attacked")]
+    title = "Figure 3.9: disparity errors that the reference is in, share of moments in %"
+    return Figure(title, panels, legend, columns=5)
+
+
+def _reliability_figure(rows: Iterable[Sequence[float] | None]) -> Figure:
+    frame = _frame(100.0, 100.0)
+    parts = _axes(frame, "of what was said so", "P(attacked) that was said, %")
+    parts.append(polyline([frame.at((0, 0)), frame.at((100, 100))], "thin of-soft"))
+    for row in rows:
+        if row is None:
+            continue
+        said, was, count = 100 * row[0], 100 * row[1], int(row[2])
+        hint = f"said {number(said)} %, so in {number(was)} % ({count:,} sensors)"
+        parts.append(marker(frame.at((said, was)), "circle", _ATTACKED, hint))
+    label = "How often a sensor was attacked, over the probability that was said"
+    return Figure(
+        "Do probabilities keep what they promise? Share of sensors that were attacked, %",
+        [drawing(_WIDTH, _HEIGHT, parts, label)],
+        note="By maximum likelihood, in tenths of P(attacked); on the line, it is as was said.",
+    )
+
+
+def _histograms(
+    title: str, largest: float, shown: Sequence[tuple[str, Sequence[float]]], touched: bool = False
+) -> str:
+    """Steps of one distribution, or of a clean and an attacked one."""
+    highest = max(max(shares) for _, shares in shown)
+    frame = _frame(100 * largest, max(100 * highest, 1.0))
+    parts = _axes(frame, title, "E, %")
+    kinds = (_ATTACKED,) if touched else (_CLEAN, _ATTACKED)
+    for kind, (_, shares) in zip(kinds, shown, strict=False):
+        steps = [
+            frame.at((100 * largest * edge / len(shares), 100 * share))
+            for place, share in enumerate(shares)
+            for edge in (place, place + 1)
+        ]
+        floor = [(x, frame.y.start) for x, _ in steps]
+        parts += [band(floor, steps, kind), polyline(steps, f"thin {kind}")]
+    return drawing(_WIDTH, _HEIGHT, parts, f"{title}: distribution of the disparity error")
+
+
+def _curves(title: str, lines: Lines, thesis: Sequence[Point] = ()) -> str:
+    frame = _frame(100.0, 100.0)
+    parts = _axes(frame, title, "r, %")
+    parts += [polyline([frame.at(one) for one in points], kind) for kind, points in lines.items()]
+    for rate, told in thesis:
+        hint = f"The thesis, r = {rate:g} %: {number(told, digits=2)}"
+        parts.append(marker(frame.at((rate, told)), "circle", "hollow small line-0", hint))
+    return drawing(_WIDTH, _HEIGHT, parts, f"{title}: rates over r, in percent")
+
+
+def _curve(rows: Iterable[Row], criterion: str, of: Any) -> list[Point]:
+    return [(100 * row["rate"], 100 * of(row)) for row in rows if row["criterion"] == criterion]
+
+
+def _frame(right: float, top: float) -> Frame:
+    return Frame(Scale(0, right, *_X), Scale(0, top, *_Y))
+
+
+def _axes(frame: Frame, title: str, below: str) -> list[str]:
+    return [
         frame.axes(frame.x.ticks(4), frame.y.ticks(4)),
-        text((frame.x.start, 14), words, "name"),
-        text(((frame.x.start + frame.x.end) / 2, _HEIGHT - 4), "%", "middle"),
+        text((frame.x.start, 14), title, "name"),
+        text(((frame.x.start + frame.x.end) / 2, _HEIGHT - 2), below, "middle"),
     ]
-    for kind, which in (("line-0", "clean"), ("line-1", "attacked")):
-        parts.append(polyline(_steps(frame, row[which], 100 * row["largest"]), kind))
-    label = f"{words}, share of clean and of attacked moments, in percent"
-    return drawing(_WIDTH, _HEIGHT, parts, label)
 
 
-def _steps(frame: Frame, shares: Sequence[float], largest: float) -> list[tuple[float, float]]:
-    points = []
-    for number, share in enumerate(shares):
-        for edge in (number, number + 1):
-            points.append(frame.at((edge * largest / len(shares), 100 * share)))
-    return points
+def _attacked(case: str) -> str:
+    return f"{case.replace('+', ', ')} attacked" if case else "no attack"

@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from avsec_gym.experiments.chapter3.defence import NO_ATTACK, UNDEFENDED
-from avsec_gym.experiments.chapter3.defence_rates import ANY_ATTACK, share
+from avsec_gym.experiments.chapter3.defence_rates import ANY_ATTACK
+from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.report.attack_names import detector_name
 from avsec_gym.report.page_table import UNKNOWN, Cell, Table, figure, name
+from avsec_gym.report.tables_of_validation import INTERVALS
 from avsec_gym.report.validation_picture import named
 from avsec_gym.sensor_system import LIDAR
 
@@ -45,7 +47,7 @@ def _worth_table(rows: Any) -> Table:
         "Avoided: do not collide any more, of the drives that did; of the attack’s: of those that"
         " did only under attack. Caused: collide now, of those that did not. Given up: were safe"
         " and reach no goal any more. Stopped in: moments; false stops where nothing is attacked."
-        " In brackets: Wilson’s 95 % intervals, which take drives for independent.",
+        f" {INTERVALS}",
         names=3,
     )
 
@@ -69,10 +71,13 @@ def _first_alarms(row: Mapping[str, Any]) -> list[Cell]:
     """At once, later and never."""
     if "frames_to_alarm" not in row:
         return [Cell(UNKNOWN)] * 3
-    drives = dict(row["frames_to_alarm"])
-    counts = [frames for frames, count in drives.items() for _ in range(count)]
-    later = [f"{n} after {frames}" for frames, n in drives.items() if frames not in ("0", "never")]
-    at_once, never = (share(one == which for one in counts) for which in ("0", "never"))
+    waited = row["frames_to_alarm"]
+    counts = [frames for frames, count in waited.items() for _ in range(count)]
+    later = [f"{n} after {frames}" for frames, n in waited.items() if frames not in ("0", "never")]
+    drives = [str(number) for number in range(len(counts))]
+    at_once, never = (
+        share_of([one == which for one in counts], drives) for which in ("0", "never")
+    )
     return [_share(at_once), Cell(", ".join(later) or UNKNOWN), _share(never)]
 
 

@@ -15,6 +15,7 @@ from avsec_gym.experiments.chapter3.thesis_of_detectors import (
 )
 from avsec_gym.metrics.average_precision_frames import LEVELS
 from avsec_gym.report.page_table import Cell, Table, figure, name
+from avsec_gym.report.tables_of_validation import INTERVALS
 from avsec_gym.sensor_system import LIDAR
 
 DETECTORS = {
@@ -75,8 +76,7 @@ def _baseline_table(summary: Mapping[str, Any]) -> Table:
         "A mismatch: a box of one sensor without partner in another’s. Alarm: at any mismatch, or"
         " at more than the share r of clean moments has, on which nothing here is judged. The"
         " thesis, in italics, does not say how many mismatches make an alarm, nor how often it is"
-        " false. In brackets: 95 % intervals, of detection by bootstrap over moments, of alarms"
-        " Wilson’s.",
+        f" false. {INTERVALS}",
         names=3,
     )
 
@@ -108,9 +108,9 @@ def _impact_table(summary: Mapping[str, Any]) -> Table:
         ["", "clean, %", "attacked, %", "by the attack"],
         lines,
         "Bogus returns: share of the moments, by the attack where only the attacked scan has an"
-        " obstacle there, 95 % Wilson intervals. AP: cars in the left image, IoU 0.5, 11 recall"
-        " points, by the attack in percentage points, 95 % bootstrap intervals over moments. The"
-        " thesis, in italics, tells its AP without a level of difficulty.",
+        f" obstacle there. {INTERVALS} AP: cars in the left image, IoU 0.5, 11 recall points, by"
+        " the attack in percentage points, intervals by bootstrap over drives. The thesis, in"
+        " italics, tells its AP without a level of difficulty.",
     )
 
 
@@ -148,8 +148,7 @@ def _size_table(what: str, summary: Mapping[str, Any]) -> Table:
         columns,
         lines,
         f"Noticed at r = {100 * summary['rate']:g} %, by the LiDAR and two cameras; the clean row"
-        f" has false alarms. {measured} In brackets: 95 % intervals, of shares Wilson’s, of AP by"
-        " bootstrap over moments."
+        f" has false alarms. {measured} {INTERVALS} Those of AP are by bootstrap over drives."
         f" {IN_WORDS[what]}",
     )
 

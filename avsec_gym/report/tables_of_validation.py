@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from avsec_gym.experiments.chapter3.attacks import OTHER, SMALLER
+from avsec_gym.experiments.chapter3.detection_rates import RATES
 from avsec_gym.experiments.chapter3.thesis import DETECTION, IDENTIFICATION
-from avsec_gym.report.page_table import Cell, Table, figure, name
+from avsec_gym.report.page_table import Cell, Table, figure, name, number
 
 METHODS = {
     "algorithm 2, error": "algorithm 2, E alone (the thesis’)",
@@ -16,17 +18,21 @@ METHODS = {
 """What ways to identify are called."""
 CRITERIA = {"error": "E alone (the thesis’)", "any": "all four shares"}
 """What ways to detect are called."""
-MEASURE_WORDS = {
-    "error": "disparity error E",
-    "hole_share": "share of holes",
-    "densest": "densest contradiction",
-    "brightness": "other brightness",
+INTERVALS = (
+    "In brackets: 95 % intervals, Wilson’s, widened by what the cases of one drive have in common."
+)
+"""What intervals of shares are."""
+_BEYOND = {
+    (SMALLER, True): "a bogus return 1 m wide",
+    (SMALLER, False): "a facula of 60 to 120 px",
+    (OTHER, True): "a bogus return that hides what is behind it",
+    (OTHER, False): "a facula half as bright",
 }
-"""What the shares are called."""
+"""What attacks beyond the thesis' are called, on the LiDAR and on a camera."""
 
 
 def tables_of_validation(summary: Mapping[str, Any]) -> list[Table]:
-    """Tables 3.1 and 3.2, and what the likelihood's probabilities are worth.
+    """Tables 3.1 and 3.2, attacks beyond theirs, and what the likelihood's answers are worth.
 
     Args:
         summary: As `avsec_gym.experiments.chapter3.summary.validation_summary` makes it.
@@ -35,13 +41,15 @@ def tables_of_validation(summary: Mapping[str, Any]) -> list[Table]:
         _detection_table(summary["detection"]),
         _case_table(summary["detection"]),
         _identification_table(summary["identification"]),
+        _beyond_table(summary["beyond"]),
         _honesty_table(summary["honesty"]),
     ]
 
 
 def _detection_table(rows: Any) -> Table:
     lines = []
-    for row in sorted(rows, key=lambda row: (row["scenario"], row["criterion"], row["rate"])):
+    told = [row for row in rows if row["rate"] in RATES]
+    for row in sorted(told, key=lambda row: (row["scenario"], row["criterion"], row["rate"])):
         own = DETECTION.get((row["scenario"], row["rate"])) if row["criterion"] == "error" else None
         lines.append(
             [
@@ -58,8 +66,7 @@ def _detection_table(rows: Any) -> Table:
         lines,
         "r: the designated false alarm rate, the share of the clean moments that thresholds were"
         " fitted on which lies beyond them; false alarms: what it comes to on clean moments that"
-        " nothing was fitted on. In brackets: 95 % intervals, of detection by bootstrap over"
-        " moments, of alarms Wilson’s. In italics: the thesis.",
+        f" nothing was fitted on. {INTERVALS} In italics: the thesis.",
         names=2,
     )
 
@@ -94,7 +101,9 @@ def _position(case: str, cases: list[str]) -> str:
 def _identification_table(rows: Any) -> Table:
     lines = []
     for row in rows:
-        of_thesis = row["method"] == "algorithm 2, error" and row["rate"] in IDENTIFICATION
+        if row["rate"] not in RATES:
+            continue
+        of_thesis = row["method"] == "algorithm 2, error"
         own = IDENTIFICATION[row["rate"]] if of_thesis else (None,) * 5
         sensors = [
             figure(share["rate"], thesis=one, scale=100)
@@ -107,7 +116,7 @@ def _identification_table(rows: Any) -> Table:
                 *sensors,
                 figure(row["average"], row["interval"], own[4], scale=100, digits=2),
                 _share(row["false_alarms"]),
-                figure(row["beyond"]["rate"], scale=100),
+                _share(row["beyond"]),
             ]
         )
     return Table(
@@ -116,30 +125,47 @@ def _identification_table(rows: Any) -> Table:
         lines,
         "Identified: exactly the attacked sensors were named. Mean: over attacks on one sensor, up"
         " to n − 2. Beyond n − 2: exactly named among two to four attacked sensors, where the"
-        " thesis promises nothing.",
+        f" thesis promises nothing. {INTERVALS}",
+    )
+
+
+def _beyond_table(rows: Any) -> Table:
+    ways = ("noticed_by_error", "noticed", "named", "named_likeliest")
+    lines = []
+    for row in rows:
+        attack = _BEYOND[row["kind"], row["sensor"] == 0]
+        lines.append([name(attack), name(f"S{row['sensor']}"), *(_share(row[way]) for way in ways)])
+    return Table(
+        "Attacks beyond the thesis’ settings, r = 1 %",
+        [
+            *("attack", "on", "noticed by E, %", "by all four shares, %"),
+            *("named by algorithm 2, %", "by maximum likelihood, %"),
+        ],
+        lines,
+        "Else as in the thesis. Nothing was fitted on such attacks. Noticed: by the LiDAR and two"
+        " cameras, of S1 by three cameras; named: by all four sensors, and no other one, by all"
+        f" four shares. {INTERVALS}",
+        names=2,
     )
 
 
 def _honesty_table(told: Mapping[str, Any]) -> Table:
     lines = [
         [
-            name("sensors that were told attacked or sound"),
-            _share(told["told"]),
-        ],
-        [name("right, where told"), _share(told["right_where_told"])],
-        *(
-            [name(f"right, of all, with {count} attacked"), _share(share)]
-            for count, share in told["right_by_attacked"].items()
-        ),
-        [name("Brier score of P(attacked)"), figure(told["brier"], digits=4)],
+            name(count),
+            *(_share(row[one]) for one in ("right", "wrong", "cannot_tell", "alarms")),
+        ]
+        for count, row in told["verdicts"].items()
     ]
     return Table(
-        "What the likelihood’s probabilities are worth",
-        ["", "% (score as it is)"],
+        "What a user of maximum likelihood is told of each sensor",
+        ["attacked sensors", "right, %", "wrong, %", "cannot tell, %", "alarms, %"],
         lines,
-        "Moments half of which are clean, the others in any state, at r = 1 %. A sensor is told"
-        " where its probability is above 95 % or below 5 %; else the answer is that one cannot"
-        " tell.",
+        f"As it comes: r = {100 * told['rate']:g} %, certainty {100 * told['certainty']:g} %."
+        " Verdicts on all four sensors, attacked ones and sound ones, in every state of so many"
+        " attacked; alarms: of moments. Brier score of P(attacked), with states as often as the"
+        f" prior expects them: {number(told['brier'], digits=4)}; always one half would be 0.25."
+        f" {INTERVALS}",
     )
 
 

@@ -17,11 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.frame import Calibration
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.map_files import Disparity
 from avsec_gym.perception.depth.depth import DisparityMap
-from avsec_gym.sensor_system import SensorSystem, Triple
+from avsec_gym.sensor_system import Triple
 from avsec_gym.validation.brightness import FEWEST
 from avsec_gym.validation.disparity_maps import DisparityMaps
 
@@ -164,18 +163,6 @@ class DisparityErrors(Mapping[Triple, DisparityError]):
 
     def __len__(self) -> int:
         return len(self.maps.system.triples)
-
-
-def sight_of_triple(calibration: Calibration, system: SensorSystem, triple: Triple) -> float:
-    """Depth beyond which a triple sees nothing, metres.
-
-    What is farther away has less than `MIN_DIFFERENCE` pixels of disparity in the scale of the
-    triple's pair (j, k), so that nothing said of it that is farther still is inconsistent.  A pair
-    of cameras 7 cm apart sees 17 m far, KITTI's 54 cm see 129 m.
-    """
-    _, j, k = triple
-    left, right = int(system.sensors[k]), int(system.sensors[j])
-    return calibration.focal_length(left) * calibration.baseline(left, right) / MIN_DIFFERENCE
 
 
 @numba.njit(nogil=True, cache=True)

@@ -71,10 +71,36 @@ class DisparityMaps:
         return self._brightness[pair]
 
     def find(self, pairs: Iterable[Pair], threads: int = 2) -> None:
-        """Find several maps at once; OpenCV's matching runs outside Python's lock."""
-        missing = [pair for pair in dict.fromkeys(pairs) if pair not in self._found]
-        with ThreadPoolExecutor(threads) as pool:
-            self._found.update(zip(missing, pool.map(self._find, missing), strict=True))
+        """Find several maps at once, each with its brightness.
+
+        Args:
+            pairs: Which; those that are known cost nothing.
+            threads: OpenCV works outside Python's lock.
+        """
+        missing = [pair for pair in dict.fromkeys(pairs) if not self._is_known(pair)]
+        if missing:
+            # The longest work first, so that no thread is left alone with it.
+            missing.sort(key=self._work, reverse=True)
+            with ThreadPoolExecutor(threads) as pool:
+                list(pool.map(self._find_with_brightness, missing))
+
+    def _is_known(self, pair: Pair) -> bool:
+        return pair in self._found and (pair in self._brightness or self._has_lidar(pair))
+
+    def _has_lidar(self, pair: Pair) -> bool:
+        return pair[0] == 0 and self.system.has_lidar
+
+    def _work(self, pair: Pair) -> float:
+        """Cameras that stand farther apart are matched longer; a scan is quick."""
+        if self._has_lidar(pair):
+            return 0.0
+        other, camera = (int(self.system.sensors[one]) for one in pair)
+        return self.frame.calibration.baseline(camera, other)
+
+    def _find_with_brightness(self, pair: Pair) -> None:
+        _ = self[pair]
+        if not self._has_lidar(pair):
+            self.brightness(pair)
 
     def _find(self, pair: Pair) -> DisparityMap:
         i, k = pair

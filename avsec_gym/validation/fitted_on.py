@@ -43,7 +43,7 @@ class FittedOn:
         """That it holds for these sensors too.
 
         Args:
-            system: The same one, or what is left of it `without_last` sensors.
+            system: The same one.
             depth: How disparities are found.
             calibration: Of the rig.
 
@@ -51,7 +51,7 @@ class FittedOn:
             ConfigurationError: Another system, depth estimator or rig; thresholds of one say
                 nothing of the other.
         """
-        if self.system.sensors[: len(system)] != system.sensors:
+        if self.system != system:
             raise ConfigurationError(
                 f"this was fitted on the sensors {_named(self.system)}, not {_named(system)}: fit "
                 "it on clean frames of these sensors"
@@ -62,10 +62,10 @@ class FittedOn:
                 "it with this one, or use that one"
             )
         scales = camera_scales(system, calibration)
-        if not np.allclose(scales, self.scales[: len(scales)], rtol=_SAME_SCALE, atol=0):
+        if not np.allclose(scales, self.scales, rtol=_SAME_SCALE, atol=0):
             raise ConfigurationError(
                 "this was fitted on cameras that stand otherwise: focal length times baseline of "
-                f"neighbours is {_listed(scales)} px m, not {_listed(self.scales[: len(scales)])}"
+                f"neighbours is {_listed(scales)} px m, not {_listed(self.scales)}"
             )
 
     def to_json(self) -> dict[str, Any]:

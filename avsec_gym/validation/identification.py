@@ -37,9 +37,16 @@ class Identification:
     limit_exceeded: bool = False
 
     @property
-    def agreed(self) -> bool:
-        """Whether all that was looked at fits together."""
-        return not self.unexplained and not self.limit_exceeded
+    def doubtful(self) -> frozenset[int]:
+        """Sensors that are not named, and not cleared either.
+
+        Those of an element that is 1 though no named sensor is in it, those that another zero
+        names, and beyond the limit the first three.
+        """
+        named = frozenset(self.attacked)
+        strange = [{*triple} for triple in self.unexplained if not named & {*triple}]
+        last = [{0, 1, 2}] if self.limit_exceeded else []
+        return frozenset().union(*strange, *self.other_answers, *last) - named
 
 
 def identify_attacked_sensors(state: ErrorState, sensors: int) -> Identification:

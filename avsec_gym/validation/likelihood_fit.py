@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +21,8 @@ from avsec_gym.validation.maximum_likelihood import (
 )
 from avsec_gym.validation.state_posterior import States, state_indices, state_vectors
 
-_FOLDS = 5
+FOLDS = 5
+"""A fit holds out one of so many parts at a time, and needs as many drives."""
 _DEGREES_OF_FREEDOM = (3.0, 5.0, 10.0, 30.0, 100.0)
 _EXPONENTS, _OFFSETS = (0.05, 1.5), (-5.0, 5.0)
 _LEAST_CORRELATION = 0.01
@@ -35,21 +37,28 @@ class LikelihoodSamples:
         evidence: Shares, shape (N, M); see `gather_evidence`.
         states: **s**, shape (N, n + 1).
         frames: Which moment of the world each sample shows, clean or attacked, shape (N,).
+        drives: Which drive its moment belongs to, shape (N,); moments of one drive are alike.
+            None: each is of a drive of its own.
 
     Raises:
-        ConfigurationError: Lengths differ, or a moment has no clean sample.
+        ConfigurationError: Lengths differ, a moment has no clean sample, or is of two drives.
     """
 
     evidence: Floats
     states: States
     frames: NDArray[np.intp]
+    drives: NDArray[np.intp] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "evidence", np.asarray(self.evidence, float))
         object.__setattr__(self, "states", np.asarray(self.states, bool))
         object.__setattr__(self, "frames", np.unique(self.frames, return_inverse=True)[1])
-        if not len(self.evidence) == len(self.states) == len(self.frames):
-            raise ConfigurationError("evidence, states and frames have a row for each sample")
+        drives = self.frames if self.drives is None else self.drives
+        object.__setattr__(self, "drives", np.unique(drives, return_inverse=True)[1])
+        if len({len(self.evidence), len(self.states), len(self.frames), len(drives)}) > 1:
+            raise ConfigurationError("evidence, states, frames, drives: a row for each sample")
+        if len(np.unique([self.frames, self.drives], axis=1).T) > len(np.unique(self.frames)):
+            raise ConfigurationError("a moment belongs to one drive")
         clean = np.unique(self.frames[~self.states.any(axis=1)])
         if not len(clean) or len(clean) < len(np.unique(self.frames)):
             raise ConfigurationError(
@@ -63,14 +72,30 @@ class LikelihoodSamples:
         Args:
             chosen: Shape (moments,).
         """
-        kept = chosen[self.frames]
-        return LikelihoodSamples(self.evidence[kept], self.states[kept], self.frames[kept])
+        return self._of(chosen[self.frames])
+
+    def in_folds(self) -> Iterator[tuple[LikelihoodSamples, NDArray[np.intp]]]:
+        """All samples but a fifth, and which ones that fifth is: drives are never divided."""
+        drives = np.asarray(self.drives)
+        sizes = np.bincount(drives)
+        fold, filled = np.empty(len(sizes), int), np.zeros(FOLDS)
+        # The longest drives first, each to the fold that has least.
+        for drive in np.argsort(-sizes, kind="stable"):
+            fold[drive] = filled.argmin()
+            filled[fold[drive]] += sizes[drive]
+        for number in range(FOLDS):
+            held_out = fold[drives] == number
+            yield self._of(~held_out), np.flatnonzero(held_out)
+
+    def _of(self, kept: NDArray[np.bool_]) -> LikelihoodSamples:
+        drives = np.asarray(self.drives)[kept]
+        return LikelihoodSamples(self.evidence[kept], self.states[kept], self.frames[kept], drives)
 
 
 def fit_likelihood(on: FittedOn, samples: LikelihoodSamples) -> LikelihoodModel:
-    """Fit scenes, shifts, tails and exponent; then false alarms, on moments that were held out.
+    """Fit scenes, shifts, tails and exponent; then false alarms, on drives that were held out.
 
-    Each fifth of the moments is judged by what was fitted on the others.  How heavy the tails are,
+    Each fifth of the drives is judged by what was fitted on the others.  How heavy the tails are,
     and how much the likelihood is tempered, is what makes the true states of held-out samples most
     probable.  Sizes and seeds of the attacks should not be those that are to be judged.
 
@@ -79,30 +104,31 @@ def fit_likelihood(on: FittedOn, samples: LikelihoodSamples) -> LikelihoodModel:
         samples: Clean and attacked.
 
     Raises:
-        ConfigurationError: Fewer than ten moments; or of some element no sample shows some of its
-            sensors attacked together, which the model can only learn from samples.
+        ConfigurationError: Fewer than ten moments or five drives; or of some element no sample
+            shows some of its sensors attacked together, which the model can only learn from
+            samples.
     """
-    moments = int(samples.frames.max()) + 1
-    if moments < 2 * _FOLDS:
-        raise ConfigurationError(f"a fit needs {2 * _FOLDS} moments or more, got {moments}")
+    moments, drives = len(np.unique(samples.frames)), len(np.unique(np.asarray(samples.drives)))
+    if moments < 2 * FOLDS or drives < FOLDS:
+        raise ConfigurationError(
+            f"a fit needs {2 * FOLDS} moments or more of {FOLDS} drives or more, got {moments} of "
+            f"{drives}"
+        )
     truth = state_indices(samples.states)
-    fold = np.arange(moments) % _FOLDS
-    parts = []
-    for number in range(_FOLDS):
-        model = _fit_moments(on, samples.of_frames(fold != number))
-        held_out = np.flatnonzero(fold[samples.frames] == number)
-        parts.append((model, held_out))
+    parts = [(_fit_moments(on, part), held_out) for part, held_out in samples.in_folds()]
     calibration = _calibration(parts, samples.evidence, truth)
-    scores, distances = [], []
+    scores, distances = np.empty((2, len(truth)))
     for model, held_out in parts:
         judged = _calibrated(model, **calibration)
-        clean = held_out[truth[held_out] == 0]
-        scores.append(judged.alarm_scores(samples.evidence[clean]))
-        distances.append(judged.distances(samples.evidence[held_out]))
+        scores[held_out] = judged.alarm_scores(samples.evidence[held_out])
+        distances[held_out] = judged.distances(samples.evidence[held_out])
+    farthest = np.zeros(moments)
+    np.maximum.at(farthest, samples.frames, distances)
+    clean = truth == 0
     return replace(
         _calibrated(_fit_moments(on, samples), **calibration),
-        clean_scores=np.concatenate(scores),
-        farthest=float(np.concatenate(distances).max()),
+        clean_scores=scores[clean],
+        farthest=farthest[samples.frames[clean]],
     )
 
 

@@ -13,7 +13,6 @@ from avsec_gym.validation.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence import gather_evidence
 from avsec_gym.validation.maximum_likelihood import LikelihoodModel, read_likelihood_model
 from avsec_gym.validation.pair_depth import PairDepth
-from avsec_gym.validation.state_posterior import Verdict
 from avsec_gym.validation.validator import Validation
 
 
@@ -21,14 +20,13 @@ from avsec_gym.validation.validator import Validation
 class LikelihoodValidator:
     """Finds the most probable sensor state vector, with a probability for each sensor.
 
-    With an alarm, a sensor is named as attacked if the most probable **s** names it; where its
-    probability is far from both 0 and 1, or the moment is like none of the fit, it cannot be told.
+    What is said of each sensor, and that it goes with the alarm, is for `Decoding.verdicts`.
 
     Args:
         model: p(evidence | **s**); a model or its file.
         rate: The designated false alarm rate.
-        certainty: Below this probability of what is said, a sensor cannot be told; None: what is
-            more probable is said.
+        certainty: Below this probability of what is said, a sensor cannot be told; None: the most
+            probable **s** is said.
 
     Raises:
         DataError: The file is missing or broken.
@@ -57,11 +55,8 @@ class LikelihoodValidator:
         self._model.on.check(self.system, self._depth, frame.calibration)
         errors = DisparityErrors(DisparityMaps(frame, self.system, self._depth))
         decoding = self._model.decode(gather_evidence(errors)[None], self.rate)
-        alarm = bool(decoding.alarms[0])
         sensors = self.system.sensors
-        if self.certainty is not None and alarm:
-            said = decoding.verdicts(self.certainty)[0]
-        else:
-            said = [Verdict.ATTACKED if one else Verdict.SOUND for one in decoding.states[0]]
+        said = decoding.verdicts(self.certainty)[0]
         probabilities = dict(zip(sensors, decoding.posterior.sensors[0].tolist(), strict=True))
-        return Validation(alarm, dict(zip(sensors, said, strict=True)), errors, probabilities)
+        verdicts = dict(zip(sensors, said, strict=True))
+        return Validation(bool(decoding.alarms[0]), verdicts, errors, probabilities)

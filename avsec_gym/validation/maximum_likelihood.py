@@ -42,6 +42,8 @@ PATTERNS = 8
 _KIND = "likelihoods"
 _SMALLEST_SHARE = 1e-3
 """Shares closer to 0 or 1 count as this close: less than a thousandth of a view says no more."""
+_STRANGEST = 0.2
+"""Of the designated false alarm rate that part which is spent on moments like none of the fit."""
 _FINEST = 0.02
 """Log-odds that nothing is more exact than; keeps elements that never vary from being certain."""
 
@@ -66,7 +68,8 @@ class LikelihoodModel:
         exponent: That tempers the likelihood.
         offset: Added to its logarithm for each attacked sensor.
         clean_scores: `alarm_scores` of clean moments that the fit held out, shape (any,).
-        farthest: Largest `distances` of moments that the fit held out.
+        farthest: Of the same moments the largest of their `distances`, clean and in all states that
+            the fit held out, shape (any,).
 
     Raises:
         ConfigurationError: The arrays do not fit the system, or are no such parameters.
@@ -84,7 +87,7 @@ class LikelihoodModel:
     exponent: float = 1.0
     offset: float = 0.0
     clean_scores: Floats = field(default_factory=lambda: np.zeros(0))
-    farthest: float = 1e9
+    farthest: Floats = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         m = len(evidence_scopes(self.on.system))
@@ -97,6 +100,7 @@ class LikelihoodModel:
             "lowest": (m,),
             "highest": (m,),
             "clean_scores": (np.size(self.clean_scores),),
+            "farthest": (np.size(self.clean_scores),),
         }
         for name, shape in shapes.items():
             array = np.array(getattr(self, name), float)
@@ -152,8 +156,10 @@ class LikelihoodModel:
 
         Args:
             evidence: Shares, shape (N, M).
-            rate: r, designated false alarm rate: the share of the held-out clean moments whose
-                `alarm_scores` are above that from which on an alarm is raised.
+            rate: r, designated false alarm rate: the share of the held-out clean moments that are
+                beyond a threshold, that of the `alarm_scores` or that of the `distances`.  The
+                latter has a fifth of r; beyond it a moment is not familiar.  With fewer than 5 / r
+                moments it is the largest that was held out.
             prior: Of the probabilities, see `posterior`; alarms do not depend on it.
 
         Raises:
@@ -161,11 +167,10 @@ class LikelihoodModel:
         """
         squared = self._squared_distances(evidence)
         likelihoods = self._tempered(squared)
-        posterior = self._posterior(likelihoods, prior)
-        alarms = self._alarm_scores(likelihoods) > self._alarm_threshold(rate)
-        best = 1 + posterior.probabilities[:, 1:].argmax(axis=1)
-        states = state_vectors(self.sensors)[np.where(alarms, best, 0)]
-        return Decoding(posterior, alarms, states, self._distances(squared) <= self.farthest)
+        score, distance = self._alarm_thresholds(rate)
+        familiar = self._distances(squared) <= distance
+        alarms = ~familiar | (self._alarm_scores(likelihoods) > score)
+        return Decoding(self._posterior(likelihoods, prior), alarms, familiar)
 
     def write(self, path: str | Path, *, overwrite: bool = False) -> None:
         """Write all parameters as JSON, whole or not at all.
@@ -192,14 +197,19 @@ class LikelihoodModel:
     def _distances(self, squared: Floats) -> Floats:
         return np.asarray(squared.min(axis=1) / len(self.scene_mean))
 
-    def _alarm_threshold(self, rate: float) -> float:
-        if not 0 <= rate <= 1 or not len(self.clean_scores):
+    def _alarm_thresholds(self, rate: float) -> tuple[float, float]:
+        """Of scores and of distances, both together at the rate."""
+        if not 0 <= rate <= 1 or not (count := len(self.clean_scores)):
             raise ConfigurationError(
-                f"an alarm needs clean moments to go by, of which there are "
-                f"{len(self.clean_scores)}, and a rate from 0 to 1, got {rate}"
+                f"an alarm needs clean moments, of which there are {len(self.clean_scores)}, and a "
+                f"rate from 0 to 1, got {rate}"
             )
-        beyond = int(rate * len(self.clean_scores) + 1e-9)
-        return float(np.sort(np.r_[-np.inf, self.clean_scores])[-1 - beyond])
+        # A product such as 0.29 * 100 comes out just below the whole number that is meant.
+        beyond, strange = int(rate * count + 1e-9), int(_STRANGEST * rate * count + 1e-9)
+        distance = np.sort(self.farthest)[-1 - strange]
+        # Who is strange raises the alarm anyway: nobody is beyond that score.
+        scores = np.where(self.farthest > distance, np.inf, self.clean_scores)
+        return float(np.sort(np.r_[-np.inf, scores])[-1 - beyond]), float(distance)
 
     def _log_prior(self, prior: Floats | None) -> Floats:
         prior = attack_prior(self.sensors) if prior is None else np.asarray(prior, float)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -24,10 +24,12 @@ class Moment:
     Args:
         id: Such as ``000107``, or ``2011_09_26_drive_0052_sync/0000000005`` of several drives.
         frame: Reads what the sensors deliver; DataError where a file is broken.
+        drive: Whose moments are alike; None: it stands alone.
     """
 
     id: str
     frame: Callable[[], SensorFrame]
+    drive: str | None = None
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,15 @@ class Recordings:
     system: SensorSystem
     moments: tuple[Moment, ...]
     lacking: dict[str, str]
+
+    def first(self, count: int | None) -> Recordings:
+        """The first moments, and what others up to the last of them lack; None: all."""
+        if count is None or count > len(self.moments):
+            return self
+        moments = self.moments[:count]
+        # Ids are in order: they are names of drives, and numbers with all their digits.
+        lacking = {id: what for id, what in self.lacking.items() if id < moments[-1].id}
+        return replace(self, moments=moments, lacking=lacking)
 
 
 def raw_recordings(root: str | Path, sensors: Sequence[Sensor] | None = None) -> Recordings:
@@ -78,7 +89,7 @@ def raw_recordings(root: str | Path, sensors: Sequence[Sensor] | None = None) ->
             if missing:
                 lacking[id] = ", ".join(missing)
             else:
-                moments.append(Moment(id, partial(drive.frame, number, previous=0)))
+                moments.append(Moment(id, partial(drive.frame, number, previous=0), drive.name))
     return _checked(Recordings(Path(root), system, tuple(moments), lacking))
 
 

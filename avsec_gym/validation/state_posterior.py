@@ -44,43 +44,61 @@ class StatePosterior:
         return self.probabilities @ self.states
 
     @property
-    def clean(self) -> Floats:
-        """Probability that no sensor is attacked, shape (N,)."""
-        return self.probabilities[:, 0]
+    def given_attack(self) -> Floats:
+        """P(s_i = 1 | evidence, some sensor is attacked) of each sensor, shape (N, n + 1)."""
+        attack = self.probabilities[:, 1:].sum(axis=1, keepdims=True)
+        return np.asarray(self.sensors / np.maximum(attack, np.finfo(float).tiny))
 
 
 @dataclass(frozen=True, eq=False)
 class Decoding:
-    """What the evidence of N moments says.
+    """What the evidence of N moments says: the alarm, and what goes with it of each sensor.
 
     Args:
         posterior: Of the sensor state vectors.
         alarms: Whether an attack is reported, at the designated false alarm rate, shape (N,).
-        states: The most probable **s**: without alarm the clean one, with it the best of the
-            others, shape (N, n + 1).
         familiar: Whether some **s** explains the evidence as well as it does moments like those of
             the fit, shape (N,); else the probabilities say little.
     """
 
     posterior: StatePosterior
     alarms: NDArray[np.bool_]
-    states: States
     familiar: NDArray[np.bool_]
 
-    def verdicts(self, certainty: float = 0.95) -> list[list[Verdict]]:
+    @property
+    def states(self) -> States:
+        """The most probable **s**: without alarm the clean one, with it the best of the others.
+
+        Shape (N, n + 1).
+        """
+        best = 1 + self.posterior.probabilities[:, 1:].argmax(axis=1)
+        return self.posterior.states[np.where(self.alarms, best, 0)]
+
+    def verdicts(self, certainty: float | None = 0.95) -> list[list[Verdict]]:
         """On each sensor of each moment.
 
-        Attacked where its probability is `certainty` or more, sound where it is 1 - `certainty` or
-        less.  Between the two the sensors cannot decide, nor in a moment that is not familiar.
+        Without an alarm none is attacked; with it one or more are not sound.  Attacked is who is so
+        with a probability of `certainty` or more; sound, who is attacked with 1 - `certainty` or
+        less, and with an alarm even given that somebody is, unless `states` names it.  Between the
+        two the sensors cannot decide, nor about anyone in a moment that is not familiar.
+
+        Args:
+            certainty: None: familiar moments are decided, by `states`.
 
         Raises:
             ConfigurationError: A certainty that is not above a half and up to 1.
         """
-        if not 0.5 < certainty <= 1:
+        if certainty is not None and not 0.5 < certainty <= 1:
             raise ConfigurationError(f"a certainty is above 0.5 and up to 1, got {certainty}")
-        chosen = np.full(self.states.shape, Verdict.CANNOT_TELL, object)
-        chosen[self.posterior.sensors >= certainty] = Verdict.ATTACKED
-        chosen[self.posterior.sensors <= 1.0 - certainty] = Verdict.SOUND
+        alarm, attacked = self.alarms[:, None], self.states
+        sound = ~attacked
+        if certainty is not None:
+            suspicion = np.where(alarm, self.posterior.given_attack, self.posterior.sensors)
+            sound &= suspicion <= 1.0 - certainty
+            attacked = alarm & (self.posterior.sensors >= certainty)
+        chosen = np.full(sound.shape, Verdict.CANNOT_TELL, object)
+        chosen[sound] = Verdict.SOUND
+        chosen[attacked] = Verdict.ATTACKED
         chosen[~self.familiar] = Verdict.CANNOT_TELL
         return chosen.tolist()
 
@@ -100,13 +118,12 @@ def state_indices(states: States) -> NDArray[np.intp]:
     return np.asarray(states @ (1 << np.arange(states.shape[-1])), np.intp)
 
 
-def attack_prior(sensors: int, attacked: float = 0.1, most: int | None = None) -> Floats:
+def attack_prior(sensors: int, attacked: float = 0.1) -> Floats:
     """P(**s**) where each sensor is attacked independently of the others.
 
     Args:
         sensors: n + 1.
         attacked: Probability of each.
-        most: How many can be attacked at most; the thesis promises n - 2.  None: all of them.
 
     Returns:
         In the order of `state_vectors`, shape (2^(n+1),).
@@ -117,9 +134,7 @@ def attack_prior(sensors: int, attacked: float = 0.1, most: int | None = None) -
     if not 0 < attacked < 1:
         raise ConfigurationError(f"the probability of an attack is in (0, 1), got {attacked}")
     count = state_vectors(sensors).sum(axis=1)
-    prior = attacked**count * (1.0 - attacked) ** (sensors - count)
-    prior[count > (sensors if most is None else most)] = 0.0
-    return np.asarray(prior / prior.sum())
+    return np.asarray(attacked**count * (1.0 - attacked) ** (sensors - count))
 
 
 def brier_score(posterior: StatePosterior, states: States) -> float:

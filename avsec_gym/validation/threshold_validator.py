@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import ClassVar
 
 from avsec_gym.frame import SensorFrame
-from avsec_gym.sensor_system import Sensor, SensorSystem, Triple
+from avsec_gym.sensor_system import SensorSystem, Triple
 from avsec_gym.validation.detection import detect_attack
 from avsec_gym.validation.disparity_error import DisparityErrors
-from avsec_gym.validation.disparity_maps import DisparityMaps
+from avsec_gym.validation.disparity_maps import DisparityMaps, Pair
 from avsec_gym.validation.identification import identify_attacked_sensors
 from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.state_posterior import Verdict
@@ -27,6 +27,9 @@ from avsec_gym.validation.validator import Validation
 @dataclass(frozen=True)
 class ThresholdValidator:
     """Finds an attack on three sensors, and the attacked sensors of four or more.
+
+    An error beyond its threshold is always an alarm: what nobody whom algorithm 2 names explains
+    leaves its sensors open.
 
     Args:
         thresholds: What errors are like when nobody attacks; a table or its file.
@@ -63,22 +66,27 @@ class ThresholdValidator:
         return self._table.on.system
 
     def validate(self, frame: SensorFrame) -> Validation:
-        """See `Validator`; algorithm 2 finds only the disparity maps that it asks for."""
+        """See `Validator`; only maps of those references are found that algorithm 2 comes to."""
         self._table.on.check(self.system, self._depth, frame.calibration)
         errors = DisparityErrors(DisparityMaps(frame, self.system, self._depth))
-        if len(self.system) == 3:
+
+        def exceeded(triple: Triple) -> bool:
+            # Whoever asks for one triple of a reference asks for all of them.
+            errors.maps.find(_maps_of(triple[2]))
+            return self._chosen[triple].exceeded(errors[triple])
+
+        sensors = self.system.sensors
+        if len(sensors) == 3:
+            errors.maps.find(_maps_of(2))
             alarm = detect_attack(errors, self._chosen)
             said = Verdict.CANNOT_TELL if alarm else Verdict.SOUND
-            return Validation(alarm, dict.fromkeys(self.system.sensors, said), errors)
-        found = identify_attacked_sensors(
-            lambda triple: self._chosen[triple].exceeded(errors[triple]), len(self.system)
-        )
-        verdicts: dict[Sensor, Verdict] = {}
-        for position, sensor in enumerate(self.system.sensors):
-            if position in found.attacked:
-                verdicts[sensor] = Verdict.ATTACKED
-            elif found.limit_exceeded:
-                verdicts[sensor] = Verdict.CANNOT_TELL
-            else:
-                verdicts[sensor] = Verdict.SOUND
-        return Validation(bool(found.attacked), verdicts, errors)
+            return Validation(alarm, dict.fromkeys(sensors, said), errors)
+        found = identify_attacked_sensors(exceeded, len(sensors))
+        verdicts = dict.fromkeys(sensors, Verdict.SOUND)
+        verdicts |= {sensors[one]: Verdict.CANNOT_TELL for one in found.doubtful}
+        verdicts |= {sensors[one]: Verdict.ATTACKED for one in found.attacked}
+        return Validation(bool(found.attacked or found.doubtful), verdicts, errors)
+
+
+def _maps_of(reference: int) -> list[Pair]:
+    return [(i, reference) for i in range(reference)]

@@ -61,6 +61,11 @@ class Threshold:
 class ThresholdTable:
     """What disparity errors of every triple are in attack-free data, whence thresholds follow.
 
+    Beyond an order statistic of N samples lies the share that was meant, (r N + 1) / (N + 1) on
+    average, of new moments that are as independent of these samples as they are of each other.
+    Moments of one drive are alike: of a few drives, N counts drives rather than moments, and a new
+    drive may have many more false alarms, or none.
+
     Args:
         on: The sensors, the depth and the data; the triples are those of its system.
         shares: Of N samples, all `MEASURES`, shape (N, triples, 4).

@@ -13,8 +13,10 @@ from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.sensor_system import Sensor
 from avsec_gym.validation.validator import Validation
 
-RECORD, ROWS, THRESHOLDS = "validation.json", "moments.jsonl", "thresholds.json"
-"""Whose results these are; the results; what errors were like when nobody attacked."""
+RECORD, ROWS = "validation.json", "moments.jsonl"
+"""Whose results these are; the results."""
+THRESHOLDS, LIKELIHOOD, SAMPLES = "thresholds.json", "likelihood.json", "samples.jsonl"
+"""What errors were like when nobody attacked; the model; the moments that it was fitted on."""
 
 
 class ValidationFolder:
@@ -39,14 +41,33 @@ class ValidationFolder:
                 remedy="Name another --out, or take this folder away.",
             )
         write_text(place, text, overwrite=True)
-        self._path = out / ROWS
-        # A last line that was cut off is done again.
-        lines = read_text(self._path).split("\n")[:-1] if self._path.exists() else []
-        self.rows: dict[str, dict[str, Any]] = {row["id"]: row for row in map(json.loads, lines)}
-        write_text(self._path, "".join(line + "\n" for line in lines), overwrite=True)
+        self._lines = JsonLines(out / ROWS)
+
+    @property
+    def rows(self) -> dict[str, dict[str, Any]]:
+        """By the moments' ids."""
+        return self._lines.rows
 
     def add(self, row: dict[str, Any]) -> None:
         """Keep what was said of a moment."""
+        self._lines.add(row)
+
+
+class JsonLines:
+    """Rows with an ``id``, a line each; a last line that was cut off is done again.
+
+    Args:
+        path: The file, new or not.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        lines = read_text(path).split("\n")[:-1] if path.exists() else []
+        self.rows: dict[str, dict[str, Any]] = {row["id"]: row for row in map(json.loads, lines)}
+        write_text(path, "".join(line + "\n" for line in lines), overwrite=True)
+
+    def add(self, row: dict[str, Any]) -> None:
+        """Keep it, at once."""
         with self._path.open("a", encoding="utf-8") as file:
             file.write(json.dumps(row, allow_nan=False) + "\n")
         self.rows[row["id"]] = row

@@ -20,8 +20,8 @@ class Validation:
 
     Args:
         alarm: Whether an attack is reported.
-        verdicts: On each sensor of the system; all `Verdict.SOUND` without alarm, unless a sensor
-            cannot be told.
+        verdicts: On each sensor of the system.  Without an alarm none is attacked, though some may
+            not be told; with it never are all sound.
         errors: What it was concluded from, E_{i,j,k}; its `maps` show where.
         probabilities: That a sensor is attacked, where the validator gives any.
     """

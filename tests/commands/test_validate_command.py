@@ -13,7 +13,10 @@ from avsec_gym.cli import run
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.raw_calibration import write_raw_calibration
 from avsec_gym.kitti.writing import write_raw_frame
+from avsec_gym.registry import make
 from avsec_gym.rig import camera_rig
+from avsec_gym.validation.maximum_likelihood import read_likelihood_model
+from avsec_gym.validation.state_evidence import StateEvidence
 
 RIG = camera_rig([0.0, 0.4, 0.6], focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))
 COVERED = 11
@@ -131,6 +134,67 @@ def test_what_lacks_is_said(
     assert "Three sensors" in capsys.readouterr().err
 
 
+def test_broken_clean_moments_are_told_again_when_it_goes_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    drive = tmp_path / "2026_01_01" / "2026_01_01_drive_0002_sync"
+    write_raw_calibration(drive.parent, RIG.calibration, image_size=(240, 120))
+    for number in range(6):
+        write_raw_frame(drive, number, wall(number))
+    (drive / "image_01" / "data" / "0000000001.png").write_bytes(b"no picture")
+    (drive / "velodyne_points" / "data" / "0000000005.bin").unlink()
+    out = tmp_path / "out"
+    arguments = ["validate", "--kitti-raw", str(drive), "--out", str(out), "--clean", "0.5"]
+    # Of the last moment nothing is asked.
+    arguments += ["--limit", "5"]
+    for _ in range(2):
+        assert run(arguments) == 3
+        told = capsys.readouterr().err
+        assert "0000000001.png" in told
+        assert "0000000005" not in told
+        assert json.loads((out / "summary.json").read_text())["left_out"] == 1
+    assert json.loads((out / "thresholds.json").read_text())["fitted_on"]["data"]["moments"] == 1
+
+
+def test_one_command_makes_a_likelihood_file(
+    validated: Lines, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "fit"
+    options = ["--out", str(out), "--clean", "0.9", "--fit-likelihood"]
+    (row, last) = validated(*options)
+    # The last wall is covered: like none of the clean ones, and unlike those with a facula.
+    assert row["alarm"]
+    assert set(row["probabilities"]) == {"lidar", "2", "1", "0"}
+    assert last["summary"]["moments"] == 1
+    samples = (out / "samples.jsonl").read_text().splitlines()
+    assert [json.loads(line)["id"] for line in samples] == [f"{n:010d}" for n in range(11)]
+    model = read_likelihood_model(out / "likelihood.json")
+    assert len(model.clean_scores) == 11
+    assert model.on.data["moments"] == 11
+    # Stopped while it was attacking moments: those that are done are not attacked again.
+    (out / "likelihood.json").rename(tmp_path / "likelihood.json")
+    (out / "samples.jsonl").write_text("\n".join(samples[:9]) + "\n" + samples[9][:100])
+    attacked = []
+    find = StateEvidence.evidence
+    monkeypatch.setattr(
+        StateEvidence,
+        "evidence",
+        lambda self, states: attacked.append(self._clean.id) or find(self, states),
+    )
+    assert validated(*options)[0] == row
+    assert attacked == [f"{n:010d}" for n in (9, 10)]
+    again = read_likelihood_model(out / "likelihood.json")
+    np.testing.assert_allclose(again.clean_scores, model.clean_scores)
+    # The file serves other drives, and whoever makes validators by name.
+    file = str(tmp_path / "likelihood.json")
+    rows = validated("--out", str(tmp_path / "judged"), "--likelihood", file)[:-1]
+    assert len(rows) == 12
+    assert rows[-1]["verdicts"] == row["verdicts"]
+    by_name = make("validator", {"name": "likelihood", "model": file, "rate": 0.0})
+    said = by_name.validate(wall(COVERED)).verdicts
+    assert {str(sensor): str(one) for sensor, one in said.items()} == row["verdicts"]
+
+
 @pytest.mark.parametrize(
     ("options", "code"),
     [
@@ -141,6 +205,9 @@ def test_what_lacks_is_said(
         (["--attack", "{"], 2),
         (["--depth", "none"], 2),
         (["--criterion", "error", "--likelihood", "no.json"], 2),
+        (["--fit-likelihood", "--likelihood", "no.json"], 2),
+        (["--fit-likelihood", "--criterion", "error"], 2),
+        (["--fit-likelihood", "--clean", "0.5"], 2),
         (["--sensors", "1", "0"], 2),
         (["--sensors", "lidar", "0", "1"], 2),
     ],

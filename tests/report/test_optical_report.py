@@ -57,7 +57,7 @@ def found(count: int) -> Boxes3D:
 
 def objects_of(part: str, number: int) -> CellResult:
     """Every third attack hides the second car; the LiDAR sees a bogus one in all but one moment."""
-    id, hidden = f"{number:03d}", number % 3 == 0
+    id, hidden = f"drive_{number:03d}/0", number % 3 == 0
     counts = [
         Measurement(mismatch_setting(part, (bool(i), bool(k))), id, mismatch_name(pair, iou),
                     hidden * (i + k) + (iou == 0.7 and number % 2 and part == "judged"))
@@ -81,7 +81,7 @@ def objects_of(part: str, number: int) -> CellResult:
 
 def sizes_of(part: str, number: int) -> CellResult:
     """The larger an attack the more of it is noticed, by all shares sooner than by E."""
-    id, random = f"{number:03d}", np.random.default_rng([part == "judged", number])
+    id, random = f"drive_{number:03d}/0", np.random.default_rng([part == "judged", number])
     noise = 0.01 if part == "fitted" else 0.005
 
     def shares(setting: str, strength: float, error: float, other: float) -> list[Measurement]:

@@ -11,8 +11,9 @@ import pytest
 
 from avsec_gym.commands.report import Report
 from avsec_gym.experiments.chapter3 import summary as chapter_3
+from avsec_gym.experiments.chapter3.attacks import BEYOND
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
-from avsec_gym.experiments.chapter3.state_evidence_cells import bits, measured
+from avsec_gym.experiments.chapter3.state_evidence_cells import alone, bits, measured
 from avsec_gym.experiments.experiment import (
     Cell,
     CellResult,
@@ -40,17 +41,22 @@ def moment(configuration: Configuration) -> Any:
     def work(part: str, number: int) -> CellResult:
         random = np.random.default_rng([part == "judged", number])
         rows = []
-        for state in state_vectors(len(SYSTEM)):
-            setting = f"{part} {bits(state)}"
+        every = state_vectors(len(SYSTEM))
+        states = [(part, state) for state in every]
+        if part == "judged":
+            states += [(kind, state) for kind in BEYOND for state in alone(every)]
+        id = f"drive_{number:03d}/0"
+        for kind, state in states:
+            setting = f"{kind} {bits(state)}"
             for name, scope in evidence_elements(SYSTEM):
                 seen = [one for one in scope if state[one]]
                 if name != "brightness":
                     seen = [one for one in seen if one != HIDDEN_FROM_E]
                 share = random.uniform(0.01, 0.05) + (0.4 if seen else 0.0)
-                rows.append(Measurement(setting, f"{number:03d}", measured(name, scope), share))
+                rows.append(Measurement(setting, id, measured(name, scope), share))
             for triple in SYSTEM.triples:
                 name = measured("hole_share", triple)
-                rows.append(Measurement(setting, f"{number:03d}", name, 0.1))
+                rows.append(Measurement(setting, id, name, 0.1))
         return CellResult(measurements=rows)
 
     return work
@@ -97,11 +103,25 @@ def test_a_page_says_what_sensors_notice(
     said = capsys.readouterr().err
     assert validation_sentences(summary)[0] in said
     page = (run.path / "report.html").read_text()
-    for words in ("Table 3.1", "Table 3.2", "99.89", "98.15", "other brightness"):
+    for words in ("Table 3.1", "Table 3.2", "99.89", "98.15", "1 m wide"):
         assert words in page
-    assert page.count("not attacked") == 1
+    for figure, panels in (("3.5", 7), ("3.6", 7), ("3.7", 7), ("3.8", 7), ("3.9", 15)):
+        box = page.partition(f"<h3>Figure {figure}")[2].partition("</ul>")[0]
+        assert box.count("<svg") == panels
+    box = page.partition("<h3>Figure 3.10")[2].partition("</ul>")[0]
+    assert box.count("<svg") == 4
+    assert "The thesis, r = 1 %: 97.60" in box
+    assert "of 24 drives" in page
+    # Of what was said with some probability, how much was so.
+    assert page.count('data-hint="said ') == sum(
+        row is not None for row in summary["honesty"]["reliability"]
+    )
     text = markdown_page(report)
     assert "## Table 3.2" in text
+    assert "a bogus return that hides what is behind it" in text
+    assert "## What a user of maximum likelihood is told" in text
+    # Curves know more rates than tables.
+    assert len(text.partition("## Table 3.1")[2].partition("##")[0].strip().splitlines()) < 30
     assert "*98.15*" in text
 
 

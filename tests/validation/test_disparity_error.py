@@ -12,8 +12,6 @@ from hypothesis.extra import numpy as arrays
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.perception.depth.depth import DisparityMap
-from avsec_gym.rig import kitti_rig
-from avsec_gym.sensor_system import KITTI_SYSTEM
 from avsec_gym.validation.brightness import FEWEST
 from avsec_gym.validation.disparity_error import (
     WINDOW,
@@ -21,7 +19,6 @@ from avsec_gym.validation.disparity_error import (
     DisparityError,
     comparison_map,
     disparity_error,
-    sight_of_triple,
 )
 
 DISPARITIES = arrays.arrays(
@@ -116,10 +113,3 @@ def test_maps_of_two_sizes_are_refused() -> None:
             DisparityMap(np.zeros((2, 2), np.float32), 1.0),
             DisparityMap(np.zeros((2, 3), np.float32), 1.0),
         )
-
-
-def test_a_narrow_triple_sees_hardly_anything() -> None:
-    calibration = kitti_rig().calibration
-    assert sight_of_triple(calibration, KITTI_SYSTEM, (0, 1, 2)) == pytest.approx(16, abs=1)
-    for triple in ((0, 1, 3), (0, 2, 3), (1, 2, 3)):
-        assert sight_of_triple(calibration, KITTI_SYSTEM, triple) > 120

@@ -54,6 +54,31 @@ def test_a_pair_is_matched_once_and_only_if_asked_for(
     assert sorted(matched) == sorted(SYSTEM.pairs())
 
 
+def test_brightness_is_found_with_the_maps_the_longest_work_first(
+    wall: SensorFrame, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    alone = DisparityMaps(wall, SYSTEM)
+    between = [pair for pair in SYSTEM.pairs() if pair[0] > 0]
+    expected = {pair: alone.brightness(pair) for pair in between}
+    maps = DisparityMaps(wall, SYSTEM)
+    found = []
+    find = DisparityMaps._find
+    monkeypatch.setattr(
+        DisparityMaps, "_find", lambda self, pair: found.append(pair) or find(self, pair)
+    )
+    maps.find(SYSTEM.pairs(), threads=1)
+    # Cameras 2 and 0 are 60 cm from each other, 1 and 0 40 cm, 2 and 1 20 cm.
+    assert found[:3] == [(1, 3), (2, 3), (1, 2)]
+    monkeypatch.setattr("avsec_gym.validation.disparity_maps.brightness_inconsistency", None)
+    assert {pair: maps.brightness(pair) for pair in between} == expected
+    maps.find(SYSTEM.pairs())
+    assert len(found) == 5
+    with pytest.raises(ConfigurationError, match="LiDAR sees no brightness"):
+        maps.brightness((0, 3))
+    with pytest.raises(ConfigurationError, match="positions"):
+        maps.find([(3, 2)])
+
+
 def test_sound_sensors_agree_and_a_covered_one_is_found(wall: SensorFrame) -> None:
     errors = DisparityErrors(DisparityMaps(wall, SYSTEM))
     assert all(errors[triple].error < 0.02 for triple in SYSTEM.triples)

@@ -38,7 +38,7 @@ def test_every_attack_within_the_limit_is_identified(n: int) -> None:
     for attacked in subsets(n):
         found = identify_attacked_sensors(lambda triple, a=attacked: bool(a & set(triple)), n + 1)
         if len(attacked) <= n - 2:
-            assert found.agreed
+            assert not found.doubtful
             assert set(found.attacked) == attacked
             assert len(found.attacked) == len(attacked)
             # No other one within the limit would look the same; n = 6 and 7 would take too long.
@@ -54,7 +54,7 @@ def test_beyond_the_limit_it_says_so(n: int) -> None:
             )
             # Fewer than three sound sensors: no triple is consistent.
             assert found.limit_exceeded
-            assert not found.agreed
+            assert found.doubtful == {0, 1, 2}
             assert found.zero is None
             assert found.attacked == tuple(range(n, 2, -1))
 
@@ -83,7 +83,7 @@ def test_what_does_not_fit_together_is_reported() -> None:
     found = identify_attacked_sensors(lambda triple: triple == (1, 2, 3), 4)
     assert (found.attacked, found.zero) == ((), (0, 1, 3))
     assert (found.other_answers, found.unexplained) == ((), ((1, 2, 3),))
-    assert not found.agreed
+    assert found.doubtful == {1, 2, 3}
 
 
 @settings(deadline=None)
@@ -94,7 +94,6 @@ def test_zeros_disagree_only_where_something_is_unexplained(case: tuple[int, int
     found = identify_attacked_sensors(lambda triple: bool(states[triple]), n + 1)
     if found.other_answers:
         assert found.unexplained
-        assert not found.agreed
     if found.zero is not None:
         reference = found.zero[2]
         expected = {
@@ -104,6 +103,12 @@ def test_zeros_disagree_only_where_something_is_unexplained(case: tuple[int, int
             and states[t] != bool({s for s in found.attacked if s < reference} & set(t))
         }
         assert set(found.unexplained) == expected
+        # Whatever speaks against the answer is said of somebody.
+        assert any(states[triple] for triple in states if triple[2] == reference) == bool(
+            {s for s in found.attacked if s < reference} | found.doubtful
+        )
+        assert all(found.doubtful & set(t) for t in expected if states[t])
+    assert not found.doubtful & set(found.attacked)
 
 
 def test_zeros_that_disagree_are_reported() -> None:
@@ -111,6 +116,7 @@ def test_zeros_that_disagree_are_reported() -> None:
     found = identify_attacked_sensors(lambda triple: bool(states[triple]), 5)
     assert found.attacked == (2,)
     assert found.other_answers == (frozenset({3}),)
+    assert found.doubtful == {1, 3, 4}
 
 
 def test_three_sensors_cannot_identify() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from itertools import combinations
 from pathlib import Path
 
@@ -21,7 +21,9 @@ from avsec_gym.validation.fitted_on import fitted_on
 from avsec_gym.validation.likelihood_fit import LikelihoodSamples, fit_likelihood
 from avsec_gym.validation.likelihood_validator import LikelihoodValidator
 from avsec_gym.validation.pair_depth import PairDepth
+from avsec_gym.validation.response import Response, trusted_frame
 from avsec_gym.validation.state_posterior import Verdict, state_vectors
+from avsec_gym.validation.suspects import Untrusted
 from avsec_gym.validation.threshold_validator import ThresholdValidator
 from avsec_gym.validation.thresholds import ThresholdTable, measured_thresholds
 from avsec_gym.validation.validator import Validator
@@ -80,6 +82,50 @@ def test_beyond_the_limit_what_cannot_be_told_is_said(
     every = ThresholdValidator(table, rate=0.0).validate(spoiled(wall_of(40), set(SYSTEM.sensors)))
     assert every.alarm
     assert Verdict.CANNOT_TELL in every.verdicts.values()
+
+
+def table_with(frame: SensorFrame, beyond: set[tuple[int, int, int]]) -> ThresholdTable:
+    """Of one clean moment, in which these triples had no error at all, and others every error."""
+    on = fitted_on(SYSTEM, PairDepth(), frame.calibration, {})
+    shares = [np.zeros(4) if triple in beyond else np.ones(4) for triple in SYSTEM.triples]
+    return ThresholdTable(on, np.array([shares]))
+
+
+def test_an_error_that_nobody_explains_is_not_kept_quiet(wall_of: WallOf) -> None:
+    """Only e_{1,2,3} is 1: S_1 and S_2 agree with S_0, but not with each other."""
+    wall = wall_of(0)
+    found = ThresholdValidator(table_with(wall, {(1, 2, 3)}), rate=0.0).validate(wall)
+    assert found.alarm
+    assert not found.attacked
+    assert found.verdicts[LIDAR] == Verdict.SOUND
+    assert {found.verdicts[one] for one in (0, 1, 2)} == {Verdict.CANNOT_TELL}
+    # Then all that nothing clears is left away, and a camera detector stops.
+    with pytest.raises(Untrusted):
+        trusted_frame(wall, found, Response.DROP).image(2)
+
+
+def test_maps_are_found_together_and_only_those_that_are_asked_for(
+    wall_of: WallOf, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    together: list[list[tuple[int, int]]] = []
+    find = DisparityMaps.find
+
+    def recorded(self: DisparityMaps, pairs: Iterable[tuple[int, int]], threads: int = 2) -> None:
+        known = dict(self._found)
+        find(self, pairs, threads)
+        together.append(sorted(self._found.keys() - known.keys()))
+
+    monkeypatch.setattr(DisparityMaps, "find", recorded)
+    wall = wall_of(0)
+    for beyond, expected in (
+        (set(), [(0, 3), (1, 3), (2, 3)]),
+        ({t for t in SYSTEM.triples if t[2] == 3}, [(0, 2), (0, 3), (1, 2), (1, 3), (2, 3)]),
+    ):
+        together.clear()
+        said = ThresholdValidator(table_with(wall, beyond), rate=0.0).validate(wall)
+        assert sorted(said.errors.maps._found) == expected
+        assert sorted(pair for found in together for pair in found) == expected
+        assert sum(map(bool, together)) == (2 if beyond else 1)
 
 
 def test_three_sensors_raise_an_alarm_and_name_nobody(wall_of: WallOf, tmp_path: Path) -> None:

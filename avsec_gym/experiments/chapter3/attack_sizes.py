@@ -27,9 +27,10 @@ from avsec_gym.experiments.chapter3.recordings import (
     JUDGED,
     OPTIONS,
     SYSTEM,
+    drives_inputs,
+    moment_cells,
     recordings_of,
 )
-from avsec_gym.experiments.chapter3.sensor_detections import drives_inputs
 from avsec_gym.experiments.experiment import (
     Cell,
     CellResult,
@@ -73,11 +74,7 @@ _STREAM = {LIDAR: 3, CAMERA: 4}
 
 def size_cells(configuration: Configuration) -> list[Cell]:
     """A cell for every moment, first the clean ones that thresholds are fitted on."""
-    return [
-        Cell.of(_WORK, moment.id.partition("/")[0], part=part, number=number)
-        for part in (FITTED, JUDGED)
-        for number, moment in enumerate(recordings_of(configuration, part).moments)
-    ]
+    return moment_cells(_WORK, configuration, (FITTED, JUDGED))
 
 
 def size_inputs(configuration: Configuration) -> dict[str, Path]:

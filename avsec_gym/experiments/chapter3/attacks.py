@@ -1,64 +1,65 @@
-"""The optical attacks of chapter 3: those of the thesis, and others that likelihoods are fitted on.
+"""The optical attacks of chapter 3: those of the thesis, others to fit on, and others to judge.
 
-What is fitted has seen neither the seeds nor the sizes of what is judged.
+What is fitted has seen neither the seeds nor the kinds of attack that are judged.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from avsec_gym.attacks.attack import Seed
-from avsec_gym.attacks.facula import THESIS_RADII, Facula
+from avsec_gym.attacks.attacks_to_fit_on import attack_to_fit_on, attacked_in_turn
+from avsec_gym.attacks.facula import Facula
 from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
 from avsec_gym.attacks.optical_attack import OpticalAttack, TamperedFrame
 from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED
 from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
 
-OTHER_RADII = ((120.0, THESIS_RADII[0]), (THESIS_RADII[1], 450.0))
-"""Of faculae to fit on: smaller and larger ones than the thesis', pixels."""
-OTHER_DISTANCES = ((4.5, 6.0), (10.0, 14.0))
-"""Of bogus returns to fit on: nearer and farther than the thesis', metres."""
-OTHER_WIDTHS = (2.0, 3.0)
-"""And narrower or wider than 2.5 m."""
+SMALLER, OTHER = "smaller", "other"
+"""Kinds of attack beyond the thesis' that are judged, too."""
+BEYOND = {
+    SMALLER: (LidarSpoofing(width=1.0), Facula(radius=(60.0, 120.0))),
+    OTHER: (LidarSpoofing(rays_lost=True), Facula(strength=128.0)),
+}
+"""By kind: on the LiDAR, and on a camera."""
 
-_STREAM = {FITTED: 1, JUDGED: 2}
+_STREAM = {FITTED: 1, JUDGED: 2, SMALLER: 3, OTHER: 4}
 
 
 def attack_of(
-    sensor: Sensor, reference: int, part: str, random: np.random.Generator
+    sensor: Sensor, reference: int, kind: str, random: np.random.Generator
 ) -> OpticalAttack:
     """On one sensor; what it leaves open is drawn when it attacks.
 
     Args:
         sensor: A camera's number or `LIDAR`.
         reference: The camera in whose view bogus returns are.
-        part: `FITTED` or `JUDGED`.
-        random: Draws which of the sizes to fit on.
+        kind: `JUDGED`, the thesis'; `FITTED`; or one of `BEYOND`.
+        random: Draws which of the attacks to fit on.
     """
-    larger = int(random.integers(2))
-    if part == JUDGED:
-        return LidarSpoofing(reference=reference) if sensor == LIDAR else Facula(int(sensor))
+    if kind == FITTED:
+        return attack_to_fit_on(sensor, random, reference)
+    spoofing, facula = BEYOND.get(kind, (LidarSpoofing(), Facula()))
     if sensor == LIDAR:
-        width, distance = OTHER_WIDTHS[int(random.integers(2))], OTHER_DISTANCES[larger]
-        return LidarSpoofing(width=width, distance=distance, reference=reference)
-    return Facula(int(sensor), OTHER_RADII[larger])
+        return replace(spoofing, reference=reference)
+    return replace(facula, camera=int(sensor))
 
 
 def tampered_frames(
-    frame: SensorFrame, system: SensorSystem, part: str, seed: Seed
+    frame: SensorFrame, system: SensorSystem, kind: str, seed: Seed
 ) -> dict[Sensor, TamperedFrame]:
     """The moment with one sensor attacked at a time, each by draws of its own.
 
     Args:
         frame: As it is.
         system: Its sensors.
-        part: `FITTED` or `JUDGED`.
+        kind: See `attack_of`.
         seed: Of the moment.
     """
-    result = {}
-    for position, sensor in enumerate(system.sensors):
-        own = [*([seed] if isinstance(seed, int) else seed), _STREAM[part], position + 1]
-        attack = attack_of(sensor, system.reference, part, np.random.default_rng(own))
-        result[sensor] = attack.attack(frame, own)
-    return result
+    own = [*([seed] if isinstance(seed, int) else seed), _STREAM[kind]]
+    return attacked_in_turn(
+        frame, system, lambda sensor, random: attack_of(sensor, system.reference, kind, random), own
+    )

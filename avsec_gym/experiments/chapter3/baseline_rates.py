@@ -8,6 +8,7 @@ are; the other reading, that any mismatch is one, stands beside it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,7 @@ from avsec_gym.experiments.chapter3.detection_rates import (
     RATES,
     SCENARIOS,
     attack_cases_of,
-    moment_interval,
-    share_of,
+    case_rates,
 )
 from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED, SYSTEM
 from avsec_gym.experiments.chapter3.sensor_detections import (
@@ -26,6 +26,7 @@ from avsec_gym.experiments.chapter3.sensor_detections import (
     mismatch_name,
     mismatch_setting,
 )
+from avsec_gym.experiments.chapter3.shares import drive_of
 from avsec_gym.experiments.chapter3.summary import FEWEST
 from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.experiments.results import Results
@@ -42,16 +43,17 @@ def baseline_summary(results: Results, configuration: Configuration) -> dict[str
     Returns:
         ``moments`` of each part, and ``rows`` as of `baseline_rates`.
     """
-    fitted = _mismatches(results, FITTED)
-    judged = _mismatches(results, JUDGED)
+    fitted, _ = _mismatches(results, FITTED)
+    judged, moments = _mismatches(results, JUDGED)
     counts = {FITTED: len(fitted), JUDGED: len(judged)}
     if min(counts.values()) < FEWEST:
         return None
-    return {"moments": counts, "rows": baseline_rates(fitted, judged)}
+    drives = [drive_of(moment) for moment in moments]
+    return {"moments": counts, "rows": baseline_rates(fitted, judged, drives)}
 
 
 def baseline_rates(
-    fitted: Floats, judged: Floats, system: SensorSystem = SYSTEM
+    fitted: Floats, judged: Floats, drives: Sequence[str], system: SensorSystem = SYSTEM
 ) -> list[dict[str, Any]]:
     """For each scenario, IoU and rule the share of attacks noticed, in every case and on average.
 
@@ -59,6 +61,7 @@ def baseline_rates(
         fitted: Mismatches of clean moments, shape (M, pairs, IoUs, 2, 2); the pairs are those of
             the system, the last axes whether its first and its second sensor is attacked.
         judged: Of other moments in all states, shape (N, pairs, IoUs, 2, 2).
+        drives: Of the judged moments.
         system: A LiDAR and three cameras.
 
     Returns:
@@ -73,21 +76,13 @@ def baseline_rates(
             counts = _of_states(judged[:, :, column], triple, system)
             for rate in (None, *RATES):
                 most = 0 if rate is None else _order_statistic(clean, rate)
-                alarms = counts > most
-                attacked = alarms[:, list(cases)]
                 rows.append(
                     {
                         "scenario": name,
                         "iou": iou,
                         "rate": rate,
                         "most": most,
-                        "cases": {
-                            "+".join(f"S{one}" for one in case): float(alarms[:, index].mean())
-                            for index, case in cases.items()
-                        },
-                        "average": float(attacked.mean()),
-                        "interval": moment_interval(attacked),
-                        "false_alarms": share_of(alarms[:, 0]),
+                        **case_rates(counts > most, cases, drives),
                     }
                 )
     return rows
@@ -112,8 +107,11 @@ def _order_statistic(counts: Floats, rate: float) -> int:
     return int(np.sort(counts)[len(counts) - 1 - int(rate * len(counts) + 1e-9)])
 
 
-def _mismatches(results: Results, part: str) -> Floats:
-    """What `SensorDetections` stored, shape (N, pairs, IoUs, 2, 2), NaN for states that lack."""
+def _mismatches(results: Results, part: str) -> tuple[Floats, list[str]]:
+    """What `SensorDetections` stored, shape (N, pairs, IoUs, 2, 2), and the moments' ids.
+
+    NaN for states that lack.
+    """
     pairs = list(SYSTEM.pairs())
     shape = (len(pairs), len(IOUS), 2, 2)
     found: dict[str, NDArray[np.float64]] = {}
@@ -124,4 +122,5 @@ def _mismatches(results: Results, part: str) -> Floats:
                 for one in results.measurements(name=mismatch_name(pair, iou), setting=setting):
                     values = found.setdefault(one["scenario"], np.full(shape, np.nan))
                     values[(row, column, *state)] = one["value"]
-    return np.array([found[moment] for moment in sorted(found)]).reshape(-1, *shape)
+    moments = sorted(found)
+    return np.array([found[moment] for moment in moments]).reshape(-1, *shape), moments

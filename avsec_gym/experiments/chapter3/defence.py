@@ -26,6 +26,7 @@ from avsec_gym.experiments.chapter3.defence_validator import (
     fitted_file,
 )
 from avsec_gym.experiments.chapter3.recordings import JUDGED, USUAL_COUNT, recordings_of
+from avsec_gym.experiments.chapter3.shares import drive_of
 from avsec_gym.experiments.chapter5.trained import weights_file
 from avsec_gym.experiments.experiment import (
     Cell,
@@ -43,6 +44,7 @@ from avsec_gym.registry import Kind, make
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
+from avsec_gym.validation.moments import Recordings
 from avsec_gym.validation.response import Response
 from avsec_gym.validation.state_posterior import Verdict
 
@@ -63,12 +65,15 @@ OPTIONS = {
 sensors at most, none and one alone if 1; ``motion``: see `Motion`; by the networks' names their
 weights, instead of those of the package."""
 
+DRIVE_FRAMES = 4
+"""Of procedural drives: what the first frame hides of an attack the next ones may show."""
+
 _WORK = f"{__name__}:DefendedDrives"
 
 
 def defence_cells(configuration: Configuration) -> list[Cell]:
     """A cell for every moment and attack, drive by drive."""
-    recordings = recordings_of(configuration, JUDGED)
+    recordings = _judged(configuration)
     at_once = {**OPTIONS, **configuration.options}["attacked_at_once"]
     return [
         Cell.of(_WORK, drive_of(moment.id), attack=attack, number=number)
@@ -84,7 +89,7 @@ def defence_inputs(configuration: Configuration) -> dict[str, Path]:
     weights = {
         f"weights of {name}": weights_file(name, options) for name in networks if name in options
     }
-    manifest = recordings_of(configuration, JUDGED).root / "manifest.json"
+    manifest = _judged(configuration).root / "manifest.json"
     drives = {f"{JUDGED} drives": manifest} if manifest.is_file() else {}
     return {**drives, "validator": fitted_file(configuration), **weights}
 
@@ -95,9 +100,8 @@ def attacks_on(system: SensorSystem, at_once: int) -> list[str]:
     return [NO_ATTACK, *("+".join(map(str, case)) for case in cases)]
 
 
-def drive_of(moment: str) -> str:
-    """The drive that a moment belongs to; empty where there is one drive only."""
-    return moment.rpartition("/")[0]
+def _judged(configuration: Configuration) -> Recordings:
+    return recordings_of(configuration, JUDGED, DRIVE_FRAMES)
 
 
 class DefendedDrives:
@@ -110,7 +114,7 @@ class DefendedDrives:
     def __init__(self, configuration: Configuration) -> None:
         self._options = {**OPTIONS, **configuration.options}
         self._seed = configuration.seed
-        self._recordings = recordings_of(configuration, JUDGED)
+        self._recordings = _judged(configuration)
         self._drives = sorted({drive_of(moment.id) for moment in self._recordings.moments})
         self._validator = defending_validator(configuration)
         self._networks = {

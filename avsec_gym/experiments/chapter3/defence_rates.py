@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from avsec_gym.emergency_stop import STOPPED
-from avsec_gym.experiments.chapter3.defence import NO_ATTACK, UNDEFENDED, drive_of
+from avsec_gym.experiments.chapter3.defence import NO_ATTACK, UNDEFENDED
+from avsec_gym.experiments.chapter3.shares import drive_of, share_of
 from avsec_gym.experiments.results import Results
-from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.metrics.paired import paired_differences
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.validation.response import Response
@@ -38,8 +38,8 @@ def defence_rows(results: Results) -> list[Row]:
 
     Returns:
         Rows with ``detector``, ``attack``, ``response`` (`UNDEFENDED` first) and the rates as of
-        `SafetyRates.to_json`, where a stop reaches no goal.  Of a defence also shares, with Wilson
-        intervals, of drives
+        `SafetyRates.to_json`, where a stop reaches no goal.  Of a defence also shares (`share_of`,
+        by the drive that was recorded), of drives
 
         ``avoided``  that do not collide any more, of those that did;
         ``avoided_of_attack`` the same, of those that did not collide before the attack;
@@ -99,8 +99,8 @@ def alarm_rows(results: Results) -> list[Row]:
         rows.append(
             {
                 "attack": attack,
-                "alarms": share(alarms[attack].values()),
-                "named_exactly": share(said.get(id, set()) == true for id in alarms[attack]),
+                "alarms": _share(alarms[attack].items()),
+                "named_exactly": _share((id, said.get(id, set()) == true) for id in alarms[attack]),
             }
         )
         if attack != NO_ATTACK:
@@ -126,16 +126,10 @@ def frames_to_alarm(alarms: dict[str, bool]) -> dict[str, int]:
     return {**counted, "never": len(drives) - sum(firsts.values())}
 
 
-def share(hits: Iterable[bool]) -> dict[str, Any]:
-    """How many of how many, with Wilson's 95 % interval; None without a case."""
-    hits = list(hits)
-    count, of = sum(hits), len(hits)
-    return {
-        "count": count,
-        "of": of,
-        "rate": count / of if of else None,
-        "interval": list(wilson_interval(count, of)) if of else None,
-    }
+def _share(hits: Iterable[tuple[str, bool]]) -> dict[str, Any]:
+    """Of moments' ids, and whether it is a hit."""
+    cases = list(hits)
+    return share_of([hit for _, hit in cases], [drive_of(id) for id, _ in cases])
 
 
 def _worth(
@@ -147,17 +141,19 @@ def _worth(
         pairs: Of drives without a defence and with one.
         clean: The same drives without attack and defence.
     """
-    avoided = [(not now.collision, clean.get(_drive(now))) for was, now in pairs if was.collision]
+    were = [(now.scenario, was, now) for was, now in pairs]
+    collided = [(id, now) for id, was, now in were if was.collision]
+    before = {drive: record.collision for drive, record in clean.items()}
     # A moment is stopped in for every intention, or for none.
-    stopped = [now.reason == STOPPED for _, now in pairs if now.intention == pairs[0][1].intention]
+    moments = [(id, now) for id, _, now in were if now.intention == pairs[0][1].intention]
     return {
-        "avoided": share(hit for hit, _ in avoided),
-        "avoided_of_attack": share(
-            hit for hit, before in avoided if before and not before.collision
+        "avoided": _share((id, not now.collision) for id, now in collided),
+        "avoided_of_attack": _share(
+            (id, not now.collision) for id, now in collided if before.get(_drive(now)) is False
         ),
-        "caused": share(now.collision for was, now in pairs if not was.collision),
-        "given_up": share(not now.planned for was, now in pairs if was.safe),
-        "stopped": share(stopped),
+        "caused": _share((id, now.collision) for id, was, now in were if not was.collision),
+        "given_up": _share((id, not now.planned) for id, was, now in were if was.safe),
+        "stopped": _share((id, now.reason == STOPPED) for id, now in moments),
         "paired": paired_differences([was for was, _ in pairs], [now for _, now in pairs]),
     }
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.experiments.chapter3.evidence_table import EvidenceTable
-from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.sensor_system import Triple
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.state_posterior import States, state_vectors
@@ -19,6 +19,8 @@ SCENARIOS: dict[str, Triple] = {"LiDAR and two cameras": (0, 2, 3), "three camer
 """Of a LiDAR and three cameras."""
 RATES = (0.0, 0.01, 0.02, 0.03, 0.05)
 """Designated false alarm rates of the thesis' tables."""
+CURVE_RATES = (*RATES, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+"""And of its figures."""
 
 
 def exceeded(
@@ -69,23 +71,42 @@ def detection_rates(
             column = on.system.triples.index(triple)
             alarms = state_vector[:, :, column]
             cases = attack_cases_of(triple, len(on.system))
-            noticed = {
-                "+".join(f"S{one}" for one in case): alarms[:, index].mean()
-                for index, case in cases.items()
-            }
-            attacked = alarms[:, list(cases)]
             rows.append(
                 {
                     "scenario": name,
                     "rate": rate,
                     "criterion": criterion,
-                    "cases": {case: float(share) for case, share in noticed.items()},
-                    "average": float(attacked.mean()),
-                    "interval": moment_interval(attacked),
-                    "false_alarms": share_of(alarms[:, 0]),
+                    **case_rates(alarms, cases, judged.drives),
                 }
             )
     return rows
+
+
+def case_rates(
+    alarms: NDArray[np.bool_], cases: Mapping[int, tuple[int, ...]], drives: Sequence[str]
+) -> dict[str, Any]:
+    """How often an alarm is raised in each attack case, on average, and on clean moments.
+
+    Args:
+        alarms: Of N moments in all states, shape (N, states).
+        cases: See `attack_cases_of`.
+        drives: Of the moments.
+
+    Returns:
+        ``cases``, ``average``, ``interval`` and ``false_alarms``, see `detection_rates`.
+    """
+    average = share_of(alarms[:, list(cases)], drives)
+    return {
+        "cases": {case_name(case): float(alarms[:, one].mean()) for one, case in cases.items()},
+        "average": average["rate"],
+        "interval": average["interval"],
+        "false_alarms": share_of(alarms[:, 0], drives),
+    }
+
+
+def case_name(attacked: Iterable[int]) -> str:
+    """``S0+S2``."""
+    return "+".join(f"S{one}" for one in attacked)
 
 
 def attack_cases_of(triple: Triple, sensors: int) -> dict[int, tuple[int, ...]]:
@@ -97,25 +118,6 @@ def attack_cases_of(triple: Triple, sensors: int) -> dict[int, tuple[int, ...]]:
         if attacked and set(attacked) <= set(triple):
             cases[index] = attacked
     return cases
-
-
-def share_of(hits: NDArray[np.bool_]) -> dict[str, Any]:
-    """How many of how many, with Wilson's 95 % interval."""
-    count, of = int(hits.sum()), int(hits.size)
-    return {"count": count, "of": of, "rate": count / of, "interval": wilson_interval(count, of)}
-
-
-def moment_interval(hits: NDArray[np.bool_], resamples: int = 2000) -> tuple[float, float]:
-    """95 % bootstrap interval of a mean over moments; the cases of a moment belong together.
-
-    Args:
-        hits: Shape (N, cases).
-        resamples: Draws of N moments.
-    """
-    each = hits.mean(axis=1)
-    drawn = np.random.default_rng(0).integers(len(each), size=(resamples, len(each)))
-    low, high = np.percentile(each[drawn].mean(axis=1), (2.5, 97.5))
-    return float(low), float(high)
 
 
 def at_most(states: States, attacked: int) -> NDArray[np.intp]:

@@ -8,25 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.experiments.chapter3.detection_rates import (
-    RATES,
-    at_most,
-    exceeded,
-    moment_interval,
-    share_of,
-)
+from avsec_gym.experiments.chapter3.detection_rates import RATES, at_most, exceeded
 from avsec_gym.experiments.chapter3.evidence_table import EvidenceTable
+from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.identification import identify_attacked_sensors
-from avsec_gym.validation.likelihood_fit import LikelihoodSamples, fit_likelihood
+from avsec_gym.validation.likelihood_fit import FOLDS, LikelihoodSamples, fit_likelihood
 from avsec_gym.validation.maximum_likelihood import LikelihoodModel
-from avsec_gym.validation.state_posterior import (
-    States,
-    Verdict,
-    brier_score,
-    reliability,
-    state_vectors,
-)
+from avsec_gym.validation.state_posterior import state_vectors
 from avsec_gym.validation.thresholds import Criterion
 
 Found = NDArray[np.bool_]
@@ -56,12 +45,15 @@ def fitted_model(fitted: EvidenceTable, on: FittedOn) -> LikelihoodModel:
     """p(evidence | **s**) of every state of the fitted moments."""
     states = state_vectors(len(on.system))
     moments = len(fitted)
+    names, drive = np.unique(fitted.drives, return_inverse=True)
     return fit_likelihood(
         on,
         LikelihoodSamples(
             fitted.shares.reshape(moments * len(states), -1),
             np.tile(states, (moments, 1)),
             np.repeat(np.arange(moments), len(states)),
+            # Of too few drives, moments are held out.
+            np.repeat(drive, len(states)) if len(names) >= FOLDS else None,
         ),
     )
 
@@ -73,12 +65,16 @@ def maximum_likelihood(model: LikelihoodModel, judged: EvidenceTable, rate: floa
 
 
 def identification_rates(
-    conclude: Callable[[float], Found], sensors: int, rates: Sequence[float] = RATES
+    conclude: Callable[[float], Found],
+    drives: Sequence[str],
+    sensors: int,
+    rates: Sequence[float] = RATES,
 ) -> list[dict[str, Any]]:
     """For each r the share of moments in which exactly the attacked sensors were named.
 
     Args:
         conclude: What is found at r.
+        drives: Of the judged moments.
         sensors: n + 1.
         rates: r.
 
@@ -94,47 +90,17 @@ def identification_rates(
     for rate in rates:
         found = conclude(rate)
         exact = (found == states).all(axis=2)
+        average = share_of(exact[:, within], drives)
         rows.append(
             {
                 "rate": rate,
-                "sensors": {f"S{one}": share_of(exact[:, 1 << one]) for one in range(sensors)},
-                "average": float(exact[:, within].mean()),
-                "interval": moment_interval(exact[:, within]),
-                "beyond": share_of(exact[:, beyond].ravel()),
-                "false_alarms": share_of(np.asarray(found[:, 0].any(axis=1))),
+                "sensors": {
+                    f"S{one}": share_of(exact[:, 1 << one], drives) for one in range(sensors)
+                },
+                "average": average["rate"],
+                "interval": average["interval"],
+                "beyond": share_of(exact[:, beyond], drives),
+                "false_alarms": share_of(found[:, 0].any(axis=1), drives),
             }
         )
     return rows
-
-
-def honesty(model: LikelihoodModel, judged: EvidenceTable, rate: float = 0.01) -> dict[str, Any]:
-    """Are the probabilities what they say, and how often is it said that one cannot tell?
-
-    Over states drawn as the prior has them: half of the moments clean, the others in any state.
-    """
-    states = state_vectors(model.sensors)
-    moments = len(judged)
-    random = np.random.default_rng(0)
-    drawn = np.where(random.random(moments) < 0.5, 0, random.integers(1, len(states), size=moments))
-    truth: States = states[drawn]
-    shares = judged.shares[np.arange(moments), drawn]
-    prior = np.full(len(states), 0.5 / (len(states) - 1))
-    prior[0] = 0.5
-    decoding = model.decode(shares, rate, prior)
-    verdicts = np.array(decoding.verdicts())
-    told = verdicts != Verdict.CANNOT_TELL
-    right = (verdicts == Verdict.ATTACKED) == truth
-    return {
-        "brier": brier_score(decoding.posterior, truth),
-        "reliability": [
-            None if np.isnan(row).any() else row.tolist()
-            for row in reliability(decoding.posterior, truth)
-        ],
-        "told": share_of(told.ravel()),
-        "right_where_told": share_of(right[told]),
-        "right_by_attacked": {
-            str(count): share_of(right[truth.sum(axis=1) == count].ravel())
-            for count in range(model.sensors + 1)
-            if (truth.sum(axis=1) == count).any()
-        },
-    }

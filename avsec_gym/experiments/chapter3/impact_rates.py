@@ -8,7 +8,6 @@ import numpy as np
 
 from avsec_gym.experiments.chapter3.bogus_obstacles import taken_for_an_obstacle
 from avsec_gym.experiments.chapter3.car_precision import car_precision, precision_rows
-from avsec_gym.experiments.chapter3.detection_rates import share_of
 from avsec_gym.experiments.chapter3.recordings import JUDGED, SYSTEM
 from avsec_gym.experiments.chapter3.sensor_detections import (
     DETECTION_OPTIONS,
@@ -16,6 +15,7 @@ from avsec_gym.experiments.chapter3.sensor_detections import (
     TRUTH,
     seen_setting,
 )
+from avsec_gym.experiments.chapter3.shares import drive_of, share_of
 from avsec_gym.experiments.chapter3.summary import FEWEST
 from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.experiments.results import Results
@@ -50,19 +50,22 @@ def _bogus_returns(results: Results, options: dict[str, Any]) -> dict[str, Any] 
     if not patches:
         return None
     hits = {}
+    moments = sorted(patches)
     for name, attacked in (("clean", False), ("taken", True)):
         found = results.detections(seen_setting(JUDGED, LIDAR, attacked, SYSTEM.reference))
         hits[name] = np.array(
             [
-                taken_for_an_obstacle(boxes[boxes.score >= options["score_threshold"]], patches[id])
-                for id, boxes in sorted(found.items())
-                if id in patches
+                taken_for_an_obstacle(
+                    found[id][found[id].score >= options["score_threshold"]], patches[id]
+                )
+                for id in moments
             ],
             bool,
         )
+    drives = [drive_of(id) for id in moments]
     return {
-        **{name: share_of(hit) for name, hit in hits.items()},
-        "newly": share_of(hits["taken"] & ~hits["clean"]),
+        **{name: share_of(hit, drives) for name, hit in hits.items()},
+        "newly": share_of(hits["taken"] & ~hits["clean"], drives),
     }
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.experiment import Configuration
+from avsec_gym.experiments.experiment import Cell, Configuration
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
 from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import LIDAR, SensorSystem
@@ -27,19 +28,19 @@ OPTIONS = {"fit": "", "fit_limit": 0, "depth": "sgbm"}
 moments, as many as are judged if 0; ``depth``: how disparities are found."""
 USUAL_COUNT = 1000
 
-_DRIVE_FRAMES = 4
-"""Of each drive: many short drives say more than a few long ones, whose moments are alike."""
 _FIRST_SET = {FITTED: 3000, JUDGED: 4000}
 """Numbers of the sets of drives, none of which anything else was made from."""
 
 
-def procedural_drives(count: int, seed: int, part: str) -> Path:
+def procedural_drives(count: int, seed: int, part: str, drive_frames: int = 1) -> Path:
     """Four cameras and a LiDAR in KITTI's raw layout; made in the user's cache on first use.
 
     Args:
         count: Of moments.
         seed: Other seeds are other drives.
         part: `FITTED` or `JUDGED`, which never share a drive.
+        drive_frames: Of each drive.  Moments of one drive are alike, so that a thousand drives say
+            more than a thousand moments of a few.
 
     Raises:
         ConfigurationError: There cannot be so many, or the seed is not from 0 to 999.
@@ -52,13 +53,18 @@ def procedural_drives(count: int, seed: int, part: str) -> Path:
         count,
         _FIRST_SET[part] + seed,
         sensors=Sensors(rig=RIG),
-        drive_frames=_DRIVE_FRAMES,
+        drive_frames=drive_frames,
     )
-    return cached(f"chapter_3-{part}-{seed}-{count}", recipe)
+    return cached(f"chapter_3-{part}-{seed}-{count}-{drive_frames}", recipe)
 
 
-def recordings_of(configuration: Configuration, part: str) -> Recordings:
+def recordings_of(configuration: Configuration, part: str, drive_frames: int = 1) -> Recordings:
     """The moments of a part of a run.
+
+    Args:
+        configuration: Of the run.
+        part: `FITTED` or `JUDGED`.
+        drive_frames: Of procedural drives.
 
     Raises:
         DataError: A folder is not there, or has no moment of all sensors.
@@ -69,8 +75,24 @@ def recordings_of(configuration: Configuration, part: str) -> Recordings:
     if part == FITTED:
         count, place = options["fit_limit"] or count, options["fit"] or PROCEDURAL
     if place == PROCEDURAL:
-        root: str | Path = procedural_drives(count, configuration.seed, part)
+        root: str | Path = procedural_drives(count, configuration.seed, part, drive_frames)
     else:
         root = place
     found = raw_recordings(root, SYSTEM.sensors)
     return replace(found, moments=found.moments[:count])
+
+
+def moment_cells(work: str, configuration: Configuration, parts: Iterable[str]) -> list[Cell]:
+    """A cell for every moment, part by part; its arguments are ``part`` and ``number``."""
+    return [
+        Cell.of(work, moment.id.partition("/")[0], part=part, number=number)
+        for part in parts
+        for number, moment in enumerate(recordings_of(configuration, part).moments)
+    ]
+
+
+def drives_inputs(configuration: Configuration, parts: Iterable[str]) -> dict[str, Path]:
+    """The manifests of procedural drives."""
+    roots = {f"{part} drives": recordings_of(configuration, part).root for part in parts}
+    manifests = {name: root / "manifest.json" for name, root in roots.items()}
+    return {name: path for name, path in manifests.items() if path.is_file()}

@@ -23,8 +23,8 @@ from avsec_gym.experiments.chapter3.car_precision import (
     car_precision,
     precision_rows,
 )
-from avsec_gym.experiments.chapter3.detection_rates import share_of
 from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED
+from avsec_gym.experiments.chapter3.shares import drive_of, share_of
 from avsec_gym.experiments.chapter3.summary import CRITERIA, FEWEST
 from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.experiments.results import Results
@@ -57,9 +57,9 @@ def sensitivity_summary(results: Results, configuration: Configuration) -> dict[
         ``precision``  as of `precision_rows`, at IoU 0.7; None where nobody looked or labelled.
     """
     options = {**SIZE_OPTIONS, **configuration.options}
-    fitted = _shares(results, size_setting(FITTED), 0.0)
+    fitted, _ = _shares(results, size_setting(FITTED), 0.0)
     clean = _shares(results, size_setting(JUDGED), 0.0)
-    counts = {FITTED: len(fitted), JUDGED: len(clean)}
+    counts = {FITTED: len(fitted), JUDGED: len(clean[0])}
     if min(counts.values()) < FEWEST:
         return None
     # Nobody else will read these thresholds: their scales do not matter.
@@ -73,7 +73,7 @@ def sensitivity_summary(results: Results, configuration: Configuration) -> dict[
         precisions = _precisions(results, what)
         rows = []
         for size in (0.0, *sizes):
-            shares = _shares(results, setting, size) if size else clean
+            shares, drives = _shares(results, setting, size) if size else clean
             if not len(shares):
                 continue
             rows.append(
@@ -81,7 +81,7 @@ def sensitivity_summary(results: Results, configuration: Configuration) -> dict[
                     "size": size,
                     **(_area(results, setting, size) if what == CAMERA else {}),
                     "detected": {
-                        name: share_of(np.asarray((shares > limits).any(axis=1)))
+                        name: share_of((shares > limits).any(axis=1), drives)
                         for name, limits in thresholds.items()
                     },
                     "precision": precision_rows(precisions[0.0], precisions[size])
@@ -115,13 +115,12 @@ def _area(results: Results, setting: str, size: float) -> dict[str, float]:
     return {"covered": disc_share(size), "changed": float(np.mean([row["value"] for row in rows]))}
 
 
-def _shares(results: Results, setting: str, size: float) -> Floats:
-    """All `MEASURES` of each moment, shape (N, 4)."""
-    columns = [
-        [row["value"] for row in results.measurements(name=name, setting=setting, strength=size)]
-        for name in MEASURES
-    ]
-    return np.array(columns, float).T.reshape(-1, len(MEASURES))
+def _shares(results: Results, setting: str, size: float) -> tuple[Floats, list[str]]:
+    """All `MEASURES` of each moment, shape (N, 4), and its drive."""
+    rows = [results.measurements(name=name, setting=setting, strength=size) for name in MEASURES]
+    values = np.array([[row["value"] for row in column] for column in rows], float)
+    drives = [drive_of(row["scenario"]) for row in rows[0]]
+    return values.T.reshape(-1, len(MEASURES)), drives
 
 
 def _precisions(results: Results, what: str) -> dict[float, Precisions]:

@@ -26,7 +26,14 @@ from avsec_gym.experiments.chapter3.object_mismatches import (
     disparity_reach,
     mismatches,
 )
-from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED, OPTIONS, recordings_of
+from avsec_gym.experiments.chapter3.recordings import (
+    FITTED,
+    JUDGED,
+    OPTIONS,
+    drives_inputs,
+    moment_cells,
+    recordings_of,
+)
 from avsec_gym.experiments.experiment import (
     Cell,
     CellResult,
@@ -61,12 +68,12 @@ _WORK = f"{__name__}:SensorDetections"
 
 def baseline_cells(configuration: Configuration) -> list[Cell]:
     """A cell for every moment, first the clean ones that thresholds are fitted on."""
-    return _cells(configuration, (FITTED, JUDGED))
+    return moment_cells(_WORK, configuration, (FITTED, JUDGED))
 
 
 def impact_cells(configuration: Configuration) -> list[Cell]:
     """Those of the judged moments."""
-    return _cells(configuration, (JUDGED,))
+    return moment_cells(_WORK, configuration, (JUDGED,))
 
 
 def baseline_inputs(configuration: Configuration) -> dict[str, Path]:
@@ -77,15 +84,6 @@ def baseline_inputs(configuration: Configuration) -> dict[str, Path]:
 def impact_inputs(configuration: Configuration) -> dict[str, Path]:
     """The same without the drives to fit on."""
     return _inputs(configuration, (JUDGED,))
-
-
-def drives_inputs(configuration: Configuration, parts: Sequence[str]) -> dict[str, Path]:
-    """The manifests of procedural drives."""
-    manifests = {
-        f"{part} drives": recordings_of(configuration, part).root / "manifest.json"
-        for part in parts
-    }
-    return {name: path for name, path in manifests.items() if path.is_file()}
 
 
 def seen_setting(part: str, sensor: Sensor, attacked: bool, camera: int) -> str:
@@ -199,14 +197,6 @@ def _mismatches(
 def _seen_by(boxes: Boxes3D, frame: SensorFrame, camera: int) -> Boxes3D:
     height, width = frame.image(camera).shape[:2]
     return boxes_seen_by(boxes, frame.calibration.projection(camera), (height, width))
-
-
-def _cells(configuration: Configuration, parts: Sequence[str]) -> list[Cell]:
-    return [
-        Cell.of(_WORK, moment.id.partition("/")[0], part=part, number=number)
-        for part in parts
-        for number, moment in enumerate(recordings_of(configuration, part).moments)
-    ]
 
 
 def _inputs(configuration: Configuration, parts: Sequence[str]) -> dict[str, Path]:

@@ -5,9 +5,20 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from avsec_gym.experiments.chapter3.attacks import tampered_frames
-from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED, OPTIONS, recordings_of
+import numpy as np
+
+from avsec_gym.experiments.chapter3.attacks import BEYOND, tampered_frames
+from avsec_gym.experiments.chapter3.recordings import (
+    FITTED,
+    JUDGED,
+    OPTIONS,
+    drives_inputs,
+    moment_cells,
+    recordings_of,
+)
 from avsec_gym.experiments.experiment import Cell, CellResult, Configuration, Measurement
+from avsec_gym.frame import SensorFrame
+from avsec_gym.sensor_system import Sensor, SensorSystem
 from avsec_gym.validation.evidence import evidence_elements
 from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.state_evidence import StateEvidence
@@ -18,21 +29,12 @@ _WORK = f"{__name__}:StateEvidences"
 
 def evidence_cells(configuration: Configuration) -> list[Cell]:
     """A cell for every moment, first those that are fitted on."""
-    return [
-        Cell.of(_WORK, moment.id.partition("/")[0], part=part, number=number)
-        for part in (FITTED, JUDGED)
-        for number, moment in enumerate(recordings_of(configuration, part).moments)
-    ]
+    return moment_cells(_WORK, configuration, (FITTED, JUDGED))
 
 
 def evidence_inputs(configuration: Configuration) -> dict[str, Path]:
     """The manifests of procedural drives."""
-    found = {}
-    for part in (FITTED, JUDGED):
-        manifest = recordings_of(configuration, part).root / "manifest.json"
-        if manifest.is_file():
-            found[f"{part} drives"] = manifest
-    return found
+    return drives_inputs(configuration, (FITTED, JUDGED))
 
 
 class StateEvidences:
@@ -49,30 +51,61 @@ class StateEvidences:
         self._seed = configuration.seed
 
     def __call__(self, part: str, number: int) -> CellResult:
-        """The evidence of every state, and the hole shares of its triples."""
+        """The evidence of every state, and the hole shares of its triples.
+
+        Of a judged moment also the attacks of `BEYOND`, each on one sensor alone.
+
+        Args:
+            part: `FITTED` or `JUDGED`.
+            number: Of the moment.
+        """
         recordings = self._parts[part]
         moment, system = recordings.moments[number], recordings.system
-        seconds = {}
-        start = time.perf_counter()
-        frame = moment.frame()
-        tampered = tampered_frames(frame, system, part, (self._seed, number))
-        seconds["attack"] = time.perf_counter() - start
-        start = time.perf_counter()
-        frames = {sensor: one.frame for sensor, one in tampered.items()}
-        evidence = StateEvidence(frame, frames, system, self._depth)
-        states = state_vectors(len(system))
-        shares = evidence.evidence(states)
-        seconds["evidence"] = time.perf_counter() - start
+        frame, seed = moment.frame(), (self._seed, number)
+        every = state_vectors(len(system))
+        kinds = {part: every}
+        if part == JUDGED:
+            kinds |= dict.fromkeys(BEYOND, alone(every))
+        rows: list[Measurement] = []
+        seconds: dict[str, float] = {}
+        for kind, states in kinds.items():
+            start = time.perf_counter()
+            tampered = tampered_frames(frame, system, kind, seed)
+            attacked = time.perf_counter()
+            frames = {sensor: one.frame for sensor, one in tampered.items()}
+            rows += self._evidence(frame, frames, system, kind, states, moment.id)
+            found = time.perf_counter()
+            name = f"evidence of {len(states)} states"
+            seconds["attack"] = seconds.get("attack", 0.0) + attacked - start
+            seconds[name] = seconds.get(name, 0.0) + found - attacked
+        return CellResult(measurements=rows, seconds=seconds)
+
+    def _evidence(
+        self,
+        frame: SensorFrame,
+        tampered: dict[Sensor, SensorFrame],
+        system: SensorSystem,
+        kind: str,
+        states: States,
+        id: str,
+    ) -> list[Measurement]:
+        evidence = StateEvidence(frame, tampered, system, self._depth)
         rows = []
-        for state, elements in zip(states, shares, strict=True):
-            setting = f"{part} {bits(state)}"
+        for state, elements in zip(states, evidence.evidence(states), strict=True):
+            setting = f"{kind} {bits(state)}"
             for (name, scope), share in zip(evidence_elements(system), elements, strict=True):
-                rows.append(Measurement(setting, moment.id, measured(name, scope), share))
+                rows.append(Measurement(setting, id, measured(name, scope), share))
             for triple, error in evidence.errors(state).items():
                 # The one share of a triple that is no element: it is counted by the map instead.
-                name = measured("hole_share", triple)
-                rows.append(Measurement(setting, moment.id, name, error.hole_share))
-        return CellResult(measurements=rows, seconds=seconds)
+                rows.append(
+                    Measurement(setting, id, measured("hole_share", triple), error.hole_share)
+                )
+        return rows
+
+
+def alone(states: States) -> States:
+    """Those of the states in which one sensor alone is attacked."""
+    return np.asarray(states[states.sum(axis=1) == 1])
 
 
 def bits(state: States) -> str:

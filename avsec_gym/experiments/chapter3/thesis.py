@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from avsec_gym.experiments.chapter3.detection_rates import SCENARIOS
-
-_RATES = (0.0, 0.01, 0.02, 0.03, 0.05)
+from avsec_gym.experiments.chapter3.detection_rates import RATES, SCENARIOS
 
 DETECTION = {
     (scenario, rate): percent / 100
@@ -13,7 +11,7 @@ DETECTION = {
         ((99.46, 99.89, 99.89, 99.91, 99.91), (99.94, 99.97, 100.0, 100.0, 100.0)),
         strict=True,
     )
-    for rate, percent in zip(_RATES, row, strict=True)
+    for rate, percent in zip(RATES, row, strict=True)
 }
 """Average detection rate by scenario and r (table 3.1)."""
 
@@ -27,7 +25,7 @@ OBJECT_LEVEL = {
 IDENTIFICATION = {
     rate: tuple(percent / 100 for percent in row)
     for rate, row in zip(
-        _RATES,
+        RATES,
         (
             (99.80, 96.40, 93.40, 95.60, 96.30),
             (98.80, 97.00, 97.60, 99.20, 98.15),

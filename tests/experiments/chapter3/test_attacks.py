@@ -1,13 +1,20 @@
-"""What likelihoods are fitted on shares neither sizes nor draws with what is judged."""
+"""What likelihoods are fitted on shares neither kinds nor draws with what is judged."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from avsec_gym.attacks.facula import THESIS_RADII
+from avsec_gym.attacks.attacks_to_fit_on import FITTED_DISTANCES
+from avsec_gym.attacks.facula import THESIS_RADII, Facula
+from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.chapter3.attacks import tampered_frames
+from avsec_gym.experiments.chapter3.attacks import (
+    BEYOND,
+    OTHER,
+    attack_of,
+    tampered_frames,
+)
 from avsec_gym.experiments.chapter3.recordings import (
     FITTED,
     JUDGED,
@@ -16,15 +23,18 @@ from avsec_gym.experiments.chapter3.recordings import (
     procedural_drives,
 )
 from avsec_gym.frame import SensorFrame
+from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import LIDAR
 
 
 @pytest.fixture(scope="module")
 def frame() -> SensorFrame:
+    """A tenth as wide and high as KITTI's, which attacks are made in proportion to."""
+    rig = camera_rig((0.0, 0.54, -0.27, 0.27), focal_length=72.0, centre=(62, 18), size=(124, 37))
     rng = np.random.default_rng(0)
-    images = {c: rng.integers(0, 200, (375, 1242, 3), np.uint8) for c in SYSTEM.cameras}
+    images = {c: rng.integers(0, 200, (37, 124, 3), np.uint8) for c in SYSTEM.cameras}
     points = np.c_[rng.uniform(5, 40, (500, 1)), rng.uniform(-5, 5, (500, 3))].astype(np.float32)
-    return SensorFrame("0000000000", RIG.calibration, images, points)
+    return SensorFrame("0000000000", rig.calibration, images, points)
 
 
 def test_the_rig_sees_depth_between_any_two_cameras() -> None:
@@ -43,6 +53,47 @@ def test_sizes_to_fit_on_lie_outside_those_that_are_judged(frame: SensorFrame) -
             low, high = (6.0, 10.0) if sensor == LIDAR else THESIS_RADII
             assert low <= judged[sensor].settings[size] <= high
             assert not low < fitted[sensor].settings[size] < high
+
+
+def test_kinds_to_fit_on_are_not_judged() -> None:
+    random = np.random.default_rng(0)
+    kinds = []
+    for sensor in (LIDAR, 3):
+        kinds.append({attack_of(sensor, 2, FITTED, random) for _ in range(100)})
+        judged = {attack_of(sensor, 2, kind, random) for kind in (JUDGED, *BEYOND)}
+        assert not kinds[-1] & judged
+        assert all(one.sensors == {sensor} for one in kinds[-1] | judged)
+    spoofings, faculae = kinds
+    assert all(one.height != 1.5 for one in spoofings if isinstance(one, LidarSpoofing))
+    for one in faculae:
+        assert isinstance(one, Facula)
+        assert one.colour != (1.0, 1.0, 1.0) or one.saturation > 0
+    # All of them occur.
+    assert (len(spoofings), len(faculae)) == (2 * 2 * 2, 2 * (3 + 2))
+
+
+def test_where_an_attack_is_does_not_depend_on_which_it_is(frame: SensorFrame) -> None:
+    places, choices = [], []
+    for seed in range(60):
+        tampered = tampered_frames(frame, SYSTEM, FITTED, seed)[LIDAR]
+        distance, bearing = tampered.settings["distance"], tampered.settings["bearing"]
+        low, high = FITTED_DISTANCES[int(distance > 8)]
+        places.append((distance - low) / (high - low))
+        x, y, z = tampered.frame.points[tampered.points, :3].T
+        width = np.ptp(y * np.cos(bearing) - x * np.sin(bearing))
+        choices.append([distance > 8, width > 2.5, np.ptp(z) > 1.5])
+    # One stream of draws would put each choice into one half of the range of distances: low ones
+    # into the near half, so that means would be 0.25 and 0.75.
+    for chosen in np.array(choices).T:
+        for one in (chosen, ~chosen):
+            assert one.sum() > 20
+            assert abs(np.mean(places, where=one) - 0.5) < 0.15
+
+
+def test_lost_rays_are_judged_too(frame: SensorFrame) -> None:
+    tampered = tampered_frames(frame, SYSTEM, OTHER, 0)[LIDAR]
+    assert tampered.lost is not None
+    assert tampered.attacked == {LIDAR}
 
 
 def test_draws_are_the_moments_own(frame: SensorFrame) -> None:

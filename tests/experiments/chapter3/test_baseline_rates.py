@@ -31,7 +31,7 @@ def total(one: Floats, iou: float, pairs: list[tuple[int, int]], attacked: tuple
 
 def test_alarms_are_those_of_plain_loops() -> None:
     fitted, judged = counts(40, 0), counts(30, 1)
-    rows = baseline_rates(fitted, judged)
+    rows = baseline_rates(fitted, judged, [str(number) for number in range(30)])
     assert len({(row["scenario"], row["iou"], row["rate"]) for row in rows}) == 2 * 2 * 6
     scenarios = {
         "LiDAR and two cameras": ((0, 2, 3), [(0, 2), (0, 3)]),

@@ -18,7 +18,7 @@ from avsec_gym.experiments.chapter3.defence import (
     defence_cells,
     defence_inputs,
 )
-from avsec_gym.experiments.chapter3.defence_rates import alarm_rows, defence_rows, share
+from avsec_gym.experiments.chapter3.defence_rates import alarm_rows, defence_rows
 from avsec_gym.experiments.chapter3.defence_scenes import scene_of
 from avsec_gym.experiments.chapter3.defence_validator import defending_validator
 from avsec_gym.experiments.experiment import Configuration
@@ -242,7 +242,3 @@ def test_frames_to_alarm_and_who_is_named() -> None:
     assert counts(rows["none"], "alarms", "named_exactly") == [(1, 4), (3, 4)]
     assert counts(rows["2"], "alarms", "named_exactly") == [(1, 4), (1, 4)]
     assert counts(rows["3"], "alarms", "named_exactly") == [(4, 4), (2, 4)]
-
-
-def test_a_share_of_nothing_is_none() -> None:
-    assert share([]) == {"count": 0, "of": 0, "rate": None, "interval": None}

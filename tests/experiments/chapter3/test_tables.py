@@ -6,24 +6,27 @@ import numpy as np
 import pytest
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.chapter3.detection_rates import (
-    attack_cases_of,
-    detection_rates,
-    moment_interval,
+from avsec_gym.experiments.chapter3.beyond_rates import RATE, beyond_rates
+from avsec_gym.experiments.chapter3.detection_rates import attack_cases_of, detection_rates
+from avsec_gym.experiments.chapter3.error_distributions import (
+    case_distributions,
+    reference_distributions,
 )
 from avsec_gym.experiments.chapter3.evidence_table import EvidenceTable, evidence_table
+from avsec_gym.experiments.chapter3.honesty import honesty
 from avsec_gym.experiments.chapter3.identification_rates import (
     algorithm_2,
     fitted_model,
-    honesty,
     identification_rates,
     maximum_likelihood,
 )
 from avsec_gym.experiments.chapter3.state_evidence_cells import measured
+from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.sensor_system import KITTI_SYSTEM
 from avsec_gym.validation.evidence import evidence_elements
 from avsec_gym.validation.fitted_on import FittedOn
-from avsec_gym.validation.state_posterior import state_vectors
+from avsec_gym.validation.likelihood_validator import LikelihoodValidator
+from avsec_gym.validation.state_posterior import Verdict, state_vectors
 
 ELEMENTS = evidence_elements(KITTI_SYSTEM)
 SCOPES = [scope for _, scope in ELEMENTS]
@@ -38,7 +41,7 @@ def made_up(moments: int, seed: int, damage: float = 0.5) -> EvidenceTable:
     clean = rng.uniform(0.0, 0.2, (moments, len(STATES), len(SCOPES)))
     shares = clean + damage * touched
     holes = rng.uniform(0.0, 0.1, (moments, len(STATES), len(KITTI_SYSTEM.triples)))
-    names = [f"{number:03d}" for number in range(moments)]
+    names = [f"{number:03d}/0" for number in range(moments)]
     return EvidenceTable(KITTI_SYSTEM, names, shares, holes)
 
 
@@ -46,10 +49,13 @@ def test_clear_attacks_are_always_noticed_and_named_within_the_limit() -> None:
     fitted, judged = made_up(100, 0), made_up(60, 1)
     for row in detection_rates(fitted, judged, ON, "error", (0.0, 0.1)):
         assert row["average"] == 1.0
-        assert row["interval"] == (1.0, 1.0)
+        # Sixty drives without a miss leave a doubt.
+        assert row["interval"] == pytest.approx(wilson_interval(60, 60))
         assert len(row["cases"]) == 7
         assert abs(row["false_alarms"]["rate"] - row["rate"]) < 0.1
-    rows = identification_rates(lambda rate: algorithm_2(fitted, judged, ON, rate), 4, (0.0,))
+    rows = identification_rates(
+        lambda rate: algorithm_2(fitted, judged, ON, rate), judged.drives, 4, (0.0,)
+    )
     assert rows[0]["average"] > 0.95
     assert set(rows[0]["sensors"]) == {"S0", "S1", "S2", "S3"}
     assert rows[0]["beyond"]["of"] == 60 * (15 - 4)
@@ -68,12 +74,75 @@ def test_likelihood_tells_what_it_knows() -> None:
     model = fitted_model(fitted, ON)
     found = maximum_likelihood(model, judged, 0.0)
     assert found.shape == (40, 16, 4)
-    rows = identification_rates(lambda rate: maximum_likelihood(model, judged, rate), 4, (0.01,))
+    rows = identification_rates(
+        lambda rate: maximum_likelihood(model, judged, rate), judged.drives, 4, (0.01,)
+    )
     assert rows[0]["average"] > 0.95
     assert rows[0]["false_alarms"]["rate"] < 0.1
+
+
+def test_honesty_is_of_what_a_user_is_told() -> None:
+    fitted, judged = made_up(60, 0, damage=0.08), made_up(40, 1, damage=0.08)
+    model = fitted_model(fitted, ON)
     told = honesty(model, judged)
-    assert told["right_where_told"]["rate"] > 0.95
-    assert told["brier"] < 0.2
+    counted: dict[int, list[str]] = {}
+    for number, state in enumerate(STATES):
+        for shares in judged.shares[:, number]:
+            # As the validator does, a moment at a time.
+            decoding = model.decode(shares[None], LikelihoodValidator.rate)
+            for said, attacked in zip(decoding.verdicts()[0], state, strict=True):
+                right = said == (Verdict.ATTACKED if attacked else Verdict.SOUND)
+                what = "cannot_tell" if said == Verdict.CANNOT_TELL else "wrong"
+                counted.setdefault(int(state.sum()), []).append("right" if right else what)
+    assert list(told["verdicts"]) == ["0", "1", "2", "3", "4"]
+    for count, answers in counted.items():
+        row = told["verdicts"][str(count)]
+        for what in ("right", "wrong", "cannot_tell"):
+            assert (row[what]["count"], row[what]["of"]) == (answers.count(what), len(answers))
+    # Not to know is neither right nor wrong.
+    assert any(row["cannot_tell"]["count"] for row in told["verdicts"].values())
+    assert told["brier"] < 0.1
+    said, was, sensors = np.array([row for row in told["reliability"] if row is not None]).T
+    assert sensors.sum() == 16 * 40 * 4
+    assert (said * sensors).sum() == pytest.approx((was * sensors).sum(), rel=0.2)
+
+
+def test_attacks_beyond_are_judged_sensor_by_sensor() -> None:
+    fitted = made_up(60, 0)
+    clear, nothing = (
+        EvidenceTable(
+            table.system, table.moments, table.shares[:, [1, 2, 4, 8]],
+            table.hole_shares[:, [1, 2, 4, 8]],
+        )
+        for table in (made_up(40, 1), made_up(40, 1, damage=0.0))
+    )  # fmt: skip
+    model = fitted_model(fitted, ON)
+    rows = beyond_rates(fitted, {"clear": clear, "nothing": nothing}, ON, model)
+    assert [(row["kind"], row["sensor"]) for row in rows] == [
+        (kind, sensor) for kind in ("clear", "nothing") for sensor in range(4)
+    ]
+    ways = ("noticed", "noticed_by_error", "named", "named_likeliest")
+    for row in rows:
+        rates = [row[way]["rate"] for way in ways]
+        assert min(rates) > 0.8 if row["kind"] == "clear" else max(rates) < 0.2
+    assert RATE == 0.01
+
+
+def test_distributions_tell_the_cases_apart() -> None:
+    judged = made_up(50, 1)
+    for row in case_distributions(judged):
+        assert len(row["cases"]) == 7
+        for shares in (row["clean"], *row["cases"].values()):
+            assert sum(shares) == pytest.approx(1.0)
+        clean = np.flatnonzero(row["clean"]).max()
+        assert all(np.flatnonzero(shares).min() > clean for shares in row["cases"].values())
+    rows = reference_distributions(judged)
+    assert [row["triple"] for row in rows] == [[0, 1, 3], [0, 2, 3], [1, 2, 3]]
+    for row in rows:
+        clean = np.flatnonzero(row["cases"][""]).max()
+        for sensor in range(4):
+            is_larger = np.flatnonzero(row["cases"][f"S{sensor}"]).min() > clean
+            assert is_larger == (sensor in row["triple"])
 
 
 def test_brightness_of_a_triple_is_that_of_its_worse_pair_of_cameras() -> None:
@@ -94,14 +163,6 @@ def test_cases_are_the_seven_sets_of_a_triple() -> None:
     cases = attack_cases_of((0, 2, 3), 4)
     assert sorted(cases.values()) == [(0,), (0, 2), (0, 2, 3), (0, 3), (2,), (2, 3), (3,)]
     assert all(np.flatnonzero(STATES[index]).tolist() == [*case] for index, case in cases.items())
-
-
-def test_cases_of_one_moment_count_as_one() -> None:
-    hits = np.repeat(np.arange(100) < 80, 7).reshape(100, 7)
-    low, high = moment_interval(hits)
-    # As wide as of 100 moments, not of 700 cases.
-    assert low == pytest.approx(0.72, abs=0.02)
-    assert high == pytest.approx(0.88, abs=0.02)
 
 
 class Stored:
@@ -129,7 +190,7 @@ def test_a_run_is_read_back_and_half_a_moment_left_out() -> None:
     stored = Stored(table)
     del stored.rows[-1]
     found = evidence_table(stored, "judged", KITTI_SYSTEM)  # type: ignore[arg-type]
-    assert found.moments == ["000", "001"]
+    assert found.moments == ["000/0", "001/0"]
     np.testing.assert_array_equal(found.shares, table.shares[:2])
     np.testing.assert_array_equal(found.hole_shares, table.hole_shares[:2])
     with pytest.raises(ConfigurationError, match="no moment"):

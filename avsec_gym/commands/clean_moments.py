@@ -1,0 +1,140 @@
+"""What `avsec validate` makes of clean moments: thresholds, or a likelihood model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from avsec_gym.commands import console
+from avsec_gym.errors import ConfigurationError, DataError
+
+if TYPE_CHECKING:
+    from avsec_gym.frame import SensorFrame
+    from avsec_gym.sensor_system import SensorSystem
+    from avsec_gym.validation.moments import Moment
+    from avsec_gym.validation.pair_depth import PairDepth
+
+
+@dataclass(frozen=True)
+class CleanMoments:
+    """Moments to fit on; a file that is there already is left as it is.
+
+    Args:
+        moments: One or more.
+        system: The sensors.
+        depth: How disparities of two cameras are found.
+    """
+
+    moments: Sequence[Moment]
+    system: SensorSystem
+    depth: PairDepth
+
+    def thresholds(self, path: Path) -> dict[str, str]:
+        """Write a threshold table.
+
+        Args:
+            path: Of the table.
+
+        Returns:
+            Which moments were left out, when it was made, and why.
+
+        Raises:
+            ConfigurationError: All of them are broken.
+            DataError: The file is broken, or cannot be written.
+        """
+        from avsec_gym.validation.thresholds import measured_thresholds, read_threshold_table
+
+        if not path.exists():
+            left_out: dict[str, str] = {}
+            read = readable(self.moments, self.system, "measuring clean moments", left_out)
+            table = measured_thresholds((f for _, f in read), self.system, self.depth, {})
+            data = self._data(left_out)
+            replace(table, on=replace(table.on, data=data)).write(path)
+        return dict(read_threshold_table(path).on.data.get("left_out", {}))
+
+    def likelihood(self, path: Path, samples: Path, seed: int) -> dict[str, str]:
+        """Write a likelihood model; moments that an earlier run attacked are not attacked again.
+
+        Args:
+            path: Of the model.
+            samples: What is kept of each moment.
+            seed: Of the attacks.
+
+        Returns:
+            As `thresholds`.
+
+        Raises:
+            ConfigurationError: Fewer than ten of them are whole.
+            DataError: A file is broken, or cannot be written.
+        """
+        from avsec_gym.validation.fitted_on import fitted_on
+        from avsec_gym.validation.likelihood_of_clean import (
+            evidence_of_all_states,
+            likelihood_of_clean,
+        )
+        from avsec_gym.validation.maximum_likelihood import read_likelihood_model
+        from avsec_gym.validation.validation_folder import JsonLines
+
+        if path.exists():
+            return dict(read_likelihood_model(path).on.data.get("left_out", {}))
+        kept = JsonLines(samples)
+        left_out: dict[str, str] = {}
+        number = {moment.id: n for n, moment in enumerate(self.moments)}
+        left = [moment for moment in self.moments if moment.id not in kept.rows]
+        for moment, frame in readable(left, self.system, "attacking clean moments", left_out):
+            evidence = evidence_of_all_states(
+                frame, self.system, self.depth, (seed, number[moment.id])
+            )
+            kept.add({"id": moment.id, "evidence": evidence.tolist()})
+        whole = [moment for moment in self.moments if moment.id in kept.rows]
+        if not whole:
+            raise ConfigurationError(
+                "likelihoods follow from clean frames, of which there are none"
+            )
+        calibration = whole[0].frame().calibration
+        on = fitted_on(self.system, self.depth, calibration, self._data(left_out))
+        console.say(f"avsec: fitting the likelihood of {len(whole)} moments")
+        likelihood_of_clean(
+            on,
+            np.array([kept.rows[moment.id]["evidence"] for moment in whole]),
+            [moment.drive or moment.id for moment in whole],
+        ).write(path)
+        return left_out
+
+    def _data(self, left_out: dict[str, str]) -> dict[str, Any]:
+        return {
+            "first": self.moments[0].id,
+            "last": self.moments[-1].id,
+            "moments": len(self.moments) - len(left_out),
+            "left_out": left_out,
+        }
+
+
+def readable(
+    moments: Sequence[Moment], system: SensorSystem, what: str, left_out: dict[str, str]
+) -> Iterator[tuple[Moment, SensorFrame]]:
+    """Read one after the other, with progress.
+
+    Args:
+        moments: Of a recording.
+        system: The sensors.
+        what: Is done with them.
+        left_out: Is told by their ids why some of them cannot be read.
+    """
+    with console.progress(what) as shown:
+        for done, moment in enumerate(moments, start=1):
+            try:
+                frame = moment.frame()
+                for camera in system.cameras:
+                    frame.image(camera)
+                if system.has_lidar:
+                    _ = frame.points
+            except DataError as error:
+                left_out[moment.id] = str(error)
+            else:
+                yield moment, frame
+            shown(done, len(moments))

@@ -1,0 +1,137 @@
+"""Milliseconds a frame that validators take, and on which part of their work; prints JSON.
+
+python benchmarks/validation.py [--frames 2]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import statistics
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+# Idle threads of the linear algebra would count as work (before NumPy is loaded).
+os.environ |= {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+
+import numpy as np
+
+from avsec_gym.frame import SensorFrame
+from avsec_gym.rig import camera_rig
+from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.validation.disparity_error import DisparityErrors
+from avsec_gym.validation.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence import evidence_scopes, gather_evidence
+from avsec_gym.validation.fitted_on import fitted_on
+from avsec_gym.validation.identification import identify_attacked_sensors
+from avsec_gym.validation.likelihood_validator import LikelihoodValidator
+from avsec_gym.validation.maximum_likelihood import LikelihoodModel
+from avsec_gym.validation.pair_depth import PairDepth
+from avsec_gym.validation.threshold_validator import ThresholdValidator
+from avsec_gym.validation.thresholds import measured_thresholds
+from avsec_gym.validation.validator import Validator
+from avsec_gym.world.capture import take
+from avsec_gym.world.layouts import generate_layout
+from avsec_gym.world.rendering.lidar import Lidar
+from avsec_gym.world.shots import shot_of_layout
+
+RIG = camera_rig((0.0, 0.54, -0.27, 0.27, 0.81, 1.08))
+"""That of chapter 3, and two more cameras to the right, 27 cm from each other."""
+SYSTEMS = {
+    "LiDAR and 2 cameras": SensorSystem((LIDAR, 3, 2)),
+    "LiDAR and 3 cameras": SensorSystem((LIDAR, 1, 3, 2)),
+    "LiDAR and 6 cameras": SensorSystem((LIDAR, 5, 4, 1, 3, 0, 2)),
+}
+DEPTH = PairDepth("sgbm")
+
+
+def rendered(number: int) -> SensorFrame:
+    """What all sensors of the rig see of a layout."""
+    shot = shot_of_layout(generate_layout(number), RIG)
+    capture = take(shot, cameras=tuple(range(6)), lidar=Lidar())
+    assert capture.scan is not None
+    return SensorFrame(f"{number:06d}", RIG.calibration, capture.images, capture.scan.points)
+
+
+def validators(system: SensorSystem, frame: SensorFrame) -> dict[str, Validator]:
+    """By method; thresholds of one frame, and a likelihood that was never fitted, cost the same."""
+    thresholds = ThresholdValidator(measured_thresholds([frame], system, DEPTH, {}), rate=0.0)
+    if len(system) == 3:
+        return {"detection": thresholds}
+    m = len(evidence_scopes(system))
+    shifts = np.tile(np.arange(8) > 0, (m, 1))
+    model = LikelihoodModel(
+        fitted_on(system, DEPTH, frame.calibration, {}),
+        scene_mean=np.full(m, -2.5),
+        scene_covariance=np.full((m, m), 0.2) + 0.05 * np.eye(m),
+        shift_mean=3.0 * shifts,
+        shift_deviation=0.3 * shifts,
+        shift_correlation=np.full((m, m), 0.5) + 0.5 * np.eye(m),
+        lowest=np.full(m, -6.0),
+        highest=np.full(m, 6.0),
+        degrees_of_freedom=6.0,
+        clean_scores=np.zeros(1),
+        farthest=np.full(1, 1e9),
+    )
+    return {"algorithm 2": thresholds, "maximum likelihood": LikelihoodValidator(model)}
+
+
+def parts(validator: Validator, frame: SensorFrame) -> dict[str, float]:
+    """Milliseconds of one thread, for a moment that nobody attacked."""
+    system = validator.system
+    whole = isinstance(validator, LikelihoodValidator)
+    last = len(system) - 1
+    triples = [triple for triple in system.triples if whole or triple[2] == last]
+    pairs = [pair for pair in system.pairs() if whole or pair[1] == last]
+    between = [pair for pair in pairs if pair[0] > 0]
+    errors = DisparityErrors(DisparityMaps(frame, system, DEPTH))
+    maps = errors.maps
+    found = {
+        "maps": timed(lambda: [maps[pair] for pair in between]),
+        "scans": timed(lambda: [maps[pair] for pair in pairs if pair not in between]),
+        "brightness": timed(lambda: [maps.brightness(pair) for pair in between]),
+        "errors": timed(lambda: [errors[triple] for triple in triples]),
+    }
+    if whole:
+        evidence = gather_evidence(errors)[None]
+        found["decision"] = timed(lambda: validator._model.decode(evidence).verdicts())
+    elif len(system) > 3:
+        found["decision"] = timed(lambda: identify_attacked_sensors(lambda _: False, len(system)))
+    return found
+
+
+def timed(work: Callable[[], Any]) -> float:
+    begun = time.perf_counter()
+    work()
+    return 1000 * (time.perf_counter() - begun)
+
+
+def main() -> None:
+    """Render, measure, print JSON."""
+    parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
+    parser.add_argument("--frames", type=int, default=2, help="to render and to judge")
+    frames = [rendered(number) for number in range(1, parser.parse_args().frames + 1)]
+    result: dict[str, Any] = {}
+    for name, system in SYSTEMS.items():
+        for method, validator in validators(system, frames[0]).items():
+            validator.validate(frames[0])  # compiles, and factorises the covariances
+            rows = [parts(validator, frame) for frame in frames]
+            whole = [timed(partial(validator.validate, frame)) for frame in frames]
+            result.setdefault(name, {})[method] = {
+                "frame": _median(whole),
+                "parts": {part: _median([row[part] for row in rows]) for part in rows[0]},
+            }
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    settings = {"depth": DEPTH.settings, "size": [1242, 375], "frames": len(frames)}
+    print(json.dumps({"cores": cores, **settings, "milliseconds": result}, indent=1))
+
+
+def _median(values: list[float]) -> float:
+    return round(statistics.median(values), 1)
+
+
+if __name__ == "__main__":
+    main()
