@@ -7,22 +7,18 @@ Plans anew on what a run has stored; no network is needed.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from avsec_gym.commands.console import progress
-from avsec_gym.experiments.answer import answer
 from avsec_gym.experiments.chapter5.mended_drives import AS_FOUND, MENDED, SAME, mended_rows
 from avsec_gym.experiments.chapter5.outcomes import Outcomes
+from avsec_gym.experiments.chapter5.run_page import run_page
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
 from avsec_gym.experiments.chapter5.stakes import NOTHING, RANDOM, SPECIFIC, TRUTH, stake_rows
-from avsec_gym.experiments.chapter5.tables import Row
 from avsec_gym.experiments.chapter5.telling_measures import IN_REACH, PRECISION, telling_rows
 from avsec_gym.experiments.markdown_table import interval, markdown_table, share
-from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.report.attack_names import attack_name, detector_name
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.scenario.intention import Intention
@@ -37,20 +33,20 @@ _SEEN = {
 }
 
 
-def page(
-    errors: Sequence[Row],
-    stakes: Sequence[Row],
-    telling: Sequence[Row],
-    scenarios: int,
-    command: str,
-) -> str:
-    """All as Markdown."""
+def page(found: Mapping[str, Any], command: str) -> str:
+    """All as Markdown.
+
+    Args:
+        found: ``scenarios``, how many; rows of ``stakes``, ``errors`` and ``measures``.
+        command: That made it.
+    """
     lines = [
         "# Which errors does safety pay for?",
         "",
-        f"{scenarios:,} scenarios, the three intentions together, planned anew on the detections of"
-        f" [chapter5.md](chapter5.md)'s run by `{command}`. Safe driving in %; behind it what"
-        " is gained, in percentage points, with its 95 % bootstrap interval over scenarios.",
+        f"{found['scenarios']:,} scenarios, the three intentions together, planned anew on the"
+        f" detections of [chapter5.md](chapter5.md)'s run by `{command}`. Safe driving in %;"
+        " behind it what is gained, in percentage points, with its 95 % bootstrap interval over"
+        " scenarios.",
         "",
         "## What is at stake",
         "",
@@ -68,7 +64,7 @@ def page(
                     share(row["collision_rate"]),
                     *(share(row["by_intention"][intention]) for intention in Intention),
                 ]
-                for row in stakes
+                for row in found["stakes"]
             ],
         ),
         "",
@@ -80,7 +76,7 @@ def page(
         "",
     ]
     cells: dict[tuple[str, str], list[str]] = {}
-    for row in errors:
+    for row in found["errors"]:
         names = (detector_name(row["detector"]), attack_name(row["attack"], row["strength"]))
         rate = share(row["safe_driving_rate"])
         said = rate if row["mended"] == AS_FOUND else f"{rate}, {_signed(row)}"
@@ -105,7 +101,7 @@ def page(
                     interval(row["rho"], row["interval"], 2),
                     "" if row["measure"] == PRECISION else _signed(row, "more", 2),
                 ]
-                for row in telling
+                for row in found["measures"]
             ],
         ),
         "",
@@ -120,15 +116,10 @@ def page(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print rows as JSON; returns the exit code."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("run", type=Path, help="folder that `avsec run` wrote")
-    parser.add_argument("--markdown", type=Path, help="also write tables into this file")
-    parser.add_argument("--json", type=Path, help="write here instead of standard output")
-    return answer(parser.parse_args(arguments), _measured)
+    return run_page(__spec__.name, __doc__, arguments, _measured, page)
 
 
-def _measured(options: argparse.Namespace) -> dict[str, Any]:
-    run = RunFolder.open(options.run)
+def _measured(run: RunFolder) -> dict[str, Any]:
     configuration = run.configuration
     given = {**OPTIONS, **configuration.options}
     motion, scenes = Motion.named(given["motion"]), scenes_of(configuration)
@@ -137,13 +128,12 @@ def _measured(options: argparse.Namespace) -> dict[str, Any]:
         stakes = stake_rows(scenes, outcomes.scenarios, motion, configuration.seed, shown)
     with progress("driving on mended detections") as shown:
         errors = mended_rows(outcomes, scenes, motion, given["score_threshold"], shown)
-    telling = telling_rows(outcomes, given["score_threshold"])
-    count = len(outcomes.scenarios)
-    if options.markdown is not None:
-        command = f"python -m {__spec__.name} RUN --markdown FILE"
-        text = page(errors, stakes, telling, count, command)
-        write_bytes(options.markdown, text.encode(), overwrite=True)
-    return {"scenarios": count, "stakes": stakes, "errors": errors, "measures": telling}
+    return {
+        "scenarios": len(outcomes.scenarios),
+        "stakes": stakes,
+        "errors": errors,
+        "measures": telling_rows(outcomes, given["score_threshold"]),
+    }
 
 
 def _signed(row: Mapping[str, Any], name: str = "gain", digits: int = 1) -> str:

@@ -7,23 +7,20 @@ Plans anew on the detections that a run has stored, for several thresholds; no n
 
 from __future__ import annotations
 
-import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.commands.console import progress
-from avsec_gym.experiments.answer import answer
 from avsec_gym.experiments.chapter5.outcomes import Outcomes
 from avsec_gym.experiments.chapter5.planned_anew import planned_anew
+from avsec_gym.experiments.chapter5.run_page import run_page
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
 from avsec_gym.experiments.chapter5.settings import PATCHES, PERTURBATIONS, UNATTACKED
 from avsec_gym.experiments.chapter5.tables import Row, named
 from avsec_gym.experiments.markdown_table import markdown_table, share
-from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.report.attack_names import attack_name, detector_name
@@ -70,15 +67,21 @@ def _surer(least: float, boxes: Boxes3D, _: Scene, __: Intention) -> Boxes3D:
     return above(boxes, least)
 
 
-def page(rows: Sequence[Row], scenarios: int, command: str) -> str:
-    """The rows as Markdown: safe driving by condition and threshold, collisions below."""
+def page(found: Mapping[str, Any], command: str) -> str:
+    """Safe driving by condition and threshold as Markdown, collisions below.
+
+    Args:
+        found: ``scenarios``, how many, and ``rows``.
+        command: That made it.
+    """
+    rows = found["rows"]
     thresholds = list(dict.fromkeys(row["threshold"] for row in rows))
     lines = [
         "# Driving safety by score threshold",
         "",
-        f"{scenarios:,} scenarios, the three intentions together, planned anew on the detections of"
-        f" [chapter5.md](chapter5.md)'s run by `{command}`. Boxes with a lower score are not"
-        " planned on. In %.",
+        f"{found['scenarios']:,} scenarios, the three intentions together, planned anew on the"
+        f" detections of [chapter5.md](chapter5.md)'s run by `{command}`. Boxes with a lower"
+        " score are not planned on. In %.",
         "",
     ]
     for rate, title in (("safe_driving_rate", "Safe driving"), ("collision_rate", "Collisions")):
@@ -94,25 +97,15 @@ def page(rows: Sequence[Row], scenarios: int, command: str) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print rows as JSON; returns the exit code."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("run", type=Path, help="folder that `avsec run` wrote")
-    parser.add_argument("--markdown", type=Path, help="also write tables into this file")
-    parser.add_argument("--json", type=Path, help="write here instead of standard output")
-    return answer(parser.parse_args(arguments), _swept)
+    return run_page(__spec__.name, __doc__, arguments, _swept, page)
 
 
-def _swept(options: argparse.Namespace) -> dict[str, Any]:
-    run = RunFolder.open(options.run)
+def _swept(run: RunFolder) -> dict[str, Any]:
     outcomes = Outcomes(run, labels_of(run.configuration))
     motion = Motion.named({**OPTIONS, **run.configuration.options}["motion"])
     with progress("driving") as shown:
         rows = threshold_rows(outcomes, scenes_of(run.configuration), motion, on_progress=shown)
-    count = len(outcomes.scenarios)
-    if options.markdown is not None:
-        command = f"python -m {__spec__.name} RUN --markdown FILE"
-        text = page(rows, count, command)
-        write_bytes(options.markdown, text.encode(), overwrite=True)
-    return {"scenarios": count, "rows": rows}
+    return {"scenarios": len(outcomes.scenarios), "rows": rows}
 
 
 if __name__ == "__main__":

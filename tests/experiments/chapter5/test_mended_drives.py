@@ -113,6 +113,8 @@ def test_the_page_names_all(made: ModuleType) -> None:
     outcomes, scenes = made.outcomes(results, NAMES), scenes_with(made.car())
     errors = mended_rows(outcomes, scenes, Motion.STATIC, 0.3)
     stakes = stake_rows(scenes, NAMES, Motion.STATIC, 0)
-    text = page(errors, stakes, telling_rows(outcomes, 0.3), 2, "command")
+    measures = telling_rows(outcomes, 0.3)
+    found = {"scenarios": 2, "stakes": stakes, "errors": errors, "measures": measures}
+    text = page(found, "command")
     assert "the truth and a random patch’s ghost" in text
     assert "| DSGN | unattacked | " in text

@@ -33,6 +33,6 @@ def test_a_ghost_blocks_the_lane_until_the_threshold_is_above_its_score(made: Mo
     assert safe["patch-random", 0.95] == safe["unattacked", 0.95] == 1.0
     assert safe["patch-random", 0.3] < safe["unattacked", 0.3]
     assert told == [(1, 2), (2, 2)]
-    text = page(rows, 2, "command")
+    text = page({"scenarios": 2, "rows": rows}, "command")
     assert "random patch" in text
     assert "| 100.0 |" in text
