@@ -95,9 +95,10 @@ def parts(validator: Validator, frame: SensorFrame) -> dict[str, float]:
         "brightness": timed(lambda: [maps.brightness(pair) for pair in between]),
         "errors": timed(lambda: [errors[triple] for triple in triples]),
     }
-    if whole:
-        evidence = gather_evidence(errors)[None]
-        found["decision"] = timed(lambda: validator._model.decode(evidence).verdicts())
+    if isinstance(validator, LikelihoodValidator):
+        evidence, model = gather_evidence(errors)[None], validator.model
+        assert isinstance(model, LikelihoodModel)
+        found["decision"] = timed(lambda: model.decode(evidence).verdicts())
     elif len(system) > 3:
         found["decision"] = timed(lambda: identify_attacked_sensors(lambda _: False, len(system)))
     return found

@@ -141,6 +141,7 @@ def average_precision(
     min_iou: MinIou = STANDARD_IOU,
     resamples: int = 0,
     seed: int = 0,
+    together: Sequence[str] | None = None,
 ) -> AveragePrecision:
     """Score a detector on F frames.
 
@@ -152,6 +153,8 @@ def average_precision(
         min_iou: For each class: `STANDARD_IOU`, `LOW_IOU` or another.
         resamples: How often frames are drawn anew for the 95 % interval; 0: no interval.
         seed: Of these draws.
+        together: Of each frame what it belongs to, such as its drive: frames that are alike are
+            drawn all or none.  None: each by itself.
 
     Raises:
         ConfigurationError: The frames do not fit together, boxes lack 2D boxes, or a class has no
@@ -168,7 +171,10 @@ def average_precision(
         )
     labels, found = pooled(truth, "labels"), pooled(detections, "detections")
     common = overlaps(labels, found)
-    samples = draw_resamples(len(truth), resamples, seed) if resamples else None
+    names, group = np.unique(
+        range(len(truth)) if together is None else together, return_inverse=True
+    )
+    samples = draw_resamples(len(names), resamples, seed)[:, group] if resamples else None
     tasks = list(product(range(len(classes)), range(len(LEVELS)), range(3)))
 
     def score(task: tuple[int, int, int]) -> tuple[Floats, Floats | None, Counts]:

@@ -13,7 +13,7 @@ from avsec_gym.experiments.chapter3.evidence_table import EvidenceTable
 from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.identification import identify_attacked_sensors
-from avsec_gym.validation.likelihood_fit import FOLDS, LikelihoodSamples, fit_likelihood
+from avsec_gym.validation.likelihood_of_clean import likelihood_of_clean
 from avsec_gym.validation.maximum_likelihood import LikelihoodModel
 from avsec_gym.validation.state_posterior import state_vectors
 from avsec_gym.validation.thresholds import Criterion
@@ -43,19 +43,7 @@ def algorithm_2(
 
 def fitted_model(fitted: EvidenceTable, on: FittedOn) -> LikelihoodModel:
     """p(evidence | **s**) of every state of the fitted moments."""
-    states = state_vectors(len(on.system))
-    moments = len(fitted)
-    names, drive = np.unique(fitted.drives, return_inverse=True)
-    return fit_likelihood(
-        on,
-        LikelihoodSamples(
-            fitted.shares.reshape(moments * len(states), -1),
-            np.tile(states, (moments, 1)),
-            np.repeat(np.arange(moments), len(states)),
-            # Of too few drives, moments are held out.
-            np.repeat(drive, len(states)) if len(names) >= FOLDS else None,
-        ),
-    )
+    return likelihood_of_clean(on, fitted.shares, fitted.drives)
 
 
 def maximum_likelihood(model: LikelihoodModel, judged: EvidenceTable, rate: float) -> Found:

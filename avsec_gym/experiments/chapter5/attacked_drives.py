@@ -20,9 +20,9 @@ from avsec_gym.attacks.patch_ghosts import ghost_box, target_boxes
 from avsec_gym.attacks.patch_placement import PatchPlace
 from avsec_gym.attacks.perturbation import Perturbation
 from avsec_gym.attacks.texture import replace_texture
-from avsec_gym.box_overlap import ground_rectangles, rectangle_iou
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.experiments.chapter5.ghost_positions import iou_from_above
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, roadside_of, scenes_of
 from avsec_gym.experiments.chapter5.settings import (
     DETECTORS,
@@ -311,7 +311,7 @@ def _measure(
         aim = look.place.intention(clean.image(LEFT).shape[1])
         numbers["attack_intention"] = list(Intention).index(aim)
         ghost = ghost_box(look.place, clean.calibration)
-        overlap = rectangle_iou(_on_ground(believed), _on_ground(ghost))
+        overlap = iou_from_above(believed, ghost)
         numbers["ghost_seen"] = float((overlap > 0).any())
         if not look.seen_as and isinstance(detector, DifferentiableDetector):
             ghosts = target_boxes(look.place, clean.calibration, victim.truth)
@@ -320,10 +320,6 @@ def _measure(
     filed = setting(victim.detector.name, look.seen_as or look.attack)
     for name, value in numbers.items():
         result.measurements.append(Measurement(filed, scene.id, name, value, look.strength))
-
-
-def _on_ground(boxes: Boxes3D) -> NDArray[np.float64]:
-    return ground_rectangles(boxes.location, boxes.dimensions, boxes.rotation_y)
 
 
 def _loss(

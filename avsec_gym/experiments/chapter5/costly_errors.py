@@ -107,7 +107,7 @@ def page(found: Mapping[str, Any], command: str) -> str:
         "",
         "Spearman’s rank correlation, over perturbations and patches, of what an attack takes of"
         " the measure and of safe driving, with 95 % bootstrap intervals over scenarios. Cars"
-        f" found: a box overlaps them by {SAME:g} or more from above; in reach: up to"
+        f" found: a box overlaps them by more than {SAME:g} from above; in reach: up to"
         f" {IN_REACH:g} m away.",
         "",
     ]

@@ -77,15 +77,21 @@ def ghosts(
     """
     real = truth.category != "DontCare"
     objects = truth[real]
-    iou = rectangle_iou(
-        ground_rectangles(detections.location, detections.dimensions, detections.rotation_y),
-        ground_rectangles(objects.location, objects.dimensions, objects.rotation_y),
-    )
+    iou = iou_from_above(detections, objects)
     result: NDArray[np.bool_] = iou.max(axis=1, initial=0.0) < overlap
     if truth.box2d is not None and detections.box2d is not None and not real.all():
         share = _inside(detections.box2d, truth.box2d[~real])
         result &= share.max(axis=1, initial=0.0) < ignored
     return result
+
+
+def iou_from_above(boxes: Boxes3D, others: Boxes3D) -> Floats:
+    """Intersection over union of the footprints of every pair, shape (N, M)."""
+    one, other = (
+        ground_rectangles(some.location, some.dimensions, some.rotation_y)
+        for some in (boxes, others)
+    )
+    return rectangle_iou(one, other)
 
 
 def in_corridor(boxes: Boxes3D, half_width: float = CORRIDOR) -> NDArray[np.bool_]:

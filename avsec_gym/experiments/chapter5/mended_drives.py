@@ -9,9 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-from avsec_gym.box_overlap import ground_rectangles, rectangle_iou
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5.ghost_positions import ghosts
+from avsec_gym.experiments.chapter5.ghost_positions import ghosts, iou_from_above
 from avsec_gym.experiments.chapter5.outcomes import Outcomes
 from avsec_gym.experiments.chapter5.planned_anew import Change, planned_anew
 from avsec_gym.experiments.chapter5.settings import (
@@ -22,13 +21,11 @@ from avsec_gym.experiments.chapter5.settings import (
     UNATTACKED,
 )
 from avsec_gym.experiments.chapter5.tables import Row, named
-from avsec_gym.geometry import Floats
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.paired import paired_differences
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.frame_scenes import FrameScenes
-from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 
 SAME = 0.1
@@ -92,13 +89,11 @@ def _mended(
     threshold: float,
     boxes: Boxes3D,
     scene: Scene,
-    _: Intention,
 ) -> Boxes3D:
     found = above(boxes, threshold)
     unreal = ghosts(found, labels[scene.id], overlap=SAME)
     real = scene.boxes[is_obstacle(scene.boxes)]
-    overlap = rectangle_iou(_rectangles(found), _rectangles(real))
-    meant = overlap >= SAME
+    meant = iou_from_above(found, real) >= SAME
     seen, missed = real[meant.any(axis=0)], real[~meant.any(axis=0)]
     if kind == AS_FOUND:
         return found
@@ -109,7 +104,3 @@ def _mended(
     if kind == "places":
         return Boxes3D.concatenate([found[~meant.any(axis=1)], seen])
     return real
-
-
-def _rectangles(boxes: Boxes3D) -> Floats:
-    return ground_rectangles(boxes.location, boxes.dimensions, boxes.rotation_y)

@@ -18,7 +18,7 @@ from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 
 Name = TypeVar("Name")
-Change = Callable[[Boxes3D, Scene, Intention], Boxes3D]
+Change = Callable[[Boxes3D, Scene], Boxes3D]
 """From all detections of a scene, whatever their score, to the boxes that are planned on."""
 
 
@@ -48,13 +48,12 @@ def planned_anew(
     for number, scenario in enumerate(outcomes.scenarios):
         scene = by_id[scenario]
         for one in conditions:
-            looks = outcomes.looks(one)
-            for intention in Intention:
-                look = None if looks == (None,) else intention
+            for look in outcomes.looks(one):
                 boxes = outcomes.detections(one, look)[number]
                 for name, change in changes.items():
-                    believed = change(boxes, scene, intention)
-                    driven = drive(scene, intention, believed, motion=motion, planner=planner)
-                    records[one, name].append(driven.record)
+                    believed = change(boxes, scene)
+                    for intention in Intention if look is None else (look,):
+                        driven = drive(scene, intention, believed, motion=motion, planner=planner)
+                        records[one, name].append(driven.record)
         on_progress(number + 1, len(outcomes.scenarios))
     return records

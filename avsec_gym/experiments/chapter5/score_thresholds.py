@@ -26,7 +26,6 @@ from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.report.attack_names import attack_name, detector_name
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.scenario.frame_scenes import FrameScenes
-from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 
 THRESHOLDS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7)
@@ -63,7 +62,7 @@ def threshold_rows(
     ]
 
 
-def _surer(least: float, boxes: Boxes3D, _: Scene, __: Intention) -> Boxes3D:
+def _surer(least: float, boxes: Boxes3D, _: Scene) -> Boxes3D:
     return above(boxes, least)
 
 

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.box_overlap import ground_rectangles, rectangle_iou
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5.ghost_positions import ghosts, in_corridor
+from avsec_gym.experiments.chapter5.ghost_positions import ghosts, in_corridor, iou_from_above
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, RESAMPLES, Condition, Outcomes
 from avsec_gym.experiments.chapter5.tables import Row, named
 from avsec_gym.geometry import Floats
@@ -53,11 +52,13 @@ def seen_rows(outcomes: Outcomes, threshold: float) -> list[Row]:
     return rows
 
 
-def found_cars(detections: Boxes3D, truth: Boxes3D) -> NDArray[np.bool_]:
+def found_cars(
+    detections: Boxes3D, truth: Boxes3D, overlap: float = MIN_OVERLAP
+) -> NDArray[np.bool_]:
     """Which labelled cars a detection lies on, seen from above, shape (number of cars,)."""
     cars = truth[truth.category == CATEGORY]
-    iou = rectangle_iou(_rectangles(cars), _rectangles(detections))
-    result: NDArray[np.bool_] = iou.max(axis=1, initial=0.0) > MIN_OVERLAP
+    iou = iou_from_above(cars, detections)
+    result: NDArray[np.bool_] = iou.max(axis=1, initial=0.0) > overlap
     return result
 
 
@@ -78,7 +79,3 @@ def _count(detections: Boxes3D, truth: Boxes3D) -> Sequence[Any]:
     unreal = detections[ghosts(detections, truth)]
     within = in_corridor(unreal)
     return found.sum(), len(found), within.sum(), (~within).sum(), 1
-
-
-def _rectangles(boxes: Boxes3D) -> Floats:
-    return ground_rectangles(boxes.location, boxes.dimensions, boxes.rotation_y)

@@ -8,11 +8,10 @@ safety in the same way as it.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 
-from avsec_gym.box_overlap import ground_rectangles, rectangle_iou
-from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.decoupling import (
     TRUE_ATTACKS,
     Sampled,
@@ -21,9 +20,9 @@ from avsec_gym.experiments.chapter5.decoupling import (
     spearman,
 )
 from avsec_gym.experiments.chapter5.mended_drives import SAME
-from avsec_gym.experiments.chapter5.outcomes import CATEGORY, RESAMPLES, Condition, Outcomes
+from avsec_gym.experiments.chapter5.outcomes import RESAMPLES, Condition, Outcomes
+from avsec_gym.experiments.chapter5.seen import found_cars
 from avsec_gym.experiments.chapter5.tables import Row
-from avsec_gym.geometry import Floats
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.average_precision import LOW_IOU
 from avsec_gym.metrics.average_precision_curves import draw_resamples
@@ -92,9 +91,7 @@ def _cars_seen(
     outcomes: Outcomes,
     condition: Condition,
     threshold: float,
-    *,
-    reach: float,
-    overlap: float,
+    reach: float = np.inf,
 ) -> Sampled:
     """Share of the cars in reach that a box means, percent."""
     counts = np.zeros((len(outcomes.scenarios), 2))
@@ -103,9 +100,8 @@ def _cars_seen(
         for number, (scenario, boxes) in enumerate(zip(outcomes.scenarios, seen, strict=True)):
             truth = outcomes.labels[scenario]
             near = np.hypot(truth.location[:, 0], truth.location[:, 2]) < reach
-            cars = truth[(truth.category == CATEGORY) & near]
-            iou = rectangle_iou(_rectangles(cars), _rectangles(above(boxes, threshold)))
-            counts[number] += (iou.max(axis=1, initial=0.0) >= overlap).sum(), len(cars)
+            seen_there = found_cars(above(boxes, threshold), truth[near], SAME)
+            counts[number] += seen_there.sum(), len(seen_there)
     samples = draw_resamples(len(outcomes.scenarios), RESAMPLES, 0)
     found, cars_there = counts.T
     with np.errstate(invalid="ignore"):
@@ -115,18 +111,10 @@ def _cars_seen(
         )
 
 
-def _rectangles(boxes: Boxes3D) -> Floats:
-    return ground_rectangles(boxes.location, boxes.dimensions, boxes.rotation_y)
-
-
 MEASURES: Mapping[str, Measure] = {
     PRECISION: lambda outcomes, one, _: precision(outcomes, one),
     "AP, IoU 0.5": lambda outcomes, one, _: precision(outcomes, one, LOW_IOU),
-    "cars found": lambda outcomes, one, least: _cars_seen(
-        outcomes, one, least, reach=np.inf, overlap=SAME
-    ),
-    "cars in reach found": lambda outcomes, one, least: _cars_seen(
-        outcomes, one, least, reach=IN_REACH, overlap=SAME
-    ),
+    "cars found": _cars_seen,
+    "cars in reach found": partial(_cars_seen, reach=IN_REACH),
 }
-"""The usual one first; the last two count a car as found that a box overlaps by `SAME` or more."""
+"""The usual one first; the last two count cars that a box overlaps by more than `SAME`."""
