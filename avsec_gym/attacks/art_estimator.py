@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,10 +27,14 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.detector import Detector
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_images
+from avsec_gym.world.export.folder_lock import folder_lock
 
 try:
-    from art.attacks import evasion
-    from art.estimators import BaseEstimator, LossGradientsMixin, NeuralNetworkMixin
+    # At its first import ART writes its settings into the home folder, not all at once: another
+    # process that imports it at that moment would read half of them, and fail.
+    with folder_lock(Path.home(), wait=True):
+        from art.attacks import evasion
+        from art.estimators import BaseEstimator, LossGradientsMixin, NeuralNetworkMixin
 except ModuleNotFoundError as error:
     raise ModuleNotFoundError(
         "ART's attacks need the adversarial-robustness-toolbox: "

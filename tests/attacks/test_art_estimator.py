@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import importlib
+import os
+import subprocess
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,9 +26,11 @@ from avsec_gym.perception.detectors.recorded import Oracle
 from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
 
-evasion = pytest.importorskip("art.attacks.evasion")
+pytest.importorskip("avsec_gym.attacks.art_estimator")  # First: it guards ART's first import.
 
-from avsec_gym.attacks.art_estimator import (  # noqa: E402 - only where ART is.
+from art.attacks import evasion
+
+from avsec_gym.attacks.art_estimator import (
     StereoDetectorEstimator,
     ToolboxAttack,
     packed,
@@ -207,6 +212,19 @@ def test_what_cannot_run_says_so() -> None:
         estimator.predict(np.zeros((1, 3, 12, 20), np.float32))
     with pytest.raises(ConfigurationError, match="avsec train"):
         estimator.fit(packed([frame]), targets([CARS]))
+
+
+def test_processes_with_a_new_home_may_import_it_at_once(tmp_path: Path) -> None:
+    code = "import avsec_gym.attacks.art_estimator"
+    environment = os.environ | {"HOME": str(tmp_path)}
+    started = [
+        subprocess.Popen([sys.executable, "-c", code], env=environment, stderr=subprocess.PIPE)
+        for _ in range(3)
+    ]
+    for process in started:
+        _, errors = process.communicate()
+        assert process.returncode == 0, errors.decode()
+    assert (tmp_path / ".art" / "config.json").is_file()
 
 
 def test_without_the_toolbox_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
