@@ -90,9 +90,8 @@ def parts(validator: Validator, frame: SensorFrame) -> dict[str, float]:
     errors = DisparityErrors(DisparityMaps(frame, system, DEPTH))
     maps = errors.maps
     found = {
-        "maps": timed(lambda: [maps[pair] for pair in between]),
-        "scans": timed(lambda: [maps[pair] for pair in pairs if pair not in between]),
-        "brightness": timed(lambda: [maps.brightness(pair) for pair in between]),
+        "maps, brightness": timed(lambda: [maps.view(pair) for pair in between]),
+        "scans": timed(lambda: [maps.view(pair) for pair in pairs if pair not in between]),
         "errors": timed(lambda: [errors[triple] for triple in triples]),
     }
     if isinstance(validator, LikelihoodValidator):

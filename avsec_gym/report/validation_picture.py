@@ -12,7 +12,7 @@ from avsec_gym.frame import Image
 from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.report.frame_picture import points_in_image
 from avsec_gym.sensor_system import LIDAR, Sensor, Triple
-from avsec_gym.validation.disparity_error import Comparison, comparison_map
+from avsec_gym.validation.comparison import Comparison, comparison_map
 from avsec_gym.validation.state_posterior import Verdict
 from avsec_gym.validation.validator import Validation
 

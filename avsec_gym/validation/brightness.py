@@ -6,7 +6,7 @@ otherwise; it also copes with most of a facula, and where it does, disparities a
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -25,12 +25,37 @@ _SHIFT = 2
 _DARKEST = 8
 """Grey levels; darker pixels tell nothing of how two cameras are exposed."""
 _WHITE = 250
-_EXPOSURES, _EXPOSURE_BINS = 0.7, 141
-"""Two cameras' exposures differ by less than a factor of two; counted by the percent."""
+_EXPOSURES, _EXPOSURE_BINS = 0.7, 281
+"""Two cameras' exposures differ by less than a factor of two; searched by half a percent."""
+_EXPOSED = 4.0
+"""Grey levels; a pixel agrees with an exposure that puts it this near."""
 
 
-def brightness_inconsistency(image: Image, other: Image, disparity: Disparity) -> float:
-    """The share of matched pixels that are not as bright in both images of a pair.
+class Brightness(NamedTuple):
+    """Shares of matched pixels that are not as bright in both images of a pair, from 0 to 1."""
+
+    brighter: float
+    """In the reference's image: light into the reference."""
+    darker: float
+    """In the reference's image: light into the other camera."""
+
+    @property
+    def inconsistent(self) -> float:
+        """Both together."""
+        return self.brighter + self.darker
+
+
+class Expected(NamedTuple):
+    """What an image should be, pixel by pixel; each of shape (H, W, 3)."""
+
+    least: Image
+    most: Image
+    """More than `least` where the camera that tells of a pixel overflowed: who knows how bright it
+    is."""
+
+
+def brightness_inconsistency(image: Image, other: Image, disparity: Disparity) -> Brightness:
+    """Which share of the matched pixels is not as bright in both images of a pair.
 
     Args:
         image: Of the reference camera, shape (H, W, 3).
@@ -38,11 +63,11 @@ def brightness_inconsistency(image: Image, other: Image, disparity: Disparity) -
         disparity: In the view of the reference, pixels, NaN where unknown, shape (H, W).
 
     Returns:
-        From 0 to 1; 1 with fewer than `FEWEST` pixels.
+        Both 1 with fewer than `FEWEST` pixels.
     """
     if is_grey(other):
         # Which colour the light has, only one of them can tell.
-        image = _without_colours(image)
+        image = without_colours(image)
     height, width = disparity.shape
     column = np.arange(width, dtype=np.float32) - disparity
     known = column >= 0
@@ -52,16 +77,18 @@ def brightness_inconsistency(image: Image, other: Image, disparity: Disparity) -
     # What is not known is no surrounding to compare with.
     painted = cv2.copyTo(painted, _flags(known), image.copy())
     expected = equally_exposed(painted, image, known)
-    differs, judged = differing_pixels(image, expected, known)
+    brighter, darker, judged = differing_pixels(image, expected, known)
     count = int(judged.sum())
-    return int(differs.sum()) / count if count >= FEWEST else 1.0
+    if count < FEWEST:
+        return Brightness(1.0, 1.0)
+    return Brightness(int(brighter.sum()) / count, int(darker.sum()) / count)
 
 
-def differing_pixels(image: Image, expected: Image, known: Mask) -> tuple[Mask, Mask]:
-    """Where an image's brightness is other than it should be, and where that can be told.
+def differing_pixels(image: Image, expected: Expected, known: Mask) -> tuple[Mask, Mask, Mask]:
+    """Where an image is brighter or darker than it should be, and where that can be told.
 
     A pixel differs if it lies outside of what the expected image has within two pixels, by
-    `MIN_LIGHT` and in some colour.  White where the scene is almost white tells nothing.
+    `MIN_LIGHT` and in some colour.  White where the scene may be white tells nothing.
 
     Args:
         image: As it came, shape (H, W, 3).
@@ -69,18 +96,18 @@ def differing_pixels(image: Image, expected: Image, known: Mask) -> tuple[Mask, 
         known: Where that is known, shape (H, W).
 
     Returns:
-        Two masks; the first within the second.
+        Three masks: brighter and darker, which are within the third.
     """
     around = np.ones((3, 2 * _SHIFT + 1), np.uint8)
-    brighter: Any = cv2.subtract(image, cv2.dilate(expected, around))
-    darker: Any = cv2.subtract(cv2.erode(expected, around), image)
-    differs = np.maximum(_most(brighter), _most(darker)) > MIN_LIGHT
-    blind = (_least(image) >= _WHITE) & (_least(expected) >= 255 - MIN_LIGHT)
+    above: Any = cv2.subtract(image, cv2.dilate(expected.most, around))
+    below: Any = cv2.subtract(cv2.erode(expected.least, around), image)
+    blind = (_least(image) >= _WHITE) & (_least(expected.most) >= 255 - MIN_LIGHT)
     judged = known & ~blind
-    return differs & judged, judged
+    brighter, darker = (judged & (_most(one) > MIN_LIGHT) for one in (above, below))
+    return brighter, darker & ~brighter, judged
 
 
-def equally_exposed(expected: Image, image: Image, known: Mask) -> Image:
+def equally_exposed(expected: Image, image: Image, known: Mask) -> Expected:
     """What a camera should see as it would have exposed it, without colours if it is grey.
 
     One factor for each colour, that which the most pixels agree on: light spreads the others,
@@ -92,21 +119,30 @@ def equally_exposed(expected: Image, image: Image, known: Mask) -> Image:
         known: Where something is expected, shape (H, W).
     """
     if is_grey(image):
-        expected = _without_colours(expected)
-    telling = _flags(known & (_least(expected) >= _DARKEST) & (_most(image) < _WHITE))
+        expected = without_colours(expected)
+    telling = _flags(
+        known
+        & (_least(expected) >= _DARKEST)
+        & (_most(expected) < _WHITE)
+        & (_most(image) < _WHITE)
+    )
     factors = np.exp([_exposure(expected, image, colour, telling) for colour in range(3)])
     levels = np.arange(256, dtype=np.float32)[:, None] * factors.astype(np.float32)
-    table = np.rint(np.minimum(levels, 255.0)).astype(np.uint8)
-    return np.asarray(cv2.LUT(expected, table[None]), np.uint8)
+    least = np.rint(np.minimum(levels, 255.0)).astype(np.uint8)
+    most = least.copy()
+    most[_WHITE:] = 255
+    return Expected(*(np.asarray(cv2.LUT(expected, one[None]), np.uint8) for one in (least, most)))
+
+
+def without_colours(image: Image) -> Image:
+    """As a grey camera sees it, which all colours reach alike, shape (H, W, 3)."""
+    grey = cv2.transform(image, np.full((1, 3), 1 / 3, np.float32))
+    return np.repeat(grey[..., None] if grey.ndim == 2 else grey, 3, axis=2)
 
 
 def is_grey(image: Image) -> bool:
     """Whether all pixels have the same red, green and blue."""
     return bool((image[..., :1] == image).all())
-
-
-def _without_colours(image: Image) -> Image:
-    return np.repeat(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)[..., None], 3, axis=2)
 
 
 def _least(image: Image) -> NDArray[np.uint8]:
@@ -130,22 +166,30 @@ def _exposure(expected: Image, image: Image, colour: int, telling: NDArray[np.ui
     # How many pixels have which two levels: all that counts of a million pixels, without a loop.
     levels = cv2.calcHist(
         [expected, image], [colour, 3 + colour], telling, [256, 256], [0, 256, 0, 256]
-    )
-    counts = np.bincount(_RATIO_BINS.ravel(), levels.ravel(), _EXPOSURE_BINS + 1)[:_EXPOSURE_BINS]
-    if not counts.any():
+    ).ravel()
+    if not levels.any():
         return 0.0
-    best = int(np.convolve(counts, np.ones(5), "same").argmax())
-    return float(0.5 * (_EDGES[best] + _EDGES[best + 1]))
+    begin, end = (np.bincount(one.ravel(), levels, _EXPOSURE_BINS + 1) for one in _AGREEING)
+    agreeing = np.cumsum(begin - end)[:_EXPOSURE_BINS]
+    # The middle of a plateau; of two that are as high the factor next to 1.
+    best = np.flatnonzero(agreeing >= agreeing.max() - 0.5)
+    middle = best[np.abs(best - _EXPOSURE_BINS // 2).argmin()]
+    return float(_FACTORS[middle])
 
 
-def _ratio_bins() -> NDArray[np.intp]:
-    """Of each expected and each seen level that bin which their ratio is in, shape (256, 256)."""
-    level = np.maximum(np.arange(256, dtype=np.float64), 1)
-    found = np.searchsorted(_EDGES, np.log(level / level[:, None]), side="right") - 1
-    # Factors of more than two, either way, are no exposure.
-    found[(found < 0) | (found >= _EXPOSURE_BINS)] = _EXPOSURE_BINS
-    return found
+def _agreeing() -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Of each expected and each seen level the first factor that fits, and the first that no more.
+
+    Shapes (256, 256), numbers of `_FACTORS`.
+    """
+    level = np.arange(256, dtype=np.float64)
+    seen, expected = level[None], np.maximum(level, 1)[:, None]
+    least, most = ((seen + side * _EXPOSED) / expected for side in (-1, 1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        begin = np.searchsorted(_FACTORS, np.log(np.maximum(least, 1e-9)), side="left")
+        end = np.searchsorted(_FACTORS, np.log(most), side="right")
+    return begin, end
 
 
-_EDGES = np.linspace(-_EXPOSURES, _EXPOSURES, _EXPOSURE_BINS + 1)
-_RATIO_BINS = _ratio_bins()
+_FACTORS = np.linspace(-_EXPOSURES, _EXPOSURES, _EXPOSURE_BINS)
+_AGREEING = _agreeing()

@@ -21,7 +21,7 @@ from avsec_gym.frame import Calibration, Points, SensorFrame
 from avsec_gym.geometry import Floats, project, transform_points
 from avsec_gym.perception.depth.depth import DisparityMap
 from avsec_gym.sensor_system import Sensor
-from avsec_gym.validation.disparity_error import MIN_DIFFERENCE, MIN_RELATIVE_DIFFERENCE
+from avsec_gym.validation.comparison import MIN_DIFFERENCE, MIN_RELATIVE_DIFFERENCE
 from avsec_gym.validation.large_parts import large_parts
 from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.reprojection import Mask, back_projected

@@ -9,42 +9,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from enum import IntEnum
 
 import cv2
-import numba
 import numpy as np
-from numpy.typing import NDArray
 
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
-from avsec_gym.kitti.map_files import Disparity
 from avsec_gym.perception.depth.depth import DisparityMap
 from avsec_gym.sensor_system import Triple
 from avsec_gym.validation.brightness import FEWEST
+from avsec_gym.validation.comparison import Comparison, comparison_map
 from avsec_gym.validation.disparity_maps import DisparityMaps
+from avsec_gym.validation.disproved import disproved_points
+from avsec_gym.validation.reprojection import Mask
 
-MIN_DIFFERENCE = 3.0
-"""Pixels (equation 3.2)."""
-MIN_RELATIVE_DIFFERENCE = 0.05
-"""Share of the smaller disparity."""
 WINDOW = 96
 """Pixels to a side of where contradictions are counted together; a car's rear 12 m ahead."""
 MEASURES = ("error", "hole_share", "densest", "brightness")
 """Shares of a `DisparityError`: E of the thesis, and what goes beyond it."""
-
-
-class Comparison(IntEnum):
-    """What two maps say of a pixel."""
-
-    UNKNOWN = 0
-    """Neither map knows it."""
-    FIRST_ONLY = 1
-    """A hole of the second map."""
-    SECOND_ONLY = 2
-    """A hole of the first map, or a gap between a scan's points."""
-    CONSISTENT = 3
-    INCONSISTENT = 4
 
 
 @dataclass(frozen=True)
@@ -55,7 +36,8 @@ class DisparityError:
         inconsistent: Pixels whose disparities differ (equation 3.2).
         valid: Pixels known in both maps.
         pixels: That could be known in both: those of the scan, of two dense maps all.
-        densest: The share of inconsistent pixels in that window of `WINDOW` which has most.
+        densest: The share of inconsistent pixels in that window of `WINDOW` which has most; of a
+            scan only of `disproved_points`, where the images are at hand.
         brightness: `brightness_inconsistency` of that pair of the triple's cameras, the reference
             among them, which has more.
     """
@@ -112,23 +94,20 @@ def disparity_error(
     inconsistent = int(counts[Comparison.INCONSISTENT])
     valid = inconsistent + int(counts[Comparison.CONSISTENT])
     pixels = valid + int(counts[Comparison.FIRST_ONLY]) if sparse else first.values.size
-    here = np.asarray(compared == Comparison.INCONSISTENT, np.float32)
-    densest = cv2.blur(here, (WINDOW, WINDOW), borderType=cv2.BORDER_CONSTANT).max()
-    return DisparityError(inconsistent, valid, pixels, float(np.clip(densest, 0, 1)))
+    densest = densest_share(compared == Comparison.INCONSISTENT)
+    return DisparityError(inconsistent, valid, pixels, densest)
 
 
-def comparison_map(first: DisparityMap, second: DisparityMap) -> NDArray[np.uint8]:
-    """Which `Comparison` holds at each pixel; see `disparity_error`.
+def densest_share(pixels: Mask) -> float:
+    """The share of some pixels in that window of `WINDOW` which has most of them.
 
-    Returns:
-        Shape (H, W).
+    Args:
+        pixels: Shape (H, W).
     """
-    if first.values.shape != second.values.shape:
-        raise ConfigurationError(
-            f"two maps of one view have one shape, got {first.values.shape} and "
-            f"{second.values.shape}"
-        )
-    return _compare(first.rescaled(second.focal_times_baseline).values, second.values)
+    window = cv2.blur(
+        np.asarray(pixels, np.float32), (WINDOW, WINDOW), borderType=cv2.BORDER_CONSTANT
+    )
+    return float(np.clip(window.max(), 0, 1))
 
 
 class DisparityErrors(Mapping[Triple, DisparityError]):
@@ -136,21 +115,19 @@ class DisparityErrors(Mapping[Triple, DisparityError]):
 
     Args:
         maps: Of the moment.
+        known: Those that are known already.
     """
 
-    def __init__(self, maps: DisparityMaps) -> None:
+    def __init__(
+        self, maps: DisparityMaps, known: Mapping[Triple, DisparityError] | None = None
+    ) -> None:
         self.maps = maps
-        self._known: dict[Triple, DisparityError] = {}
+        self._known = dict(known or {})
 
     def __getitem__(self, triple: Triple) -> DisparityError:
         """E_{i,j,k}; see `DisparityMaps` for what can go wrong."""
         if triple not in self._known:
-            i, j, k = triple
-            sparse = i == 0 and self.maps.system.has_lidar
-            error = disparity_error(self.maps[i, k], self.maps[j, k], sparse=sparse)
-            pairs = ((j, k),) if sparse else ((i, k), (j, k))
-            brightness = max(self.maps.brightness(pair) for pair in pairs)
-            self._known[triple] = replace(error, brightness=brightness)
+            self._known[triple] = self._of(triple)
         return self._known[triple]
 
     @property
@@ -164,23 +141,14 @@ class DisparityErrors(Mapping[Triple, DisparityError]):
     def __len__(self) -> int:
         return len(self.maps.system.triples)
 
-
-@numba.njit(nogil=True, cache=True)
-def _compare(first: Disparity, second: Disparity) -> NDArray[np.uint8]:
-    height, width = first.shape
-    result = np.empty((height, width), np.uint8)
-    for v in range(height):
-        for u in range(width):
-            a, b = first[v, u], second[v, u]
-            if np.isnan(a):
-                result[v, u] = Comparison.UNKNOWN if np.isnan(b) else Comparison.SECOND_ONLY
-            elif np.isnan(b):
-                result[v, u] = Comparison.FIRST_ONLY
-            else:
-                difference = abs(a - b)
-                # Not divided by the smaller one, which may be 0.
-                if difference > MIN_DIFFERENCE and difference > MIN_RELATIVE_DIFFERENCE * min(a, b):
-                    result[v, u] = Comparison.INCONSISTENT
-                else:
-                    result[v, u] = Comparison.CONSISTENT
-    return result
+    def _of(self, triple: Triple) -> DisparityError:
+        i, j, k = triple
+        maps, sensors = self.maps, self.maps.system.sensors
+        sparse = i == 0 and maps.system.has_lidar
+        error = disparity_error(maps[i, k], maps[j, k], sparse=sparse)
+        brightness = maps.brightness((j, k)).inconsistent
+        if not sparse:
+            return replace(error, brightness=max(brightness, maps.brightness((i, k)).inconsistent))
+        reference, other = (maps.frame.image(int(sensors[one])) for one in (k, j))
+        disproved = disproved_points(maps[i, k], maps[j, k], reference, other)
+        return replace(error, brightness=brightness, densest=densest_share(disproved))

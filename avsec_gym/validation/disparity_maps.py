@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.depth.depth import DisparityMap, pair_scale
 from avsec_gym.perception.depth.lidar import scan_disparity
 from avsec_gym.sensor_system import LIDAR, SensorSystem
-from avsec_gym.validation.brightness import brightness_inconsistency
+from avsec_gym.validation.brightness import Brightness, brightness_inconsistency
 from avsec_gym.validation.pair_depth import PairDepth
 
 Pair = tuple[int, int]
 """Positions i < k in a system: what sensor i tells of the view of camera k."""
+
+
+class PairView(NamedTuple):
+    """What two sensors tell of the view of the second one."""
+
+    map: DisparityMap
+    """DM_{i,k}, in the scale of the two cameras; a LiDAR's in that of (k - 1, k)."""
+    brightness: Brightness | None
+    """Of two cameras, matched by the map."""
 
 
 class DisparityMaps:
@@ -24,6 +34,7 @@ class DisparityMaps:
         frame: The moment.
         system: Which sensors, in which order.
         depth: How disparities of two cameras are found.
+        known: What is known of the moment already.
 
     Raises:
         ConfigurationError: The cameras do not stand from right to left.
@@ -35,57 +46,56 @@ class DisparityMaps:
     """
 
     def __init__(
-        self, frame: SensorFrame, system: SensorSystem, depth: PairDepth | None = None
+        self,
+        frame: SensorFrame,
+        system: SensorSystem,
+        depth: PairDepth | None = None,
+        known: Mapping[Pair, PairView] | None = None,
     ) -> None:
         system.check(frame.calibration)
         self.frame, self.system, self.depth = frame, system, depth or PairDepth()
-        self._found: dict[Pair, DisparityMap] = {}
-        self._brightness: dict[Pair, float] = {}
+        self._known = dict(known or {})
 
     def __getitem__(self, pair: Pair) -> DisparityMap:
-        """DM_{i,k}, in the scale of the two cameras; a LiDAR's in that of (k - 1, k).
+        """DM_{i,k}, see `PairView`.
 
         Raises:
             ConfigurationError: The system has no such pair.
             DataError: The frame lacks a sensor, or its file is broken.
         """
-        if pair not in self._found:
-            self._found[pair] = self._find(pair)
-        return self._found[pair]
+        return self.view(pair).map
 
-    def brightness(self, pair: Pair) -> float:
+    def view(self, pair: Pair) -> PairView:
+        """The map and the brightness of a pair; raises as the map does."""
+        if pair not in self._known:
+            self._known[pair] = self._find(pair)
+        return self._known[pair]
+
+    def brightness(self, pair: Pair) -> Brightness:
         """`brightness_inconsistency` of two cameras, matched by DM_{i,k}.
 
         Raises:
             ConfigurationError: The system has no such pair, or one of them is the LiDAR.
             DataError: The frame lacks a sensor, or its file is broken.
         """
-        if pair not in self._brightness:
-            values = self[pair].values
-            other, camera = (self.system.sensors[one] for one in pair)
-            if not isinstance(other, int):
-                raise ConfigurationError("a LiDAR sees no brightness to be compared")
-            self._brightness[pair] = brightness_inconsistency(
-                self.frame.image(int(camera)), self.frame.image(other), values
-            )
-        return self._brightness[pair]
+        brightness = self.view(pair).brightness
+        if brightness is None:
+            raise ConfigurationError("a LiDAR sees no brightness to be compared")
+        return brightness
 
     def find(self, pairs: Iterable[Pair], threads: int = 2) -> None:
-        """Find several maps at once, each with its brightness.
+        """Find several maps at once.
 
         Args:
             pairs: Which; those that are known cost nothing.
             threads: OpenCV works outside Python's lock.
         """
-        missing = [pair for pair in dict.fromkeys(pairs) if not self._is_known(pair)]
+        missing = [pair for pair in dict.fromkeys(pairs) if pair not in self._known]
         if missing:
             # The longest work first, so that no thread is left alone with it.
             missing.sort(key=self._work, reverse=True)
             with ThreadPoolExecutor(threads) as pool:
-                list(pool.map(self._find_with_brightness, missing))
-
-    def _is_known(self, pair: Pair) -> bool:
-        return pair in self._found and (pair in self._brightness or self._has_lidar(pair))
+                list(pool.map(self.view, missing))
 
     def _has_lidar(self, pair: Pair) -> bool:
         return pair[0] == 0 and self.system.has_lidar
@@ -97,12 +107,7 @@ class DisparityMaps:
         other, camera = (int(self.system.sensors[one]) for one in pair)
         return self.frame.calibration.baseline(camera, other)
 
-    def _find_with_brightness(self, pair: Pair) -> None:
-        _ = self[pair]
-        if not self._has_lidar(pair):
-            self.brightness(pair)
-
-    def _find(self, pair: Pair) -> DisparityMap:
+    def _find(self, pair: Pair) -> PairView:
         i, k = pair
         sensors, frame = self.system.sensors, self.frame
         if not 0 <= i < k < len(sensors) or k < 2:
@@ -112,8 +117,11 @@ class DisparityMaps:
             )
         other, camera = sensors[i], int(sensors[k])
         if other != LIDAR:
-            return self.depth.estimator(frame.calibration, camera, int(other)).disparity(frame)
+            right = int(other)
+            found = self.depth.estimator(frame.calibration, camera, right).disparity(frame)
+            seen = frame.image(camera), frame.image(right)
+            return PairView(found, brightness_inconsistency(*seen, found.values))
         beside = int(sensors[k - 1])
         height, width = frame.image(camera).shape[:2]
         values = scan_disparity(frame.points, frame.calibration, (height, width), (camera, beside))
-        return DisparityMap(values, pair_scale(frame, camera, beside))
+        return PairView(DisparityMap(values, pair_scale(frame, camera, beside)), None)

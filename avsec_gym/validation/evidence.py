@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.geometry import Floats
-from avsec_gym.sensor_system import LIDAR, SensorSystem, Triple
-from avsec_gym.validation.disparity_error import DisparityError, DisparityErrors
-from avsec_gym.validation.disparity_maps import Pair
+from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.validation.disparity_error import DisparityErrors
 
 Scope = tuple[int, ...]
 """Positions of the sensors that one element of the evidence depends on."""
@@ -20,20 +19,21 @@ def evidence_elements(system: SensorSystem) -> tuple[tuple[str, Scope], ...]:
     """The elements of the evidence: what they measure, and of which sensors.
 
     Of every triple ``error`` and ``densest``, see `DisparityError`; of every map of two cameras
-    ``holes``, the share of the view that it does not know, and ``brightness``, see
-    `brightness_inconsistency`.  Holes are counted in the whole image, beyond the scan's rows too,
-    and once for each map, not for each triple that uses it.
+    ``holes``, the share of the view that it does not know, and ``brighter`` and ``darker``, see
+    `Brightness`.  Holes are counted in the whole image, beyond the scan's rows too, and once for
+    each map, not for each triple that uses it.
 
     Example:
         >>> [scope for _, scope in evidence_elements(SensorSystem(("lidar", 3, 2)))]
-        [(0, 1, 2), (0, 1, 2), (1, 2), (1, 2)]
+        [(0, 1, 2), (0, 1, 2), (1, 2), (1, 2), (1, 2)]
     """
     pairs = tuple((i, k) for i, k in system.pairs() if system.sensors[i] != LIDAR)
     scopes = {
         "error": system.triples,
         "densest": system.triples,
         "holes": pairs,
-        "brightness": pairs,
+        "brighter": pairs,
+        "darker": pairs,
     }
     return tuple((name, scope) for name, found in scopes.items() for scope in found)
 
@@ -55,35 +55,11 @@ def gather_evidence(errors: DisparityErrors, threads: int = 2) -> Floats:
     """
     maps = errors.maps
     maps.find(maps.system.pairs(), threads)
-    return evidence_shares(
-        maps.system,
-        errors.__getitem__,
-        lambda pair: 1.0 - float(maps[pair].valid.mean()),
-        maps.brightness,
-    )
-
-
-def evidence_shares(
-    system: SensorSystem,
-    error: Callable[[Triple], DisparityError],
-    holes: Callable[[Pair], float],
-    brightness: Callable[[Pair], float],
-) -> Floats:
-    """The evidence of one moment, by whoever knows the parts of it.
-
-    Args:
-        system: Of sensors.
-        error: E_{i,j,k} and what goes with it.
-        holes: The share of the view that DM_{i,k} does not know.
-        brightness: Of two cameras.
-
-    Returns:
-        In the order of `evidence_elements`, shape (elements,).
-    """
     measure: dict[str, Callable[[Any], float]] = {
-        "error": lambda triple: error(triple).error,
-        "densest": lambda triple: error(triple).densest,
-        "holes": holes,
-        "brightness": brightness,
+        "error": lambda triple: errors[triple].error,
+        "densest": lambda triple: errors[triple].densest,
+        "holes": lambda pair: 1.0 - float(maps[pair].valid.mean()),
+        "brighter": lambda pair: maps.brightness(pair).brighter,
+        "darker": lambda pair: maps.brightness(pair).darker,
     }
-    return np.array([measure[name](scope) for name, scope in evidence_elements(system)])
+    return np.array([measure[name](scope) for name, scope in evidence_elements(maps.system)])

@@ -59,8 +59,8 @@ def contradicting_pixels(image: Image, view: TrustedView) -> Mask:
     patches and holes are ignored.
     """
     expected = equally_exposed(view.image, image, view.believed)
-    differs, judged = differing_pixels(image, expected, view.believed)
-    votes = np.where(differs, np.float32(1), np.float32(-1))
+    brighter, darker, judged = differing_pixels(image, expected, view.believed)
+    votes = np.where(brighter | darker, np.float32(1), np.float32(-1))
     votes[~judged] = 0.0
     return _without_specks(_majority(votes))
 

@@ -112,7 +112,7 @@ def filled_image(image: Image, view: TrustedView, damaged: Mask) -> Image:
     """
     result = np.where(
         (damaged & view.believed)[..., None],
-        equally_exposed(view.image, image, view.believed),
+        equally_exposed(view.image, image, view.believed).least,
         image,
     )
     unseen = damaged & ~view.believed

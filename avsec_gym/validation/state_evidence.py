@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -12,11 +11,10 @@ import numpy as np
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
-from avsec_gym.perception.depth.depth import DisparityMap
-from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem, Triple
-from avsec_gym.validation.disparity_error import DisparityError, disparity_error
-from avsec_gym.validation.disparity_maps import DisparityMaps
-from avsec_gym.validation.evidence import evidence_shares
+from avsec_gym.sensor_system import Sensor, SensorSystem
+from avsec_gym.validation.disparity_error import DisparityError, DisparityErrors
+from avsec_gym.validation.disparity_maps import DisparityMaps, PairView
+from avsec_gym.validation.evidence import gather_evidence
 from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.state_posterior import States
 
@@ -51,8 +49,15 @@ class StateEvidence:
         system.check(clean.calibration)
         self.system, self.depth = system, depth or PairDepth()
         self._clean, self._tampered = clean, dict(tampered)
-        self._maps: dict[Element, tuple[DisparityMap, float]] = {}
+        self._views: dict[Element, PairView] = {}
         self._errors: dict[Element, DisparityError] = {}
+
+    def otherwise(self, tampered: Mapping[Sensor, SensorFrame]) -> StateEvidence:
+        """The same moment attacked otherwise; what is known of sound sensors stays known."""
+        other = StateEvidence(self._clean, tampered, self.system, self.depth)
+        other._views = {one: view for one, view in self._views.items() if not any(one[1])}
+        other._errors = {one: error for one, error in self._errors.items() if not any(one[1])}
+        return other
 
     def find(self, states: States, threads: int = 2) -> None:
         """Find all maps that these states need at once.
@@ -62,59 +67,45 @@ class StateEvidence:
             threads: OpenCV's matching runs outside Python's lock.
         """
         wanted = {
-            (pair, tuple(bool(state[one]) for one in pair))
+            _element(pair, state)
             for pair, state in product(self.system.pairs(), np.atleast_2d(states))
-        } - self._maps.keys()
-        missing = sorted(wanted)
+        }
+        missing = sorted(wanted - self._views.keys())
         with ThreadPoolExecutor(threads) as pool:
-            self._maps.update(zip(missing, pool.map(self._find, missing), strict=True))
+            self._views.update(zip(missing, pool.map(self._find, missing), strict=True))
 
     def evidence(self, states: States) -> Floats:
         """As `gather_evidence` of each state, shape (N, M)."""
         self.find(states)
-        return np.array([self._evidence(state) for state in np.atleast_2d(states)])
+        return np.array([gather_evidence(self.errors(state)) for state in np.atleast_2d(states)])
 
-    def errors(self, state: States) -> dict[Triple, DisparityError]:
+    def errors(self, state: States) -> DisparityErrors:
         """E_{i,j,k} of all triples in one state, shape (n + 1,)."""
-        return {triple: self.error(triple, state) for triple in self.system.triples}
-
-    def error(self, triple: Triple, state: Iterable[bool]) -> DisparityError:
-        """E_{i,j,k} in one state."""
-        attacked = list(state)
-        element = (triple, tuple(bool(attacked[one]) for one in triple))
-        if element not in self._errors:
-            i, j, k = triple
-            sparse = self.system.sensors[i] == LIDAR
-            (first, one), (second, other) = (self._seen((one, k), attacked) for one in (i, j))
-            error = disparity_error(first, second, sparse=sparse)
-            self._errors[element] = replace(error, brightness=max(one, other))
-        return self._errors[element]
-
-    def _evidence(self, state: States) -> Floats:
-        return evidence_shares(
-            self.system,
-            lambda triple: self.error(triple, state),
-            lambda pair: 1.0 - float(self._seen(pair, state)[0].valid.mean()),
-            lambda pair: self._seen(pair, state)[1],
+        self.find(state)
+        known = {pair: self._views[_element(pair, state)] for pair in self.system.pairs()}
+        frame = self._attacked(self.system.sensors, state)
+        errors = DisparityErrors(
+            DisparityMaps(frame, self.system, self.depth, known),
+            {
+                triple: self._errors[element]
+                for triple in self.system.triples
+                if (element := _element(triple, state)) in self._errors
+            },
         )
+        self._errors |= {_element(triple, state): errors[triple] for triple in errors}
+        return errors
 
-    def _seen(self, pair: tuple[int, ...], state: Iterable[bool]) -> tuple[DisparityMap, float]:
-        """A map, and the brightness inconsistency of two cameras; 0 with a LiDAR."""
-        attacked = list(state)
-        element = (pair, tuple(bool(attacked[one]) for one in pair))
-        if element not in self._maps:
-            self._maps[element] = self._find(element)
-        return self._maps[element]
+    def _find(self, element: Element) -> PairView:
+        pair, attacked = element
+        frame = self._attacked([self.system.sensors[one] for one in pair], attacked)
+        return DisparityMaps(frame, self.system, self.depth).view((pair[0], pair[1]))
 
-    def _find(self, element: Element) -> tuple[DisparityMap, float]:
-        (i, k), attacked = element
+    def _attacked(self, sensors: Iterable[Sensor], state: Iterable[bool]) -> SensorFrame:
         frame = self._clean
-        for position, is_attacked in zip((i, k), attacked, strict=True):
+        for sensor, is_attacked in zip(sensors, state, strict=True):
             if is_attacked:
-                frame = self._with(frame, self.system.sensors[position])
-        maps = DisparityMaps(frame, self.system, self.depth)
-        with_lidar = self.system.sensors[i] == LIDAR
-        return maps[i, k], 0.0 if with_lidar else maps.brightness((i, k))
+                frame = self._with(frame, sensor)
+        return frame
 
     def _with(self, frame: SensorFrame, sensor: Sensor) -> SensorFrame:
         if sensor not in self._tampered:
@@ -122,3 +113,8 @@ class StateEvidence:
         if isinstance(sensor, int):
             return frame.with_image(sensor, self._tampered[sensor].image(sensor))
         return frame.with_points(self._tampered[sensor].points)
+
+
+def _element(positions: tuple[int, ...], state: Iterable[bool]) -> Element:
+    attacked = list(state)
+    return positions, tuple(bool(attacked[one]) for one in positions)

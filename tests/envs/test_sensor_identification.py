@@ -86,7 +86,8 @@ def test_what_is_told_is_what_the_sensors_say_of_each_other() -> None:
     expected = [errors[triple].error for triple in triples]
     expected += [errors[triple].densest for triple in triples]
     expected += [1 - maps[pair].valid.mean() for pair in pairs]
-    expected += [maps.brightness(pair) for pair in pairs]
+    expected += [maps.brightness(pair).brighter for pair in pairs]
+    expected += [maps.brightness(pair).darker for pair in pairs]
     np.testing.assert_allclose(seen, expected, atol=1e-6)
 
 

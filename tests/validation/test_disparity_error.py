@@ -13,13 +13,8 @@ from hypothesis.extra import numpy as arrays
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.perception.depth.depth import DisparityMap
 from avsec_gym.validation.brightness import FEWEST
-from avsec_gym.validation.disparity_error import (
-    WINDOW,
-    Comparison,
-    DisparityError,
-    comparison_map,
-    disparity_error,
-)
+from avsec_gym.validation.comparison import Comparison, comparison_map
+from avsec_gym.validation.disparity_error import WINDOW, DisparityError, disparity_error
 
 DISPARITIES = arrays.arrays(
     np.float32,

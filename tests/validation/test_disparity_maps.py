@@ -11,6 +11,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.validation.brightness import brightness_inconsistency
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
 from avsec_gym.validation.disparity_error import DisparityErrors
 from avsec_gym.validation.disparity_maps import DisparityMaps
@@ -57,9 +58,7 @@ def test_a_pair_is_matched_once_and_only_if_asked_for(
 def test_brightness_is_found_with_the_maps_the_longest_work_first(
     wall: SensorFrame, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    alone = DisparityMaps(wall, SYSTEM)
     between = [pair for pair in SYSTEM.pairs() if pair[0] > 0]
-    expected = {pair: alone.brightness(pair) for pair in between}
     maps = DisparityMaps(wall, SYSTEM)
     found = []
     find = DisparityMaps._find
@@ -69,8 +68,9 @@ def test_brightness_is_found_with_the_maps_the_longest_work_first(
     maps.find(SYSTEM.pairs(), threads=1)
     # Cameras 2 and 0 are 60 cm from each other, 1 and 0 40 cm, 2 and 1 20 cm.
     assert found[:3] == [(1, 3), (2, 3), (1, 2)]
-    monkeypatch.setattr("avsec_gym.validation.disparity_maps.brightness_inconsistency", None)
-    assert {pair: maps.brightness(pair) for pair in between} == expected
+    for i, k in between:
+        images = (wall.image(int(SYSTEM.sensors[one])) for one in (k, i))
+        assert maps.brightness((i, k)) == brightness_inconsistency(*images, maps[i, k].values)
     maps.find(SYSTEM.pairs())
     assert len(found) == 5
     with pytest.raises(ConfigurationError, match="LiDAR sees no brightness"):
@@ -95,12 +95,12 @@ def test_evidence_is_in_the_order_of_its_scopes(wall: SensorFrame) -> None:
     errors = DisparityErrors(DisparityMaps(wall, SYSTEM))
     evidence = gather_evidence(errors)
     pairs = ((1, 2), (1, 3), (2, 3))
-    assert evidence_scopes(SYSTEM) == (*SYSTEM.triples, *SYSTEM.triples, *pairs, *pairs)
+    assert evidence_scopes(SYSTEM) == (*SYSTEM.triples, *SYSTEM.triples, *pairs, *pairs, *pairs)
     for (name, scope), share in zip(evidence_elements(SYSTEM), evidence, strict=True):
         if name == "holes":
             assert share == pytest.approx(np.isnan(errors.maps[scope].values).mean())
-        elif name == "brightness":
-            assert share == errors.maps.brightness(scope)
+        elif name in ("brighter", "darker"):
+            assert share == getattr(errors.maps.brightness(scope), name)
         else:
             assert share == getattr(errors[scope], name)
 

@@ -72,6 +72,7 @@ def model_of(n: int, shift: Floats, deviation: float = 0.3) -> LikelihoodModel:
 
 
 OR = 3.0 * (np.arange(8) > 0)
+ELEMENTS = len(evidence_scopes(fitted_on(3).system))
 """Any attacked sensor spoils a triple all the same: the thesis' finding."""
 
 
@@ -150,7 +151,7 @@ def test_what_cannot_be_told_is_not_told() -> None:
     assert second == [Verdict.SOUND, Verdict.ATTACKED, Verdict.SOUND, Verdict.SOUND]
     assert all_spoilt == [Verdict.CANNOT_TELL] * 4
     strange = replace(model, farthest=np.full(3, 0.5)).decode(
-        1 / (1 + np.exp(-u - np.tile([2, -2], 7)))
+        1 / (1 + np.exp(-u - np.resize([2, -2], u.shape[1])))
     )
     assert not strange.familiar.any()
     assert strange.alarms.all()
@@ -163,9 +164,9 @@ def test_a_blind_triple_has_no_say() -> None:
         model,
         shift_mean=np.r_[np.zeros((1, 8)), model.shift_mean[1:]],
         shift_deviation=np.r_[np.zeros((1, 8)), model.shift_deviation[1:]],
-        scene_covariance=0.25 * np.eye(14),
+        scene_covariance=0.25 * np.eye(ELEMENTS),
     )
-    evidence = np.full((2, 14), 0.08)
+    evidence = np.full((2, ELEMENTS), 0.08)
     evidence[1, 0] = 0.15
     assert (blind.posterior(evidence).sensors < 0.02).all()
     assert not blind.decode(evidence, rate=0.0).states.any()
@@ -176,12 +177,12 @@ def test_a_blind_triple_has_no_say() -> None:
 
 def test_far_beyond_all_that_was_seen_nothing_turns_over() -> None:
     model = model_of(3, OR)
-    evidence = np.full((4, 14), 0.08)
+    evidence = np.full((4, ELEMENTS), 0.08)
     evidence[1:, [0, 1, 3]] = [[0.7], [0.99], [1.0]]
     sensors = model.posterior(evidence).sensors
     assert (sensors[0] < 0.05).all()
     assert (sensors[1:, 1] > 0.9).all()
-    assert np.isfinite(model.alarm_scores(np.array([np.zeros(14), np.ones(14)]))).all()
+    assert np.isfinite(model.alarm_scores(np.array([np.zeros(ELEMENTS), np.ones(ELEMENTS)]))).all()
 
 
 def test_sensors_are_attacked_independently_of_each_other() -> None:
@@ -361,15 +362,15 @@ def test_samples_that_teach_too_little(made_up: MadeUp) -> None:
         replace(samples, drives=np.arange(60))
     with pytest.raises(ConfigurationError, match="row for each sample"):
         replace(samples, drives=np.arange(59))
-    with pytest.raises(ConfigurationError, match="14 elements"):
+    with pytest.raises(ConfigurationError, match=f"{ELEMENTS} elements"):
         model_of(3, OR).posterior(np.zeros((1, 13)))
     with pytest.raises(ConfigurationError, match="prior"):
-        model_of(3, OR).posterior(np.zeros((1, 14)), np.ones(3))
+        model_of(3, OR).posterior(np.zeros((1, ELEMENTS)), np.ones(3))
 
 
 def test_brier_and_reliability_by_hand() -> None:
     model = model_of(3, OR)
-    posterior = model.posterior(np.full((2, 14), 0.08), np.eye(16)[3])
+    posterior = model.posterior(np.full((2, ELEMENTS), 0.08), np.eye(16)[3])
     # Certain of S_0 and S_1, of which the second moment has none.
     truth = np.array([[1, 1, 0, 0], [0, 0, 0, 0]], bool)
     assert brier_score(posterior, truth) == pytest.approx(0.25)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from avsec_gym.attacks.facula import Facula
@@ -40,7 +39,7 @@ from avsec_gym.experiments.experiment import (
 )
 from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import LIDAR, SensorSystem
-from avsec_gym.validation.disparity_error import MEASURES, DisparityError, disparity_error
+from avsec_gym.validation.disparity_error import MEASURES, DisparityError, DisparityErrors
 from avsec_gym.validation.disparity_maps import DisparityMaps
 from avsec_gym.validation.pair_depth import PairDepth
 
@@ -122,7 +121,7 @@ class AttackSizes:
         seconds: dict[str, float] = {}
         start = time.perf_counter()
         maps = DisparityMaps(frame, THREE_SENSORS, self._depth)
-        rows = _measurements(size_setting(part), moment.id, _error(maps, maps))
+        rows = _measurements(size_setting(part), moment.id, _error(maps))
         seconds["evidence"] = time.perf_counter() - start
         if part == FITTED:
             return CellResult(measurements=rows, seconds=seconds)
@@ -141,10 +140,10 @@ class AttackSizes:
                 tampered = attack_of_size(what, size, bearing).attack(frame, seed)
                 seconds["attack"] = seconds.get("attack", 0.0) + time.perf_counter() - start
                 start = time.perf_counter()
-                attacked = DisparityMaps(tampered.frame, THREE_SENSORS, self._depth)
                 # A scan leaves the cameras' own map as it is.
-                error = _error(attacked, maps if what == LIDAR else attacked)
-                rows += _measurements(setting, moment.id, error, size)
+                known = {(1, 2): maps.view((1, 2))} if what == LIDAR else None
+                attacked = DisparityMaps(tampered.frame, THREE_SENSORS, self._depth, known)
+                rows += _measurements(setting, moment.id, _error(attacked), size)
                 seconds["evidence"] += time.perf_counter() - start
                 for pixels in tampered.pixels.values():
                     share = float(pixels.mean())
@@ -179,10 +178,9 @@ def attack_of_size(what: str, size: float, bearing: float | None = None) -> Opti
     return Facula(reference, size)
 
 
-def _error(scan: DisparityMaps, cameras: DisparityMaps) -> DisparityError:
-    """E_{0,1,2} of a scan and of what cameras say, which may be of two frames."""
-    error = disparity_error(scan[0, 2], cameras[1, 2], sparse=True)
-    return replace(error, brightness=cameras.brightness((1, 2)))
+def _error(maps: DisparityMaps) -> DisparityError:
+    """E_{0,1,2}."""
+    return DisparityErrors(maps)[0, 1, 2]
 
 
 def _measurements(

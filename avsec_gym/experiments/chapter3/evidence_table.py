@@ -47,8 +47,13 @@ class EvidenceTable:
         place = {element: i for i, element in enumerate(evidence_elements(self.system))}
         columns = []
         for column, triple in enumerate(self.system.triples):
-            pairs = (place.get(("brightness", (one, triple[2]))) for one in triple[:2])
-            brightness = [self.shares[..., one] for one in pairs if one is not None]
+            pairs = [
+                (one, triple[2]) for one in triple[:2] if ("brighter", (one, triple[2])) in place
+            ]
+            brightness = [
+                self.shares[..., place["brighter", pair]] + self.shares[..., place["darker", pair]]
+                for pair in pairs
+            ]
             columns.append(
                 [
                     self.shares[..., place["error", triple]],

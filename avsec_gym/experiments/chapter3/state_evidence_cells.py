@@ -17,8 +17,6 @@ from avsec_gym.experiments.chapter3.recordings import (
     recordings_of,
 )
 from avsec_gym.experiments.experiment import Cell, CellResult, Configuration, Measurement
-from avsec_gym.frame import SensorFrame
-from avsec_gym.sensor_system import Sensor, SensorSystem
 from avsec_gym.validation.evidence import evidence_elements
 from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.state_evidence import StateEvidence
@@ -68,39 +66,18 @@ class StateEvidences:
             kinds |= dict.fromkeys(BEYOND, alone(every))
         rows: list[Measurement] = []
         seconds: dict[str, float] = {}
+        evidence = StateEvidence(frame, {}, system, self._depth)
         for kind, states in kinds.items():
             start = time.perf_counter()
             tampered = tampered_frames(frame, system, kind, seed)
             attacked = time.perf_counter()
-            frames = {sensor: one.frame for sensor, one in tampered.items()}
-            rows += self._evidence(frame, frames, system, kind, states, moment.id)
+            evidence = evidence.otherwise({sensor: one.frame for sensor, one in tampered.items()})
+            rows += _measurements(evidence, kind, states, moment.id)
             found = time.perf_counter()
             name = f"evidence of {len(states)} states"
             seconds["attack"] = seconds.get("attack", 0.0) + attacked - start
             seconds[name] = seconds.get(name, 0.0) + found - attacked
         return CellResult(measurements=rows, seconds=seconds)
-
-    def _evidence(
-        self,
-        frame: SensorFrame,
-        tampered: dict[Sensor, SensorFrame],
-        system: SensorSystem,
-        kind: str,
-        states: States,
-        id: str,
-    ) -> list[Measurement]:
-        evidence = StateEvidence(frame, tampered, system, self._depth)
-        rows = []
-        for state, elements in zip(states, evidence.evidence(states), strict=True):
-            setting = f"{kind} {bits(state)}"
-            for (name, scope), share in zip(evidence_elements(system), elements, strict=True):
-                rows.append(Measurement(setting, id, measured(name, scope), share))
-            for triple, error in evidence.errors(state).items():
-                # The one share of a triple that is no element: it is counted by the map instead.
-                rows.append(
-                    Measurement(setting, id, measured("hole_share", triple), error.hole_share)
-                )
-        return rows
 
 
 def alone(states: States) -> States:
@@ -116,3 +93,16 @@ def bits(state: States) -> str:
 def measured(name: str, scope: tuple[int, ...]) -> str:
     """What a share of some sensors is called in a run: ``error 0,1,3``."""
     return f"{name} {','.join(map(str, scope))}"
+
+
+def _measurements(evidence: StateEvidence, kind: str, states: States, id: str) -> list[Measurement]:
+    rows = []
+    elements = evidence_elements(evidence.system)
+    for state, shares in zip(states, evidence.evidence(states), strict=True):
+        setting = f"{kind} {bits(state)}"
+        for (name, scope), share in zip(elements, shares, strict=True):
+            rows.append(Measurement(setting, id, measured(name, scope), share))
+        for triple, error in evidence.errors(state).items():
+            # The one share of a triple that is no element: it is counted by the map instead.
+            rows.append(Measurement(setting, id, measured("hole_share", triple), error.hole_share))
+    return rows
