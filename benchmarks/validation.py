@@ -62,14 +62,12 @@ def validators(system: SensorSystem, frame: SensorFrame) -> dict[str, Validator]
     if len(system) == 3:
         return {"detection": thresholds}
     m = len(evidence_scopes(system))
-    shifts = np.tile(np.arange(8) > 0, (m, 1))
+    touched = np.tile(np.arange(8) > 0, (m, 1))
     model = LikelihoodModel(
         fitted_on(system, DEPTH, frame.calibration, {}),
-        scene_mean=np.full(m, -2.5),
-        scene_covariance=np.full((m, m), 0.2) + 0.05 * np.eye(m),
-        shift_mean=3.0 * shifts,
-        shift_deviation=0.3 * shifts,
-        shift_correlation=np.full((m, m), 0.5) + 0.5 * np.eye(m),
+        mean=-2.5 + 3.0 * touched,
+        deviation=np.full((m, 8), 0.5),
+        correlation=np.full((2, 2, m, m), 0.8) + 0.2 * np.eye(m),
         lowest=np.full(m, -6.0),
         highest=np.full(m, 6.0),
         degrees_of_freedom=6.0,

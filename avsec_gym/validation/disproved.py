@@ -1,8 +1,9 @@
 """Scan points that are not there, as two cameras see.
 
 A scan and a disparity map contradict each other in every treetop, since matchers smooth what is
-thin.  Which of them is right, the images say: around a pixel they look alike where the disparity is
-right.  A bogus return stands before what both cameras see, and there they look alike without it.
+thin, and on every plain wall.  Which of them is right, the images say, or not: around a pixel they
+look alike where the disparity is right.  A bogus return stands before what both cameras see, and
+there they look alike without it.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ from avsec_gym.validation.reprojection import Mask
 
 MIN_EVIDENCE = 0.15
 """Share of the pixels around by which two images look less alike where a scan point puts them."""
+NOISE = 3
+"""Grey levels; pixels that differ by less are as bright."""
 _ROWS, _COLUMNS = 5, 6
 """Pixels around that are compared: up and down, left and right."""
 
@@ -28,8 +31,9 @@ _ROWS, _COLUMNS = 5, 6
 def disproved_points(scan: DisparityMap, dense: DisparityMap, image: Image, other: Image) -> Mask:
     """Pixels of scan points that stand nearer than the cameras say, and whom the images disprove.
 
-    Of the pixels around one, each is brighter than the middle in both images or in neither, if they
-    show the same (the census of Zabih and Woodfill, 1994): no matter how cameras are exposed.
+    Each of the pixels around one is darker than the middle, as bright, or brighter, and so in both
+    images if they show the same: the census of Zabih and Woodfill (1994), no matter how cameras are
+    exposed, with a third state for `NOISE`, so that plain surfaces look alike anywhere.
 
     Args:
         scan: DM_{0,k}, in any scale.
@@ -88,10 +92,16 @@ def _unlike(
         for i in range(max(-_ROWS, -v), min(_ROWS, height - 1 - v) + 1):
             reach_left, reach_right = min(u, column), min(width - 1 - u, width - 1 - column)
             for j in range(max(-_COLUMNS, -reach_left), min(_COLUMNS, reach_right) + 1):
-                one = left[v + i, u + j] > left[v, u]
-                differing += one != (right[v + i, column + j] > right[v, column])
+                one = _census(left[v + i, u + j], left[v, u])
+                differing += one != _census(right[v + i, column + j], right[v, column])
                 count += 1
         # Half of them at least have to be in both images.
         if 0 <= column < width and 2 * count >= (2 * _ROWS + 1) * (2 * _COLUMNS + 1):
             best = min(best, differing / count)
     return best
+
+
+@numba.njit(nogil=True, cache=True)
+def _census(level: int, middle: int) -> int:
+    # Levels have no sign: they are not subtracted.
+    return int(level > middle + NOISE) - int(level + NOISE < middle)

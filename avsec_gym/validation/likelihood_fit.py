@@ -17,16 +17,16 @@ from avsec_gym.validation.maximum_likelihood import (
     PATTERNS,
     LikelihoodModel,
     element_patterns,
-    log_odds,
 )
+from avsec_gym.validation.normal_scores import fit_normal_scores
 from avsec_gym.validation.state_posterior import States, state_indices, state_vectors
 
 FOLDS = 5
 """A fit holds out one of so many parts at a time, and needs as many drives."""
 _DEGREES_OF_FREEDOM = (3.0, 5.0, 10.0, 30.0, 100.0)
 _EXPONENTS, _OFFSETS = (0.05, 1.5), (-5.0, 5.0)
-_LEAST_CORRELATION = 0.01
-"""Smallest eigenvalue of a correlation matrix that was put together from pairs."""
+_FINEST = 0.1
+"""Of u; nothing is more exact: keeps elements that never vary from being certain."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +93,7 @@ class LikelihoodSamples:
 
 
 def fit_likelihood(on: FittedOn, samples: LikelihoodSamples) -> LikelihoodModel:
-    """Fit scenes, shifts, tails and exponent; then false alarms, on drives that were held out.
+    """Fit how evidence looks, tails and exponent; then false alarms, on drives that were held out.
 
     Each fifth of the drives is judged by what was fitted on the others.  How heavy the tails are,
     and how much the likelihood is tempered, is what makes the true states of held-out samples most
@@ -133,38 +133,35 @@ def fit_likelihood(on: FittedOn, samples: LikelihoodSamples) -> LikelihoodModel:
 
 
 def _fit_moments(on: FittedOn, samples: LikelihoodSamples) -> LikelihoodModel:
-    """Means and covariances of scenes and shifts."""
-    u = log_odds(samples.evidence)
-    clean = ~samples.states.any(axis=1)
-    scenes = u[clean]
-    # A clean sample of each moment, from which its attacked ones are shifted.
-    own = np.empty((samples.frames.max() + 1, u.shape[1]))
-    own[samples.frames[clean]] = scenes
-    shifts = u - own[samples.frames]
-    patterns = element_patterns(samples.states, evidence_scopes(on.system))
-    mean, deviation = (np.zeros((u.shape[1], PATTERNS)) for _ in range(2))
+    """Means, deviations and correlations."""
+    scale = fit_normal_scores(samples.evidence[~samples.states.any(axis=1)])
+    u = scale(samples.evidence)
+    scopes = evidence_scopes(on.system)
+    patterns = element_patterns(samples.states, scopes)
+    mean, deviation = np.zeros((len(scopes), PATTERNS)), np.ones((len(scopes), PATTERNS))
     residuals = np.zeros_like(u)
-    for element, scope in enumerate(evidence_scopes(on.system)):
-        for pattern in range(1, 2 ** len(scope)):
+    for element, scope in enumerate(scopes):
+        for pattern in range(2 ** len(scope)):
             shown = patterns[:, element] == pattern
             if shown.sum() < 2:
                 attacked = [s for bit, s in enumerate(scope) if pattern >> bit & 1]
                 raise ConfigurationError(
                     f"of the sensors {scope} no two samples show {attacked} attacked: add some"
                 )
-            moved = shifts[shown, element]
-            mean[element, pattern], deviation[element, pattern] = moved.mean(), moved.std()
-            residuals[shown, element] = (moved - moved.mean()) / max(moved.std(), 1e-6)
+            seen = u[shown, element]
+            mean[element, pattern] = seen.mean()
+            deviation[element, pattern] = max(seen.std(), _FINEST)
+            residuals[shown, element] = (seen - seen.mean()) / deviation[element, pattern]
     return LikelihoodModel(
         on,
-        scenes.mean(axis=0),
-        _shrunk(np.cov(scenes.T), len(scenes)),
         mean,
         deviation,
-        _shift_correlation(residuals, patterns > 0),
+        _correlation(residuals, patterns > 0, len(np.unique(samples.frames))),
         u.min(axis=0),
         u.max(axis=0),
         _DEGREES_OF_FREEDOM[0],
+        clean_quantiles=scale.quantiles,
+        clean_tails=scale.tails,
     )
 
 
@@ -174,20 +171,20 @@ def _calibrated(
     return replace(model, degrees_of_freedom=degrees_of_freedom, exponent=exponent, offset=offset)
 
 
-def _shift_correlation(residuals: Floats, shifted: NDArray[np.bool_]) -> Floats:
-    """Of elements that are shifted together, shape (M, M); a correlation matrix."""
-    together = shifted.T.astype(float) @ shifted
-    pairs = _shrunk(residuals.T @ residuals / np.maximum(together, 1.0), len(residuals))
-    values, vectors = np.linalg.eigh(pairs)
-    valid = (vectors * np.maximum(values, _LEAST_CORRELATION)) @ vectors.T
-    scale = np.sqrt(np.diagonal(valid))
-    return np.asarray(valid / np.outer(scale, scale))
+def _correlation(residuals: Floats, touched: NDArray[np.bool_], moments: int) -> Floats:
+    """By whether two elements are touched, shape (2, 2, M, M); see `LikelihoodModel`.
 
-
-def _shrunk(covariance: Floats, samples: int) -> Floats:
-    """As if as many samples without any correlation had been seen as there are elements."""
-    share = len(covariance) / (len(covariance) + samples)
-    return (1.0 - share) * covariance + share * np.diag(np.diagonal(covariance))
+    As if as many moments without any correlation had been seen as there are elements.
+    """
+    m = residuals.shape[1]
+    result = np.empty((2, 2, m, m))
+    for first, second in np.ndindex(2, 2):
+        rows, columns = touched == bool(first), touched == bool(second)
+        together = rows.T.astype(float) @ columns
+        found = (residuals * rows).T @ (residuals * columns) / np.maximum(together, 1.0)
+        result[first, second] = found * moments / (m + moments)
+        np.fill_diagonal(result[first, second], 1.0)
+    return result
 
 
 def _calibration(

@@ -2,16 +2,17 @@
 
 Algorithm 2 cuts every error off at a threshold, which must stand above the hardest clean scene.
 But one scene is hard for all triples alike, while an attack moves only those that use an attacked
-sensor.  So the log-odds u of the evidence are modelled as a whole,
+sensor.  So the evidence is modelled as a whole, on a scale u on which that of clean moments is
+normally distributed, element by element (`NormalScores`):
 
-    u = scene + shift(s),   scene ~ (m, S),   shift(s) ~ (a(s), D(s)),
+    u ~ (mean(s), deviation(s) correlation(s) deviation(s)).
 
-where an element's shift depends on which sensors of its own scope are attacked, and is exactly 0 if
-none is.  The correlations in S and D say that triples which share a map are not independent; an
-element that cannot see an attack has hardly a shift, and so hardly a weight.  The density of u is
-Student's: far from all that was seen it does not turn certain.  An exponent tempers the likelihood,
-and an offset for each attacked sensor levels it, until held-out moments find the probabilities
-honest.
+An element's mean and deviation depend on which sensors of its own scope are attacked, so that
+attacks on others leave them as they are; the correlation of two elements on whether each of them is
+touched by the attack: triples that share a map are not independent.  An element that cannot see an
+attack has the same mean with and without it, and so no say.  The density of u is Student's: far
+from all that was seen it does not turn certain.  An exponent tempers the likelihood, and an offset
+for each attacked sensor levels it, until held-out moments find the probabilities honest.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.evidence import Scope, evidence_scopes
 from avsec_gym.validation.fitted_on import FittedOn, broken, read_fitted, write_fitted
+from avsec_gym.validation.normal_scores import NormalScores
 from avsec_gym.validation.state_posterior import (
     Decoding,
     StatePosterior,
@@ -40,12 +42,10 @@ from avsec_gym.validation.state_posterior import (
 PATTERNS = 8
 """In which the three sensors of a triple can be attacked or not."""
 _KIND = "likelihoods"
-_SMALLEST_SHARE = 1e-3
-"""Shares closer to 0 or 1 count as this close: less than a thousandth of a view says no more."""
 _STRANGEST = 0.2
 """Of the designated false alarm rate that part which is spent on moments like none of the fit."""
-_FINEST = 0.02
-"""Log-odds that nothing is more exact than; keeps elements that never vary from being certain."""
+_LEAST_EIGENVALUE = 0.02
+"""Of a correlation matrix that was put together from pairs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,16 +57,17 @@ class LikelihoodModel:
 
     Args:
         on: The sensors, the depth and the data.
-        scene_mean: m, shape (M,), log-odds.
-        scene_covariance: S, shape (M, M).
-        shift_mean: a, of each pattern, shape (M, 8); 0 for the clean one.
-        shift_deviation: Standard deviations of the shifts, shape (M, 8); 0 for the clean one.
-        shift_correlation: Between elements that are both shifted, shape (M, M).
-        lowest: Of the log-odds seen, shape (M,); evidence below counts as this.
+        mean: Of u under each pattern, the clean one first, shape (M, 8).
+        deviation: Standard deviation likewise, positive, shape (M, 8).
+        correlation: Between two elements, by whether the first and the second are touched, shape
+            (2, 2, M, M).
+        lowest: Of the scores u seen, shape (M,); evidence below counts as this.
         highest: The same above.
         degrees_of_freedom: Of Student's distribution, above 2; its covariance is the given one.
         exponent: That tempers the likelihood.
         offset: Added to its logarithm for each attacked sensor.
+        clean_quantiles: The scale u, see `NormalScores`, shape (Q, M); log-odds if Q is 0.
+        clean_tails: Its tails, shape (M,).
         clean_scores: `alarm_scores` of clean moments that the fit held out, shape (any,).
         farthest: Of the same moments the largest of their `distances`, clean and in all states that
             the fit held out, shape (any,).
@@ -76,29 +77,32 @@ class LikelihoodModel:
     """
 
     on: FittedOn
-    scene_mean: Floats
-    scene_covariance: Floats
-    shift_mean: Floats
-    shift_deviation: Floats
-    shift_correlation: Floats
+    mean: Floats
+    deviation: Floats
+    correlation: Floats
     lowest: Floats
     highest: Floats
     degrees_of_freedom: float
     exponent: float = 1.0
     offset: float = 0.0
+    clean_quantiles: Floats | None = None
+    clean_tails: Floats | None = None
     clean_scores: Floats = field(default_factory=lambda: np.zeros(0))
     farthest: Floats = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         m = len(evidence_scopes(self.on.system))
+        if self.clean_quantiles is None or self.clean_tails is None:
+            object.__setattr__(self, "clean_quantiles", np.zeros((0, m)))
+            object.__setattr__(self, "clean_tails", np.ones(m))
         shapes = {
-            "scene_mean": (m,),
-            "scene_covariance": (m, m),
-            "shift_mean": (m, PATTERNS),
-            "shift_deviation": (m, PATTERNS),
-            "shift_correlation": (m, m),
+            "mean": (m, PATTERNS),
+            "deviation": (m, PATTERNS),
+            "correlation": (2, 2, m, m),
             "lowest": (m,),
             "highest": (m,),
+            "clean_quantiles": (len(np.asarray(self.clean_quantiles)), m),
+            "clean_tails": (m,),
             "clean_scores": (np.size(self.clean_scores),),
             "farthest": (np.size(self.clean_scores),),
         }
@@ -109,8 +113,10 @@ class LikelihoodModel:
                     f"{name} is finite and of shape {shape}, got shape {array.shape}"
                 )
             object.__setattr__(self, name, array)
-        if not (self.degrees_of_freedom > 2 and self.exponent > 0):
-            raise ConfigurationError("there are more than 2 degrees of freedom, and some exponent")
+        if not (self.degrees_of_freedom > 2 and self.exponent > 0 and (self.deviation > 0).all()):
+            raise ConfigurationError(
+                "deviations and exponent are positive, and degrees of freedom more than 2"
+            )
 
     @property
     def sensors(self) -> int:
@@ -182,7 +188,7 @@ class LikelihoodModel:
         write_fitted(path, _KIND, self.on, values, overwrite=overwrite)
 
     def _tempered(self, squared: Floats) -> Floats:
-        nu, m = self.degrees_of_freedom, len(self.scene_mean)
+        nu, m = self.degrees_of_freedom, len(self.mean)
         tails = 0.5 * (nu + m) * np.log1p(squared / (nu - 2.0))
         attacked = state_vectors(self.sensors).sum(axis=1)
         return np.asarray(self.offset * attacked - self.exponent * (self._log_widths + tails))
@@ -195,7 +201,7 @@ class LikelihoodModel:
         return np.asarray(special.logsumexp(scores[:, 1:], axis=1) - scores[:, 0])
 
     def _distances(self, squared: Floats) -> Floats:
-        return np.asarray(squared.min(axis=1) / len(self.scene_mean))
+        return np.asarray(squared.min(axis=1) / len(self.mean))
 
     def _alarm_thresholds(self, rate: float) -> tuple[float, float]:
         """Of scores and of distances, both together at the rate."""
@@ -222,16 +228,19 @@ class LikelihoodModel:
 
     def _squared_distances(self, evidence: Floats) -> Floats:
         """Mahalanobis distances from what each **s** expects, shape (N, 2^(n+1))."""
-        if np.ndim(evidence) != 2 or np.shape(evidence)[1] != len(self.scene_mean):
+        if np.ndim(evidence) != 2 or np.shape(evidence)[1] != len(self.mean):
             raise ConfigurationError(
-                f"evidence has {len(self.scene_mean)} elements a moment, got shape "
-                f"{np.shape(evidence)}"
+                f"evidence has {len(self.mean)} elements a moment, got shape {np.shape(evidence)}"
             )
-        u = np.clip(log_odds(evidence), self.lowest, self.highest)
+        u = np.clip(self._scale(evidence), self.lowest, self.highest)
         result = np.empty((len(u), len(self._means)))
         for state, (mean, whitening) in enumerate(zip(self._means, self._whitenings, strict=True)):
             result[:, state] = (((u - mean) @ whitening.T) ** 2).sum(axis=1)
         return result
+
+    @cached_property
+    def _scale(self) -> NormalScores:
+        return NormalScores(np.asarray(self.clean_quantiles), np.asarray(self.clean_tails))
 
     @cached_property
     def _patterns(self) -> NDArray[np.intp]:
@@ -241,16 +250,19 @@ class LikelihoodModel:
 
     @cached_property
     def _means(self) -> Floats:
-        shifts = np.take_along_axis(self.shift_mean, self._patterns.T, axis=1).T
-        return np.asarray(self.scene_mean + shifts)
+        return np.asarray(np.take_along_axis(self.mean, self._patterns.T, axis=1).T)
 
     @cached_property
     def _factors(self) -> Floats:
         """Cholesky factors of the covariances, shape (2^(n+1), M, M)."""
-        spread = np.take_along_axis(self.shift_deviation, self._patterns.T, axis=1).T
-        shifts = spread[:, :, None] * self.shift_correlation * spread[:, None, :]
-        finest = _FINEST**2 * np.eye(len(self.scene_mean))
-        return np.asarray(np.linalg.cholesky(self.scene_covariance + shifts + finest))
+        deviations = np.take_along_axis(self.deviation, self._patterns.T, axis=1).T
+        element = np.arange(len(self.mean))
+        factors = []
+        for deviation, touched in zip(deviations, np.minimum(self._patterns, 1), strict=True):
+            pairs = self.correlation[touched[:, None], touched, element[:, None], element]
+            covariance = deviation[:, None] * _nearest_correlation(pairs) * deviation
+            factors.append(np.linalg.cholesky(covariance))
+        return np.array(factors)
 
     @cached_property
     def _whitenings(self) -> Floats:
@@ -275,13 +287,6 @@ def read_likelihood_model(path: str | Path) -> LikelihoodModel:
         raise broken(path, error) from error
 
 
-def log_odds(shares: Floats) -> Floats:
-    """ln(p / (1 - p)), shape as given; finite for 0 and 1 too."""
-    return np.asarray(
-        special.logit(np.clip(np.asarray(shares, float), _SMALLEST_SHARE, 1.0 - _SMALLEST_SHARE))
-    )
-
-
 def element_patterns(states: States, scopes: Sequence[Scope]) -> NDArray[np.intp]:
     """Which of its own sensors are attacked, for each element of the evidence.
 
@@ -293,6 +298,14 @@ def element_patterns(states: States, scopes: Sequence[Scope]) -> NDArray[np.intp
         The attacked sensors of the scope as bits, the first one lowest, shape (N, M).
     """
     return np.stack([states[:, scope] @ (1 << np.arange(len(scope))) for scope in scopes], axis=1)
+
+
+def _nearest_correlation(pairs: Floats) -> Floats:
+    """A correlation matrix like what was put together from pairs, which may be none."""
+    values, vectors = np.linalg.eigh(pairs)
+    valid = (vectors * np.maximum(values, _LEAST_EIGENVALUE)) @ vectors.T
+    scale = np.sqrt(np.diagonal(valid))
+    return np.asarray(valid / np.outer(scale, scale))
 
 
 def _parameters() -> list[str]:

@@ -50,7 +50,7 @@ def moment(configuration: Configuration) -> Any:
             setting = f"{kind} {bits(state)}"
             for name, scope in evidence_elements(SYSTEM):
                 seen = [one for one in scope if state[one]]
-                if name != "brightness":
+                if name not in ("brighter", "darker"):
                     seen = [one for one in seen if one != HIDDEN_FROM_E]
                 share = random.uniform(0.01, 0.05) + (0.4 if seen else 0.0)
                 rows.append(Measurement(setting, id, measured(name, scope), share))

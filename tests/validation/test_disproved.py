@@ -16,19 +16,24 @@ from avsec_gym.perception.depth.depth import DisparityMap
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.validation.disparity_error import DisparityErrors, densest_share
 from avsec_gym.validation.disparity_maps import DisparityMaps
-from avsec_gym.validation.disproved import MIN_EVIDENCE, disproved_points
+from avsec_gym.validation.disproved import MIN_EVIDENCE, NOISE, disproved_points
 
 SYSTEM = SensorSystem((LIDAR, 2, 1, 0))
 
 
 def unlike(left: np.ndarray, right: np.ndarray, v: int, u: int, disparity: float) -> float:
-    """The share of the window, cut to both images, that is brighter than the middle in one."""
+    """The share of the window, cut to both images, that is brighter or darker in one."""
+
+    def census(level: int, middle: int) -> int:
+        return 0 if abs(level - middle) <= NOISE else int(np.sign(level - middle))
+
     shares = [1.0]
     for column in (round(u - disparity) + shift for shift in (-1, 0, 1)):
         if not 0 <= column < right.shape[1]:
             continue
         differing = [
-            (left[v + i, u + j] > left[v, u]) != (right[v + i, column + j] > right[v, column])
+            census(left[v + i, u + j], left[v, u])
+            != census(right[v + i, column + j], right[v, column])
             for i in range(-5, 6)
             for j in range(-6, 7)
             if 0 <= v + i < left.shape[0]
@@ -82,6 +87,14 @@ def test_a_bogus_return_is_disproved_and_light_is_none(
     assert dazzled.error + dazzled.hole_share > 0.05
     assert dazzled.densest < 0.25 * spoofed.densest
     assert densest_share(np.zeros((10, 10), bool)) == 0.0
+
+
+def test_of_a_plain_surface_nothing_is_known() -> None:
+    noise = np.random.default_rng(0).integers(0, 3, (2, 60, 120, 1), np.uint8)
+    image, other = np.repeat(100 + noise, 3, axis=3)
+    scan = DisparityMap(np.full((60, 120), 30, np.float32), 1.0)
+    dense = DisparityMap(np.full((60, 120), 10, np.float32), 1.0)
+    assert not disproved_points(scan, dense, image, other)[:, 40:].any()
 
 
 def test_maps_of_two_sizes_are_refused() -> None:

@@ -23,9 +23,9 @@ from avsec_gym.validation.identification import identify_attacked_sensors
 from avsec_gym.validation.likelihood_fit import LikelihoodSamples, fit_likelihood
 from avsec_gym.validation.maximum_likelihood import (
     LikelihoodModel,
-    log_odds,
     read_likelihood_model,
 )
+from avsec_gym.validation.normal_scores import log_odds
 from avsec_gym.validation.state_posterior import (
     Verdict,
     attack_prior,
@@ -58,11 +58,9 @@ def model_of(n: int, shift: Floats, deviation: float = 0.3) -> LikelihoodModel:
     shifts[:triples] = shift
     return LikelihoodModel(
         on,
-        scene_mean=np.full(m, -2.5),
-        scene_covariance=0.2 * np.ones((m, m)) + 0.05 * np.eye(m),
-        shift_mean=shifts,
-        shift_deviation=deviation * (shifts != 0),
-        shift_correlation=0.5 * np.eye(m) + 0.5,
+        mean=shifts - 2.5,
+        deviation=np.where(shifts != 0, np.hypot(0.5, deviation), 0.5),
+        correlation=np.full((2, 2, m, m), 0.8) + 0.2 * np.eye(m),
         lowest=np.full(m, -6.0),
         highest=np.full(m, 6.0),
         degrees_of_freedom=6.0,
@@ -84,16 +82,14 @@ def by_hand(model: LikelihoodModel, evidence: Floats, prior: Floats) -> Floats:
         # Bit i of the index is s_i.
         state = tuple(index >> i & 1 for i in range(len(state)))
         patterns = [sum(state[s] << bit for bit, s in enumerate(scope)) for scope in scopes]
-        mean = np.array(
-            [model.scene_mean[e] + model.shift_mean[e, p] for e, p in enumerate(patterns)]
-        )
-        covariance = model.scene_covariance + np.diag(np.full(len(scopes), 0.02**2))
+        mean = np.array([model.mean[e, p] for e, p in enumerate(patterns)])
+        covariance = np.empty((len(scopes), len(scopes)))
         for a, pattern_a in enumerate(patterns):
             for b, pattern_b in enumerate(patterns):
-                covariance[a, b] += (
-                    model.shift_deviation[a, pattern_a]
-                    * model.shift_deviation[b, pattern_b]
-                    * model.shift_correlation[a, b]
+                covariance[a, b] = (
+                    model.deviation[a, pattern_a]
+                    * model.deviation[b, pattern_b]
+                    * model.correlation[int(pattern_a > 0), int(pattern_b > 0), a, b]
                 )
         freedom = model.degrees_of_freedom
         shape = covariance * (freedom - 2) / freedom
@@ -110,7 +106,7 @@ def test_the_posterior_is_that_of_the_densities(n: int) -> None:
     model = replace(
         model_of(n, rng.uniform(0, 2, 8) * (np.arange(8) > 0)), exponent=0.7, offset=0.3
     )
-    evidence = rng.uniform(0.01, 0.6, (5, len(model.scene_mean)))
+    evidence = rng.uniform(0.01, 0.6, (5, len(model.mean)))
     prior = rng.dirichlet(np.ones(2 ** (n + 1)))
     found = model.posterior(evidence, prior)
     expected = [by_hand(model, one, prior) for one in evidence]
@@ -128,7 +124,7 @@ def test_every_attack_within_the_limit_is_decoded(n: int) -> None:
     states = state_vectors(n + 1)
     triples = model.on.system.triples
     seen = np.array([[bool(state[list(t)].any()) for t in triples] for state in states])
-    u = np.full((len(states), len(model.scene_mean)), -2.5)
+    u = np.full((len(states), len(model.mean)), -2.5)
     u[:, : len(triples)] += 3.0 * seen
     prior = attack_prior(n + 1, 0.3)
     found = model.decode(1 / (1 + np.exp(-u)), prior=prior)
@@ -143,7 +139,7 @@ def test_every_attack_within_the_limit_is_decoded(n: int) -> None:
 
 def test_what_cannot_be_told_is_not_told() -> None:
     model = model_of(3, OR, deviation=0.1)
-    u = np.full((3, len(model.scene_mean)), -2.5)
+    u = np.full((3, len(model.mean)), -2.5)
     u[1, [0, 1, 3]] += 3.0
     u[2, :4] += 3.0
     sound, second, all_spoilt = model.decode(1 / (1 + np.exp(-u))).verdicts()
@@ -162,9 +158,9 @@ def test_a_blind_triple_has_no_say() -> None:
     model = model_of(3, OR)
     blind = replace(
         model,
-        shift_mean=np.r_[np.zeros((1, 8)), model.shift_mean[1:]],
-        shift_deviation=np.r_[np.zeros((1, 8)), model.shift_deviation[1:]],
-        scene_covariance=0.25 * np.eye(ELEMENTS),
+        mean=np.r_[np.full((1, 8), -2.5), model.mean[1:]],
+        deviation=np.r_[np.full((1, 8), 0.5), model.deviation[1:]],
+        correlation=np.broadcast_to(np.eye(ELEMENTS), model.correlation.shape),
     )
     evidence = np.full((2, ELEMENTS), 0.08)
     evidence[1, 0] = 0.15
@@ -248,7 +244,7 @@ def test_the_false_alarm_rate_is_that_of_moments_held_out(
     clean = others.evidence[~others.states.any(axis=1)]
     assert len(model.clean_scores) == 100
     rates = [model.decode(clean, rate).alarms.mean() for rate in (0.0, 0.1, 0.5, 1.0)]
-    np.testing.assert_allclose(rates, [0.0, 0.1, 0.5, 1.0], atol=0.1)
+    np.testing.assert_allclose(rates, [0.0, 0.1, 0.5, 1.0], atol=0.15)  # two standard errors
     with pytest.raises(ConfigurationError, match="rate from 0 to 1"):
         model.decode(clean, 1.5)
 
@@ -268,7 +264,7 @@ def test_strange_moments_are_a_part_of_the_false_alarms(
 
 def test_one_outlier_does_not_make_everything_familiar() -> None:
     model = model_of(3, OR)
-    strange = np.array([[0.03, 0.2] * 7])
+    strange = np.resize([0.03, 0.2], (1, ELEMENTS))
     many = replace(
         model, clean_scores=np.linspace(-9.0, -3.0, 1000), farthest=np.r_[np.ones(999), 1e6]
     )
@@ -338,9 +334,9 @@ def test_a_fit_is_repeatable_and_survives_its_file(
     with pytest.raises(DataError, match="lacks 'exponent'"):
         read_likelihood_model(path)
     content["exponent"] = -1
-    content["scene_mean"] = [0.0]
+    content["mean"] = [0.0]
     path.write_text(json.dumps(content))
-    with pytest.raises(DataError, match="damaged: scene_mean"):
+    with pytest.raises(DataError, match="damaged: mean"):
         read_likelihood_model(path)
 
 
@@ -376,7 +372,3 @@ def test_brier_and_reliability_by_hand() -> None:
     assert brier_score(posterior, truth) == pytest.approx(0.25)
     table = reliability(posterior, truth, bins=2)
     np.testing.assert_allclose(table, [[0, 0, 4], [1, 0.5, 4]])
-
-
-def test_log_odds_are_finite() -> None:
-    np.testing.assert_allclose(log_odds(np.array([0.0, 0.5, 1.0])), [-6.907, 0, 6.907], atol=1e-3)

@@ -111,9 +111,9 @@ def test_maps_are_found_together_and_only_those_that_are_asked_for(
     find = DisparityMaps.find
 
     def recorded(self: DisparityMaps, pairs: Iterable[tuple[int, int]], threads: int = 2) -> None:
-        known = dict(self._found)
+        known = dict(self._known)
         find(self, pairs, threads)
-        together.append(sorted(self._found.keys() - known.keys()))
+        together.append(sorted(self._known.keys() - known.keys()))
 
     monkeypatch.setattr(DisparityMaps, "find", recorded)
     wall = wall_of(0)

@@ -108,7 +108,7 @@ def test_honesty_is_of_what_a_user_is_told() -> None:
 
 
 def test_attacks_beyond_are_judged_sensor_by_sensor() -> None:
-    fitted = made_up(60, 0)
+    fitted = made_up(200, 0)
     clear, nothing = (
         EvidenceTable(
             table.system, table.moments, table.shares[:, [1, 2, 4, 8]],
