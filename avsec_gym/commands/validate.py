@@ -128,10 +128,12 @@ class Validate:
         return raw_recordings(self.kitti_raw or default_suite("raw"), sensors)
 
     def _folder(self, recordings: Recordings, clean: int) -> ValidationFolder:
+        from avsec_gym.validation.fitted_on import FORMAT
         from avsec_gym.validation.validation_folder import ValidationFolder
 
         place = self.kitti or self.kitti_raw
         record = {
+            "format": FORMAT,
             "recording": "default suite raw" if place is None else str(place.resolve()),
             "sensors": list(recordings.system.sensors),
             "clean_moments": clean,

@@ -16,7 +16,8 @@ from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.sensor_system import SensorSystem
 from avsec_gym.validation.pair_depth import PairDepth
 
-_FORMAT = 1
+FORMAT = 2
+"""Raised when what is measured changes: thresholds and likelihoods of before hold no more."""
 _SAME_SCALE = 0.05
 """Recording days of KITTI differ by less, rigs by more."""
 _REMEDY = "Fit it anew on clean frames of these sensors, or name another file."
@@ -112,7 +113,7 @@ def write_fitted(
     Raises:
         DataError: The file exists and `overwrite` is false, or it cannot be written.
     """
-    header = {"format": _FORMAT, "kind": kind, "fitted_on": on.to_json()}
+    header = {"format": FORMAT, "kind": kind, "fitted_on": on.to_json()}
     text = json.dumps({**header, **content}, allow_nan=False)
     write_bytes(path, text.encode(), overwrite=overwrite)
 
@@ -132,10 +133,10 @@ def read_fitted(path: str | Path, kind: str) -> tuple[FittedOn, dict[str, Any]]:
         problem = f"The file is no JSON: {error}."
         raise DataError(problem, path=path, remedy=_REMEDY) from error
     try:
-        if (content["kind"], content["format"]) != (kind, _FORMAT):
+        if (content["kind"], content["format"]) != (kind, FORMAT):
             raise DataError(
                 f"The file holds {content['kind']!r} in format {content['format']!r}, expected "
-                f"{kind!r} in format {_FORMAT}.",
+                f"{kind!r} in format {FORMAT}.",
                 path=path,
                 remedy=_REMEDY,
             )
