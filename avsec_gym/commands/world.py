@@ -37,6 +37,9 @@ class WorldMake:
     """Processes; each takes about 1 GB.  Default: 2, or 1 on one processor."""
     cameras: tuple[int, ...] = ()
     """Numbers from 0 to 3.  Default: 2 and 3; all four for `raw`."""
+    rig: tuple[float, ...] = ()
+    """How far right of camera 0 each camera stands, metres, such as 0 0.54 -0.27 0.27.  Default:
+    KITTI's."""
     no_lidar: bool = False
     """Write no scans."""
     previous: int = 0
@@ -50,8 +53,10 @@ class WorldMake:
 
     def run(self) -> int:
         """Do it; the exit code."""
+        from avsec_gym.rig import camera_rig, kitti_rig
         from avsec_gym.world.export import Sensors, suite_recipe
 
+        rig = camera_rig(self.rig) if self.rig else kitti_rig()
         given = {"previous": self.previous != 0, "vehicles": self.vehicles != 3}
         given |= {"drive_frames": self.drive_frames != 50}
         meant = {"connected": "vehicles", "raw": "drive_frames"}.get(self.suite, "previous")
@@ -63,7 +68,7 @@ class WorldMake:
             self.suite,
             self.frames,
             self.seed,
-            sensors=Sensors(self.cameras, not self.no_lidar),
+            sensors=Sensors(self.cameras, not self.no_lidar, rig),
             previous=self.previous,
             vehicles=self.vehicles,
             drive_frames=self.drive_frames,

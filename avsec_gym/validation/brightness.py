@@ -142,7 +142,8 @@ def without_colours(image: Image) -> Image:
 
 def is_grey(image: Image) -> bool:
     """Whether all pixels have the same red, green and blue."""
-    return bool((image[..., :1] == image).all())
+    # Few of them tell of most images.
+    return all(bool((some[..., :1] == some).all()) for some in (image[::16, ::16], image))
 
 
 def _least(image: Image) -> NDArray[np.uint8]:

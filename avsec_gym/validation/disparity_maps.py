@@ -11,7 +11,12 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.depth.depth import DisparityMap, pair_scale
 from avsec_gym.perception.depth.lidar import scan_disparity
 from avsec_gym.sensor_system import LIDAR, SensorSystem
-from avsec_gym.validation.brightness import Brightness, brightness_inconsistency
+from avsec_gym.validation.brightness import (
+    Brightness,
+    brightness_inconsistency,
+    is_grey,
+    without_colours,
+)
 from avsec_gym.validation.pair_depth import PairDepth
 
 Pair = tuple[int, int]
@@ -117,11 +122,21 @@ class DisparityMaps:
             )
         other, camera = sensors[i], int(sensors[k])
         if other != LIDAR:
-            right = int(other)
-            found = self.depth.estimator(frame.calibration, camera, right).disparity(frame)
-            seen = frame.image(camera), frame.image(right)
-            return PairView(found, brightness_inconsistency(*seen, found.values))
+            return self._between(camera, int(other))
         beside = int(sensors[k - 1])
         height, width = frame.image(camera).shape[:2]
         values = scan_disparity(frame.points, frame.calibration, (height, width), (camera, beside))
         return PairView(DisparityMap(values, pair_scale(frame, camera, beside)), None)
+
+    def _between(self, camera: int, right: int) -> PairView:
+        frame = self.frame
+        images = {one: frame.image(one) for one in (camera, right)}
+        if len({is_grey(image) for image in images.values()}) > 1:
+            # To a network, a grey image and one of colours are two scenes.
+            images = {one: without_colours(image) for one, image in images.items()}
+            for one, image in images.items():
+                frame = frame.with_image(one, image)
+        found = self.depth.estimator(frame.calibration, camera, right).disparity(frame)
+        return PairView(
+            found, brightness_inconsistency(images[camera], images[right], found.values)
+        )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.sensor_system import LIDAR, SensorSystem
-from avsec_gym.validation.brightness import brightness_inconsistency
+from avsec_gym.validation.brightness import brightness_inconsistency, without_colours
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
 from avsec_gym.validation.disparity_error import DisparityErrors
 from avsec_gym.validation.disparity_maps import DisparityMaps
@@ -116,6 +117,32 @@ def test_light_that_a_matcher_copes_with_is_seen_by_its_brightness(wall: SensorF
     for triple in SYSTEM.triples:
         assert clean[triple].brightness < 0.02
         assert (errors[triple].brightness > 0.1) == (2 in triple), triple
+
+
+def test_a_pair_with_one_grey_camera_is_matched_without_colours(wall: SensorFrame) -> None:
+    tinted = wall
+    for camera in (0, 2):
+        tinted = tinted.with_image(camera, (wall.image(camera) * [0.9, 0.6, 0.3]).astype(np.uint8))
+    grey = tinted.with_image(1, without_colours(tinted.image(0)))
+    seen: list[SensorFrame] = []
+
+    class Recorded(PairDepth):
+        def estimator(self, calibration: Any, left: int, right: int) -> Any:
+            found = super().estimator(calibration, left, right)
+
+            class Recording:
+                def disparity(self, frame: SensorFrame) -> Any:
+                    seen.append(frame)
+                    return found.disparity(frame)
+
+            return Recording()
+
+    maps = DisparityMaps(grey, SYSTEM, Recorded())
+    maps.find([(1, 3), (2, 3)], threads=1)
+    pair, mixed = seen
+    assert pair.image(0) is grey.image(0)
+    for camera in (0, 1):
+        np.testing.assert_array_equal(mixed.image(camera), without_colours(grey.image(camera)))
 
 
 def test_a_map_that_cannot_be(wall: SensorFrame) -> None:

@@ -80,9 +80,11 @@ class Photometric:
     """How much the two views may differ, as a share of the changes above."""
     noise: float = 4.0
     """Largest standard deviation of a pixel's noise, grey levels."""
+    grey: float = 0.0
+    """Share of samples whose colours are taken away in both views, as of grey cameras."""
 
     def __post_init__(self) -> None:
-        if min(vars(self).values()) < 0:
+        if min(vars(self).values()) < 0 or self.grey > 1:
             raise ConfigurationError(f"photometric changes are 0 or more, got {self}")
 
 

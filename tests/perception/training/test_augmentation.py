@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats, box_corners, project
 from avsec_gym.perception.training.augmentation import augmented
 from avsec_gym.perception.training.configuration import Augmentation, Photometric
@@ -157,3 +159,17 @@ def test_batch_of_samples_keeps_geometry(spot_sample: MakeSample) -> None:
     assert batch.disparity.shape == (2, 120, 400)
     assert batch.stereo.size == (120, 400)
     np.testing.assert_allclose(batch.stereo.baseline.numpy(), 126 / 240, rtol=1e-12)
+
+
+def test_some_samples_are_those_of_grey_cameras(spot_sample: MakeSample) -> None:
+    coloured = np.random.default_rng(0).integers(0, 256, spot_sample().left.shape, np.uint8)
+    sample = replace(spot_sample(), left=coloured, right=coloured)
+    limits = replace(UNLIT, grey=0.5)
+    found = [relit(sample, limits, np.random.default_rng(seed)).left for seed in range(40)]
+    mean = np.rint(coloured.mean(axis=2, keepdims=True))
+    is_grey = [np.ptp(image, axis=2).max() == 0 for image in found]
+    assert 10 <= sum(is_grey) <= 30
+    for image, grey in zip(found, is_grey, strict=True):
+        np.testing.assert_allclose(image, np.broadcast_to(mean, image.shape) if grey else coloured)
+    with pytest.raises(ConfigurationError):
+        Photometric(grey=1.5)

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -77,6 +78,18 @@ def test_verify(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     capsys.readouterr()
     assert run(["world", "verify", str(tmp_path), "--json"]) == BAD_DATA
     assert json.loads(capsys.readouterr().out)["changed"] == ["first/1.txt"]
+
+
+def test_a_rig_of_ones_own(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    made: list[Any] = []
+    monkeypatch.setattr(
+        "avsec_gym.commands.world._make", lambda recipe, *rest: made.append(recipe) or 0
+    )
+    words = ["world", "make", "--suite", "street", "--out", str(tmp_path)]
+    assert run([*words, "--rig", "0", "0.54", "-0.27", "0.54"]) == DONE
+    assert run(words) == DONE
+    baselines = [one.sensors.rig.calibration.baseline(2, 3) for one in made]
+    assert baselines == pytest.approx([0.81, kitti_rig().calibration.baseline(2, 3)])
 
 
 @pytest.mark.slow
