@@ -123,7 +123,7 @@ def test_maps_are_found_together_and_only_those_that_are_asked_for(
     ):
         together.clear()
         said = ThresholdValidator(table_with(wall, beyond), rate=0.0).validate(wall)
-        assert sorted(said.errors.maps._found) == expected
+        assert sorted(said.errors.maps._known) == expected
         assert sorted(pair for found in together for pair in found) == expected
         assert sum(map(bool, together)) == (2 if beyond else 1)
 
