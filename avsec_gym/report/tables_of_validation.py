@@ -16,7 +16,13 @@ METHODS = {
     "maximum likelihood": "maximum likelihood",
 }
 """What ways to identify are called."""
-CRITERIA = {"error": "E alone (the thesis’)", "any": "all four shares"}
+CRITERIA = {
+    "any": "all four shares",
+    "error": "E alone (the thesis’)",
+    "hole_share": "holes alone",
+    "densest": "the densest window alone",
+    "brightness": "brightness alone",
+}
 """What ways to detect are called."""
 INTERVALS = (
     "In brackets: 95 % intervals, Wilson’s, widened by what the cases of one drive have in common."
@@ -48,7 +54,7 @@ def tables_of_validation(summary: Mapping[str, Any]) -> list[Table]:
 
 def _detection_table(rows: Any) -> Table:
     lines = []
-    told = [row for row in rows if row["rate"] in RATES]
+    told = [row for row in rows if row["rate"] in RATES and row["criterion"] in ("any", "error")]
     for row in sorted(told, key=lambda row: (row["scenario"], row["criterion"], row["rate"])):
         own = DETECTION.get((row["scenario"], row["rate"])) if row["criterion"] == "error" else None
         lines.append(
@@ -72,20 +78,25 @@ def _detection_table(rows: Any) -> Table:
 
 
 def _case_table(rows: Any) -> Table:
-    chosen = [row for row in rows if row["rate"] == 0.01]
+    order = list(CRITERIA)
+    chosen = sorted(
+        (row for row in rows if row["rate"] == 0.01),
+        key=lambda row: (row["scenario"], order.index(row["criterion"])),
+    )
     cases = [list(row["cases"]) for row in chosen]
     lines = [
         [
             name(row["scenario"]),
             name(CRITERIA[row["criterion"]]),
             *(figure(row["cases"][case], scale=100) for case in names),
+            _share(row["false_alarms"]),
         ]
         for row, names in zip(chosen, cases, strict=True)
     ]
     positions = [_position(case, cases[0]) for case in cases[0]] if cases else []
     return Table(
         "Figures 3.6 and 3.8 at r = 1 %: detection rate in each attack case, %",
-        ["sensors", "what counts", *positions],
+        ["sensors", "what counts", *positions, "false alarms, %"],
         lines,
         "First, second and third: the LiDAR or the rightmost camera, and the cameras left of it.",
         names=2,

@@ -69,7 +69,8 @@ def draw_validation(
         compared = comparison_map(maps[i, k], maps[j, k])
         sparse = system.sensors[i] == LIDAR
         axes.imshow(_overlaid(frame.image(int(system.sensors[k])), compared, sparse))
-        text += f", holes {error.hole_share:.2f}, other brightness {error.brightness:.3f}"
+        text += f", holes {error.hole_share:.2f}, densest {error.densest:.3f}"
+        text += f", other brightness {error.brightness:.3f}"
         axes.set_title(text, loc="left", fontsize=9)
     return figure
 

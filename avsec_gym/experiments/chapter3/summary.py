@@ -39,6 +39,8 @@ from avsec_gym.validation.thresholds import Criterion
 
 CRITERIA: tuple[Criterion, ...] = ("error", "any")
 """E alone, as in the thesis; and all shares that a triple gives."""
+ALONE: tuple[Criterion, ...] = ("hole_share", "densest", "brightness")
+"""What each of the other shares notices by itself, at r = 1 %."""
 FEWEST = 20
 """Moments of each part, below which nothing is summed up."""
 
@@ -75,8 +77,10 @@ def validation_summary(results: Results, configuration: Configuration) -> dict[s
         "depth": dict(on.depth),
         "detection": [
             row
-            for criterion in CRITERIA
-            for row in detection_rates(fitted, judged, on, criterion, CURVE_RATES)
+            for criterion in (*CRITERIA, *ALONE)
+            for row in detection_rates(
+                fitted, judged, on, criterion, CURVE_RATES if criterion in CRITERIA else (0.01,)
+            )
         ],
         "identification": [
             {"method": name, **row}
