@@ -13,6 +13,7 @@ from avsec_gym.errors import AvsecError, ConfigurationError, DataError
 
 if TYPE_CHECKING:
     from avsec_gym.experiments.chapter5.outcomes import Outcomes
+    from avsec_gym.report.repair_pictures import RepairPicture
     from avsec_gym.report.scene_strip import Strip
     from avsec_gym.report.spread_pictures import SpreadPicture
     from avsec_gym.runs.run_folder import RunFolder
@@ -37,8 +38,8 @@ class Report:
     markdown: Path | None = None
     """Also write the main tables as Markdown into this file."""
     pictures: int = 8
-    """Most scenes with pictures; 0: none, of feature maps neither.  Each takes two attacks or
-    three."""
+    """Most scenes with pictures; 0: none, of feature maps and repairs neither.  Each takes two
+    attacks or three, of repairs one."""
     overwrite: bool = False
     """Write over files that --out and --markdown name."""
     json: bool = False
@@ -76,10 +77,12 @@ class Report:
             console.say(f"avsec: {remark}")
         strips, failed = self._strips(folder, outcomes) if outcomes else ([], False)
         spreads, blank = self._spreads(folder, report["spread"])
-        write_bytes(self._page, html_page(report, strips, spreads).encode(), overwrite=True)
+        repairs, unseen = self._repairs(folder, report["localisation"])
+        page = html_page(report, strips, spreads, repairs)
+        write_bytes(self._page, page.encode(), overwrite=True)
         if self.markdown is not None:
             write_bytes(self.markdown, markdown_page(report).encode(), overwrite=True)
-        return report, console.DONE_IN_PART if failed or blank else console.DONE
+        return report, console.DONE_IN_PART if failed or blank or unseen else console.DONE
 
     def sentence(self, report: dict[str, Any]) -> str:
         """Where the page is, and its answer."""
@@ -131,6 +134,29 @@ class Report:
             draw_feature_spread(spreads, folder.figures / SPREAD)
         return [spread_picture(title, each) for title, each in spreads.items()], False
 
+    def _repairs(
+        self, folder: RunFolder, summary: dict[str, Any] | None
+    ) -> tuple[list[RepairPicture], bool]:
+        """Pictures of repaired moments, and whether they are missing."""
+        if not summary or not self.pictures:
+            return [], False
+        from avsec_gym.experiments.chapter3.localisation_cells import RepairedMoments
+        from avsec_gym.report.repair_pictures import repair_pictures
+        from avsec_gym.report.scenario_picture import save_picture
+
+        _use_threads(int(folder.manifest["threads"]))
+        try:
+            with console.progress("repairing again") as shown:
+                moments = RepairedMoments(folder.configuration)
+                found = repair_pictures(summary, moments, self.pictures, shown)
+        except AvsecError as error:
+            console.say(f"avsec: no pictures of repairs: {error}")
+            return [], True
+        if self.out is None:  # Else nothing is written into the run's folder.
+            for one in found:
+                save_picture(one.figure, folder.figures / f"{one.file}.png", overwrite=True)
+        return found, False
+
 
 def _use_threads(count: int) -> None:
     """As many as the run had: the last digits of gradients depend on it."""
@@ -140,11 +166,12 @@ def _use_threads(count: int) -> None:
 
 
 def _answer(report: dict[str, Any]) -> str:
+    from avsec_gym.report.localisation_in_words import localisation_sentences
     from avsec_gym.report.optical_attacks_in_words import optical_sentences
     from avsec_gym.report.validation_in_words import validation_sentences
 
     said = validation_sentences(report["validation"]) if report["validation"] else []
-    if said := [*said, *optical_sentences(report)]:
+    if said := [*said, *optical_sentences(report), *localisation_sentences(report)]:
         return " ".join(said)
     if "answer" not in report:
         return f"{report['cells']['done']} cells done"

@@ -14,6 +14,7 @@ EXPERIMENTS: dict[str, str] = {
     "object_level": "avsec_gym.experiments.chapter3.experiments:OBJECT_LEVEL",
     "impact": "avsec_gym.experiments.chapter3.experiments:IMPACT",
     "sensitivity": "avsec_gym.experiments.chapter3.experiments:SENSITIVITY",
+    "localisation": "avsec_gym.experiments.chapter3.experiments:LOCALISATION",
     "defence": "avsec_gym.experiments.chapter3.defence:DEFENCE",
 } | {
     name: f"avsec_gym.experiments.chapter5.experiments:{attribute}"

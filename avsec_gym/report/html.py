@@ -8,6 +8,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from avsec_gym.report.localisation_in_words import localisation_sentences
 from avsec_gym.report.optical_attacks_in_words import optical_sentences
 from avsec_gym.report.page_table import Table, bounds, number
 from avsec_gym.report.plots_ghosts import PLACE_WORDS, draw_ghosts
@@ -15,6 +16,7 @@ from avsec_gym.report.plots_losses import draw_losses, legend
 from avsec_gym.report.plots_sensitivity import CURVES, draw_sensitivity
 from avsec_gym.report.plots_steps import RATES, draw_precision, draw_safety
 from avsec_gym.report.plots_validation import figures_of_validation
+from avsec_gym.report.repair_pictures import RepairPicture
 from avsec_gym.report.run_remarks import facts, inputs, remarks
 from avsec_gym.report.scene_strip import Strip
 from avsec_gym.report.spread_pictures import SpreadPicture
@@ -31,6 +33,7 @@ from avsec_gym.report.tables_beyond import (
     trend_table,
 )
 from avsec_gym.report.tables_of_defence import tables_of_defence
+from avsec_gym.report.tables_of_localisation import tables_of_localisation
 from avsec_gym.report.tables_of_optical_attacks import tables_of_optical_attacks
 from avsec_gym.report.tables_of_thesis import tables_of_thesis
 from avsec_gym.report.tables_of_validation import tables_of_validation
@@ -50,6 +53,7 @@ _SECTIONS = {
     "flips": "Flips",
     "validation": "Sensor data validation",
     "optical": "Detectors under optical attacks",
+    "localisation": "Damage and its repair",
     "defence": "What a defence is worth",
     "other": "Other settings",
     "run": "The run",
@@ -60,7 +64,10 @@ _PARTS = ("answer", "decoupling", "scenarios", "trends", "rounding", "pyramid", 
 
 
 def html_page(
-    report: Report, strips: Sequence[Strip] = (), spreads: Sequence[SpreadPicture] = ()
+    report: Report,
+    strips: Sequence[Strip] = (),
+    spreads: Sequence[SpreadPicture] = (),
+    repairs: Sequence[RepairPicture] = (),
 ) -> str:
     """The page.
 
@@ -68,6 +75,7 @@ def html_page(
         report: As `avsec_gym.report.run_report.run_report` makes it; parts may lack.
         strips: Pictures of the most telling scenes.
         spreads: Pictures of feature maps.
+        repairs: Pictures of repaired moments.
     """
     environment = Environment(
         loader=PackageLoader("avsec_gym.report"),
@@ -86,11 +94,13 @@ def html_page(
         "legend": legend(report["decoupling"]["attacks"]) if "decoupling" in report else (),
         "strips": strips,
         "spreads": spreads,
+        "repairs": repairs,
         "places": PLACE_WORDS,
         "rules": RULES,
         "rho": _rho(report) if "decoupling" in report else "",
         "sentences": validation_sentences(report["validation"]) if report.get("validation") else [],
         "optical_sentences": optical_sentences(report),
+        "localisation_sentences": localisation_sentences(report),
         "curves": CURVES,
         "facts": facts(report),
         "inputs": inputs(report),
@@ -109,6 +119,7 @@ def _tables(report: Report) -> dict[str, Any]:
         "time": time_table(report),
         "spread": spread_table(report["spread"]),
         "optical": tables_of_optical_attacks(report),
+        "localisation": tables_of_localisation(report),
         "defence": tables_of_defence(report),
     }
     if report.get("validation"):
@@ -160,6 +171,7 @@ def _shown(report: Report, tables: Mapping[str, Any], strips: Sequence[Strip]) -
         "flips": whole,
         "validation": bool(report.get("validation")),
         "optical": bool(tables["optical"]),
+        "localisation": bool(tables["localisation"]),
         "defence": bool(tables["defence"]),
         "other": bool(report["other"]),
         "run": True,

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from avsec_gym.experiments.markdown_table import markdown_table
+from avsec_gym.report.localisation_in_words import localisation_sentences
 from avsec_gym.report.optical_attacks_in_words import optical_sentences
 from avsec_gym.report.page_table import Table, bounds, number
 from avsec_gym.report.run_remarks import facts, inputs, remarks
@@ -20,6 +21,7 @@ from avsec_gym.report.tables_beyond import (
     trend_table,
 )
 from avsec_gym.report.tables_of_defence import tables_of_defence
+from avsec_gym.report.tables_of_localisation import tables_of_localisation
 from avsec_gym.report.tables_of_optical_attacks import tables_of_optical_attacks
 from avsec_gym.report.tables_of_thesis import tables_of_thesis
 from avsec_gym.report.tables_of_validation import tables_of_validation
@@ -59,7 +61,7 @@ def markdown_page(
 
 def _answer(report: Mapping[str, Any]) -> list[str]:
     said = validation_sentences(report["validation"]) if report.get("validation") else []
-    if said := [*said, *optical_sentences(report)]:
+    if said := [*said, *optical_sentences(report), *localisation_sentences(report)]:
         return ["", *(f"- {sentence}" for sentence in said)]
     if "answer" not in report:
         return []
@@ -95,6 +97,7 @@ def _tables(report: Mapping[str, Any]) -> list[Table]:
         ]
     tables += tables_of_validation(report["validation"]) if report.get("validation") else []
     tables += tables_of_optical_attacks(report)
+    tables += tables_of_localisation(report)
     tables += tables_of_defence(report)
     tables += [spread_table(report["spread"])] if report["spread"] else []
     tables += [other_table(report["other"])] if report["other"] else []

@@ -10,6 +10,7 @@ from typing import Any
 from avsec_gym.experiments.chapter3.baseline_rates import baseline_summary
 from avsec_gym.experiments.chapter3.defence_rates import defence_summary, is_of_defence
 from avsec_gym.experiments.chapter3.impact_rates import impact_summary
+from avsec_gym.experiments.chapter3.localisation_rates import localisation_summary
 from avsec_gym.experiments.chapter3.sensitivity_curves import sensitivity_summary
 from avsec_gym.experiments.chapter3.summary import validation_summary
 from avsec_gym.experiments.chapter5.controls import control_rows, rounding_rows, trend_rows
@@ -82,6 +83,7 @@ def run_report(
     report["baseline"] = baseline_summary(run, run.configuration)
     report["impact"] = impact_summary(run, run.configuration)
     report["sensitivity"] = sensitivity_summary(run, run.configuration)
+    report["localisation"] = localisation_summary(run, run.configuration)
     report["defence"] = defence_summary(run)
     report["spread"] = spread_rows(run)
     report["other"] = _other_rates(run)

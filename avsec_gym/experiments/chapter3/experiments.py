@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 from avsec_gym.experiments.chapter3.attack_sizes import SIZE_OPTIONS, size_cells, size_inputs
+from avsec_gym.experiments.chapter3.localisation_cells import (
+    LOCALISATION_OPTIONS,
+    localisation_cells,
+    localisation_inputs,
+)
 from avsec_gym.experiments.chapter3.recordings import OPTIONS, USUAL_COUNT
 from avsec_gym.experiments.chapter3.sensor_detections import (
     DETECTION_OPTIONS,
@@ -54,5 +59,15 @@ SENSITIVITY = Experiment(
     size_cells,
     size_inputs,
     SIZE_OPTIONS,
+    _USUAL,
+)
+
+LOCALISATION = Experiment(
+    "localisation",
+    "Is the damage found in attacked sensors, and how well is it repaired?",
+    "Section 6.2, future work",
+    localisation_cells,
+    localisation_inputs,
+    LOCALISATION_OPTIONS,
     _USUAL,
 )

@@ -1,0 +1,36 @@
+"""What a run of chapter 3 says of damage located and repaired, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from avsec_gym.report.page_table import number
+
+_ERRORS = ("error_before", "error_after")
+
+
+def localisation_sentences(report: Mapping[str, Any]) -> list[str]:
+    """How well attacks are located, from the worst to the best, and what repair leaves.
+
+    Args:
+        report: As `avsec_gym.report.run_report.run_report` makes it; parts may lack.
+    """
+    attacks = (report.get("localisation") or {"attacks": ()})["attacks"]
+    rows = sorted((row for row in attacks if row["iou"] is not None), key=lambda row: row["iou"])
+    if not rows:
+        return []
+    low, high = (f"{number(row['iou'], 100)} % ({row['attack']})" for row in (rows[0], rows[-1]))
+    sentences = [f"Damage is located with a mean IoU of {low} to {high}."]
+    lit = [row for row in rows if row["error_after"] is not None]
+    if lit:
+        before, after = (_range([row[name] for row in lit]) for name in _ERRORS)
+        sentences.append(
+            f"Where a facula changes an image it is off by {before} grey levels on average, by"
+            f" {after} after the repair."
+        )
+    return sentences
+
+
+def _range(values: list[float]) -> str:
+    return f"{number(min(values))} to {number(max(values))}"

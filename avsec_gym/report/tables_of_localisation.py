@@ -1,0 +1,59 @@
+"""How well damage is located and repaired, as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from avsec_gym.experiments.chapter3.localisation_rates import LOWEST, SUMS
+from avsec_gym.report.attack_names import detector_name
+from avsec_gym.report.page_table import Table, figure, name
+
+_SHARES = ("precision", "recall", "iou_of_lost")
+_ERRORS = ("error_before", "error_after")
+
+
+def tables_of_localisation(report: Mapping[str, Any]) -> list[Table]:
+    """A row for each attack; nothing without such a run.
+
+    Args:
+        report: As `avsec_gym.report.run_report.run_report` makes it; parts may lack.
+    """
+    summary = report.get("localisation")
+    return [_table(summary)] if summary else []
+
+
+def _table(summary: Mapping[str, Any]) -> Table:
+    detector = summary["detector"]
+    columns = [
+        *("attack", "moments", "IoU, %", "lowest, %", "precision, %", "recall, %"),
+        *("IoU of lost returns, %", "error attacked", "error repaired"),
+        *(("objects", "found attacked", "found repaired") if detector else ()),
+    ]
+    lines = [
+        [
+            name(row["attack"]),
+            figure(row["moments"], digits=0),
+            figure(row["iou"], row["interval"], scale=100),
+            figure(row[LOWEST] and row[LOWEST]["iou"], scale=100),
+            *(figure(row[one], scale=100) for one in _SHARES),
+            *(figure(row[one]) for one in _ERRORS),
+            *(figure(row[one], digits=0) for one in (SUMS if detector else ())),
+        ]
+        for row in summary["attacks"]
+    ]
+    counted = (
+        f" Objects: that {detector_name(detector)} finds in the clean images, and how many of them"
+        " it finds again, 2D IoU 0.5 or more, in the attacked and the repaired ones."
+        if detector
+        else ""
+    )
+    return Table(
+        "Damage located and repaired, the attacked sensor named",
+        columns,
+        lines,
+        "IoU, precision, recall: of the pixels or points found damaged, beside the true ones; means"
+        " over moments, in brackets: 95 % intervals by bootstrap over drives. Errors: mean"
+        " difference to the clean image where it was damaged, grey levels, before and after the"
+        f" repair.{counted}",
+    )
