@@ -22,6 +22,8 @@ FEWEST = 100
 """Pixels to be compared; to know fewer is as bad as if all of them were inconsistent."""
 _SHIFT = 2
 """Pixels by which a depth may paint an image too far left or right."""
+_PATCH = 15
+"""Pixels to a side of what lies around one."""
 _DARKEST = 8
 """Grey levels; darker pixels tell nothing of how two cameras are exposed."""
 _WHITE = 250
@@ -38,11 +40,8 @@ class Brightness(NamedTuple):
     """In the reference's image: light into the reference."""
     darker: float
     """In the reference's image: light into the other camera."""
-
-    @property
-    def inconsistent(self) -> float:
-        """Both together."""
-        return self.brighter + self.darker
+    patches: float
+    """Around which most are brighter, or most darker: light, not a matcher's errors."""
 
 
 class Expected(NamedTuple):
@@ -63,7 +62,7 @@ def brightness_inconsistency(image: Image, other: Image, disparity: Disparity) -
         disparity: In the view of the reference, pixels, NaN where unknown, shape (H, W).
 
     Returns:
-        Both 1 with fewer than `FEWEST` pixels.
+        All 1 with fewer than `FEWEST` pixels.
     """
     if is_grey(other):
         # Which colour the light has, only one of them can tell.
@@ -80,8 +79,9 @@ def brightness_inconsistency(image: Image, other: Image, disparity: Disparity) -
     brighter, darker, judged = differing_pixels(image, expected, known)
     count = int(judged.sum())
     if count < FEWEST:
-        return Brightness(1.0, 1.0)
-    return Brightness(int(brighter.sum()) / count, int(darker.sum()) / count)
+        return Brightness(1.0, 1.0, 1.0)
+    most = sum(int((judged & _mostly(one, judged)).sum()) for one in (brighter, darker))
+    return Brightness(int(brighter.sum()) / count, int(darker.sum()) / count, most / count)
 
 
 def differing_pixels(image: Image, expected: Expected, known: Mask) -> tuple[Mask, Mask, Mask]:
@@ -144,6 +144,16 @@ def is_grey(image: Image) -> bool:
     """Whether all pixels have the same red, green and blue."""
     # Few of them tell of most images.
     return all(bool((some[..., :1] == some).all()) for some in (image[::16, ::16], image))
+
+
+def _mostly(pixels: Mask, judged: Mask) -> Mask:
+    """Where more than half of the judged pixels around are some of these."""
+    around = (_PATCH, _PATCH)
+    share, of = (
+        cv2.blur(np.asarray(one, np.float32), around, borderType=cv2.BORDER_CONSTANT)
+        for one in (pixels, judged)
+    )
+    return np.asarray(share > 0.5 * of)
 
 
 def _least(image: Image) -> NDArray[np.uint8]:

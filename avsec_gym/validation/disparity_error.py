@@ -38,8 +38,8 @@ class DisparityError:
         pixels: That could be known in both: those of the scan, of two dense maps all.
         densest: The share of inconsistent pixels in that window of `WINDOW` which has most; of a
             scan only of `disproved_points`, where the images are at hand.
-        brightness: `brightness_inconsistency` of that pair of the triple's cameras, the reference
-            among them, which has more.
+        brightness: `Brightness.patches` of that pair of the triple's cameras, the reference among
+            them, which has more.
     """
 
     inconsistent: int
@@ -146,9 +146,9 @@ class DisparityErrors(Mapping[Triple, DisparityError]):
         maps, sensors = self.maps, self.maps.system.sensors
         sparse = i == 0 and maps.system.has_lidar
         error = disparity_error(maps[i, k], maps[j, k], sparse=sparse)
-        brightness = maps.brightness((j, k)).inconsistent
+        brightness = maps.brightness((j, k)).patches
         if not sparse:
-            return replace(error, brightness=max(brightness, maps.brightness((i, k)).inconsistent))
+            return replace(error, brightness=max(brightness, maps.brightness((i, k)).patches))
         reference, other = (maps.frame.image(int(sensors[one])) for one in (k, j))
         disproved = disproved_points(maps[i, k], maps[j, k], reference, other)
         return replace(error, brightness=brightness, densest=densest_share(disproved))

@@ -57,6 +57,9 @@ def moment(configuration: Configuration) -> Any:
             for triple in SYSTEM.triples:
                 name = measured("hole_share", triple)
                 rows.append(Measurement(setting, id, name, 0.1))
+                lit = 0.4 if any(state[one] for one in triple) else 0.0
+                name = measured("brightness", triple)
+                rows.append(Measurement(setting, id, name, random.uniform(0.01, 0.05) + lit))
         return CellResult(measurements=rows)
 
     return work

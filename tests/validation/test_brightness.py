@@ -65,7 +65,7 @@ def test_the_share_that_is_lit_is_counted() -> None:
     disparity = np.full((120, 400), 12.0, np.float32)
     other = np.roll(image, -12, axis=1)
     darker = exposed(other, (0.9, 0.9, 0.9))
-    assert brightness_inconsistency(image, darker, disparity).inconsistent < 0.01
+    assert max(brightness_inconsistency(image, darker, disparity)) < 0.01
     lit = image.copy()
     lit[:, 100:200] += 80
     # A quarter of the columns, but for the twelve that the other camera does not see.
@@ -73,15 +73,23 @@ def test_the_share_that_is_lit_is_counted() -> None:
     found = brightness_inconsistency(lit, other, disparity)
     assert found.brighter == share
     assert found.darker < 0.01
+    assert found.patches == share
     # The light in the other camera.
     lit = other.copy()
     lit[:, 100:200] += 80
     found = brightness_inconsistency(image, lit, disparity)
     assert found.darker == share
     assert found.brighter < 0.01
+    assert found.patches == share
+    # As many pixels, but here and there: a matcher's errors.
+    specks = image.copy()
+    specks[np.random.default_rng(0).random((120, 400)) < 0.25] += 80
+    found = brightness_inconsistency(specks, other, disparity)
+    assert found.brighter == pytest.approx(0.25, abs=0.03)
+    assert found.patches < 0.001
     few = np.full_like(disparity, np.nan)
     few.ravel()[200 : 200 + FEWEST - 1] = 12.0
-    assert brightness_inconsistency(image, other, few) == (1.0, 1.0)
+    assert brightness_inconsistency(image, other, few) == (1.0, 1.0, 1.0)
 
 
 @pytest.mark.parametrize("factor", [0.8, 1.25])
@@ -92,7 +100,7 @@ def test_a_sky_that_overflows_is_no_attack(factor: float) -> None:
     image = np.rint(np.minimum(radiance, 255)).astype(np.uint8)
     other = np.rint(np.minimum(radiance * factor, 255)).astype(np.uint8)
     disparity = np.zeros((120, 400), np.float32)
-    assert brightness_inconsistency(image, other, disparity).inconsistent < 0.002
+    assert max(brightness_inconsistency(image, other, disparity)) < 0.002
     # White where the scene is not is light.
     image[70:90, 100:200] = 255
     assert brightness_inconsistency(image, other, disparity).brighter > 0.03
@@ -102,8 +110,8 @@ def test_a_grey_camera_and_one_of_colours_see_alike() -> None:
     colours = picture()
     grey = np.repeat(np.rint(colours.mean(axis=2, keepdims=True)).astype(np.uint8), 3, axis=2)
     disparity = np.zeros((120, 400), np.float32)
-    assert brightness_inconsistency(colours, grey, disparity) == (0.0, 0.0)
-    assert brightness_inconsistency(grey, colours, disparity) == (0.0, 0.0)
+    assert brightness_inconsistency(colours, grey, disparity) == (0.0, 0.0, 0.0)
+    assert brightness_inconsistency(grey, colours, disparity) == (0.0, 0.0, 0.0)
     np.testing.assert_array_equal(without_colours(colours), grey)
 
 

@@ -9,10 +9,11 @@ import numpy as np
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter3.shares import drive_of
-from avsec_gym.experiments.chapter3.state_evidence_cells import bits, measured
+from avsec_gym.experiments.chapter3.state_evidence_cells import OF_TRIPLES, bits, measured
 from avsec_gym.experiments.results import Results
 from avsec_gym.geometry import Floats
 from avsec_gym.sensor_system import SensorSystem
+from avsec_gym.validation.disparity_error import MEASURES
 from avsec_gym.validation.evidence import evidence_elements
 from avsec_gym.validation.state_posterior import States, state_vectors
 
@@ -25,13 +26,13 @@ class EvidenceTable:
         system: Of sensors.
         moments: Their ids.
         shares: The evidence as of `gather_evidence`, shape (N, states, M).
-        hole_shares: Of every triple, shape (N, states, triples).
+        of_triples: `OF_TRIPLES` of every triple, shape (N, states, 2, triples).
     """
 
     system: SensorSystem
     moments: Sequence[str]
     shares: Floats
-    hole_shares: Floats
+    of_triples: Floats
 
     def __len__(self) -> int:
         return len(self.moments)
@@ -45,24 +46,11 @@ class EvidenceTable:
     def measures(self) -> Floats:
         """All `MEASURES` of every triple, shape (N, states, triples, 4)."""
         place = {element: i for i, element in enumerate(evidence_elements(self.system))}
-        columns = []
-        for column, triple in enumerate(self.system.triples):
-            pairs = [
-                (one, triple[2]) for one in triple[:2] if ("brighter", (one, triple[2])) in place
-            ]
-            brightness = [
-                self.shares[..., place["brighter", pair]] + self.shares[..., place["darker", pair]]
-                for pair in pairs
-            ]
-            columns.append(
-                [
-                    self.shares[..., place["error", triple]],
-                    self.hole_shares[..., column],
-                    self.shares[..., place["densest", triple]],
-                    np.max(brightness, axis=0),
-                ]
-            )
-        return np.moveaxis(np.array(columns), (0, 1), (-2, -1))
+        triples = self.system.triples
+        found = {name: self.of_triples[..., i, :] for i, name in enumerate(OF_TRIPLES)}
+        for name in set(MEASURES) - set(OF_TRIPLES):
+            found[name] = self.shares[..., [place[name, triple] for triple in triples]]
+        return np.stack([found[name] for name in MEASURES], axis=-1)
 
 
 def evidence_table(
@@ -81,7 +69,7 @@ def evidence_table(
     """
     states = state_vectors(len(system)) if states is None else states
     elements = [measured(*element) for element in evidence_elements(system)]
-    names = elements + [measured("hole_share", triple) for triple in system.triples]
+    names = elements + [measured(name, triple) for name in OF_TRIPLES for triple in system.triples]
     column = {name: number for number, name in enumerate(names)}
     found: dict[str, Floats] = {}
     for index, state in enumerate(states):
@@ -94,6 +82,5 @@ def evidence_table(
             f"the run has no moment of the kind {kind!r}: `avsec run identification` makes them"
         )
     stacked = np.stack([found[moment] for moment in whole])
-    return EvidenceTable(
-        system, whole, stacked[..., : len(elements)], stacked[..., len(elements) :]
-    )
+    of_triples = stacked[..., len(elements) :].reshape(*stacked.shape[:2], len(OF_TRIPLES), -1)
+    return EvidenceTable(system, whole, stacked[..., : len(elements)], of_triples)

@@ -22,6 +22,9 @@ from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.state_evidence import StateEvidence
 from avsec_gym.validation.state_posterior import States, state_vectors
 
+OF_TRIPLES = ("hole_share", "brightness")
+"""Those of `MEASURES` that are no elements of the evidence."""
+
 _WORK = f"{__name__}:StateEvidences"
 
 
@@ -49,7 +52,7 @@ class StateEvidences:
         self._seed = configuration.seed
 
     def __call__(self, part: str, number: int) -> CellResult:
-        """The evidence of every state, and the hole shares of its triples.
+        """The evidence of every state, and all `MEASURES` of its triples.
 
         Of a judged moment also the attacks of `BEYOND`, each on one sensor alone.
 
@@ -103,6 +106,7 @@ def _measurements(evidence: StateEvidence, kind: str, states: States, id: str) -
         for (name, scope), share in zip(elements, shares, strict=True):
             rows.append(Measurement(setting, id, measured(name, scope), share))
         for triple, error in evidence.errors(state).items():
-            # The one share of a triple that is no element: it is counted by the map instead.
-            rows.append(Measurement(setting, id, measured("hole_share", triple), error.hole_share))
+            # The shares of a triple that are no elements: those are counted by the map instead.
+            for name in OF_TRIPLES:
+                rows.append(Measurement(setting, id, measured(name, triple), getattr(error, name)))
     return rows

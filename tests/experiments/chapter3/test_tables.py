@@ -40,9 +40,10 @@ def made_up(moments: int, seed: int, damage: float = 0.5) -> EvidenceTable:
     touched = np.array([[state[list(scope)].any() for scope in SCOPES] for state in STATES])
     clean = rng.uniform(0.0, 0.2, (moments, len(STATES), len(SCOPES)))
     shares = clean + damage * touched
-    holes = rng.uniform(0.0, 0.1, (moments, len(STATES), len(KITTI_SYSTEM.triples)))
+    triples = KITTI_SYSTEM.triples
+    of_triples = rng.uniform(0.0, 0.1, (moments, len(STATES), 2, len(triples)))
     names = [f"{number:03d}/0" for number in range(moments)]
-    return EvidenceTable(KITTI_SYSTEM, names, shares, holes)
+    return EvidenceTable(KITTI_SYSTEM, names, shares, of_triples)
 
 
 def test_clear_attacks_are_always_noticed_and_named_within_the_limit() -> None:
@@ -112,7 +113,7 @@ def test_attacks_beyond_are_judged_sensor_by_sensor() -> None:
     clear, nothing = (
         EvidenceTable(
             table.system, table.moments, table.shares[:, [1, 2, 4, 8]],
-            table.hole_shares[:, [1, 2, 4, 8]],
+            table.of_triples[:, [1, 2, 4, 8]],
         )
         for table in (made_up(40, 1), made_up(40, 1, damage=0.0))
     )  # fmt: skip
@@ -145,19 +146,15 @@ def test_distributions_tell_the_cases_apart() -> None:
             assert is_larger == (sensor in row["triple"])
 
 
-def test_brightness_of_a_triple_is_that_of_its_worse_pair_of_cameras() -> None:
+def test_measures_of_a_triple_are_elements_and_what_is_none() -> None:
     table = made_up(2, 0)
     shares = {element: table.shares[..., i] for i, element in enumerate(ELEMENTS)}
-    for column, (i, j, k) in enumerate(KITTI_SYSTEM.triples):
+    for column, triple in enumerate(KITTI_SYSTEM.triples):
         error, holes, densest, brightness = np.moveaxis(table.measures[:, :, column], -1, 0)
-        np.testing.assert_array_equal(error, shares["error", (i, j, k)])
-        np.testing.assert_array_equal(holes, table.hole_shares[..., column])
-        np.testing.assert_array_equal(densest, shares["densest", (i, j, k)])
-        worse = shares["brighter", (j, k)] + shares["darker", (j, k)]
-        if i > 0:
-            other = shares["brighter", (i, k)] + shares["darker", (i, k)]
-            worse = np.maximum(worse, other)
-        np.testing.assert_array_equal(brightness, worse)
+        np.testing.assert_array_equal(error, shares["error", triple])
+        np.testing.assert_array_equal(holes, table.of_triples[:, :, 0, column])
+        np.testing.assert_array_equal(densest, shares["densest", triple])
+        np.testing.assert_array_equal(brightness, table.of_triples[:, :, 1, column])
 
 
 def test_cases_are_the_seven_sets_of_a_triple() -> None:
@@ -175,8 +172,12 @@ class Stored:
             for index, state in enumerate(STATES):
                 setting = "judged " + "".join("01"[int(one)] for one in state)
                 named = [measured(*element) for element in ELEMENTS]
-                named += [measured("hole_share", triple) for triple in KITTI_SYSTEM.triples]
-                values = [*table.shares[m, index], *table.hole_shares[m, index]]
+                named += [
+                    measured(name, triple)
+                    for name in ("hole_share", "brightness")
+                    for triple in KITTI_SYSTEM.triples
+                ]
+                values = [*table.shares[m, index], *table.of_triples[m, index].ravel()]
                 self.rows += [
                     {"setting": setting, "scenario": moment, "name": name, "value": value}
                     for name, value in zip(named, values, strict=True)
@@ -193,6 +194,6 @@ def test_a_run_is_read_back_and_half_a_moment_left_out() -> None:
     found = evidence_table(stored, "judged", KITTI_SYSTEM)  # type: ignore[arg-type]
     assert found.moments == ["000/0", "001/0"]
     np.testing.assert_array_equal(found.shares, table.shares[:2])
-    np.testing.assert_array_equal(found.hole_shares, table.hole_shares[:2])
+    np.testing.assert_array_equal(found.of_triples, table.of_triples[:2])
     with pytest.raises(ConfigurationError, match="no moment"):
         evidence_table(stored, "fitted", KITTI_SYSTEM)  # type: ignore[arg-type]
