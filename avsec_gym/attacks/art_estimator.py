@@ -10,8 +10,9 @@ as `AutoProjectedGradientDescent`, cannot; ART's patches would lie at one place 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -29,10 +30,11 @@ from avsec_gym.perception.detectors.detector import Detector
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_images
 from avsec_gym.world.export.folder_lock import folder_lock
 
+_HOME = Path(os.path.expanduser("~"))
 try:
     # At its first import ART writes its settings into the home folder, not all at once: another
     # process that imports it at that moment would read half of them, and fail.
-    with folder_lock(Path.home(), wait=True):
+    with folder_lock(_HOME, wait=True) if _HOME.is_dir() else nullcontext():
         from art.attacks import evasion
         from art.estimators import BaseEstimator, LossGradientsMixin, NeuralNetworkMixin
 except ModuleNotFoundError as error:

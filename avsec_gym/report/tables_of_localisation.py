@@ -53,7 +53,7 @@ def _table(summary: Mapping[str, Any]) -> Table:
         columns,
         lines,
         "IoU, precision, recall: of the pixels or points found damaged, beside the true ones; means"
-        " over moments, in brackets: 95 % intervals by bootstrap over drives. Errors: mean"
-        " difference to the clean image where it was damaged, grey levels, before and after the"
-        f" repair.{counted}",
+        " over moments, precision over those in which something was found; in brackets: 95 %"
+        " intervals by bootstrap over drives. Errors: mean difference to the clean image where it"
+        f" was damaged, grey levels, before and after the repair.{counted}",
     )

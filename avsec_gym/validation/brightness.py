@@ -41,7 +41,7 @@ class Brightness(NamedTuple):
     darker: float
     """In the reference's image: light into the other camera."""
     patches: float
-    """Around which most are brighter, or most darker: light, not a matcher's errors."""
+    """Brighter, or darker, and so are most around them: light, not a matcher's errors."""
 
 
 class Expected(NamedTuple):
@@ -80,7 +80,7 @@ def brightness_inconsistency(image: Image, other: Image, disparity: Disparity) -
     count = int(judged.sum())
     if count < FEWEST:
         return Brightness(1.0, 1.0, 1.0)
-    most = sum(int((judged & _mostly(one, judged)).sum()) for one in (brighter, darker))
+    most = sum(int((one & _mostly(one, judged)).sum()) for one in (brighter, darker))
     return Brightness(int(brighter.sum()) / count, int(darker.sum()) / count, most / count)
 
 
@@ -182,10 +182,10 @@ def _exposure(expected: Image, image: Image, colour: int, telling: NDArray[np.ui
         return 0.0
     begin, end = (np.bincount(one.ravel(), levels, _EXPOSURE_BINS + 1) for one in _AGREEING)
     agreeing = np.cumsum(begin - end)[:_EXPOSURE_BINS]
-    # The middle of a plateau; of two that are as high the factor next to 1.
+    # Of the first plateau the middle.
     best = np.flatnonzero(agreeing >= agreeing.max() - 0.5)
-    middle = best[np.abs(best - _EXPOSURE_BINS // 2).argmin()]
-    return float(_FACTORS[middle])
+    length = int(np.argmin(np.r_[np.diff(best) == 1, False])) + 1
+    return float(_FACTORS[best[:length]].mean())
 
 
 def _agreeing() -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -95,12 +95,21 @@ class DisparityMaps:
             pairs: Which; those that are known cost nothing.
             threads: OpenCV works outside Python's lock.
         """
-        missing = [pair for pair in dict.fromkeys(pairs) if pair not in self._known]
+        missing = [self._checked(pair) for pair in dict.fromkeys(pairs) if pair not in self._known]
         if missing:
             # The longest work first, so that no thread is left alone with it.
             missing.sort(key=self._work, reverse=True)
             with ThreadPoolExecutor(threads) as pool:
                 list(pool.map(self.view, missing))
+
+    def _checked(self, pair: Pair) -> Pair:
+        i, k = pair
+        last = len(self.system) - 1
+        if not 0 <= i < k <= last or k < 2:
+            raise ConfigurationError(
+                f"a disparity map belongs to positions i < k with k from 2 to {last}, got {pair}"
+            )
+        return pair
 
     def _has_lidar(self, pair: Pair) -> bool:
         return pair[0] == 0 and self.system.has_lidar
@@ -113,13 +122,8 @@ class DisparityMaps:
         return self.frame.calibration.baseline(camera, other)
 
     def _find(self, pair: Pair) -> PairView:
-        i, k = pair
+        i, k = self._checked(pair)
         sensors, frame = self.system.sensors, self.frame
-        if not 0 <= i < k < len(sensors) or k < 2:
-            raise ConfigurationError(
-                f"a disparity map belongs to positions i < k with k from 2 to {len(sensors) - 1}, "
-                f"got {pair}"
-            )
         other, camera = sensors[i], int(sensors[k])
         if other != LIDAR:
             return self._between(camera, int(other))

@@ -32,8 +32,8 @@ def disproved_points(scan: DisparityMap, dense: DisparityMap, image: Image, othe
     """Pixels of scan points that stand nearer than the cameras say, and whom the images disprove.
 
     Each of the pixels around one is darker than the middle, as bright, or brighter, and so in both
-    images if they show the same: the census of Zabih and Woodfill (1994), no matter how cameras are
-    exposed, with a third state for `NOISE`, so that plain surfaces look alike anywhere.
+    images if they show the same: the census of Zabih and Woodfill (1994), which minds little how
+    cameras are exposed, with a third state for `NOISE`, so that plain surfaces look alike anywhere.
 
     Args:
         scan: DM_{0,k}, in any scale.
@@ -75,6 +75,7 @@ def _is_disproved(
     for point in range(len(rows)):
         v, u = rows[point], columns[point]
         without = _unlike(left, right, v, u, dense[v, u])
+        # What is out of the other camera's sight, is not disproved: NaN is above nothing.
         result[point] = _unlike(left, right, v, u, scan[v, u]) - without > MIN_EVIDENCE
     return result
 
@@ -83,9 +84,9 @@ def _is_disproved(
 def _unlike(
     left: NDArray[np.uint8], right: NDArray[np.uint8], v: int, u: int, disparity: float
 ) -> float:
-    """Share of the pixels around that differ in census, of three columns the best; 1 outside."""
+    """Share of the pixels around that differ in census, of three columns the best; NaN outside."""
     height, width = left.shape
-    best = 1.0
+    best = np.nan
     middle = round(u - disparity)
     for column in range(middle - 1, middle + 2):
         differing, count = 0, 0
@@ -97,7 +98,7 @@ def _unlike(
                 count += 1
         # Half of them at least have to be in both images.
         if 0 <= column < width and 2 * count >= (2 * _ROWS + 1) * (2 * _COLUMNS + 1):
-            best = min(best, differing / count)
+            best = differing / count if np.isnan(best) else min(best, differing / count)
     return best
 
 

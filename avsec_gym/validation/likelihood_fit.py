@@ -150,7 +150,8 @@ def _fit_moments(on: FittedOn, samples: LikelihoodSamples) -> LikelihoodModel:
                 )
             seen = u[shown, element]
             mean[element, pattern] = seen.mean()
-            deviation[element, pattern] = max(seen.std(), _FINEST)
+            # Clean scores deviate by 1, unless most are equal, and then the others by more.
+            deviation[element, pattern] = max(seen.std(), _FINEST if pattern else 1.0)
             residuals[shown, element] = (seen - seen.mean()) / deviation[element, pattern]
     return LikelihoodModel(
         on,
@@ -160,8 +161,7 @@ def _fit_moments(on: FittedOn, samples: LikelihoodSamples) -> LikelihoodModel:
         u.min(axis=0),
         u.max(axis=0),
         _DEGREES_OF_FREEDOM[0],
-        clean_quantiles=scale.quantiles,
-        clean_tails=scale.tails,
+        scale=scale,
     )
 
 

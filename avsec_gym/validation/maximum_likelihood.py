@@ -66,8 +66,7 @@ class LikelihoodModel:
         degrees_of_freedom: Of Student's distribution, above 2; its covariance is the given one.
         exponent: That tempers the likelihood.
         offset: Added to its logarithm for each attacked sensor.
-        clean_quantiles: The scale u, see `NormalScores`, shape (Q, M); log-odds if Q is 0.
-        clean_tails: Its tails, shape (M,).
+        scale: Of u, see `NormalScores`; None: log-odds.
         clean_scores: `alarm_scores` of clean moments that the fit held out, shape (any,).
         farthest: Of the same moments the largest of their `distances`, clean and in all states that
             the fit held out, shape (any,).
@@ -85,24 +84,18 @@ class LikelihoodModel:
     degrees_of_freedom: float
     exponent: float = 1.0
     offset: float = 0.0
-    clean_quantiles: Floats | None = None
-    clean_tails: Floats | None = None
+    scale: NormalScores | None = None
     clean_scores: Floats = field(default_factory=lambda: np.zeros(0))
     farthest: Floats = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         m = len(evidence_scopes(self.on.system))
-        if self.clean_quantiles is None or self.clean_tails is None:
-            object.__setattr__(self, "clean_quantiles", np.zeros((0, m)))
-            object.__setattr__(self, "clean_tails", np.ones(m))
         shapes = {
             "mean": (m, PATTERNS),
             "deviation": (m, PATTERNS),
             "correlation": (2, 2, m, m),
             "lowest": (m,),
             "highest": (m,),
-            "clean_quantiles": (len(np.asarray(self.clean_quantiles)), m),
-            "clean_tails": (m,),
             "clean_scores": (np.size(self.clean_scores),),
             "farthest": (np.size(self.clean_scores),),
         }
@@ -113,6 +106,8 @@ class LikelihoodModel:
                     f"{name} is finite and of shape {shape}, got shape {array.shape}"
                 )
             object.__setattr__(self, name, array)
+        if self.scale is not None and len(self.scale.tails) != m:
+            raise ConfigurationError(f"the scale is of {m} elements")
         if not (self.degrees_of_freedom > 2 and self.exponent > 0 and (self.deviation > 0).all()):
             raise ConfigurationError(
                 "deviations and exponent are positive, and degrees of freedom more than 2"
@@ -185,6 +180,8 @@ class LikelihoodModel:
             DataError: The file exists and `overwrite` is false, or it cannot be written.
         """
         values = {name: np.asarray(getattr(self, name)).tolist() for name in _parameters()}
+        scale = self.scale or NormalScores.plain(len(self.mean))
+        values["scale"] = {one.name: getattr(scale, one.name).tolist() for one in fields(scale)}
         write_fitted(path, _KIND, self.on, values, overwrite=overwrite)
 
     def _tempered(self, squared: Floats) -> Floats:
@@ -232,15 +229,12 @@ class LikelihoodModel:
             raise ConfigurationError(
                 f"evidence has {len(self.mean)} elements a moment, got shape {np.shape(evidence)}"
             )
-        u = np.clip(self._scale(evidence), self.lowest, self.highest)
+        scale = self.scale or NormalScores.plain(len(self.mean))
+        u = np.clip(scale(evidence), self.lowest, self.highest)
         result = np.empty((len(u), len(self._means)))
         for state, (mean, whitening) in enumerate(zip(self._means, self._whitenings, strict=True)):
             result[:, state] = (((u - mean) @ whitening.T) ** 2).sum(axis=1)
         return result
-
-    @cached_property
-    def _scale(self) -> NormalScores:
-        return NormalScores(np.asarray(self.clean_quantiles), np.asarray(self.clean_tails))
 
     @cached_property
     def _patterns(self) -> NDArray[np.intp]:
@@ -282,7 +276,8 @@ def read_likelihood_model(path: str | Path) -> LikelihoodModel:
     """
     on, content = read_fitted(path, _KIND)
     try:
-        return LikelihoodModel(on, **{name: content[name] for name in _parameters()})
+        scale = NormalScores(**content["scale"])
+        return LikelihoodModel(on, scale=scale, **{name: content[name] for name in _parameters()})
     except (KeyError, TypeError, ValueError, ConfigurationError) as error:
         raise broken(path, error) from error
 
@@ -309,4 +304,4 @@ def _nearest_correlation(pairs: Floats) -> Floats:
 
 
 def _parameters() -> list[str]:
-    return [one.name for one in fields(LikelihoodModel) if one.name != "on"]
+    return [one.name for one in fields(LikelihoodModel) if one.name not in ("on", "scale")]

@@ -10,12 +10,13 @@ from scipy import special
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 
-_SMALLEST_SHARE = 1e-4
-"""Shares closer to 0 or 1 count as this close: fifty pixels of a view say no more."""
+_SMALLEST_SHARE = 3e-4
+"""Shares closer to 0 or 1 count as this close: three scan points in a window say no more."""
 _BEYOND = 0.1
-"""Share of clean moments that is taken for the tail."""
-_SHORTEST_TAIL = 0.05
-"""Log-odds; nothing falls off faster, however alike clean moments are."""
+"""Share of clean moments, at most, that is taken for the tail."""
+_SHORTEST_TAIL, _USUAL_TAIL = 0.05, 0.5
+"""Log-odds: nothing falls off faster, however alike clean moments are; and what is taken for the
+tail where there is none, since they are all equal."""
 _QUANTILES = 200
 _SMALLEST_CHANCE = 1e-100
 
@@ -30,27 +31,42 @@ class NormalScores:
     Args:
         quantiles: Of clean moments' log-odds, ascending and evenly spread in probability, shape
             (Q, M); without any, scores are the log-odds.
-        tails: Mean excess over the point that `_BEYOND` of them are beyond, shape (M,).
+        begins: Where the tail begins, log-odds, shape (M,).
+        chances: Which share of clean moments is beyond that, above 0, shape (M,).
+        tails: Their mean excess, log-odds, shape (M,).
 
     Raises:
         ConfigurationError: The arrays are no such quantiles and tails.
     """
 
     quantiles: Floats
+    begins: Floats
+    chances: Floats
     tails: Floats
 
     def __post_init__(self) -> None:
-        quantiles, tails = np.array(self.quantiles, float), np.array(self.tails, float)
-        if quantiles.ndim != 2 or tails.shape != quantiles.shape[1:]:
+        for name in ("begins", "chances", "tails"):
+            object.__setattr__(self, name, np.array(getattr(self, name), float))
+        m = len(self.tails) if self.tails.ndim else 0
+        # Of no quantiles, a file does not tell the shape.
+        quantiles = np.array(self.quantiles, float)
+        object.__setattr__(self, "quantiles", quantiles if quantiles.size else np.zeros((0, m)))
+        shapes = {self.begins.shape, self.chances.shape, self.tails.shape, (m,)}
+        if len(shapes) > 1 or self.quantiles.shape[1:] != (m,):
             raise ConfigurationError(
-                f"quantiles are of shape (Q, M) and tails (M,), got {quantiles.shape} and "
-                f"{tails.shape}"
+                f"quantiles are of shape (Q, M), begins, chances and tails (M,), got "
+                f"{self.quantiles.shape} and {shapes}"
             )
-        is_sound = np.isfinite(quantiles).all() and (tails > 0).all() and np.isfinite(tails).all()
-        if not is_sound or (np.diff(quantiles, axis=0) < 0).any():
-            raise ConfigurationError("quantiles ascend, and tails are positive")
-        object.__setattr__(self, "quantiles", quantiles)
-        object.__setattr__(self, "tails", tails)
+        values = (self.quantiles, self.begins, self.chances, self.tails)
+        is_finite = all(np.isfinite(one).all() for one in values)
+        is_positive = (self.tails > 0).all() and (self.chances > 0).all()
+        if not (is_finite and is_positive) or (np.diff(self.quantiles, axis=0) < 0).any():
+            raise ConfigurationError("quantiles ascend, chances and tails are positive")
+
+    @classmethod
+    def plain(cls, count: int) -> NormalScores:
+        """Of that many shares the log-odds."""
+        return cls(np.zeros((0, count)), *np.ones((3, count)))
 
     def __call__(self, shares: Floats) -> Floats:
         """The scores of N moments.
@@ -65,8 +81,19 @@ class NormalScores:
         if not len(self.quantiles):
             return u
         levels = _levels(len(self.quantiles))
-        columns = zip(u.T, self.quantiles.T, self.tails, strict=True)
-        return np.stack([_scores(one, known, levels, tail) for one, known, tail in columns], axis=1)
+        scores = np.empty_like(u)
+        for i, (one, known) in enumerate(zip(u.T, self.quantiles.T, strict=True)):
+            # Of equal quantiles the middle.
+            last = np.interp(one, known, levels)
+            first = -np.interp(-one, -known[::-1], -levels[::-1])
+            beyond = np.maximum(one - self.begins[i], 0.0) / self.tails[i]
+            chance = np.where(
+                one > self.begins[i],
+                np.maximum(self.chances[i] * np.exp(-beyond), _SMALLEST_CHANCE),
+                np.maximum(1.0 - 0.5 * (first + last), self.chances[i]),
+            )
+            scores[:, i] = -special.ndtri(chance)
+        return scores
 
 
 def fit_normal_scores(clean: Floats) -> NormalScores:
@@ -77,10 +104,13 @@ def fit_normal_scores(clean: Floats) -> NormalScores:
     """
     u = log_odds(clean)
     quantiles = np.quantile(u, _levels(min(len(u), _QUANTILES)), axis=0, method="hazen")
-    begin = np.quantile(u, 1.0 - _BEYOND, axis=0)
-    beyond = u >= begin
-    excess = np.where(beyond, u - begin, 0.0).sum(axis=0) / np.maximum(beyond.sum(axis=0), 1)
-    return NormalScores(quantiles, np.maximum(excess, _SHORTEST_TAIL))
+    begins = np.quantile(u, 1.0 - _BEYOND, axis=0)
+    # Strictly: where most are equal, few are beyond them.
+    beyond = u > begins
+    count = beyond.sum(axis=0)
+    excess = np.where(beyond, u - begins, 0.0).sum(axis=0) / np.maximum(count, 1)
+    tails = np.where(count > 0, np.maximum(excess, _SHORTEST_TAIL), _USUAL_TAIL)
+    return NormalScores(quantiles, begins, np.maximum(count, 1) / (len(u) + 1), tails)
 
 
 def log_odds(shares: Floats) -> Floats:
@@ -92,16 +122,3 @@ def log_odds(shares: Floats) -> Floats:
 
 def _levels(count: int) -> Floats:
     return np.asarray((np.arange(count) + 0.5) / count)
-
-
-def _scores(u: Floats, quantiles: Floats, levels: Floats, tail: float) -> Floats:
-    # Of equal quantiles the middle.
-    last = np.interp(u, quantiles, levels)
-    first = -np.interp(-u, -quantiles[::-1], -levels[::-1])
-    begin = np.interp(1.0 - _BEYOND, levels, quantiles)
-    chance = np.where(
-        u > begin,
-        np.maximum(_BEYOND * np.exp(-(u - begin) / tail), _SMALLEST_CHANCE),
-        np.maximum(1.0 - 0.5 * (first + last), _BEYOND),
-    )
-    return np.asarray(-special.ndtri(chance))

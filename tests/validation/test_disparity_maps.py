@@ -76,8 +76,9 @@ def test_brightness_is_found_with_the_maps_the_longest_work_first(
     assert len(found) == 5
     with pytest.raises(ConfigurationError, match="LiDAR sees no brightness"):
         maps.brightness((0, 3))
-    with pytest.raises(ConfigurationError, match="positions"):
-        maps.find([(3, 2)])
+    for pair in ((3, 2), (1, 4), (1, 0)):
+        with pytest.raises(ConfigurationError, match="positions"):
+            maps.find([(2, 3), pair])
 
 
 def test_sound_sensors_agree_and_a_covered_one_is_found(wall: SensorFrame) -> None:

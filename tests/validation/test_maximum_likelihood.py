@@ -244,7 +244,11 @@ def test_the_false_alarm_rate_is_that_of_moments_held_out(
     clean = others.evidence[~others.states.any(axis=1)]
     assert len(model.clean_scores) == 100
     rates = [model.decode(clean, rate).alarms.mean() for rate in (0.0, 0.1, 0.5, 1.0)]
-    np.testing.assert_allclose(rates, [0.0, 0.1, 0.5, 1.0], atol=0.15)  # two standard errors
+    # Of 100 and 100 moments, two standard errors.
+    assert rates[0] <= 0.05
+    assert rates[1] == pytest.approx(0.1, abs=0.085)
+    assert rates[2] == pytest.approx(0.5, abs=0.15)
+    assert rates[3] == 1.0
     with pytest.raises(ConfigurationError, match="rate from 0 to 1"):
         model.decode(clean, 1.5)
 

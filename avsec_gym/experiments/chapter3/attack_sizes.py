@@ -41,6 +41,7 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.validation.disparity_error import MEASURES, DisparityError, DisparityErrors
 from avsec_gym.validation.disparity_maps import DisparityMaps
+from avsec_gym.validation.fitted_on import FORMAT
 from avsec_gym.validation.pair_depth import PairDepth
 
 WIDTHS = (0.5, 1.0, 1.5, 2.0, 2.5)
@@ -73,7 +74,7 @@ _STREAM = {LIDAR: 3, CAMERA: 4}
 
 def size_cells(configuration: Configuration) -> list[Cell]:
     """A cell for every moment, first the clean ones that thresholds are fitted on."""
-    return moment_cells(_WORK, configuration, (FITTED, JUDGED))
+    return moment_cells(_WORK, configuration, (FITTED, JUDGED), format=FORMAT)
 
 
 def size_inputs(configuration: Configuration) -> dict[str, Path]:
@@ -109,12 +110,13 @@ class AttackSizes:
         self._parts = {part: recordings_of(configuration, part) for part in (FITTED, JUDGED)}
         self._seed = configuration.seed
 
-    def __call__(self, part: str, number: int) -> CellResult:
+    def __call__(self, part: str, number: int, format: int) -> CellResult:
         """Disparity errors and detections, clean and in every size; of a fitted moment errors only.
 
         Args:
             part: `FITTED` or `JUDGED`.
             number: Of the moment.
+            format: `FORMAT` of what is measured; cells of another one are done again.
         """
         moment = self._parts[part].moments[number]
         frame = moment.frame()

@@ -75,7 +75,8 @@ def evidence_table(
     for index, state in enumerate(states):
         for row in results.measurements(setting=f"{kind} {bits(state)}"):
             values = found.setdefault(row["scenario"], np.full((len(states), len(names)), np.nan))
-            values[index, column[row["name"]]] = row["value"]
+            if row["name"] in column:  # Others are of earlier versions.
+                values[index, column[row["name"]]] = row["value"]
     whole = sorted(moment for moment, values in found.items() if np.isfinite(values).all())
     if not whole:
         raise ConfigurationError(

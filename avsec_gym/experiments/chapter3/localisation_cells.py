@@ -7,6 +7,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from avsec_gym.attacks.optical_attack import TamperedFrame
@@ -24,7 +25,7 @@ from avsec_gym.experiments.chapter5.trained import weights_file
 from avsec_gym.experiments.experiment import Cell, CellResult, Configuration, Measurement
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.detections import above
-from avsec_gym.perception.detectors import make_detector
+from avsec_gym.perception.detectors import Detector, make_detector
 from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.repair import Repair, repair
 
@@ -85,9 +86,13 @@ class RepairedMoments:
         self._parts = {JUDGED: recordings_of(configuration, JUDGED)}
         self._attacks = attacks_of(self._parts[JUDGED].system.reference)
         self._seed = configuration.seed
+
+    @cached_property
+    def _detector(self) -> Detector | None:
+        # Who only makes pictures again needs no weights.
         name = self._options["detector"]
         known = {"weights": weights_file(name, self._options)} if name in self._options else {}
-        self._detector = make_detector({"name": name, **known}) if name else None
+        return make_detector({"name": name, **known}) if name else None
 
     def __call__(self, part: str, number: int) -> CellResult:
         """What `measures_of` tells of each attack; NaN where it is a share of nothing.

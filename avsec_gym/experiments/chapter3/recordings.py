@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.experiment import Cell, Configuration
@@ -82,10 +83,19 @@ def recordings_of(configuration: Configuration, part: str, drive_frames: int = 1
     return replace(found, moments=found.moments[:count])
 
 
-def moment_cells(work: str, configuration: Configuration, parts: Iterable[str]) -> list[Cell]:
-    """A cell for every moment, part by part; its arguments are ``part`` and ``number``."""
+def moment_cells(
+    work: str, configuration: Configuration, parts: Iterable[str], **arguments: Any
+) -> list[Cell]:
+    """A cell for every moment, part by part; its arguments are ``part``, ``number``, and others.
+
+    Args:
+        work: What is done.
+        configuration: Of the run.
+        parts: `FITTED`, `JUDGED`, or both.
+        arguments: The same for all.
+    """
     return [
-        Cell.of(work, moment.id.partition("/")[0], part=part, number=number)
+        Cell.of(work, moment.id.partition("/")[0], part=part, number=number, **arguments)
         for part in parts
         for number, moment in enumerate(recordings_of(configuration, part).moments)
     ]

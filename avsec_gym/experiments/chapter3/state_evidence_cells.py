@@ -18,6 +18,7 @@ from avsec_gym.experiments.chapter3.recordings import (
 )
 from avsec_gym.experiments.experiment import Cell, CellResult, Configuration, Measurement
 from avsec_gym.validation.evidence import evidence_elements
+from avsec_gym.validation.fitted_on import FORMAT
 from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.state_evidence import StateEvidence
 from avsec_gym.validation.state_posterior import States, state_vectors
@@ -30,7 +31,7 @@ _WORK = f"{__name__}:StateEvidences"
 
 def evidence_cells(configuration: Configuration) -> list[Cell]:
     """A cell for every moment, first those that are fitted on."""
-    return moment_cells(_WORK, configuration, (FITTED, JUDGED))
+    return moment_cells(_WORK, configuration, (FITTED, JUDGED), format=FORMAT)
 
 
 def evidence_inputs(configuration: Configuration) -> dict[str, Path]:
@@ -51,7 +52,7 @@ class StateEvidences:
         self._parts = {part: recordings_of(configuration, part) for part in (FITTED, JUDGED)}
         self._seed = configuration.seed
 
-    def __call__(self, part: str, number: int) -> CellResult:
+    def __call__(self, part: str, number: int, format: int) -> CellResult:
         """The evidence of every state, and all `MEASURES` of its triples.
 
         Of a judged moment also the attacks of `BEYOND`, each on one sensor alone.
@@ -59,6 +60,7 @@ class StateEvidences:
         Args:
             part: `FITTED` or `JUDGED`.
             number: Of the moment.
+            format: `FORMAT` of what is measured; cells of another one are done again.
         """
         recordings = self._parts[part]
         moment, system = recordings.moments[number], recordings.system

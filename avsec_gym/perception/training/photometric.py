@@ -33,7 +33,6 @@ def relit(
     mean = float(sample.left[::8, ::8].mean())
     # Where nothing is to be grey, nothing is drawn: samples stay as they were.
     is_grey = limits.grey > 0 and randomness.random() < limits.grey
-    views = sample.left, sample.right
     left, right = (
         _view(
             image,
@@ -42,14 +41,15 @@ def relit(
             deviation,
             randomness,
         )
-        for image in (_without_colours(one) if is_grey else one for one in views)
+        for image in (sample.left, sample.right)
     )
+    if is_grey:
+        left, right = (_without_colours(one) for one in (left, right))
     return replace(sample, left=left, right=right)
 
 
-def _without_colours(image: Pixels) -> Pixels:
-    mean = np.rint(np.asarray(image).mean(axis=2, keepdims=True))
-    return np.asarray(np.repeat(mean, 3, axis=2), np.uint8)
+def _without_colours(image: Map) -> Map:
+    return np.repeat(image.mean(axis=2, keepdims=True), 3, axis=2)
 
 
 def _view(
