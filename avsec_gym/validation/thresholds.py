@@ -118,7 +118,7 @@ class ThresholdTable:
         result = {}
         for number, triple in enumerate(self.on.system.triples):
             values = self.shares[:, number, columns].T
-            allowed = _allowed(np.min([_above(one) for one in values], axis=0), rate)
+            allowed = _allowed(np.min([_not_below(one) for one in values], axis=0), rate)
             chosen = (_order_statistic(one, allowed) for one in values)
             result[triple] = Threshold(**dict(zip(counted, chosen, strict=True)))
         return result
@@ -192,21 +192,21 @@ def read_threshold_table(path: str | Path) -> ThresholdTable:
         raise broken(path, error) from error
 
 
-def _above(values: Floats) -> NDArray[np.intp]:
-    """How many samples are larger than each."""
-    return len(values) - np.searchsorted(np.sort(values), values, side="right")
+def _not_below(values: Floats) -> NDArray[np.intp]:
+    """How many samples are as large as each, or larger: that many allowed, it lies beyond."""
+    return len(values) - np.searchsorted(np.sort(values), values, side="left")
 
 
-def _allowed(beyond: NDArray[np.intp], rate: float) -> int:
-    """How many samples of one quantity may lie beyond, that the share of all is the rate.
+def _allowed(needed: NDArray[np.intp], rate: float) -> int:
+    """How many samples of one quantity may lie beyond, that the share of all is at most the rate.
 
     Args:
-        beyond: For each sample, how many have to be allowed before it is not.
+        needed: For each sample, how many have to be allowed before it lies beyond.
         rate: From 0 to 1.
     """
     # A product such as 0.29 * 100 comes out just below the whole number that is meant.
-    count = int(rate * len(beyond) + 1e-9)
-    return len(beyond) if count == len(beyond) else int(np.sort(beyond)[count])
+    count = int(rate * len(needed) + 1e-9)
+    return len(needed) if count == len(needed) else int(np.sort(needed)[count]) - 1
 
 
 def _order_statistic(values: Floats, beyond: int) -> float:
