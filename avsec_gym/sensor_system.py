@@ -80,6 +80,10 @@ class SensorSystem:
         """
         return tuple(combinations(range(len(self)), 3))
 
+    def has_scan(self, positions: tuple[int, ...]) -> bool:
+        """Whether the LiDAR is among some sensors, in ascending order."""
+        return self.has_lidar and positions[0] == 0
+
     def pairs(self) -> Iterator[tuple[int, int]]:
         """Positions (i, k), i < k: whose disparity maps DM_{i,k} the triples compare."""
         for k in range(2, len(self)):

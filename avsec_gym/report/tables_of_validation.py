@@ -20,7 +20,7 @@ CRITERIA = {
     "any": "all four shares",
     "error": "E alone (the thesis’)",
     "hole_share": "holes alone",
-    "densest": "the densest window alone",
+    "densest": "disproved points of the scan alone",
     "brightness": "brightness alone",
 }
 """What ways to detect are called."""

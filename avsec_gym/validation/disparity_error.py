@@ -1,8 +1,8 @@
 """Disparity error E_{i,j,k} between two disparity maps of one view (thesis, section 3.3.2).
 
 E counts contradictions of disparity in the whole view.  Three more shares say what it overlooks:
-light that leaves a matcher nothing to match, light that it copes with, and a contradiction that is
-small, but all in one place.
+light that leaves a matcher nothing to match, light that it copes with, and points of a scan that
+are few, but all in one place, and disproved by the images.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from avsec_gym.validation.disproved import disproved_points
 from avsec_gym.validation.reprojection import Mask
 
 WINDOW = 96
-"""Pixels to a side of where contradictions are counted together; a car's rear 12 m ahead."""
+"""Pixels to a side of where disproved points are counted together; a car's rear 12 m ahead."""
 MEASURES = ("error", "hole_share", "densest", "brightness")
 """Shares of a `DisparityError`: E of the thesis, and what goes beyond it."""
 
@@ -36,8 +36,8 @@ class DisparityError:
         inconsistent: Pixels whose disparities differ (equation 3.2).
         valid: Pixels known in both maps.
         pixels: That could be known in both: those of the scan, of two dense maps all.
-        densest: The share of inconsistent pixels in that window of `WINDOW` which has most; of a
-            scan only of `disproved_points`, where the images are at hand.
+        densest: Of a scan the share of `disproved_points` in that window of `WINDOW` which has
+            most; 0 of two dense maps, whose contradictions have no judge.
         brightness: `Brightness.patches` of that pair of the triple's cameras, the reference among
             them, which has more.
     """
@@ -72,7 +72,7 @@ class DisparityError:
 def disparity_error(
     first: DisparityMap, second: DisparityMap, *, sparse: bool = False
 ) -> DisparityError:
-    """Compare two maps in the scale of the second (equation 3.2); brightness is left out.
+    """Compare two maps in the scale of the second (equation 3.2); what images tell is left out.
 
     Args:
         first: DM_{i,k}, in any scale.
@@ -94,8 +94,7 @@ def disparity_error(
     inconsistent = int(counts[Comparison.INCONSISTENT])
     valid = inconsistent + int(counts[Comparison.CONSISTENT])
     pixels = valid + int(counts[Comparison.FIRST_ONLY]) if sparse else first.values.size
-    densest = densest_share(compared == Comparison.INCONSISTENT)
-    return DisparityError(inconsistent, valid, pixels, densest)
+    return DisparityError(inconsistent, valid, pixels)
 
 
 def densest_share(pixels: Mask) -> float:
@@ -144,7 +143,7 @@ class DisparityErrors(Mapping[Triple, DisparityError]):
     def _of(self, triple: Triple) -> DisparityError:
         i, j, k = triple
         maps, sensors = self.maps, self.maps.system.sensors
-        sparse = i == 0 and maps.system.has_lidar
+        sparse = maps.system.has_scan(triple)
         error = disparity_error(maps[i, k], maps[j, k], sparse=sparse)
         brightness = maps.brightness((j, k)).patches
         if not sparse:

@@ -111,12 +111,9 @@ class DisparityMaps:
             )
         return pair
 
-    def _has_lidar(self, pair: Pair) -> bool:
-        return pair[0] == 0 and self.system.has_lidar
-
     def _work(self, pair: Pair) -> float:
         """Cameras that stand farther apart are matched longer; a scan is quick."""
-        if self._has_lidar(pair):
+        if self.system.has_scan(pair):
             return 0.0
         other, camera = (int(self.system.sensors[one]) for one in pair)
         return self.frame.calibration.baseline(camera, other)

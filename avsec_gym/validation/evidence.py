@@ -18,10 +18,10 @@ Scope = tuple[int, ...]
 def evidence_elements(system: SensorSystem) -> tuple[tuple[str, Scope], ...]:
     """The elements of the evidence: what they measure, and of which sensors.
 
-    Of every triple ``error`` and ``densest``, see `DisparityError`; of every map of two cameras
-    ``holes``, the share of the view that it does not know, and ``brighter`` and ``darker``, see
-    `Brightness`.  Holes are counted in the whole image, beyond the scan's rows too, and once for
-    each map, not for each triple that uses it.
+    Of every triple ``error``, and ``densest`` where it has a scan, see `DisparityError`; of every
+    map of two cameras ``holes``, the share of the view that it does not know, and ``brighter`` and
+    ``darker``, see `Brightness`.  Holes are counted in the whole image, beyond the scan's rows too,
+    and once for each map, not for each triple that uses it.
 
     Example:
         >>> [scope for _, scope in evidence_elements(SensorSystem(("lidar", 3, 2)))]
@@ -30,7 +30,7 @@ def evidence_elements(system: SensorSystem) -> tuple[tuple[str, Scope], ...]:
     pairs = tuple((i, k) for i, k in system.pairs() if system.sensors[i] != LIDAR)
     scopes = {
         "error": system.triples,
-        "densest": system.triples,
+        "densest": tuple(triple for triple in system.triples if system.has_scan(triple)),
         "holes": pairs,
         "brighter": pairs,
         "darker": pairs,

@@ -84,7 +84,7 @@ def test_what_is_told_is_what_the_sensors_say_of_each_other() -> None:
     triples = [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)]
     pairs = [(1, 2), (1, 3), (2, 3)]
     expected = [errors[triple].error for triple in triples]
-    expected += [errors[triple].densest for triple in triples]
+    expected += [errors[triple].densest for triple in triples[:3]]
     expected += [1 - maps[pair].valid.mean() for pair in pairs]
     expected += [maps.brightness(pair).brighter for pair in pairs]
     expected += [maps.brightness(pair).darker for pair in pairs]

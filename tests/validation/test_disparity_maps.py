@@ -97,7 +97,7 @@ def test_evidence_is_in_the_order_of_its_scopes(wall: SensorFrame) -> None:
     errors = DisparityErrors(DisparityMaps(wall, SYSTEM))
     evidence = gather_evidence(errors)
     pairs = ((1, 2), (1, 3), (2, 3))
-    assert evidence_scopes(SYSTEM) == (*SYSTEM.triples, *SYSTEM.triples, *pairs, *pairs, *pairs)
+    assert evidence_scopes(SYSTEM) == (*SYSTEM.triples, *SYSTEM.triples[:3], *pairs, *pairs, *pairs)
     for (name, scope), share in zip(evidence_elements(SYSTEM), evidence, strict=True):
         if name == "holes":
             assert share == pytest.approx(np.isnan(errors.maps[scope].values).mean())

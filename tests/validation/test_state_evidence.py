@@ -58,6 +58,6 @@ def test_a_sensor_without_attack_cannot_be_attacked(
     wall_of: Callable[[int], SensorFrame],
 ) -> None:
     moment = StateEvidence(wall_of(0), {}, SYSTEM)
-    assert moment.evidence(state_vectors(4)[:1]).shape == (1, 4 + 4 + 3 + 3 + 3)
+    assert moment.evidence(state_vectors(4)[:1]).shape == (1, 4 + 3 + 3 + 3 + 3)
     with pytest.raises(ConfigurationError, match="no attack on the sensor"):
         moment.evidence(state_vectors(4)[1:2])

@@ -48,8 +48,11 @@ class EvidenceTable:
         place = {element: i for i, element in enumerate(evidence_elements(self.system))}
         triples = self.system.triples
         found = {name: self.of_triples[..., i, :] for i, name in enumerate(OF_TRIPLES)}
+        nothing = np.zeros(self.shares.shape[:2])
         for name in set(MEASURES) - set(OF_TRIPLES):
-            found[name] = self.shares[..., [place[name, triple] for triple in triples]]
+            where = [place.get((name, triple)) for triple in triples]
+            of_each = [nothing if one is None else self.shares[..., one] for one in where]
+            found[name] = np.stack(of_each, axis=-1)
         return np.stack([found[name] for name in MEASURES], axis=-1)
 
 
