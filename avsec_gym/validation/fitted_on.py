@@ -16,8 +16,9 @@ from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.sensor_system import SensorSystem
 from avsec_gym.validation.pair_depth import PairDepth
 
-FORMAT = 2
-"""Raised when what is measured changes: thresholds and likelihoods of before hold no more."""
+FORMAT = 3
+"""Raised when what is measured changes, or how it is weighed: thresholds and likelihoods of before
+hold no more."""
 _SAME_SCALE = 0.05
 """Recording days of KITTI differ by less, rigs by more."""
 _REMEDY = "Fit it anew on clean frames of these sensors, or name another file."

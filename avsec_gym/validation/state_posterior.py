@@ -118,7 +118,7 @@ def state_indices(states: States) -> NDArray[np.intp]:
     return np.asarray(states @ (1 << np.arange(states.shape[-1])), np.intp)
 
 
-def attack_prior(sensors: int, attacked: float = 0.1) -> Floats:
+def attack_prior(sensors: int, attacked: float = 0.01) -> Floats:
     """P(**s**) where each sensor is attacked independently of the others.
 
     Args:

@@ -29,6 +29,9 @@ Criterion = Literal["error", "hole_share", "densest", "brightness", "any"]
 """Which share has to be beyond its threshold: E (the thesis), another one, or any of them."""
 
 _KIND = "thresholds"
+_RARER = {"error": 10, "hole_share": 10}
+"""A hard scene raises these as an attack does, disproved points and light that is in one image only
+hardly ever: with ``any``, one clean sample may lie beyond them for so many beyond the others."""
 
 
 @dataclass(frozen=True)
@@ -96,8 +99,9 @@ class ThresholdTable:
         """Theta of every triple, beyond which the share `rate` of the samples lies.
 
         An order statistic: of N samples floor(rate * N) lie beyond it, fewer where some are equal.
-        With the criterion ``any`` all thresholds are as far out as makes these samples, all
-        together, beyond one or the other.
+        With the criterion ``any`` these samples are, all together, beyond one or the other of the
+        thresholds; those of E and of holes are farther out, beyond a tenth as many samples as the
+        others.
 
         Args:
             rate: r, the designated false alarm rate, from 0 to 1; the threshold of 1 is below
@@ -113,14 +117,18 @@ class ThresholdTable:
             raise ConfigurationError(
                 f"{criterion!r} is no criterion; there are {', '.join(MEASURES)} and any"
             )
-        counted = MEASURES if criterion == "any" else (criterion,)
-        columns = [MEASURES.index(name) for name in counted]
+        rarer: dict[str, int] = {criterion: 1}
+        if criterion == "any":
+            rarer = {name: _RARER.get(name, 1) for name in MEASURES}
+        columns = [MEASURES.index(name) for name in rarer]
         result = {}
         for number, triple in enumerate(self.on.system.triples):
-            values = self.shares[:, number, columns].T
-            allowed = _allowed(np.min([_not_below(one) for one in values], axis=0), rate)
-            chosen = (_order_statistic(one, allowed) for one in values)
-            result[triple] = Threshold(**dict(zip(counted, chosen, strict=True)))
+            values = dict(zip(rarer, self.shares[:, number, columns].T, strict=True))
+            needed = [rarer[name] * _not_below(one) for name, one in values.items()]
+            allowed = _allowed(np.min(needed, axis=0), rate)
+            result[triple] = Threshold(
+                **{name: _order_statistic(values[name], allowed // rarer[name]) for name in rarer}
+            )
         return result
 
     def write(self, path: str | Path, *, overwrite: bool = False) -> None:
@@ -206,7 +214,7 @@ def _allowed(needed: NDArray[np.intp], rate: float) -> int:
     """
     # A product such as 0.29 * 100 comes out just below the whole number that is meant.
     count = int(rate * len(needed) + 1e-9)
-    return len(needed) if count == len(needed) else int(np.sort(needed)[count]) - 1
+    return int(np.sort(needed)[count]) - 1 if count < len(needed) else int(needed.max())
 
 
 def _order_statistic(values: Floats, beyond: int) -> float:

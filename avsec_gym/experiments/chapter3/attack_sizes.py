@@ -41,7 +41,7 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.validation.disparity_error import MEASURES, DisparityError, DisparityErrors
 from avsec_gym.validation.disparity_maps import DisparityMaps
-from avsec_gym.validation.fitted_on import FORMAT
+from avsec_gym.validation.evidence import EVIDENCE_FORMAT
 from avsec_gym.validation.pair_depth import PairDepth
 
 WIDTHS = (0.5, 1.0, 1.5, 2.0, 2.5)
@@ -74,7 +74,7 @@ _STREAM = {LIDAR: 3, CAMERA: 4}
 
 def size_cells(configuration: Configuration) -> list[Cell]:
     """A cell for every moment, first the clean ones that thresholds are fitted on."""
-    return moment_cells(_WORK, configuration, (FITTED, JUDGED), format=FORMAT)
+    return moment_cells(_WORK, configuration, (FITTED, JUDGED), format=EVIDENCE_FORMAT)
 
 
 def size_inputs(configuration: Configuration) -> dict[str, Path]:
@@ -116,7 +116,7 @@ class AttackSizes:
         Args:
             part: `FITTED` or `JUDGED`.
             number: Of the moment.
-            format: `FORMAT` of what is measured; cells of another one are done again.
+            format: `EVIDENCE_FORMAT` of what is measured; cells of another one are done again.
         """
         moment = self._parts[part].moments[number]
         frame = moment.frame()

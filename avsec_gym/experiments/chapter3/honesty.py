@@ -18,7 +18,7 @@ from avsec_gym.validation.state_posterior import (
     state_vectors,
 )
 
-_DRAWS = 16
+_DRAWS = 64
 """Of each moment, whose states are drawn as often as the prior expects them."""
 
 

@@ -17,8 +17,7 @@ from avsec_gym.experiments.chapter3.recordings import (
     recordings_of,
 )
 from avsec_gym.experiments.experiment import Cell, CellResult, Configuration, Measurement
-from avsec_gym.validation.evidence import evidence_elements
-from avsec_gym.validation.fitted_on import FORMAT
+from avsec_gym.validation.evidence import EVIDENCE_FORMAT, evidence_elements
 from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.state_evidence import StateEvidence
 from avsec_gym.validation.state_posterior import States, state_vectors
@@ -31,7 +30,7 @@ _WORK = f"{__name__}:StateEvidences"
 
 def evidence_cells(configuration: Configuration) -> list[Cell]:
     """A cell for every moment, first those that are fitted on."""
-    return moment_cells(_WORK, configuration, (FITTED, JUDGED), format=FORMAT)
+    return moment_cells(_WORK, configuration, (FITTED, JUDGED), format=EVIDENCE_FORMAT)
 
 
 def evidence_inputs(configuration: Configuration) -> dict[str, Path]:
@@ -60,7 +59,7 @@ class StateEvidences:
         Args:
             part: `FITTED` or `JUDGED`.
             number: Of the moment.
-            format: `FORMAT` of what is measured; cells of another one are done again.
+            format: `EVIDENCE_FORMAT` of what is measured; cells of another one are done again.
         """
         recordings = self._parts[part]
         moment, system = recordings.moments[number], recordings.system

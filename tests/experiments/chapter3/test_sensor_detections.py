@@ -44,7 +44,7 @@ from avsec_gym.kitti.writing import write_raw_frame
 from avsec_gym.perception.detectors.image_detector import image_boxes
 from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import KITTI_SYSTEM
-from avsec_gym.validation.fitted_on import FORMAT
+from avsec_gym.validation.evidence import EVIDENCE_FORMAT
 
 PLACES = (0.0, 0.56, -0.28, 0.28)
 RIG = camera_rig(PLACES, focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))
@@ -230,7 +230,7 @@ def test_the_same_cell_comes_to_the_same(configuration: Configuration) -> None:
 
 def test_sizes_of_an_attack_stand_at_one_place_and_grow(configuration: Configuration) -> None:
     # By this seed the bogus return stands 6.3 m away, well before the wall.
-    result = AttackSizes(replace(configuration, seed=3))("judged", 0, FORMAT)
+    result = AttackSizes(replace(configuration, seed=3))("judged", 0, EVIDENCE_FORMAT)
     boxes, values = boxes_of(result), values_of(result)
     assert values["sizes judged", "error", 0.0] < 0.05
     wide = [values["sizes lidar", "error", width] for width in WIDTHS]
@@ -261,9 +261,9 @@ def test_without_detectors_disparity_errors_are_left(configuration: Configuratio
     alone = {**configuration.options, "sensitivity_lidar": "", "sensitivity_image": ""}
     asked = replace(configuration, options=alone)
     assert size_inputs(asked) == {}
-    result = AttackSizes(asked)("judged", 0, FORMAT)
+    result = AttackSizes(asked)("judged", 0, EVIDENCE_FORMAT)
     assert [row.setting for row in result.detections] == ["sizes truth"]
-    fitted = AttackSizes(asked)("fitted", 0, FORMAT)
+    fitted = AttackSizes(asked)("fitted", 0, EVIDENCE_FORMAT)
     assert {row.setting for row in fitted.measurements} == {"sizes fitted"}
     assert not fitted.detections
 
