@@ -118,12 +118,15 @@ def state_indices(states: States) -> NDArray[np.intp]:
     return np.asarray(states @ (1 << np.arange(states.shape[-1])), np.intp)
 
 
-def attack_prior(sensors: int, attacked: float = 0.01) -> Floats:
-    """P(**s**) where each sensor is attacked independently of the others.
+def attack_prior(sensors: int, attacked: float = 0.1, beyond: float = 0.1) -> Floats:
+    """P(**s**) where each sensor is attacked independently, and more than n - 2 rarer still.
+
+    That there are never more, is what the thesis assumes; of three sensors one may be attacked.
 
     Args:
         sensors: n + 1.
         attacked: Probability of each.
+        beyond: How much rarer larger sets are than if they were independent; 1: not at all.
 
     Returns:
         In the order of `state_vectors`, shape (2^(n+1),).
@@ -131,10 +134,15 @@ def attack_prior(sensors: int, attacked: float = 0.01) -> Floats:
     Raises:
         ConfigurationError: A probability that is not between 0 and 1.
     """
-    if not 0 < attacked < 1:
-        raise ConfigurationError(f"the probability of an attack is in (0, 1), got {attacked}")
+    if not (0 < attacked < 1 and 0 < beyond <= 1):
+        raise ConfigurationError(
+            f"the probability of an attack is in (0, 1), got {attacked}; that there are more than "
+            f"n - 2 is so many times rarer, above 0 and up to 1, got {beyond}"
+        )
     count = state_vectors(sensors).sum(axis=1)
-    return np.asarray(attacked**count * (1.0 - attacked) ** (sensors - count))
+    independent = attacked**count * (1.0 - attacked) ** (sensors - count)
+    prior = np.where(count > max(sensors - 3, 1), beyond, 1.0) * independent
+    return np.asarray(prior / prior.sum())
 
 
 def brier_score(posterior: StatePosterior, states: States) -> float:

@@ -182,10 +182,22 @@ def test_far_beyond_all_that_was_seen_nothing_turns_over() -> None:
 
 
 def test_sensors_are_attacked_independently_of_each_other() -> None:
-    prior = attack_prior(5, 0.2)
+    prior = attack_prior(5, 0.2, beyond=1)
     assert prior.sum() == pytest.approx(1)
     assert prior[1] / prior[0] == pytest.approx(0.25)
     np.testing.assert_allclose(prior @ state_vectors(5), 0.2)
+
+
+@pytest.mark.parametrize("n", [2, 3, 5])
+def test_more_than_can_be_identified_are_rarer_still(n: int) -> None:
+    count = state_vectors(n + 1).sum(axis=1)
+    prior, independent = attack_prior(n + 1, 0.2, 0.03), attack_prior(n + 1, 0.2, 1)
+    rarer = prior / prior[0] / (independent / independent[0])
+    # Of three sensors none can be identified, and yet one is no more than the thesis expects.
+    np.testing.assert_allclose(rarer, np.where(count > max(n - 2, 1), 0.03, 1))
+    for wrong in (0.0, 1.5):
+        with pytest.raises(ConfigurationError, match="rarer"):
+            attack_prior(n + 1, 0.2, wrong)
 
 
 @pytest.fixture(scope="module")
