@@ -47,6 +47,7 @@ def tables_of_validation(summary: Mapping[str, Any]) -> list[Table]:
         _detection_table(summary["detection"]),
         _case_table(summary["detection"]),
         _identification_table(summary["identification"]),
+        *([unseen_table(summary["unseen"])] if summary["unseen"] else []),
         _beyond_table(summary["beyond"]),
         _honesty_table(summary["honesty"]),
     ]
@@ -137,6 +138,26 @@ def _identification_table(rows: Any) -> Table:
         "Identified: exactly the attacked sensors were named. Mean: over attacks on one sensor, up"
         " to n − 2. Beyond n − 2: exactly named among two to four attacked sensors, where the"
         f" thesis promises nothing. {INTERVALS}",
+    )
+
+
+def unseen_table(told: Mapping[str, Any]) -> Table:
+    """Both rates without the moments that were looked at while the method was made."""
+    rows = {f"noticed by {row['scenario']}": row for row in told["detection"]}
+    rows |= {f"named by {METHODS[row['method']]}": row for row in told["identification"]}
+    return Table(
+        f"The same of the {told['moments']:,} moments that nobody looked at, r = 1 %",
+        ["", "attacks, %", "false alarms, %"],
+        [
+            [
+                name(text),
+                figure(row["average"], row["interval"], scale=100, digits=2),
+                _share(row["false_alarms"]),
+            ]
+            for text, row in rows.items()
+        ],
+        f"The first {told['looked_at']:,} judged moments were looked at while the method was made:"
+        f" clean ones that looked attacked, attacks that were missed. {INTERVALS}",
     )
 
 

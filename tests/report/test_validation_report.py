@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 from avsec_gym.commands.report import Report
 from avsec_gym.experiments.chapter3 import summary as chapter_3
 from avsec_gym.experiments.chapter3.attacks import BEYOND
+from avsec_gym.experiments.chapter3.detection_rates import SCENARIOS
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
 from avsec_gym.experiments.chapter3.state_evidence_cells import alone, bits, measured
 from avsec_gym.experiments.experiment import (
@@ -23,6 +25,7 @@ from avsec_gym.experiments.experiment import (
 )
 from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_report import run_report
+from avsec_gym.report.tables_of_validation import unseen_table
 from avsec_gym.report.validation_in_words import validation_sentences
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
@@ -126,6 +129,23 @@ def test_a_page_says_what_sensors_notice(
     # Curves know more rates than tables.
     assert len(text.partition("## Table 3.1")[2].partition("##")[0].strip().splitlines()) < 30
     assert "*98.15*" in text
+
+
+def test_moments_that_were_looked_at_are_left_out_once(
+    run: RunFolder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    moments = [SimpleNamespace(id=f"drive_{number:03d}/0") for number in range(MOMENTS)]
+    monkeypatch.setattr(chapter_3, "recordings_of", lambda *_: SimpleNamespace(moments=moments))
+    whole = run_report(run)["validation"]
+    assert whole["unseen"] is None
+    configuration = Configuration("made_up", options={"looked_at": 5})
+    told = chapter_3.validation_summary(run, configuration)["unseen"]
+    assert (told["looked_at"], told["moments"]) == (5, MOMENTS - 5)
+    assert [row["scenario"] for row in told["detection"]] == list(SCENARIOS)
+    assert {row["rate"] for row in told["identification"]} == {0.01}
+    everything = Configuration("made_up", options={"looked_at": MOMENTS})
+    assert chapter_3.validation_summary(run, everything)["unseen"] is None
+    assert "19 moments that nobody looked at" in unseen_table(told).title
 
 
 def test_too_few_moments_are_not_summed_up(tmp_path: Path) -> None:

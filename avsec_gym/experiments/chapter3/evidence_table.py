@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,6 +36,12 @@ class EvidenceTable:
 
     def __len__(self) -> int:
         return len(self.moments)
+
+    def without(self, moments: Container[str]) -> EvidenceTable:
+        """The other moments."""
+        kept = [i for i, moment in enumerate(self.moments) if moment not in moments]
+        ids = [self.moments[i] for i in kept]
+        return EvidenceTable(self.system, ids, self.shares[kept], self.of_triples[kept])
 
     @property
     def drives(self) -> list[str]:

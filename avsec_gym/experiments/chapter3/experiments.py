@@ -8,7 +8,7 @@ from avsec_gym.experiments.chapter3.localisation_cells import (
     localisation_cells,
     localisation_inputs,
 )
-from avsec_gym.experiments.chapter3.recordings import OPTIONS, USUAL_COUNT
+from avsec_gym.experiments.chapter3.recordings import USUAL_COUNT
 from avsec_gym.experiments.chapter3.sensor_detections import (
     DETECTION_OPTIONS,
     baseline_cells,
@@ -16,7 +16,11 @@ from avsec_gym.experiments.chapter3.sensor_detections import (
     impact_cells,
     impact_inputs,
 )
-from avsec_gym.experiments.chapter3.state_evidence_cells import evidence_cells, evidence_inputs
+from avsec_gym.experiments.chapter3.state_evidence_cells import (
+    IDENTIFICATION_OPTIONS,
+    evidence_cells,
+    evidence_inputs,
+)
 from avsec_gym.experiments.experiment import Configuration, Experiment
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
 
@@ -28,7 +32,7 @@ IDENTIFICATION = Experiment(
     "Tables 3.1 to 3.4",
     evidence_cells,
     evidence_inputs,
-    OPTIONS,
+    IDENTIFICATION_OPTIONS,
     _USUAL,
 )
 

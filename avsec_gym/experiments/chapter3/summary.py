@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -13,7 +13,7 @@ from avsec_gym.experiments.chapter3.error_distributions import (
     case_distributions,
     reference_distributions,
 )
-from avsec_gym.experiments.chapter3.evidence_table import evidence_table
+from avsec_gym.experiments.chapter3.evidence_table import EvidenceTable, evidence_table
 from avsec_gym.experiments.chapter3.honesty import honesty
 from avsec_gym.experiments.chapter3.identification_rates import (
     Found,
@@ -29,10 +29,11 @@ from avsec_gym.experiments.chapter3.recordings import (
     SYSTEM,
     recordings_of,
 )
-from avsec_gym.experiments.chapter3.state_evidence_cells import alone
+from avsec_gym.experiments.chapter3.state_evidence_cells import IDENTIFICATION_OPTIONS, alone
 from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.experiments.results import Results
 from avsec_gym.validation.fitted_on import FittedOn, fitted_on
+from avsec_gym.validation.maximum_likelihood import LikelihoodModel
 from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.state_posterior import state_vectors
 from avsec_gym.validation.thresholds import Criterion
@@ -66,11 +67,6 @@ def validation_summary(results: Results, configuration: Configuration) -> dict[s
     model = fitted_model(fitted, on)
     one = alone(state_vectors(len(SYSTEM)))
     beyond = {kind: evidence_table(results, kind, SYSTEM, one) for kind in BEYOND}
-    methods: dict[str, Callable[[float], Found]] = {
-        f"algorithm 2, {criterion}": partial(algorithm_2, fitted, judged, on, criterion=criterion)
-        for criterion in CRITERIA
-    }
-    methods["maximum likelihood"] = partial(maximum_likelihood, model, judged)
     return {
         "moments": {FITTED: len(fitted), JUDGED: len(judged)},
         "drives": {FITTED: len(set(fitted.drives)), JUDGED: len(set(judged.drives))},
@@ -82,15 +78,55 @@ def validation_summary(results: Results, configuration: Configuration) -> dict[s
                 fitted, judged, on, criterion, CURVE_RATES if criterion in CRITERIA else (0.01,)
             )
         ],
-        "identification": [
-            {"method": name, **row}
-            for name, conclude in methods.items()
-            for row in identification_rates(conclude, judged.drives, len(SYSTEM), CURVE_RATES)
-        ],
+        "identification": _identification(fitted, judged, on, model, CURVE_RATES),
+        "unseen": _unseen(configuration, fitted, judged, on, model),
         "honesty": honesty(model, judged),
         "beyond": beyond_rates(fitted, beyond, on, model),
         "case_distributions": case_distributions(judged),
         "reference_distributions": reference_distributions(judged),
+    }
+
+
+def _identification(
+    fitted: EvidenceTable,
+    judged: EvidenceTable,
+    on: FittedOn,
+    model: LikelihoodModel,
+    rates: Sequence[float],
+) -> list[dict[str, Any]]:
+    """Rows of `identification_rates` with their ``method``."""
+    methods: dict[str, Callable[[float], Found]] = {
+        f"algorithm 2, {criterion}": partial(algorithm_2, fitted, judged, on, criterion=criterion)
+        for criterion in CRITERIA
+    }
+    methods["maximum likelihood"] = partial(maximum_likelihood, model, judged)
+    return [
+        {"method": name, **row}
+        for name, conclude in methods.items()
+        for row in identification_rates(conclude, judged.drives, len(SYSTEM), rates)
+    ]
+
+
+def _unseen(
+    configuration: Configuration,
+    fitted: EvidenceTable,
+    judged: EvidenceTable,
+    on: FittedOn,
+    model: LikelihoodModel,
+) -> dict[str, Any] | None:
+    """Both rates at r = 1 % without the moments that were looked at; None: there are none."""
+    count = {**IDENTIFICATION_OPTIONS, **configuration.options}["looked_at"]
+    if not count:
+        return None
+    seen = {moment.id for moment in recordings_of(configuration, JUDGED).moments[:count]}
+    others = judged.without(seen)
+    if not len(others):
+        return None
+    return {
+        "looked_at": len(judged) - len(others),
+        "moments": len(others),
+        "detection": detection_rates(fitted, others, on, rates=(0.01,)),
+        "identification": _identification(fitted, others, on, model, (0.01,)),
     }
 
 
