@@ -104,7 +104,7 @@ def test_honesty_is_of_what_a_user_is_told() -> None:
     assert any(row["cannot_tell"]["count"] for row in told["verdicts"].values())
     assert told["brier"] < 0.1
     said, was, sensors = np.array([row for row in told["reliability"] if row is not None]).T
-    assert sensors.sum() == 16 * 40 * 4
+    assert sensors.sum() == 64 * 40 * 4
     assert (said * sensors).sum() == pytest.approx((was * sensors).sum(), rel=0.2)
 
 
