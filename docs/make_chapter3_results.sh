@@ -9,8 +9,8 @@ RUNS=${RUNS:-runs}
 avsec() { "$PYTHON" -m avsec_gym "$@"; }
 for DEPTH in sgbm psmnet; do
     RUN=$RUNS/identification_$DEPTH
-    avsec run identification --limit "${LIMIT:-1000}" --options "depth=$DEPTH" looked_at=150 --threads 1 --out "$RUN"
-    avsec report "$RUN" --markdown "docs/results/identification_$DEPTH.md" --overwrite --json \
+    avsec run identification --limit "${LIMIT:-1000}" --options "depth=$DEPTH" --threads 1 --out "$RUN"
+    avsec report "$RUN" --markdown "docs/results/identification_$DEPTH.md" --overwrite --looked-at 690 --json \
         > "$RUN.json"
     sed "s|$PWD/||g" "$RUN.json" > "docs/results/identification_$DEPTH.json"
 done

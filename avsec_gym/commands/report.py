@@ -40,6 +40,9 @@ class Report:
     pictures: int = 8
     """Most scenes with pictures; 0: none, of feature maps and repairs neither.  Each takes two
     attacks or three, of repairs one."""
+    looked_at: int = 0
+    """Of `identification`: how many of the judged moments, the first ones, were looked at while a
+    method was made; its rates are also told without them."""
     overwrite: bool = False
     """Write over files that --out and --markdown name."""
     json: bool = False
@@ -64,6 +67,8 @@ class Report:
 
         if self.pictures < 0:
             raise ConfigurationError(f"--pictures is 0 or more, got {self.pictures}")
+        if self.looked_at < 0:
+            raise ConfigurationError(f"--looked-at is 0 or more, got {self.looked_at}")
         folder = RunFolder.open(self.run_folder)
         for path in (self.out, self.markdown):
             if path is not None and path.exists() and not self.overwrite:
@@ -72,7 +77,7 @@ class Report:
                 )
         outcomes = outcomes_of(folder) if holds_chapter_5(folder) else None
         with console.progress("reading") as shown:
-            report = run_report(folder, outcomes, shown)
+            report = run_report(folder, outcomes, shown, self.looked_at)
         for remark in remarks(report):
             console.say(f"avsec: {remark}")
         strips, failed = self._strips(folder, outcomes) if outcomes else ([], False)

@@ -59,6 +59,7 @@ def run_report(
     run: RunFolder,
     outcomes: Outcomes | None = None,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
+    looked_at: int = 0,
 ) -> Report:
     """All figures of a run, finished or not.
 
@@ -69,6 +70,7 @@ def run_report(
         run: The run.
         outcomes: Of it; read if None.
         on_progress: Told how many conditions and scenarios of how many are looked at.
+        looked_at: See `validation_summary`.
 
     Raises:
         DataError: The labels of the run's scenes are not where they were.
@@ -79,7 +81,7 @@ def run_report(
         report |= _chapter_5(run, outcomes, on_progress)
     if report.get("answer", _NOTHING)["kind"] == "nothing":
         report["question"] = next(iter(run.manifest["experiments"].values()))["question"]
-    report["validation"] = validation_summary(run, run.configuration)
+    report["validation"] = validation_summary(run, run.configuration, looked_at)
     report["baseline"] = baseline_summary(run, run.configuration)
     report["impact"] = impact_summary(run, run.configuration)
     report["sensitivity"] = sensitivity_summary(run, run.configuration)

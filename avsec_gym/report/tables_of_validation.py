@@ -16,6 +16,11 @@ METHODS = {
     "maximum likelihood": "maximum likelihood",
 }
 """What ways to identify are called."""
+_INDEPENDENT = "maximum likelihood, independent"
+_PRIOR = (
+    "By the prior of maximum likelihood each sensor is attacked with a probability of 0.1,"
+    " independently, and more than n − 2 ten times as rarely as that; independent: as that."
+)
 CRITERIA = {
     "any": "all four shares",
     "error": "E alone (the thesis’)",
@@ -46,7 +51,7 @@ def tables_of_validation(summary: Mapping[str, Any]) -> list[Table]:
     return [
         _detection_table(summary["detection"]),
         _case_table(summary["detection"]),
-        _identification_table(summary["identification"]),
+        _identification_table(summary["identification"], summary["independent"]),
         *([unseen_table(summary["unseen"])] if summary["unseen"] else []),
         _beyond_table(summary["beyond"]),
         _honesty_table(summary["honesty"]),
@@ -110,9 +115,9 @@ def _position(case: str, cases: list[str]) -> str:
     return " and ".join(words[one] for one in case.split("+"))
 
 
-def _identification_table(rows: Any) -> Table:
+def _identification_table(rows: Any, independent: Any) -> Table:
     lines = []
-    for row in rows:
+    for row in [*rows, *({**row, "method": _INDEPENDENT} for row in independent)]:
         if row["rate"] not in RATES:
             continue
         of_thesis = row["method"] == "algorithm 2, error"
@@ -123,7 +128,7 @@ def _identification_table(rows: Any) -> Table:
         ]
         lines.append(
             [
-                name(METHODS[row["method"]]),
+                name(METHODS.get(row["method"], row["method"])),
                 figure(row["rate"], scale=100, digits=0),
                 *sensors,
                 figure(row["average"], row["interval"], own[4], scale=100, digits=2),
@@ -137,7 +142,8 @@ def _identification_table(rows: Any) -> Table:
         lines,
         "Identified: exactly the attacked sensors were named. Mean: over attacks on one sensor, up"
         " to n − 2. Beyond n − 2: exactly named among two to four attacked sensors, where the"
-        f" thesis promises nothing. {INTERVALS}",
+        f" thesis promises nothing. False alarms: of clean moments, whoever is named. {_PRIOR}"
+        f" {INTERVALS}",
     )
 
 
@@ -185,18 +191,26 @@ def _honesty_table(told: Mapping[str, Any]) -> Table:
     lines = [
         [
             name(count),
-            *(_share(row[one]) for one in ("right", "wrong", "cannot_tell", "alarms")),
+            *(_share(row[one]) for one in ("right", "wrong", "cannot_tell", "all_right", "alarms")),
         ]
         for count, row in told["verdicts"].items()
     ]
     return Table(
         "What a user of maximum likelihood is told of each sensor",
-        ["attacked sensors", "right, %", "wrong, %", "cannot tell, %", "alarms, %"],
+        [
+            "attacked sensors",
+            "right, %",
+            "wrong, %",
+            "cannot tell, %",
+            "all four right, %",
+            "alarms, %",
+        ],
         lines,
         f"As it comes: r = {100 * told['rate']:g} %, certainty {100 * told['certainty']:g} %."
         " Verdicts on all four sensors, attacked ones and sound ones, in every state of so many"
-        " attacked; alarms: of moments. Brier score of P(attacked), with states as often as the"
-        f" prior expects them: {number(told['brier'], digits=4)}; always one half would be 0.25."
+        " attacked; all four right, and alarms: of moments. Brier score of P(attacked), with states"
+        f" as often as the prior expects them: {number(told['brier'], digits=4)}; always one half"
+        f" would be 0.25. {_PRIOR}"
         f" {INTERVALS}",
     )
 

@@ -138,13 +138,11 @@ def test_moments_that_were_looked_at_are_left_out_once(
     monkeypatch.setattr(chapter_3, "recordings_of", lambda *_: SimpleNamespace(moments=moments))
     whole = run_report(run)["validation"]
     assert whole["unseen"] is None
-    configuration = Configuration("made_up", options={"looked_at": 5})
-    told = chapter_3.validation_summary(run, configuration)["unseen"]
+    told = chapter_3.validation_summary(run, run.configuration, 5)["unseen"]
     assert (told["looked_at"], told["moments"]) == (5, MOMENTS - 5)
     assert [row["scenario"] for row in told["detection"]] == list(SCENARIOS)
     assert {row["rate"] for row in told["identification"]} == {0.01}
-    everything = Configuration("made_up", options={"looked_at": MOMENTS})
-    assert chapter_3.validation_summary(run, everything)["unseen"] is None
+    assert chapter_3.validation_summary(run, run.configuration, MOMENTS)["unseen"] is None
     assert "19 moments that nobody looked at" in unseen_table(told).title
 
 

@@ -40,7 +40,7 @@ def beyond_rates(
         alarms = exceeded(fitted, table, on, RATE)
         by_error = exceeded(fitted, table, on, RATE, "error")
         ways = (algorithm_2(fitted, table, on, RATE), maximum_likelihood(model, table, RATE))
-        exact = [(found == np.eye(sensors, dtype=bool)).all(axis=2) for found in ways]
+        exact = [(found.sensors == np.eye(sensors, dtype=bool)).all(axis=2) for found in ways]
         for sensor in range(sensors):
             triple = next(triple for triple in SCENARIOS.values() if sensor in triple)
             column = on.system.triples.index(triple)

@@ -8,7 +8,7 @@ from avsec_gym.experiments.chapter3.localisation_cells import (
     localisation_cells,
     localisation_inputs,
 )
-from avsec_gym.experiments.chapter3.recordings import USUAL_COUNT
+from avsec_gym.experiments.chapter3.recordings import OPTIONS, USUAL_COUNT
 from avsec_gym.experiments.chapter3.sensor_detections import (
     DETECTION_OPTIONS,
     baseline_cells,
@@ -16,11 +16,7 @@ from avsec_gym.experiments.chapter3.sensor_detections import (
     impact_cells,
     impact_inputs,
 )
-from avsec_gym.experiments.chapter3.state_evidence_cells import (
-    IDENTIFICATION_OPTIONS,
-    evidence_cells,
-    evidence_inputs,
-)
+from avsec_gym.experiments.chapter3.state_evidence_cells import evidence_cells, evidence_inputs
 from avsec_gym.experiments.experiment import Configuration, Experiment
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
 
@@ -29,10 +25,10 @@ _USUAL = Configuration(PROCEDURAL, USUAL_COUNT)
 IDENTIFICATION = Experiment(
     "identification",
     "Is an attack on LiDAR or cameras noticed, and are the attacked sensors named?",
-    "Tables 3.1 to 3.4",
+    "Tables 3.1 and 3.2, figures 3.5 to 3.10",
     evidence_cells,
     evidence_inputs,
-    IDENTIFICATION_OPTIONS,
+    OPTIONS,
     _USUAL,
 )
 

@@ -32,8 +32,9 @@ def honesty(model: LikelihoodModel, judged: EvidenceTable) -> dict[str, Any]:
     Returns:
         ``rate``, ``certainty``; ``verdicts``: for each number of attacked sensors, by its text, the
         shares of the verdicts on all sensors that are ``right``, ``wrong`` and ``cannot_tell``,
-        with ``alarms`` of the moments; ``brier`` and ``reliability`` (rows of `reliability`, None
-        where nothing was said) of the probabilities, over states drawn from the prior.
+        and of the moments in which ``all_right`` are, and with ``alarms``; ``brier`` and
+        ``reliability`` (rows of `reliability`, None where nothing was said) of the probabilities,
+        over states drawn from the prior.
     """
     states, drives = state_vectors(model.sensors), judged.drives
     moments = len(judged)
@@ -50,6 +51,7 @@ def honesty(model: LikelihoodModel, judged: EvidenceTable) -> dict[str, Any]:
             "right": share_of(right[:, chosen], drives),
             "wrong": share_of(~(right | unknown)[:, chosen], drives),
             "cannot_tell": share_of(unknown[:, chosen], drives),
+            "all_right": share_of(right[:, chosen].all(axis=2), drives),
             "alarms": share_of(alarms[:, chosen], drives),
         }
     prior = attack_prior(model.sensors)

@@ -22,9 +22,6 @@ from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.state_evidence import StateEvidence
 from avsec_gym.validation.state_posterior import States, state_vectors
 
-IDENTIFICATION_OPTIONS = {**OPTIONS, "looked_at": 0}
-"""``looked_at``: how many of the judged moments, the first ones, were looked at while the method
-was made; what it comes to is then told without them, too."""
 OF_TRIPLES = ("hole_share", "brightness")
 """Those of `MEASURES` that are no elements of the evidence."""
 

@@ -16,7 +16,7 @@ from avsec_gym.experiments.chapter3.error_distributions import (
 from avsec_gym.experiments.chapter3.evidence_table import EvidenceTable, evidence_table
 from avsec_gym.experiments.chapter3.honesty import honesty
 from avsec_gym.experiments.chapter3.identification_rates import (
-    Found,
+    Concluded,
     algorithm_2,
     fitted_model,
     identification_rates,
@@ -29,13 +29,13 @@ from avsec_gym.experiments.chapter3.recordings import (
     SYSTEM,
     recordings_of,
 )
-from avsec_gym.experiments.chapter3.state_evidence_cells import IDENTIFICATION_OPTIONS, alone
+from avsec_gym.experiments.chapter3.state_evidence_cells import alone
 from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.experiments.results import Results
 from avsec_gym.validation.fitted_on import FittedOn, fitted_on
 from avsec_gym.validation.maximum_likelihood import LikelihoodModel
 from avsec_gym.validation.pair_depth import PairDepth
-from avsec_gym.validation.state_posterior import state_vectors
+from avsec_gym.validation.state_posterior import attack_prior, state_vectors
 from avsec_gym.validation.thresholds import Criterion
 
 CRITERIA: tuple[Criterion, ...] = ("error", "any")
@@ -46,12 +46,16 @@ FEWEST = 20
 """Moments of each part, below which nothing is summed up."""
 
 
-def validation_summary(results: Results, configuration: Configuration) -> dict[str, Any] | None:
+def validation_summary(
+    results: Results, configuration: Configuration, looked_at: int = 0
+) -> dict[str, Any] | None:
     """All figures of a run; None where either part has fewer than `FEWEST` moments.
 
     Args:
         results: Of `avsec run identification`.
         configuration: Of the run.
+        looked_at: How many of the judged moments, the first ones, were looked at while the method
+            was made; ``unseen`` leaves them out.
 
     Raises:
         DataError: The recordings are not where they were.
@@ -79,7 +83,13 @@ def validation_summary(results: Results, configuration: Configuration) -> dict[s
             )
         ],
         "identification": _identification(fitted, judged, on, model, CURVE_RATES),
-        "unseen": _unseen(configuration, fitted, judged, on, model),
+        "independent": identification_rates(
+            partial(maximum_likelihood, model, judged, prior=attack_prior(len(SYSTEM), beyond=1.0)),
+            judged.drives,
+            len(SYSTEM),
+            (0.01,),
+        ),
+        "unseen": _unseen(looked_at, configuration, fitted, judged, on, model),
         "honesty": honesty(model, judged),
         "beyond": beyond_rates(fitted, beyond, on, model),
         "case_distributions": case_distributions(judged),
@@ -95,7 +105,7 @@ def _identification(
     rates: Sequence[float],
 ) -> list[dict[str, Any]]:
     """Rows of `identification_rates` with their ``method``."""
-    methods: dict[str, Callable[[float], Found]] = {
+    methods: dict[str, Callable[[float], Concluded]] = {
         f"algorithm 2, {criterion}": partial(algorithm_2, fitted, judged, on, criterion=criterion)
         for criterion in CRITERIA
     }
@@ -108,6 +118,7 @@ def _identification(
 
 
 def _unseen(
+    looked_at: int,
     configuration: Configuration,
     fitted: EvidenceTable,
     judged: EvidenceTable,
@@ -115,10 +126,9 @@ def _unseen(
     model: LikelihoodModel,
 ) -> dict[str, Any] | None:
     """Both rates at r = 1 % without the moments that were looked at; None: there are none."""
-    count = {**IDENTIFICATION_OPTIONS, **configuration.options}["looked_at"]
-    if not count:
+    if not looked_at:
         return None
-    seen = {moment.id for moment in recordings_of(configuration, JUDGED).moments[:count]}
+    seen = {moment.id for moment in recordings_of(configuration, JUDGED).moments[:looked_at]}
     others = judged.without(seen)
     if not len(others):
         return None

@@ -25,8 +25,10 @@ from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.sensor_system import KITTI_SYSTEM
 from avsec_gym.validation.evidence import evidence_elements
 from avsec_gym.validation.fitted_on import FittedOn
+from avsec_gym.validation.identification import identify_attacked_sensors
 from avsec_gym.validation.likelihood_validator import LikelihoodValidator
 from avsec_gym.validation.state_posterior import Verdict, state_vectors
+from avsec_gym.validation.thresholds import ThresholdTable
 
 ELEMENTS = evidence_elements(KITTI_SYSTEM)
 SCOPES = [scope for _, scope in ELEMENTS]
@@ -63,6 +65,25 @@ def test_clear_attacks_are_always_noticed_and_named_within_the_limit() -> None:
     assert rows[0]["beyond"]["rate"] < 1.0
 
 
+def test_an_error_that_nobody_explains_is_an_alarm_as_the_validator_raises_it() -> None:
+    """The validator's own rule, moment by moment, with maps that are not needed to know e."""
+    fitted, judged = made_up(100, 0), made_up(300, 1, damage=0.0)
+    found = algorithm_2(fitted, judged, ON, 0.05)
+    thresholds = ThresholdTable(ON, fitted.measures[:, 0]).thresholds(0.05)
+    for moment, measures in enumerate(judged.measures[:, 0]):
+        e = {
+            triple: bool((shares > thresholds[triple].shares).any())
+            for triple, shares in zip(KITTI_SYSTEM.triples, measures, strict=True)
+        }
+        answer = identify_attacked_sensors(e.__getitem__, 4)
+        assert found.alarms[moment, 0] == bool(answer.attacked or answer.doubtful)
+        assert set(np.flatnonzero(found.sensors[moment, 0])) == set(answer.attacked)
+    row = identification_rates(lambda rate: found, judged.drives, 4, (0.05,))[0]
+    assert row["false_alarms"]["count"] == found.alarms[:, 0].sum()
+    # Some of them name nobody.
+    assert found.alarms[:, 0].sum() > found.sensors[:, 0].any(axis=1).sum()
+
+
 def test_attacks_that_change_nothing_are_noticed_as_often_as_false_alarms() -> None:
     fitted, judged = made_up(400, 0, damage=0.0), made_up(400, 1, damage=0.0)
     for row in detection_rates(fitted, judged, ON, rates=(0.05,)):
@@ -74,7 +95,8 @@ def test_likelihood_tells_what_it_knows() -> None:
     fitted, judged = made_up(60, 0), made_up(40, 1)
     model = fitted_model(fitted, ON)
     found = maximum_likelihood(model, judged, 0.0)
-    assert found.shape == (40, 16, 4)
+    assert found.sensors.shape == (40, 16, 4)
+    np.testing.assert_array_equal(found.alarms, found.sensors.any(axis=2))
     rows = identification_rates(
         lambda rate: maximum_likelihood(model, judged, rate), judged.drives, 4, (0.01,)
     )
@@ -100,6 +122,8 @@ def test_honesty_is_of_what_a_user_is_told() -> None:
         row = told["verdicts"][str(count)]
         for what in ("right", "wrong", "cannot_tell"):
             assert (row[what]["count"], row[what]["of"]) == (answers.count(what), len(answers))
+        whole = [set(answers[i : i + 4]) == {"right"} for i in range(0, len(answers), 4)]
+        assert (row["all_right"]["count"], row["all_right"]["of"]) == (sum(whole), len(whole))
     # Not to know is neither right nor wrong.
     assert any(row["cannot_tell"]["count"] for row in told["verdicts"].values())
     assert told["brier"] < 0.1
