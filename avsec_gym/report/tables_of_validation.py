@@ -9,6 +9,7 @@ from avsec_gym.experiments.chapter3.attacks import OTHER, SMALLER
 from avsec_gym.experiments.chapter3.detection_rates import RATES
 from avsec_gym.experiments.chapter3.thesis import DETECTION, IDENTIFICATION
 from avsec_gym.report.page_table import Cell, Table, figure, name, number
+from avsec_gym.validation.state_posterior import PRIOR_ATTACKED, PRIOR_BEYOND
 
 METHODS = {
     "algorithm 2, error": "algorithm 2, E alone (the thesis’)",
@@ -18,8 +19,9 @@ METHODS = {
 """What ways to identify are called."""
 _INDEPENDENT = "maximum likelihood, independent"
 _PRIOR = (
-    "By the prior of maximum likelihood each sensor is attacked with a probability of 0.1,"
-    " independently, and more than n − 2 ten times as rarely as that; independent: as that."
+    "By the prior of maximum likelihood each sensor is attacked with a probability of"
+    f" {PRIOR_ATTACKED:g}, independently, but sets beyond n − 2 are {1 / PRIOR_BEYOND:g} times"
+    " rarer than that; independent: are not."
 )
 CRITERIA = {
     "any": "all four shares",

@@ -13,6 +13,11 @@ from avsec_gym.geometry import Floats
 
 States = NDArray[np.bool_]
 """Sensor state vectors, shape (..., n + 1)."""
+PRIOR_ATTACKED = 0.1
+"""Probability of an attack on a sensor, before anything is seen."""
+PRIOR_BEYOND = 0.1
+"""How much rarer larger sets of attacked sensors are than if sensors were attacked independently:
+sets that are too large for the thesis' algorithms."""
 
 
 class Verdict(StrEnum):
@@ -118,7 +123,9 @@ def state_indices(states: States) -> NDArray[np.intp]:
     return np.asarray(states @ (1 << np.arange(states.shape[-1])), np.intp)
 
 
-def attack_prior(sensors: int, attacked: float = 0.1, beyond: float = 0.1) -> Floats:
+def attack_prior(
+    sensors: int, attacked: float = PRIOR_ATTACKED, beyond: float = PRIOR_BEYOND
+) -> Floats:
     """P(**s**) where each sensor is attacked independently, and more than n - 2 rarer still.
 
     That there are never more, is what the thesis assumes; of three sensors one may be attacked.
