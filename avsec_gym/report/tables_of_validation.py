@@ -6,9 +6,19 @@ from collections.abc import Mapping
 from typing import Any
 
 from avsec_gym.experiments.chapter3.attacks import OTHER, SMALLER
-from avsec_gym.experiments.chapter3.detection_rates import RATES
+from avsec_gym.experiments.chapter3.detection_rates import RATES, SCENARIOS
+from avsec_gym.experiments.chapter3.knowing_attackers import (
+    AGREED_DEPTH,
+    AGREEING,
+    DIM,
+    FAR,
+    OUT_OF_SIGHT,
+    REMOVED,
+    VEIL,
+)
 from avsec_gym.experiments.chapter3.thesis import DETECTION, IDENTIFICATION
 from avsec_gym.report.page_table import Cell, Table, figure, name, number
+from avsec_gym.validation.brightness import MIN_LIGHT
 from avsec_gym.validation.state_posterior import PRIOR_ATTACKED, PRIOR_BEYOND
 
 METHODS = {
@@ -44,6 +54,17 @@ _BEYOND = {
 """What attacks beyond the thesis' are called, on the LiDAR and on a camera."""
 
 
+_KNOWING = {
+    DIM: f"a facula of {MIN_LIGHT - 1} grey levels",
+    VEIL: "the same light everywhere",
+    AGREEING: f"faculae that agree on a surface {AGREED_DEPTH:g} m ahead",
+    FAR: "a bogus return 20 to 30 m ahead",
+    REMOVED: "returns taken away, none added",
+    OUT_OF_SIGHT: "a bogus return beside the images",
+}
+"""What attacks of those who know the method are called."""
+
+
 def tables_of_validation(summary: Mapping[str, Any]) -> list[Table]:
     """Tables 3.1 and 3.2, attacks beyond theirs, and what the likelihood's answers are worth.
 
@@ -56,6 +77,7 @@ def tables_of_validation(summary: Mapping[str, Any]) -> list[Table]:
         _identification_table(summary["identification"], summary["independent"]),
         *([unseen_table(summary["unseen"])] if summary["unseen"] else []),
         _beyond_table(summary["beyond"]),
+        *([_knowing_table(summary["knowing"])] if summary["knowing"] else []),
         _honesty_table(summary["honesty"]),
     ]
 
@@ -185,6 +207,31 @@ def _beyond_table(rows: Any) -> Table:
         "Else as in the thesis. Nothing was fitted on such attacks. Noticed: by the LiDAR and two"
         " cameras, of S1 by three cameras; named: by all four sensors, and no other one, by all"
         f" four shares. {INTERVALS}",
+        names=2,
+    )
+
+
+def _knowing_table(rows: Any) -> Table:
+    lines = []
+    for row in rows:
+        noticed = (row["noticed"].get(scenario) for scenario in SCENARIOS)
+        lines.append(
+            [
+                name(_KNOWING[row["kind"]]),
+                name(", ".join(f"S{one}" for one in row["attacked"])),
+                *(_share(share) if share else figure(None) for share in noticed),
+                *(_share(row[way]) for way in ("named", "named_likeliest", "accused")),
+            ]
+        )
+    return Table(
+        "Attackers who know the method, r = 1 %",
+        [
+            *("attack", "on", *(f"noticed by {scenario}, %" for scenario in SCENARIOS)),
+            *("named by algorithm 2, %", "by maximum likelihood, %", "a sound one accused, %"),
+        ],
+        lines,
+        "Else as in the thesis. Named: exactly the attacked ones; accused: maximum likelihood names"
+        f" a sensor that nobody attacked. {INTERVALS}",
         names=2,
     )
 

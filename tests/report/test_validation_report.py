@@ -14,6 +14,7 @@ from avsec_gym.commands.report import Report
 from avsec_gym.experiments.chapter3 import summary as chapter_3
 from avsec_gym.experiments.chapter3.attacks import BEYOND
 from avsec_gym.experiments.chapter3.detection_rates import SCENARIOS
+from avsec_gym.experiments.chapter3.knowing_attackers import DIM, FAR, KINDS, states_of
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
 from avsec_gym.experiments.chapter3.state_evidence_cells import alone, bits, measured
 from avsec_gym.experiments.experiment import (
@@ -48,6 +49,8 @@ def moment(configuration: Configuration) -> Any:
         states = [(part, state) for state in every]
         if part == "judged":
             states += [(kind, state) for kind in BEYOND for state in alone(every)]
+            for kind, way in KINDS.items():
+                states += [(kind, state) for state in states_of(way, len(SYSTEM))]
         id = f"drive_{number:03d}/0"
         for kind, state in states:
             setting = f"{kind} {bits(state)}"
@@ -123,6 +126,17 @@ def test_a_page_says_what_sensors_notice(
         row is not None for row in summary["honesty"]["reliability"]
     )
     text = markdown_page(report)
+    told = {(row["kind"], *row["attacked"]): row for row in summary["knowing"]}
+    assert len(told) == sum(len(kind.attacked) for kind in KINDS.values())
+    for row in told.values():
+        for share in (*row["noticed"].values(), row["named_likeliest"]):
+            assert share["of"] == MOMENTS
+    # Only the first scenario has a LiDAR, only the second one the rightmost camera.
+    assert list(told[FAR, 0]["noticed"]) == ["LiDAR and two cameras"]
+    assert list(told[DIM, 1]["noticed"]) == ["three cameras"]
+    assert told[DIM, 1]["noticed"]["three cameras"]["rate"] > 0.9
+    assert told[DIM, 1]["named_likeliest"]["rate"] > 0.9 > 0.1 > told[DIM, 1]["accused"]["rate"]
+    assert "## Attackers who know the method" in text
     assert "## Table 3.2" in text
     assert "a bogus return that hides what is behind it" in text
     assert "## What a user of maximum likelihood is told" in text

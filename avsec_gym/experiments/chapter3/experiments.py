@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from avsec_gym.experiments.chapter3.attack_sizes import SIZE_OPTIONS, size_cells, size_inputs
+from avsec_gym.experiments.chapter3.knowing_attackers import knowing_cells
 from avsec_gym.experiments.chapter3.localisation_cells import (
     LOCALISATION_OPTIONS,
     localisation_cells,
@@ -27,6 +28,16 @@ IDENTIFICATION = Experiment(
     "Is an attack on LiDAR or cameras noticed, and are the attacked sensors named?",
     "Tables 3.1 and 3.2, figures 3.5 to 3.10",
     evidence_cells,
+    evidence_inputs,
+    OPTIONS,
+    _USUAL,
+)
+
+KNOWING = Experiment(
+    "knowing",
+    "What do attackers hide who know how they are looked for?",
+    "beyond it",
+    knowing_cells,
     evidence_inputs,
     OPTIONS,
     _USUAL,

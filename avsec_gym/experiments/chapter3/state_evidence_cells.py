@@ -76,7 +76,7 @@ class StateEvidences:
             tampered = tampered_frames(frame, system, kind, seed)
             attacked = time.perf_counter()
             evidence = evidence.otherwise({sensor: one.frame for sensor, one in tampered.items()})
-            rows += _measurements(evidence, kind, states, moment.id)
+            rows += evidence_rows(evidence, kind, states, moment.id)
             found = time.perf_counter()
             name = f"evidence of {len(states)} states"
             seconds["attack"] = seconds.get("attack", 0.0) + attacked - start
@@ -99,7 +99,15 @@ def measured(name: str, scope: tuple[int, ...]) -> str:
     return f"{name} {','.join(map(str, scope))}"
 
 
-def _measurements(evidence: StateEvidence, kind: str, states: States, id: str) -> list[Measurement]:
+def evidence_rows(evidence: StateEvidence, kind: str, states: States, id: str) -> list[Measurement]:
+    """What `evidence_table` reads.
+
+    Args:
+        evidence: Of a moment under attacks of one kind.
+        kind: Of attack.
+        states: Shape (N, n + 1).
+        id: Of the moment.
+    """
     rows = []
     elements = evidence_elements(evidence.system)
     for state, shares in zip(states, evidence.evidence(states), strict=True):

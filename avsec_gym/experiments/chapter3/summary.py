@@ -22,6 +22,7 @@ from avsec_gym.experiments.chapter3.identification_rates import (
     identification_rates,
     maximum_likelihood,
 )
+from avsec_gym.experiments.chapter3.knowing_rates import knowing_rates
 from avsec_gym.experiments.chapter3.recordings import (
     FITTED,
     JUDGED,
@@ -92,6 +93,7 @@ def validation_summary(
         "unseen": _unseen(looked_at, configuration, fitted, judged, on, model),
         "honesty": honesty(model, judged),
         "beyond": beyond_rates(fitted, beyond, on, model),
+        "knowing": knowing_rates(results, fitted, on, model),
         "case_distributions": case_distributions(judged),
         "reference_distributions": reference_distributions(judged),
     }
