@@ -4,18 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize, special
+from scipy import ndimage, optimize, special, stats
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.evidence import evidence_scopes
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.maximum_likelihood import (
+    LEAST_SCORE,
     PATTERNS,
+    SCORES,
+    STEP,
     LikelihoodModel,
+    as_normal,
     element_patterns,
 )
 from avsec_gym.validation.normal_scores import fit_normal_scores
@@ -23,10 +28,18 @@ from avsec_gym.validation.state_posterior import States, state_indices, state_ve
 
 FOLDS = 5
 """A fit holds out one of so many parts at a time, and needs as many drives."""
-_DEGREES_OF_FREEDOM = (3.0, 5.0, 10.0, 30.0, 100.0)
-_EXPONENTS, _OFFSETS = (0.05, 1.5), (-5.0, 5.0)
-_FINEST = 0.1
-"""Of u; nothing is more exact: keeps elements that never vary from being certain."""
+_WEIGHTS, _OFFSETS = (0.0, 3.0), (-8.0, 8.0)
+_USUAL_WEIGHT = 0.5
+"""Of a term, as far as nothing else is learned."""
+_FINEST = 0.2
+"""Of u; nothing is more exact."""
+_UNSEEN = 0.02
+"""Share of a density that is for what no sample shows: of clean moments the normal distribution, of
+attacked ones one that is twice as wide as they are."""
+_LEAST_DENSITY = -50.0
+"""Its logarithm."""
+_MOST_TERMS = 100_000_000
+"""That weights are learned from, so that memory suffices: of some of the samples if need be."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,11 +106,11 @@ class LikelihoodSamples:
 
 
 def fit_likelihood(on: FittedOn, samples: LikelihoodSamples) -> LikelihoodModel:
-    """Fit how evidence looks, tails and exponent; then false alarms, on drives that were held out.
+    """Fit how evidence looks; then weights and false alarms, on drives that were held out.
 
-    Each fifth of the drives is judged by what was fitted on the others.  How heavy the tails are,
-    and how much the likelihood is tempered, is what makes the true states of held-out samples most
-    probable.  Sizes and seeds of the attacks should not be those that are to be judged.
+    Each fifth of the drives is judged by what was fitted on the others.  Weights are those that
+    make the true states of held-out samples most probable.  Sizes and seeds of the attacks should
+    not be those that are to be judged.
 
     Args:
         on: The sensors, the depth and the data.
@@ -115,31 +128,32 @@ def fit_likelihood(on: FittedOn, samples: LikelihoodSamples) -> LikelihoodModel:
             f"{drives}"
         )
     truth = state_indices(samples.states)
-    parts = [(_fit_moments(on, part), held_out) for part, held_out in samples.in_folds()]
-    calibration = _calibration(parts, samples.evidence, truth)
-    scores, distances = np.empty((2, len(truth)))
+    parts = [(_densities(on, part), held_out) for part, held_out in samples.in_folds()]
+    weighed = _weights(parts, samples.evidence, truth)
+    scores, strangeness = np.empty((2, len(truth)))
     for model, held_out in parts:
-        judged = _calibrated(model, **calibration)
+        judged = replace(model, **weighed)
         scores[held_out] = judged.alarm_scores(samples.evidence[held_out])
-        distances[held_out] = judged.distances(samples.evidence[held_out])
-    farthest = np.zeros(moments)
-    np.maximum.at(farthest, samples.frames, distances)
+        strangeness[held_out] = judged.strangeness(samples.evidence[held_out])
+    strangest = np.full(moments, -np.inf)
+    np.maximum.at(strangest, samples.frames, strangeness)
     clean = truth == 0
     return replace(
-        _calibrated(_fit_moments(on, samples), **calibration),
+        _densities(on, samples),
+        **weighed,
         clean_scores=scores[clean],
-        farthest=farthest[samples.frames[clean]],
+        strangest=strangest[samples.frames[clean]],
     )
 
 
-def _fit_moments(on: FittedOn, samples: LikelihoodSamples) -> LikelihoodModel:
-    """Means, deviations and correlations."""
+def _densities(on: FittedOn, samples: LikelihoodSamples) -> LikelihoodModel:
+    """Densities and correlations, all of one weight."""
     scale = fit_normal_scores(samples.evidence[~samples.states.any(axis=1)])
     u = scale(samples.evidence)
     scopes = evidence_scopes(on.system)
     patterns = element_patterns(samples.states, scopes)
-    mean, deviation = np.zeros((len(scopes), PATTERNS)), np.ones((len(scopes), PATTERNS))
-    residuals = np.zeros_like(u)
+    log_density = np.zeros((len(scopes), PATTERNS, SCORES))
+    z = np.zeros_like(u)
     for element, scope in enumerate(scopes):
         for pattern in range(2 ** len(scope)):
             shown = patterns[:, element] == pattern
@@ -149,26 +163,38 @@ def _fit_moments(on: FittedOn, samples: LikelihoodSamples) -> LikelihoodModel:
                     f"of the sensors {scope} no two samples show {attacked} attacked: add some"
                 )
             seen = u[shown, element]
-            mean[element, pattern] = seen.mean()
-            # Clean scores deviate by 1, unless most are equal, and then the others by more.
-            deviation[element, pattern] = max(seen.std(), _FINEST if pattern else 1.0)
-            residuals[shown, element] = (seen - seen.mean()) / deviation[element, pattern]
+            found = _log_density(seen, clean=pattern == 0)
+            log_density[element, pattern] = found
+            z[shown, element] = np.interp(seen, _GRID, as_normal(found))
     return LikelihoodModel(
         on,
-        mean,
-        deviation,
-        _correlation(residuals, patterns > 0, len(np.unique(samples.frames))),
+        log_density,
+        _correlation(z, patterns > 0, len(np.unique(samples.frames))),
         u.min(axis=0),
         u.max(axis=0),
-        _DEGREES_OF_FREEDOM[0],
+        np.full(len(scopes) + 1, _USUAL_WEIGHT),
         scale=scale,
     )
 
 
-def _calibrated(
-    model: LikelihoodModel, degrees_of_freedom: float, exponent: float, offset: float
-) -> LikelihoodModel:
-    return replace(model, degrees_of_freedom=degrees_of_freedom, exponent=exponent, offset=offset)
+def _log_density(seen: Floats, *, clean: bool) -> Floats:
+    """A kernel estimate, Silverman's, at all scores, shape (SCORES,).
+
+    Args:
+        seen: Scores u, shape (any,).
+        clean: Whether nobody was attacked.
+    """
+    spread = seen.std()
+    quartiles = np.subtract(*np.quantile(seen, (0.75, 0.25))) / 1.34
+    width = 0.9 * min(spread, quartiles or spread) * len(seen) ** -0.2
+    counts = np.histogram(seen, _BINS)[0] / (len(seen) * STEP)
+    kernels = ndimage.gaussian_filter1d(counts, max(width, _FINEST) / STEP, mode="constant")
+    middle, wide = (0.0, 1.0) if clean else (seen.mean(), 2.0 * spread + 0.5)
+    density = (1.0 - _UNSEEN) * kernels + _UNSEEN * stats.norm.pdf(_GRID, middle, wide)
+    with np.errstate(divide="ignore"):
+        logarithm = np.log(density / (density.sum() * STEP))
+    # Rounded, for files.
+    return np.asarray(np.round(np.maximum(logarithm, _LEAST_DENSITY), 4))
 
 
 def _correlation(residuals: Floats, touched: NDArray[np.bool_], moments: int) -> Floats:
@@ -187,34 +213,44 @@ def _correlation(residuals: Floats, touched: NDArray[np.bool_], moments: int) ->
     return result
 
 
-def _calibration(
+def _weights(
     parts: list[tuple[LikelihoodModel, NDArray[np.intp]]], evidence: Floats, truth: NDArray[np.intp]
-) -> dict[str, float]:
-    """Degrees of freedom, exponent and offset that make the true held-out states most probable.
+) -> dict[str, Any]:
+    """Weights and offset that make the true held-out states most probable.
 
     Args:
         parts: Models, and the samples that each has not seen.
         evidence: Of all samples.
         truth: Indices of their states; how often they occur is the prior here.
     """
-    sensors = parts[0][0].sensors
-    attacked = state_vectors(sensors).sum(axis=1)
+    model = parts[0][0]
+    states = state_vectors(model.sensors)
     with np.errstate(divide="ignore"):
-        prior = np.log(np.bincount(truth, minlength=2**sensors) / len(truth))
-    found = []
-    for freedom in _DEGREES_OF_FREEDOM:
-        scores = np.empty((len(truth), 2**sensors))
-        for model, held_out in parts:
-            judge = replace(model, degrees_of_freedom=freedom)
-            scores[held_out] = judge.log_likelihoods(evidence[held_out])
+        prior = np.log(np.bincount(truth, minlength=len(states)) / len(truth))
+    few = max(1, _MOST_TERMS // (len(states) * len(model.weights)))
+    chosen = np.sort(np.random.default_rng(0).permutation(len(truth))[:few])
+    terms = np.empty((len(chosen), len(states), len(model.weights) + 1))
+    for judge, held_out in parts:
+        own = np.isin(chosen, held_out)
+        terms[own, :, :-1] = judge.terms(evidence[chosen[own]])
+    terms[..., -1] = states.sum(axis=1)
+    true = terms[np.arange(len(chosen)), truth[chosen]]
+    usual = np.r_[np.full(len(model.weights), _USUAL_WEIGHT), 0.0]
 
-        def surprise(parameters: Floats, scores: Floats = scores) -> float:
-            exponent, offset = parameters
-            weighed = special.log_softmax(exponent * scores + offset * attacked + prior, axis=1)
-            return -float(weighed[np.arange(len(truth)), truth].mean())
-
-        best = optimize.minimize(
-            surprise, (1.0, 0.0), method="Nelder-Mead", bounds=(_EXPONENTS, _OFFSETS)
+    def surprise(weights: Floats) -> tuple[float, Floats]:
+        weighed = terms @ weights + prior
+        missed = special.logsumexp(weighed, axis=1) - true @ weights - prior[truth[chosen]]
+        expected = np.einsum("ns,nsk->k", special.softmax(weighed, axis=1), terms)
+        away = weights - usual
+        return (
+            float(missed.sum() + 0.5 * away @ away) / len(chosen),
+            (expected - true.sum(axis=0) + away) / len(chosen),
         )
-        found.append((float(best.fun), freedom, *map(float, best.x)))
-    return dict(zip(("degrees_of_freedom", "exponent", "offset"), min(found)[1:], strict=True))
+
+    bounds = [_WEIGHTS] * len(model.weights) + [_OFFSETS]
+    found = optimize.minimize(surprise, usual, jac=True, method="L-BFGS-B", bounds=bounds).x
+    return {"weights": found[:-1], "offset": float(found[-1])}
+
+
+_GRID = LEAST_SCORE + STEP * np.arange(SCORES)
+_BINS = np.r_[_GRID - 0.5 * STEP, _GRID[-1] + 0.5 * STEP]

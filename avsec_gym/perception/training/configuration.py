@@ -36,7 +36,7 @@ class TrainingConfiguration:
     patience: int | None = None
     """Stop after so many validations without a better one; None: never."""
     mixed_precision: bool = True
-    """bfloat16 where it is safe; on a GPU only."""
+    """bfloat16 where it is safe and pays: on GPUs, and on processors with AMX."""
     seed: int = 0
     """Of first weights, order, augmentation and sampling."""
 

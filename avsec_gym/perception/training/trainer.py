@@ -181,7 +181,7 @@ class _Run:
         with torch.autocast(
             self.device.type,
             torch.bfloat16,
-            enabled=configuration.mixed_precision and self.device.type == "cuda",
+            enabled=configuration.mixed_precision and multiplies_bfloat16(self.device),
         ):
             losses = self.task.losses(batch.to(self.device))
             total = torch.stack([loss.float() for loss in losses.values()]).sum()
@@ -271,6 +271,11 @@ class _Run:
         now = time.monotonic()
         self.state.seconds += now - self._since
         self._since = now
+
+
+def multiplies_bfloat16(device: torch.device) -> bool:
+    """Whether it pays to train in bfloat16: on GPUs, and on processors with AMX, twice as fast."""
+    return device.type == "cuda" or bool(torch.cpu.get_capabilities().get("amx_bf16", False))
 
 
 def _optimizer(trained: nn.Module, configuration: TrainingConfiguration) -> torch.optim.AdamW:

@@ -14,6 +14,7 @@ import torch
 from torch import Tensor, nn
 
 from avsec_gym.errors import AvsecError, DataError
+from avsec_gym.perception.training import trainer
 from avsec_gym.perception.training.checkpoint import CHECKPOINT
 from avsec_gym.perception.training.configuration import Machine, TrainingConfiguration
 from avsec_gym.perception.training.curves import CURVES, PICTURE, read_curves
@@ -105,6 +106,32 @@ def test_interrupted_and_resumed_run_equals_uninterrupted_one_bit_for_bit(
         for row in read_curves(halves)
         if "metrics" in row
     ]
+
+
+@pytest.mark.parametrize("pays", [False, True])
+def test_bfloat16_is_for_machines_that_multiply_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, pays: bool
+) -> None:
+    seen = set()
+
+    class Watched(Line):
+        def losses(self, batch: Pairs) -> dict[str, Tensor]:
+            seen.add(self.network(batch.x).dtype)
+            return super().losses(batch)
+
+    monkeypatch.setattr(trainer, "multiplies_bfloat16", lambda device: pays)
+    train(Watched(), SIX_STEPS, tmp_path / "mixed")
+    assert seen == {torch.bfloat16 if pays else torch.float32}
+    seen.clear()
+    train(Watched(), replace(SIX_STEPS, mixed_precision=False), tmp_path / "full")
+    assert seen == {torch.float32}
+
+
+def test_what_processors_tell_of_themselves(monkeypatch: pytest.MonkeyPatch) -> None:
+    for told, pays in (({"amx_bf16": True}, True), ({"amx_bf16": False}, False), ({}, False)):
+        monkeypatch.setattr(torch.cpu, "get_capabilities", lambda told=told: told)
+        assert trainer.multiplies_bfloat16(torch.device("cpu")) == pays
+        assert trainer.multiplies_bfloat16(torch.device("cuda"))
 
 
 def test_learns_and_keeps_the_best_averaged_weights(tmp_path: Path) -> None:
