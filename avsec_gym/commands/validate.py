@@ -44,7 +44,7 @@ class Validate:
     """Instead: a folder in KITTI's object layout, with image_2, image_3 and velodyne."""
     sensors: tuple[str, ...] = ()
     """S_0 to S_n: lidar, if any, then cameras' numbers from right to left, the reference last.
-    Default: all that are there and see depth."""
+    Default: all that see depth, but for those that few moments have."""
     thresholds: Path | None = None
     """A threshold table of such sensors, written by an earlier run to OUT/thresholds.json.
     Default: it is made from the first part of the recording, see --clean."""
@@ -79,6 +79,8 @@ class Validate:
         """Do it; the exit code."""
         self._check()
         recordings = self._recordings().first(self.limit)
+        if recordings.remark:
+            console.say(f"avsec: left out: {recordings.remark}")
         moments = recordings.moments
         clean = [] if self._is_fitted else moments[: max(1, round(self.clean * len(moments)))]
         judged = moments[len(clean) :]
