@@ -76,7 +76,7 @@ class Validate:
     out: Path = Path("runs/validate")
     """Folder for moments.jsonl, thresholds.json or likelihood.json, and pictures of alarms."""
     locate: bool = True
-    """Find the damage in the sensors that are named, from those that are sound."""
+    """Whether to find the damage in the sensors that are named, with those that are sound."""
     json: bool = False
     """JSON lines instead of words, the summary last."""
 
