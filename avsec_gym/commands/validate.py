@@ -17,14 +17,16 @@ from avsec_gym.kitti.text_files import read_text, write_text
 
 if TYPE_CHECKING:
     from avsec_gym.sensor_system import Sensor
+    from avsec_gym.validation.likelihood_validator import LikelihoodValidator
     from avsec_gym.validation.moments import Moment, Recordings
+    from avsec_gym.validation.threshold_validator import ThresholdValidator
     from avsec_gym.validation.validation_folder import ValidationFolder
     from avsec_gym.validation.validator import Validator
 
 _REMARKS = 5
 """So many moments left out are told one by one."""
 _RATES = {
-    "alarms without an attack": "alarms_without_attack",
+    "alarms as recorded (false, if nobody attacked)": "alarms_as_recorded",
     "attacks noticed": "attacks_noticed",
     "attacked sensors named exactly": "attacks_named",
 }
@@ -44,7 +46,8 @@ class Validate:
     """Instead: a folder in KITTI's object layout, with image_2, image_3 and velodyne."""
     sensors: tuple[str, ...] = ()
     """S_0 to S_n: lidar, if any, then cameras' numbers from right to left, the reference last.
-    Default: all that are there and see depth."""
+    Default: those that --thresholds or --likelihood was made of, else all that see depth, but for
+    those that few moments have."""
     thresholds: Path | None = None
     """A threshold table of such sensors, written by an earlier run to OUT/thresholds.json.
     Default: it is made from the first part of the recording, see --clean."""
@@ -72,15 +75,21 @@ class Validate:
     """Only the first moments."""
     out: Path = Path("runs/validate")
     """Folder for moments.jsonl, thresholds.json or likelihood.json, and pictures of alarms."""
+    locate: bool = True
+    """Whether to find the damage in the sensors that are named, with those that are sound."""
     json: bool = False
     """JSON lines instead of words, the summary last."""
 
     def run(self) -> int:
         """Do it; the exit code."""
         self._check()
-        recordings = self._recordings().first(self.limit)
+        fitted = self._fitted()
+        sensors = self._sensors if fitted is None else fitted.system.sensors
+        recordings = self._recordings(sensors).first(self.limit)
+        if recordings.remark:
+            console.say(f"avsec: left out: {recordings.remark}")
         moments = recordings.moments
-        clean = [] if self._is_fitted else moments[: max(1, round(self.clean * len(moments)))]
+        clean = [] if fitted else moments[: max(1, round(self.clean * len(moments)))]
         judged = moments[len(clean) :]
         if not judged:
             raise ConfigurationError(
@@ -89,7 +98,9 @@ class Validate:
             )
         folder = self._folder(recordings, len(clean))
         left_out = dict(recordings.lacking)
-        validator = self._validator(folder.out, recordings, clean, left_out)
+        validator = fitted or self._fit(folder.out, recordings, clean, left_out)
+        if validator.remark:
+            console.say(f"avsec: {validator.remark}")
         self._judge(folder, validator, judged, left_out)
         return self._report(folder, left_out)
 
@@ -115,17 +126,38 @@ class Validate:
                 raise ConfigurationError(f"--{name} cannot be {getattr(self, name)}")
 
     @property
-    def _is_fitted(self) -> bool:
-        return self.thresholds is not None or self.likelihood is not None
+    def _sensors(self) -> tuple[Sensor, ...]:
+        return tuple(int(one) if one.isdigit() else one for one in self.sensors)
 
-    def _recordings(self) -> Recordings:
+    def _fitted(self) -> ThresholdValidator | LikelihoodValidator | None:
+        """Of an earlier run."""
+        from avsec_gym.validation.likelihood_validator import LikelihoodValidator
+        from avsec_gym.validation.threshold_validator import ThresholdValidator
+
+        file = self.thresholds or self.likelihood
+        if file is None:
+            return None
+        validator: ThresholdValidator | LikelihoodValidator
+        if self.thresholds is not None:
+            validator = ThresholdValidator(file, self.rate, self.criterion)
+        else:
+            validator = LikelihoodValidator(file, self.rate)
+        fitted_on = validator.system.sensors
+        if self._sensors not in ((), fitted_on):
+            fitted, asked = (" ".join(map(str, one)) for one in (fitted_on, self._sensors))
+            raise ConfigurationError(
+                f"{file} was fitted on the sensors {fitted}, not {asked}: leave --sensors out, or "
+                "name a file of these; without any, one is made from the first moments"
+            )
+        return validator
+
+    def _recordings(self, sensors: Sequence[Sensor]) -> Recordings:
         from avsec_gym.validation.moments import object_recordings, raw_recordings
         from avsec_gym.world.export import default_suite
 
-        sensors = [_sensor(text) for text in self.sensors] or None
         if self.kitti is not None:
-            return object_recordings(self.kitti, sensors)
-        return raw_recordings(self.kitti_raw or default_suite("raw"), sensors)
+            return object_recordings(self.kitti, sensors or None)
+        return raw_recordings(self.kitti_raw or default_suite("raw"), sensors or None)
 
     def _folder(self, recordings: Recordings, clean: int) -> ValidationFolder:
         from avsec_gym.validation.fitted_on import FORMAT
@@ -139,9 +171,10 @@ class Validate:
             "clean_moments": clean,
             "rate": self.rate,
             "criterion": self.criterion,
-            "depth": None if self._is_fitted else self.depth,
+            "depth": None if self.thresholds or self.likelihood else self.depth,
             "attack": self.attack,
             "seed": self.seed,
+            "locate": self.locate,
         }
         if self.fit_likelihood:
             record["fit_likelihood"] = True
@@ -151,26 +184,18 @@ class Validate:
                 record[name] = hashlib.sha256(read_text(file).encode()).hexdigest()
         return ValidationFolder(self.out, record)
 
-    def _validator(
+    def _fit(
         self, out: Path, recordings: Recordings, clean: Sequence[Moment], left_out: dict[str, str]
-    ) -> Validator:
+    ) -> ThresholdValidator | LikelihoodValidator:
+        """On the first moments."""
         from avsec_gym.commands.clean_moments import CleanMoments
         from avsec_gym.validation.likelihood_validator import LikelihoodValidator
         from avsec_gym.validation.pair_depth import PairDepth
         from avsec_gym.validation.threshold_validator import ThresholdValidator
         from avsec_gym.validation.validation_folder import LIKELIHOOD, SAMPLES, THRESHOLDS
 
-        if self.thresholds is not None:
-            return ThresholdValidator(self.thresholds, self.rate, self.criterion)
-        if self.likelihood is not None:
-            return LikelihoodValidator(self.likelihood, self.rate)
         depth = PairDepth(named_part(self.depth, "--depth"))
         own = CleanMoments(clean, recordings.system, depth)
-        if 0 < len(clean) * self.rate < 1:
-            console.say(
-                f"avsec: {len(clean)} clean moments are few for r = {self.rate}: thresholds are "
-                "the largest of what they show, as for r = 0"
-            )
         if self.fit_likelihood:
             left_out |= own.likelihood(out / LIKELIHOOD, out / SAMPLES, self.seed)
             return LikelihoodValidator(out / LIKELIHOOD, self.rate)
@@ -188,6 +213,7 @@ class Validate:
         from avsec_gym.commands.clean_moments import readable
         from avsec_gym.registry import Kind, make
         from avsec_gym.report.validation_picture import save_validation_picture
+        from avsec_gym.validation.damage import located_damage
         from avsec_gym.validation.validation_folder import row_of
 
         attack = self.attack and make(Kind.OPTICAL_ATTACK, named_part(self.attack, "--attack"))
@@ -200,30 +226,23 @@ class Validate:
             tampered = attack.attack(frame, seed) if attack else TamperedFrame(frame)
             begun = time.perf_counter()
             validation = validator.validate(tampered.frame)
-            row = row_of(moment.id, validation, tampered.attacked, time.perf_counter() - begun)
+            judged_at = time.perf_counter()
+            damage = located_damage(validation) if self.locate else {}
+            seconds = judged_at - begun, time.perf_counter() - judged_at
+            row = row_of(moment.id, validation, tampered.attacked, damage, seconds)
             if validation.alarm:
                 name = moment.id.replace("/", "_")
-                save_validation_picture(validation, folder.out / "alarms" / f"{name}.png")
+                save_validation_picture(validation, folder.out / "alarms" / f"{name}.png", damage)
             folder.add(row)
             self._tell(row)
 
     def _tell(self, row: Mapping[str, Any]) -> None:
-        from avsec_gym.report.validation_picture import named
+        from avsec_gym.commands.validation_line import validation_line
 
         if self.json:
             console.print_json_line(row)
-            return
-        largest = max(row["errors"].values(), default=0.0)
-        open = [one for one, verdict in row["verdicts"].items() if verdict == "cannot tell"]
-        said = "sound"
-        if open:
-            said = "no alarm, though nothing clears " + ", ".join(named(_sensor(n)) for n in open)
-        if row["alarm"]:
-            names = ", ".join(map(named, row["attacked"])) or "some sensor, which one is open"
-            said = f"ALARM: {names}"
-        console.print_line(
-            f"{row['id']}  {said}  (largest E {largest:.3f}, {row['seconds']:.2f} s)"
-        )
+        else:
+            console.print_line(validation_line(row))
 
     def _report(self, folder: ValidationFolder, left_out: Mapping[str, str]) -> int:
         from avsec_gym.validation.validation_folder import summary
@@ -253,7 +272,3 @@ class Validate:
                 rows,
             )
         return console.DONE_IN_PART if left_out else console.DONE
-
-
-def _sensor(text: str) -> Sensor:
-    return int(text) if text.isdigit() else text

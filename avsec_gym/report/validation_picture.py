@@ -1,40 +1,50 @@
-"""A picture of an alarm: what the sensors saw, and where they contradict each other."""
+"""A picture of an alarm: what the sensors saw, where they are damaged or contradict each other."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from avsec_gym.frame import Image
+from avsec_gym.frame import Image, SensorFrame
+from avsec_gym.geometry import project, transform_points
 from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.report.frame_picture import points_in_image
 from avsec_gym.sensor_system import LIDAR, Sensor, Triple
 from avsec_gym.validation.comparison import Comparison, comparison_map
 from avsec_gym.validation.state_posterior import Verdict
-from avsec_gym.validation.validator import Validation
+from avsec_gym.validation.validator import SHARES, Validation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from avsec_gym.validation.damage import Damage
+
 _COLOURS = {Comparison.INCONSISTENT: (215, 38, 61), Comparison.CONSISTENT: (60, 160, 110)}
 _HOLE = (70, 110, 220)
-_LEGEND = "right: red inconsistent, green consistent, blue unknown to one of the two"
+_DAMAGE = (255, 0, 255)
+_LEGEND = (
+    "left: damage is magenta        "
+    "right: red inconsistent, green consistent, blue unknown to one of the two"
+)
+_NEAR, _FAR_OUT = 0.5, 5000
+"""Metres before a camera; pixels, which OpenCV can still count."""
 _MARKS = {Verdict.ATTACKED: "#D7263D", Verdict.CANNOT_TELL: "#B8860B", Verdict.SOUND: "#222222"}
 
 
 def draw_validation(
-    validation: Validation, thresholds: Mapping[Triple, float] | None = None
+    validation: Validation, damage: Mapping[Sensor, Damage] | None = None
 ) -> Figure:
     """Left: the sensors with their verdicts.  Right: the triples of the reference.
 
-    Red: inconsistent pixels; green: consistent ones; blue: holes that one of two maps has.
+    Left, what is damaged is magenta.  Right, red: inconsistent pixels; green: consistent ones;
+    blue: holes that one of two maps has; beside each share its threshold, if there is one.
 
     Args:
         validation: Of one moment.
-        thresholds: For E, named beside it where they are given.
+        damage: In the sensors that are named, where it was looked for.
     """
     from matplotlib.figure import Figure
 
@@ -45,7 +55,7 @@ def draw_validation(
     triples = [triple for triple in known if triple[2] == last]
     rows = max(len(system), len(triples))
     figure = Figure(
-        figsize=(12, 0.3 + 2.15 * rows), dpi=100, facecolor="white", layout="constrained"
+        figsize=(12, 0.3 + 2.3 * rows), dpi=100, facecolor="white", layout="constrained"
     )
     figure.suptitle(_LEGEND, fontsize=9, x=0.99, ha="right")
     panels = figure.subplots(rows, 2, squeeze=False)
@@ -54,41 +64,99 @@ def draw_validation(
     for axes, sensor in zip(panels[:, 0], system.sensors, strict=False):
         said = validation.verdicts[sensor]
         title = f"{named(sensor)}: {said}"
+        found = (damage or {}).get(sensor)
+        if found is not None:
+            title += f", {damage_in_words(found.row)}"
         if validation.probabilities is not None:
             title += f", P(attacked) = {validation.probabilities[sensor]:.3f}"
-        reference = frame.image(system.reference)
-        scan = points_in_image(reference, frame, system.reference) if sensor == LIDAR else None
-        axes.imshow(frame.image(int(sensor)) if scan is None else scan)
+        camera = system.reference if sensor == LIDAR else int(sensor)
+        image = frame.image(camera)
+        if sensor == LIDAR:
+            image = points_in_image(image, frame, camera)
+        axes.imshow(image if found is None else _marked(image, found, frame, camera))
         axes.set_title(title, loc="left", fontsize=9, color=_MARKS[said])
-    for axes, (i, j, k) in zip(panels[:, 1], triples, strict=False):
-        error = validation.errors[i, j, k]
-        who = (named(system.sensors[one]) for one in (i, j, k))
-        text = "{} against {}, seen by {}\n".format(*who) + f"E = {error.error:.3f}"
-        if thresholds is not None:
-            text += f" (threshold {thresholds[i, j, k]:.3f})"
+    beyond = {one.triple for one in validation.exceeded}
+    for axes, triple in zip(panels[:, 1], triples, strict=False):
+        i, j, k = triple
         compared = comparison_map(maps[i, k], maps[j, k])
         sparse = system.sensors[i] == LIDAR
         axes.imshow(_overlaid(frame.image(int(system.sensors[k])), compared, sparse))
-        text += f", holes {error.hole_share:.2f}, densest {error.densest:.3f}"
-        text += f", other brightness {error.brightness:.3f}"
-        axes.set_title(text, loc="left", fontsize=9)
+        axes.set_title(
+            f"{compared_in_words([system.sensors[one] for one in triple])}\n"
+            + _shares_in_words(validation, triple),
+            loc="left",
+            fontsize=9,
+            color=_MARKS[Verdict.ATTACKED if triple in beyond else Verdict.SOUND],
+        )
     return figure
 
 
 def save_validation_picture(
-    validation: Validation, path: Path, thresholds: Mapping[Triple, float] | None = None
+    validation: Validation, path: Path, damage: Mapping[Sensor, Damage] | None = None
 ) -> None:
     """Write it as PNG, over one that is there; see `draw_validation`."""
     import io
 
     content = io.BytesIO()
-    draw_validation(validation, thresholds).savefig(content, format="png")
+    draw_validation(validation, damage).savefig(content, format="png")
     write_bytes(path, content.getvalue(), overwrite=True)
+
+
+def compared_in_words(sensors: Sequence[Sensor]) -> str:
+    """For people, of a triple's sensors: ``LiDAR against camera 3, seen by camera 2``."""
+    return "{} against {}, seen by {}".format(*map(named, sensors))
+
+
+def damage_in_words(row: Mapping[str, Any]) -> str:
+    """For people, of `Damage.row`: ``12 % of its pixels``."""
+    if "unknown" in row:
+        return "too few sensors are sound to tell where"
+    words = []
+    if share := row.get("share_of_pixels"):
+        words.append(f"{100 * share:.1f} % of its pixels")
+    if points := row.get("points"):
+        words.append(f"{points} points")
+    if lost := row.get("lost_directions"):
+        words.append(f"{lost} directions lost")
+    return ", ".join(words) or "no damage found"
 
 
 def named(sensor: Sensor) -> str:
     """For people: ``LiDAR``, ``camera 3``."""
     return "LiDAR" if sensor == LIDAR else f"camera {sensor}"
+
+
+def _shares_in_words(validation: Validation, triple: Triple) -> str:
+    """Two lines; a share that is beyond its threshold is ``>``."""
+    words = []
+    for share, name in SHARES.items():
+        value = getattr(validation.errors[triple], share)
+        words.append(f"{name} {value:.3g}")
+        if validation.thresholds is not None:
+            threshold = getattr(validation.thresholds[triple], share)
+            if np.isfinite(threshold):
+                words[-1] += f" {'>' if value > threshold else '≤'} {threshold:.3g}"
+    return "{}, {}\n{}, {}".format(*words)
+
+
+def _marked(image: Image, damage: Damage, frame: SensorFrame, camera: int) -> Image:
+    """Damaged pixels of a camera outlined and tinted; damaged points of a scan in its view."""
+    import cv2
+
+    result: Any = image.copy()
+    if damage.pixels is not None:
+        result[damage.pixels] = 0.8 * result[damage.pixels] + 0.2 * np.array(_DAMAGE)
+        outlines, _ = cv2.findContours(
+            damage.pixels.astype(np.uint8), cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE
+        )
+        cv2.drawContours(result, outlines, -1, _DAMAGE, max(1, image.shape[1] // 300))
+    if damage.scan is not None:
+        bogus = frame.points[damage.scan.points, :3]
+        places = transform_points(frame.calibration.velodyne_to_camera, bogus)
+        pixels, ahead = project(frame.calibration.projection(camera), places)
+        for u, v in pixels[ahead > _NEAR].clip(-_FAR_OUT, _FAR_OUT).astype(int).tolist():
+            cv2.circle(result, (u, v), max(1, image.shape[1] // 600), _DAMAGE, -1)
+    return np.asarray(result)
 
 
 def _overlaid(image: Image, compared: Any, sparse: bool) -> Image:

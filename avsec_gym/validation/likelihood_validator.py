@@ -50,6 +50,17 @@ class LikelihoodValidator:
         """See `Validator`."""
         return self._model.on.system
 
+    @property
+    def remark(self) -> str:
+        """Where clean moments are too few for the rate; empty if they are not."""
+        count = len(self._model.clean_scores)
+        if not 0 < self.rate * count < 1:
+            return ""
+        return (
+            f"few clean moments for r = {self.rate}: of {count} that were held out none raises an "
+            "alarm, as for r = 0"
+        )
+
     def validate(self, frame: SensorFrame) -> Validation:
         """See `Validator`."""
         self._model.on.check(self.system, self._depth, frame.calibration)

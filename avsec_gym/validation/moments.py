@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -10,7 +12,7 @@ from pathlib import Path
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Calibration, SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
-from avsec_gym.kitti.raw import VELODYNE, KittiRaw
+from avsec_gym.kitti.raw import VELODYNE, Drive, KittiRaw
 from avsec_gym.sensor_system import KITTI_SYSTEM, LIDAR, Sensor, SensorSystem
 
 _SAME_PLACE = 0.1
@@ -41,12 +43,14 @@ class Recordings:
         system: The sensors.
         moments: That have all of them.
         lacking: What the others lack, by their ids.
+        remark: Which sensors were left out, and why; empty if none was.
     """
 
     root: Path
     system: SensorSystem
     moments: tuple[Moment, ...]
     lacking: dict[str, str]
+    remark: str = ""
 
     def first(self, count: int | None) -> Recordings:
         """The first moments, and what others up to the last of them lack; None: all."""
@@ -63,7 +67,8 @@ def raw_recordings(root: str | Path, sensors: Sequence[Sensor] | None = None) ->
 
     Args:
         root: See `KittiRaw`.
-        sensors: S_0 to S_n; None: what most frames have, see `system_of`.
+        sensors: S_0 to S_n; None: those that leave the most to judge, moments times sensors, see
+            `system_of`: one that few frames have is left out, one that a few lack is not.
 
     Raises:
         DataError: There are fewer than three sensors, or no frame has all of them.
@@ -72,25 +77,22 @@ def raw_recordings(root: str | Path, sensors: Sequence[Sensor] | None = None) ->
     drives = [data.drive(name) for name in data.drives()]
     if not drives:
         raise DataError("There is no drive.", path=data.root, remedy="Fetch one from KITTI.")
+    frames = [(drive, *frame) for drive in drives for frame in _frames(drive)]
+    remark = ""
     if sensors is None:
-        there = {_sensor(name) for drive in drives for name in drive.sensors} - {None}
-        system = system_of(drives[0].calibration, {one for one in there if one is not None}, root)
+        counts = Counter(had for _, _, had in frames)
+        system, remark = _fullest_system(drives[0].calibration, counts, root)
     else:
         system = SensorSystem(tuple(sensors))
     moments, lacking = [], {}
-    for drive in drives:
-        for number in drive.frames():
-            id = f"{drive.name}/{number:010d}" if len(drives) > 1 else f"{number:010d}"
-            missing = [
-                _folder(sensor)
-                for sensor in system.sensors
-                if number not in drive.sensors.get(_folder(sensor), ())
-            ]
-            if missing:
-                lacking[id] = ", ".join(missing)
-            else:
-                moments.append(Moment(id, partial(drive.frame, number, previous=0), drive.name))
-    return _checked(Recordings(Path(root), system, tuple(moments), lacking))
+    for drive, number, had in frames:
+        id = f"{drive.name}/{number:010d}" if len(drives) > 1 else f"{number:010d}"
+        missing = [_folder(sensor) for sensor in system.sensors if sensor not in had]
+        if missing:
+            lacking[id] = ", ".join(missing)
+        else:
+            moments.append(Moment(id, partial(drive.frame, number, previous=0), drive.name))
+    return _checked(Recordings(Path(root), system, tuple(moments), lacking, remark))
 
 
 def object_recordings(
@@ -150,6 +152,41 @@ def system_of(calibration: Calibration, there: Iterable[Sensor], root: str | Pat
     return SensorSystem(tuple(chosen))
 
 
+def _fullest_system(
+    calibration: Calibration, counts: Mapping[frozenset[Sensor], int], root: str | Path
+) -> tuple[SensorSystem, str]:
+    """The sensors that leave the most to judge, and what is to be said of the others.
+
+    Not the most moments: a scan that is missing here and there is no reason to leave out the LiDAR.
+
+    Args:
+        calibration: Of the rig.
+        counts: How many frames have just these sensors.
+        root: For messages.
+    """
+
+    def whole(system: SensorSystem) -> int:
+        return sum(count for had, count in counts.items() if had.issuperset(system.sensors))
+
+    everything = system_of(calibration, frozenset().union(*counts), root)
+    # The best sensors are those that some frames have in common.
+    common: set[frozenset[Sensor]] = set()
+    for had in counts:
+        common |= {had & other for other in common} | {had}
+    systems = [everything]
+    for there in sorted(common, key=lambda there: sorted(map(str, there))):
+        with suppress(DataError):  # Fewer than three.
+            systems.append(system_of(calibration, there, root))
+    best = max(systems, key=lambda system: (len(system) * whole(system), len(system)))
+    left_out = [one for one in everything.sensors if one not in best.sensors]
+    if not left_out:
+        return best, ""
+    return best, (
+        f"{_named(left_out)}: {whole(everything)} moments could be judged with it, {whole(best)} "
+        f"can without; --sensors {' '.join(map(str, everything.sensors))} asks for it"
+    )
+
+
 def _ids(data: KittiObject, folder: str) -> set[str]:
     try:
         return set(data.ids(having=(folder,)))
@@ -164,13 +201,25 @@ def _checked(found: Recordings) -> Recordings:
             f"No frame has all of {_named(found.system.sensors)}"
             + (f"; {first[0]} lacks {first[1]}." if first else "."),
             path=found.root,
-            remedy="Name other --sensors, or fetch what is missing; `avsec data check` lists it.",
+            remedy="Name other --sensors (a fitted file tells its own), or fetch what is missing; "
+            "`avsec data check` lists it.",
         )
     try:
         found.system.check(found.moments[0].frame().calibration)
     except ConfigurationError as error:
         raise ConfigurationError(f"{found.root}: {error}") from error
     return found
+
+
+def _frames(drive: Drive) -> Iterator[tuple[int, frozenset[Sensor]]]:
+    """The numbers of a drive's frames, and which sensors have them."""
+    there = {
+        sensor: set(numbers)
+        for name, numbers in drive.sensors.items()
+        if (sensor := _sensor(name)) is not None
+    }
+    for number in drive.frames():
+        yield number, frozenset(sensor for sensor, numbers in there.items() if number in numbers)
 
 
 def _sensor(folder: str) -> Sensor | None:

@@ -7,10 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
 
+import numpy as np
+
 from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import SensorSystem, Triple
 from avsec_gym.validation.detection import detect_attack
-from avsec_gym.validation.disparity_error import DisparityErrors
+from avsec_gym.validation.disparity_error import MEASURES, DisparityErrors
 from avsec_gym.validation.disparity_maps import DisparityMaps, Pair
 from avsec_gym.validation.identification import identify_attacked_sensors
 from avsec_gym.validation.pair_depth import PairDepth
@@ -21,7 +23,7 @@ from avsec_gym.validation.thresholds import (
     ThresholdTable,
     read_threshold_table,
 )
-from avsec_gym.validation.validator import Validation
+from avsec_gym.validation.validator import SHARES, Validation
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,24 @@ class ThresholdValidator:
         """See `Validator`."""
         return self._table.on.system
 
+    @property
+    def remark(self) -> str:
+        """Where clean samples are too few for the rate; empty if they are not.
+
+        Thresholds are then the largest sample's, as those of r = 0.
+        """
+        shares = self._table.shares
+        limits = np.array([self._chosen[triple].shares for triple in self.system.triples])
+        largest = (shares <= limits).all(axis=(0, 1)) & np.isfinite(limits).all(axis=0)
+        # Of a share that is nothing in every sample none would lie beyond, however many there were.
+        if self.rate == 0 or not (largest & shares.any(axis=(0, 1))).any():
+            return ""
+        names = [SHARES[name] for name, one in zip(MEASURES, largest, strict=True) if one]
+        return (
+            f"few clean moments for r = {self.rate}: of {len(shares)} none lies beyond the "
+            f"thresholds of {', '.join(names)}, as for r = 0"
+        )
+
     def validate(self, frame: SensorFrame) -> Validation:
         """See `Validator`; only maps of those references are found that algorithm 2 comes to."""
         self._table.on.check(self.system, self._depth, frame.calibration)
@@ -80,12 +100,13 @@ class ThresholdValidator:
             errors.maps.find(_maps_of(2))
             alarm = detect_attack(errors, self._chosen)
             said = Verdict.CANNOT_TELL if alarm else Verdict.SOUND
-            return Validation(alarm, dict.fromkeys(sensors, said), errors)
+            return Validation(alarm, dict.fromkeys(sensors, said), errors, thresholds=self._chosen)
         found = identify_attacked_sensors(exceeded, len(sensors))
         verdicts = dict.fromkeys(sensors, Verdict.SOUND)
         verdicts |= {sensors[one]: Verdict.CANNOT_TELL for one in found.doubtful}
         verdicts |= {sensors[one]: Verdict.ATTACKED for one in found.attacked}
-        return Validation(bool(found.attacked or found.doubtful), verdicts, errors)
+        alarm = bool(found.attacked or found.doubtful)
+        return Validation(alarm, verdicts, errors, thresholds=self._chosen)
 
 
 def _maps_of(reference: int) -> list[Pair]:

@@ -5,14 +5,20 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from avsec_gym.errors import DataError
 from avsec_gym.kitti.text_files import read_text, write_text
 from avsec_gym.metrics.intervals import wilson_interval
-from avsec_gym.sensor_system import Sensor
+from avsec_gym.sensor_system import Sensor, Triple
+from avsec_gym.validation.disparity_error import MEASURES
 from avsec_gym.validation.validator import Validation
 
+if TYPE_CHECKING:
+    from avsec_gym.validation.damage import Damage
+
+FORMAT = 2
+"""Raised when what is kept of a moment changes: rows of before are not gone on with."""
 RECORD, ROWS = "validation.json", "moments.jsonl"
 """Whose results these are; the results."""
 THRESHOLDS, LIKELIHOOD, SAMPLES = "thresholds.json", "likelihood.json", "samples.jsonl"
@@ -32,7 +38,7 @@ class ValidationFolder:
 
     def __init__(self, out: Path, record: Mapping[str, Any]) -> None:
         self.out = out
-        text = json.dumps(record, indent=1) + "\n"
+        text = json.dumps({"rows": FORMAT, **record}, indent=1) + "\n"
         place = out / RECORD
         if place.exists() and read_text(place) != text:
             raise DataError(
@@ -74,7 +80,11 @@ class JsonLines:
 
 
 def row_of(
-    id: str, validation: Validation, attacked: frozenset[Sensor], seconds: float
+    id: str,
+    validation: Validation,
+    attacked: frozenset[Sensor],
+    damage: Mapping[Sensor, Damage],
+    seconds: tuple[float, float],
 ) -> dict[str, Any]:
     """What is kept of a moment; JSON-able.
 
@@ -82,10 +92,14 @@ def row_of(
         id: Of the moment.
         validation: What was said of it.
         attacked: The sensors that were attacked on purpose, to see whether it is noticed.
-        seconds: From the sensors' data in memory to the verdict.
+        damage: In the sensors that are named; empty if nobody looked for it.
+        seconds: From the sensors' data in memory to the verdict, and from there to the damage.
     """
-    sensors = validation.errors.maps.system.sensors
-    named = {f"{i},{j},{k}": validation.errors[i, j, k] for i, j, k in validation.errors.known}
+    sensors, errors = validation.errors.maps.system.sensors, validation.errors
+
+    def whose(triple: Triple) -> list[Sensor]:
+        return [sensors[one] for one in triple]
+
     return {
         "id": id,
         "alarm": validation.alarm,
@@ -93,20 +107,36 @@ def row_of(
         "verdicts": {str(sensor): str(said) for sensor, said in validation.verdicts.items()},
         "probabilities": validation.probabilities
         and {str(sensor): round(p, 6) for sensor, p in validation.probabilities.items()},
-        "errors": {name: round(one.error, 6) for name, one in named.items()},
-        "hole_shares": {name: round(one.hole_share, 6) for name, one in named.items()},
+        "shares": {
+            ",".join(map(str, whose(triple))): {
+                name: round(getattr(errors[triple], name), 6) for name in MEASURES
+            }
+            for triple in errors.known
+        },
+        "exceeded": [
+            {
+                "sensors": whose(one.triple),
+                "share": one.share,
+                "value": round(one.value, 6),
+                "threshold": round(one.threshold, 6),
+            }
+            for one in validation.exceeded
+        ],
+        "damage": {str(sensor): found.row for sensor, found in damage.items()},
         "truly_attacked": [sensor for sensor in sensors if sensor in attacked],
-        "seconds": round(seconds, 4),
+        "seconds": round(seconds[0], 4),
+        "locating_seconds": round(seconds[1], 4) if damage else None,
     }
 
 
 def summary(rows: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """Alarms and names over all moments; rates with 95 % Wilson intervals, None without a case.
 
-    ``attacks_named`` counts the moments in which exactly the attacked sensors were named; three
-    sensors can name none.
+    ``alarms_as_recorded`` counts alarms on moments that were not attacked on purpose: false ones,
+    if nobody attacked them while they were recorded.  ``attacks_named`` counts the moments in which
+    exactly the attacked sensors were named; three sensors can name none.
     """
-    clean = [row for row in rows.values() if not row["truly_attacked"]]
+    as_recorded = [row for row in rows.values() if not row["truly_attacked"]]
     attacked = [row for row in rows.values() if row["truly_attacked"]]
     names: dict[str, int] = {}
     for row in rows.values():
@@ -120,7 +150,7 @@ def summary(rows: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
         "moments": len(rows),
         "alarms": sum(row["alarm"] for row in rows.values()),
         "attacked_sensors": names,
-        "alarms_without_attack": _rate([row["alarm"] for row in clean]),
+        "alarms_as_recorded": _rate([row["alarm"] for row in as_recorded]),
         "attacks_noticed": _rate([row["alarm"] for row in attacked]),
         "attacks_named": _rate(exact),
         "median_seconds": seconds[len(seconds) // 2] if seconds else None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from avsec_gym.kitti.raw_calibration import write_raw_calibration
 from avsec_gym.kitti.writing import write_raw_frame
 from avsec_gym.registry import make
 from avsec_gym.rig import camera_rig
+from avsec_gym.validation.disparity_error import MEASURES
 from avsec_gym.validation.maximum_likelihood import read_likelihood_model
 from avsec_gym.validation.state_evidence import StateEvidence
 
@@ -67,6 +69,16 @@ def test_the_covered_camera_is_named_and_shown(validated: Lines, tmp_path: Path)
     assert last["summary"]["moments"] == 7
     assert [path.name for path in (out / "alarms").iterdir()] == [f"{COVERED:010d}.png"]
     assert (out / "alarms" / f"{COVERED:010d}.png").read_bytes().startswith(b"\x89PNG")
+    assert not any(row["exceeded"] or row["damage"] for row in rows[:-1])
+    assert set(rows[-1]["shares"]) == {"lidar,2,0", "lidar,1,0", "2,1,0"}
+    assert set(rows[-1]["shares"]["2,1,0"]) == set(MEASURES)
+    beyond = rows[-1]["exceeded"]
+    assert {1} <= set.intersection(*(set(one["sensors"]) for one in beyond))
+    for one in beyond:
+        shares = rows[-1]["shares"][",".join(map(str, one["sensors"]))]
+        assert shares[one["share"]] == one["value"] > one["threshold"]
+    assert list(rows[-1]["damage"]) == ["1"]
+    assert rows[-1]["locating_seconds"] > 0
 
 
 def test_it_goes_on_where_it_was_stopped(validated: Lines, tmp_path: Path) -> None:
@@ -76,9 +88,9 @@ def test_it_goes_on_where_it_was_stopped(validated: Lines, tmp_path: Path) -> No
     rows = (out / "moments.jsonl").read_text().splitlines(keepends=True)
     # Killed in the middle of a line.
     (out / "moments.jsonl").write_text("".join(rows[:3]) + rows[3][:20])
-    assert [row | {"seconds": 0} for row in validated(*options)[:-1]] == [
-        row | {"seconds": 0} for row in whole[:-1]
-    ]
+    untimed = {"seconds": 0, "locating_seconds": 0}
+    again = validated(*options)
+    assert [row | untimed for row in again[:-1]] == [row | untimed for row in whole[:-1]]
     assert (out / "moments.jsonl").read_text().splitlines(keepends=True)[:3] == rows[:3]
     validated("--out", str(out), "--clean", "0.5", code=1)
 
@@ -94,7 +106,50 @@ def test_thresholds_of_an_earlier_run_and_an_attack(validated: Lines, tmp_path: 
     noticed = last["summary"]["attacks_noticed"]
     assert noticed["count"] == sum(row["alarm"] for row in rows)
     assert noticed["of"] == 4
-    assert last["summary"]["alarms_without_attack"]["rate"] is None
+    assert last["summary"]["alarms_as_recorded"]["rate"] is None
+
+
+def test_a_fitted_file_tells_the_sensors(
+    day: Path, validated: Lines, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    three = ["--sensors", "lidar", "2", "0"]
+    validated("--out", str(tmp_path / "one"), "--clean", "0.4", *three)
+    table = tmp_path / "one" / "thresholds.json"
+    fitted = ["--thresholds", str(table), "--limit", "2"]
+    for number, asked in enumerate(([], three)):
+        rows = validated("--out", str(tmp_path / f"two{number}"), *fitted, *asked)[:-1]
+        assert [list(row["verdicts"]) for row in rows] == [["lidar", "2", "0"]] * 2
+    arguments = ["validate", "--kitti-raw", str(day), "--out", str(tmp_path / "three"), *fitted]
+    assert run([*arguments, "--sensors", "lidar", "2", "1", "0"]) == 2
+    told = capsys.readouterr().err
+    assert f"{table} was fitted on the sensors lidar 2 0, not lidar 2 1 0" in told
+    assert "leave --sensors out" in told
+
+
+def test_a_rare_sensor_few_clean_moments_and_alarms_of_an_unknown_drive_are_said(
+    day: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    drive = tmp_path / day.name / f"{day.name}_drive_0001_sync"
+    shutil.copytree(day, drive.parent)
+    for number in range(1, 12):
+        (drive / "image_02" / "data" / f"{number:010d}.png").unlink()
+    arguments = ["validate", "--kitti-raw", str(drive), "--out", str(tmp_path / "out")]
+    assert run([*arguments, "--clean", "0.4", "--no-locate"]) == 0
+    told = capsys.readouterr()
+    assert "camera 2: 1 moments could be judged with it, 12 can without" in told.err
+    assert "few clean moments for r = 0.01: of 5 none lies beyond the thresholds of E" in told.err
+    assert "alarms as recorded (false, if nobody attacked)" in told.out
+    assert "without" not in told.out
+    # Three sensors name nobody; they say what was beyond.
+    assert "ALARM: some sensor; which one, and where, is open  (" in told.out
+    assert "of LiDAR against camera 1, seen by camera 0" in told.out
+
+
+def test_who_does_not_ask_where_is_not_told(validated: Lines, tmp_path: Path) -> None:
+    *_, row, _ = validated("--out", str(tmp_path / "out"), "--clean", "0.4", "--no-locate")
+    assert row["attacked"] == [1]
+    assert row["damage"] == {}
+    assert row["locating_seconds"] is None
 
 
 def test_light_that_e_overlooks_is_noticed_by_the_other_shares(

@@ -25,7 +25,7 @@ from avsec_gym.validation.response import Response, trusted_frame
 from avsec_gym.validation.state_posterior import Verdict, state_vectors
 from avsec_gym.validation.suspects import Untrusted
 from avsec_gym.validation.threshold_validator import ThresholdValidator
-from avsec_gym.validation.thresholds import ThresholdTable, measured_thresholds
+from avsec_gym.validation.thresholds import Criterion, ThresholdTable, measured_thresholds
 from avsec_gym.validation.validator import Validator
 
 SYSTEM = SensorSystem((LIDAR, 2, 1, 0))
@@ -102,6 +102,47 @@ def test_an_error_that_nobody_explains_is_not_kept_quiet(wall_of: WallOf) -> Non
     # Then all that nothing clears is left away, and a camera detector stops.
     with pytest.raises(Untrusted):
         trusted_frame(wall, found, Response.DROP).image(2)
+
+
+def test_what_raised_the_alarm_is_told_the_farthest_beyond_first(
+    wall_of: WallOf, table: ThresholdTable
+) -> None:
+    wall = wall_of(3)
+    assert ThresholdValidator(table, rate=0.0).validate(wall).exceeded == ()
+    found = ThresholdValidator(table, rate=0.0).validate(spoiled(wall, {1}))
+    assert {one.triple for one in found.exceeded} == {(0, 2, 3), (1, 2, 3)}
+    for one in found.exceeded:
+        assert one.value == getattr(found.errors[one.triple], one.share) > one.threshold
+    times = [one.times for one in found.exceeded]
+    assert times == sorted(times, reverse=True)
+    # The thesis' criterion knows E alone.
+    of_e = ThresholdValidator(table, rate=0.0, criterion="error").validate(spoiled(wall, {1}))
+    assert {one.share for one in of_e.exceeded} == {"error"} < {one.share for one in found.exceeded}
+
+
+@pytest.mark.parametrize(
+    ("count", "rate", "criterion", "told"),
+    [
+        (99, 0.01, "any", "E, holes, densest window, other brightness"),
+        (99, 0.01, "error", "E"),
+        (600, 0.01, "any", "E, holes"),
+        (600, 0.01, "error", ""),
+        (4000, 0.01, "any", ""),
+        (99, 0.0, "any", ""),
+    ],
+)
+def test_too_few_clean_moments_for_the_rate_are_said(
+    wall_of: WallOf, count: int, rate: float, criterion: Criterion, told: str
+) -> None:
+    """E and holes take ten times as many."""
+    on = fitted_on(SYSTEM, PairDepth(), wall_of(0).calibration, {})
+    shares = np.random.default_rng(0).uniform(size=(count, len(SYSTEM.triples), 4))
+    remark = ThresholdValidator(ThresholdTable(on, shares), rate, criterion).remark
+    if told:
+        assert f"few clean moments for r = {rate}: of {count} none" in remark
+        assert f"the thresholds of {told}, as for r = 0" in remark
+    else:
+        assert remark == ""
 
 
 def test_maps_are_found_together_and_only_those_that_are_asked_for(
