@@ -19,7 +19,8 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs import notice as notices
 from avsec_gym.envs.facula_attack import FaculaAttackEnv
 from avsec_gym.envs.facula_coding import FaculaCoding
-from avsec_gym.envs.notice import Notice, validator_for
+from avsec_gym.envs.game_validator import FEWEST, validator_and_played
+from avsec_gym.envs.notice import Notice
 from avsec_gym.envs.sensor_attack_features import SIZE
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
@@ -130,10 +131,14 @@ def test_scenes_that_raise_an_alarm_by_themselves_are_never_drawn(quick: dict[st
 
 @pytest.mark.usefixtures("small_suite")
 def test_thresholds_come_from_the_clean_scenes_and_judge_as_the_validator_does() -> None:
-    scenes = frame_scenes("mixed")
-    frames = [scenes.frame(scene) for scene in scenes.scenes.labelled]
-    validator = validator_for({"name": "thresholds", "rate": 0.0}, scenes)
+    scenes, first = frame_scenes("mixed"), frame_scenes("mixed", count=3)
+    frames = [first.frame(scene) for scene in first.scenes.labelled]
+    thresholds = {"name": "thresholds", "rate": 0.0}
+    validator, played = validator_and_played(thresholds, scenes, first)
     assert isinstance(validator, ThresholdValidator)
+    assert [scene.id for scene in played.scenes.scenes] == ["000003"]
+    with pytest.raises(ConfigurationError, match=r"none is left to be played.*`clean`"):
+        validator_and_played(thresholds, first, scenes)
     clean = [Notice.of(validator, frame) for frame in frames]
     assert not any(notice.alarm for notice in clean)
     direct = [DisparityErrors(DisparityMaps(f, LIDAR_AND_TWO_CAMERAS))[0, 1, 2] for f in frames]
@@ -143,7 +148,7 @@ def test_thresholds_come_from_the_clean_scenes_and_judge_as_the_validator_does()
         assert threshold == max(getattr(one, measure) for one in direct)
     blinding = Facula(3, 375.0, (600.0 / 3, 60.0), strength=5000.0)
     assert Notice.of(validator, blinding.attack(frames[0]).frame).alarm
-    assert validator_for(None, scenes) is None
+    assert validator_and_played(None, scenes) == (None, scenes)
     assert not any(Notice.of(None, frames[0]).facts.values())
     assert notices.MEASURES == MEASURES
 
@@ -185,20 +190,52 @@ def test_wrong_arguments_are_refused(arguments: dict[str, Any], message: str) ->
         FaculaAttackEnv(**arguments)
 
 
-def test_an_unknown_validator_is_refused_at_the_first_reset(quick: dict[str, Any]) -> None:
+def test_an_unknown_validator_is_refused_at_the_first_reset(watched: dict[str, Any]) -> None:
     with pytest.raises(ConfigurationError, match="no validator named 'nobody'"):
-        FaculaAttackEnv(**quick, validator="nobody").reset(seed=0)
+        FaculaAttackEnv(**watched, validator="nobody").reset(seed=0)
     with pytest.raises(ConfigurationError, match="rate"):
-        FaculaAttackEnv(**quick, validator={"name": "thresholds", "rate": 2}).reset(seed=0)
+        FaculaAttackEnv(**watched, validator={"name": "thresholds", "rate": 2}).reset(seed=0)
 
 
-def test_clean_scenes_may_be_others(quick: dict[str, Any]) -> None:
-    clean = {"source": quick["scenarios"], "count": 1}
+def test_by_itself_the_first_half_is_measured_and_the_rest_is_played(
+    tmp_path: Path, quick: dict[str, Any], bright_cars: ModuleType
+) -> None:
+    for number in range(2 * FEWEST):
+        bright_cars.write_frame(tmp_path, number, bright_cars.SCENES[number % 3])
+    ids = [f"{number:06d}" for number in range(2 * FEWEST)]
+    quick["scenarios"] = str(tmp_path)
+    env = FaculaAttackEnv(**quick, validator={"name": "thresholds", "criterion": "error"})
+    drawn = {env.reset(seed=seed)[1]["scenario"] for seed in range(40)}
+    assert len(drawn) > FEWEST / 2
+    assert drawn <= set(ids[FEWEST:])
+    validator = env.game.validator
+    assert isinstance(validator, ThresholdValidator)
+    assert len(validator._table) == FEWEST
+    with pytest.raises(ConfigurationError, match=r"no scene '000003' to play.*of thresholds"):
+        env.reset(options={"scenario": "000003"})
+    # Where nothing is measured, nothing is kept back.
+    env = FaculaAttackEnv(**quick, validator=None)
+    assert len(env.game.scenes) == 2 * FEWEST
+
+
+def test_too_few_scenes_to_measure_on_are_told(quick: dict[str, Any]) -> None:
+    with pytest.raises(ConfigurationError, match=r"has 3 scenes, too few.*`clean`.*avsec validate"):
+        FaculaAttackEnv(**quick).reset(seed=0)
+
+
+@pytest.mark.parametrize("clean", [{"count": 1}, {}])
+def test_clean_scenes_are_not_played_either(
+    quick: dict[str, Any], clean: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of more than `CLEAN`, the first count."""
+    monkeypatch.setattr("avsec_gym.envs.game_validator.CLEAN", 1)
+    clean = {"source": quick["scenarios"], **clean}
     env = FaculaAttackEnv(**quick, clean=clean)
     env.reset(options=PAIR)
     validator = env.game.validator
     assert isinstance(validator, ThresholdValidator)
     assert len(validator._table) == 1
+    assert [scene.id for scene in env.game.scenes.scenes.scenes] == ["000001", "000002"]
     assert len(frame_scenes_of(quick["scenarios"])) == 3
 
 
