@@ -35,6 +35,7 @@ from avsec_gym.validation.state_posterior import Verdict
 from avsec_gym.validation.threshold_validator import ThresholdValidator
 from avsec_gym.validation.validator import Validation
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 ID = "avsec/FaculaAttack-v0"
 CODING = FaculaCoding((375, 1242), (37.5, 375.0))
 PAIR = {"scenario": "000001", "intention": "straight"}
@@ -240,17 +241,40 @@ def test_clean_scenes_are_not_played_either(
 
 
 @pytest.mark.slow
-def test_the_example_trains_and_compares(quick: dict[str, Any]) -> None:
-    path = Path(__file__).parents[2] / "examples" / "train_quiet_laser.py"
-    command = [sys.executable, str(path), "--detector", quick["detector"], "--all-scenes"]
-    command += ["--training", quick["scenarios"], "--testing", quick["scenarios"]]
-    command += ["--steps", "120", "--held-out", "10"]
+def test_the_example_trains_and_compares(watched: dict[str, Any]) -> None:
+    scenes, situations, seeds = watched["scenarios"], 3, 2
+    command = [sys.executable, str(EXAMPLES / "train_quiet_laser.py"), "--json", "--all-scenes"]
+    command += ["--detector", watched["detector"], "--clean", watched["clean"]]
+    command += ["--training", scenes, "--testing", scenes, "--held-out", str(situations)]
+    command += ["--steps", "48", "--seeds", str(seeds), "--workers", "1"]
     done = subprocess.run(command, check=True, capture_output=True, text=True)
     result = json.loads(done.stdout)
-    for policy in ("random", "random_search", "loud_sac", "quiet_sac"):
-        for name in ("unsafe", "noticed", "unsafe_and_unnoticed", "success_within_all_queries"):
-            assert 0 <= result[policy][name]["rate"] <= 1
-        quiet = result[policy]["unsafe_and_unnoticed"]["rate"]
-        assert quiet <= result[policy]["unsafe"]["rate"]
-        assert 30 <= result[policy]["radius"] <= 180
-    assert result["training_queries"] == 120
+    assert (result["situations"], result["scenes_unsafe_without_attack"]) == (situations, 0)
+    assert result["seeds"] == [0, 1]
+    for attacker in ("no_attack", "thesis_facula", "random_shot", "loud_sac", "quiet_sac"):
+        row = result[attacker]
+        for name in ("unsafe", "noticed", "unsafe_and_unnoticed"):
+            rates = row[name]["by_seed"]
+            assert len(rates) == (1 if attacker == "no_attack" else seeds)
+            assert row[name]["rate"] == pytest.approx(np.mean(rates), abs=1e-4)
+            lower, upper = row[name]["interval"]
+            assert 0 <= lower <= row[name]["rate"] <= upper <= 1
+        assert row["unsafe_and_unnoticed"]["rate"] <= row["unsafe"]["rate"]
+        if attacker != "no_attack":
+            least, most = (187, 375) if attacker == "thesis_facula" else (30, 180)
+            assert least <= row["radius"] <= most
+    assert result["no_attack"]["unsafe"]["rate"] == 0
+
+
+def test_contested_frames_are_known_before_they_are_rendered(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """In the suite `mixed`, as its labels and flags say, these 12 scenes of 48."""
+    monkeypatch.syspath_prepend(EXAMPLES)
+    from contested_frames import ContestedFrames, is_contested
+
+    contested = tuple(number for number in range(48) if is_contested(number, 0))
+    assert contested == (10, 12, 13, 18, 19, 20, 22, 25, 27, 36, 40, 45)
+    recipe = ContestedFrames("mixed", 12, 0, numbers=contested)
+    assert recipe.last_file(1) == "training/label_2/000012.txt"
+    assert recipe.settings != ContestedFrames("mixed", 12, 1, numbers=contested).settings
