@@ -145,15 +145,17 @@ def make(kind: Kind | str, what: Any) -> Any:
     else:
         return what
     _load_plugins()
+    told = ""
     try:
         if (kind, name) in _REGISTERED:
             return _REGISTERED[kind, name](**arguments)
         if (kind, name) in _BUILT_IN:
             path, defaults = _BUILT_IN[kind, name]
             module, attribute = path.split(":")
+            told = f" (its arguments: help({module}.{attribute}))"
             return getattr(import_module(module), attribute)(**(defaults | arguments))
-    except TypeError as error:
-        raise ConfigurationError(f"the {kind} {name!r} cannot be made: {error}") from error
+    except (TypeError, ValueError) as error:
+        raise ConfigurationError(f"the {kind} {name!r} cannot be made: {error}{told}") from error
     raise ConfigurationError(f"there is no {kind} named {name!r}; known: {', '.join(names(kind))}")
 
 

@@ -1,6 +1,10 @@
 """Milliseconds a frame that validators take, and on which part of their work; prints JSON.
 
-python benchmarks/validation.py [--frames 2]
+    python benchmarks/validation.py [--frames 20]
+
+Clean frames, and such with a facula on the reference camera: algorithm 2 then asks the next one.
+Of a system, besides, to locate and to repair the damage of a camera and of the LiDAR, the attacked
+sensor named.
 """
 
 from __future__ import annotations
@@ -19,20 +23,26 @@ os.environ |= {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 import numpy as np
 
+from avsec_gym.attacks.facula import Facula
+from avsec_gym.attacks.sensor_combination import thesis_attack
+from avsec_gym.commands.console import progress
 from avsec_gym.frame import SensorFrame
 from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.validation.damaged_scan import damaged_scan
 from avsec_gym.validation.disparity_error import DisparityErrors
 from avsec_gym.validation.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence import evidence_scopes, gather_evidence
 from avsec_gym.validation.fitted_on import fitted_on
 from avsec_gym.validation.identification import identify_attacked_sensors
 from avsec_gym.validation.likelihood_validator import LikelihoodValidator
-from avsec_gym.validation.maximum_likelihood import LikelihoodModel
+from avsec_gym.validation.localisation import damaged_pixels
+from avsec_gym.validation.maximum_likelihood import SCORES, LikelihoodModel
 from avsec_gym.validation.pair_depth import PairDepth
+from avsec_gym.validation.repair import repair
 from avsec_gym.validation.threshold_validator import ThresholdValidator
 from avsec_gym.validation.thresholds import measured_thresholds
-from avsec_gym.validation.validator import Validator
+from avsec_gym.validation.validator import Validation, Validator
 from avsec_gym.world.capture import take
 from avsec_gym.world.layouts import generate_layout
 from avsec_gym.world.rendering.lidar import Lidar
@@ -46,6 +56,9 @@ SYSTEMS = {
     "LiDAR and 6 cameras": SensorSystem((LIDAR, 5, 4, 1, 3, 0, 2)),
 }
 DEPTH = PairDepth("sgbm")
+REFERENCE = 2
+BLINDING = Facula(REFERENCE, radius=375.0, strength=1280.0)
+"""Five times what saturates the sensor: every triple of the reference contradicts itself."""
 
 
 def rendered(number: int) -> SensorFrame:
@@ -56,23 +69,24 @@ def rendered(number: int) -> SensorFrame:
     return SensorFrame(f"{number:06d}", RIG.calibration, capture.images, capture.scan.points)
 
 
-def validators(system: SensorSystem, frame: SensorFrame) -> dict[str, Validator]:
-    """By method; thresholds of one frame, and a likelihood that was never fitted, cost the same."""
-    thresholds = ThresholdValidator(measured_thresholds([frame], system, DEPTH, {}), rate=0.0)
+def validators(system: SensorSystem, frames: list[SensorFrame]) -> dict[str, Validator]:
+    """By method; thresholds beyond which no clean frame lies.
+
+    A likelihood that was never fitted costs as much as one that was.
+    """
+    thresholds = ThresholdValidator(measured_thresholds(frames, system, DEPTH, {}), rate=0.0)
     if len(system) == 3:
         return {"detection": thresholds}
     m = len(evidence_scopes(system))
-    touched = np.tile(np.arange(8) > 0, (m, 1))
     model = LikelihoodModel(
-        fitted_on(system, DEPTH, frame.calibration, {}),
-        mean=-2.5 + 3.0 * touched,
-        deviation=np.full((m, 8), 0.5),
+        fitted_on(system, DEPTH, RIG.calibration, {}),
+        np.full((m, 8, SCORES), -3.0),
         correlation=np.full((2, 2, m, m), 0.8) + 0.2 * np.eye(m),
         lowest=np.full(m, -6.0),
         highest=np.full(m, 6.0),
-        degrees_of_freedom=6.0,
+        weights=np.ones(m + 1),
         clean_scores=np.zeros(1),
-        farthest=np.full(1, 1e9),
+        strangest=np.full(1, 1e9),
     )
     return {"algorithm 2": thresholds, "maximum likelihood": LikelihoodValidator(model)}
 
@@ -101,6 +115,35 @@ def parts(validator: Validator, frame: SensorFrame) -> dict[str, float]:
     return found
 
 
+def with_reference_attacked(validator: Validator, frames: list[SensorFrame]) -> dict[str, float]:
+    """Milliseconds of a frame, and how many cameras' views were looked at."""
+    tampered = [BLINDING.attack(frame, seed).frame for seed, frame in enumerate(frames)]
+    said: list[Validation] = []
+    whole = [
+        timed(lambda frame=frame: said.append(validator.validate(frame))) for frame in tampered
+    ]
+    views = [{triple[2] for triple in one.errors.known} for one in said]
+    return {"frame": _median(whole), "views": statistics.median(map(len, views))}
+
+
+def damage(system: SensorSystem, frames: list[SensorFrame]) -> dict[str, dict[str, float]]:
+    """Milliseconds to locate what the thesis' attack did to a sensor, and to locate and mend it."""
+    locating = {
+        REFERENCE: lambda frame, trusted: damaged_pixels(frame, REFERENCE, trusted, DEPTH),
+        LIDAR: lambda frame, trusted: damaged_scan(frame, trusted, DEPTH),
+    }
+    found = {}
+    for sensor, locate in locating.items():
+        attack = thesis_attack([sensor], REFERENCE)
+        tampered = [attack.attack(frame, seed).frame for seed, frame in enumerate(frames)]
+        trusted = [one for one in system.sensors if one != sensor]
+        located = [timed(partial(locate, frame, trusted)) for frame in tampered]
+        repaired = [timed(partial(repair, frame, system, [sensor], DEPTH)) for frame in tampered]
+        name = "LiDAR" if sensor == LIDAR else "camera"
+        found[name] = {"located": _median(located), "repaired": _median(repaired)}
+    return found
+
+
 def timed(work: Callable[[], Any]) -> float:
     begun = time.perf_counter()
     work()
@@ -109,19 +152,29 @@ def timed(work: Callable[[], Any]) -> float:
 
 def main() -> None:
     """Render, measure, print JSON."""
-    parser = argparse.ArgumentParser(description=__doc__, allow_abbrev=False)
-    parser.add_argument("--frames", type=int, default=2, help="to render and to judge")
-    frames = [rendered(number) for number in range(1, parser.parse_args().frames + 1)]
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], allow_abbrev=False)
+    parser.add_argument("--frames", type=int, default=20, help="to render and to judge")
+    count = parser.parse_args().frames
+    frames = []
+    with progress("rendering") as shown:
+        for number in range(1, count + 1):
+            frames.append(rendered(number))
+            shown(number, count)
     result: dict[str, Any] = {}
-    for name, system in SYSTEMS.items():
-        for method, validator in validators(system, frames[0]).items():
-            validator.validate(frames[0])  # compiles, and factorises the covariances
-            rows = [parts(validator, frame) for frame in frames]
-            whole = [timed(partial(validator.validate, frame)) for frame in frames]
-            result.setdefault(name, {})[method] = {
-                "frame": _median(whole),
-                "parts": {part: _median([row[part] for row in rows]) for part in rows[0]},
-            }
+    with progress("systems of sensors") as shown:
+        for done, (name, system) in enumerate(SYSTEMS.items(), start=1):
+            rows = result[name] = {}
+            for method, validator in validators(system, frames).items():
+                validator.validate(frames[0])  # compiles, and factorises the covariances
+                each = [parts(validator, frame) for frame in frames]
+                whole = [timed(partial(validator.validate, frame)) for frame in frames]
+                rows[method] = {
+                    "frame": _median(whole),
+                    "parts": {part: _median([row[part] for row in each]) for part in each[0]},
+                    "reference attacked": with_reference_attacked(validator, frames),
+                }
+            rows["damage"] = damage(system, frames)
+            shown(done, len(SYSTEMS))
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     settings = {"depth": DEPTH.settings, "size": [1242, 375], "frames": len(frames)}
     print(json.dumps({"cores": cores, **settings, "milliseconds": result}, indent=1))

@@ -2,78 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.attacks.attack import Seed
+from avsec_gym.attacks.object_scan import ObjectScan, object_pose, read_object_scan
 from avsec_gym.attacks.optical_attack import TamperedFrame
-from avsec_gym.boxes import Boxes3D
-from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.frame import Points, SensorFrame
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats, transform_points
 from avsec_gym.rig import SensorRig
 from avsec_gym.sensor_system import LIDAR, Sensor
-
-
-@dataclass(frozen=True, eq=False)
-class ObjectScan:
-    """What a LiDAR saw of one object.
-
-    Args:
-        points: In the object's own frame, shape (M, 4): x along its heading, y to its left, z up
-            from the middle of its bottom, metres; reflectance.
-        dimensions: Height, width, length of its box, metres.
-        seen_from: Where the LiDAR stood in that frame, x and y, metres: the sides that it saw.
-
-    Raises:
-        ConfigurationError: No points, a value that is not finite, or a box without a volume.
-    """
-
-    points: Points
-    dimensions: tuple[float, float, float]
-    seen_from: tuple[float, float]
-
-    def __post_init__(self) -> None:
-        if self.points.ndim != 2 or self.points.shape[1] != 4 or not len(self.points):
-            raise ConfigurationError(
-                f"the scan of an object has shape (M, 4), M > 0, got {self.points.shape}"
-            )
-        if not (np.isfinite(self.points).all() and np.isfinite(self.seen_from).all()):
-            raise ConfigurationError("the scan of an object holds a value that is not finite")
-        if not (len(self.dimensions) == 3 and 0 < min(self.dimensions) < np.inf):
-            raise ConfigurationError(f"a box has three positive sizes, got {self.dimensions}")
-
-
-def cut_out(frame: SensorFrame, box: Boxes3D) -> ObjectScan:
-    """An object's points out of a frame's scan.
-
-    Args:
-        frame: With a scan.
-        box: One object, such as ``labels[[3]]``.
-
-    Raises:
-        ConfigurationError: Not one box.
-        DataError: No scan, or no point of it in the box.
-    """
-    if len(box) != 1:
-        raise ConfigurationError(f"one object is cut out at a time, got {len(box)}")
-    rig = SensorRig(frame.calibration)
-    height, width, length = (float(size) for size in box.dimensions[0])
-    bottom = rig.camera_height - float(box.location[0, 1])
-    to_own = np.linalg.inv(_from_own(box.poses[0], bottom)) @ rig.velodyne_pose
-    places = transform_points(to_own, frame.points[:, :3])
-    inside = (np.abs(places[:, 0]) <= length / 2) & (np.abs(places[:, 1]) <= width / 2)
-    inside &= (places[:, 2] >= 0) & (places[:, 2] <= height)
-    if not inside.any():
-        raise DataError(
-            f"Frame {frame.id} has no point of its scan in the box at {box.location[0].round(1)}.",
-            path=frame.origin,
-            remedy="Cut out an object that the LiDAR sees.",
-        )
-    points = np.c_[places[inside], frame.points[inside, 3]].astype(np.float32)
-    return ObjectScan(points, (height, width, length), (to_own[0, 3], to_own[1, 3]))
 
 
 def paste_scan(
@@ -103,7 +45,7 @@ def paste_scan(
     if not np.isfinite([*pose, bottom]).all():
         raise ConfigurationError(f"an object is pasted at a finite place, got {(*pose, bottom)}")
     cloud = frame.points
-    to_velodyne = np.linalg.inv(SensorRig(frame.calibration).velodyne_pose) @ _from_own(
+    to_velodyne = np.linalg.inv(SensorRig(frame.calibration).velodyne_pose) @ object_pose(
         np.asarray(pose, float), bottom
     )
     to_own = np.linalg.inv(to_velodyne)
@@ -130,7 +72,7 @@ class PastedScan:
     """An object's scan at a random place around the car, on the road.
 
     Args:
-        scan: Of the object.
+        scan: Of the object, or a file that `write_object_scan` wrote.
         distance: From the LiDAR along the ground, metres; two numbers: drawn between them.
         bearing: Of the object as the LiDAR sees it, radians to the left of ahead; None: drawn from
             the whole circle.
@@ -140,20 +82,32 @@ class PastedScan:
         name: What it is called in results.
 
     Raises:
-        ConfigurationError: A number that cannot be.
+        ConfigurationError: A number that cannot be, or something else than a scan.
+        DataError: The file is missing or broken.
     """
 
-    scan: ObjectScan
+    scan: ObjectScan | str | Path
     distance: float | tuple[float, float] = (6.0, 40.0)
     bearing: float | None = None
     heading: float | None = None
     rays_lost: bool = False
     name: str = "pasted_scan"
+    _scan: ObjectScan = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        scan = read_object_scan(self.scan) if isinstance(self.scan, str | Path) else self.scan
+        if not isinstance(scan, ObjectScan):
+            raise ConfigurationError(
+                "what is pasted is the scan of an object, or a file that `write_object_scan` "
+                f"wrote, got {scan!r}"
+            )
+        object.__setattr__(self, "_scan", scan)
         near, far = np.broadcast_to(self.distance, 2)
         if not 0 < near <= far < np.inf:
             raise ConfigurationError(f"an object is at a positive distance, got {self.distance}")
+        angles = [angle for angle in (self.bearing, self.heading) if angle is not None]
+        if not np.isfinite(angles).all():
+            raise ConfigurationError(f"bearing and heading are finite angles, got {angles}")
 
     @property
     def sensors(self) -> frozenset[Sensor]:
@@ -166,7 +120,7 @@ class PastedScan:
         distance, drawn = random.uniform(*np.broadcast_to(self.distance, 2)), random.random()
         bearing = 2 * np.pi * (drawn - 0.5) if self.bearing is None else self.bearing
         x, y = SensorRig(frame.calibration).velodyne_pose[:2, 3]
-        ahead, left = self.scan.seen_from
+        ahead, left = self._scan.seen_from
         # From the object the LiDAR is seen backwards along the bearing.
         facing = bearing + np.pi - np.arctan2(left, ahead)
         pose = (
@@ -174,14 +128,7 @@ class PastedScan:
             y + distance * np.sin(bearing),
             facing if self.heading is None else self.heading,
         )
-        return paste_scan(frame, self.scan, pose, rays_lost=self.rays_lost)
-
-
-def _from_own(pose: Floats, bottom: float) -> Floats:
-    """From an object's own frame to the vehicle frame, shape (4, 4)."""
-    x, y, heading = pose
-    cos, sin = np.cos(heading), np.sin(heading)
-    return np.array([[cos, -sin, 0, x], [sin, cos, 0, y], [0, 0, 1, bottom], [0, 0, 0, 1]])
+        return paste_scan(frame, self._scan, pose, rays_lost=self.rays_lost)
 
 
 def _meets_box(

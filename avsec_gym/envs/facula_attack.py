@@ -72,16 +72,18 @@ class FaculaAttackEnv(OpticalAttackEnv):
     ## Arguments
     * `scenarios="mixed"`: a default suite of the procedural world (`mixed`, `street`, `highway`,
       made in the cache on first use); a folder in KITTI's object layout, with scans for the
-      validator; or a dictionary such as `{"source": "mixed", "split": "train", "count": 10}`.
+      validator; or a dictionary such as `{"source": "mixed", "split": "train"}`.
     * `detector="dsgn"`: or `"stereo_rcnn"`, a dictionary such as
       `{"name": "dsgn", "weights": "FILE"}`, or a live detector.
-    * `validator="thresholds"`: the thesis', its thresholds measured at the first reset on up to 50
-      scenes without an attack, a third of a second each; a dictionary such as
-      `{"name": "thresholds", "rate": 0.05}`, which may name a table as `avsec validate` writes it
-      (`"thresholds": "FILE"`), or `{"name": "likelihood", ...}`; a live validator; None: nobody
-      looks.
-    * `clean=None`: the scenes that thresholds are measured on, named as `scenarios` are; None:
-      those of the game.
+    * `validator="thresholds"`: the thesis' algorithms on four shares of each triple of sensors, the
+      thresholds measured at the first reset on clean scenes, a third of a second each; a dictionary
+      such as `{"name": "thresholds", "rate": 0.05, "criterion": "error"}`, which is the thesis' E
+      alone, and may name a table as `avsec validate` writes it (`"thresholds": "FILE"`), or
+      `{"name": "likelihood", ...}`; a live validator; None: nobody looks.
+    * `clean=None`: the scenes without an attack that thresholds are measured on, the first 50 of
+      them, named as `scenarios` are; None: the first half of the game's, ten or more.  They are
+      not played.  Thresholds of so few are the largest values that they show
+      (`avsec_gym.envs.game_validator.validator_and_played`).
     * `planner="astar"`
     * `motion="static"`: the planner takes everything to stand; `"truth"`: it knows how the real
       objects behind the boxes move.

@@ -12,7 +12,8 @@ import numpy as np
 
 from avsec_gym.attacks.attack import quantised
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.envs.notice import Notice, validator_for
+from avsec_gym.envs.game_validator import validator_and_played
+from avsec_gym.envs.notice import Notice
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.pipeline import Drive, Perception, Pipeline
@@ -55,8 +56,9 @@ class SensorAttackGame:
         planner: The victim's.
         motion: What the planner knows of motion.
         score_threshold: Less sure detections are not planned on.
-        validator: The victim's; see `validator_for`.
-        clean: Scenes that its thresholds are measured on, named as `scenarios` are; None: those.
+        validator: The victim's; see `validator_and_played`.
+        clean: Scenes that its thresholds are measured on, named as `scenarios` are; None: the first
+            half of those.  They are not played.
         contested: Draw only situations that are unsafe for a car which sees no object at all: in
             all others, to hide objects changes nothing.
 
@@ -76,12 +78,12 @@ class SensorAttackGame:
         clean: Any = None,
         contested: bool = False,
     ) -> None:
-        self.scenes = frame_scenes_of(scenarios)
+        scenes = frame_scenes_of(scenarios)
         self.pipeline = Pipeline(
             detector, planner=planner, motion=motion, score_threshold=score_threshold
         )
-        self.validator = validator_for(
-            validator, self.scenes if clean is None else frame_scenes_of(clean)
+        self.validator, self.scenes = validator_and_played(
+            validator, scenes, None if clean is None else frame_scenes_of(clean)
         )
         self.contested = contested
         self._labelled = {scene.id: scene for scene in self.scenes.scenes.labelled}
@@ -111,7 +113,7 @@ class SensorAttackGame:
         every = [(id, intention) for id in self._ids for intention in intentions]
         for k in random.permutation(len(every)):
             scene, intention = self._labelled[every[k][0]], every[k][1]
-            if self.contested and not self._is_contested(scene, intention):
+            if self.contested and not self.is_contested(scene, intention):
                 continue
             situation = self.situation(scene, intention)
             unattacked = situation.unattacked
@@ -142,8 +144,8 @@ class SensorAttackGame:
         drive = self.pipeline.drive(situation.scene, perception, situation.intention)
         return Look(frame, perception, drive, Notice.of(self.validator, frame))
 
-    def _is_contested(self, scene: Scene, intention: Intention) -> bool:
-        """Whether a car that sees nothing drives unsafely."""
+    def is_contested(self, scene: Scene, intention: Intention) -> bool:
+        """Whether a car that sees nothing drives unsafely, so that hiding objects may matter."""
         key = (scene.id, intention)
         if key not in self._blind_safe:
             nothing = Perception(Boxes3D.empty(), Boxes3D.empty(), None)
@@ -156,8 +158,10 @@ class SensorAttackGame:
 
     def _named(self, id: str) -> Scene:
         if id not in self._labelled:
+            measured_on = "" if self.validator is None else ", other than those of thresholds"
             raise ConfigurationError(
-                f"{self.scenes.scenes.name} has no scene {id!r}; the first is {self._ids[0]!r}"
+                f"{self.scenes.scenes.name} has no scene {id!r} to play{measured_on}; the first is "
+                f"{self._ids[0]!r}"
             )
         return self._labelled[id]
 

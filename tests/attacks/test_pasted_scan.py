@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
+from avsec_gym.attacks.object_scan import (
+    ObjectScan,
+    cut_out,
+    read_object_scan,
+    write_object_scan,
+)
 from avsec_gym.attacks.optical_attack import OpticalAttack
-from avsec_gym.attacks.pasted_scan import ObjectScan, PastedScan, cut_out, paste_scan
+from avsec_gym.attacks.pasted_scan import PastedScan, paste_scan
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.cli import run
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import transform_points
+from avsec_gym.kitti.sensor_files import write_points
+from avsec_gym.kitti.writing import write_object_frame
+from avsec_gym.registry import make
 from avsec_gym.rig import kitti_rig
 
 RIG = kitti_rig()
@@ -109,6 +123,84 @@ def test_places_are_everywhere_and_seeded() -> None:
     one, two = attack.attack(frame, 5), attack.attack(frame, 5)
     assert one.frame.points.tobytes() == two.frame.points.tobytes()
     assert one.attacked == attack.sensors == {"lidar"}
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    """A car's scan."""
+    write_object_scan(tmp_path / "car.npz", cut_out(frame_of(), CAR))
+    return tmp_path / "car.npz"
+
+
+def test_a_file_is_what_was_written_and_pasted_as_that(file: Path) -> None:
+    frame, scan = frame_of(), cut_out(frame_of(), CAR)
+    again = read_object_scan(file)
+    np.testing.assert_array_equal(again.points, scan.points)
+    assert again.points.dtype == np.float32
+    assert (again.dimensions, again.seen_from) == (scan.dimensions, scan.seen_from)
+    given = {"distance": [8.0, 9.0], "rays_lost": True}
+    named = make("optical_attack", {"name": "pasted_scan", "scan": str(file), **given})
+    tampered = named.attack(frame, 3)
+    expected = PastedScan(scan, (8.0, 9.0), rays_lost=True).attack(frame, 3)
+    np.testing.assert_array_equal(tampered.frame.points, expected.frame.points)
+    assert tampered.settings == expected.settings
+    with pytest.raises(DataError, match="exists"):
+        write_object_scan(file, scan)
+
+
+def test_other_files_are_refused_by_name_with_a_remedy(file: Path, tmp_path: Path) -> None:
+    whole = file.read_bytes()
+    write_points(tmp_path / "kitti.bin", frame_of().points)
+    (tmp_path / "cut.npz").write_bytes(whole[: len(whole) // 2])
+    (tmp_path / "damaged.npz").write_bytes(whole[:200] + bytes(50) + whole[250:])
+    (tmp_path / "empty.npz").write_bytes(b"")
+    np.save(tmp_path / "array.npy", np.zeros((3, 4)))
+    np.savez(tmp_path / "points.npz", points=np.zeros((3, 4)))
+    nothing = {"points": np.zeros((0, 4)), "dimensions": np.ones(3), "seen_from": np.ones(2)}
+    np.savez(tmp_path / "nothing.npz", **nothing)
+    np.savez(tmp_path / "flat.npz", **nothing | {"dimensions": 2.0})
+    for path in [*sorted(tmp_path.iterdir()), tmp_path, tmp_path / "missing.npz"]:
+        if path == file:
+            continue
+        with pytest.raises(DataError, match=r"write_object_scan\(FILE, cut_out") as raised:
+            PastedScan(path)
+        assert str(raised.value).startswith(f"{path}: ")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({}, r"'scan' \(its arguments: help\(avsec_gym.attacks.pasted_scan.PastedScan\)\)"),
+        ({"scan": 3}, "scan of an object, or a file .* got 3"),
+        ({"distance": "far"}, "cannot be made"),
+        ({"distance": [1, 2, 3]}, "cannot be made"),
+        ({"bearing": float("nan")}, "finite angles"),
+        ({"heading": "left"}, "cannot be made"),
+    ],
+)
+def test_wrong_arguments_by_name_are_refused(
+    file: Path, arguments: dict[str, Any], message: str
+) -> None:
+    scan = {"scan": str(file)} if arguments else {}
+    with pytest.raises(ConfigurationError, match=message):
+        make("optical_attack", {"name": "pasted_scan", **scan, **arguments})
+
+
+def test_validate_pastes_the_file(
+    file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The same dots before both cameras and the LiDAR, but for the car ahead."""
+    for number in range(4):
+        dots = np.random.default_rng(number).integers(0, 256, (375, 1242, 3), np.uint8)
+        images = {camera: np.roll(dots, -30 * (camera - 2), axis=1) for camera in (2, 3)}
+        frame = SensorFrame(f"{number:06d}", RIG.calibration, images, frame_of().points)
+        write_object_frame(tmp_path / "training", frame, CAR)
+    attack = {"name": "pasted_scan", "scan": str(file), "distance": 10, "bearing": 0}
+    command = ["validate", "--kitti", str(tmp_path), "--attack", json.dumps(attack), "--json"]
+    assert run([*command, "--clean", "0.5", "--out", str(tmp_path / "out")]) == 0
+    *rows, last = map(json.loads, capsys.readouterr().out.splitlines())
+    assert [row["truly_attacked"] for row in rows] == [["lidar"]] * 2
+    assert last["summary"]["attacks_noticed"]["of"] == 2
 
 
 def test_what_cannot_be_is_refused() -> None:

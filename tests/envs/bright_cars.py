@@ -27,6 +27,8 @@ SCENES = (
     [[12.0, -6.0, 0.0], [33.0, 1.0, 0.0]],
 )
 """Poses of the cars of each frame, ego frame; nothing is in the way."""
+CLEAN = "clean"
+"""Folder of frames for a validator to be fitted on, beside those that are played."""
 
 
 class BrightCars:
@@ -81,9 +83,11 @@ def scan(location: np.ndarray) -> np.ndarray:
 
 
 def write_frames(root: Path) -> None:
-    """Those of `SCENES`."""
+    """Those of `SCENES`, and `CLEAN` ones: their mirror images, with other noise."""
     for number, poses in enumerate(SCENES):
         write_frame(root, number, poses)
+        mirrored = [[x, -y, -heading] for x, y, heading in poses]
+        write_frame(root / CLEAN, len(SCENES) + number, mirrored)
 
 
 def write_frame(root: Path, number: int, poses: list[list[float]]) -> None:

@@ -46,6 +46,12 @@ def quick() -> dict[str, Any]:
     return dict(json.loads(os.environ[ARGUMENTS]))
 
 
+@pytest.fixture
+def watched(quick: dict[str, Any], bright_cars: ModuleType) -> dict[str, Any]:
+    """The same with frames for the thresholds of a validator, which are not played."""
+    return quick | {"clean": str(Path(quick["scenarios"]) / bright_cars.CLEAN)}
+
+
 @pytest.fixture(scope="session")
 def small_cache(tmp_path_factory: pytest.TempPathFactory, bright_cars: ModuleType) -> Path:
     """A cache whose default suites `mixed` and `raw` have four small frames each.

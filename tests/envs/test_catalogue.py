@@ -56,7 +56,8 @@ def arguments(id: str) -> dict[str, Any]:
     On such frames, random light is noticed nearly always; by E alone, now and then not.
     """
     given: dict[str, Any] = json.loads(os.environ["IMAGE_ATTACK_ARGUMENTS"])
-    by_error = {"validator": {"name": "thresholds", "criterion": "error"}}
+    clean = os.path.join(given["scenarios"], "clean")
+    by_error = {"validator": {"name": "thresholds", "criterion": "error"}, "clean": clean}
     if id == "avsec/LidarSpoofing-v0":
         near = {"distances": [5, 15], "bearings": [-0.3, 0.3]}
         return {"scenarios": given["scenarios"], **by_error, **near}

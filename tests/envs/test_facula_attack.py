@@ -19,7 +19,8 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs import notice as notices
 from avsec_gym.envs.facula_attack import FaculaAttackEnv
 from avsec_gym.envs.facula_coding import FaculaCoding
-from avsec_gym.envs.notice import Notice, validator_for
+from avsec_gym.envs.game_validator import FEWEST, validator_and_played
+from avsec_gym.envs.notice import Notice
 from avsec_gym.envs.sensor_attack_features import SIZE
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
@@ -34,6 +35,7 @@ from avsec_gym.validation.state_posterior import Verdict
 from avsec_gym.validation.threshold_validator import ThresholdValidator
 from avsec_gym.validation.validator import Validation
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 ID = "avsec/FaculaAttack-v0"
 CODING = FaculaCoding((375, 1242), (37.5, 375.0))
 PAIR = {"scenario": "000001", "intention": "straight"}
@@ -130,10 +132,14 @@ def test_scenes_that_raise_an_alarm_by_themselves_are_never_drawn(quick: dict[st
 
 @pytest.mark.usefixtures("small_suite")
 def test_thresholds_come_from_the_clean_scenes_and_judge_as_the_validator_does() -> None:
-    scenes = frame_scenes("mixed")
-    frames = [scenes.frame(scene) for scene in scenes.scenes.labelled]
-    validator = validator_for({"name": "thresholds", "rate": 0.0}, scenes)
+    scenes, first = frame_scenes("mixed"), frame_scenes("mixed", count=3)
+    frames = [first.frame(scene) for scene in first.scenes.labelled]
+    thresholds = {"name": "thresholds", "rate": 0.0}
+    validator, played = validator_and_played(thresholds, scenes, first)
     assert isinstance(validator, ThresholdValidator)
+    assert [scene.id for scene in played.scenes.scenes] == ["000003"]
+    with pytest.raises(ConfigurationError, match=r"none is left to be played.*`clean`"):
+        validator_and_played(thresholds, first, scenes)
     clean = [Notice.of(validator, frame) for frame in frames]
     assert not any(notice.alarm for notice in clean)
     direct = [DisparityErrors(DisparityMaps(f, LIDAR_AND_TWO_CAMERAS))[0, 1, 2] for f in frames]
@@ -143,7 +149,7 @@ def test_thresholds_come_from_the_clean_scenes_and_judge_as_the_validator_does()
         assert threshold == max(getattr(one, measure) for one in direct)
     blinding = Facula(3, 375.0, (600.0 / 3, 60.0), strength=5000.0)
     assert Notice.of(validator, blinding.attack(frames[0]).frame).alarm
-    assert validator_for(None, scenes) is None
+    assert validator_and_played(None, scenes) == (None, scenes)
     assert not any(Notice.of(None, frames[0]).facts.values())
     assert notices.MEASURES == MEASURES
 
@@ -185,35 +191,90 @@ def test_wrong_arguments_are_refused(arguments: dict[str, Any], message: str) ->
         FaculaAttackEnv(**arguments)
 
 
-def test_an_unknown_validator_is_refused_at_the_first_reset(quick: dict[str, Any]) -> None:
+def test_an_unknown_validator_is_refused_at_the_first_reset(watched: dict[str, Any]) -> None:
     with pytest.raises(ConfigurationError, match="no validator named 'nobody'"):
-        FaculaAttackEnv(**quick, validator="nobody").reset(seed=0)
+        FaculaAttackEnv(**watched, validator="nobody").reset(seed=0)
     with pytest.raises(ConfigurationError, match="rate"):
-        FaculaAttackEnv(**quick, validator={"name": "thresholds", "rate": 2}).reset(seed=0)
+        FaculaAttackEnv(**watched, validator={"name": "thresholds", "rate": 2}).reset(seed=0)
 
 
-def test_clean_scenes_may_be_others(quick: dict[str, Any]) -> None:
-    clean = {"source": quick["scenarios"], "count": 1}
+def test_by_itself_the_first_half_is_measured_and_the_rest_is_played(
+    tmp_path: Path, quick: dict[str, Any], bright_cars: ModuleType
+) -> None:
+    for number in range(2 * FEWEST):
+        bright_cars.write_frame(tmp_path, number, bright_cars.SCENES[number % 3])
+    ids = [f"{number:06d}" for number in range(2 * FEWEST)]
+    quick["scenarios"] = str(tmp_path)
+    env = FaculaAttackEnv(**quick, validator={"name": "thresholds", "criterion": "error"})
+    drawn = {env.reset(seed=seed)[1]["scenario"] for seed in range(40)}
+    assert len(drawn) > FEWEST / 2
+    assert drawn <= set(ids[FEWEST:])
+    validator = env.game.validator
+    assert isinstance(validator, ThresholdValidator)
+    assert len(validator._table) == FEWEST
+    with pytest.raises(ConfigurationError, match=r"no scene '000003' to play.*of thresholds"):
+        env.reset(options={"scenario": "000003"})
+    # Where nothing is measured, nothing is kept back.
+    env = FaculaAttackEnv(**quick, validator=None)
+    assert len(env.game.scenes) == 2 * FEWEST
+
+
+def test_too_few_scenes_to_measure_on_are_told(quick: dict[str, Any]) -> None:
+    with pytest.raises(ConfigurationError, match=r"has 3 scenes, too few.*`clean`.*avsec validate"):
+        FaculaAttackEnv(**quick).reset(seed=0)
+
+
+@pytest.mark.parametrize("clean", [{"count": 1}, {}])
+def test_clean_scenes_are_not_played_either(
+    quick: dict[str, Any], clean: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of more than `CLEAN`, the first count."""
+    monkeypatch.setattr("avsec_gym.envs.game_validator.CLEAN", 1)
+    clean = {"source": quick["scenarios"], **clean}
     env = FaculaAttackEnv(**quick, clean=clean)
     env.reset(options=PAIR)
     validator = env.game.validator
     assert isinstance(validator, ThresholdValidator)
     assert len(validator._table) == 1
+    assert [scene.id for scene in env.game.scenes.scenes.scenes] == ["000001", "000002"]
     assert len(frame_scenes_of(quick["scenarios"])) == 3
 
 
 @pytest.mark.slow
-def test_the_example_trains_and_compares(quick: dict[str, Any]) -> None:
-    path = Path(__file__).parents[2] / "examples" / "train_quiet_laser.py"
-    command = [sys.executable, str(path), "--detector", quick["detector"], "--all-scenes"]
-    command += ["--training", quick["scenarios"], "--testing", quick["scenarios"]]
-    command += ["--steps", "120", "--held-out", "10"]
+def test_the_example_trains_and_compares(watched: dict[str, Any]) -> None:
+    scenes, situations, seeds = watched["scenarios"], 3, 2
+    command = [sys.executable, str(EXAMPLES / "train_quiet_laser.py"), "--json", "--all-scenes"]
+    command += ["--detector", watched["detector"], "--clean", watched["clean"]]
+    command += ["--training", scenes, "--testing", scenes, "--held-out", str(situations)]
+    command += ["--steps", "48", "--seeds", str(seeds), "--workers", "1"]
     done = subprocess.run(command, check=True, capture_output=True, text=True)
     result = json.loads(done.stdout)
-    for policy in ("random", "random_search", "loud_sac", "quiet_sac"):
-        for name in ("unsafe", "noticed", "unsafe_and_unnoticed", "success_within_all_queries"):
-            assert 0 <= result[policy][name]["rate"] <= 1
-        quiet = result[policy]["unsafe_and_unnoticed"]["rate"]
-        assert quiet <= result[policy]["unsafe"]["rate"]
-        assert 30 <= result[policy]["radius"] <= 180
-    assert result["training_queries"] == 120
+    assert (result["situations"], result["scenes_unsafe_without_attack"]) == (situations, 0)
+    assert result["seeds"] == [0, 1]
+    for attacker in ("no_attack", "thesis_facula", "random_shot", "loud_sac", "quiet_sac"):
+        row = result[attacker]
+        for name in ("unsafe", "noticed", "unsafe_and_unnoticed"):
+            rates = row[name]["by_seed"]
+            assert len(rates) == (1 if attacker == "no_attack" else seeds)
+            assert row[name]["rate"] == pytest.approx(np.mean(rates), abs=1e-4)
+            lower, upper = row[name]["interval"]
+            assert 0 <= lower <= row[name]["rate"] <= upper <= 1
+        assert row["unsafe_and_unnoticed"]["rate"] <= row["unsafe"]["rate"]
+        if attacker != "no_attack":
+            least, most = (187, 375) if attacker == "thesis_facula" else (30, 180)
+            assert least <= row["radius"] <= most
+    assert result["no_attack"]["unsafe"]["rate"] == 0
+
+
+def test_contested_frames_are_known_before_they_are_rendered(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """In the suite `mixed`, as its labels and flags say, these 12 scenes of 48."""
+    monkeypatch.syspath_prepend(EXAMPLES)
+    from contested_frames import ContestedFrames, is_contested
+
+    contested = tuple(number for number in range(48) if is_contested(number, 0))
+    assert contested == (10, 12, 13, 18, 19, 20, 22, 25, 27, 36, 40, 45)
+    recipe = ContestedFrames("mixed", 12, 0, numbers=contested)
+    assert recipe.last_file(1) == "training/label_2/000012.txt"
+    assert recipe.settings != ContestedFrames("mixed", 12, 1, numbers=contested).settings

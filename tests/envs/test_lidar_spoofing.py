@@ -95,16 +95,17 @@ def test_a_patch_in_the_lane_stops_the_car_and_one_beside_it_does_not(scenarios:
 
 @pytest.mark.usefixtures("small_suite")
 def test_a_large_near_patch_is_noticed_and_a_far_one_is_not() -> None:
-    env = LidarSpoofingEnv("mixed", validator={"name": "thresholds", "rate": 0.0})
+    clean = {"source": "mixed", "count": 2}
+    env = LidarSpoofingEnv("mixed", validator={"name": "thresholds", "rate": 0.0}, clean=clean)
     env.reset(seed=0)
-    clean = env.step(env.coding.encode(LidarSpoofing(0.5, 0.5, 40.0, 0.65)))[-1]
-    assert not clean["noticed"]
+    far = env.step(env.coding.encode(LidarSpoofing(0.5, 0.5, 40.0, 0.65)))[-1]
+    assert not far["noticed"]
     wall = LidarSpoofing(30.0, 8.0, 6.0, 0.0)
-    env = LidarSpoofingEnv("mixed", widths=(0.5, 30.0), heights=(0.5, 8.0))
+    env = LidarSpoofingEnv("mixed", clean=clean, widths=(0.5, 30.0), heights=(0.5, 8.0))
     env.reset(seed=0)
     *_, terminated, _, info = env.step(env.coding.encode(wall))
     assert (info["outcome"], info["noticed"], terminated) == ("unplanned", True, False)
-    assert info["error"] > clean["error"] + 0.3
+    assert info["error"] > far["error"] + 0.3
 
 
 @pytest.mark.parametrize(

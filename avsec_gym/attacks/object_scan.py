@@ -1,0 +1,132 @@
+"""`ObjectScan`: what a LiDAR saw of one object, cut out of a frame, and its file."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.frame import Points, SensorFrame
+from avsec_gym.geometry import Floats, transform_points
+from avsec_gym.kitti.atomic_write import write_bytes
+from avsec_gym.rig import SensorRig
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectScan:
+    """What a LiDAR saw of one object.
+
+    Args:
+        points: In the object's own frame, shape (M, 4): x along its heading, y to its left, z up
+            from the middle of its bottom, metres; reflectance.
+        dimensions: Height, width, length of its box, metres.
+        seen_from: Where the LiDAR stood in that frame, x and y, metres: the sides that it saw.
+
+    Raises:
+        ConfigurationError: No points, a value that is not finite, or a box without a volume.
+    """
+
+    points: Points
+    dimensions: tuple[float, float, float]
+    seen_from: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        if self.points.ndim != 2 or self.points.shape[1] != 4 or not len(self.points):
+            raise ConfigurationError(
+                f"the scan of an object has shape (M, 4), M > 0, got {self.points.shape}"
+            )
+        if not (np.isfinite(self.points).all() and np.isfinite(self.seen_from).all()):
+            raise ConfigurationError("the scan of an object holds a value that is not finite")
+        if not (len(self.dimensions) == 3 and 0 < min(self.dimensions) < np.inf):
+            raise ConfigurationError(f"a box has three positive sizes, got {self.dimensions}")
+
+
+def cut_out(frame: SensorFrame, box: Boxes3D) -> ObjectScan:
+    """An object's points out of a frame's scan.
+
+    Args:
+        frame: With a scan.
+        box: One object, such as ``labels[[3]]``.
+
+    Raises:
+        ConfigurationError: Not one box.
+        DataError: No scan, or no point of it in the box.
+    """
+    if len(box) != 1:
+        raise ConfigurationError(f"one object is cut out at a time, got {len(box)}")
+    rig = SensorRig(frame.calibration)
+    height, width, length = (float(size) for size in box.dimensions[0])
+    bottom = rig.camera_height - float(box.location[0, 1])
+    to_own = np.linalg.inv(object_pose(box.poses[0], bottom)) @ rig.velodyne_pose
+    places = transform_points(to_own, frame.points[:, :3])
+    inside = (np.abs(places[:, 0]) <= length / 2) & (np.abs(places[:, 1]) <= width / 2)
+    inside &= (places[:, 2] >= 0) & (places[:, 2] <= height)
+    if not inside.any():
+        raise DataError(
+            f"Frame {frame.id} has no point of its scan in the box at {box.location[0].round(1)}.",
+            path=frame.origin,
+            remedy="Cut out an object that the LiDAR sees.",
+        )
+    points = np.c_[places[inside], frame.points[inside, 3]].astype(np.float32)
+    return ObjectScan(points, (height, width, length), (to_own[0, 3], to_own[1, 3]))
+
+
+def write_object_scan(path: str | Path, scan: ObjectScan, *, overwrite: bool = False) -> None:
+    """Write a scan as NumPy's ``.npz`` of ``points``, ``dimensions`` and ``seen_from``.
+
+    A file of points alone, as KITTI's ``.bin``, would not say where the object is among them.
+
+    Raises:
+        DataError: The file exists and `overwrite` is false, or it cannot be written.
+    """
+    content = io.BytesIO()
+    np.savez_compressed(
+        content, points=scan.points, dimensions=scan.dimensions, seen_from=scan.seen_from
+    )
+    write_bytes(path, content.getvalue(), overwrite=overwrite)
+
+
+def read_object_scan(path: str | Path) -> ObjectScan:
+    """Read what `write_object_scan` wrote.
+
+    Raises:
+        DataError: Missing, cut off, or something else.
+    """
+    try:
+        with np.load(io.BytesIO(Path(path).read_bytes()), allow_pickle=False) as content:
+            height, width, length = content["dimensions"].tolist()
+            ahead, left = content["seen_from"].tolist()
+            points = content["points"].astype(np.float32)
+        return ObjectScan(points, (height, width, length), (ahead, left))
+    except FileNotFoundError:
+        problem = "There is no scan of an object here."
+    except (
+        ConfigurationError,
+        EOFError,
+        KeyError,
+        OSError,
+        TypeError,
+        ValueError,
+        zipfile.BadZipFile,
+        zlib.error,
+    ) as error:
+        problem = f"This is no scan of an object ({error})."
+    raise DataError(
+        problem,
+        path=path,
+        remedy="Cut one out of a frame: `write_object_scan(FILE, cut_out(frame, box))` of "
+        "avsec_gym.attacks.object_scan.",
+    )
+
+
+def object_pose(pose: Floats, bottom: float) -> Floats:
+    """From an object's own frame to the vehicle frame, shape (4, 4)."""
+    x, y, heading = pose
+    cos, sin = np.cos(heading), np.sin(heading)
+    return np.array([[cos, -sin, 0, x], [sin, cos, 0, y], [0, 0, 1, bottom], [0, 0, 0, 1]])

@@ -1,0 +1,101 @@
+"""The validator that watches a game, its thresholds measured on scenes that nobody plays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.registry import Kind, make
+from avsec_gym.scenario.frame_scenes import FrameScenes
+from avsec_gym.scenario.scene import Scene
+
+if TYPE_CHECKING:  # OpenCV is loaded where somebody validates, not before.
+    from avsec_gym.validation.thresholds import ThresholdTable
+    from avsec_gym.validation.validator import Validator
+
+CLEAN = 50
+"""Scenes at most that thresholds are measured on."""
+FEWEST = 10
+"""Scenes at least that a game keeps back for that; whoever names scenes may name fewer."""
+
+
+def validator_and_played(
+    what: Any, scenes: FrameScenes, clean: FrameScenes | None = None
+) -> tuple[Validator | None, FrameScenes]:
+    """A validator of the LiDAR and the cameras 3 and 2, and the scenes that are left to be played.
+
+    What a validator was fitted on says little of how often it is wrong: scenes that thresholds are
+    measured on are not played.  Of N clean scenes floor(rate * N) lie beyond the thresholds, which
+    is none of 50 at a rate of 0.01: the thresholds of few scenes are the largest values that these
+    show, and a new scene lies beyond that of a share with a probability of 1 / (N + 1).
+
+    Args:
+        what: A name, a dictionary of a name and arguments, or a live one; None: nobody looks.
+            ``thresholds`` without a table is given one that is measured on clean scenes.
+        scenes: Of the game.
+        clean: Attack-free scenes, of which the first `CLEAN` count; None: those of the first half
+            of the game's, as `avsec validate` takes the first part of a recording.
+
+    Raises:
+        ConfigurationError: Nothing has that name, its arguments cannot be, half of the game's
+            scenes are fewer than `FEWEST`, or none is left to be played.
+        DataError: A clean scene lacks an image or the scan.
+    """
+    if what is None:
+        return None, scenes
+    if what == "thresholds":
+        what = {"name": what}
+    if isinstance(what, Mapping) and what.get("name") == "thresholds" and "thresholds" not in what:
+        clean = _kept_back(scenes) if clean is None else clean
+        what, scenes = {**what, "thresholds": _measured(clean)}, _without(scenes, clean)
+    return cast("Validator", make(Kind.VALIDATOR, what)), scenes
+
+
+@lru_cache(maxsize=8)  # The same scenes again, so that `_measured` knows them.
+def _kept_back(scenes: FrameScenes) -> FrameScenes:
+    half = len(scenes) // 2
+    if half < FEWEST:
+        raise ConfigurationError(
+            f"{scenes.scenes.name} has {len(scenes)} scenes, too few to measure a validator's "
+            f"thresholds on half of them, {FEWEST} or more, and to play the others: name scenes "
+            "without attacks by `clean`, a table that `avsec validate` wrote by "
+            '`validator={"name": "thresholds", "thresholds": "FILE"}`, or send it home by '
+            "`validator=None`"
+        )
+    return replace(scenes, scenes=scenes.scenes.limited(half))
+
+
+@lru_cache(maxsize=8)
+def _measured(clean: FrameScenes) -> ThresholdTable:
+    from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
+    from avsec_gym.validation.pair_depth import PairDepth
+    from avsec_gym.validation.thresholds import measured_thresholds
+
+    scenes = _measured_on(clean)
+    frames = (clean.frame(scene) for scene in scenes)
+    data = {"scenes": clean.scenes.name, "moments": len(scenes)}
+    return measured_thresholds(frames, LIDAR_AND_TWO_CAMERAS, PairDepth(), data)
+
+
+def _measured_on(clean: FrameScenes) -> tuple[Scene, ...]:
+    return clean.scenes.labelled[:CLEAN]
+
+
+def _without(scenes: FrameScenes, clean: FrameScenes) -> FrameScenes:
+    """The scenes whose frames thresholds were not measured on."""
+
+    def place(of: FrameScenes, scene: Scene) -> tuple[Path, str]:
+        return of.data[scene.id].folder.resolve(), scene.id
+
+    measured = {place(clean, scene) for scene in _measured_on(clean)}
+    played = tuple(s for s in scenes.scenes.labelled if place(scenes, s) not in measured)
+    if not played:
+        raise ConfigurationError(
+            f"all scenes of {scenes.scenes.name} are among those that thresholds are measured on, "
+            "and none is left to be played: name others by `clean`"
+        )
+    return replace(scenes, scenes=replace(scenes.scenes, scenes=played))
