@@ -14,6 +14,7 @@ from avsec_gym.frame import Calibration, Image
 from avsec_gym.kitti.map_files import Disparity
 from avsec_gym.perception.depth.depth import DepthEstimator, make_depth
 from avsec_gym.perception.depth.sgbm import SemiGlobalMatching
+from avsec_gym.validation.seen_by_both import SeenByBoth
 
 _STEP = 16
 """OpenCV searches disparities by the 16."""
@@ -22,6 +23,8 @@ _STEP = 16
 @dataclass(frozen=True)
 class PairDepth:
     """Makes the depth estimator of each pair, once.
+
+    What other estimators than matching say of pixels that only one camera sees, is left out.
 
     Args:
         what: A name that `make_depth` knows, or a dictionary of it and its arguments, without
@@ -83,7 +86,9 @@ class PairDepth:
             arguments = {**self.settings, "left": left, "right": right}
             nearest = arguments.pop("nearest", None)
             if nearest is None:
-                self._made[key] = make_depth(arguments)
+                estimator: DepthEstimator = make_depth(arguments)
+                is_matching = isinstance(estimator, SemiGlobalMatching)
+                self._made[key] = estimator if is_matching else SeenByBoth(estimator)
             else:
                 del arguments["name"]
                 arguments["disparities"] = _STEP * math.ceil(scale / nearest / _STEP)
