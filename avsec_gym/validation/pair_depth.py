@@ -86,9 +86,9 @@ class PairDepth:
             arguments = {**self.settings, "left": left, "right": right}
             nearest = arguments.pop("nearest", None)
             if nearest is None:
-                estimator: DepthEstimator = make_depth(arguments)
+                estimator = make_depth(arguments)
                 is_matching = isinstance(estimator, SemiGlobalMatching)
-                self._made[key] = estimator if is_matching else SeenByBoth(estimator)
+                self._made[key] = estimator if is_matching else make_depth(SeenByBoth(estimator))
             else:
                 del arguments["name"]
                 arguments["disparities"] = _STEP * math.ceil(scale / nearest / _STEP)
