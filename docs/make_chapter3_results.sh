@@ -12,7 +12,7 @@ avsec() { "$PYTHON" -m avsec_gym "$@"; }
 for DEPTH in sgbm psmnet; do
     RUN=$RUNS/identification_$DEPTH
     avsec run identification knowing --limit "${LIMIT:-1000}" --options "depth=$DEPTH" --threads 1 --out "$RUN"
-    avsec report "$RUN" --markdown "docs/results/identification_$DEPTH.md" --overwrite --looked-at 690 --json \
+    avsec report "$RUN" --markdown "docs/results/identification_$DEPTH.md" --overwrite --json \
         > "$RUN.json"
     sed "s|$PWD/||g" "$RUN.json" > "docs/results/identification_$DEPTH.json"
 done
