@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 import pytest
 
@@ -84,6 +85,16 @@ def kitti_on() -> FittedOn:
 @pytest.fixture(scope="session")
 def wall_of() -> Callable[[int], SensorFrame]:
     return random_dots
+
+
+@pytest.fixture(scope="session")
+def soft_wall() -> SensorFrame:
+    """Grey, since light that is added to white shows nothing, and without sharp edges."""
+    frame = random_dots(0)
+    for camera in (0, 1, 2):
+        image = 0.5 * cv2.GaussianBlur(frame.image(camera), (0, 0), 2.0)
+        frame = frame.with_image(camera, image.astype(np.uint8))
+    return frame
 
 
 def random_dots(seed: int) -> SensorFrame:
