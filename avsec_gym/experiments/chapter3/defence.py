@@ -25,9 +25,9 @@ from avsec_gym.experiments.chapter3.defence_validator import (
     defending_validator,
     fitted_file,
 )
+from avsec_gym.experiments.chapter3.detector_weights import weights_of
 from avsec_gym.experiments.chapter3.recordings import JUDGED, USUAL_COUNT, recordings_of
 from avsec_gym.experiments.chapter3.shares import drive_of
-from avsec_gym.experiments.chapter5.trained import weights_file
 from avsec_gym.experiments.experiment import (
     Cell,
     CellResult,
@@ -87,7 +87,7 @@ def defence_inputs(configuration: Configuration) -> dict[str, Path]:
     options = {**OPTIONS, **configuration.options}
     networks = [name for name in options["detectors"].split(",") if name not in ORACLES]
     weights = {
-        f"weights of {name}": weights_file(name, options) for name in networks if name in options
+        f"weights of {name}": weights_of(name, options) for name in networks if name in options
     }
     manifest = _judged(configuration).root / "manifest.json"
     drives = {f"{JUDGED} drives": manifest} if manifest.is_file() else {}
@@ -180,7 +180,7 @@ class DefendedDrives:
                 yield self._networks[name]
 
     def _network(self, name: str) -> Detector:
-        known = {"weights": weights_file(name, self._options)} if name in self._options else {}
+        known = {"weights": weights_of(name, self._options)} if name in self._options else {}
         detector: Detector = make(Kind.DETECTOR, {"name": name, **known})
         return detector
 

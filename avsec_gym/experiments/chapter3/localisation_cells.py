@@ -13,6 +13,7 @@ from pathlib import Path
 from avsec_gym.attacks.optical_attack import TamperedFrame
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
+from avsec_gym.experiments.chapter3.detector_weights import weights_of
 from avsec_gym.experiments.chapter3.localisation import attacks_of, found_again, measures_of
 from avsec_gym.experiments.chapter3.recordings import (
     JUDGED,
@@ -21,7 +22,6 @@ from avsec_gym.experiments.chapter3.recordings import (
     moment_cells,
     recordings_of,
 )
-from avsec_gym.experiments.chapter5.trained import weights_file
 from avsec_gym.experiments.experiment import Cell, CellResult, Configuration, Measurement
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.detections import above
@@ -69,7 +69,7 @@ def localisation_inputs(configuration: Configuration) -> dict[str, Path]:
     """Weights of the detector, if any, and the manifest of procedural drives."""
     options = {**LOCALISATION_OPTIONS, **configuration.options}
     name = options["detector"]
-    weights = {f"weights of {name}": weights_file(name, options)} if name in options else {}
+    weights = {f"weights of {name}": weights_of(name, options)} if name in options else {}
     return weights | drives_inputs(configuration, (JUDGED,))
 
 
@@ -91,7 +91,7 @@ class RepairedMoments:
     def _detector(self) -> Detector | None:
         # Who only makes pictures again needs no weights.
         name = self._options["detector"]
-        known = {"weights": weights_file(name, self._options)} if name in self._options else {}
+        known = {"weights": weights_of(name, self._options)} if name in self._options else {}
         return make_detector({"name": name, **known}) if name else None
 
     def __call__(self, part: str, number: int) -> CellResult:
