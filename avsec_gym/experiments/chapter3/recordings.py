@@ -24,9 +24,11 @@ SYSTEM = SensorSystem((LIDAR, 1, 3, 2))
 """The thesis' LiDAR and three cameras, of this rig as of KITTI's."""
 FITTED, JUDGED = "fitted", "judged"
 """The two parts of a run: recordings that thresholds and likelihoods come from, and others."""
-OPTIONS = {"fit": "", "fit_limit": 0, "depth": "sgbm"}
+OPTIONS = {"fit": "", "fit_limit": 0, "fit_seed": -1, "depth": "sgbm"}
 """``fit``: KITTI raw drives to fit on, procedural ones if empty; ``fit_limit``: how many of their
-moments, as many as are judged if 0; ``depth``: how disparities are found."""
+moments, as many as are judged if 0; ``fit_seed``: of procedural drives to fit on, the run's own if
+negative, so that new drives can be judged by what others were fitted on; ``depth``: how disparities
+are found."""
 USUAL_COUNT = 1000
 
 _FIRST_SET = {FITTED: 3000, JUDGED: 4000}
@@ -72,11 +74,12 @@ def recordings_of(configuration: Configuration, part: str, drive_frames: int = 1
     """
     options = {**OPTIONS, **configuration.options}
     count = configuration.limit or USUAL_COUNT
-    place = configuration.scenarios
+    place, seed = configuration.scenarios, configuration.seed
     if part == FITTED:
         count, place = options["fit_limit"] or count, options["fit"] or PROCEDURAL
+        seed = seed if options["fit_seed"] < 0 else options["fit_seed"]
     if place == PROCEDURAL:
-        root: str | Path = procedural_drives(count, configuration.seed, part, drive_frames)
+        root: str | Path = procedural_drives(count, seed, part, drive_frames)
     else:
         root = place
     found = raw_recordings(root, SYSTEM.sensors)

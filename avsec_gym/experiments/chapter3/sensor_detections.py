@@ -50,13 +50,15 @@ IOUS = (0.5, 0.7)
 DETECTION_OPTIONS = {
     "fit": OPTIONS["fit"],
     "fit_limit": OPTIONS["fit_limit"],
+    "fit_seed": OPTIONS["fit_seed"],
     "lidar_detector": "pixor",
     "image_detector": "faster_rcnn",
     "score_threshold": 0.3,
     **{name: WEIGHT_OPTIONS[name] for name in ("pixor", "faster_rcnn")},
 }
-"""``fit``, ``fit_limit``: see `recordings.OPTIONS`; ``lidar_detector`` and ``image_detector``: who
-looks; ``score_threshold``: of boxes that count as objects; by the networks' names their weights."""
+"""``fit``, ``fit_limit``, ``fit_seed``: see `recordings.OPTIONS`; ``lidar_detector`` and
+``image_detector``: who looks; ``score_threshold``: of boxes that count as objects; by the networks'
+names their weights."""
 TRUTH, PATCH = "judged truth", "judged bogus patch"
 """Settings of what is really there, and of where bogus points stand."""
 

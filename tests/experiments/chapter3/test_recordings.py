@@ -8,7 +8,16 @@ from typing import Any
 import pytest
 
 from avsec_gym.experiments.chapter3 import defence, recordings
-from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED, procedural_drives
+from avsec_gym.experiments.chapter3.recordings import (
+    FITTED,
+    JUDGED,
+    SYSTEM,
+    procedural_drives,
+    recordings_of,
+)
+from avsec_gym.experiments.experiment import Configuration
+from avsec_gym.experiments.procedural_frames import PROCEDURAL
+from avsec_gym.validation.moments import Recordings
 
 
 @pytest.fixture
@@ -38,3 +47,20 @@ def test_a_defence_has_time(asked: dict[str, Any]) -> None:
     procedural_drives(24, 3, JUDGED, defence.DRIVE_FRAMES)
     short, long = asked.values()
     assert short.settings["drive_frames"] < long.settings["drive_frames"]
+
+
+def test_new_drives_are_judged_by_what_others_were_fitted_on(
+    asked: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        recordings, "raw_recordings", lambda root, _: Recordings(Path(root), SYSTEM, (), {})
+    )
+
+    def root(part: str, **options: Any) -> Path:
+        return recordings_of(Configuration(PROCEDURAL, 24, 3, options), part).root
+
+    own, judged = root(FITTED), root(JUDGED)
+    assert own == procedural_drives(24, 3, FITTED)
+    assert root(JUDGED, fit_seed=0, fit_limit=48) == judged
+    assert root(FITTED, fit_seed=0, fit_limit=48) == procedural_drives(48, 0, FITTED)
+    assert root(FITTED, fit_seed=3) == own
