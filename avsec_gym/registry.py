@@ -90,7 +90,7 @@ _BUILT_IN = {
         {},
     ),
     (Kind.VALIDATOR, "likelihood"): (
-        "avsec_gym.validation.likelihood_validator:LikelihoodValidator",
+        "avsec_gym.validation.likelihood.likelihood_validator:LikelihoodValidator",
         {},
     ),
     (Kind.OPTICAL_ATTACK, "facula"): ("avsec_gym.attacks.facula:Facula", {}),

@@ -29,17 +29,17 @@ from avsec_gym.commands.console import progress
 from avsec_gym.frame import SensorFrame
 from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import LIDAR, SensorSystem
-from avsec_gym.validation.damaged_scan import damaged_scan
-from avsec_gym.validation.disparity_error import DisparityErrors
-from avsec_gym.validation.disparity_maps import DisparityMaps
-from avsec_gym.validation.evidence import evidence_scopes, gather_evidence
+from avsec_gym.validation.evidence.disparity_error import DisparityErrors
+from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence.evidence import evidence_scopes, gather_evidence
+from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import fitted_on
 from avsec_gym.validation.identification import identify_attacked_sensors
-from avsec_gym.validation.likelihood_validator import LikelihoodValidator
-from avsec_gym.validation.localisation import damaged_pixels
-from avsec_gym.validation.maximum_likelihood import SCORES, LikelihoodModel
-from avsec_gym.validation.pair_depth import PairDepth
-from avsec_gym.validation.repair import repair
+from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
+from avsec_gym.validation.likelihood.maximum_likelihood import SCORES, LikelihoodModel
+from avsec_gym.validation.repair.damaged_scan import damaged_scan
+from avsec_gym.validation.repair.localisation import damaged_pixels
+from avsec_gym.validation.repair.repair import repair
 from avsec_gym.validation.threshold_validator import ThresholdValidator
 from avsec_gym.validation.thresholds import measured_thresholds
 from avsec_gym.validation.validator import Validation, Validator

@@ -19,8 +19,8 @@ from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.sensor_system import LIDAR, SensorSystem
-from avsec_gym.validation.disparity_error import DisparityErrors
-from avsec_gym.validation.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence.disparity_error import DisparityErrors
+from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.state_posterior import Verdict
 from avsec_gym.validation.validator import Validation
 

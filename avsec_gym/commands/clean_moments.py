@@ -15,8 +15,8 @@ from avsec_gym.errors import ConfigurationError, DataError
 if TYPE_CHECKING:
     from avsec_gym.frame import SensorFrame
     from avsec_gym.sensor_system import SensorSystem
+    from avsec_gym.validation.evidence.pair_depth import PairDepth
     from avsec_gym.validation.moments import Moment
-    from avsec_gym.validation.pair_depth import PairDepth
 
 
 @dataclass(frozen=True)
@@ -72,11 +72,11 @@ class CleanMoments:
             DataError: A file is broken, or cannot be written.
         """
         from avsec_gym.validation.fitted_on import fitted_on
-        from avsec_gym.validation.likelihood_of_clean import (
+        from avsec_gym.validation.likelihood.likelihood_of_clean import (
             evidence_of_all_states,
             likelihood_of_clean,
         )
-        from avsec_gym.validation.maximum_likelihood import read_likelihood_model
+        from avsec_gym.validation.likelihood.maximum_likelihood import read_likelihood_model
         from avsec_gym.validation.validation_folder import JsonLines
 
         if path.exists():

@@ -17,7 +17,7 @@ from avsec_gym.kitti.text_files import read_text, write_text
 
 if TYPE_CHECKING:
     from avsec_gym.sensor_system import Sensor
-    from avsec_gym.validation.likelihood_validator import LikelihoodValidator
+    from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
     from avsec_gym.validation.moments import Moment, Recordings
     from avsec_gym.validation.threshold_validator import ThresholdValidator
     from avsec_gym.validation.validation_folder import ValidationFolder
@@ -131,7 +131,7 @@ class Validate:
 
     def _fitted(self) -> ThresholdValidator | LikelihoodValidator | None:
         """Of an earlier run."""
-        from avsec_gym.validation.likelihood_validator import LikelihoodValidator
+        from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
         from avsec_gym.validation.threshold_validator import ThresholdValidator
 
         file = self.thresholds or self.likelihood
@@ -189,8 +189,8 @@ class Validate:
     ) -> ThresholdValidator | LikelihoodValidator:
         """On the first moments."""
         from avsec_gym.commands.clean_moments import CleanMoments
-        from avsec_gym.validation.likelihood_validator import LikelihoodValidator
-        from avsec_gym.validation.pair_depth import PairDepth
+        from avsec_gym.validation.evidence.pair_depth import PairDepth
+        from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
         from avsec_gym.validation.threshold_validator import ThresholdValidator
         from avsec_gym.validation.validation_folder import LIKELIHOOD, SAMPLES, THRESHOLDS
 
@@ -213,7 +213,7 @@ class Validate:
         from avsec_gym.commands.clean_moments import readable
         from avsec_gym.registry import Kind, make
         from avsec_gym.report.validation_picture import save_validation_picture
-        from avsec_gym.validation.damage import located_damage
+        from avsec_gym.validation.repair.damage import located_damage
         from avsec_gym.validation.validation_folder import row_of
 
         attack = self.attack and make(Kind.OPTICAL_ATTACK, named_part(self.attack, "--attack"))

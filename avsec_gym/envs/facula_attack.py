@@ -65,7 +65,7 @@ class FaculaAttackEnv(OpticalAttackEnv):
     unnoticed), `queries` (spent), `objects` (real obstacles), `found` (those that a box the car
     believes in lies on), `ghosts` (believed boxes where no obstacle is); `noticed`, and what the
     validator went by, of its triples the largest: `error` (the disparity error E), `hole_share`,
-    `densest`, `brightness` (see `avsec_gym.validation.disparity_error.DisparityError`; 0 where
+    `densest`, `brightness` (see `avsec_gym.validation.evidence.disparity_error`; 0 where
     nobody looks); and of the spot `camera` (-1 at reset), `u`, `v`, `radius`
     (pixels, nan at reset) and `area` (pixels within the radius that it changed).
 

@@ -72,7 +72,7 @@ def _kept_back(scenes: FrameScenes) -> FrameScenes:
 @lru_cache(maxsize=8)
 def _measured(clean: FrameScenes) -> ThresholdTable:
     from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
-    from avsec_gym.validation.pair_depth import PairDepth
+    from avsec_gym.validation.evidence.pair_depth import PairDepth
     from avsec_gym.validation.thresholds import measured_thresholds
 
     scenes = _measured_on(clean)

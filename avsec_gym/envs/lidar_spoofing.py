@@ -64,7 +64,7 @@ class LidarSpoofingEnv(OpticalAttackEnv):
     unnoticed), `queries` (spent), `objects` (real obstacles), `found` (those that a box the car
     believes in lies on), `ghosts` (believed boxes where no obstacle is); `noticed`, and what the
     validator went by, of its triples the largest: `error` (the disparity error E), `hole_share`,
-    `densest`, `brightness` (see `avsec_gym.validation.disparity_error.DisparityError`; 0 where
+    `densest`, `brightness` (see `avsec_gym.validation.evidence.disparity_error`; 0 where
     nobody looks); and of the patch `distance`, `width`, `height` (metres)
     and `bearing` (radians), nan at reset, and `points` (bogus ones).
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:  # OpenCV is loaded where somebody validates, not before.
     from avsec_gym.validation.validator import Validator
 
 MEASURES = ("error", "hole_share", "densest", "brightness")
-"""See `avsec_gym.validation.disparity_error.DisparityError`."""
+"""See `avsec_gym.validation.evidence.disparity_error.DisparityError`."""
 
 
 @dataclass(frozen=True, eq=False)

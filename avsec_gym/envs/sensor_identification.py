@@ -18,11 +18,11 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.scenario.intention import Intention, intentions_named
 from avsec_gym.sensor_system import KITTI_SYSTEM, Sensor, SensorSystem
-from avsec_gym.validation.disparity_error import DisparityErrors
-from avsec_gym.validation.disparity_maps import DisparityMaps
-from avsec_gym.validation.evidence import evidence_scopes, gather_evidence
+from avsec_gym.validation.evidence.disparity_error import DisparityErrors
+from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence.evidence import evidence_scopes, gather_evidence
+from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.moments import Moment, raw_recordings
-from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.state_posterior import Verdict
 from avsec_gym.validation.validator import Validation
 
@@ -45,8 +45,8 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
     triple of sensors i < j < k the disparity error E_{i,j,k}, and with the LiDAR where most of its
     points are disproved; of every pair of cameras i < k with k from 2 the share of the view without
     depth, and those in which k sees brighter or darker than i.
-    `avsec_gym.validation.evidence.evidence_elements` tells which element is which.  With a LiDAR
-    and three cameras E is 16.
+    `avsec_gym.validation.evidence.evidence.evidence_elements` tells which element is which.  With a
+    LiDAR and three cameras E is 16.
 
     ## Action
     `MultiBinary(n + 1)`: for each sensor, in the order of `sensors`, whether it is attacked.

@@ -18,7 +18,7 @@ from avsec_gym.experiments.chapter3.knowing_attackers import (
 )
 from avsec_gym.experiments.chapter3.thesis import DETECTION, IDENTIFICATION
 from avsec_gym.report.page_table import Cell, Table, figure, name, number
-from avsec_gym.validation.brightness import MIN_LIGHT
+from avsec_gym.validation.evidence.brightness import MIN_LIGHT
 from avsec_gym.validation.state_posterior import PRIOR_ATTACKED, PRIOR_BEYOND
 
 METHODS = {

@@ -13,14 +13,14 @@ from avsec_gym.geometry import project, transform_points
 from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.report.frame_picture import points_in_image
 from avsec_gym.sensor_system import LIDAR, Sensor, Triple
-from avsec_gym.validation.comparison import Comparison, comparison_map
+from avsec_gym.validation.evidence.comparison import Comparison, comparison_map
 from avsec_gym.validation.state_posterior import Verdict
 from avsec_gym.validation.validator import SHARES, Validation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from avsec_gym.validation.damage import Damage
+    from avsec_gym.validation.repair.damage import Damage
 
 _COLOURS = {Comparison.INCONSISTENT: (215, 38, 61), Comparison.CONSISTENT: (60, 160, 110)}
 _HOLE = (70, 110, 220)

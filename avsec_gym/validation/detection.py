@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.sensor_system import LIDAR, SensorSystem, Triple
-from avsec_gym.validation.disparity_error import DisparityError
+from avsec_gym.validation.evidence.disparity_error import DisparityError
 from avsec_gym.validation.thresholds import Threshold
 
 LIDAR_AND_TWO_CAMERAS = SensorSystem((LIDAR, 3, 2))

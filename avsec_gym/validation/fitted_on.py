@@ -14,7 +14,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Calibration
 from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.sensor_system import SensorSystem
-from avsec_gym.validation.pair_depth import PairDepth
+from avsec_gym.validation.evidence.pair_depth import PairDepth
 
 FORMAT = 3
 """Raised when what is measured changes, or how it is weighed: thresholds and likelihoods of before

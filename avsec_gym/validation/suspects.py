@@ -52,7 +52,7 @@ def with_suspects_repaired(frame: SensorFrame, validation: Validation) -> Sensor
     """The moment with what sound sensors make of the suspects' data, each as it is asked for.
 
     It takes two sound sensors to repair a camera, one of them a camera; two cameras for the LiDAR.
-    See `avsec_gym.validation.repair`.
+    See `avsec_gym.validation.repair.repair`.
 
     Args:
         frame: That the validator saw.
@@ -111,7 +111,7 @@ def _mended(
 ) -> Any:
     """The suspect's image or scan, repaired."""
     # Few moments are repaired, and what repairs them takes its time to import.
-    from avsec_gym.validation.repair import repair
+    from avsec_gym.validation.repair.repair import repair
 
     maps = validation.errors.maps
     judges = tuple(one for one in maps.system.sensors if one in sound or one == suspect)

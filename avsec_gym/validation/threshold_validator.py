@@ -12,10 +12,10 @@ import numpy as np
 from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import SensorSystem, Triple
 from avsec_gym.validation.detection import detect_attack
-from avsec_gym.validation.disparity_error import MEASURES, DisparityErrors
-from avsec_gym.validation.disparity_maps import DisparityMaps, Pair
+from avsec_gym.validation.evidence.disparity_error import MEASURES, DisparityErrors
+from avsec_gym.validation.evidence.disparity_maps import DisparityMaps, Pair
+from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.identification import identify_attacked_sensors
-from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.state_posterior import Verdict
 from avsec_gym.validation.thresholds import (
     Criterion,

@@ -14,8 +14,9 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.sensor_system import SensorSystem, Triple
-from avsec_gym.validation.disparity_error import MEASURES, DisparityError, DisparityErrors
-from avsec_gym.validation.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence.disparity_error import MEASURES, DisparityError, DisparityErrors
+from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import (
     FittedOn,
     broken,
@@ -23,7 +24,6 @@ from avsec_gym.validation.fitted_on import (
     read_fitted,
     write_fitted,
 )
-from avsec_gym.validation.pair_depth import PairDepth
 
 Criterion = Literal["error", "hole_share", "densest", "brightness", "any"]
 """Which share has to be beyond its threshold: E (the thesis), another one, or any of them."""

@@ -11,11 +11,11 @@ from avsec_gym.errors import DataError
 from avsec_gym.kitti.text_files import read_text, write_text
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.sensor_system import Sensor, Triple
-from avsec_gym.validation.disparity_error import MEASURES
+from avsec_gym.validation.evidence.disparity_error import MEASURES
 from avsec_gym.validation.validator import Validation
 
 if TYPE_CHECKING:
-    from avsec_gym.validation.damage import Damage
+    from avsec_gym.validation.repair.damage import Damage
 
 FORMAT = 2
 """Raised when what is kept of a moment changes: rows of before are not gone on with."""

@@ -11,7 +11,7 @@ from avsec_gym.sensor_system import Sensor, SensorSystem, Triple
 from avsec_gym.validation.state_posterior import Verdict
 
 if TYPE_CHECKING:  # OpenCV is loaded where somebody validates, not before.
-    from avsec_gym.validation.disparity_error import DisparityErrors
+    from avsec_gym.validation.evidence.disparity_error import DisparityErrors
     from avsec_gym.validation.thresholds import Threshold
 
 SHARES = {

@@ -16,9 +16,9 @@ from avsec_gym.kitti.raw_calibration import write_raw_calibration
 from avsec_gym.kitti.writing import write_raw_frame
 from avsec_gym.registry import make
 from avsec_gym.rig import camera_rig
-from avsec_gym.validation.disparity_error import MEASURES
-from avsec_gym.validation.maximum_likelihood import read_likelihood_model
-from avsec_gym.validation.state_evidence import StateEvidence
+from avsec_gym.validation.evidence.disparity_error import MEASURES
+from avsec_gym.validation.evidence.state_evidence import StateEvidence
+from avsec_gym.validation.likelihood.maximum_likelihood import read_likelihood_model
 
 RIG = camera_rig([0.0, 0.4, 0.6], focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))
 COVERED = 11

@@ -29,8 +29,8 @@ from avsec_gym.perception.detectors.recorded import Oracle
 from avsec_gym.scenario.frame_scenes import frame_scenes, frame_scenes_of
 from avsec_gym.sensor_system import SensorSystem
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
-from avsec_gym.validation.disparity_error import MEASURES, DisparityErrors
-from avsec_gym.validation.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence.disparity_error import MEASURES, DisparityErrors
+from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.state_posterior import Verdict
 from avsec_gym.validation.threshold_validator import ThresholdValidator
 from avsec_gym.validation.validator import Validation

@@ -16,8 +16,8 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import KITTI_SYSTEM, SensorSystem
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
-from avsec_gym.validation.disparity_error import DisparityErrors
-from avsec_gym.validation.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence.disparity_error import DisparityErrors
+from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.state_posterior import Verdict
 from avsec_gym.validation.validator import Validation
 

@@ -35,7 +35,7 @@ from avsec_gym.report.run_report import run_report
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.sensor_system import LIDAR
-from avsec_gym.validation.disparity_error import MEASURES
+from avsec_gym.validation.evidence.disparity_error import MEASURES
 
 MOMENTS = 24
 FOUND_OF_SIZE = {LIDAR: 1.5, CAMERA: 150.0}

@@ -9,10 +9,10 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.report.validation_picture import draw_validation
 from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import LIDAR, SensorSystem
-from avsec_gym.validation.damage import Damage
-from avsec_gym.validation.damaged_scan import DamagedScan
-from avsec_gym.validation.disparity_error import DisparityErrors
-from avsec_gym.validation.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence.disparity_error import DisparityErrors
+from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
+from avsec_gym.validation.repair.damage import Damage
+from avsec_gym.validation.repair.damaged_scan import DamagedScan
 from avsec_gym.validation.state_posterior import Verdict
 from avsec_gym.validation.thresholds import Threshold
 from avsec_gym.validation.validator import Validation

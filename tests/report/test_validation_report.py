@@ -30,7 +30,7 @@ from avsec_gym.report.tables_of_validation import unseen_table
 from avsec_gym.report.validation_in_words import validation_sentences
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
-from avsec_gym.validation.evidence import evidence_elements
+from avsec_gym.validation.evidence.evidence import evidence_elements
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.state_posterior import state_vectors
 

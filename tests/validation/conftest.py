@@ -13,7 +13,7 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import KITTI_SYSTEM, LIDAR, SensorSystem
-from avsec_gym.validation.evidence import evidence_scopes
+from avsec_gym.validation.evidence.evidence import evidence_scopes
 from avsec_gym.validation.fitted_on import FittedOn
 
 

@@ -14,8 +14,8 @@ from avsec_gym.geometry import project
 from avsec_gym.perception.depth.sgbm import SemiGlobalMatching
 from avsec_gym.rig import SensorRig, camera_rig
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
-from avsec_gym.validation.disparity_error import DisparityErrors
-from avsec_gym.validation.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence.disparity_error import DisparityErrors
+from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.response import Response, trusted_frame
 from avsec_gym.validation.state_posterior import Verdict
 from avsec_gym.validation.suspects import Untrusted, with_suspects_repaired, without_suspects

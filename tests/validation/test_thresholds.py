@@ -16,9 +16,9 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.rig import camera_rig, kitti_rig
 from avsec_gym.sensor_system import KITTI_SYSTEM, LIDAR, SensorSystem
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS, detect_attack
-from avsec_gym.validation.disparity_error import MEASURES, DisparityError
+from avsec_gym.validation.evidence.disparity_error import MEASURES, DisparityError
+from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import FittedOn, fitted_on
-from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.thresholds import (
     Criterion,
     Threshold,

@@ -14,13 +14,13 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.registry import make
 from avsec_gym.rig import kitti_rig
 from avsec_gym.sensor_system import LIDAR, SensorSystem
-from avsec_gym.validation.disparity_error import DisparityErrors
-from avsec_gym.validation.disparity_maps import DisparityMaps
-from avsec_gym.validation.evidence import gather_evidence
+from avsec_gym.validation.evidence.disparity_error import DisparityErrors
+from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence.evidence import gather_evidence
+from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import fitted_on
-from avsec_gym.validation.likelihood_fit import LikelihoodSamples, fit_likelihood
-from avsec_gym.validation.likelihood_validator import LikelihoodValidator
-from avsec_gym.validation.pair_depth import PairDepth
+from avsec_gym.validation.likelihood.likelihood_fit import LikelihoodSamples, fit_likelihood
+from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
 from avsec_gym.validation.response import Response, trusted_frame
 from avsec_gym.validation.state_posterior import Verdict, state_vectors
 from avsec_gym.validation.suspects import Untrusted

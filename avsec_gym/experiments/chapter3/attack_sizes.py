@@ -39,10 +39,10 @@ from avsec_gym.experiments.experiment import (
 )
 from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import LIDAR, SensorSystem
-from avsec_gym.validation.disparity_error import MEASURES, DisparityError, DisparityErrors
-from avsec_gym.validation.disparity_maps import DisparityMaps
-from avsec_gym.validation.evidence import EVIDENCE_FORMAT
-from avsec_gym.validation.pair_depth import PairDepth
+from avsec_gym.validation.evidence.disparity_error import MEASURES, DisparityError, DisparityErrors
+from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence.evidence import EVIDENCE_FORMAT
+from avsec_gym.validation.evidence.pair_depth import PairDepth
 
 WIDTHS = (0.5, 1.0, 1.5, 2.0, 2.5)
 """Of bogus returns, metres."""

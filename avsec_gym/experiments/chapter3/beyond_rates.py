@@ -12,7 +12,7 @@ from avsec_gym.experiments.chapter3.evidence_table import EvidenceTable
 from avsec_gym.experiments.chapter3.identification_rates import algorithm_2, maximum_likelihood
 from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.validation.fitted_on import FittedOn
-from avsec_gym.validation.maximum_likelihood import LikelihoodModel
+from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 
 RATE = 0.01
 """r."""

@@ -13,7 +13,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter3.recordings import FITTED, OPTIONS, recordings_of
 from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.registry import Kind, make
-from avsec_gym.validation.pair_depth import PairDepth
+from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.thresholds import measured_thresholds
 from avsec_gym.validation.validator import Validator
 from avsec_gym.world.export.folder_lock import folder_lock

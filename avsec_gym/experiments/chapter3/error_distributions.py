@@ -10,7 +10,7 @@ import numpy as np
 from avsec_gym.experiments.chapter3.detection_rates import SCENARIOS, attack_cases_of, case_name
 from avsec_gym.experiments.chapter3.evidence_table import EvidenceTable
 from avsec_gym.sensor_system import Triple
-from avsec_gym.validation.disparity_error import MEASURES
+from avsec_gym.validation.evidence.disparity_error import MEASURES
 
 _BINS = 40
 

@@ -13,8 +13,8 @@ from avsec_gym.experiments.chapter3.state_evidence_cells import OF_TRIPLES, bits
 from avsec_gym.experiments.results import Results
 from avsec_gym.geometry import Floats
 from avsec_gym.sensor_system import SensorSystem
-from avsec_gym.validation.disparity_error import MEASURES
-from avsec_gym.validation.evidence import evidence_elements
+from avsec_gym.validation.evidence.disparity_error import MEASURES
+from avsec_gym.validation.evidence.evidence import evidence_elements
 from avsec_gym.validation.state_posterior import States, state_vectors
 
 

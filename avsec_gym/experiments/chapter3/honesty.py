@@ -8,8 +8,8 @@ import numpy as np
 
 from avsec_gym.experiments.chapter3.evidence_table import EvidenceTable
 from avsec_gym.experiments.chapter3.shares import share_of
-from avsec_gym.validation.likelihood_validator import LikelihoodValidator
-from avsec_gym.validation.maximum_likelihood import LikelihoodModel
+from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
+from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 from avsec_gym.validation.state_posterior import (
     Verdict,
     attack_prior,

@@ -14,8 +14,8 @@ from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.identification import identify_attacked_sensors
-from avsec_gym.validation.likelihood_of_clean import likelihood_of_clean
-from avsec_gym.validation.maximum_likelihood import LikelihoodModel
+from avsec_gym.validation.likelihood.likelihood_of_clean import likelihood_of_clean
+from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 from avsec_gym.validation.state_posterior import state_vectors
 from avsec_gym.validation.thresholds import Criterion
 

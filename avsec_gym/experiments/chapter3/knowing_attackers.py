@@ -23,10 +23,10 @@ from avsec_gym.experiments.chapter3.state_evidence_cells import evidence_rows
 from avsec_gym.experiments.experiment import Cell, CellResult, Configuration
 from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
-from avsec_gym.validation.brightness import MIN_LIGHT
-from avsec_gym.validation.evidence import EVIDENCE_FORMAT
-from avsec_gym.validation.pair_depth import PairDepth
-from avsec_gym.validation.state_evidence import StateEvidence
+from avsec_gym.validation.evidence.brightness import MIN_LIGHT
+from avsec_gym.validation.evidence.evidence import EVIDENCE_FORMAT
+from avsec_gym.validation.evidence.pair_depth import PairDepth
+from avsec_gym.validation.evidence.state_evidence import StateEvidence
 from avsec_gym.validation.state_posterior import States
 
 Tampered = dict[Sensor, TamperedFrame]

@@ -16,7 +16,7 @@ from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.experiments.chapter3.state_evidence_cells import bits
 from avsec_gym.experiments.results import Results
 from avsec_gym.validation.fitted_on import FittedOn
-from avsec_gym.validation.maximum_likelihood import LikelihoodModel
+from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 
 
 def knowing_rates(

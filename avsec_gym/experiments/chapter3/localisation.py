@@ -13,7 +13,7 @@ from avsec_gym.attacks.optical_attack import OpticalAttack, TamperedFrame
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Image, SensorFrame
-from avsec_gym.validation.repair import Repair
+from avsec_gym.validation.repair.repair import Repair
 
 RADII = (37.5, 112.5, 225.0, 375.0)
 """Of faculae, pixels."""

@@ -26,8 +26,8 @@ from avsec_gym.experiments.experiment import Cell, CellResult, Configuration, Me
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.detections import above
 from avsec_gym.perception.detectors import Detector, make_detector
-from avsec_gym.validation.pair_depth import PairDepth
-from avsec_gym.validation.repair import Repair, repair
+from avsec_gym.validation.evidence.pair_depth import PairDepth
+from avsec_gym.validation.repair.repair import Repair, repair
 
 LOCALISATION_OPTIONS = {
     "depth": OPTIONS["depth"],

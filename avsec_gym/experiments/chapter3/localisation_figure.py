@@ -13,7 +13,7 @@ from avsec_gym.attacks.optical_attack import TamperedFrame
 from avsec_gym.experiments.figure_style import FIGURE_STYLE
 from avsec_gym.frame import Points, SensorFrame
 from avsec_gym.geometry import project, transform_points
-from avsec_gym.validation.repair import Repair
+from avsec_gym.validation.repair.repair import Repair
 
 _BOTH, _ONLY_FOUND, _ONLY_TRUE = (46, 160, 67), (31, 119, 180), (215, 38, 61)
 _TITLES = ("clean", "attacked", "green: found, blue: found but sound, red: missed", "repaired")

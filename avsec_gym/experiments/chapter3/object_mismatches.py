@@ -25,7 +25,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import Calibration
 from avsec_gym.geometry import Floats, box_corners, project
 from avsec_gym.metrics.average_precision_frames import LEVELS, MIN_HEIGHT
-from avsec_gym.validation.pair_depth import PairDepth
+from avsec_gym.validation.evidence.pair_depth import PairDepth
 
 LOWEST = MIN_HEIGHT[LEVELS.index("moderate")]
 """Pixels; lower boxes are no mismatches."""

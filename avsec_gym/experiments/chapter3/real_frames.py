@@ -23,10 +23,10 @@ from avsec_gym.experiments.chapter3.recordings import JUDGED
 from avsec_gym.frame import SensorFrame
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS, detect_attack
-from avsec_gym.validation.disparity_error import MEASURES
+from avsec_gym.validation.evidence.disparity_error import MEASURES
+from avsec_gym.validation.evidence.pair_depth import PairDepth
+from avsec_gym.validation.evidence.state_evidence import StateEvidence
 from avsec_gym.validation.moments import object_recordings
-from avsec_gym.validation.pair_depth import PairDepth
-from avsec_gym.validation.state_evidence import StateEvidence
 from avsec_gym.validation.state_posterior import state_vectors
 from avsec_gym.validation.thresholds import Criterion, ThresholdTable, measured_thresholds
 from avsec_gym.world.export import default_suite

@@ -31,9 +31,9 @@ from avsec_gym.experiments.results import Results
 from avsec_gym.geometry import Floats
 from avsec_gym.rig import KITTI_SIZE
 from avsec_gym.sensor_system import LIDAR
-from avsec_gym.validation.disparity_error import MEASURES
+from avsec_gym.validation.evidence.disparity_error import MEASURES
+from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import FittedOn
-from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.thresholds import ThresholdTable
 
 RATE = 0.01

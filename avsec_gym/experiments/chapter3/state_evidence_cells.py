@@ -17,9 +17,9 @@ from avsec_gym.experiments.chapter3.recordings import (
     recordings_of,
 )
 from avsec_gym.experiments.experiment import Cell, CellResult, Configuration, Measurement
-from avsec_gym.validation.evidence import EVIDENCE_FORMAT, evidence_elements
-from avsec_gym.validation.pair_depth import PairDepth
-from avsec_gym.validation.state_evidence import StateEvidence
+from avsec_gym.validation.evidence.evidence import EVIDENCE_FORMAT, evidence_elements
+from avsec_gym.validation.evidence.pair_depth import PairDepth
+from avsec_gym.validation.evidence.state_evidence import StateEvidence
 from avsec_gym.validation.state_posterior import States, state_vectors
 
 OF_TRIPLES = ("hole_share", "brightness")

@@ -33,9 +33,9 @@ from avsec_gym.experiments.chapter3.recordings import (
 from avsec_gym.experiments.chapter3.state_evidence_cells import alone
 from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.experiments.results import Results
+from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import FittedOn, fitted_on
-from avsec_gym.validation.maximum_likelihood import LikelihoodModel
-from avsec_gym.validation.pair_depth import PairDepth
+from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 from avsec_gym.validation.state_posterior import attack_prior, state_vectors
 from avsec_gym.validation.thresholds import Criterion
 

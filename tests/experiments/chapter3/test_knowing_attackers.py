@@ -22,7 +22,7 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import project, transform_points
 from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import LIDAR
-from avsec_gym.validation.brightness import MIN_LIGHT
+from avsec_gym.validation.evidence.brightness import MIN_LIGHT
 
 
 @pytest.fixture(scope="module")

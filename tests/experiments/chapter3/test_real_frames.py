@@ -12,8 +12,8 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter3.real_frames import noticed, run
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
+from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import fitted_on
-from avsec_gym.validation.pair_depth import PairDepth
 from avsec_gym.validation.thresholds import ThresholdTable
 
 

@@ -44,7 +44,7 @@ from avsec_gym.kitti.writing import write_raw_frame
 from avsec_gym.perception.detectors.image_detector import image_boxes
 from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import KITTI_SYSTEM
-from avsec_gym.validation.evidence import EVIDENCE_FORMAT
+from avsec_gym.validation.evidence.evidence import EVIDENCE_FORMAT
 
 PLACES = (0.0, 0.56, -0.28, 0.28)
 RIG = camera_rig(PLACES, focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))

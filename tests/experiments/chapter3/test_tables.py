@@ -23,10 +23,10 @@ from avsec_gym.experiments.chapter3.identification_rates import (
 from avsec_gym.experiments.chapter3.state_evidence_cells import measured
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.sensor_system import KITTI_SYSTEM
-from avsec_gym.validation.evidence import evidence_elements
+from avsec_gym.validation.evidence.evidence import evidence_elements
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.identification import identify_attacked_sensors
-from avsec_gym.validation.likelihood_validator import LikelihoodValidator
+from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
 from avsec_gym.validation.state_posterior import Verdict, state_vectors
 from avsec_gym.validation.thresholds import ThresholdTable
 

@@ -1,0 +1,153 @@
+"""Disparity error E_{i,j,k} between two disparity maps of one view (thesis, section 3.3.2).
+
+E counts contradictions of disparity in the whole view.  Three more shares say what it overlooks:
+light that leaves a matcher nothing to match, light that it copes with, and points of a scan that
+are few, but all in one place, and disproved by the images.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from avsec_gym.geometry import Floats
+from avsec_gym.perception.depth.depth import DisparityMap
+from avsec_gym.sensor_system import Triple
+from avsec_gym.validation.evidence.brightness import FEWEST
+from avsec_gym.validation.evidence.comparison import Comparison, comparison_map
+from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence.disproved import disproved_points
+from avsec_gym.validation.evidence.reprojection import Mask
+
+WINDOW = 96
+"""Pixels to a side of where disproved points are counted together; a car's rear 12 m ahead."""
+MEASURES = ("error", "hole_share", "densest", "brightness")
+"""Shares of a `DisparityError`: E of the thesis, and what goes beyond it."""
+
+
+@dataclass(frozen=True)
+class DisparityError:
+    """How far two maps of one view contradict each other, and how much they say at all.
+
+    Args:
+        inconsistent: Pixels whose disparities differ (equation 3.2).
+        valid: Pixels known in both maps.
+        pixels: That could be known in both: those of the scan, of two dense maps all.
+        densest: Of a scan the share of `disproved_points` in that window of `WINDOW` which has
+            most; 0 of two dense maps, whose contradictions have no judge.
+        brightness: `Brightness.patches` of that pair of the triple's cameras, the reference among
+            them, which has more.
+    """
+
+    inconsistent: int
+    valid: int
+    pixels: int
+    densest: float = 0.0
+    brightness: float = 0.0
+
+    @property
+    def error(self) -> float:
+        """E, the share of the valid pixels that are inconsistent; 1 with fewer than `FEWEST`."""
+        return self.inconsistent / self.valid if self.valid >= FEWEST else 1.0
+
+    @property
+    def holes(self) -> int:
+        """Pixels that could not be compared: of the dense map under a scan, of either of two."""
+        return self.pixels - self.valid
+
+    @property
+    def hole_share(self) -> float:
+        """Holes among all pixels that could be known; matchers fail where light hides the scene."""
+        return self.holes / self.pixels if self.pixels >= FEWEST else 1.0
+
+    @property
+    def shares(self) -> Floats:
+        """All `MEASURES`, shape (4,)."""
+        return np.array([getattr(self, name) for name in MEASURES])
+
+
+def disparity_error(
+    first: DisparityMap, second: DisparityMap, *, sparse: bool = False
+) -> DisparityError:
+    """Compare two maps in the scale of the second (equation 3.2); what images tell is left out.
+
+    Args:
+        first: DM_{i,k}, in any scale.
+        second: DM_{j,k}.
+        sparse: Whether the first is a scan, whose gaps are no holes.
+
+    Raises:
+        ConfigurationError: The maps differ in shape.
+
+    Example:
+        >>> near = DisparityMap(np.full((20, 20), 10, np.float32), 100.0)
+        >>> far = near.values.copy()
+        >>> far[:5] -= 4
+        >>> disparity_error(near, DisparityMap(far, 100.0)).error
+        0.25
+    """
+    compared = comparison_map(first, second)
+    counts = np.bincount(compared.ravel(), minlength=len(Comparison))
+    inconsistent = int(counts[Comparison.INCONSISTENT])
+    valid = inconsistent + int(counts[Comparison.CONSISTENT])
+    pixels = valid + int(counts[Comparison.FIRST_ONLY]) if sparse else first.values.size
+    return DisparityError(inconsistent, valid, pixels)
+
+
+def densest_share(pixels: Mask) -> float:
+    """The share of some pixels in that window of `WINDOW` which has most of them.
+
+    Args:
+        pixels: Shape (H, W).
+    """
+    window = cv2.blur(
+        np.asarray(pixels, np.float32), (WINDOW, WINDOW), borderType=cv2.BORDER_CONSTANT
+    )
+    return float(np.clip(window.max(), 0, 1))
+
+
+class DisparityErrors(Mapping[Triple, DisparityError]):
+    """E_{i,j,k} of all triples of a moment; each is worked out when first asked for, and kept.
+
+    Args:
+        maps: Of the moment.
+        known: Those that are known already.
+    """
+
+    def __init__(
+        self, maps: DisparityMaps, known: Mapping[Triple, DisparityError] | None = None
+    ) -> None:
+        self.maps = maps
+        self._known = dict(known or {})
+
+    def __getitem__(self, triple: Triple) -> DisparityError:
+        """E_{i,j,k}; see `DisparityMaps` for what can go wrong."""
+        if triple not in self._known:
+            self._known[triple] = self._of(triple)
+        return self._known[triple]
+
+    @property
+    def known(self) -> tuple[Triple, ...]:
+        """Triples that somebody has asked for, in the system's order."""
+        return tuple(triple for triple in self if triple in self._known)
+
+    def __iter__(self) -> Iterator[Triple]:
+        return iter(self.maps.system.triples)
+
+    def __len__(self) -> int:
+        return len(self.maps.system.triples)
+
+    def _of(self, triple: Triple) -> DisparityError:
+        i, j, k = triple
+        maps, sensors = self.maps, self.maps.system.sensors
+        sparse = maps.system.has_scan(triple)
+        error = disparity_error(maps[i, k], maps[j, k], sparse=sparse)
+        brightness = maps.brightness((j, k)).patches
+        if not sparse:
+            return replace(error, brightness=max(brightness, maps.brightness((i, k)).patches))
+        reference, other = (maps.frame.image(int(sensors[one])) for one in (k, j))
+        disproved = disproved_points(maps[i, k], maps[j, k], reference, other)
+        return replace(error, brightness=brightness, densest=densest_share(disproved))

@@ -1,0 +1,76 @@
+"""Beyond the thesis: the sensor state vector from all triples at once, as a validator."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import ClassVar
+
+from avsec_gym.frame import SensorFrame
+from avsec_gym.sensor_system import SensorSystem
+from avsec_gym.validation.evidence.disparity_error import DisparityErrors
+from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence.evidence import gather_evidence
+from avsec_gym.validation.evidence.pair_depth import PairDepth
+from avsec_gym.validation.likelihood.maximum_likelihood import (
+    LikelihoodModel,
+    read_likelihood_model,
+)
+from avsec_gym.validation.validator import Validation
+
+
+@dataclass(frozen=True)
+class LikelihoodValidator:
+    """Finds the most probable sensor state vector, with a probability for each sensor.
+
+    What is said of each sensor, and that it goes with the alarm, is for `Decoding.verdicts`.
+
+    Args:
+        model: p(evidence | **s**); a model or its file.
+        rate: The designated false alarm rate.
+        certainty: Below this probability of what is said, a sensor cannot be told; None: the most
+            probable **s** is said.
+
+    Raises:
+        DataError: The file is missing or broken.
+    """
+
+    name: ClassVar[str] = "likelihood"
+    model: LikelihoodModel | str | Path
+    rate: float = 0.01
+    certainty: float | None = 0.95
+    _model: LikelihoodModel = field(init=False, repr=False, compare=False)
+    _depth: PairDepth = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        given = self.model
+        model = given if isinstance(given, LikelihoodModel) else read_likelihood_model(given)
+        object.__setattr__(self, "_model", model)
+        object.__setattr__(self, "_depth", PairDepth.from_settings(model.on.depth))
+
+    @property
+    def system(self) -> SensorSystem:
+        """See `Validator`."""
+        return self._model.on.system
+
+    @property
+    def remark(self) -> str:
+        """Where clean moments are too few for the rate; empty if they are not."""
+        count = len(self._model.clean_scores)
+        if not 0 < self.rate * count < 1:
+            return ""
+        return (
+            f"few clean moments for r = {self.rate}: of {count} that were held out none raises an "
+            "alarm, as for r = 0"
+        )
+
+    def validate(self, frame: SensorFrame) -> Validation:
+        """See `Validator`."""
+        self._model.on.check(self.system, self._depth, frame.calibration)
+        errors = DisparityErrors(DisparityMaps(frame, self.system, self._depth))
+        decoding = self._model.decode(gather_evidence(errors)[None], self.rate)
+        sensors = self.system.sensors
+        said = decoding.verdicts(self.certainty)[0]
+        probabilities = dict(zip(sensors, decoding.posterior.sensors[0].tolist(), strict=True))
+        verdicts = dict(zip(sensors, said, strict=True))
+        return Validation(bool(decoding.alarms[0]), verdicts, errors, probabilities)

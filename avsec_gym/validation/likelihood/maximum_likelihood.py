@@ -1,0 +1,349 @@
+"""`LikelihoodModel`: the sensor state vector **s** from the evidence of all triples at once.
+
+Algorithm 2 cuts every error off at a threshold, which must stand above the hardest clean scene.
+But one scene is hard for all triples alike, while an attack moves only those that use an attacked
+sensor.  So the evidence is modelled as a whole, on a scale u on which that of clean moments is
+normally distributed, element by element (`NormalScores`):
+
+    ln p(u | s) = w_1 ln f_1(u_1 | s) + ... + w_M ln f_M(u_M | s) + w_0 ln c(u | s) + offset.
+
+An element's density f depends on which sensors of its own scope are attacked, so that attacks on
+others leave it as it is, and an element that cannot see an attack has no say.  What elements have
+in common is for c, a Gaussian copula: their correlation, once each is made normal by its own f,
+depends on whether each of them is touched by the attack.  Were all this true, the weights would be
+1; a weighted composite likelihood (Varin, Reid and Firth, 2011) does not trust it, and learns from
+held-out moments how much each term is worth, and an offset for each attacked sensor, so that the
+probabilities are honest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import Floats
+from avsec_gym.validation.evidence.evidence import Scope, evidence_scopes
+from avsec_gym.validation.fitted_on import FittedOn, broken, read_fitted, write_fitted
+from avsec_gym.validation.likelihood.normal_scores import NormalScores
+from avsec_gym.validation.state_posterior import (
+    Decoding,
+    StatePosterior,
+    States,
+    attack_prior,
+    state_vectors,
+)
+
+PATTERNS = 8
+"""In which the three sensors of a triple can be attacked or not."""
+LEAST_SCORE, STEP, SCORES = -9.0, 0.1, 311
+"""Where densities are known: the first score u, from one to the next, and how many."""
+_KIND = "likelihoods"
+_STRANGEST = 0.2
+"""Of the designated false alarm rate that part which is spent on moments like none of the fit."""
+_LEAST_EIGENVALUE = 0.02
+"""Of a correlation matrix that was put together from pairs."""
+_LEAST_CHANCE = 1e-9
+"""Beyond this, nothing is farther out."""
+_MOST_DEPENDENCE = 60.0
+"""Of ln c; what is far from all that was seen turns nothing over."""
+_AT_ONCE = 4096
+"""Moments, so that memory stays small."""
+
+
+@dataclass(frozen=True, eq=False)
+class LikelihoodModel:
+    """p(evidence | **s**); `fit_likelihood` makes it.
+
+    M is the number of the evidence's elements; patterns count the attacked among an element's two
+    or three sensors as bits, the first one lowest.
+
+    Args:
+        on: The sensors, the depth and the data.
+        log_density: ln f of each element under each pattern, the clean one first, at `SCORES`
+            scores from `LEAST_SCORE` on, shape (M, 8, SCORES); of pairs half of the patterns.
+        correlation: Between two elements, by whether the first and the second are touched, shape
+            (2, 2, M, M).
+        lowest: Of the scores u seen, shape (M,); evidence below counts as this.
+        highest: The same above.
+        weights: Of the elements, and of c the last, 0 or more, shape (M + 1,).
+        offset: Added for each attacked sensor.
+        scale: Of u, see `NormalScores`; None: log-odds.
+        clean_scores: `alarm_scores` of clean moments that the fit held out, shape (any,).
+        strangest: Of the same moments the largest of their `strangeness`, clean and in all states
+            that the fit held out, shape (any,).
+
+    Raises:
+        ConfigurationError: The arrays do not fit the system, or are no such parameters.
+    """
+
+    on: FittedOn
+    log_density: Floats
+    correlation: Floats
+    lowest: Floats
+    highest: Floats
+    weights: Floats
+    offset: float = 0.0
+    scale: NormalScores | None = None
+    clean_scores: Floats = field(default_factory=lambda: np.zeros(0))
+    strangest: Floats = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        m = len(evidence_scopes(self.on.system))
+        shapes = {
+            "log_density": (m, PATTERNS, SCORES),
+            "correlation": (2, 2, m, m),
+            "lowest": (m,),
+            "highest": (m,),
+            "weights": (m + 1,),
+            "clean_scores": (np.size(self.clean_scores),),
+            "strangest": (np.size(self.clean_scores),),
+        }
+        for name, shape in shapes.items():
+            array = np.array(getattr(self, name), float)
+            if array.shape != shape or not np.isfinite(array).all():
+                raise ConfigurationError(
+                    f"{name} is finite and of shape {shape}, got shape {array.shape}"
+                )
+            object.__setattr__(self, name, array)
+        if self.scale is not None and len(self.scale.tails) != m:
+            raise ConfigurationError(f"the scale is of {m} elements")
+        if not ((self.weights >= 0).all() and np.isfinite(self.offset)):
+            raise ConfigurationError("weights are 0 or more, and the offset is finite")
+
+    @property
+    def sensors(self) -> int:
+        """How many: n + 1."""
+        return len(self.on.system)
+
+    def posterior(self, evidence: Floats, prior: Floats | None = None) -> StatePosterior:
+        """P(**s** | evidence).
+
+        Args:
+            evidence: Of N moments, shape (N, M); see `gather_evidence`.
+            prior: P(**s**), shape (2^(n+1),); None: `attack_prior`.
+
+        Raises:
+            ConfigurationError: Evidence or prior of another shape, or a prior that is none.
+        """
+        return self._posterior(self.log_likelihoods(evidence), prior)
+
+    def log_likelihoods(self, evidence: Floats) -> Floats:
+        """Ln p(evidence | **s**) but for a constant.
+
+        Args:
+            evidence: Shares, shape (N, M).
+
+        Returns:
+            In the order of `state_vectors`, shape (N, 2^(n+1)).
+        """
+        return self._judged(evidence)[0]
+
+    def alarm_scores(self, evidence: Floats) -> Floats:
+        """Log-odds that some sensor is attacked, under `attack_prior`, shape (N,)."""
+        return self._alarm_scores(self.log_likelihoods(evidence))
+
+    def strangeness(self, evidence: Floats) -> Floats:
+        """How improbable the evidence is by the best **s**, shape (N,).
+
+        -ln f, the mean of all elements.
+        """
+        return self._judged(evidence)[1]
+
+    def terms(self, evidence: Floats) -> Floats:
+        """What is weighed: ln f of all elements, and ln c, shape (N, 2^(n+1), M + 1)."""
+        if np.ndim(evidence) != 2 or np.shape(evidence)[1] != len(self.log_density):
+            raise ConfigurationError(
+                f"evidence has {len(self.log_density)} elements a moment, got shape "
+                f"{np.shape(evidence)}"
+            )
+        scale = self.scale or NormalScores.plain(len(self.log_density))
+        u = np.clip(scale(evidence), self.lowest, self.highest)
+        of_patterns = np.stack([_at(u, self.log_density), _at(u, self._normal)])
+        result = np.empty((len(u), len(self._patterns), len(self.weights)))
+        element = np.arange(len(self.log_density))
+        for state, patterns in enumerate(self._patterns):
+            density, z = of_patterns[:, :, element, patterns]
+            result[:, state, :-1] = density
+            whitened = z @ self._whitenings[state].T
+            excess = 0.5 * ((z**2).sum(axis=1) - (whitened**2).sum(axis=1))
+            result[:, state, -1] = excess - self._log_widths[state]
+        np.clip(result[..., -1], -_MOST_DEPENDENCE, _MOST_DEPENDENCE, out=result[..., -1])
+        return result
+
+    def decode(self, evidence: Floats, rate: float = 0.01, prior: Floats | None = None) -> Decoding:
+        """The attacked sensors of N moments.
+
+        Args:
+            evidence: Shares, shape (N, M).
+            rate: r, designated false alarm rate: the share of the held-out clean moments that are
+                beyond a threshold, that of the `alarm_scores` or that of their `strangeness`.  The
+                latter has a fifth of r; beyond it a moment is not familiar.  With fewer than 5 / r
+                moments it is the largest that was held out.
+            prior: Of the probabilities, see `posterior`; alarms do not depend on it.
+
+        Raises:
+            ConfigurationError: As `posterior`; a rate that is none; no clean moments were held out.
+        """
+        likelihoods, strangeness = self._judged(evidence)
+        score, strangest = self._alarm_thresholds(rate)
+        familiar = strangeness <= strangest
+        alarms = ~familiar | (self._alarm_scores(likelihoods) > score)
+        return Decoding(self._posterior(likelihoods, prior), alarms, familiar)
+
+    def write(self, path: str | Path, *, overwrite: bool = False) -> None:
+        """Write all parameters as JSON, whole or not at all.
+
+        Raises:
+            DataError: The file exists and `overwrite` is false, or it cannot be written.
+        """
+        values = {name: np.asarray(getattr(self, name)).tolist() for name in _parameters()}
+        scale = self.scale or NormalScores.plain(len(self.log_density))
+        values["scale"] = {one.name: getattr(scale, one.name).tolist() for one in fields(scale)}
+        write_fitted(path, _KIND, self.on, values, overwrite=overwrite)
+
+    def _judged(self, evidence: Floats) -> tuple[Floats, Floats]:
+        """Likelihoods and strangeness."""
+        attacked = state_vectors(self.sensors).sum(axis=1)
+        likelihoods, strangeness = [], []
+        for some in np.array_split(evidence, max(1, -(-len(evidence) // _AT_ONCE))):
+            terms = self.terms(some)
+            likelihoods.append(terms @ self.weights + self.offset * attacked)
+            strangeness.append(-terms[..., :-1].mean(axis=2).max(axis=1))
+        return np.concatenate(likelihoods), np.concatenate(strangeness)
+
+    def _posterior(self, likelihoods: Floats, prior: Floats | None) -> StatePosterior:
+        return StatePosterior(special.softmax(likelihoods + self._log_prior(prior), axis=1))
+
+    def _alarm_scores(self, likelihoods: Floats) -> Floats:
+        scores = likelihoods + self._log_prior(None)
+        return np.asarray(special.logsumexp(scores[:, 1:], axis=1) - scores[:, 0])
+
+    def _alarm_thresholds(self, rate: float) -> tuple[float, float]:
+        """Of scores and of strangeness, both together at the rate."""
+        if not 0 <= rate <= 1 or not (count := len(self.clean_scores)):
+            raise ConfigurationError(
+                f"an alarm needs clean moments, of which there are {len(self.clean_scores)}, and a "
+                f"rate from 0 to 1, got {rate}"
+            )
+        # A product such as 0.29 * 100 comes out just below the whole number that is meant.
+        beyond, strange = int(rate * count + 1e-9), int(_STRANGEST * rate * count + 1e-9)
+        strangest = np.sort(self.strangest)[-1 - strange]
+        # Who is strange raises the alarm anyway: nobody is beyond that score.
+        scores = np.where(self.strangest > strangest, np.inf, self.clean_scores)
+        return float(np.sort(np.r_[-np.inf, scores])[-1 - beyond]), float(strangest)
+
+    def _log_prior(self, prior: Floats | None) -> Floats:
+        prior = attack_prior(self.sensors) if prior is None else np.asarray(prior, float)
+        if prior.shape != (2**self.sensors,) or not (prior >= 0).all() or prior.sum() <= 0:
+            raise ConfigurationError(
+                f"a prior has a probability for each of {2**self.sensors} state vectors"
+            )
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.log(prior / prior.sum()))
+
+    @cached_property
+    def _patterns(self) -> NDArray[np.intp]:
+        """Of each element under each **s**, shape (2^(n+1), M)."""
+        states = state_vectors(self.sensors)
+        return element_patterns(states, evidence_scopes(self.on.system))
+
+    @cached_property
+    def _normal(self) -> Floats:
+        """`as_normal` of each density, shape (M, 8, SCORES)."""
+        return as_normal(self.log_density)
+
+    @cached_property
+    def _factors(self) -> Floats:
+        """Cholesky factors of the correlations, shape (2^(n+1), M, M)."""
+        element = np.arange(len(self.log_density))
+        factors = []
+        for touched in np.minimum(self._patterns, 1):
+            pairs = self.correlation[touched[:, None], touched, element[:, None], element]
+            factors.append(np.linalg.cholesky(_nearest_correlation(pairs)))
+        return np.array(factors)
+
+    @cached_property
+    def _whitenings(self) -> Floats:
+        return np.asarray(np.linalg.inv(self._factors))
+
+    @cached_property
+    def _log_widths(self) -> Floats:
+        """Half the log-determinants, shape (2^(n+1),)."""
+        return np.asarray(np.log(np.diagonal(self._factors, axis1=1, axis2=2)).sum(axis=1))
+
+
+def read_likelihood_model(path: str | Path) -> LikelihoodModel:
+    """Read what `LikelihoodModel.write` wrote.
+
+    Raises:
+        DataError: Missing, cut off, or something else.
+    """
+    on, content = read_fitted(path, _KIND)
+    try:
+        scale = NormalScores(**content["scale"])
+        return LikelihoodModel(on, scale=scale, **{name: content[name] for name in _parameters()})
+    except (KeyError, TypeError, ValueError, ConfigurationError) as error:
+        raise broken(path, error) from error
+
+
+def element_patterns(states: States, scopes: Sequence[Scope]) -> NDArray[np.intp]:
+    """Which of its own sensors are attacked, for each element of the evidence.
+
+    Args:
+        states: Shape (N, n + 1).
+        scopes: Of the M elements.
+
+    Returns:
+        The attacked sensors of the scope as bits, the first one lowest, shape (N, M).
+    """
+    return np.stack([states[:, scope] @ (1 << np.arange(len(scope))) for scope in scopes], axis=1)
+
+
+def as_normal(log_density: Floats) -> Floats:
+    """Scores that are as far out in a normal distribution as each u is by its density.
+
+    Args:
+        log_density: At all u, shape (..., SCORES).
+
+    Returns:
+        The same shape.
+    """
+    density = np.exp(log_density)
+    # Half of a step's chance lies on either side of its middle.
+    below = np.cumsum(density, axis=-1) - 0.5 * density
+    chance = below / density.sum(axis=-1, keepdims=True)
+    return np.asarray(special.ndtri(np.clip(chance, _LEAST_CHANCE, 1.0 - _LEAST_CHANCE)))
+
+
+def _at(u: Floats, known: Floats) -> Floats:
+    """What is known at `SCORES` scores, at others, shape (N, M, 8).
+
+    Args:
+        u: Shape (N, M).
+        known: Shape (M, 8, SCORES).
+    """
+    place = np.clip((u - LEAST_SCORE) / STEP, 0.0, SCORES - 1.0)
+    below = np.minimum(place.astype(int), SCORES - 2)
+    part = (place - below)[..., None]
+    element = np.arange(known.shape[0])
+    first, second = (known[element, :, below + one] for one in (0, 1))
+    return np.asarray(first + part * (second - first))
+
+
+def _nearest_correlation(pairs: Floats) -> Floats:
+    """A correlation matrix like what was put together from pairs, which may be none."""
+    values, vectors = np.linalg.eigh(pairs)
+    valid = (vectors * np.maximum(values, _LEAST_EIGENVALUE)) @ vectors.T
+    scale = np.sqrt(np.diagonal(valid))
+    return np.asarray(valid / np.outer(scale, scale))
+
+
+def _parameters() -> list[str]:
+    return [one.name for one in fields(LikelihoodModel) if one.name not in ("on", "scale")]

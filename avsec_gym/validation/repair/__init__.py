@@ -1,0 +1,1 @@
+"""Where a named sensor is damaged, and what the sound ones make of it."""

@@ -1,0 +1,149 @@
+"""A moment without its damage, filled from the trusted sensors (thesis, section 6.2: future work).
+
+What is filled is no measurement of the attacked sensor: it repeats what others saw, and where no
+other saw it, it is made up from what is around.  `Repair` says which is which.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import Calibration, Image, Points, SensorFrame
+from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
+from avsec_gym.validation.evidence.brightness import equally_exposed
+from avsec_gym.validation.evidence.pair_depth import PairDepth
+from avsec_gym.validation.evidence.reprojection import Mask
+from avsec_gym.validation.repair.damaged_scan import (
+    DamagedScan,
+    TrustedMaps,
+    bogus_points,
+    directions,
+    lost_directions,
+    seen_places,
+    trusted_maps,
+)
+from avsec_gym.validation.repair.localisation import contradicting_pixels
+from avsec_gym.validation.repair.trusted_view import TrustedView, trusted_view
+
+REFILLED_REFLECTANCE = 0.0
+"""Cameras do not know it."""
+_INPAINTED_FROM = 3.0
+"""Pixels around what is made up."""
+_BEAM_ROWS = 2
+"""Directions between two rings of a LiDAR."""
+
+
+@dataclass(frozen=True, eq=False)
+class Repair:
+    """A repaired moment.
+
+    Args:
+        frame: To be used in place of the tampered one.
+        pixels: Of each attacked camera, what was found damaged and filled, shape (H, W).
+        made_up: Of each attacked camera, the part of that which no trusted camera saw.
+        scan: What was found wrong with the tampered scan; None: the LiDAR is trusted.
+        refilled: Which points of the repaired scan are the cameras', shape (M,).
+    """
+
+    frame: SensorFrame
+    pixels: Mapping[int, Mask] = field(default_factory=dict)
+    made_up: Mapping[int, Mask] = field(default_factory=dict)
+    scan: DamagedScan | None = None
+    refilled: NDArray[np.bool_] | None = None
+
+
+def repair(
+    frame: SensorFrame,
+    system: SensorSystem,
+    attacked: Iterable[Sensor],
+    depth: PairDepth | None = None,
+) -> Repair:
+    """Find the damage in the sensors that are named, and fill it from the others.
+
+    Args:
+        frame: The moment, tampered with.
+        system: The sensors of which some are trusted.
+        attacked: Those that are not.
+        depth: How the disparities of two trusted cameras are found.
+
+    Raises:
+        ConfigurationError: An attacked sensor is not in the system, or too few are trusted: two
+            cameras, or for the repair of a camera one and the LiDAR.
+        DataError: The frame lacks a sensor, or its file is broken.
+    """
+    named = set(attacked)
+    if unknown := named - set(system.sensors):
+        raise ConfigurationError(f"no sensors of the system: {sorted(unknown, key=str)}")
+    trusted = tuple(sensor for sensor in system.sensors if sensor not in named)
+    repaired, pixels, made_up = frame, {}, {}
+    for camera in (sensor for sensor in system.cameras if sensor in named):
+        view = trusted_view(frame, camera, trusted, depth)
+        found = contradicting_pixels(frame.image(camera), view)
+        repaired = repaired.with_image(camera, filled_image(frame.image(camera), view, found))
+        pixels[camera], made_up[camera] = found, found & ~view.believed
+    if LIDAR not in named:
+        return Repair(repaired, pixels, made_up)
+    maps = trusted_maps(frame, trusted, depth)
+    nearest = (depth or PairDepth()).nearest
+    bogus = bogus_points(frame.points, frame.calibration, maps, nearest)
+    sound = frame.points[~bogus]
+    scan = DamagedScan(bogus, lost_directions(sound, frame.calibration, maps))
+    seen = refilled_points(scan, frame.calibration, maps)
+    refilled = np.arange(len(sound) + len(seen)) >= len(sound)
+    repaired = repaired.with_points(np.concatenate([sound, seen]))
+    return Repair(repaired, pixels, made_up, scan, refilled)
+
+
+def filled_image(image: Image, view: TrustedView, damaged: Mask) -> Image:
+    """An image whose damaged pixels are painted as trusted cameras see them.
+
+    What none of them sees is continued from around (Telea's inpainting).
+
+    Args:
+        image: Of the attacked camera.
+        view: What it should see.
+        damaged: Which pixels to fill, shape (H, W).
+    """
+    result = np.where(
+        (damaged & view.believed)[..., None],
+        equally_exposed(view.image, image, view.believed).least,
+        image,
+    )
+    unseen = damaged & ~view.believed
+    if not unseen.any():
+        return result
+    return np.asarray(
+        cv2.inpaint(result, unseen.astype(np.uint8), _INPAINTED_FROM, cv2.INPAINT_TELEA), np.uint8
+    )
+
+
+def refilled_points(scan: DamagedScan, calibration: Calibration, maps: TrustedMaps) -> Points:
+    """Points of trusted maps in the directions without returns, about as dense as a LiDAR's.
+
+    Of the places in a beam's direction the middle one in distance.  The widest pair's map is used;
+    where it has a hole, nothing is refilled.
+
+    Args:
+        scan: What is lost.
+        calibration: Of the rig.
+        maps: See `trusted_maps`.
+
+    Returns:
+        Shape (N, 4), reflectance `REFILLED_REFLECTANCE`.
+    """
+    camera, trusted = next(iter(maps.items()))
+    places = seen_places(trusted, calibration, camera)
+    row, column, inside = directions(places)
+    inside &= scan.lost[row, column]
+    places = places[inside]
+    beam = row[inside] // _BEAM_ROWS * scan.lost.shape[1] + column[inside]
+    order = np.lexsort((np.linalg.norm(places, axis=1), beam))
+    _, first, count = np.unique(beam[order], return_index=True, return_counts=True)
+    chosen = places[order[first + count // 2]]
+    return np.c_[chosen, np.full(len(chosen), REFILLED_REFLECTANCE)].astype(np.float32)

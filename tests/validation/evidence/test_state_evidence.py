@@ -1,0 +1,63 @@
+"""Evidence that is put together from shared maps is that of the whole attacked frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from avsec_gym.attacks.facula import Facula
+from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.validation.evidence.disparity_error import DisparityErrors
+from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence.evidence import gather_evidence
+from avsec_gym.validation.evidence.state_evidence import StateEvidence
+from avsec_gym.validation.state_posterior import state_vectors
+
+SYSTEM = SensorSystem((LIDAR, 2, 1, 0))
+ATTACKS = {
+    LIDAR: LidarSpoofing(reference=0, distance=6.0, bearing=0.0),
+    **{camera: Facula(camera, 50.0, (120.0, 60.0), saturation=0.9) for camera in (0, 1, 2)},
+}
+
+
+def test_every_state_is_that_of_a_frame_attacked_as_a_whole(
+    wall_of: Callable[[int], SensorFrame], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clean = wall_of(0)
+    tampered = {sensor: attack.attack(clean).frame for sensor, attack in ATTACKS.items()}
+    states = state_vectors(4)
+    expected = []
+    for state in states:
+        frame = clean
+        for sensor, is_attacked in zip(SYSTEM.sensors, state, strict=True):
+            frame = ATTACKS[sensor].attack(frame).frame if is_attacked else frame
+        errors = DisparityErrors(DisparityMaps(frame, SYSTEM))
+        expected.append(gather_evidence(errors))
+    matched = []
+    find = DisparityMaps._find
+    monkeypatch.setattr(
+        DisparityMaps, "_find", lambda self, pair: matched.append(pair) or find(self, pair)
+    )
+    moment = StateEvidence(clean, tampered, SYSTEM)
+    np.testing.assert_array_equal(moment.evidence(states), expected)
+    assert len(matched) == 4 * len(list(SYSTEM.pairs()))
+    assert moment.errors(states[5])[0, 1, 2].error == expected[5][0]
+    assert len(matched) == 4 * len(list(SYSTEM.pairs()))
+    # Attacked otherwise, the sound sensors are not matched again.
+    otherwise = moment.otherwise({LIDAR: tampered[LIDAR]})
+    np.testing.assert_array_equal(otherwise.evidence(states[:2]), expected[:2])
+    assert len(matched) == 4 * len(list(SYSTEM.pairs())) + 2
+
+
+def test_a_sensor_without_attack_cannot_be_attacked(
+    wall_of: Callable[[int], SensorFrame],
+) -> None:
+    moment = StateEvidence(wall_of(0), {}, SYSTEM)
+    assert moment.evidence(state_vectors(4)[:1]).shape == (1, 4 + 3 + 3 + 3 + 3)
+    with pytest.raises(ConfigurationError, match="no attack on the sensor"):
+        moment.evidence(state_vectors(4)[1:2])

@@ -1,0 +1,93 @@
+"""A smooth wall, attacked and repaired."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import cv2
+import numpy as np
+import pytest
+
+from avsec_gym.attacks.facula import Facula
+from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
+from avsec_gym.attacks.sensor_combination import SensorCombination
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.validation.repair.repair import REFILLED_REFLECTANCE, repair
+
+SYSTEM = SensorSystem((LIDAR, 2, 1, 0))
+SPOT = Facula(0, 180.0, (130.0, 60.0), saturation=0.5)
+BOGUS = LidarSpoofing(width=1.5, distance=6.0, bearing=0.05, reference=0, rays_lost=True)
+
+
+@pytest.fixture(scope="module")
+def wall(wall_of: Callable[[int], SensorFrame]) -> SensorFrame:
+    frame = wall_of(0)
+    y, z = np.meshgrid(np.linspace(-9, 9, 240), np.linspace(-4, 4, 120))
+    ahead = np.full(y.size, np.median(frame.points[:, 0]))
+    points = np.stack([ahead, y.ravel(), z.ravel(), np.ones(y.size)], axis=1)
+    frame = frame.with_points(points.astype(np.float32))
+    for camera in (0, 1, 2):
+        image = 0.5 * cv2.GaussianBlur(frame.image(camera), (0, 0), 2.0)
+        frame = frame.with_image(camera, image.astype(np.uint8))
+    return frame
+
+
+def test_an_image_gets_back_what_the_light_hid(wall: SensorFrame) -> None:
+    tampered = SPOT.attack(wall)
+    mended = repair(tampered.frame, SYSTEM, tampered.attacked)
+    true, clean = tampered.pixels[0], wall.image(0).astype(float)
+    error = np.abs(mended.frame.image(0) - clean)[true].mean()
+    assert error < 0.1 * np.abs(tampered.frame.image(0) - clean)[true].mean()
+    untouched = ~mended.pixels[0]
+    np.testing.assert_array_equal(
+        mended.frame.image(0)[untouched], tampered.frame.image(0)[untouched]
+    )
+    assert mended.frame.points is tampered.frame.points
+    assert mended.scan is None
+
+
+def test_a_scan_gets_back_the_wall(wall: SensorFrame) -> None:
+    tampered = BOGUS.attack(wall)
+    mended = repair(tampered.frame, SYSTEM, {LIDAR})
+    assert tampered.lost is not None
+    assert mended.refilled is not None
+    points = mended.frame.points
+    forward, before = points[:, 0], tampered.frame.points[:, 0]
+    nearer = np.median(wall.points[:, 0]) - 1.0
+    assert (before < nearer).sum() > 20 * (forward < nearer).sum()
+    refilled = points[mended.refilled]
+    assert len(refilled) > 100
+    assert (refilled[:, 3] == REFILLED_REFLECTANCE).all()
+    # The wall is where the lost points were.
+    gone = wall.points[tampered.lost]
+    np.testing.assert_allclose(np.median(refilled[:, 0]), np.median(gone[:, 0]), atol=0.15)
+    assert refilled[:, 1].min() > gone[:, 1].min() - 0.3
+    assert refilled[:, 1].max() < gone[:, 1].max() + 0.3
+
+
+def test_several_sensors_are_repaired_at_once_from_those_that_are_left(wall: SensorFrame) -> None:
+    spot = Facula(1, 180.0, (130.0, 60.0), saturation=0.5)
+    tampered = SensorCombination((spot, BOGUS)).attack(wall)
+    mended = repair(tampered.frame, SYSTEM, tampered.attacked)
+    assert set(mended.pixels) == {1}
+    assert mended.scan is not None
+    assert tampered.points is not None
+    assert mended.scan.points[tampered.points].mean() > 0.9
+    assert (mended.pixels[1] & tampered.pixels[1]).sum() > 0.8 * tampered.pixels[1].sum()
+
+
+def test_what_nobody_saw_is_said_to_be_made_up(wall: SensorFrame) -> None:
+    tampered = Facula(0, 200.0, (0.0, 60.0), saturation=0.5).attack(wall)
+    mended = repair(tampered.frame, SYSTEM, {0})
+    # The leftmost columns of the wall are out of the other cameras' sight.
+    assert mended.made_up[0][50:70, :8].all()
+    assert not mended.made_up[0][:, 20:].any()
+
+
+def test_too_few_trusted_sensors_are_said(wall: SensorFrame) -> None:
+    with pytest.raises(ConfigurationError, match="trusted"):
+        repair(wall, SYSTEM, {0, 1, LIDAR})
+    with pytest.raises(ConfigurationError, match="no sensors of the system"):
+        repair(wall, SYSTEM, {7})
