@@ -3,7 +3,7 @@
 # Environment: PYTHON; HELD_OUT, where the frames lie on which the detectors are judged (made if they
 # are not there); KITTI (object root; stereo2012 and stereo2015 beside it are used too) for real
 # frames; RUNS, where `avsec train` left the folders dsgn, stereo_rcnn and psmnet, and dsgn_2, ... of
-# trainings that went on with them, for the curves; CLASSIFIERS, the folders of held-out moments of
+# trainings that went on with them, for the curves (those of other networks stay as they are); CLASSIFIERS, the folders of held-out moments of
 # docs/classifiers.md; SCENARIOS, the authors' labelled scenarios; PARITY (outputs of the original
 # networks).
 set -eu
@@ -29,7 +29,8 @@ for name in dsgn stereo_rcnn psmnet; do
     [ -z "$folders" ] || set -- "$@" "$name=$folders"
 done
 [ $# -eq 0 ] || "$PYTHON" -m avsec_gym.experiments.perception.training_curves "$@" \
-    --figure docs/images/detector_training.png --json docs/results/detector_training.json
+    --others docs/results/detector_training.json --figure docs/images/detector_training.png \
+    --json docs/results/detector_training.json
 [ -z "${CLASSIFIERS:-}" ] || "$PYTHON" -m avsec_gym.experiments.perception.classifier_accuracy \
     --world $CLASSIFIERS ${KITTI:+--kitti "$KITTI"} ${SCENARIOS:+--scenarios "$SCENARIOS"} \
     --json docs/results/classifiers.json

@@ -26,9 +26,9 @@ FITTED, JUDGED = "fitted", "judged"
 """The two parts of a run: recordings that thresholds and likelihoods come from, and others."""
 OPTIONS = {"fit": "", "fit_limit": 0, "fit_seed": -1, "depth": "sgbm"}
 """``fit``: KITTI raw drives to fit on, procedural ones if empty; ``fit_limit``: how many of their
-moments, as many as are judged if 0; ``fit_seed``: of procedural drives to fit on, the run's own if
-negative, so that new drives can be judged by what others were fitted on; ``depth``: how disparities
-are found."""
+moments, as many as are judged if 0; ``fit_seed``: of procedural drives to fit on and of the attacks
+on them, the run's own if negative, so that new drives can be judged by what others were fitted on;
+``depth``: how disparities are found."""
 USUAL_COUNT = 1000
 
 _FIRST_SET = {FITTED: 3000, JUDGED: 4000}
@@ -74,16 +74,23 @@ def recordings_of(configuration: Configuration, part: str, drive_frames: int = 1
     """
     options = {**OPTIONS, **configuration.options}
     count = configuration.limit or USUAL_COUNT
-    place, seed = configuration.scenarios, configuration.seed
+    place = configuration.scenarios
     if part == FITTED:
         count, place = options["fit_limit"] or count, options["fit"] or PROCEDURAL
-        seed = seed if options["fit_seed"] < 0 else options["fit_seed"]
     if place == PROCEDURAL:
-        root: str | Path = procedural_drives(count, seed, part, drive_frames)
+        root: str | Path = procedural_drives(
+            count, seed_of(configuration, part), part, drive_frames
+        )
     else:
         root = place
     found = raw_recordings(root, SYSTEM.sensors)
     return replace(found, moments=found.moments[:count])
+
+
+def seed_of(configuration: Configuration, part: str) -> int:
+    """Of the procedural drives of a part of a run, and of the attacks on them."""
+    own: int = {**OPTIONS, **configuration.options}["fit_seed"]
+    return own if part == FITTED and own >= 0 else configuration.seed
 
 
 def moment_cells(

@@ -15,6 +15,7 @@ from avsec_gym.experiments.chapter3.recordings import (
     drives_inputs,
     moment_cells,
     recordings_of,
+    seed_of,
 )
 from avsec_gym.experiments.experiment import Cell, CellResult, Configuration, Measurement
 from avsec_gym.validation.evidence.evidence import EVIDENCE_FORMAT, evidence_elements
@@ -49,7 +50,7 @@ class StateEvidences:
         options = {**OPTIONS, **configuration.options}
         self._depth = PairDepth(options["depth"])
         self._parts = {part: recordings_of(configuration, part) for part in (FITTED, JUDGED)}
-        self._seed = configuration.seed
+        self._seeds = {part: seed_of(configuration, part) for part in (FITTED, JUDGED)}
 
     def __call__(self, part: str, number: int, format: int) -> CellResult:
         """The evidence of every state, and all `MEASURES` of its triples.
@@ -63,7 +64,7 @@ class StateEvidences:
         """
         recordings = self._parts[part]
         moment, system = recordings.moments[number], recordings.system
-        frame, seed = moment.frame(), (self._seed, number)
+        frame, seed = moment.frame(), (self._seeds[part], number)
         every = state_vectors(len(system))
         kinds = {part: every}
         if part == JUDGED:

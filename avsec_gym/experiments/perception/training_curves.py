@@ -1,13 +1,15 @@
 """How networks were trained: the curves of their runs, thinned, with a picture.
 
 Run ``python -m avsec_gym.experiments.perception.training_curves dsgn=runs/dsgn,runs/dsgn_2
-stereo_rcnn=runs/stereo_rcnn --json FILE --figure PNG``; of trainings that went on with each other's
-weights, the folders stand in a row.
+stereo_rcnn=runs/stereo_rcnn --json FILE --figure PNG``; of trainings that went on with each
+other's weights, the folders stand in a row.  ``--others FILE`` keeps what an earlier result says of
+networks that are not trained anew.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import sys
 from collections.abc import Mapping, Sequence
@@ -17,6 +19,7 @@ from typing import Any
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.answer import answer
 from avsec_gym.experiments.figure_style import FIGURE_STYLE
+from avsec_gym.kitti.text_files import read_text
 from avsec_gym.perception.training.curves import CURVES, read_curves
 from avsec_gym.report.scenario_picture import save_picture
 
@@ -38,9 +41,9 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
     Raises:
         ConfigurationError: A run is not given as ``name=FOLDER``.
-        DataError: A folder holds no curves.
+        DataError: A folder holds no curves, or the earlier result is not one.
     """
-    result = {}
+    result = {} if options.others is None else _others(options.others)
     for text in options.runs:
         name, _, folder = text.partition("=")
         if not (name and folder):
@@ -49,6 +52,16 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if options.figure is not None:
         save_picture(_figure(result), options.figure, overwrite=True)
     return result
+
+
+def _others(file: Path) -> dict[str, Any]:
+    try:
+        result = json.loads(read_text(file))
+    except ValueError as error:
+        raise DataError(
+            f"This is no result of training curves ({error}).", path=file, remedy="Leave it out."
+        ) from error
+    return dict(result)
 
 
 def joined(trainings: Sequence[Sequence[Mapping[str, Any]]]) -> list[dict[str, Any]]:
@@ -153,6 +166,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """The command; its exit code."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("runs", nargs="+", help="name=FOLDER of `avsec train`")
+    parser.add_argument(
+        "--others", type=Path, help="result of before: other networks stay as there"
+    )
     parser.add_argument("--figure", type=Path, help="PNG")
     parser.add_argument("--json", type=Path, help="file for the result; default: standard output")
     return answer(parser.parse_args(arguments), run)

@@ -14,6 +14,7 @@ from avsec_gym.experiments.chapter3.recordings import (
     SYSTEM,
     procedural_drives,
     recordings_of,
+    seed_of,
 )
 from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
@@ -64,3 +65,13 @@ def test_new_drives_are_judged_by_what_others_were_fitted_on(
     assert root(JUDGED, fit_seed=0, fit_limit=48) == judged
     assert root(FITTED, fit_seed=0, fit_limit=48) == procedural_drives(48, 0, FITTED)
     assert root(FITTED, fit_seed=3) == own
+
+
+@pytest.mark.parametrize(
+    ("options", "fitted"), [({}, 3), ({"fit_seed": -1}, 3), ({"fit_seed": 0}, 0)]
+)
+def test_the_attacks_to_fit_on_have_the_seed_of_their_drives(
+    options: dict[str, int], fitted: int
+) -> None:
+    run = Configuration(PROCEDURAL, 24, 3, options)
+    assert (seed_of(run, FITTED), seed_of(run, JUDGED)) == (fitted, 3)

@@ -46,3 +46,18 @@ def test_the_command_draws_what_it_tells(tmp_path: Path) -> None:
     assert figure.read_bytes().startswith(b"\x89PNG")
     assert main([f"dsgn={folder},{folder}", "--json", str(out)]) == 0
     assert [row["step"] for row in json.loads(out.read_text())["dsgn"]["metrics"]] == [70, 210]
+
+
+def test_networks_that_are_not_trained_anew_stay(tmp_path: Path) -> None:
+    folder, out = tmp_path / "run", tmp_path / "curves.json"
+    folder.mkdir()
+    (folder / "curves.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows()))
+    before = {"psmnet": {"losses": [], "metrics": []}, "dsgn": "of before"}
+    out.write_text(json.dumps(before))
+    assert main([f"dsgn={folder}", "--others", str(out), "--json", str(out)]) == 0
+    after = json.loads(out.read_text())
+    assert after["psmnet"] == before["psmnet"]
+    assert after["dsgn"]["metrics"][0]["step"] == 70
+    out.write_text("no JSON")
+    assert main([f"dsgn={folder}", "--others", str(out), "--json", str(out)]) == 1
+    assert out.read_text() == "no JSON"
