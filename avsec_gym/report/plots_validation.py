@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from avsec_gym.experiments.chapter3.thesis import IDENTIFICATION
+from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.report.page_table import number
 from avsec_gym.report.plots import Frame, Point, Scale, band, drawing, marker, polyline, text
 from avsec_gym.report.tables_of_validation import CRITERIA, METHODS
@@ -132,13 +133,19 @@ def _reliability_figure(rows: Iterable[Sequence[float] | None]) -> Figure:
         if row is None:
             continue
         said, was, count = 100 * row[0], 100 * row[1], int(row[2])
-        hint = f"said {number(said)} %, so in {number(was)} % ({count:,} sensors)"
-        parts.append(marker(frame.at((said, was)), "circle", _ATTACKED, hint))
+        low, high = (100 * bound for bound in wilson_interval(round(row[1] * count), count))
+        hint = (
+            f"said {number(said)} %, so in {number(was)} %"
+            f" [{number(low)}, {number(high)}] ({count:,} sensors)"
+        )
+        parts.append(polyline([frame.at((said, low)), frame.at((said, high))], f"thin {_ATTACKED}"))
+        parts.append(marker(frame.at((said, was)), "circle", f"small {_ATTACKED}", hint))
     label = "How often a sensor was attacked, over the probability that was said"
     return Figure(
         "Do probabilities keep what they promise? Share of sensors that were attacked, %",
         [drawing(_WIDTH, _HEIGHT, parts, label)],
-        note="By maximum likelihood, in tenths of P(attacked); on the line, it is as was said.",
+        note="By maximum likelihood, in tenths of P(attacked); on the line, it is as was said. "
+        "Whiskers: 95 % intervals, Wilson's, as if sensors were independent.",
     )
 
 
