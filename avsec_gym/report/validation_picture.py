@@ -31,14 +31,16 @@ _LEGEND = (
 )
 _NEAR, _FAR_OUT = 0.5, 5000
 """Metres before a camera; pixels, which OpenCV can still count."""
+_MOST_TRIPLES = 6
 _MARKS = {Verdict.ATTACKED: "#D7263D", Verdict.CANNOT_TELL: "#B8860B", Verdict.SOUND: "#222222"}
 
 
 def draw_validation(
     validation: Validation, damage: Mapping[Sensor, Damage] | None = None
 ) -> Figure:
-    """Left: the sensors with their verdicts.  Right: the triples of the reference.
+    """Left: the sensors with their verdicts.  Right: triples.
 
+    Triples whose shares raised the alarm come first, then those of the reference, six at most.
     Left, what is damaged is magenta.  Right, red: inconsistent pixels; green: consistent ones;
     blue: holes that one of two maps has; beside each share its threshold, if there is one.
 
@@ -52,7 +54,9 @@ def draw_validation(
     system, frame = maps.system, maps.frame
     known = validation.errors.known
     last = max((k for _, _, k in known), default=len(system) - 1)
-    triples = [triple for triple in known if triple[2] == last]
+    beyond = {one.triple: None for one in validation.exceeded}
+    triples = [*beyond, *(one for one in sorted(known) if one[2] == last and one not in beyond)]
+    triples = triples[:_MOST_TRIPLES]
     rows = max(len(system), len(triples))
     figure = Figure(
         figsize=(12, 0.3 + 2.3 * rows), dpi=100, facecolor="white", layout="constrained"
@@ -75,7 +79,6 @@ def draw_validation(
             image = points_in_image(image, frame, camera)
         axes.imshow(image if found is None else _marked(image, found, frame, camera))
         axes.set_title(title, loc="left", fontsize=9, color=_MARKS[said])
-    beyond = {one.triple for one in validation.exceeded}
     for axes, triple in zip(panels[:, 1], triples, strict=False):
         i, j, k = triple
         compared = comparison_map(maps[i, k], maps[j, k])

@@ -47,8 +47,8 @@ def test_the_longest_titles_are_not_cut_off() -> None:
     figure.canvas.draw()
     named = [text for text in figure.findobj(Text) if "LiDAR" in text.get_text()]
     named += [text for text in figure.findobj(Text) if text.get_text().startswith("camera")]
-    assert len(named) == 7
-    assert sum(text.get_text().count("0.00123") for text in named) == 3 * 4
+    assert len(named) == 8
+    assert sum(text.get_text().count("0.00123") for text in named) == 4 * 4
     assert sum("too few sensors are sound" in text.get_text() for text in named) == 1
     for text in named:
         extent = text.get_window_extent()
@@ -81,6 +81,25 @@ def test_what_is_beyond_its_threshold_says_so() -> None:
     # The other two shares were not to judge.
     assert title.count("≤") + title.count(">") == 2
     assert ">" not in draw_validation(alarm(frame)).axes[1].get_title(loc="left")
+
+
+def test_what_raised_the_alarm_comes_first_whosever_reference_it_is() -> None:
+    frame = wall()
+    said = alarm(frame)
+    told = (0, 1, 2)
+    assert dict(said.errors)[told].valid > 0
+    thresholds = {
+        triple: Threshold(error=-1.0 if triple == told else 1.0) for triple in SYSTEM.triples
+    }
+    said = Validation(True, said.verdicts, said.errors, thresholds=thresholds)
+    assert [one.triple for one in said.exceeded] == [told]
+    titles = [axes.get_title(loc="left") for axes in draw_validation(said).axes[1::2]]
+    assert [title.partition("\n")[0] for title in titles] == [
+        "LiDAR against camera 2, seen by camera 1",
+        "LiDAR against camera 2, seen by camera 0",
+        "LiDAR against camera 1, seen by camera 0",
+        "camera 2 against camera 1, seen by camera 0",
+    ]
 
 
 def test_damage_is_magenta() -> None:
