@@ -244,11 +244,12 @@ def parity(result: Mapping[str, Mapping[str, float]]) -> list[str]:
 
 
 def _frames(sources: Sequence[Mapping[str, Any]]) -> str:
-    known = (
-        f"{source['frames']} frames of `{source['suite']}`, seed {source['seed']}"
-        for source in sources
-    )
-    return ", ".join(known) or UNKNOWN
+    known = []
+    for source in sources:
+        known.append(f"{source['frames']} frames of `{source['suite']}`, seed {source['seed']}")
+        if source.get("baseline"):
+            known[-1] += f", {100 * source['baseline']:.0f} cm between the cameras"
+    return "; ".join(known) or UNKNOWN
 
 
 def _validated(metrics: Mapping[str, float]) -> str:

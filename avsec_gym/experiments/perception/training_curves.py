@@ -145,7 +145,7 @@ def _figure(curves: Mapping[str, Mapping[str, Any]]) -> Any:
                 if any(metric in row for row in one["metrics"]):
                     right.plot(*_points(one["metrics"], metric), marker=".", lw=1.4, label=title)
             right.set_title(f"{name}: validation, %", loc="left", size=9)
-            right.set_ylim(bottom=0)
+            right.set_ylim(0, 1.05 * max(right.dataLim.y1, 1.0))
             for axes in (left, right):
                 for step in one.get("begins", ()):
                     axes.axvline(step, color="grey", lw=0.8, ls=":")

@@ -51,6 +51,17 @@ def _sources(described: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
                 "seed": settings.get("seed"),
                 "frames": source.get("frames"),
                 "fingerprint": source.get("fingerprint"),
+                "baseline": _baseline(settings),
             }
         )
     return sources
+
+
+def _baseline(settings: Mapping[str, Any]) -> float | None:
+    """Metres between the pair of cameras; None where there is none."""
+    projections = (settings.get("rig") or {}).get("projections", ())
+    cameras = settings.get("cameras") or ()
+    if len(cameras) != 2 or max(cameras) >= len(projections):
+        return None
+    left, right = (projections[camera][0] for camera in cameras)
+    return round(float(left[3] / left[0] - right[3] / right[0]), 3)

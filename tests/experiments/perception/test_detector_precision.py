@@ -18,6 +18,7 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.labels import parse_labels
 from avsec_gym.kitti.writing import write_object_frame
 from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
+from avsec_gym.perception.weights.given import shipped_weights
 from avsec_gym.perception.weights.store import ModelCard, save_weights
 from avsec_gym.rig import kitti_rig
 
@@ -100,7 +101,7 @@ def test_a_network_is_reported_with_its_card_beside_the_bar(kitti: Path, tmp_pat
     one = result["detectors"]["dsgn"]
     assert one["weights"]["sha256"] == written.sha256
     assert one["weights"]["data"]["training"] == [
-        {"suite": "mixed", "seed": 2, "frames": 7, "fingerprint": "f"}
+        {"suite": "mixed", "seed": 2, "frames": 7, "fingerprint": "f", "baseline": None}
     ]
     assert (one["bar"], one["thesis"][1]) == (53.0, 52.98)
     assert one["seconds"]["frames"] == 1
@@ -148,3 +149,12 @@ def test_weights_of_ones_own_are_named() -> None:
     assert named("dsgn") == {"name": "dsgn"}
     assert named("dsgn=a=b.st") == {"name": "dsgn", "weights": "a=b.st"}
     assert weights_facts(None) is None
+
+
+def test_frames_to_train_on_are_told_by_the_distance_of_their_cameras() -> None:
+    facts = weights_facts(shipped_weights("psmnet_small"))
+    assert facts is not None
+    narrow = next(one for one in facts["data"]["training"] if one["baseline"] == 0.27)
+    assert (narrow["suite"], narrow["frames"]) == ("mixed", 300)
+    # KITTI's pair of colour cameras.
+    assert 0.53 < facts["data"]["validation"][0]["baseline"] < 0.54
