@@ -14,16 +14,28 @@ from avsec_gym.commands import console
 from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
+from avsec_gym.registry import Kind, make
+
+_PAIR, _SCAN, _IMAGE = ("image_2", "image_3"), ("velodyne",), ("image_2",)
+_LOOKS_AT = {
+    "dsgn": (Kind.DETECTOR, _PAIR),
+    "stereo_rcnn": (Kind.DETECTOR, _PAIR),
+    "pixor": (Kind.DETECTOR, _SCAN),
+    "pointrcnn": (Kind.DETECTOR, _SCAN),
+    "faster_rcnn": (Kind.IMAGE_DETECTOR, _IMAGE),
+    "yolo": (Kind.IMAGE_DETECTOR, _IMAGE),
+}
+"""By the networks whose scores can be calibrated."""
 
 
 @dataclass(frozen=True)
 class WeightsCalibrate:
     """Make scores probabilities: of boxes with a score of 0.3, three in ten will be cars.
 
-    What is found is held against labels (moderate cars, IoU 0.5 from above); the function that fits
-    is kept in the weights' card, and the detector scores by it from then on. DSGN's boxes keep
-    their order, and with it average precision; Stereo R-CNN's scores also count how well both
-    images agree on a box, unless --no-evidence.
+    What is found is held against labels (moderate cars, IoU 0.5 from above, or in the image of what
+    a detector of images finds); the function that fits is kept in the weights' card, and the
+    detector scores by it from then on. Boxes keep their order, and with it average precision, but
+    Stereo R-CNN's: its scores also count how well both images agree on a box, unless --no-evidence.
     """
 
     file: Annotated[Path, tyro.conf.Positional]
@@ -42,8 +54,7 @@ class WeightsCalibrate:
     def run(self) -> int:
         """Do it; the exit code."""
         from avsec_gym.kitti.dataset import KittiObject
-        from avsec_gym.metrics.working_point import boxes_right_and_wrong
-        from avsec_gym.perception.detectors import make_detector
+        from avsec_gym.metrics.working_point import FROM_ABOVE, IN_IMAGE, boxes_right_and_wrong
         from avsec_gym.perception.detectors.score_calibration import (
             NAME,
             ScoreCalibration,
@@ -52,18 +63,21 @@ class WeightsCalibrate:
         from avsec_gym.perception.weights.store import read_card, write_card
 
         card = read_card(self.file)
-        if card is None or card.network not in ("dsgn", "stereo_rcnn"):
+        if card is None or card.network not in _LOOKS_AT:
             raise DataError(
                 "These are no weights of a detector with a card.",
                 path=self.file,
-                remedy="Name those that `avsec train dsgn` or `stereo_rcnn` wrote.",
+                remedy=f"Name those that `avsec train` wrote of {', '.join(_LOOKS_AT)}.",
             )
-        detector: Any = make_detector({"name": card.network, "weights": str(self.file)})
+        kind, looks_at = _LOOKS_AT[card.network]
+        detector: Any = make(kind, {"name": card.network, "weights": str(self.file)})
         detector.calibration = ScoreCalibration()
         data = KittiObject(self.kitti)
-        ids = data.ids(self.split, having=("image_2", "image_3", "label_2"))[: self.limit]
+        ids = data.ids(self.split, having=(*looks_at, "label_2"))[: self.limit]
         if not ids:
-            raise DataError("There is no labelled pair.", path=self.kitti)
+            raise DataError(
+                f"There is no labelled frame with {' and '.join(looks_at)}.", path=self.kitti
+            )
         found, evidence = [], []
         with console.progress("detecting") as shown:
             for done, one in enumerate(ids, start=1):
@@ -72,7 +86,8 @@ class WeightsCalibrate:
                 evidence.append(known)
                 shown(done, len(ids))
         labels = [data.labels(one, keep_dont_care=True) for one in ids]
-        rows, right, wrong = boxes_right_and_wrong(labels, found)
+        seen = IN_IMAGE if kind == Kind.IMAGE_DETECTOR else FROM_ABOVE
+        rows, right, wrong = boxes_right_and_wrong(labels, found, seen)
         scores = np.concatenate([boxes.score for boxes in found])[rows]
         beside = np.concatenate(evidence)[rows] if self.evidence else None
         line = fit_score_calibration(scores, right, wrong, beside)

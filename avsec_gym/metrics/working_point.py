@@ -23,8 +23,9 @@ from avsec_gym.metrics.average_precision_matching import Events, match, overlaps
 CATEGORY, LEVEL = "Car", LEVELS.index("moderate")
 """What is counted."""
 MIN_IOU = 0.5
-"""From above: a box that is right to a metre or so."""
-_FROM_ABOVE = 1
+"""From above, a box that is right to a metre or so; or in the image."""
+IN_IMAGE, FROM_ABOVE = 0, 1
+"""Where boxes are compared."""
 
 
 class WorkingPoint(NamedTuple):
@@ -74,9 +75,14 @@ def counted(truth: Sequence[Boxes3D], found: Sequence[Boxes3D]) -> Counts:
 
 
 def boxes_right_and_wrong(
-    truth: Sequence[Boxes3D], found: Sequence[Boxes3D]
+    truth: Sequence[Boxes3D], found: Sequence[Boxes3D], seen: int = FROM_ABOVE
 ) -> tuple[NDArray[np.intp], Floats, Floats]:
     """Which boxes are cars, and which are nothing.
+
+    Args:
+        truth: Labels of F frames.
+        found: In the same frames.
+        seen: `FROM_ABOVE` or `IN_IMAGE`.
 
     Returns:
         Places among all that was found, frame after frame, of the E boxes that count, best first;
@@ -91,7 +97,7 @@ def boxes_right_and_wrong(
     ranked = [
         replace(boxes, score=own) for boxes, own in zip(found, np.split(rank, ends), strict=True)
     ]
-    events, _ = _events(truth, ranked)
+    events, _ = _events(truth, ranked, seen)
     right, wrong = (
         np.maximum(each, 0).astype(float)
         for each in (events.true_positives, events.false_positives)
@@ -99,11 +105,13 @@ def boxes_right_and_wrong(
     return worst_first[events.score.astype(np.intp)], right, wrong
 
 
-def _events(truth: Sequence[Boxes3D], found: Sequence[Boxes3D]) -> tuple[Events, int]:
+def _events(
+    truth: Sequence[Boxes3D], found: Sequence[Boxes3D], seen: int = FROM_ABOVE
+) -> tuple[Events, int]:
     """What changes at each score, best first, and how many cars there are to find."""
     labels, detections = pooled(truth, "labels"), pooled(found, "detections")
     wanted = label_status(labels, CATEGORY, LEVEL)
     given = detection_status(detections, CATEGORY, LEVEL)
     common = overlaps(labels, detections)
-    events = match(labels, detections, common, wanted, given, _FROM_ABOVE, MIN_IOU)
+    events = match(labels, detections, common, wanted, given, seen, MIN_IOU)
     return events, int((wanted == COUNTED).sum())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,11 +12,14 @@ from torch import nn
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.cli import run
+from avsec_gym.commands import weights_calibrate
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti import write_calibration, write_labels
-from avsec_gym.perception import detectors, stereo_batch
+from avsec_gym.perception import stereo_batch
+from avsec_gym.perception.detectors.image_detector import image_boxes
 from avsec_gym.perception.detectors.score_calibration import NAME, ScoreCalibration
 from avsec_gym.perception.weights.store import ModelCard, read_card, save_weights
+from avsec_gym.registry import Kind
 from avsec_gym.rig import kitti_rig
 
 DONE, BAD_DATA = 0, 1
@@ -63,7 +67,7 @@ def test_the_card_gets_the_line(
 ) -> None:
     file = tmp_path / "small.safetensors"
     save_weights(file, nn.Linear(1, 1), ModelCard("dsgn", beside={"other": [1.0]}))
-    monkeypatch.setattr(detectors, "make_detector", lambda what: HalfRight())
+    monkeypatch.setattr(weights_calibrate, "make", lambda kind, what: HalfRight())
     assert run(["weights", "calibrate", str(file), "--kitti", str(frames)]) == DONE
     card = read_card(file)
     assert card is not None
@@ -87,7 +91,7 @@ def test_evidence_is_matched_with_its_box(
 ) -> None:
     file = tmp_path / "small.safetensors"
     save_weights(file, nn.Linear(1, 1), ModelCard("stereo_rcnn"))
-    monkeypatch.setattr(detectors, "make_detector", lambda what: Evidenced())
+    monkeypatch.setattr(weights_calibrate, "make", lambda kind, what: Evidenced())
     batch = lambda frames: SimpleNamespace(number=int(frames[0].id))  # noqa: E731
     monkeypatch.setattr(stereo_batch, "batch_of_frames", batch)
     assert run(["weights", "calibrate", str(file), "--kitti", str(frames)]) == DONE
@@ -99,6 +103,51 @@ def test_evidence_is_matched_with_its_box(
     command = ["weights", "calibrate", str(file), "--kitti", str(frames), "--no-evidence"]
     assert run(command) == DONE
     assert ScoreCalibration.of_card(read_card(file)).evidence == ()
+
+
+class InTheImage(HalfRight):
+    """The same boxes without their places in space."""
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        found = super().detect(frame)
+        assert found.box2d is not None
+        return image_boxes(found.box2d, found.score, found.category.tolist())
+
+
+@pytest.mark.parametrize(
+    ("network", "needed", "kind", "detector"),
+    [
+        ("yolo", "image_2", Kind.IMAGE_DETECTOR, InTheImage()),
+        ("pixor", "velodyne", Kind.DETECTOR, HalfRight()),
+    ],
+)
+def test_frames_need_what_the_detector_looks_at_and_no_more(
+    network: str, needed: str, kind: Kind, detector: HalfRight,
+    frames: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    made = []
+
+    def make(kind: Kind, what: object) -> HalfRight:
+        made.append(kind)
+        return detector
+
+    monkeypatch.setattr(weights_calibrate, "make", make)
+    file = tmp_path / "small.safetensors"
+    save_weights(file, nn.Linear(1, 1), ModelCard(network))
+    command = ["weights", "calibrate", str(file), "--kitti", str(frames)]
+    shutil.rmtree(frames / "training" / "image_3")
+    kept = frames / "training" / "image_2"
+    if needed != "image_2":
+        assert run(command) == BAD_DATA
+        assert "training/velodyne: There is no such folder" in capsys.readouterr().err
+        kept.rename(frames / "training" / needed)
+        for one in (frames / "training" / needed).iterdir():
+            one.rename(one.with_suffix(".bin"))
+    assert run(command) == DONE
+    assert set(made) == {kind}
+    line = ScoreCalibration.of_card(read_card(file))
+    assert line(np.array([0.1, 0.05])) == pytest.approx([0.5, 0.1], abs=0.03)
 
 
 def test_weights_without_a_card_are_refused(

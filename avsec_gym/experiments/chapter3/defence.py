@@ -60,6 +60,7 @@ OPTIONS = {
     "dsgn": "",
     "stereo_rcnn": "",
     "pixor": "",
+    "pointrcnn": "",
 }
 """Beside those of the validator: ``detectors``: names with commas; ``attacked_at_once``: how many
 sensors at most, none and one alone if 1; ``motion``: see `Motion`; by the networks' names their

@@ -82,7 +82,7 @@ def _sources() -> str:
     """Changes with whatever thresholds depend on, so that none are kept beyond their time."""
     digest = hashlib.sha256()
     for room in ("validation", "perception/depth"):
-        for path in sorted((Path(avsec_gym.__file__).parent / room).glob("*.py")):
+        for path in sorted((Path(avsec_gym.__file__).parent / room).rglob("*.py")):
             digest.update(path.read_bytes())
     return digest.hexdigest()
 

@@ -16,6 +16,7 @@ from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.perception.detectors.box_selection import Selected
 from avsec_gym.perception.detectors.image_detector import image_boxes
 from avsec_gym.perception.detectors.image_truth import ImageTruth, image_truth
+from avsec_gym.perception.detectors.score_calibration import ScoreCalibration
 from avsec_gym.perception.weights.given import Weights, give_weights
 
 Levels = tuple[float, float, float]
@@ -53,7 +54,8 @@ class ImageConfiguration(Protocol):
 class ImageNetworkDetector(ABC):
     """A `DifferentiableImageDetector`.
 
-    Its `network` stands in evaluation mode and its weights are frozen; training thaws it.
+    Its `network` stands in evaluation mode and its weights are frozen; training thaws it.  Scores
+    are made probabilities by its `calibration`, that of the card of weights.
 
     Args:
         configuration: Of the network.
@@ -71,7 +73,8 @@ class ImageNetworkDetector(ABC):
         self._levels = configuration.mean, configuration.deviation
         self._size_for = configuration.size_for
         self.network = network
-        give_weights(network, weights, f"{self.name}_{configuration.name}")
+        card = give_weights(network, weights, f"{self.name}_{configuration.name}")
+        self.calibration = ScoreCalibration.of_card(card)
 
     def detect(self, frame: SensorFrame, camera: int = 2) -> Boxes3D:
         """See `ImageDetector`."""
@@ -90,7 +93,7 @@ class ImageNetworkDetector(ABC):
         return [
             image_boxes(
                 np.clip((_array(found.boxes) + 0.5) * scale - 0.5, 0, size - 1),
-                _array(found.scores),
+                self.calibration(_array(found.scores)),
                 [self._categories[label] for label in found.classes.tolist()],
             )
             for found in self._found(inputs)

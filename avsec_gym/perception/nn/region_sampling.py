@@ -12,25 +12,27 @@ _SURELY, _SURELY_NOT = 0.7, 0.3
 
 
 def anchor_labels(
-    anchors: Tensor, objects: Tensor, height: int, width: int
+    anchors: Tensor, objects: Tensor, image: tuple[int, int] | None = None
 ) -> tuple[Tensor, Tensor]:
     """Whether anchors lie on an object, and on which.
 
     On one are those that overlap it by 0.7, and its best ones; on none those below 0.3 of all.
-    Anchors that leave the image are neither.
 
     Args:
         anchors: x1, y1, x2, y2, pixels, shape (A, 4).
         objects: The same of the true boxes, shape (N, 4).
-        height: Of the image, pixels.
-        width: Of the image, pixels.
+        image: Height and width; anchors that leave it are neither (Ren et al.).  None: those count,
+            too (Lin et al., Feature pyramid networks, 2017, section 4.1).
 
     Returns:
         1 object, 0 background, -1 neither, shape (A,); the object that each overlaps most,
         shape (A,).
     """
-    inside = (anchors[:, :2] >= 0).all(1)
-    inside &= (anchors[:, 2] < width) & (anchors[:, 3] < height)
+    inside = torch.ones(len(anchors), dtype=torch.bool, device=anchors.device)
+    if image is not None:
+        height, width = image
+        inside = (anchors[:, :2] >= 0).all(1)
+        inside &= (anchors[:, 2] < width) & (anchors[:, 3] < height)
     labels = torch.where(inside, 0, -1)
     if not len(objects):
         return labels, torch.zeros_like(labels)

@@ -12,7 +12,9 @@ _Weights = dict[str, Tensor]
 
 
 class WeightAverage:
-    """Exponential average of the parameters; buffers (running statistics) are taken as they are.
+    """Exponential average of the parameters and of the running statistics that go with them.
+
+    What counts, such as a normalisation's batches, is taken as it is.
 
     Args:
         network: Averaged from its present weights on.
@@ -25,9 +27,8 @@ class WeightAverage:
         self.weights: _Weights = {
             name: value.detach().clone() for name, value in network.state_dict().items()
         }
-        parameters = {name for name, _ in network.named_parameters()}
-        self._averaged = [name for name in self.weights if name in parameters]
-        self._copied = [name for name in self.weights if name not in parameters]
+        self._averaged = [n for n, value in self.weights.items() if value.is_floating_point()]
+        self._copied = [name for name in self.weights if name not in self._averaged]
 
     @torch.no_grad()
     def update(self, step: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 
 import torch
 
@@ -25,16 +26,17 @@ def test_published_anchors() -> None:
 
 def test_anchors_by_plain_loops() -> None:
     shapes, strides, sizes, ratios = [(3, 4), (2, 2)], (4, 8), (10.0, 20.0), (0.5, 2.0)
+    scales = (1.0, 1.5, 1.7)
     expected = []
     for (rows, columns), stride, size in zip(shapes, strides, sizes, strict=True):
         for row in range(rows):
             for column in range(columns):
-                for ratio in ratios:
-                    width, height = size * math.sqrt(ratio), size / math.sqrt(ratio)
+                for side, ratio in product([size * scale for scale in scales], ratios):
+                    width, height = side * math.sqrt(ratio), side / math.sqrt(ratio)
                     u, v = column * stride, row * stride
                     corners = (u - width / 2, v - height / 2, u + width / 2, v + height / 2)
                     expected.append(corners)
-    found = pyramid_anchors(shapes, strides, sizes, ratios)
+    found = pyramid_anchors(shapes, strides, sizes, ratios, scales)
     torch.testing.assert_close(found, torch.tensor(expected, dtype=torch.float64))
 
 

@@ -18,7 +18,7 @@ def test_labels_by_plain_loops() -> None:
     corner = 90 * torch.rand(300, 2, generator=generator) - 5
     anchors = torch.cat((corner, corner + 12 + 18 * torch.rand(300, 2, generator=generator)), 1)
     objects = torch.tensor([[20.0, 30, 45, 50], [50, 10, 74, 40], [3, 80, 5, 82]])
-    labels, owner = anchor_labels(anchors, objects, 100, 110)
+    labels, owner = anchor_labels(anchors, objects, (100, 110))
     shared = overlaps(anchors, objects)
     inside = [x1 >= 0 and y1 >= 0 and x2 < 110 and y2 < 100 for x1, y1, x2, y2 in anchors.tolist()]
     best = [max(float(shared[i, j]) for i in range(300) if inside[i]) for j in range(len(objects))]
@@ -35,6 +35,13 @@ def test_labels_by_plain_loops() -> None:
         if inside[i] and most > 0:
             assert shared[i, owner[i]] == most
     assert {-1, 0, 1} == set(labels.tolist())
+
+
+def test_anchors_may_leave_the_image() -> None:
+    anchors = torch.tensor([[-20.0, 0, 20, 20], [-9, 0, 21, 20], [40, 0, 60, 20]])
+    objects = torch.tensor([[0.0, 0, 20, 20]])
+    assert anchor_labels(anchors, objects)[0].tolist() == [-1, 1, 0]
+    assert anchor_labels(anchors, objects, (30, 80))[0].tolist() == [-1, -1, 0]
 
 
 def test_samples_have_their_shares() -> None:

@@ -33,6 +33,7 @@ class FasterRcnnConfiguration:
         pyramid_channels: Channels of each level P2..P6.
         anchor_sizes: Square root of the anchors' area at P2..P6, pixels.
         anchor_ratios: Width over height.
+        anchor_scales: Of `anchor_sizes`, at each level.
         training_proposals: Numbers of proposals in training.
         test_proposals: Numbers of proposals in use.
         proposal_overlap: Proposals that overlap more than this suppress each other.
@@ -63,6 +64,7 @@ class FasterRcnnConfiguration:
     pyramid_channels: int = 256
     anchor_sizes: tuple[float, float, float, float, float] = (32, 64, 128, 256, 512)
     anchor_ratios: tuple[float, ...] = (0.5, 1.0, 2.0)
+    anchor_scales: tuple[float, ...] = (1.0,)
     training_proposals: ProposalCount = _TRAINING_PROPOSALS
     test_proposals: ProposalCount = _TEST_PROPOSALS
     proposal_overlap: float = 0.7
@@ -119,6 +121,9 @@ SMALL = FasterRcnnConfiguration(
     frozen_stages=0,
     pyramid_channels=64,
     anchor_sizes=(12, 24, 48, 96, 192),
+    # Cars are wider than high, and wider still from the side.
+    anchor_ratios=(1.0, 1.6, 2.4),
+    anchor_scales=(1.0, 2**0.5),
     training_proposals=ProposalCount(1000, 300),
     test_proposals=ProposalCount(500, 100),
     least_side=3.0,

@@ -54,7 +54,8 @@ class RegionProposalNetwork(nn.Module):
     def __init__(self, configuration: FasterRcnnConfiguration) -> None:
         super().__init__()
         self.configuration = configuration
-        channels, each = configuration.pyramid_channels, len(configuration.anchor_ratios)
+        channels = configuration.pyramid_channels
+        each = len(configuration.anchor_ratios) * len(configuration.anchor_scales)
         self.hidden = nn.Conv2d(channels, channels, 3, padding=1)
         self.objectness = nn.Conv2d(channels, each, 1)
         self.deltas = nn.Conv2d(channels, 4 * each, 1)
@@ -67,6 +68,7 @@ class RegionProposalNetwork(nn.Module):
             STRIDES,
             self.configuration.anchor_sizes,
             self.configuration.anchor_ratios,
+            self.configuration.anchor_scales,
         )
         # In the weights' precision, whatever a mixed one computes with: boxes need it.
         anchors = anchors.to(self.hidden.weight)

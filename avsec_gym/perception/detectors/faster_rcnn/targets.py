@@ -79,7 +79,7 @@ def _anchor_targets(
     rpn: RpnOutput, truth: ImageTruth, count: SampleCount, generator: torch.Generator | None
 ) -> tuple[Tensor, Tensor]:
     targets = torch.zeros_like(rpn.deltas[0])
-    labels, owner = anchor_labels(rpn.anchors, truth.boxes, rpn.height, rpn.width)
+    labels, owner = anchor_labels(rpn.anchors, truth.boxes)
     labels[(labels == 0) & _meets(rpn.anchors, truth.ignored)] = -1
     if len(truth.boxes):
         targets = encode_boxes(rpn.anchors, truth.boxes[owner])

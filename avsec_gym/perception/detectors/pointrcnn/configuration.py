@@ -212,6 +212,8 @@ _SMALL = replace(
     ),
     propagation=((64, 64), (128, 128), (256, 256), (256, 256)),
     head=(64,),
+    # Half of 64 channels leave too little to a short training.
+    dropout=0.1,
     proposals=ProposalRule(1024, 48, 0.7, is_turned=True, near=25.0),
     training_proposals=ProposalRule(1024, 128, 0.8, is_turned=True, near=25.0),
     refinement=Refinement(

@@ -114,7 +114,7 @@ class PointRcnnDetector:
     def _seen(self, frame: SensorFrame) -> Tensor:
         view = self.configuration.view
         places = points_in_view(frame, view)
-        points = torch.from_numpy(sampled_points(places, view, np.random.default_rng(0)))[None]
+        points = torch.from_numpy(sampled_points(places, view))[None]
         return points.to(next(self.network.parameters()))
 
     def _proposed(self, proposed: Proposals, frame: SensorFrame) -> Boxes3D:

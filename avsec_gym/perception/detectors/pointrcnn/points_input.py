@@ -44,29 +44,42 @@ def points_in_view(frame: SensorFrame, view: PointView) -> NDArray[np.float32]:
 
 
 def sampled_points(
-    places: NDArray[np.float32], view: PointView, randomness: np.random.Generator
+    places: NDArray[np.float32], view: PointView, randomness: np.random.Generator | None = None
 ) -> NDArray[np.float32]:
     """As many points as the network takes, in random order.
 
     Args:
         places: Shape (M, 3), M at least 1; where there are too few, some come repeatedly.
         view: How many, and which are preferred.
-        randomness: Draws.
+        randomness: Draws.  None: chance lies in the points themselves, so that the same ones are
+            taken of the same scan in whatever order, and more points push out only as many.
 
     Returns:
         Shape (points, 3).
     """
     count = view.points
-    if len(places) <= count:
-        again = randomness.choice(len(places), count - len(places))
-        chosen = np.concatenate([np.arange(len(places)), again])
-    else:
-        is_far = places[:, 2] >= view.far
-        far, near = np.flatnonzero(is_far), np.flatnonzero(~is_far)
-        most = max(int(view.most_far * count), count - len(near))
-        far = randomness.permutation(far)[:most]
-        chosen = np.concatenate([far, randomness.permutation(near)[: count - len(far)]])
-    return places[randomness.permutation(chosen)]
+    chance = _chance(places) if randomness is None else randomness.random(len(places))
+    order = np.argsort(chance, kind="stable")
+    if len(places) > count:
+        is_far = places[order, 2] >= view.far
+        far, near = order[is_far], order[~is_far]
+        far = far[: max(int(view.most_far * count), count - len(near))]
+        order = np.concatenate([far, near[: count - len(far)]])
+        order = order[np.argsort(chance[order], kind="stable")]
+    return places[np.resize(order, count)]
+
+
+def _chance(places: NDArray[np.float32]) -> NDArray[np.uint64]:
+    """A number of each point that its coordinates decide, as if drawn, shape (M,)."""
+    words = np.ascontiguousarray(places, np.float32).view(np.uint32).astype(np.uint64)
+    mixed = np.zeros(len(places), np.uint64)
+    for word in words.T:
+        # The finaliser of splitmix64 (Steele et al., 2014), word by word.
+        mixed = (mixed ^ word) + np.uint64(0x9E3779B97F4A7C15)
+        mixed = (mixed ^ (mixed >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        mixed ^= mixed >> np.uint64(31)
+    return mixed
 
 
 def _in_camera_frame(points: Points, frame: SensorFrame) -> Floats:

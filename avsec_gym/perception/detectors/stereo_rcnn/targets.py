@@ -146,7 +146,7 @@ def _anchor_targets(
 ) -> tuple[Tensor, Tensor]:
     """Labels (A,) and deltas (A, 6): an anchor belongs to the object whose union box it meets."""
     anchors, targets = rpn.anchors, torch.zeros_like(rpn.deltas[0])
-    labels, owner = anchor_labels(anchors, objects.union, rpn.height, rpn.width)
+    labels, owner = anchor_labels(anchors, objects.union, (rpn.height, rpn.width))
     if len(objects):
         targets = encode_stereo(anchors, anchors, objects.left[owner], objects.right[owner])
     return sampled_labels(labels, count, generator), targets

@@ -66,9 +66,37 @@ def test_at_most_a_share_is_far_unless_nothing_is_near() -> None:
 
 def test_too_few_come_repeatedly() -> None:
     places = np.arange(21, dtype=np.float32).reshape(7, 3)
-    taken = sampled_points(places, VIEW, np.random.default_rng(0))
-    assert taken.shape == (100, 3)
-    assert len(np.unique(taken, axis=0)) == 7
+    for randomness in (np.random.default_rng(0), None):
+        taken = sampled_points(places, VIEW, randomness)
+        assert taken.shape == (100, 3)
+        assert len(np.unique(taken, axis=0)) == 7
+
+
+def test_points_that_are_added_push_out_only_as_many() -> None:
+    randomness = np.random.default_rng(0)
+    places = randomness.uniform([-9, 0, 1], [9, 2, 14], (900, 3)).astype("f4")
+    more = randomness.uniform([-9, 0, 1], [9, 2, 14], (20, 3)).astype("f4")
+    before, after, turned = (
+        {*map(tuple, sampled_points(one, VIEW).tolist())}
+        for one in (places, np.concatenate([more, places]), places[::-1])
+    )
+    assert len(before) == len(after) == 100
+    assert turned == before
+    pushed_in = {*map(tuple, more.tolist())}
+    assert after - before <= pushed_in
+    assert len(after & pushed_in) < 10
+
+
+def test_chance_in_the_points_is_even_wherever_they_lie() -> None:
+    """Neighbours on a grid, whose coordinates differ in a few bits, by a chi-squared test."""
+    x, z = np.meshgrid(np.arange(100) * 0.01, 5 + np.arange(100) * 0.01)
+    places = np.stack([x.ravel(), np.ones(x.size), z.ravel()], axis=1).astype("f4")
+    taken = sampled_points(places, replace(VIEW, points=2000))
+    counts, *_ = np.histogram2d(taken[:, 0], taken[:, 2], 10, [[-0.005, 0.995], [4.995, 5.995]])
+    assert counts.sum() == 2000
+    spread = ((counts - 20) ** 2 / 20).sum()
+    # Of 99 degrees of freedom, less what drawing a fifth without putting back takes away.
+    assert 45 < spread < 125
 
 
 def test_nothing_in_view_is_told(scene: MakeScene) -> None:
