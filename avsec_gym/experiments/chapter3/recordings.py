@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,10 @@ from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.validation.moments import Recordings, raw_recordings
 from avsec_gym.world.export.default_suites import cached
+from avsec_gym.world.export.manifest import read_manifest, world_fingerprint
 from avsec_gym.world.export.recipe import Sensors
 from avsec_gym.world.export.suites import suite_recipe
+from avsec_gym.world.textures.library import cache_folder
 
 RIG = camera_rig((0.0, 0.54, -0.27, 0.27))
 """Camera 2 is the leftmost one, and camera 0, 3 and 1 follow, each 27 cm farther right; those of
@@ -38,8 +40,11 @@ _FIRST_SET = {FITTED: 3000, JUDGED: 4000}
 def procedural_drives(count: int, seed: int, part: str, drive_frames: int = 1) -> Path:
     """Four cameras and a LiDAR in KITTI's raw layout; made in the user's cache on first use.
 
+    The first moments of many are the moments of few: of sets that are there, the smallest that has
+    as many serves, and may have more.
+
     Args:
-        count: Of moments.
+        count: Of moments, at least.
         seed: Other seeds are other drives.
         part: `FITTED` or `JUDGED`, which never share a drive.
         drive_frames: Of each drive.  Moments of one drive are alike, so that a thousand drives say
@@ -51,6 +56,8 @@ def procedural_drives(count: int, seed: int, part: str, drive_frames: int = 1) -
     """
     if not 0 <= seed < 1000:
         raise ConfigurationError(f"a seed of drives is from 0 to 999, got {seed}")
+    kind = f"chapter_3-{part}-{seed}-{{}}-{drive_frames}"
+    count = min(_counts_there(kind, at_least=count), default=count)
     recipe = suite_recipe(
         "raw",
         count,
@@ -58,7 +65,18 @@ def procedural_drives(count: int, seed: int, part: str, drive_frames: int = 1) -
         sensors=Sensors(rig=RIG),
         drive_frames=drive_frames,
     )
-    return cached(f"chapter_3-{part}-{seed}-{count}-{drive_frames}", recipe)
+    return cached(kind.format(count), recipe)
+
+
+def _counts_there(kind: str, at_least: int) -> Iterator[int]:
+    """How many moments the complete sets of a kind have, of those in the cache."""
+    suites, fingerprint = cache_folder() / "suites", world_fingerprint()
+    for root in suites.glob(f"{kind.format('*')}-{fingerprint}"):
+        manifest = read_manifest(root)
+        if manifest is not None and manifest["complete"]:
+            count = int(root.name.split("-")[3])
+            if count >= at_least:
+                yield count
 
 
 def recordings_of(configuration: Configuration, part: str, drive_frames: int = 1) -> Recordings:

@@ -19,10 +19,11 @@ from avsec_gym.experiments.chapter3.recordings import (
 from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
 from avsec_gym.validation.moments import Recordings
+from avsec_gym.world.export.manifest import world_fingerprint, write_manifest
 
 
 @pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """Recipes by the names that they are kept under; nothing is made."""
     known: dict[str, Any] = {}
 
@@ -31,6 +32,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
         return Path(name)
 
     monkeypatch.setattr(recordings, "cached", cached)
+    monkeypatch.setattr(recordings, "cache_folder", lambda: tmp_path)
     return known
 
 
@@ -48,6 +50,32 @@ def test_a_defence_has_time(asked: dict[str, Any]) -> None:
     procedural_drives(24, 3, JUDGED, defence.DRIVE_FRAMES)
     short, long = asked.values()
     assert short.settings["drive_frames"] < long.settings["drive_frames"]
+
+
+def test_a_larger_set_that_is_there_serves(asked: dict[str, Any], tmp_path: Path) -> None:
+    def there(count: int, part: str, is_complete: bool = True) -> None:
+        name = f"chapter_3-{part}-3-{count}-1-{world_fingerprint()}"
+        (tmp_path / "suites" / name).mkdir(parents=True)
+        manifest = {"format": 1, "complete": is_complete, "settings": {}, "files": {}}
+        write_manifest(tmp_path / "suites" / name, manifest)
+
+    there(24, FITTED)
+    there(20, JUDGED)
+    there(100, JUDGED)
+    there(50, JUDGED)
+    there(30, JUDGED, is_complete=False)
+    for count in (24, 200):
+        procedural_drives(count, 3, JUDGED)
+    procedural_drives(24, 4, JUDGED)
+    procedural_drives(24, 3, JUDGED, drive_frames=4)
+    assert [len(recipe) for recipe in asked.values()] == [50, 200, 24, 24]
+
+
+def test_the_first_moments_of_many_are_the_moments_of_few(asked: dict[str, Any]) -> None:
+    for count in (3, 7):
+        procedural_drives(count, 3, JUDGED)
+    few, many = asked.values()
+    assert few.settings == many.settings
 
 
 def test_new_drives_are_judged_by_what_others_were_fitted_on(
