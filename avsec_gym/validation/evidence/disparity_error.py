@@ -16,6 +16,7 @@ import numpy as np
 from avsec_gym.geometry import Floats
 from avsec_gym.perception.depth.depth import DisparityMap
 from avsec_gym.sensor_system import Triple
+from avsec_gym.validation.evidence.behind_surfaces import lidar_eye
 from avsec_gym.validation.evidence.brightness import FEWEST
 from avsec_gym.validation.evidence.comparison import Comparison, comparison_map
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
@@ -149,5 +150,6 @@ class DisparityErrors(Mapping[Triple, DisparityError]):
         if not sparse:
             return replace(error, brightness=max(brightness, maps.brightness((i, k)).patches))
         reference, other = (maps.frame.image(int(sensors[one])) for one in (k, j))
-        disproved = disproved_points(maps[i, k], maps[j, k], reference, other)
+        eye = lidar_eye(maps.frame.calibration, int(sensors[k]), maps[j, k].focal_times_baseline)
+        disproved = disproved_points(maps[i, k], maps[j, k], reference, other, eye)
         return replace(error, brightness=brightness, densest=densest_share(disproved))

@@ -3,7 +3,7 @@
 A scan and a disparity map contradict each other in every treetop, since matchers smooth what is
 thin, and on every plain wall.  Which of them is right, the images say, or not: around a pixel they
 look alike where the disparity is right.  A bogus return stands before what both cameras see, and
-there they look alike without it.
+there they look alike without it; or behind it, where no beam comes from.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from avsec_gym.frame import Image
 from avsec_gym.kitti.map_files import Disparity
 from avsec_gym.perception.depth.depth import DisparityMap
+from avsec_gym.validation.evidence.behind_surfaces import LidarEye, behind_surfaces
 from avsec_gym.validation.evidence.brightness import without_colours
 from avsec_gym.validation.evidence.comparison import Comparison, comparison_map
 from avsec_gym.validation.evidence.reprojection import Mask
@@ -28,8 +29,12 @@ _ROWS, _COLUMNS = 5, 6
 """Pixels around that are compared: up and down, left and right."""
 
 
-def disproved_points(scan: DisparityMap, dense: DisparityMap, image: Image, other: Image) -> Mask:
-    """Pixels of scan points that stand nearer than the cameras say, and whom the images disprove.
+def disproved_points(
+    scan: DisparityMap, dense: DisparityMap, image: Image, other: Image, eye: LidarEye
+) -> Mask:
+    """Pixels of scan points that are not where the cameras say, and whom the images disprove.
+
+    They stand nearer than the cameras say, or behind what these see, see `behind_surfaces`.
 
     Each of the pixels around one is darker than the middle, as bright, or brighter, and so in both
     images if they show the same: the census of Zabih and Woodfill (1994), which minds little how
@@ -40,6 +45,7 @@ def disproved_points(scan: DisparityMap, dense: DisparityMap, image: Image, othe
         dense: DM_{j,k}.
         image: Of the reference k, shape (H, W, 3).
         other: Of camera j to its right.
+        eye: Where the LiDAR is, in the view of the reference and the scale of the dense map.
 
     Returns:
         Shape (H, W).
@@ -50,7 +56,7 @@ def disproved_points(scan: DisparityMap, dense: DisparityMap, image: Image, othe
     here = scan.rescaled(dense.focal_times_baseline).values
     compared = comparison_map(scan, dense)
     nearer = (compared == Comparison.INCONSISTENT) & (here > dense.values)
-    rows, columns = np.nonzero(nearer)
+    rows, columns = np.nonzero(nearer | behind_surfaces(here, dense.values, eye))
     result = np.zeros(here.shape, bool)
     if len(rows):
         left, right = (_smooth_grey(one) for one in (image, other))

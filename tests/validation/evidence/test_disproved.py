@@ -14,11 +14,14 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.depth.depth import DisparityMap
 from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.validation.evidence.behind_surfaces import LidarEye
 from avsec_gym.validation.evidence.disparity_error import DisparityErrors, densest_share
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence.disproved import MIN_EVIDENCE, NOISE, disproved_points
 
 SYSTEM = SensorSystem((LIDAR, 2, 1, 0))
+NOWHERE = LidarEye(1.0, 0.0, 0.0, np.array([0.0, 0.0, 1e6]), 1.0)
+"""To whom nothing is behind anything."""
 
 
 def unlike(left: np.ndarray, right: np.ndarray, v: int, u: int, disparity: float) -> float:
@@ -56,7 +59,7 @@ def test_pixels_are_those_of_a_plain_loop() -> None:
     scan[::3, ::2] = random.choice([3.0, 10.0, 12.0, 20.0, 31.4], scan[::3, ::2].shape)
     scan[::3, 64:] = 10.0
     found = disproved_points(
-        DisparityMap(2 * scan, 200.0), DisparityMap(dense, 100.0), image, other
+        DisparityMap(2 * scan, 200.0), DisparityMap(dense, 100.0), image, other, NOWHERE
     )
     left, right = (cv2.blur(one[..., 0], (3, 3)).astype(int) for one in (image, other))
     expected = np.zeros(scan.shape, bool)
@@ -69,7 +72,7 @@ def test_pixels_are_those_of_a_plain_loop() -> None:
     # Where the matcher is wrong, the images are with the scan.
     assert not found[6:-6, 70:-8].any()
     nothing = DisparityMap(np.full_like(dense, np.nan), 1.0)
-    assert not disproved_points(nothing, DisparityMap(dense, 1.0), image, other).any()
+    assert not disproved_points(nothing, DisparityMap(dense, 1.0), image, other, NOWHERE).any()
 
 
 def test_a_bogus_return_is_disproved_and_light_is_none(
@@ -89,12 +92,22 @@ def test_a_bogus_return_is_disproved_and_light_is_none(
     assert densest_share(np.zeros((10, 10), bool)) == 0.0
 
 
+def test_a_bogus_return_behind_a_wall_is_disproved(wall_of: Callable[[int], SensorFrame]) -> None:
+    """Whose points would be the nearest in few pixels: the wall's own stand before them."""
+    wall = wall_of(0)
+    behind = LidarSpoofing(reference=0, distance=20.0, bearing=0.0).attack(wall).frame
+    clean, spoofed = (
+        DisparityErrors(DisparityMaps(frame, SYSTEM))[0, 2, 3].densest for frame in (wall, behind)
+    )
+    assert spoofed > 5 * max(clean, 0.002)
+
+
 def test_of_a_plain_surface_nothing_is_known() -> None:
     noise = np.random.default_rng(0).integers(0, 3, (2, 60, 120, 1), np.uint8)
     image, other = np.repeat(100 + noise, 3, axis=3)
     scan = DisparityMap(np.full((60, 120), 30, np.float32), 1.0)
     dense = DisparityMap(np.full((60, 120), 10, np.float32), 1.0)
-    assert not disproved_points(scan, dense, image, other).any()
+    assert not disproved_points(scan, dense, image, other, NOWHERE).any()
 
 
 def test_maps_of_two_sizes_are_refused() -> None:
@@ -105,4 +118,5 @@ def test_maps_of_two_sizes_are_refused() -> None:
             DisparityMap(np.zeros((4, 5), np.float32), 1.0),
             image,
             image,
+            NOWHERE,
         )
