@@ -32,6 +32,9 @@ avsec run defence --limit 400 --options "fit_limit=$LIMIT" --threads 1 --out "$R
 page defence
 [ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.chapter3.real_frames --kitti "$KITTI" \
     --json docs/results/identification_real.json
+avsec validate --attack '{"name": "facula", "camera": 3}' --out "$RUNS/alarm" > /dev/null
+"$PYTHON" -c 'import cv2, sys; cv2.imwrite(sys.argv[2], cv2.imread(sys.argv[1]))' \
+    "$RUNS/alarm/alarms/2026_01_01_drive_0002_sync_0000000015.png" docs/images/alarm.jpg
 "$PYTHON" benchmarks/validation.py > "$RUNS/validation_benchmark.json"
 cp "$RUNS/validation_benchmark.json" docs/results
 "$PYTHON" examples/train_quiet_laser.py --json > "$RUNS/quiet_laser.json"
