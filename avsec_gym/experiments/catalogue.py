@@ -16,7 +16,7 @@ EXPERIMENTS: dict[str, str] = {
     "impact": "avsec_gym.experiments.chapter3.experiments:IMPACT",
     "sensitivity": "avsec_gym.experiments.chapter3.experiments:SENSITIVITY",
     "localisation": "avsec_gym.experiments.chapter3.experiments:LOCALISATION",
-    "defence": "avsec_gym.experiments.chapter3.defence:DEFENCE",
+    "defence": "avsec_gym.experiments.chapter3.defence.defended_drives:DEFENCE",
 } | {
     name: f"avsec_gym.experiments.chapter5.experiments:{attribute}"
     for name, attribute in {

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from avsec_gym.experiments.chapter3.attack_sizes import CAMERA
-from avsec_gym.experiments.chapter3.thesis_of_detectors import PRECISION_OF_SIZE
+from avsec_gym.experiments.chapter3.objects.attack_sizes import CAMERA
+from avsec_gym.experiments.chapter3.objects.thesis_of_detectors import PRECISION_OF_SIZE
 from avsec_gym.report.page_table import bounds, number
 from avsec_gym.report.plots import Frame, Scale, band, drawing, marker, polyline, text
 from avsec_gym.report.tables_of_optical_attacks import SHOWN_LEVEL, detector_words
@@ -30,7 +30,7 @@ def draw_sensitivity(summary: Mapping[str, Any]) -> list[str]:
     """A drawing for the LiDAR and one for the camera.
 
     Args:
-        summary: Of `avsec_gym.experiments.chapter3.sensitivity_curves.sensitivity_summary`.
+        summary: Of `avsec_gym.experiments.chapter3.objects.sensitivity_curves.sensitivity_summary`.
     """
     return [_draw(what, summary[what]) for what in (LIDAR, CAMERA)]
 

@@ -9,10 +9,10 @@ from typing import Any, Protocol
 
 from matplotlib.figure import Figure
 
-from avsec_gym.experiments.chapter3.localisation import measures_of
-from avsec_gym.experiments.chapter3.localisation_cells import Attempt
-from avsec_gym.experiments.chapter3.localisation_figure import draw_repair
-from avsec_gym.experiments.chapter3.localisation_rates import LOWEST, MEDIAN
+from avsec_gym.experiments.chapter3.localisation.figure import draw_repair
+from avsec_gym.experiments.chapter3.localisation.measures import measures_of
+from avsec_gym.experiments.chapter3.localisation.rates import LOWEST, MEDIAN
+from avsec_gym.experiments.chapter3.localisation.repaired_moments import Attempt
 from avsec_gym.report.embedded_image import embedded
 from avsec_gym.report.page_table import number
 from avsec_gym.report.scenario_picture import picture_array
@@ -26,7 +26,7 @@ _WORDS = {MEDIAN: "the median moment", LOWEST: "the moment with the lowest IoU"}
 
 
 class Repairs(Protocol):
-    """The part of `avsec_gym.experiments.chapter3.localisation_cells.RepairedMoments` needed."""
+    """What is needed of chapter 3's `RepairedMoments`."""
 
     def again(self, moment: str, attack: str) -> Attempt:
         """One attack of a cell once more."""
@@ -61,7 +61,7 @@ def repair_pictures(
     """Of each attack of `SHOWN` the moment with the median IoU and that with the lowest.
 
     Args:
-        summary: As `avsec_gym.experiments.chapter3.localisation_rates.localisation_summary` makes
+        summary: As `avsec_gym.experiments.chapter3.localisation.rates.localisation_summary` makes
             it.
         repairs: Makes them again.
         count: How many at most.

@@ -7,11 +7,11 @@ from collections.abc import Callable
 from datetime import datetime
 from typing import Any
 
-from avsec_gym.experiments.chapter3.baseline_rates import baseline_summary
-from avsec_gym.experiments.chapter3.defence_rates import defence_summary, is_of_defence
-from avsec_gym.experiments.chapter3.impact_rates import impact_summary
-from avsec_gym.experiments.chapter3.localisation_rates import localisation_summary
-from avsec_gym.experiments.chapter3.sensitivity_curves import sensitivity_summary
+from avsec_gym.experiments.chapter3.defence.rates import defence_summary, is_of_defence
+from avsec_gym.experiments.chapter3.localisation.rates import localisation_summary
+from avsec_gym.experiments.chapter3.objects.baseline_rates import baseline_summary
+from avsec_gym.experiments.chapter3.objects.impact_rates import impact_summary
+from avsec_gym.experiments.chapter3.objects.sensitivity_curves import sensitivity_summary
 from avsec_gym.experiments.chapter3.summary import validation_summary
 from avsec_gym.experiments.chapter5.controls import control_rows, rounding_rows, trend_rows
 from avsec_gym.experiments.chapter5.decoupling import decoupling

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from avsec_gym.experiments.chapter3.defence import NO_ATTACK, UNDEFENDED
-from avsec_gym.experiments.chapter3.defence_rates import ANY_ATTACK
+from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK, UNDEFENDED
+from avsec_gym.experiments.chapter3.defence.rates import ANY_ATTACK
 from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.report.attack_names import detector_name
 from avsec_gym.report.page_table import UNKNOWN, Cell, Table, figure, name

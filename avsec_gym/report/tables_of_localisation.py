@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from avsec_gym.experiments.chapter3.localisation_rates import LOWEST, SUMS
+from avsec_gym.experiments.chapter3.localisation.rates import LOWEST, SUMS
 from avsec_gym.report.attack_names import detector_name
 from avsec_gym.report.page_table import Table, figure, name
 

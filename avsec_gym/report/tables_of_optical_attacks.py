@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from avsec_gym.experiments.chapter3.attack_sizes import CAMERA
-from avsec_gym.experiments.chapter3.thesis import OBJECT_LEVEL
-from avsec_gym.experiments.chapter3.thesis_of_detectors import (
+from avsec_gym.experiments.chapter3.objects.attack_sizes import CAMERA
+from avsec_gym.experiments.chapter3.objects.thesis_of_detectors import (
     FACULA_PRECISION,
     IN_WORDS,
     PRECISION_OF_SIZE,
     TAKEN_FOR_AN_OBSTACLE,
 )
+from avsec_gym.experiments.chapter3.thesis import OBJECT_LEVEL
 from avsec_gym.metrics.average_precision_frames import LEVELS
 from avsec_gym.report.page_table import Cell, Table, figure, name
 from avsec_gym.report.tables_of_validation import INTERVALS

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from avsec_gym.experiments.chapter3.attacks import OTHER, SMALLER
-from avsec_gym.experiments.chapter3.detection_rates import RATES, SCENARIOS
-from avsec_gym.experiments.chapter3.knowing_attackers import (
+from avsec_gym.experiments.chapter3.identification.detection_rates import RATES, SCENARIOS
+from avsec_gym.experiments.chapter3.identification.knowing_attackers import (
     AGREED_DEPTH,
     AGREEING,
     DIM,

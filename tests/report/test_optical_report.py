@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter3 import attack_sizes, sensor_detections
-from avsec_gym.experiments.chapter3.attack_sizes import CAMERA, SIZES, size_setting
-from avsec_gym.experiments.chapter3.recordings import SYSTEM
-from avsec_gym.experiments.chapter3.sensor_detections import (
+from avsec_gym.experiments.chapter3.objects import attack_sizes, sensor_detections
+from avsec_gym.experiments.chapter3.objects.attack_sizes import CAMERA, SIZES, size_setting
+from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     IOUS,
     mismatch_name,
     mismatch_setting,
     seen_setting,
 )
+from avsec_gym.experiments.chapter3.recordings import SYSTEM
 from avsec_gym.experiments.experiment import (
     Cell,
     CellResult,

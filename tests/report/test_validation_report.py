@@ -13,10 +13,15 @@ import pytest
 from avsec_gym.commands.report import Report
 from avsec_gym.experiments.chapter3 import summary as chapter_3
 from avsec_gym.experiments.chapter3.attacks import BEYOND
-from avsec_gym.experiments.chapter3.detection_rates import SCENARIOS
-from avsec_gym.experiments.chapter3.knowing_attackers import DIM, FAR, KINDS, states_of
+from avsec_gym.experiments.chapter3.identification.detection_rates import SCENARIOS
+from avsec_gym.experiments.chapter3.identification.knowing_attackers import (
+    DIM,
+    FAR,
+    KINDS,
+    states_of,
+)
+from avsec_gym.experiments.chapter3.identification.state_evidence_cells import alone, bits, measured
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
-from avsec_gym.experiments.chapter3.state_evidence_cells import alone, bits, measured
 from avsec_gym.experiments.experiment import (
     Cell,
     CellResult,

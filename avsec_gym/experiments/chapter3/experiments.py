@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-from avsec_gym.experiments.chapter3.attack_sizes import SIZE_OPTIONS, size_cells, size_inputs
-from avsec_gym.experiments.chapter3.knowing_attackers import knowing_cells
-from avsec_gym.experiments.chapter3.localisation_cells import (
+from avsec_gym.experiments.chapter3.identification.knowing_attackers import knowing_cells
+from avsec_gym.experiments.chapter3.identification.state_evidence_cells import (
+    evidence_cells,
+    evidence_inputs,
+)
+from avsec_gym.experiments.chapter3.localisation.repaired_moments import (
     LOCALISATION_OPTIONS,
     localisation_cells,
     localisation_inputs,
 )
-from avsec_gym.experiments.chapter3.recordings import OPTIONS, USUAL_COUNT
-from avsec_gym.experiments.chapter3.sensor_detections import (
+from avsec_gym.experiments.chapter3.objects.attack_sizes import (
+    SIZE_OPTIONS,
+    size_cells,
+    size_inputs,
+)
+from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     DETECTION_OPTIONS,
     baseline_cells,
     baseline_inputs,
     impact_cells,
     impact_inputs,
 )
-from avsec_gym.experiments.chapter3.state_evidence_cells import evidence_cells, evidence_inputs
+from avsec_gym.experiments.chapter3.recordings import OPTIONS, USUAL_COUNT
 from avsec_gym.experiments.experiment import Configuration, Experiment
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
 

@@ -18,7 +18,7 @@ import numpy as np
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.answer import answer
 from avsec_gym.experiments.chapter3.attacks import tampered_frames
-from avsec_gym.experiments.chapter3.detection_rates import case_name
+from avsec_gym.experiments.chapter3.identification.detection_rates import case_name
 from avsec_gym.experiments.chapter3.recordings import JUDGED
 from avsec_gym.frame import SensorFrame
 from avsec_gym.metrics.intervals import wilson_interval

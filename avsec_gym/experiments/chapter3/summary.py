@@ -7,22 +7,29 @@ from functools import partial
 from typing import Any
 
 from avsec_gym.experiments.chapter3.attacks import BEYOND
-from avsec_gym.experiments.chapter3.beyond_rates import beyond_rates
-from avsec_gym.experiments.chapter3.detection_rates import CURVE_RATES, detection_rates
-from avsec_gym.experiments.chapter3.error_distributions import (
+from avsec_gym.experiments.chapter3.identification.beyond_rates import beyond_rates
+from avsec_gym.experiments.chapter3.identification.detection_rates import (
+    CURVE_RATES,
+    detection_rates,
+)
+from avsec_gym.experiments.chapter3.identification.error_distributions import (
     case_distributions,
     reference_distributions,
 )
-from avsec_gym.experiments.chapter3.evidence_table import EvidenceTable, evidence_table
-from avsec_gym.experiments.chapter3.honesty import honesty
-from avsec_gym.experiments.chapter3.identification_rates import (
+from avsec_gym.experiments.chapter3.identification.evidence_table import (
+    EvidenceTable,
+    evidence_table,
+)
+from avsec_gym.experiments.chapter3.identification.honesty import honesty
+from avsec_gym.experiments.chapter3.identification.identification_rates import (
     Concluded,
     algorithm_2,
     fitted_model,
     identification_rates,
     maximum_likelihood,
 )
-from avsec_gym.experiments.chapter3.knowing_rates import knowing_rates
+from avsec_gym.experiments.chapter3.identification.knowing_rates import knowing_rates
+from avsec_gym.experiments.chapter3.identification.state_evidence_cells import alone
 from avsec_gym.experiments.chapter3.recordings import (
     FITTED,
     JUDGED,
@@ -30,7 +37,6 @@ from avsec_gym.experiments.chapter3.recordings import (
     SYSTEM,
     recordings_of,
 )
-from avsec_gym.experiments.chapter3.state_evidence_cells import alone
 from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.experiments.results import Results
 from avsec_gym.validation.evidence.pair_depth import PairDepth

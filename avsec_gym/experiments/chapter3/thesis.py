@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from avsec_gym.experiments.chapter3.detection_rates import RATES, SCENARIOS
+from avsec_gym.experiments.chapter3.identification.detection_rates import RATES, SCENARIOS
 
 DETECTION = {
     (scenario, rate): percent / 100

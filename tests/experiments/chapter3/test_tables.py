@@ -6,21 +6,27 @@ import numpy as np
 import pytest
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.chapter3.beyond_rates import RATE, beyond_rates
-from avsec_gym.experiments.chapter3.detection_rates import attack_cases_of, detection_rates
-from avsec_gym.experiments.chapter3.error_distributions import (
+from avsec_gym.experiments.chapter3.identification.beyond_rates import RATE, beyond_rates
+from avsec_gym.experiments.chapter3.identification.detection_rates import (
+    attack_cases_of,
+    detection_rates,
+)
+from avsec_gym.experiments.chapter3.identification.error_distributions import (
     case_distributions,
     reference_distributions,
 )
-from avsec_gym.experiments.chapter3.evidence_table import EvidenceTable, evidence_table
-from avsec_gym.experiments.chapter3.honesty import honesty
-from avsec_gym.experiments.chapter3.identification_rates import (
+from avsec_gym.experiments.chapter3.identification.evidence_table import (
+    EvidenceTable,
+    evidence_table,
+)
+from avsec_gym.experiments.chapter3.identification.honesty import honesty
+from avsec_gym.experiments.chapter3.identification.identification_rates import (
     algorithm_2,
     fitted_model,
     identification_rates,
     maximum_likelihood,
 )
-from avsec_gym.experiments.chapter3.state_evidence_cells import measured
+from avsec_gym.experiments.chapter3.identification.state_evidence_cells import measured
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.sensor_system import KITTI_SYSTEM
 from avsec_gym.validation.evidence.evidence import evidence_elements

@@ -1,0 +1,1 @@
+"""What a validator before the detector is worth."""

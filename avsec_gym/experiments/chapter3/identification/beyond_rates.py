@@ -1,0 +1,58 @@
+"""Attacks beyond the thesis' settings: are they noticed, and is the attacked sensor named?"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.experiments.chapter3.identification.detection_rates import SCENARIOS, exceeded
+from avsec_gym.experiments.chapter3.identification.evidence_table import EvidenceTable
+from avsec_gym.experiments.chapter3.identification.identification_rates import (
+    algorithm_2,
+    maximum_likelihood,
+)
+from avsec_gym.experiments.chapter3.shares import share_of
+from avsec_gym.validation.fitted_on import FittedOn
+from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
+
+RATE = 0.01
+"""r."""
+
+
+def beyond_rates(
+    fitted: EvidenceTable, judged: Mapping[str, EvidenceTable], on: FittedOn, model: LikelihoodModel
+) -> list[dict[str, Any]]:
+    """For each kind of attack and sensor how often it is noticed, and this sensor alone named.
+
+    Args:
+        fitted: Whose clean moments give the thresholds.
+        judged: By kind (`BEYOND`), moments in the states with one attacked sensor (`alone`).
+        on: What the thresholds hold for.
+        model: Fitted on the same moments.
+
+    Returns:
+        Rows with ``kind`` and ``sensor`` (0 for S_0); ``noticed``, by the first of `SCENARIOS` that
+        holds the sensor, and ``noticed_by_error`` of E alone; ``named`` by algorithm 2, and
+        ``named_likeliest`` by maximum likelihood.
+    """
+    rows = []
+    sensors = len(on.system)
+    for kind, table in judged.items():
+        alarms = exceeded(fitted, table, on, RATE)
+        by_error = exceeded(fitted, table, on, RATE, "error")
+        ways = (algorithm_2(fitted, table, on, RATE), maximum_likelihood(model, table, RATE))
+        exact = [(found.sensors == np.eye(sensors, dtype=bool)).all(axis=2) for found in ways]
+        for sensor in range(sensors):
+            triple = next(triple for triple in SCENARIOS.values() if sensor in triple)
+            column = on.system.triples.index(triple)
+            shares = {
+                "noticed": alarms[:, sensor, column],
+                "noticed_by_error": by_error[:, sensor, column],
+                "named": exact[0][:, sensor],
+                "named_likeliest": exact[1][:, sensor],
+            }
+            told = {name: share_of(hits, table.drives) for name, hits in shares.items()}
+            rows.append({"kind": kind, "sensor": sensor, **told})
+    return rows

@@ -1,0 +1,126 @@
+"""Is an attack on one of three sensors noticed?  The two systems of section 3.3."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.experiments.chapter3.identification.evidence_table import EvidenceTable
+from avsec_gym.experiments.chapter3.shares import share_of
+from avsec_gym.sensor_system import Triple
+from avsec_gym.validation.fitted_on import FittedOn
+from avsec_gym.validation.state_posterior import States, state_vectors
+from avsec_gym.validation.thresholds import Criterion, ThresholdTable
+
+SCENARIOS: dict[str, Triple] = {"LiDAR and two cameras": (0, 2, 3), "three cameras": (1, 2, 3)}
+"""Of a LiDAR and three cameras."""
+RATES = (0.0, 0.01, 0.02, 0.03, 0.05)
+"""Designated false alarm rates of the thesis' tables."""
+CURVE_RATES = (*RATES, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+"""And of its figures."""
+
+
+def exceeded(
+    fitted: EvidenceTable,
+    judged: EvidenceTable,
+    on: FittedOn,
+    rate: float,
+    criterion: Criterion = "any",
+) -> NDArray[np.bool_]:
+    """e_{i,j,k} of all judged moments, shape (N, states, triples).
+
+    Args:
+        fitted: Whose clean moments give the thresholds.
+        judged: Others.
+        on: What the thresholds hold for.
+        rate: r.
+        criterion: See `ThresholdTable.thresholds`.
+    """
+    chosen = ThresholdTable(on, fitted.measures[:, 0]).thresholds(rate, criterion)
+    thresholds = np.array([chosen[triple].shares for triple in on.system.triples])
+    return np.asarray((judged.measures > thresholds).any(axis=-1))
+
+
+def detection_rates(
+    fitted: EvidenceTable,
+    judged: EvidenceTable,
+    on: FittedOn,
+    criterion: Criterion = "any",
+    rates: Sequence[float] = RATES,
+) -> list[dict[str, Any]]:
+    """For each scenario and r the share of attacks noticed, in every case and on average.
+
+    Args:
+        fitted: Whose clean moments give the thresholds.
+        judged: Others, whose attacks are looked for.
+        on: What the thresholds hold for.
+        criterion: See `ThresholdTable.thresholds`.
+        rates: r.
+
+    Returns:
+        Rows with ``scenario``, ``rate``, ``cases`` (attacked sensors -> share), their mean
+        ``average`` and its ``interval``, and ``false_alarms`` on clean moments.
+    """
+    rows = []
+    for rate in rates:
+        state_vector = exceeded(fitted, judged, on, rate, criterion)
+        for name, triple in SCENARIOS.items():
+            column = on.system.triples.index(triple)
+            alarms = state_vector[:, :, column]
+            cases = attack_cases_of(triple, len(on.system))
+            rows.append(
+                {
+                    "scenario": name,
+                    "rate": rate,
+                    "criterion": criterion,
+                    **case_rates(alarms, cases, judged.drives),
+                }
+            )
+    return rows
+
+
+def case_rates(
+    alarms: NDArray[np.bool_], cases: Mapping[int, tuple[int, ...]], drives: Sequence[str]
+) -> dict[str, Any]:
+    """How often an alarm is raised in each attack case, on average, and on clean moments.
+
+    Args:
+        alarms: Of N moments in all states, shape (N, states).
+        cases: See `attack_cases_of`.
+        drives: Of the moments.
+
+    Returns:
+        ``cases``, ``average``, ``interval`` and ``false_alarms``, see `detection_rates`.
+    """
+    average = share_of(alarms[:, list(cases)], drives)
+    return {
+        "cases": {case_name(case): float(alarms[:, one].mean()) for one, case in cases.items()},
+        "average": average["rate"],
+        "interval": average["interval"],
+        "false_alarms": share_of(alarms[:, 0], drives),
+    }
+
+
+def case_name(attacked: Iterable[int]) -> str:
+    """``S0+S2``."""
+    return "+".join(f"S{one}" for one in attacked)
+
+
+def attack_cases_of(triple: Triple, sensors: int) -> dict[int, tuple[int, ...]]:
+    """The seven states in which only sensors of a triple are attacked: index -> the attacked."""
+    states = state_vectors(sensors)
+    cases = {}
+    for index, state in enumerate(states):
+        attacked = tuple(np.flatnonzero(state).tolist())
+        if attacked and set(attacked) <= set(triple):
+            cases[index] = attacked
+    return cases
+
+
+def at_most(states: States, attacked: int) -> NDArray[np.intp]:
+    """Indices of the states with one attacked sensor or more, up to a number."""
+    count = states.sum(axis=1)
+    return np.flatnonzero((count > 0) & (count <= attacked))

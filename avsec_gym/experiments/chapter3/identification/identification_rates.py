@@ -1,0 +1,111 @@
+"""Which sensor is attacked?  Algorithm 2 against maximum likelihood (section 3.4 and beyond)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.experiments.chapter3.identification.detection_rates import RATES, at_most, exceeded
+from avsec_gym.experiments.chapter3.identification.evidence_table import EvidenceTable
+from avsec_gym.experiments.chapter3.shares import share_of
+from avsec_gym.geometry import Floats
+from avsec_gym.validation.fitted_on import FittedOn
+from avsec_gym.validation.identification import identify_attacked_sensors
+from avsec_gym.validation.likelihood.likelihood_of_clean import likelihood_of_clean
+from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
+from avsec_gym.validation.state_posterior import state_vectors
+from avsec_gym.validation.thresholds import Criterion
+
+
+class Concluded(NamedTuple):
+    """What was concluded of N moments in some states."""
+
+    sensors: NDArray[np.bool_]
+    """The sensor state vectors, shape (N, states, n + 1)."""
+    alarms: NDArray[np.bool_]
+    """Whether an attack is reported, perhaps of nobody knows whom, shape (N, states)."""
+
+
+def algorithm_2(
+    fitted: EvidenceTable,
+    judged: EvidenceTable,
+    on: FittedOn,
+    rate: float,
+    criterion: Criterion = "any",
+) -> Concluded:
+    """What algorithm 2 concludes of every judged moment in every state; see `ThresholdValidator`.
+
+    An error that nobody who is named explains is an alarm, too.
+    """
+    state_vector = exceeded(fitted, judged, on, rate, criterion)
+    sensors, triples = len(on.system), on.system.triples
+    # There are few different vectors e; each is decoded once.
+    patterns, which = np.unique(state_vector.reshape(-1, len(triples)), axis=0, return_inverse=True)
+    named, alarms = np.zeros((len(patterns), sensors), bool), np.zeros(len(patterns), bool)
+    for number, pattern in enumerate(patterns):
+        e = dict(zip(triples, pattern.tolist(), strict=True))
+        answer = identify_attacked_sensors(e.__getitem__, sensors)
+        named[number, list(answer.attacked)] = True
+        alarms[number] = bool(answer.attacked or answer.doubtful)
+    which = which.reshape(state_vector.shape[:2])
+    return Concluded(named[which], alarms[which])
+
+
+def fitted_model(fitted: EvidenceTable, on: FittedOn) -> LikelihoodModel:
+    """p(evidence | **s**) of every state of the fitted moments."""
+    return likelihood_of_clean(on, fitted.shares, fitted.drives)
+
+
+def maximum_likelihood(
+    model: LikelihoodModel, judged: EvidenceTable, rate: float, prior: Floats | None = None
+) -> Concluded:
+    """What the most probable state vector is, of every judged moment in every state."""
+    moments, states, elements = judged.shares.shape
+    decoding = model.decode(judged.shares.reshape(-1, elements), rate, prior)
+    sensors = decoding.states.reshape(moments, states, -1)
+    return Concluded(sensors, decoding.alarms.reshape(moments, states))
+
+
+def identification_rates(
+    conclude: Callable[[float], Concluded],
+    drives: Sequence[str],
+    sensors: int,
+    rates: Sequence[float] = RATES,
+) -> list[dict[str, Any]]:
+    """For each r the share of moments in which exactly the attacked sensors were named.
+
+    Args:
+        conclude: What is concluded at r, of all states.
+        drives: Of the judged moments.
+        sensors: n + 1.
+        rates: r.
+
+    Returns:
+        Rows with ``rate``; ``sensors``, the share for an attack on each alone; ``average`` over
+        every set of up to n - 2 sensors, with ``interval``; ``beyond``, that over larger sets; and
+        ``false_alarms`` on clean moments, whoever is named.
+    """
+    states = state_vectors(sensors)
+    within, beyond = at_most(states, sensors - 3), at_most(states, sensors)
+    beyond = np.setdiff1d(beyond, within)
+    rows = []
+    for rate in rates:
+        found = conclude(rate)
+        exact = (found.sensors == states).all(axis=2)
+        average = share_of(exact[:, within], drives)
+        rows.append(
+            {
+                "rate": rate,
+                "sensors": {
+                    f"S{one}": share_of(exact[:, 1 << one], drives) for one in range(sensors)
+                },
+                "average": average["rate"],
+                "interval": average["interval"],
+                "beyond": share_of(exact[:, beyond], drives),
+                "false_alarms": share_of(found.alarms[:, 0], drives),
+            }
+        )
+    return rows

@@ -1,0 +1,72 @@
+"""What attackers who know the method hide, and whom they make the method accuse."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.experiments.chapter3.identification.beyond_rates import RATE
+from avsec_gym.experiments.chapter3.identification.detection_rates import SCENARIOS, exceeded
+from avsec_gym.experiments.chapter3.identification.evidence_table import (
+    EvidenceTable,
+    evidence_table,
+)
+from avsec_gym.experiments.chapter3.identification.identification_rates import (
+    algorithm_2,
+    maximum_likelihood,
+)
+from avsec_gym.experiments.chapter3.identification.knowing_attackers import KINDS, states_of
+from avsec_gym.experiments.chapter3.identification.state_evidence_cells import bits
+from avsec_gym.experiments.chapter3.recordings import SYSTEM
+from avsec_gym.experiments.chapter3.shares import share_of
+from avsec_gym.experiments.results import Results
+from avsec_gym.validation.fitted_on import FittedOn
+from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
+
+
+def knowing_rates(
+    results: Results, fitted: EvidenceTable, on: FittedOn, model: LikelihoodModel
+) -> list[dict[str, Any]]:
+    """For each kind and set of attacked sensors, at r = 1 %.
+
+    Args:
+        results: Of a run; without `knowing` there are no rows.
+        fitted: Whose clean moments give the thresholds.
+        on: What they hold for.
+        model: Fitted on the same moments.
+
+    Returns:
+        Rows with ``kind`` and ``attacked``, positions; ``noticed`` by each of the `SCENARIOS` that
+        holds one of them, by its text; ``named`` by algorithm 2, exactly these, and
+        ``named_likeliest`` by maximum likelihood; ``accused``: it names a sound sensor.
+    """
+    rows = []
+    for name, kind in KINDS.items():
+        states = states_of(kind, len(SYSTEM))
+        if not results.measurements(setting=f"{name} {bits(states[0])}"):
+            continue
+        table = evidence_table(results, name, SYSTEM, states)
+        alarms = exceeded(fitted, table, on, RATE)
+        by_algorithm = algorithm_2(fitted, table, on, RATE).sensors
+        likeliest = maximum_likelihood(model, table, RATE).sensors
+        for number, (attacked, state) in enumerate(zip(kind.attacked, states, strict=True)):
+            noticed = {
+                scenario: share_of(alarms[:, number, SYSTEM.triples.index(triple)], table.drives)
+                for scenario, triple in SCENARIOS.items()
+                if {*attacked} & {*triple}
+            }
+            hits = {
+                "named": (by_algorithm[:, number] == state).all(axis=1),
+                "named_likeliest": (likeliest[:, number] == state).all(axis=1),
+                "accused": (likeliest[:, number] & ~state).any(axis=1),
+            }
+            rows.append(
+                {
+                    "kind": name,
+                    "attacked": list(attacked),
+                    "noticed": noticed,
+                    **{what: share_of(np.asarray(hit), table.drives) for what, hit in hits.items()},
+                }
+            )
+    return rows

@@ -1,0 +1,1 @@
+"""Where the damage is, and how well it is repaired: section 6.2."""

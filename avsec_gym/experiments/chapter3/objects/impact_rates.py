@@ -1,0 +1,88 @@
+"""What optical attacks do to detectors that nobody defends (thesis, section 3.2.4)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.experiments.chapter3.objects.bogus_obstacles import taken_for_an_obstacle
+from avsec_gym.experiments.chapter3.objects.car_precision import car_precision, precision_rows
+from avsec_gym.experiments.chapter3.objects.sensor_detections import (
+    DETECTION_OPTIONS,
+    PATCH,
+    TRUTH,
+    seen_setting,
+)
+from avsec_gym.experiments.chapter3.recordings import JUDGED, SYSTEM
+from avsec_gym.experiments.chapter3.shares import drive_of, share_of
+from avsec_gym.experiments.chapter3.summary import FEWEST
+from avsec_gym.experiments.experiment import Configuration
+from avsec_gym.experiments.results import Results
+from avsec_gym.sensor_system import LIDAR
+
+IOU = 0.5
+"""That the thesis asks for here."""
+
+
+def impact_summary(results: Results, configuration: Configuration) -> dict[str, Any] | None:
+    """Both figures of a run; None with fewer than `FEWEST` moments.
+
+    Returns:
+        ``lidar``: in how many moments the bogus return was ``taken`` for an obstacle, in how many
+        the ``clean`` scan has one at that place, and in how many only the attacked one
+        (``newly``).  ``camera``: average precision of
+        cars in the reference's image, ``clean`` and ``attacked`` (`precision_rows`); None where
+        nobody labelled.
+    """
+    options = {**DETECTION_OPTIONS, **configuration.options}
+    lidar = _bogus_returns(results, options)
+    if lidar is None or lidar["taken"]["of"] < FEWEST:
+        return None
+    return {
+        "lidar": {"detector": options["lidar_detector"], **lidar},
+        "camera": _facula(results, options["image_detector"]),
+    }
+
+
+def _bogus_returns(results: Results, options: dict[str, Any]) -> dict[str, Any] | None:
+    patches = results.detections(PATCH)
+    if not patches:
+        return None
+    hits = {}
+    moments = sorted(patches)
+    for name, attacked in (("clean", False), ("taken", True)):
+        found = results.detections(seen_setting(JUDGED, LIDAR, attacked, SYSTEM.reference))
+        hits[name] = np.array(
+            [
+                taken_for_an_obstacle(
+                    found[id][found[id].score >= options["score_threshold"]], patches[id]
+                )
+                for id in moments
+            ],
+            bool,
+        )
+    drives = [drive_of(id) for id in moments]
+    return {
+        **{name: share_of(hit, drives) for name, hit in hits.items()},
+        "newly": share_of(hits["taken"] & ~hits["clean"], drives),
+    }
+
+
+def _facula(results: Results, detector: str) -> dict[str, Any] | None:
+    truth = results.detections(TRUTH)
+    clean, attacked = (
+        results.detections(seen_setting(JUDGED, SYSTEM.reference, state, SYSTEM.reference))
+        for state in (False, True)
+    )
+    moments = sorted(truth.keys() & clean.keys() & attacked.keys())
+    if len(moments) < FEWEST:
+        return None
+    before, after = (car_precision(truth, found, moments, "2d", IOU) for found in (clean, attacked))
+    return {
+        "detector": detector,
+        "moments": len(moments),
+        "iou": IOU,
+        "clean": precision_rows(before, before),
+        "attacked": precision_rows(before, after),
+    }

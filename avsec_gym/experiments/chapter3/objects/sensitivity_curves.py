@@ -1,0 +1,137 @@
+"""Are attacks noticed before they harm?  Detection rate and precision over an attack's size.
+
+Thesis, section 3.5: thresholds for r = 1 %, AP at IoU 0.7.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.experiments.chapter3.objects.attack_sizes import (
+    CAMERA,
+    COVERED,
+    SIZE_OPTIONS,
+    SIZES,
+    THREE_SENSORS,
+    TRUTH,
+    size_setting,
+)
+from avsec_gym.experiments.chapter3.objects.car_precision import (
+    Precisions,
+    car_precision,
+    precision_rows,
+)
+from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED
+from avsec_gym.experiments.chapter3.shares import drive_of, share_of
+from avsec_gym.experiments.chapter3.summary import CRITERIA, FEWEST
+from avsec_gym.experiments.experiment import Configuration
+from avsec_gym.experiments.results import Results
+from avsec_gym.geometry import Floats
+from avsec_gym.rig import KITTI_SIZE
+from avsec_gym.sensor_system import LIDAR
+from avsec_gym.validation.evidence.disparity_error import MEASURES
+from avsec_gym.validation.evidence.pair_depth import PairDepth
+from avsec_gym.validation.fitted_on import FittedOn
+from avsec_gym.validation.thresholds import ThresholdTable
+
+RATE = 0.01
+"""r."""
+IOU = 0.7
+_METRIC = {LIDAR: "3d", CAMERA: "2d"}
+_DETECTOR = {LIDAR: "sensitivity_lidar", CAMERA: "sensitivity_image"}
+
+
+def sensitivity_summary(results: Results, configuration: Configuration) -> dict[str, Any] | None:
+    """Both curves of a run; None where either part has fewer than `FEWEST` moments.
+
+    Returns:
+        ``moments`` of each part; and for `LIDAR` and `CAMERA`, by name, the ``detector``, the
+        ``metric`` of its precision, and ``sizes``, the clean moments first: rows with
+
+        ``size``       metres of width, or pixels of radius; 0: clean;
+        ``covered``    of a facula, its disc's share of the image (thesis), and
+        ``changed``    the mean share that it changes visibly, both in [0, 1];
+        ``detected``   by criterion (`CRITERIA`), of how many moments; clean: false alarms;
+        ``precision``  as of `precision_rows`, at IoU 0.7; None where nobody looked or labelled.
+    """
+    options = {**SIZE_OPTIONS, **configuration.options}
+    fitted, _ = _shares(results, size_setting(FITTED), 0.0)
+    clean = _shares(results, size_setting(JUDGED), 0.0)
+    counts = {FITTED: len(fitted), JUDGED: len(clean[0])}
+    if min(counts.values()) < FEWEST:
+        return None
+    # Nobody else will read these thresholds: their scales do not matter.
+    on = FittedOn(THREE_SENSORS, PairDepth(options["depth"]).settings, (), {})
+    table = ThresholdTable(on, fitted[:, None])
+    [triple] = THREE_SENSORS.triples
+    thresholds = {name: table.thresholds(RATE, name)[triple].shares for name in CRITERIA}
+    found: dict[str, Any] = {"moments": counts, "rate": RATE}
+    for what, sizes in SIZES.items():
+        setting = size_setting(what)
+        precisions = _precisions(results, what)
+        rows = []
+        for size in (0.0, *sizes):
+            shares, drives = _shares(results, setting, size) if size else clean
+            if not len(shares):
+                continue
+            rows.append(
+                {
+                    "size": size,
+                    **(_area(results, setting, size) if what == CAMERA else {}),
+                    "detected": {
+                        name: share_of((shares > limits).any(axis=1), drives)
+                        for name, limits in thresholds.items()
+                    },
+                    "precision": precision_rows(precisions[0.0], precisions[size])
+                    if {0.0, size} <= precisions.keys()
+                    else None,
+                }
+            )
+        found[what] = {
+            "detector": options[_DETECTOR[what]],
+            "metric": _METRIC[what],
+            "iou": IOU,
+            "sizes": rows,
+        }
+    return found
+
+
+def disc_share(radius: float) -> float:
+    """The share of KITTI's image that a whole disc takes, as the thesis counts it.
+
+    Example:
+        >>> round(100 * disc_share(225), 2)
+        34.15
+    """
+    return float(np.pi * radius**2 / (KITTI_SIZE[0] * KITTI_SIZE[1]))
+
+
+def _area(results: Results, setting: str, size: float) -> dict[str, float]:
+    if not size:
+        return {"covered": 0.0, "changed": 0.0}
+    rows = results.measurements(name=COVERED, setting=setting, strength=size)
+    return {"covered": disc_share(size), "changed": float(np.mean([row["value"] for row in rows]))}
+
+
+def _shares(results: Results, setting: str, size: float) -> tuple[Floats, list[str]]:
+    """All `MEASURES` of each moment, shape (N, 4), and its drive."""
+    rows = [results.measurements(name=name, setting=setting, strength=size) for name in MEASURES]
+    values = np.array([[row["value"] for row in column] for column in rows], float)
+    drives = [drive_of(row["scenario"]) for row in rows[0]]
+    return values.T.reshape(-1, len(MEASURES)), drives
+
+
+def _precisions(results: Results, what: str) -> dict[float, Precisions]:
+    """By size; of the moments that were looked at in all of them."""
+    truth = results.detections(TRUTH)
+    found = {size: results.detections(size_setting(what), size) for size in (0.0, *SIZES[what])}
+    found = {size: boxes for size, boxes in found.items() if boxes}
+    moments = sorted(truth.keys() & set.intersection(*map(set, found.values()), set(truth)))
+    if len(moments) < FEWEST:
+        return {}
+    return {
+        size: car_precision(truth, boxes, moments, _METRIC[what], IOU)
+        for size, boxes in found.items()
+    }

@@ -1,0 +1,244 @@
+"""The experiment on defences on walls of dots, and its tables on outcomes made by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.experiments.chapter3.defence.defended_drives import (
+    DefendedDrives,
+    attacks_on,
+    defence_cells,
+    defence_inputs,
+)
+from avsec_gym.experiments.chapter3.defence.rates import alarm_rows, defence_rows
+from avsec_gym.experiments.chapter3.defence.scenes import scene_of
+from avsec_gym.experiments.chapter3.defence.validator import defending_validator
+from avsec_gym.experiments.experiment import Configuration
+from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti.raw import KittiRaw
+from avsec_gym.kitti.raw_calibration import write_raw_calibration
+from avsec_gym.kitti.tracklets import Tracklet, write_tracklets
+from avsec_gym.kitti.writing import write_raw_frame
+from avsec_gym.metrics.safety import SafetyRecord
+from avsec_gym.rig import camera_rig
+from avsec_gym.sensor_system import KITTI_SYSTEM
+
+PLACES = (0.0, 0.56, -0.28, 0.28)
+RIG = camera_rig(PLACES, focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))
+LABEL = "Car 0.00 0 -1.57 100.00 50.00 140.00 90.00 1.50 1.60 4.00 0.00 1.65 12.00 -1.57\n"
+NAN = float("nan")
+
+
+def wall(number: int) -> SensorFrame:
+    """A wall of dark random dots 8 m ahead."""
+    rng = np.random.default_rng(number)
+    dots = rng.integers(0, 100, (120, 300, 1), np.uint8).repeat(3, axis=2)
+    starts = [20 + round(200 * place / 8) for place in PLACES]
+    images = {camera: dots[:, start : start + 240] for camera, start in enumerate(starts)}
+    x, y = np.meshgrid(np.linspace(-5, 5, 150), np.linspace(-2, 2, 40))
+    spots = np.stack([x.ravel(), y.ravel(), np.full(x.size, 8.0), np.ones(x.size)], axis=1)
+    points = (spots @ RIG.calibration.camera_to_velodyne.T).astype(np.float32)
+    return SensorFrame(f"{number:010d}", RIG.calibration, images, points)
+
+
+def write_drives(root: Path, drives: int, frames: int, first: int = 0) -> Path:
+    day = root / "2026_01_01"
+    for drive in range(1, drives + 1):
+        folder = day / f"2026_01_01_drive_{drive:04d}_sync"
+        for number in range(frames):
+            write_raw_frame(folder, number, wall(first + 100 * drive + number))
+            for kind, text in (
+                ("label_02/data/{}.txt", LABEL),
+                ("moving_02/data/{}.txt", "1\n"),
+                ("scene_02/data/{}.json", '{"road_type": "highway"}'),
+            ):
+                path = folder / kind.format(f"{number:010d}")
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(text)
+    write_raw_calibration(day, RIG.calibration, image_size=RIG.size)
+    return root
+
+
+@pytest.fixture(scope="module")
+def configuration(tmp_path_factory: pytest.TempPathFactory) -> Iterable[Configuration]:
+    root = tmp_path_factory.mktemp("drives")
+    fit = write_drives(root / "fit", 1, 12, first=5000)
+    judged = write_drives(root / "judged", 2, 2)
+    with pytest.MonkeyPatch.context() as cache:
+        cache.setenv("AVSEC_CACHE", str(root / "cache"))
+        yield Configuration(str(judged), options={"fit": str(fit), "rate": 0.0})
+
+
+def test_cells_and_inputs(configuration: Configuration) -> None:
+    cells = defence_cells(configuration)
+    assert len(cells) == 4 * 5
+    assert [cell.arguments["attack"] for cell in cells[:5]] == ["none", "lidar", "1", "3", "2"]
+    assert len({cell.group for cell in cells}) == 2
+    assert attacks_on(KITTI_SYSTEM, 0) == ["none"]
+    assert attacks_on(KITTI_SYSTEM, 2)[5] == "lidar+1"
+    assert "validator" in defence_inputs(configuration)
+    detectors = {**configuration.options, "detectors": "oracle,dsgn", "dsgn": "weights.bin"}
+    inputs = defence_inputs(replace(configuration, options=detectors))
+    assert inputs["weights of dsgn"] == Path("weights.bin")
+    # What is fitted already needs no drives to fit on.
+    fitted = {"fit": "nowhere", "fitted_file": "thresholds.json"}
+    inputs = defence_inputs(replace(configuration, options=fitted))
+    assert inputs == {"validator": Path("thresholds.json")}
+
+
+def test_without_alarm_all_drive_alike_and_with_one_each_responds(
+    configuration: Configuration,
+) -> None:
+    work = DefendedDrives(configuration)
+    clean = work("none", 0)
+    by_setting: dict[str, list[SafetyRecord]] = {}
+    for row in clean.drives:
+        by_setting.setdefault(row.setting, []).append(row.record)
+    responses = ("undefended", "stop", "drop", "repair")
+    assert list(by_setting) == [
+        f"{d} none {r}" for d in ("oracle", "lidar_oracle") for r in responses
+    ]
+    assert len({str([r.to_json() for r in records]) for records in by_setting.values()}) == 1
+    assert {row.name: row.value for row in clean.measurements} == {
+        "alarm": 0.0, "named lidar": 0.0, "named 1": 0.0, "named 3": 0.0, "named 2": 0.0,
+    }  # fmt: skip
+    blinded = work("2", 1)
+    assert {row.value for row in blinded.measurements if row.name in ("alarm", "named 2")} == {1.0}
+    reasons = {row.setting: row.record.reason for row in blinded.drives}
+    assert reasons["oracle 2 stop"] == reasons["lidar_oracle 2 stop"] == "stopped"
+    assert "stopped" not in {reasons["oracle 2 drop"], reasons["oracle 2 repair"]}
+    again = DefendedDrives(configuration)("2", 1)
+    assert [r.record.to_json() for r in again.drives] == [
+        r.record.to_json() for r in blinded.drives
+    ]
+    assert list(again.measurements) == list(blinded.measurements)
+
+
+def test_an_attack_stays_as_it_is_over_a_drive(configuration: Configuration) -> None:
+    work = DefendedDrives(configuration)
+    moments = work._recordings.moments
+    settings = [work._tampered("3", one.frame(), one.id).settings for one in moments]
+    assert settings[0] == settings[1] != settings[2] == settings[3]
+
+
+def test_what_a_moment_shows(configuration: Configuration, tmp_path: Path) -> None:
+    drive = KittiRaw(configuration.scenarios).drive("0001")
+    scene = scene_of(drive.frame(1), "a/1", 1, seed=3)
+    assert (scene.id, scene.road_type, len(scene.boxes)) == ("a/1", "highway", 1)
+    assert 11 <= scene.speeds[0] <= 13
+    with pytest.raises(DataError, match="does not come from a drive"):
+        scene_of(wall(0), "1", 1)
+    # A real drive has tracklets, or nobody knows.
+    folder = write_drives(tmp_path, 1, 1) / "2026_01_01" / "2026_01_01_drive_0001_sync"
+    (folder / "label_02/data/0000000000.txt").unlink()
+    frame = KittiRaw(tmp_path).drive("0001").frame(0)
+    with pytest.raises(DataError, match="tracklet"):
+        scene_of(frame, "0", 0)
+    one = np.zeros((1, 3))
+    car = Tracklet("Car", np.array([1.5, 1.6, 4.0]), 0, np.array([[12.0, 0, -1.7]]), one,
+                   np.ones(1, int), np.zeros(1, int), np.zeros(1, int))  # fmt: skip
+    write_tracklets(folder / "tracklet_labels.xml", [car])
+    standing = scene_of(frame, "0", 0)
+    assert (standing.road_type, standing.speeds.tolist()) == ("street", [0.0])
+
+
+def test_a_validator_needs_what_it_was_fitted_to(configuration: Configuration) -> None:
+    for options, complaint in (
+        ({"validator": "likelihood"}, "needs a fit"),
+        ({"validator": "dog"}, "thresholds or likelihood"),
+    ):
+        with pytest.raises(ConfigurationError, match=complaint):
+            defending_validator(replace(configuration, options=options))
+    assert defending_validator(configuration).system.sensors == ("lidar", 1, 3, 2)
+
+
+def record(scenario: str, outcome: str, reason: str | None = None) -> SafetyRecord:
+    return SafetyRecord(scenario, "straight", outcome, NAN, 1, NAN, NAN, reason)
+
+
+class Stored:
+    """Of four moments in two drives: what happened."""
+
+    drives: ClassVar = {
+        "oracle none undefended": "safe safe collision unplanned",
+        "oracle none stop": "safe stopped collision unplanned",
+        "oracle none drop": "safe safe collision unplanned",
+        "oracle none repair": "safe safe collision unplanned",
+        "oracle 2 undefended": "collision collision safe safe",
+        "oracle 2 stop": "stopped crash stopped crash",
+        "oracle 2 drop": "safe stopped collision safe",
+        "oracle 2 repair": "safe safe safe safe",
+    }
+    moments = ("a/0", "a/1", "b/0", "b/1")
+    alarms: ClassVar = {"none": (0, 1, 0, 0), "2": (0, 1, 0, 0), "3": (1, 1, 1, 1)}
+    named: ClassVar = {
+        "none": {"a/1": "1"},
+        "2": {"a/1": "2"},
+        "3": {"a/0": "3", "b/0": "3", "b/1": "1"},
+    }
+
+    def settings(self) -> list[tuple[str, float]]:
+        return [(name, 0.0) for name in self.drives]
+
+    def records(self, setting: str) -> list[SafetyRecord]:
+        outcomes = {"stopped": ("unplanned", "stopped"), "crash": ("collision", "stopped")}
+        return [
+            record(moment, *outcomes.get(word, (word,)))
+            for moment, word in zip(self.moments, self.drives[setting].split(), strict=True)
+        ]
+
+    def detections(self, setting: str, strength: float = 0.0) -> dict[str, Boxes3D]:
+        return {}
+
+    def measurements(self, **where: Any) -> list[dict[str, Any]]:
+        rows = [
+            {"setting": attack, "scenario": moment, "name": "alarm", "value": value}
+            for attack, values in self.alarms.items()
+            for moment, value in zip(self.moments, values, strict=True)
+        ]
+        rows += [
+            {"setting": attack, "scenario": moment, "name": f"named {sensor}", "value": 1.0}
+            for attack, there in self.named.items()
+            for moment, sensor in there.items()
+        ]
+        return [row for row in rows if where.get("name", row["name"]) == row["name"]]
+
+
+def counts(row: dict[str, Any], *names: str) -> list[tuple[int, int]]:
+    return [(row[name]["count"], row[name]["of"]) for name in names]
+
+
+def test_collisions_avoided_and_false_stops() -> None:
+    rows = {(row["attack"], row["response"]): row for row in defence_rows(Stored())}
+    assert list(rows)[::4] == [(attack, "undefended") for attack in ("none", "2", "any")]
+    assert "avoided" not in rows["2", "undefended"]
+    worth = ("avoided", "caused", "given_up", "stopped")
+    # Without attack the second moment is safe, and so is the first: both collide by the attack.
+    assert counts(rows["2", "stop"], "avoided_of_attack") == [(1, 2)]
+    assert counts(rows["none", "stop"], "avoided_of_attack") == [(0, 0)]
+    assert counts(rows["none", "stop"], *worth) == [(0, 1), (0, 3), (1, 2), (1, 4)]
+    assert counts(rows["2", "stop"], *worth) == [(1, 2), (1, 2), (1, 2), (4, 4)]
+    assert counts(rows["2", "drop"], *worth) == [(2, 2), (1, 2), (0, 2), (1, 4)]
+    assert counts(rows["any", "repair"], *worth) == [(2, 2), (0, 2), (0, 2), (0, 4)]
+    assert rows["2", "repair"]["safe_driving_rate"] == 1.0
+    assert rows["2", "repair"]["paired"]["safe_driving_rate"] == 0.5
+    assert rows["2", "stop"]["safe_driving_rate"] == 0.0
+
+
+def test_frames_to_alarm_and_who_is_named() -> None:
+    rows = {row["attack"]: row for row in alarm_rows(Stored())}
+    assert list(rows) == ["none", "2", "3"]
+    assert "frames_to_alarm" not in rows["none"]
+    assert rows["2"]["frames_to_alarm"] == {"1": 1, "never": 1}
+    assert rows["3"]["frames_to_alarm"] == {"0": 2, "never": 0}
+    assert counts(rows["none"], "alarms", "named_exactly") == [(1, 4), (3, 4)]
+    assert counts(rows["2"], "alarms", "named_exactly") == [(1, 4), (1, 4)]
+    assert counts(rows["3"], "alarms", "named_exactly") == [(4, 4), (2, 4)]

@@ -1,0 +1,221 @@
+"""How located and repaired damage is judged, from a wall of dots to the page."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from avsec_gym import registry
+from avsec_gym.attacks.facula import Facula
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.commands.report import Report
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.experiments.chapter3.experiments import LOCALISATION
+from avsec_gym.experiments.chapter3.localisation import repaired_moments
+from avsec_gym.experiments.chapter3.localisation.measures import (
+    Overlap,
+    attacks_of,
+    found_again,
+    overlap,
+)
+from avsec_gym.experiments.chapter3.localisation.rates import localisation_summary
+from avsec_gym.experiments.chapter3.localisation.repaired_moments import RepairedMoments
+from avsec_gym.experiments.experiment import CellResult, Configuration
+from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti.raw_calibration import write_raw_calibration
+from avsec_gym.kitti.writing import write_raw_frame
+from avsec_gym.report.repair_pictures import SHOWN
+from avsec_gym.report.run_report import run_report
+from avsec_gym.rig import camera_rig
+from avsec_gym.runs.run import run_experiments
+from avsec_gym.runs.run_folder import RunFolder
+
+FACULA, BOGUS = SHOWN.values()
+PLACES = (0.0, 0.54, -0.27, 0.27)
+RIG = camera_rig(PLACES, focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))
+SIGN = (110.0, 50.0, 150.0, 80.0)
+"""A 2D box in the middle of camera 2's image."""
+
+
+def wall(number: int) -> SensorFrame:
+    """A wall of dark random dots 10.8 m ahead."""
+    random = np.random.default_rng(number)
+    dots = random.integers(0, 100, (120, 300, 1), np.uint8).repeat(3, axis=2)
+    starts = [20 + round(200 * place / 10.8) for place in PLACES]
+    images = {camera: dots[:, start : start + 240] for camera, start in enumerate(starts)}
+    x, y = np.meshgrid(np.linspace(-6, 6, 200), np.linspace(-3, 3, 60))
+    spots = np.stack([x.ravel(), y.ravel(), np.full(x.size, 10.8), np.ones(x.size)], axis=1)
+    points = (spots @ RIG.calibration.camera_to_velodyne.T).astype(np.float32)
+    return SensorFrame(f"{number:010d}", RIG.calibration, images, points)
+
+
+class Reader:
+    """Sees a sign wherever light has not made its place bright."""
+
+    name = "reader"
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        left, top, right, bottom = map(int, SIGN)
+        dark = frame.image(2)[top:bottom, left:right].mean() < 90
+        return signs(1)[: int(dark)]
+
+
+def signs(count: int) -> Boxes3D:
+    return Boxes3D(
+        np.zeros((count, 3)),
+        np.ones((count, 3)),
+        np.zeros(count),
+        np.ones(count),
+        np.full(count, "Car"),
+        box2d=np.tile(SIGN, (count, 1)),
+    )
+
+
+@pytest.fixture(scope="module")
+def drives(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    day = tmp_path_factory.mktemp("drives") / "2026_01_01"
+    for number in (1, 2, 3):
+        write_raw_frame(day / f"2026_01_01_drive_{number:04d}_sync", 0, wall(number))
+    write_raw_calibration(day, RIG.calibration, image_size=RIG.size)
+    return day
+
+
+@pytest.fixture
+def two_attacks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One of each kind, light on the sign."""
+    two = {FACULA: Facula(2, 225.0, centre=(130.0, 65.0)), BOGUS: attacks_of()[BOGUS]}
+    monkeypatch.setattr(repaired_moments, "attacks_of", lambda camera: two)
+
+
+def test_overlap_of_two_areas() -> None:
+    found, true = np.zeros((2, 10, 10), bool)
+    found[:, :6] = True
+    true[:, 4:] = True
+    assert overlap(found, true) == Overlap(20 / 100, 20 / 60, 20 / 60)
+    assert overlap(found, ~true | true) == Overlap(0.6, 1.0, 0.6)
+    assert overlap(true & ~true, true & ~true) == Overlap(None, None, None)
+
+
+def test_objects_are_found_again_by_place_and_category() -> None:
+    count = 3
+    objects = replace(
+        signs(count),
+        category=np.array(["Car", "Car", "Cyclist"]),
+        box2d=np.array([[0, 0, 100, 100], [200, 0, 300, 100], [400, 0, 500, 100.0]]),
+    )
+    assert found_again(objects, objects) == count
+    right = np.array([1.0, 0.0, 1.0, 0.0])
+    assert objects.box2d is not None
+    moved = replace(objects, box2d=objects.box2d + 40 * right)
+    assert found_again(objects, moved) == 0
+    moved = replace(objects, box2d=objects.box2d + 30 * right)
+    assert found_again(objects, moved) == count
+    others = replace(objects, category=np.array(["Car", "Pedestrian", "Car"]))
+    assert found_again(objects, others) == 1
+    assert found_again(objects, Boxes3D.empty()) == 0
+    with pytest.raises(ConfigurationError, match="2D boxes"):
+        found_again(objects, replace(objects, box2d=None))
+
+
+def test_every_attack_has_a_name_of_its_own_sensor() -> None:
+    assert {next(iter(attack.sensors)) for attack in attacks_of(3).values()} == {3, "lidar"}
+    assert set(SHOWN.values()) <= set(attacks_of())
+
+
+def values_of(result: CellResult, attack: str) -> dict[str, float]:
+    return {row.name: row.value for row in result.measurements if row.setting == attack}
+
+
+@pytest.mark.usefixtures("two_attacks")
+def test_a_cell_attacks_repairs_and_counts(drives: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(registry._REGISTERED, (registry.Kind.DETECTOR, "reader"), Reader)
+    configuration = Configuration(str(drives), options={"detector": "reader"})
+    cells, moments = LOCALISATION.cells(configuration), RepairedMoments(configuration)
+    result = moments(**cells[0].arguments)
+    facula, bogus = values_of(result, FACULA), values_of(result, BOGUS)
+    assert facula["iou"] > 0.5
+    assert facula["error_before"] > 50
+    assert facula["error_after"] < facula["error_before"] / 3
+    assert [facula[name] for name in ("objects", "found_before", "found_after")] == [1, 0, 1]
+    assert bogus["iou"] > 0.5
+    assert {*bogus} == {"iou", "precision", "recall", "iou_of_lost"}
+    assert {row.scenario for row in result.measurements} == {
+        "2026_01_01_drive_0001_sync/0000000000"
+    }
+    repeated = RepairedMoments(configuration)(**cells[0].arguments)
+    assert list(repeated.measurements) == list(result.measurements)
+    with pytest.raises(DataError, match="no longer there"):
+        moments.again("gone", FACULA)
+
+
+@pytest.mark.usefixtures("two_attacks")
+def test_from_drives_to_the_page(drives: Path, tmp_path: Path) -> None:
+    root = tmp_path / "run"
+    asked = Configuration(str(drives), limit=2)
+    assert run_experiments([LOCALISATION], asked, root, workers=0, threads=1).done == 2
+    assert run_experiments([LOCALISATION], asked, root, workers=0, threads=1).kept == 2
+    tables = tmp_path / "tables.md"
+    assert Report(root, markdown=tables).run() == 0
+    page = (root / "report.html").read_text()
+    assert page.count("data:image/webp;base64,") == 4
+    assert 'id="localisation"' in page
+    assert "otherwise than in the run" not in page
+    assert len(list((root / "figures").glob("repair_*.png"))) == 4
+    assert f"| {FACULA} | 2 |" in tables.read_text()
+    assert Report(root, pictures=0).run() == 0
+    assert "data:image/webp" not in (root / "report.html").read_text()
+    report = run_report(RunFolder.open(root))
+    json.dumps(report, allow_nan=False)
+    assert [row["attack"] for row in report["localisation"]["attacks"]] == [FACULA, BOGUS]
+
+
+class Rows:
+    """Results of one attack, by moment."""
+
+    def __init__(self, values: dict[str, dict[str, float | None]]) -> None:
+        self._values = values
+
+    def measurements(self, setting: str) -> list[dict[str, Any]]:
+        return [
+            {"name": name, "scenario": moment, "value": value}
+            for name, found in self._values.items()
+            for moment, value in found.items()
+            if setting == FACULA
+        ]
+
+
+def summed_up(**values: dict[str, float | None]) -> dict[str, Any]:
+    told = localisation_summary(Rows(values), Configuration())  # type: ignore[arg-type]
+    assert told is not None
+    (row,) = told["attacks"]
+    return dict(row)
+
+
+def test_attacks_are_summed_up() -> None:
+    iou = {"a/0": 0.5, "a/1": 0.9, "b/0": 0.1, "b/1": None}
+    row = summed_up(
+        iou=iou,
+        recall=dict.fromkeys(iou),
+        objects={"a/0": 3.0, "a/1": 2.0},
+        found_after={"a/0": 2.0, "a/1": 2.0},
+    )
+    assert row["moments"] == 4
+    assert row["iou"] == pytest.approx(0.5)
+    assert row["lowest"] == {"moment": "b/0", "iou": 0.1}
+    assert row["median"] == {"moment": "a/0", "iou": 0.5}
+    # Of two drives either may be drawn twice.
+    assert row["interval"] == pytest.approx([0.1, 0.7])
+    assert row["recall"] is None
+    assert (row["objects"], row["found_before"], row["found_after"]) == (5, None, 4)
+    assert localisation_summary(Rows({}), Configuration()) is None  # type: ignore[arg-type]
+
+
+def test_moments_of_one_drive_say_nothing_of_others() -> None:
+    assert summed_up(iou={"a/0": 0.5, "a/1": 0.9})["interval"] is None
+    nothing = summed_up(iou={"a/0": None})
+    assert (nothing["iou"], nothing["interval"], nothing["median"]) == (None, None, None)

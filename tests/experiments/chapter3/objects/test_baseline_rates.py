@@ -1,0 +1,62 @@
+"""Rates of the object-level baseline against plain loops over moments and states."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from avsec_gym.experiments.chapter3.objects.baseline_rates import baseline_rates, pairs_of
+from avsec_gym.experiments.chapter3.objects.sensor_detections import IOUS
+from avsec_gym.experiments.chapter3.recordings import SYSTEM
+from avsec_gym.geometry import Floats
+
+PAIRS = list(SYSTEM.pairs())
+
+
+def counts(moments: int, seed: int) -> Floats:
+    random = np.random.default_rng(seed)
+    clean = random.poisson(1.0, (moments, len(PAIRS), len(IOUS), 1, 1))
+    return clean + random.poisson([[0, 1], [1, 2]], (moments, len(PAIRS), len(IOUS), 2, 2))
+
+
+def total(one: Floats, iou: float, pairs: list[tuple[int, int]], attacked: tuple[int, ...]) -> int:
+    column = IOUS.index(iou)
+    return sum(
+        int(one[PAIRS.index((i, k)), column, int(i in attacked), int(k in attacked)])
+        for i, k in pairs
+    )
+
+
+def test_alarms_are_those_of_plain_loops() -> None:
+    fitted, judged = counts(40, 0), counts(30, 1)
+    rows = baseline_rates(fitted, judged, [str(number) for number in range(30)])
+    assert len({(row["scenario"], row["iou"], row["rate"]) for row in rows}) == 2 * 2 * 6
+    scenarios = {
+        "LiDAR and two cameras": ((0, 2, 3), [(0, 2), (0, 3)]),
+        "three cameras": ((1, 2, 3), [(1, 2), (1, 3), (2, 3)]),
+    }
+    for row in rows:
+        triple, pairs = scenarios[row["scenario"]]
+        assert list(pairs_of(triple, SYSTEM)) == pairs
+        iou, rate, most = row["iou"], row["rate"], row["most"]
+        clean = [total(one, iou, pairs, ()) for one in fitted]
+        if rate is None:
+            assert most == 0
+        else:
+            assert sum(one > most for one in clean) <= rate * len(clean)
+            # One mismatch less would raise the alarm too often.
+            assert sum(one > most - 1 for one in clean) > rate * len(clean)
+        shares = {
+            "+".join(f"S{one}" for one in case): np.mean(
+                [total(one, iou, pairs, case) > most for one in judged]
+            )
+            for size in (1, 2, 3)
+            for case in combinations(triple, size)
+        }
+        assert row["cases"] == pytest.approx(shares)
+        assert row["average"] == pytest.approx(np.mean(list(shares.values())))
+        assert row["interval"][0] <= row["average"] <= row["interval"][1]
+        alarms = sum(total(one, iou, pairs, ()) > most for one in judged)
+        assert (row["false_alarms"]["count"], row["false_alarms"]["of"]) == (alarms, 30)
