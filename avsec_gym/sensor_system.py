@@ -6,7 +6,6 @@ the left one, hence the reference, of a stereo pair with each sensor before it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -84,11 +83,19 @@ class SensorSystem:
         """Whether the LiDAR is among some sensors, in ascending order."""
         return self.has_lidar and positions[0] == 0
 
-    def pairs(self) -> Iterator[tuple[int, int]]:
-        """Positions (i, k), i < k: whose disparity maps DM_{i,k} the triples compare."""
-        for k in range(2, len(self)):
-            for i in range(k):
-                yield i, k
+    def pairs_of(self, triple: Triple) -> tuple[tuple[int, int], ...]:
+        """Positions (i, k), i < k, whose disparity maps DM_{i,k} a triple compares.
+
+        Of depth those in its reference alone; of brightness all between two of its cameras.
+        """
+        i, j, k = triple
+        return ((i, k), (j, k)) if self.has_scan(triple) else ((i, j), (i, k), (j, k))
+
+    def pairs(self, reference: int | None = None) -> list[tuple[int, int]]:
+        """`pairs_of` all triples, or of those of one reference, by their references."""
+        triples = [one for one in self.triples if reference in (None, one[2])]
+        found = {pair for triple in triples for pair in self.pairs_of(triple)}
+        return sorted(found, key=lambda pair: pair[::-1])
 
     def check(self, calibration: Calibration) -> None:
         """That the cameras stand as the order says.

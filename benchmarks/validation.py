@@ -97,8 +97,8 @@ def parts(validator: Validator, frame: SensorFrame) -> dict[str, float]:
     whole = isinstance(validator, LikelihoodValidator)
     last = len(system) - 1
     triples = [triple for triple in system.triples if whole or triple[2] == last]
-    pairs = [pair for pair in system.pairs() if whole or pair[1] == last]
-    between = [pair for pair in pairs if pair[0] > 0]
+    pairs = system.pairs() if whole else system.pairs(last)
+    between = [pair for pair in pairs if not system.has_scan(pair)]
     errors = DisparityErrors(DisparityMaps(frame, system, DEPTH))
     maps = errors.maps
     found = {

@@ -8,12 +8,12 @@ _Z95 = 1.959963984540054
 """Normal quantile of a two-sided 95 % interval."""
 
 
-def wilson_interval(successes: int, cases: int, z: float = _Z95) -> tuple[float, float]:
+def wilson_interval(successes: float, cases: float, z: float = _Z95) -> tuple[float, float]:
     """Wilson's score interval of a share (Wilson 1927).
 
     Args:
         successes: Number of successes.
-        cases: Number of cases.
+        cases: Number of cases; of cases that are alike, as many as they count for.
         z: Normal quantile; the default gives 95 %.
 
     Returns:

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from avsec_gym.experiments.chapter3.thesis import IDENTIFICATION
-from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.report.page_table import number
 from avsec_gym.report.plots import Frame, Point, Scale, band, drawing, marker, polyline, text
 from avsec_gym.report.tables_of_validation import CRITERIA, METHODS
@@ -125,18 +124,16 @@ def _reference_figure(rows: Sequence[Row]) -> Figure:
     return Figure(title, panels, legend, columns=5)
 
 
-def _reliability_figure(rows: Iterable[Sequence[float] | None]) -> Figure:
+def _reliability_figure(rows: Iterable[Row]) -> Figure:
     frame = _frame(100.0, 100.0)
     parts = _axes(frame, "of what was said so", "P(attacked) that was said, %")
     parts.append(polyline([frame.at((0, 0)), frame.at((100, 100))], "thin of-soft"))
     for row in rows:
-        if row is None:
-            continue
-        said, was, count = 100 * row[0], 100 * row[1], int(row[2])
-        low, high = (100 * bound for bound in wilson_interval(round(row[1] * count), count))
+        said, was = 100 * row["said"], 100 * row["was"]
+        low, high = (100 * bound for bound in row["interval"])
         hint = (
-            f"said {number(said)} %, so in {number(was)} %"
-            f" [{number(low)}, {number(high)}] ({count:,} sensors)"
+            f"said {number(said)} %, so in {number(was)} % [{number(low)}, {number(high)}];"
+            f" {number(100 * row['sensors'], digits=2)} % of all sensors"
         )
         parts.append(polyline([frame.at((said, low)), frame.at((said, high))], f"thin {_ATTACKED}"))
         parts.append(marker(frame.at((said, was)), "circle", f"small {_ATTACKED}", hint))
@@ -144,8 +141,10 @@ def _reliability_figure(rows: Iterable[Sequence[float] | None]) -> Figure:
     return Figure(
         "Do probabilities keep what they promise? Share of sensors that were attacked, %",
         [drawing(_WIDTH, _HEIGHT, parts, label)],
-        note="By maximum likelihood, in tenths of P(attacked); on the line, it is as was said. "
-        "Whiskers: 95 % intervals, Wilson's, as if sensors were independent.",
+        note="By maximum likelihood, in tenths of P(attacked), with every state as often as the"
+        " prior expects it; on the line, it is as was said. Whiskers: 95 % intervals, Wilson's, as"
+        " if drives were independent; where few clean moments carry most of the weight, they are"
+        " wide.",
     )
 
 

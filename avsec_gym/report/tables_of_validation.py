@@ -259,7 +259,8 @@ def _honesty_table(told: Mapping[str, Any]) -> Table:
         " Verdicts on all four sensors, attacked ones and sound ones, in every state of so many"
         " attacked; all four right, and alarms: of moments. Brier score of P(attacked), with states"
         f" as often as the prior expects them: {number(told['brier'], digits=4)}; always one half"
-        f" would be 0.25. {_PRIOR}"
+        f" would be 0.25. What is said and what is so differ by"
+        f" {number(100 * told['calibration_error'], digits=2)} % on average. {_PRIOR}"
         f" {INTERVALS}",
     )
 

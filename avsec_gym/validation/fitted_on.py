@@ -16,7 +16,7 @@ from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.sensor_system import SensorSystem
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 
-FORMAT = 4
+FORMAT = 5
 """Raised when what is measured changes, or how it is weighed: thresholds and likelihoods of before
 hold no more."""
 _SAME_SCALE = 0.05

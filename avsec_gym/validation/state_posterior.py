@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
@@ -152,34 +152,55 @@ def attack_prior(
     return np.asarray(prior / prior.sum())
 
 
-def brier_score(posterior: StatePosterior, states: States) -> float:
+def brier_score(posterior: StatePosterior, states: States, weights: Floats | None = None) -> float:
     """Mean squared distance between each sensor's probability and what it was (Brier 1950).
 
     Args:
         posterior: Of N moments.
         states: The truth, shape (N, n + 1).
+        weights: How much each moment counts, shape (N,); None: as much as any other.
 
     Returns:
         0 for certainty that is right, 0.25 for one half everywhere, 1 for certainty that is wrong.
     """
-    return float(((posterior.sensors - states) ** 2).mean())
+    distances = ((posterior.sensors - states) ** 2).mean(axis=1)
+    return float(np.average(distances, weights=weights))
 
 
-def reliability(posterior: StatePosterior, states: States, bins: int = 10) -> Floats:
+def reliability(
+    posterior: StatePosterior,
+    states: States,
+    weights: Floats | None = None,
+    groups: ArrayLike | None = None,
+    bins: int = 10,
+) -> Floats:
     """Of what was said with some probability, how much was so.
 
     Args:
         posterior: Of N moments.
         states: The truth, shape (N, n + 1).
+        weights: How much each moment counts, shape (N,); None: as much as any other.
+        groups: Moments of one group are alike, such as those of a drive, shape (N,); None: none
+            are.
         bins: Of equal width from 0 to 1.
 
     Returns:
-        For each bin the mean probability, the share that was attacked, and how many sensors there
-        were, shape (bins, 3); NaN in an empty one.
+        For each bin the mean probability, the share that was attacked, the weight of the sensors of
+        which it was said, and as how many independent groups they count (Kish 1965), shape
+        (bins, 4); NaN in an empty one.
     """
-    said, was = posterior.sensors.ravel(), states.ravel()
+    said, was = posterior.sensors, np.asarray(states, float)
+    weight = np.broadcast_to(np.ones(len(was)) if weights is None else weights, len(was))
+    alike = np.arange(len(was)) if groups is None else np.unique(groups, return_inverse=True)[1]
     which = np.minimum((said * bins).astype(int), bins - 1)
-    count = np.bincount(which, minlength=bins).astype(float)
+    table = np.zeros((bins, alike.max(initial=0) + 1))
+    of_each = np.broadcast_to(weight[:, None], said.shape)
+    np.add.at(table, (which, alike[:, None]), of_each)
+    total = table.sum(axis=1)
     with np.errstate(invalid="ignore"):
-        mean, share = (np.bincount(which, value, bins) / count for value in (said, was))
-    return np.stack([mean, share, count], axis=1)
+        mean, share = (
+            np.bincount(which.ravel(), (of_each * value).ravel(), bins) / total
+            for value in (said, was)
+        )
+        independent = total**2 / (table**2).sum(axis=1)
+    return np.stack([mean, share, total, independent], axis=1)

@@ -13,7 +13,7 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import SensorSystem, Triple
 from avsec_gym.validation.detection import detect_attack
 from avsec_gym.validation.evidence.disparity_error import MEASURES, DisparityErrors
-from avsec_gym.validation.evidence.disparity_maps import DisparityMaps, Pair
+from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.identification import identify_attacked_sensors
 from avsec_gym.validation.state_posterior import Verdict
@@ -92,12 +92,12 @@ class ThresholdValidator:
 
         def exceeded(triple: Triple) -> bool:
             # Whoever asks for one triple of a reference asks for all of them.
-            errors.maps.find(_maps_of(triple[2]))
+            errors.maps.find(self.system.pairs(triple[2]))
             return self._chosen[triple].exceeded(errors[triple])
 
         sensors = self.system.sensors
         if len(sensors) == 3:
-            errors.maps.find(_maps_of(2))
+            errors.maps.find(self.system.pairs(2))
             alarm = detect_attack(errors, self._chosen)
             said = Verdict.CANNOT_TELL if alarm else Verdict.SOUND
             return Validation(alarm, dict.fromkeys(sensors, said), errors, thresholds=self._chosen)
@@ -107,7 +107,3 @@ class ThresholdValidator:
         verdicts |= {sensors[one]: Verdict.ATTACKED for one in found.attacked}
         alarm = bool(found.attacked or found.doubtful)
         return Validation(alarm, verdicts, errors, thresholds=self._chosen)
-
-
-def _maps_of(reference: int) -> list[Pair]:
-    return [(i, reference) for i in range(reference)]

@@ -127,9 +127,7 @@ def test_a_page_says_what_sensors_notice(
     assert "The thesis, r = 1 %: 97.60" in box
     assert "of 24 drives" in page
     # Of what was said with some probability, how much was so.
-    assert page.count('data-hint="said ') == sum(
-        row is not None for row in summary["honesty"]["reliability"]
-    )
+    assert page.count('data-hint="said ') == len(summary["honesty"]["reliability"])
     text = markdown_page(report)
     told = {(row["kind"], *row["attacked"]): row for row in summary["knowing"]}
     assert len(told) == sum(len(kind.attacked) for kind in KINDS.values())

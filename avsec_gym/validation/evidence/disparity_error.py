@@ -39,8 +39,8 @@ class DisparityError:
         pixels: That could be known in both: those of the scan, of two dense maps all.
         densest: Of a scan the share of `disproved_points` in that window of `WINDOW` which has
             most; 0 of two dense maps, whose contradictions have no judge.
-        brightness: `Brightness.patches` of that pair of the triple's cameras, the reference among
-            them, which has more.
+        brightness: `Brightness.patches` of that pair of the triple's cameras which has most: the
+            reference does not see all that two others do.
     """
 
     inconsistent: int
@@ -146,10 +146,11 @@ class DisparityErrors(Mapping[Triple, DisparityError]):
         maps, sensors = self.maps, self.maps.system.sensors
         sparse = maps.system.has_scan(triple)
         error = disparity_error(maps[i, k], maps[j, k], sparse=sparse)
-        brightness = maps.brightness((j, k)).patches
+        seen = [one for one in maps.system.pairs_of(triple) if not maps.system.has_scan(one)]
+        error = replace(error, brightness=max(maps.brightness(one).patches for one in seen))
         if not sparse:
-            return replace(error, brightness=max(brightness, maps.brightness((i, k)).patches))
+            return error
         reference, other = (maps.frame.image(int(sensors[one])) for one in (k, j))
         eye = lidar_eye(maps.frame.calibration, int(sensors[k]), maps[j, k].focal_times_baseline)
         disproved = disproved_points(maps[i, k], maps[j, k], reference, other, eye)
-        return replace(error, brightness=brightness, densest=densest_share(disproved))
+        return replace(error, densest=densest_share(disproved))

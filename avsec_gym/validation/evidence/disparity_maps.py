@@ -103,12 +103,8 @@ class DisparityMaps:
                 list(pool.map(self.view, missing))
 
     def _checked(self, pair: Pair) -> Pair:
-        i, k = pair
-        last = len(self.system) - 1
-        if not 0 <= i < k <= last or k < 2:
-            raise ConfigurationError(
-                f"a disparity map belongs to positions i < k with k from 2 to {last}, got {pair}"
-            )
+        if pair not in (known := self.system.pairs()):
+            raise ConfigurationError(f"the disparity maps are those of {known}, got {pair}")
         return pair
 
     def _work(self, pair: Pair) -> float:

@@ -11,7 +11,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.validation.evidence.disparity_error import DisparityErrors
 
-EVIDENCE_FORMAT = 3
+EVIDENCE_FORMAT = 4
 """Raised when something is measured otherwise; elements may go, and the others still hold."""
 Scope = tuple[int, ...]
 """Positions of the sensors that one element of the evidence depends on."""

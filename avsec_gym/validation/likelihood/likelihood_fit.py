@@ -24,7 +24,12 @@ from avsec_gym.validation.likelihood.maximum_likelihood import (
     element_patterns,
 )
 from avsec_gym.validation.likelihood.normal_scores import fit_normal_scores
-from avsec_gym.validation.state_posterior import States, state_indices, state_vectors
+from avsec_gym.validation.state_posterior import (
+    States,
+    attack_prior,
+    state_indices,
+    state_vectors,
+)
 
 FOLDS = 5
 """A fit holds out one of so many parts at a time, and needs as many drives."""
@@ -109,8 +114,9 @@ def fit_likelihood(on: FittedOn, samples: LikelihoodSamples) -> LikelihoodModel:
     """Fit how evidence looks; then weights and false alarms, on drives that were held out.
 
     Each fifth of the drives is judged by what was fitted on the others.  Weights are those that
-    make the true states of held-out samples most probable.  Sizes and seeds of the attacks should
-    not be those that are to be judged.
+    make the true states of held-out samples most probable, each state as often as `attack_prior`
+    expects it, so that probabilities are honest.  Sizes and seeds of the attacks should not be
+    those that are to be judged.
 
     Args:
         on: The sensors, the depth and the data.
@@ -221,12 +227,14 @@ def _weights(
     Args:
         parts: Models, and the samples that each has not seen.
         evidence: Of all samples.
-        truth: Indices of their states; how often they occur is the prior here.
+        truth: Indices of their states, which count as often as `attack_prior` expects them.
     """
     model = parts[0][0]
     states = state_vectors(model.sensors)
+    shown = np.bincount(truth, minlength=len(states)) / len(truth)
+    expected = np.where(shown > 0, attack_prior(model.sensors), 0.0)
     with np.errstate(divide="ignore"):
-        prior = np.log(np.bincount(truth, minlength=len(states)) / len(truth))
+        prior = np.log(expected / expected.sum())
     few = max(1, _MOST_TERMS // (len(states) * len(model.weights)))
     chosen = np.sort(np.random.default_rng(0).permutation(len(truth))[:few])
     terms = np.empty((len(chosen), len(states), len(model.weights) + 1))
@@ -235,16 +243,17 @@ def _weights(
         terms[own, :, :-1] = judge.terms(evidence[chosen[own]])
     terms[..., -1] = states.sum(axis=1)
     true = terms[np.arange(len(chosen)), truth[chosen]]
+    counts = np.exp(prior[truth[chosen]]) / shown[truth[chosen]]
     usual = np.r_[np.full(len(model.weights), _USUAL_WEIGHT), 0.0]
 
     def surprise(weights: Floats) -> tuple[float, Floats]:
         weighed = terms @ weights + prior
         missed = special.logsumexp(weighed, axis=1) - true @ weights - prior[truth[chosen]]
-        expected = np.einsum("ns,nsk->k", special.softmax(weighed, axis=1), terms)
+        believed = np.einsum("ns,nsk->nk", special.softmax(weighed, axis=1), terms)
         away = weights - usual
         return (
-            float(missed.sum() + 0.5 * away @ away) / len(chosen),
-            (expected - true.sum(axis=0) + away) / len(chosen),
+            float(counts @ missed + 0.5 * away @ away) / len(chosen),
+            (counts @ (believed - true) + away) / len(chosen),
         )
 
     bounds = [_WEIGHTS] * len(model.weights) + [_OFFSETS]

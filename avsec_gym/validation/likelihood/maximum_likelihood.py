@@ -127,7 +127,8 @@ class LikelihoodModel:
 
         Args:
             evidence: Of N moments, shape (N, M); see `gather_evidence`.
-            prior: P(**s**), shape (2^(n+1),); None: `attack_prior`.
+            prior: P(**s**), shape (2^(n+1),); None: `attack_prior`, which the weights are learned
+                for.
 
         Raises:
             ConfigurationError: Evidence or prior of another shape, or a prior that is none.

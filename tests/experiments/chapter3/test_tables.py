@@ -33,7 +33,7 @@ from avsec_gym.validation.evidence.evidence import evidence_elements
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.identification import identify_attacked_sensors
 from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
-from avsec_gym.validation.state_posterior import Verdict, state_vectors
+from avsec_gym.validation.state_posterior import Verdict, attack_prior, state_vectors
 from avsec_gym.validation.thresholds import ThresholdTable
 
 ELEMENTS = evidence_elements(KITTI_SYSTEM)
@@ -133,9 +133,17 @@ def test_honesty_is_of_what_a_user_is_told() -> None:
     # Not to know is neither right nor wrong.
     assert any(row["cannot_tell"]["count"] for row in told["verdicts"].values())
     assert told["brier"] < 0.1
-    said, was, sensors = np.array([row for row in told["reliability"] if row is not None]).T
-    assert sensors.sum() == 64 * 40 * 4
-    assert (said * sensors).sum() == pytest.approx((was * sensors).sum(), rel=0.2)
+    said, was, sensors = (
+        np.array([row[one] for row in told["reliability"]]) for one in ("said", "was", "sensors")
+    )
+    assert sensors.sum() == pytest.approx(1.0)
+    # As often as the prior expects sensors to be attacked.
+    attacked = attack_prior(4) @ STATES.mean(axis=1)
+    assert (was * sensors).sum() == pytest.approx(attacked)
+    assert (said * sensors).sum() == pytest.approx(attacked, rel=0.2)
+    assert told["calibration_error"] == pytest.approx((np.abs(said - was) * sensors).sum())
+    for row in told["reliability"]:
+        assert row["interval"][0] <= row["was"] <= row["interval"][1]
 
 
 def test_attacks_beyond_are_judged_sensor_by_sensor() -> None:

@@ -81,7 +81,7 @@ def test_brightness_is_found_with_the_maps_the_longest_work_first(
     with pytest.raises(ConfigurationError, match="LiDAR sees no brightness"):
         maps.brightness((0, 3))
     for pair in ((3, 2), (1, 4), (1, 0)):
-        with pytest.raises(ConfigurationError, match="positions"):
+        with pytest.raises(ConfigurationError, match="are those of"):
             maps.find([(2, 3), pair])
 
 
@@ -153,7 +153,7 @@ def test_a_pair_with_one_grey_camera_is_matched_without_colours(wall: SensorFram
 def test_a_map_that_cannot_be(wall: SensorFrame) -> None:
     maps = DisparityMaps(wall, SYSTEM)
     for pair in ((0, 1), (3, 2), (2, 2), (0, 4), (-1, 2)):
-        with pytest.raises(ConfigurationError, match="positions"):
+        with pytest.raises(ConfigurationError, match="are those of"):
             maps[pair]
     blind = SensorFrame(wall.id, wall.calibration, {0: wall.image(0), 1: wall.image(1)})
     for pair in ((0, 3), (1, 3)):

@@ -45,13 +45,13 @@ def test_every_state_is_that_of_a_frame_attacked_as_a_whole(
     )
     moment = StateEvidence(clean, tampered, SYSTEM)
     np.testing.assert_array_equal(moment.evidence(states), expected)
-    assert len(matched) == 4 * len(list(SYSTEM.pairs()))
+    assert len(matched) == 4 * len(SYSTEM.pairs())
     assert moment.errors(states[5])[0, 1, 2].error == expected[5][0]
-    assert len(matched) == 4 * len(list(SYSTEM.pairs()))
+    assert len(matched) == 4 * len(SYSTEM.pairs())
     # Attacked otherwise, the sound sensors are not matched again.
     otherwise = moment.otherwise({LIDAR: tampered[LIDAR]})
     np.testing.assert_array_equal(otherwise.evidence(states[:2]), expected[:2])
-    assert len(matched) == 4 * len(list(SYSTEM.pairs())) + 2
+    assert len(matched) == 4 * len(SYSTEM.pairs()) + 2
 
 
 def test_a_sensor_without_attack_cannot_be_attacked(

@@ -250,14 +250,17 @@ def test_it_tells_more_than_algorithm_2(judged: tuple[LikelihoodModel, Any, Any]
 
 def test_its_probabilities_are_honest(judged: tuple[LikelihoodModel, Any, Any]) -> None:
     model, _, others = judged
-    posterior = model.posterior(others.evidence, np.ones(16))
-    mean, share, count = reliability(posterior, others.states).T
-    # Three standard errors of some hundred.
-    assert (np.abs(mean - share)[count > 80] < 0.15).all()
-    assert brier_score(posterior, others.states) < 0.05
+    posterior = model.posterior(others.evidence)
+    # As often as is expected of each state.
+    truth = state_indices(others.states)
+    weights = attack_prior(4)[truth] / np.bincount(truth)[truth]
+    mean, share, sensors, independent = reliability(posterior, others.states, weights).T
+    assert (np.abs(mean - share) < 3 * np.sqrt(mean * (1 - mean) / independent) + 0.01).all()
+    assert np.average(np.abs(mean - share), weights=sensors) < 0.01
+    assert brier_score(posterior, others.states, weights) < 0.02
     certain = posterior.probabilities.max(axis=1)
-    exact = posterior.probabilities.argmax(axis=1) == state_indices(others.states)
-    assert certain.mean() == pytest.approx(exact.mean(), abs=0.05)
+    exact = posterior.probabilities.argmax(axis=1) == truth
+    assert certain @ weights == pytest.approx(exact @ weights, abs=0.03)
 
 
 def test_the_false_alarm_rate_is_that_of_moments_held_out(
@@ -397,4 +400,11 @@ def test_brier_and_reliability_by_hand() -> None:
     truth = np.array([[1, 1, 0, 0], [0, 0, 0, 0]], bool)
     assert brier_score(posterior, truth) == pytest.approx(0.25)
     table = reliability(posterior, truth, bins=2)
-    np.testing.assert_allclose(table, [[0, 0, 4], [1, 0.5, 4]])
+    np.testing.assert_allclose(table, [[0, 0, 4, 2], [1, 0.5, 4, 2]])
+    # The second moment counts three times.
+    assert brier_score(posterior, truth, np.array([1, 3])) == pytest.approx(0.375)
+    weighed = reliability(posterior, truth, np.array([1, 3]), bins=2)
+    np.testing.assert_allclose(weighed, [[0, 0, 8, 64 / 40], [1, 0.25, 8, 64 / 40]])
+    # Both of one drive: they are one.
+    alike = reliability(posterior, truth, groups=["a", "a"], bins=2)
+    np.testing.assert_allclose(alike[:, 3], 1)

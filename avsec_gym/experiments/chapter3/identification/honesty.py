@@ -8,6 +8,7 @@ import numpy as np
 
 from avsec_gym.experiments.chapter3.identification.evidence_table import EvidenceTable
 from avsec_gym.experiments.chapter3.shares import share_of
+from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
 from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 from avsec_gym.validation.state_posterior import (
@@ -17,9 +18,6 @@ from avsec_gym.validation.state_posterior import (
     reliability,
     state_vectors,
 )
-
-_DRAWS = 64
-"""Of each moment, whose states are drawn as often as the prior expects them."""
 
 
 def honesty(model: LikelihoodModel, judged: EvidenceTable) -> dict[str, Any]:
@@ -32,9 +30,11 @@ def honesty(model: LikelihoodModel, judged: EvidenceTable) -> dict[str, Any]:
     Returns:
         ``rate``, ``certainty``; ``verdicts``: for each number of attacked sensors, by its text, the
         shares of the verdicts on all sensors that are ``right``, ``wrong`` and ``cannot_tell``,
-        and of the moments in which ``all_right`` are, and with ``alarms``; ``brier`` and
-        ``reliability`` (rows of `reliability`, None where nothing was said) of the probabilities,
-        over states drawn from the prior.
+        and of the moments in which ``all_right`` are, and with ``alarms``.  Of the probabilities,
+        with every state as often as the prior expects it: ``brier``; ``reliability``, for each
+        tenth that was said what was ``said`` on average, the share that ``was`` so with its
+        ``interval``, as if drives were independent, and which share of the ``sensors`` it was said
+        of; ``calibration_error``, how far both are from each other on average (Naeini 2015).
     """
     states, drives = state_vectors(model.sensors), judged.drives
     moments = len(judged)
@@ -54,16 +54,26 @@ def honesty(model: LikelihoodModel, judged: EvidenceTable) -> dict[str, Any]:
             "all_right": share_of(right[:, chosen].all(axis=2), drives),
             "alarms": share_of(alarms[:, chosen], drives),
         }
-    prior = attack_prior(model.sensors)
-    drawn = np.random.default_rng(0).choice(len(states), (_DRAWS, moments), p=prior)
-    posterior = model.posterior(judged.shares[np.arange(moments), drawn].reshape(drawn.size, -1))
-    truth = states[drawn.ravel()]
+    # Every state of every moment, each as often as the prior expects it.
+    posterior = model.posterior(judged.shares.reshape(moments * len(states), -1))
+    truth = np.tile(states, (moments, 1))
+    weights = np.tile(attack_prior(model.sensors), moments)
+    rows = reliability(posterior, truth, weights, np.repeat(drives, len(states)))
+    said_something = rows[np.isfinite(rows).all(axis=1)]
+    off = np.abs(said_something[:, 0] - said_something[:, 1])
     return {
         "rate": rate,
         "certainty": certainty,
         "verdicts": verdicts,
-        "brier": brier_score(posterior, truth),
+        "brier": brier_score(posterior, truth, weights),
+        "calibration_error": float(np.average(off, weights=said_something[:, 2])),
         "reliability": [
-            None if np.isnan(row).any() else row.tolist() for row in reliability(posterior, truth)
+            {
+                "said": mean,
+                "was": share,
+                "interval": list(wilson_interval(share * independent, independent)),
+                "sensors": weight / np.nansum(rows[:, 2]),
+            }
+            for mean, share, weight, independent in said_something.tolist()
         ],
     }

@@ -96,7 +96,7 @@ def pairs_of(triple: Triple, system: SensorSystem) -> tuple[Pair, ...]:
 
 def _of_states(mismatches: Floats, triple: Triple, system: SensorSystem) -> Floats:
     """All mismatches of a triple in every state, shape (N, states)."""
-    columns = list(system.pairs())
+    columns = system.pairs()
     states = state_vectors(len(system)).astype(int)
     chosen = [(columns.index(pair), *states[:, list(pair)].T) for pair in pairs_of(triple, system)]
     return np.sum([mismatches[:, column, i, k] for column, i, k in chosen], axis=0)
@@ -112,7 +112,7 @@ def _mismatches(results: Results, part: str) -> tuple[Floats, list[str]]:
 
     NaN for states that lack.
     """
-    pairs = list(SYSTEM.pairs())
+    pairs = SYSTEM.pairs()
     shape = (len(pairs), len(IOUS), 2, 2)
     found: dict[str, NDArray[np.float64]] = {}
     for row, pair in enumerate(pairs):
