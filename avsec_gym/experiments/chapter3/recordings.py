@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from avsec_gym.errors import ConfigurationError
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.experiment import Cell, Configuration
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
 from avsec_gym.rig import camera_rig
@@ -72,7 +73,10 @@ def _counts_there(kind: str, at_least: int) -> Iterator[int]:
     """How many moments the complete sets of a kind have, of those in the cache."""
     suites, fingerprint = cache_folder() / "suites", world_fingerprint()
     for root in suites.glob(f"{kind.format('*')}-{fingerprint}"):
-        manifest = read_manifest(root)
+        # What is wrong with a set is said when it is asked for by its own name.
+        manifest = None
+        with suppress(DataError):
+            manifest = read_manifest(root)
         if manifest is not None and manifest["complete"]:
             count = int(root.name.split("-")[3])
             if count >= at_least:

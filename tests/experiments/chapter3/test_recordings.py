@@ -65,6 +65,9 @@ def test_a_larger_set_that_is_there_serves(asked: dict[str, Any], tmp_path: Path
     there(100, JUDGED)
     there(50, JUDGED)
     there(30, JUDGED, is_complete=False)
+    there(40, JUDGED)
+    (damaged,) = tmp_path.glob("suites/chapter_3-judged-3-40-1-*/*.json")
+    damaged.write_text("{")
     for count in (24, 200):
         procedural_drives(count, 3, JUDGED)
     procedural_drives(24, 4, JUDGED)
