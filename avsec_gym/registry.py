@@ -66,6 +66,10 @@ _BUILT_IN = {
         "avsec_gym.perception.detectors.yolo.detector:YoloDetector",
         {"weights": "shipped"},
     ),
+    (Kind.DETECTOR, "single_image"): (
+        "avsec_gym.perception.detectors.single_image:SingleImage",
+        {},
+    ),
     (Kind.DETECTOR, "oracle"): ("avsec_gym.perception.detectors.recorded:Oracle", {}),
     (Kind.DETECTOR, "replayed"): ("avsec_gym.perception.detectors.recorded:Replayed", {}),
     (Kind.CLASSIFIER, "small"): (

@@ -1,15 +1,17 @@
 #!/bin/sh
 # Makes docs/results/detectors.md with its numbers and pictures, from the weights in the package.
 # Environment: PYTHON; HELD_OUT, where the frames lie on which the detectors are judged (made if they
-# are not there); KITTI (object root; stereo2012 and stereo2015 beside it are used too) for real
-# frames; RUNS, where `avsec train` left the folders dsgn, stereo_rcnn and psmnet, and dsgn_2, ... of
-# trainings that went on with them, for the curves (those of other networks stay as they are); CLASSIFIERS, the folders of held-out moments of
-# docs/classifiers.md; SCENARIOS, the authors' labelled scenarios; PARITY (outputs of the original
-# networks).
+# are not there); SCANS, the same with scans, for the detectors of one sensor; KITTI (object root;
+# stereo2012 and stereo2015 beside it are used too) for real frames; RUNS, where `avsec train` left the
+# folders dsgn, stereo_rcnn, psmnet, pixor, pointrcnn, faster_rcnn and yolo, and dsgn_2, ... of trainings
+# that went on with them, for the curves (those of other networks stay as they are); CLASSIFIERS, the
+# folders of held-out moments of docs/classifiers.md; SCENARIOS, the authors' labelled scenarios; PARITY
+# (outputs of the original networks).
 set -eu
 cd "$(dirname "$0")/.."
 PYTHON=${PYTHON:-python}
 HELD_OUT=${HELD_OUT:-runs/held_out}
+SCANS=${SCANS:-runs/lidar/held_out}
 RUNS=${RUNS:-runs}
 "$PYTHON" -m avsec_gym world verify "$HELD_OUT" > /dev/null 2>&1 || "$PYTHON" -m avsec_gym \
     world make --suite mixed --frames 240 --seed 2 --no-lidar --out "$HELD_OUT"
@@ -20,8 +22,12 @@ RUNS=${RUNS:-runs}
 [ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.perception.real_frames --kitti "$KITTI" \
     --precision docs/results/detectors.json --figure docs/images/real_frames.png \
     --json docs/results/real_frames.json
+"$PYTHON" -m avsec_gym world verify "$SCANS" > /dev/null 2>&1 || "$PYTHON" -m avsec_gym \
+    world make --suite mixed --frames 200 --seed 2 --out "$SCANS"
+"$PYTHON" -m avsec_gym.experiments.perception.single_sensor_precision --kitti "$SCANS" \
+    --json docs/results/single_sensor_detectors.json
 set --
-for name in dsgn stereo_rcnn psmnet; do
+for name in dsgn stereo_rcnn psmnet pixor pointrcnn faster_rcnn yolo; do
     folders=
     for folder in "$RUNS/$name" "$RUNS/${name}_2"; do
         [ ! -f "$folder/curves.jsonl" ] || folders="$folders${folders:+,}$folder"

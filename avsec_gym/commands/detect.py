@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from avsec_gym.commands import console
 from avsec_gym.commands.named_part import named_part
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.registry import Kind, names
 
 _REMARKS = 10
 """So many frames left out are told one by one."""
@@ -23,7 +25,10 @@ class Detect:
     kitti: Path
     """A folder in KITTI's object layout, such as `avsec world make` writes."""
     detector: str
-    """Its name, such as dsgn; or JSON with arguments, '{"name": "dsgn", "weights": "my.st"}'."""
+    """Its name, such as dsgn; or JSON with arguments, '{"name": "dsgn", "weights": "my.st"}'.
+
+    Also of single images: faster_rcnn, yolo.
+    """
     out: Path
     """Folder of the results: new, empty, or with results of the same detector on the same data."""
     split: str | None = None
@@ -32,6 +37,8 @@ class Detect:
     """Frames, such as 000107 000274."""
     limit: int | None = None
     """Only the first frames."""
+    camera: int | None = None
+    """Whose image a detector of single images looks at.  Default: 2."""
     workers: int = 1
     """Processes; each loads its own detector."""
     json: bool = False
@@ -48,6 +55,7 @@ class Detect:
                 raise ConfigurationError(f"--{name} is 1 or more, got {value}")
         if self.ids and self.split is not None:
             raise ConfigurationError("--ids and --split exclude each other")
+        detector = self._asked()
         data = KittiObject(self.kitti)
         having = () if self.split else ("calib",)
         ids = list(dict.fromkeys(self.ids)) or data.ids(self.split, having=having)
@@ -57,7 +65,7 @@ class Detect:
             outcome = write_result_folder(
                 self.kitti,
                 ids[: self.limit],
-                named_part(self.detector),
+                detector,
                 self.out,
                 workers=self.workers,
                 on_progress=shown,
@@ -81,3 +89,22 @@ class Detect:
                 f" {len(outcome.skipped)} left out"
             )
         return console.DONE_IN_PART if outcome.skipped else console.DONE
+
+    def _asked(self) -> Any:
+        """What the registry takes.
+
+        Raises:
+            ConfigurationError: The JSON is none, or a camera is given to a detector of all images.
+        """
+        what = named_part(self.detector)
+        if (what.get("name") if isinstance(what, dict) else what) in names(Kind.IMAGE_DETECTOR):
+            return {
+                "name": "single_image",
+                "detector": what,
+                "camera": 2 if self.camera is None else self.camera,
+            }
+        if self.camera is not None:
+            raise ConfigurationError(
+                f"--camera is for {', '.join(names(Kind.IMAGE_DETECTOR))}, not {self.detector}"
+            )
+        return what

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from avsec_gym import registry
@@ -14,6 +15,7 @@ from avsec_gym.cli import run
 from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti import read_detections, write_calibration, write_labels
+from avsec_gym.perception.detectors.image_detector import image_boxes
 from avsec_gym.registry import Kind
 from avsec_gym.rig import kitti_rig
 
@@ -144,3 +146,43 @@ def test_what_cannot_work_is_refused(
     assert "too dark" in capsys.readouterr().err
     assert ends(*usual, "--detector", "sleepy", "--ids", "000099") == BAD_DATA
     assert not files(tmp_path / "results")
+
+
+class Peephole:
+    """Sees a car at the left edge of image 2, and at the right edge of others."""
+
+    name = "peephole"
+
+    def detect(self, frame: SensorFrame, camera: int = 2) -> Boxes3D:
+        left = 0.0 if camera == 2 else 1000.0
+        return image_boxes(np.array([[left, 100, left + 90, 180]]), np.array([0.7]), ["Car"])
+
+
+@pytest.mark.parametrize(
+    ("camera", "left"), [((), 0.0), (("--camera", 2), 0.0), (("--camera", 3), 1000.0)]
+)
+@pytest.mark.parametrize("asked", ["peephole", '{"name": "peephole"}'])
+def test_a_detector_of_single_images_looks_at_one_camera(
+    kitti: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    asked: str,
+    camera: tuple[Any, ...],
+    left: float,
+) -> None:
+    monkeypatch.setitem(registry._REGISTERED, (Kind.IMAGE_DETECTOR, "peephole"), Peephole)
+    out = tmp_path / "results"
+    assert ends("--kitti", kitti, "--detector", asked, "--out", out, *camera) == DONE
+    for id in IDS:
+        found = read_detections(out / f"{id}.txt")
+        assert found.box2d is not None
+        assert found.box2d[0, 0] == left
+
+
+def test_a_camera_is_for_detectors_of_single_images(
+    kitti: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for asked in ("sleepy", '{"name": "sleepy"}'):
+        arguments = ("--kitti", kitti, "--detector", asked, "--out", tmp_path, "--camera", 3)
+        assert ends(*arguments) == BAD_USAGE
+        assert "--camera is for faster_rcnn, yolo" in capsys.readouterr().err

@@ -8,33 +8,23 @@ one's own. A run that was stopped goes on: what was detected is kept in ``--out`
 from __future__ import annotations
 
 import argparse
-import hashlib
-import statistics
 import sys
-import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-import avsec_gym.perception
-from avsec_gym.boxes import Boxes3D
-from avsec_gym.commands.console import progress
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.answer import answer
-from avsec_gym.experiments.perception.detection_errors import CATEGORY
 from avsec_gym.experiments.perception.detector_figures import draw_examples, draw_precision
 from avsec_gym.experiments.perception.detector_scores import detector_scores
+from avsec_gym.experiments.perception.kept_detections import (
+    described,
+    detected,
+    seconds_a_frame,
+)
 from avsec_gym.experiments.perception.weights_facts import weights_facts
 from avsec_gym.kitti.dataset import KittiObject
-from avsec_gym.kitti.detections import DetectionFolder
-from avsec_gym.kitti.labels import DONT_CARE
-from avsec_gym.metrics.average_precision_frames import COUNTED, LEVELS, label_status, pooled
-from avsec_gym.perception.detectors import make_detector
-from avsec_gym.perception.result_folder import write_result_folder
 from avsec_gym.perception.weights.given import shipped_weights
-from avsec_gym.world.export.manifest import MANIFEST, read_manifest
 
 BARS = {"dsgn": 53.0, "stereo_rcnn": 38.0}
 """AP11 of cars in space, moderate, IoU 0.7, that the small networks are to reach here."""
@@ -66,13 +56,14 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     found, result = {}, {}
     for asked in map(named, options.detectors):
         name = asked["name"]
-        found[name] = detected(asked, data, ids, options.out, options.workers)
+        weights = _weights(asked)
+        found[name] = detected(asked, weights, data, ids, options.out, options.workers)
         result[name] = {
-            "weights": weights_facts(_weights(asked)),
+            "weights": weights_facts(weights),
             "bar": BARS.get(name),
             "thesis": THESIS.get(name),
             **detector_scores(truth, found[name], options.resamples, options.seed),
-            "seconds": _seconds(asked, data, ids[: options.timed]),
+            "seconds": seconds_a_frame(asked, data, ids[: options.timed]),
         }
     examples = None
     if options.figures is not None:
@@ -80,7 +71,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         points = {name: one["working_point"] for name, one in result.items()}
         examples = draw_examples(data, ids, truth, found, points, options.figures)
     return {
-        "data": _described(data, truth),
+        "data": described(data, truth),
         "resamples": options.resamples,
         "detectors": result,
         "examples": examples,
@@ -98,83 +89,11 @@ def named(text: str) -> dict[str, str]:
     return {"name": name} | ({"weights": weights} if weights else {})
 
 
-def detected(
-    asked: dict[str, str], data: KittiObject, ids: Sequence[str], out: Path, workers: int = 1
-) -> list[Boxes3D]:
-    """What a detector finds in frames; kept in a folder of `out`, from which a run goes on.
-
-    The folder's name changes with the code of perception, the weights and the data, so that no
-    older results are ever taken for these.
-
-    Raises:
-        DataError: A frame cannot be used.
-    """
-    folder = out / f"{asked['name']}-{_state(asked, data)}"
-    with progress(f"detecting, {asked['name']}") as shown:
-        outcome = write_result_folder(
-            data.root, ids, asked, folder, workers=workers, on_progress=shown
-        )
-    if outcome.skipped:
-        raise next(iter(outcome.skipped.values()))
-    boxes, _ = DetectionFolder(folder).read(ids)
-    return [boxes[id] for id in ids]
-
-
-def _described(data: KittiObject, truth: Sequence[Boxes3D]) -> dict[str, Any]:
-    manifest = read_manifest(data.root) or {}
-    settings = manifest.get("settings", {})
-    labels = pooled(truth, "labels")
-    categories = np.concatenate([boxes.category for boxes in truth])
-    return {
-        "suite": settings.get("suite"),
-        "seed": settings.get("seed"),
-        "fingerprint": manifest.get("fingerprint"),
-        "frames": len(truth),
-        "objects": int((categories != DONT_CARE).sum()),
-        "cars": {
-            "all": int((categories == CATEGORY).sum()),
-            **{
-                name: int((label_status(labels, CATEGORY, level) == COUNTED).sum())
-                for level, name in enumerate(LEVELS)
-            },
-        },
-    }
-
-
-def _weights(asked: dict[str, str]) -> Path | None:
+def _weights(asked: Mapping[str, str]) -> Path | None:
     """The file of weights that a detector takes; None for one without."""
     if "weights" in asked:
         return Path(asked["weights"])
     return shipped_weights(f"{asked['name']}_small") if asked["name"] in BARS else None
-
-
-def _state(asked: dict[str, str], data: KittiObject) -> str:
-    """Changes with code, weights and data."""
-    digest = hashlib.sha256(str(data.folder.resolve()).encode())
-    files = sorted(Path(avsec_gym.perception.__path__[0]).rglob("*.py"))
-    for file in (*files, _weights(asked), data.root / MANIFEST):
-        if file is not None and file.is_file():
-            digest.update(hashlib.sha256(file.read_bytes()).digest())
-    return digest.hexdigest()[:12]
-
-
-def _seconds(asked: dict[str, str], data: KittiObject, ids: Sequence[str]) -> dict[str, Any]:
-    """A frame's time from decoded images to boxes, median; the first frame is seen twice."""
-    import torch
-
-    detector = make_detector(asked)
-    taken = []
-    for id in (ids[0], *ids):
-        frame = data.frame(id)
-        frame.stereo()
-        begun = time.perf_counter()
-        detector.detect(frame)
-        taken.append(time.perf_counter() - begun)
-    return {
-        "median": round(statistics.median(taken[1:]), 4),
-        "frames": len(ids),
-        "threads": torch.get_num_threads(),
-    }
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -26,10 +26,12 @@ from avsec_gym.experiments.perception.page_networks import (
     seconds,
     training,
 )
+from avsec_gym.experiments.perception.page_single_sensor import single_sensor
 from avsec_gym.kitti.text_files import read_text, write_text
 
 FILES = {
     "detectors": "detectors.json",
+    "single": "single_sensor_detectors.json",
     "curves": "detector_training.json",
     "real": "real_frames.json",
     "disparity": "disparity.json",
@@ -82,8 +84,11 @@ def page(results: Mapping[str, Any]) -> str:
         _by_distance(scores),
         reasons(scores),
         examples(scores),
-        training(scores["detectors"], results.get("disparity"), results.get("curves")),
     ]
+    if "single" in results:
+        sections.append(single_sensor(results["single"]))
+    parts = (results.get(name) for name in ("single", "disparity", "curves"))
+    sections.append(training(scores["detectors"], *parts))
     for name, section in (
         ("real", real),
         ("disparity", disparity),

@@ -12,19 +12,30 @@ _ESTIMATORS = {
     "sgbm_reduced": "SGBM at PSMNet's input size",
     "sgbm": "SGBM at the camera's size",
 }
+_VALIDATED = {
+    "Car_3d_ap11": "AP11 in space",
+    "Car_bev_ap11": "AP11 from above",
+    "Car_2d_ap11": "AP11 in the image",
+    "right_3px": "right to 3 px and 5 %",
+}
 
 
 def training(
-    detectors: Mapping[str, Any], disparity: Mapping[str, Any] | None, curves: Any
+    detectors: Mapping[str, Any],
+    single: Mapping[str, Any] | None,
+    disparity: Mapping[str, Any] | None,
+    curves: Any,
 ) -> list[str]:
     """What the cards of the weights say, and the curves.
 
     Args:
         detectors: Of `detector_precision`.
+        single: Of `single_sensor_precision`.
         disparity: Of `disparity_accuracy`, whose network has a card, too.
         curves: Of `training_curves`; None where there are none.
     """
-    cards = {name: one["weights"] for name, one in detectors.items()}
+    measured = {**detectors, **(single["detectors"] if single else {})}
+    cards = {name: one["weights"] for name, one in measured.items()}
     cards["psmnet"] = disparity and disparity["weights"]
     known = {name: card for name, card in cards.items() if card}
     if not known:
@@ -253,10 +264,10 @@ def _frames(sources: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _validated(metrics: Mapping[str, float]) -> str:
-    """The metric that leads."""
-    for name, title in (("Car_3d_ap11", "AP11 in space"), ("right_3px", "right to 3 px and 5 %")):
-        if name in metrics:
-            return f"{title} {metrics[name]:.1f}"
+    """Of the metric that leads, which a card tells first."""
+    for name, value in metrics.items():
+        if name in _VALIDATED:
+            return f"{_VALIDATED[name]} {value:.1f}"
     return UNKNOWN
 
 

@@ -29,6 +29,7 @@ MOST_POINTS = 100
 _SHOWN = {
     "Car_2d_ap11": "in the image",
     "Car_3d_ap11_iou50": "in space, IoU 0.5",
+    "Car_bev_ap11_iou50": "from above, IoU 0.5",
     "Car_bev_ap11": "from above, IoU 0.7",
     "Car_3d_ap11": "in space, IoU 0.7",
     "right_3px": "right to 3 px and 5 %",

@@ -1,0 +1,121 @@
+"""What detectors find in frames, kept from one run to the next; what the frames are; the time."""
+
+from __future__ import annotations
+
+import hashlib
+import statistics
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import avsec_gym.perception
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.commands.console import progress
+from avsec_gym.experiments.perception.detection_errors import CATEGORY
+from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.kitti.detections import DetectionFolder
+from avsec_gym.kitti.labels import DONT_CARE
+from avsec_gym.metrics.average_precision_frames import COUNTED, LEVELS, label_status, pooled
+from avsec_gym.perception.detectors import make_detector
+from avsec_gym.perception.result_folder import write_result_folder
+from avsec_gym.world.export.manifest import MANIFEST, read_manifest
+
+
+def detected(
+    what: Mapping[str, Any],
+    weights: Path | None,
+    data: KittiObject,
+    ids: Sequence[str],
+    out: Path,
+    workers: int = 1,
+) -> list[Boxes3D]:
+    """What a detector finds in frames; kept in a folder of `out`, from which a run goes on.
+
+    The folder's name changes with the code of perception, the weights and the data, so that no
+    older results are ever taken for these.
+
+    Args:
+        what: What `make_detector` takes.
+        weights: Its file; None for one without.
+        data: Where the frames are.
+        ids: Of the frames.
+        out: Folder.
+        workers: Processes that detect.
+
+    Raises:
+        DataError: A frame cannot be used.
+    """
+    name = dict(what).get("detector", what)["name"]
+    folder = out / f"{name}-{_state(weights, data)}"
+    with progress(f"detecting, {name}") as shown:
+        outcome = write_result_folder(
+            data.root, ids, what, folder, workers=workers, on_progress=shown
+        )
+    if outcome.skipped:
+        raise next(iter(outcome.skipped.values()))
+    boxes, _ = DetectionFolder(folder).read(ids)
+    return [boxes[id] for id in ids]
+
+
+def described(data: KittiObject, truth: Sequence[Boxes3D]) -> dict[str, Any]:
+    """Which frames these are, and how many cars there are to be found.
+
+    Args:
+        data: Where they are.
+        truth: Their labels, DontCare regions included.
+    """
+    manifest = read_manifest(data.root) or {}
+    settings = manifest.get("settings", {})
+    labels = pooled(truth, "labels")
+    categories = np.concatenate([boxes.category for boxes in truth])
+    return {
+        "suite": settings.get("suite"),
+        "seed": settings.get("seed"),
+        "fingerprint": manifest.get("fingerprint"),
+        "frames": len(truth),
+        "objects": int((categories != DONT_CARE).sum()),
+        "cars": {
+            "all": int((categories == CATEGORY).sum()),
+            **{
+                name: int((label_status(labels, CATEGORY, level) == COUNTED).sum())
+                for level, name in enumerate(LEVELS)
+            },
+        },
+    }
+
+
+def seconds_a_frame(
+    what: Mapping[str, Any], data: KittiObject, ids: Sequence[str]
+) -> dict[str, Any]:
+    """From decoded sensor data to boxes, the median; the first frame is seen twice."""
+    import torch
+
+    detector = make_detector(what)
+    taken = []
+    for id in (ids[0], *ids):
+        frame = data.frame(id)
+        for camera in frame.images:
+            frame.image(camera)
+        if frame.has_points:
+            _ = frame.points
+        begun = time.perf_counter()
+        detector.detect(frame)
+        taken.append(time.perf_counter() - begun)
+    return {
+        "median": round(statistics.median(taken[1:]), 4),
+        "frames": len(ids),
+        "threads": torch.get_num_threads(),
+    }
+
+
+def _state(weights: Path | None, data: KittiObject) -> str:
+    """Changes with code, weights and data."""
+    digest = hashlib.sha256(str(data.folder.resolve()).encode())
+    files = sorted(Path(avsec_gym.perception.__path__[0]).rglob("*.py"))
+    for file in (*files, weights, data.root / MANIFEST):
+        if file is not None and file.is_file():
+            digest.update(hashlib.sha256(file.read_bytes()).digest())
+    return digest.hexdigest()[:12]

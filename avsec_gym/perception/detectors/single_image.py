@@ -1,0 +1,34 @@
+"""A detector of single images in the place of any other: it looks at one camera."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.frame import SensorFrame
+from avsec_gym.perception.detectors.image_detector import ImageDetector
+from avsec_gym.registry import Kind, make
+
+
+@dataclass(frozen=True)
+class SingleImage:
+    """Boxes of one image; see `image_boxes`: nobody can drive by them, but they can be scored.
+
+    Args:
+        detector: What `make_image_detector` takes.
+        camera: Whose image.
+    """
+
+    detector: Any
+    camera: int = 2
+    name: str = field(init=False)
+    _detector: ImageDetector = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_detector", make(Kind.IMAGE_DETECTOR, self.detector))
+        object.__setattr__(self, "name", self._detector.name)
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        """As `ImageDetector.detect`."""
+        return self._detector.detect(frame, self.camera)

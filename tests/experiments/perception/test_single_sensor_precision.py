@@ -1,0 +1,73 @@
+"""Detectors of one sensor: scored in what it lets them tell."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+from avsec_gym.experiments.perception.page_single_sensor import single_sensor
+from avsec_gym.experiments.perception.single_sensor_precision import NETWORKS, main
+from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti.labels import parse_labels
+from avsec_gym.kitti.writing import write_object_frame
+from avsec_gym.perception.detectors.pixor.detector import PixorDetector
+from avsec_gym.perception.detectors.yolo.detector import YoloDetector
+from avsec_gym.perception.weights.store import ModelCard, save_weights
+from avsec_gym.rig import kitti_rig
+
+LABELS = "Car 0.00 0 -1.57 556.00 180.00 656.00 260.00 1.50 1.65 4.00 0.00 1.65 15.00 -1.57\n"
+
+
+@pytest.fixture
+def kitti(tmp_path: Path) -> Path:
+    root = tmp_path / "kitti"
+    rng = np.random.default_rng(0)
+    for number in range(2):
+        images = {2: rng.integers(0, 256, (375, 1242, 3), np.uint8)}
+        points = rng.uniform((5, -10, -1.7, 0), (40, 10, 0, 1), (500, 4)).astype(np.float32)
+        frame = SensorFrame(f"{number:06d}", kitti_rig().calibration, images, points)
+        write_object_frame(root / "training", frame, parse_labels(LABELS, "labels"))
+    return root
+
+
+def run(kitti: Path, tmp_path: Path, *detectors: str) -> Any:
+    out = tmp_path / "result.json"
+    arguments = ["--kitti", kitti, "--json", out, "--out", tmp_path / "found", "--resamples", 10]
+    assert main([*map(str, arguments), "--timed", "1", "--detectors", *detectors]) == 0
+    return json.loads(out.read_text())
+
+
+def test_each_is_scored_in_what_its_sensor_shows(kitti: Path, tmp_path: Path) -> None:
+    torch.manual_seed(0)
+    files = {}
+    for name, network in (("pixor", PixorDetector().network), ("yolo", YoloDetector().network)):
+        files[name] = tmp_path / f"{name}.safetensors"
+        save_weights(files[name], network, ModelCard(name))
+    asked = [f"{name}={file}" for name, file in files.items()]
+    result = run(kitti, tmp_path, *asked)
+    assert list(result["detectors"]) == ["pixor", "yolo"]
+    for name, one in result["detectors"].items():
+        assert list(one["average_precision"]) == ["0.7", "0.5"]
+        for precision in one["average_precision"].values():
+            assert tuple(precision) == NETWORKS[name].metrics
+        assert one["weights"]["network"] == name
+    assert result["data"]["cars"]["moderate"] == 2
+    text = "\n".join(single_sensor(result))
+    assert "| `pixor` | LiDAR | from above |" in text
+    assert "| `yolo` | camera 2 | in the image |" in text
+    assert "None" not in text
+    assert {path.name.partition("-")[0] for path in (tmp_path / "found").iterdir()} == set(files)
+
+
+def test_bad_input_is_told(kitti: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    assert main(["--kitti", str(kitti), "--detectors", "dsgn"]) == 1
+    assert "none of pixor, pointrcnn, faster_rcnn, yolo" in caplog.text
+    assert main(["--kitti", str(kitti), "--detectors", f"yolo={tmp_path / 'none'}"]) == 1
+    assert "There are no weights" in caplog.text
+    assert main(["--kitti", str(tmp_path / "nowhere")]) == 1
+    assert main(["--kitti", str(kitti), "--timed", "0"]) == 1
