@@ -51,9 +51,17 @@ class Counts(NamedTuple):
         return right / (right + wrong) if right + wrong else 1.0
 
 
-def working_point(truth: Sequence[Boxes3D], found: Sequence[Boxes3D]) -> WorkingPoint | None:
-    """Of a detector on F frames; None where it finds no car at all."""
-    events, cars = _events(truth, found)
+def working_point(
+    truth: Sequence[Boxes3D], found: Sequence[Boxes3D], seen: int = FROM_ABOVE
+) -> WorkingPoint | None:
+    """Of a detector on F frames; None where it finds no car at all.
+
+    Args:
+        truth: Labels of each frame.
+        found: In the same frames.
+        seen: `FROM_ABOVE` or `IN_IMAGE`.
+    """
+    events, cars = _events(truth, found, seen)
     hits = np.cumsum(events.true_positives)
     said = hits + np.cumsum(events.false_positives)
     f1 = 2 * hits / np.maximum(said + cars, 1)

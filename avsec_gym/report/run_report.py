@@ -178,7 +178,8 @@ def _other_rates(run: RunFolder) -> list[Report]:
             **SafetyRates.of(run.records(setting=name, strength=strength)).to_json(),
         }
         for name, strength in run.settings()
-        if not _of_chapter_5(name) and run.drives(setting=name, strength=strength)
+        if not (_of_chapter_5(name) or is_of_defence(name))
+        and run.drives(setting=name, strength=strength)
     ]
 
 

@@ -14,7 +14,7 @@ from avsec_gym.report.tables_of_validation import INTERVALS
 from avsec_gym.report.validation_picture import named
 from avsec_gym.sensor_system import LIDAR
 
-_SHARES = ("avoided", "avoided_of_attack", "caused", "given_up", "stopped")
+_SHARES = ("avoided", "avoided_of_attack", "caused", "regained", "given_up", "stopped")
 
 
 def tables_of_defence(report: Mapping[str, Any]) -> list[Table]:
@@ -32,21 +32,27 @@ def _worth_table(rows: Any) -> Table:
     for row in rows:
         case = row["detector"], row["attack"]
         if row["response"] == UNDEFENDED:
-            undefended[case] = figure(row["collisions"] / row["scenarios"], scale=100)
+            rates = row["collisions"] / row["scenarios"], row["safe_driving_rate"]
+            undefended[case] = [figure(rate, scale=100) for rate in rates]
             continue
         words = detector_name(row["detector"]), _attacked(row["attack"]), row["response"]
         shares = [_share(row[one]) for one in _SHARES]
-        lines.append([*map(name, words), undefended[case], *shares])
+        safe = figure(row["safe_driving_rate"], scale=100)
+        lines.append([*map(name, words), *undefended[case], safe, *shares])
     return Table(
-        "What a defence is worth: collisions avoided, against drives given up and false stops, %",
+        "What a defence is worth: collisions avoided and safety regained, against drives given up"
+        " and false stops, %",
         [
-            *("detector", "attacked", "response", "collide undefended", "avoided"),
-            *("avoided of the attack’s", "caused", "given up", "stopped in"),
+            *("detector", "attacked", "response"),
+            *("collide undefended", "safe undefended", "safe defended", "avoided"),
+            *("avoided of the attack’s", "caused", "safe again", "given up", "stopped in"),
         ],
         lines,
-        "Avoided: do not collide any more, of the drives that did; of the attack’s: of those that"
-        " did only under attack. Caused: collide now, of those that did not. Given up: were safe"
-        " and reach no goal any more. Stopped in: moments; false stops where nothing is attacked."
+        "Safe: reach the goal without a collision. Avoided: do not collide any more, of the drives"
+        " that did; of the attack’s: of those that did only under attack. Caused: collide now, of"
+        " those that did not. Safe again: of those that the attack made unsafe, such as by a"
+        " blocked road. Given up: were safe and reach no goal any more. Stopped in: moments; false"
+        " stops where nothing is attacked."
         f" {INTERVALS}",
         names=3,
     )

@@ -79,12 +79,22 @@ def test_a_page_says_what_a_defence_is_worth(tmp_path: Path) -> None:
     ]
     # Of six collisions two are avoided; a false alarm costs one of six safe drives, and is a stop.
     texts = {key: [cell.text for cell in row] for key, row in rows.items()}
-    assert texts["camera 3", "stop"] == ["100.0", "33.3", "33.3", "–", "–", "33.3"]
-    assert texts["camera 3", "drop"] == ["100.0", "33.3", "33.3", "–", "–", "0.0"]
-    assert texts["nothing", "stop"] == ["0.0", "–", "–", "0.0", "16.7", "16.7"]
-    assert texts["nothing", "repair"] == ["0.0", "–", "–", "0.0", "0.0", "0.0"]
+    # Collide and safe undefended, safe defended; avoided, of the attack's, caused, safe again,
+    # given up, stopped in.
+    assert texts["camera 3", "stop"] == [
+        *("100.0", "0.0", "0.0"), *("33.3", "33.3", "–", "0.0", "–", "33.3")
+    ]  # fmt: skip
+    assert texts["camera 3", "drop"] == [
+        *("100.0", "0.0", "33.3"), *("33.3", "33.3", "–", "33.3", "–", "0.0")
+    ]  # fmt: skip
+    assert texts["nothing", "stop"] == [
+        *("0.0", "100.0", "83.3"), *("–", "–", "0.0", "–", "16.7", "16.7")
+    ]  # fmt: skip
+    assert texts["nothing", "repair"] == [
+        *("0.0", "100.0", "100.0"), *("–", "–", "0.0", "–", "0.0", "0.0")
+    ]  # fmt: skip
     # Three drives: wider than Wilson's of six moments, [9.7, 70.0].
-    assert rows["camera 3", "stop"][1].interval == "[8.8, 72.1]"
+    assert rows["camera 3", "stop"][3].interval == "[8.8, 72.1]"
     assert [[cell.text for cell in row] for row in alarms.rows] == [
         ["nothing", "16.7", "83.3", "–", "–", "–"],
         ["camera 3", "33.3", "33.3", "33.3", "1 after 1", "33.3"],

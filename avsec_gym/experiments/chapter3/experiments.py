@@ -19,10 +19,8 @@ from avsec_gym.experiments.chapter3.objects.attack_sizes import (
 )
 from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     DETECTION_OPTIONS,
-    baseline_cells,
-    baseline_inputs,
-    impact_cells,
-    impact_inputs,
+    detection_cells,
+    detection_inputs,
 )
 from avsec_gym.experiments.chapter3.recordings import OPTIONS, USUAL_COUNT
 from avsec_gym.experiments.experiment import Configuration, Experiment
@@ -54,8 +52,8 @@ OBJECT_LEVEL = Experiment(
     "object_level",
     "Do mismatches between two sensors' objects tell that one of them is attacked?",
     "Table 3.1, baseline",
-    baseline_cells,
-    baseline_inputs,
+    detection_cells,
+    detection_inputs,
     DETECTION_OPTIONS,
     _USUAL,
 )
@@ -64,8 +62,8 @@ IMPACT = Experiment(
     "impact",
     "Is a bogus return taken for an obstacle, and what does a facula cost a detector?",
     "Section 3.2.4",
-    impact_cells,
-    impact_inputs,
+    detection_cells,
+    detection_inputs,
     DETECTION_OPTIONS,
     _USUAL,
 )

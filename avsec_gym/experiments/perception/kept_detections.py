@@ -21,6 +21,7 @@ from avsec_gym.kitti.labels import DONT_CARE
 from avsec_gym.metrics.average_precision_frames import COUNTED, LEVELS, label_status, pooled
 from avsec_gym.perception.detectors import make_detector
 from avsec_gym.perception.result_folder import write_result_folder
+from avsec_gym.perception.weights.store import card_path
 from avsec_gym.world.export.manifest import MANIFEST, read_manifest
 
 
@@ -115,7 +116,8 @@ def _state(weights: Path | None, data: KittiObject) -> str:
     """Changes with code, weights and data."""
     digest = hashlib.sha256(str(data.folder.resolve()).encode())
     files = sorted(Path(avsec_gym.perception.__path__[0]).rglob("*.py"))
-    for file in (*files, weights, data.root / MANIFEST):
-        if file is not None and file.is_file():
+    own = () if weights is None else (weights, card_path(weights))
+    for file in (*files, *own, data.root / MANIFEST):
+        if file.is_file():
             digest.update(hashlib.sha256(file.read_bytes()).digest())
     return digest.hexdigest()[:12]

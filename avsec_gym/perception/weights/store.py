@@ -101,7 +101,7 @@ def save_weights(path: str | Path, network: nn.Module, card: ModelCard) -> Model
 
 def write_card(path: str | Path, card: ModelCard) -> ModelCard:
     """Write a card beside a file of weights, over the one that is there."""
-    write_text(_card_path(Path(path)), json.dumps(asdict(card), indent=1) + "\n", overwrite=True)
+    write_text(card_path(Path(path)), json.dumps(asdict(card), indent=1) + "\n", overwrite=True)
     return card
 
 
@@ -142,7 +142,7 @@ def read_card(path: str | Path) -> ModelCard | None:
     Raises:
         DataError: It is not one.
     """
-    place = _card_path(Path(path))
+    place = card_path(Path(path))
     if not place.is_file():
         return None
     known = {item.name for item in fields(ModelCard)}
@@ -153,7 +153,8 @@ def read_card(path: str | Path) -> ModelCard | None:
         raise DataError(f"This is no model card ({error}).", path=place, remedy=_AGAIN) from error
 
 
-def _card_path(path: Path) -> Path:
+def card_path(path: Path) -> Path:
+    """Where the card of a file of weights is."""
     return path.with_suffix(".json")
 
 

@@ -25,7 +25,7 @@ from avsec_gym.experiments.chapter3.defence.validator import (
     defending_validator,
     fitted_file,
 )
-from avsec_gym.experiments.chapter3.objects.detector_weights import weights_of
+from avsec_gym.experiments.chapter3.objects.detector_weights import weight_inputs, weights_of
 from avsec_gym.experiments.chapter3.recordings import JUDGED, USUAL_COUNT, recordings_of
 from avsec_gym.experiments.chapter3.shares import drive_of
 from avsec_gym.experiments.experiment import (
@@ -66,8 +66,9 @@ OPTIONS = {
 sensors at most, none and one alone if 1; ``motion``: see `Motion`; by the networks' names their
 weights, instead of those of the package."""
 
-DRIVE_FRAMES = 4
-"""Of procedural drives: what the first frame hides of an attack the next ones may show."""
+DRIVE_FRAMES = 2
+"""Of procedural drives: what the first frame hides of an attack the next one may show.  Frames of
+one drive say little more than one, and rendering them takes as long as that of new roads."""
 
 _WORK = f"{__name__}:DefendedDrives"
 
@@ -87,9 +88,7 @@ def defence_inputs(configuration: Configuration) -> dict[str, Path]:
     """The manifest of procedural drives, what the validator was fitted to, and weights."""
     options = {**OPTIONS, **configuration.options}
     networks = [name for name in options["detectors"].split(",") if name not in ORACLES]
-    weights = {
-        f"weights of {name}": weights_of(name, options) for name in networks if name in options
-    }
+    weights = weight_inputs(networks, options)
     manifest = _judged(configuration).root / "manifest.json"
     drives = {f"{JUDGED} drives": manifest} if manifest.is_file() else {}
     return {**drives, "validator": fitted_file(configuration), **weights}

@@ -23,6 +23,9 @@ _HIDDEN = 0.5
 """Share of an object's area in the image; of which more is hidden, it is not seen."""
 _FEWEST_POINTS = 50
 """Of an obstacle in a scan."""
+_LOWEST = 0.3
+"""Metres; what stands up less is driven over.  Where a bogus return meets the road it says what the
+road says, and no repair takes it out."""
 _THINNEST = 0.1
 """Metres; a bogus return is as thin as a screen."""
 
@@ -60,7 +63,7 @@ class StereoOracle:
 
 @dataclass(eq=False)
 class LidarOracle:
-    """Sees every object, and an obstacle where bogus points stand.
+    """Sees every object, and an obstacle where bogus points stand up from the lowest of them.
 
     Args:
         bogus: That an attacker sent, shape (B, 4); those that are left in a scan are believed.
@@ -77,8 +80,15 @@ class LidarOracle:
         left = np.isin(frame.points[:, :3], self.bogus[:, :3]).all(axis=1)
         if left.sum() < _FEWEST_POINTS:
             return self.truth
-        places = transform_points(frame.calibration.velodyne_to_camera, frame.points[left, :3])
-        return Boxes3D.concatenate([self.truth, _obstacle(places)])
+        places, sent = (
+            transform_points(frame.calibration.velodyne_to_camera, points[:, :3])
+            for points in (frame.points[left], self.bogus)
+        )
+        foot = sent[:, 1].max()
+        places = places[places[:, 1] < foot - _LOWEST]
+        if len(places) < _FEWEST_POINTS:
+            return self.truth
+        return Boxes3D.concatenate([self.truth, _obstacle(places, foot)])
 
 
 def _hidden_pixels(image: Image, clean: Image) -> NDArray[np.bool_]:
@@ -101,13 +111,15 @@ def _shares(hidden: NDArray[np.bool_], boxes: Boxes3D, projection: Floats) -> Fl
     return shares
 
 
-def _obstacle(places: Floats) -> Boxes3D:
+def _obstacle(places: Floats, foot: float) -> Boxes3D:
     """What stands where points are, along the car's axes.
 
     Args:
         places: In the camera frame, shape (N, 3).
+        foot: Where it meets the road, y.
     """
     low, high = places.min(axis=0), places.max(axis=0)
+    high[1] = foot
     width, height, length = np.maximum(high - low, _THINNEST)
     middle = (low + high) / 2
     return Boxes3D(

@@ -44,6 +44,7 @@ def defence_rows(results: Results) -> list[Row]:
         ``avoided``  that do not collide any more, of those that did;
         ``avoided_of_attack`` the same, of those that did not collide before the attack;
         ``caused``   that collide now, of those that did not;
+        ``regained`` that are safe again, of those that the attack made unsafe;
         ``given_up`` that were safe and reach no goal any more, of those that were safe;
 
         of moments ``stopped`` in, which are false stops where nobody attacks; and ``paired``, the
@@ -80,7 +81,8 @@ def alarm_rows(results: Results) -> list[Row]:
 
     Returns:
         Rows with ``attack``; ``alarms``, the share of moments; ``named_exactly``, the share of
-        moments in which the attacked sensors were named and no others; and of an attack
+        moments in which the attacked sensors were named and no others, with an alarm for an attack
+        and without one for none; and of an attack
         ``frames_to_alarm``: of so many drives, the first frame with an alarm, counted from the one
         that the attack began in, 0 at once; ``never``: in none.
     """
@@ -100,7 +102,10 @@ def alarm_rows(results: Results) -> list[Row]:
             {
                 "attack": attack,
                 "alarms": _share(alarms[attack].items()),
-                "named_exactly": _share((id, said.get(id, set()) == true) for id in alarms[attack]),
+                "named_exactly": _share(
+                    (id, alarm == bool(true) and said.get(id, set()) == true)
+                    for id, alarm in alarms[attack].items()
+                ),
             }
         )
         if attack != NO_ATTACK:
@@ -144,6 +149,7 @@ def _worth(
     were = [(now.scenario, was, now) for was, now in pairs]
     collided = [(id, now) for id, was, now in were if was.collision]
     before = {drive: record.collision for drive, record in clean.items()}
+    safe = {drive: record.safe for drive, record in clean.items()}
     # A moment is stopped in for every intention, or for none.
     moments = [(id, now) for id, _, now in were if now.intention == pairs[0][1].intention]
     return {
@@ -152,6 +158,9 @@ def _worth(
             (id, not now.collision) for id, now in collided if before.get(_drive(now)) is False
         ),
         "caused": _share((id, now.collision) for id, was, now in were if not was.collision),
+        "regained": _share(
+            (id, now.safe) for id, was, now in were if not was.safe and safe.get(_drive(now))
+        ),
         "given_up": _share((id, not now.planned) for id, was, now in were if was.safe),
         "stopped": _share((id, now.reason == STOPPED) for id, now in moments),
         "paired": paired_differences([was for was, _ in pairs], [now for _, now in pairs]),

@@ -81,8 +81,9 @@ def fitted_file(configuration: Configuration) -> Path:
 def _sources() -> str:
     """Changes with whatever thresholds depend on, so that none are kept beyond their time."""
     digest = hashlib.sha256()
-    for room in ("validation", "perception/depth"):
-        for path in sorted((Path(avsec_gym.__file__).parent / room).rglob("*.py")):
+    root = Path(avsec_gym.__file__).parent
+    for pattern in ("validation/**/*.py", "perception/depth/**/*.py", "*.py"):
+        for path in sorted(root.glob(pattern)):
             digest.update(path.read_bytes())
     return digest.hexdigest()
 

@@ -18,7 +18,7 @@ from avsec_gym.experiments.chapter3.localisation.measures import (
     found_again,
     measures_of,
 )
-from avsec_gym.experiments.chapter3.objects.detector_weights import weights_of
+from avsec_gym.experiments.chapter3.objects.detector_weights import weight_inputs, weights_of
 from avsec_gym.experiments.chapter3.recordings import (
     JUDGED,
     OPTIONS,
@@ -72,8 +72,7 @@ def localisation_cells(configuration: Configuration) -> list[Cell]:
 def localisation_inputs(configuration: Configuration) -> dict[str, Path]:
     """Weights of the detector, if any, and the manifest of procedural drives."""
     options = {**LOCALISATION_OPTIONS, **configuration.options}
-    name = options["detector"]
-    weights = {f"weights of {name}": weights_of(name, options)} if name in options else {}
+    weights = weight_inputs([options["detector"]], options)
     return weights | drives_inputs(configuration, (JUDGED,))
 
 

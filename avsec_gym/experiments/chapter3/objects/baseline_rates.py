@@ -12,7 +12,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avsec_gym.experiments.chapter3.identification.detection_rates import (
     RATES,
@@ -20,11 +19,8 @@ from avsec_gym.experiments.chapter3.identification.detection_rates import (
     attack_cases_of,
     case_rates,
 )
-from avsec_gym.experiments.chapter3.objects.sensor_detections import (
-    IOUS,
-    mismatch_name,
-    mismatch_setting,
-)
+from avsec_gym.experiments.chapter3.objects.mismatch_counts import IOUS, mismatch_counts
+from avsec_gym.experiments.chapter3.objects.score_thresholds import score_thresholds
 from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED, SYSTEM
 from avsec_gym.experiments.chapter3.shares import drive_of
 from avsec_gym.experiments.chapter3.summary import FEWEST
@@ -41,15 +37,19 @@ def baseline_summary(results: Results, configuration: Configuration) -> dict[str
     """Detection rates of the baseline; None where either part has fewer than `FEWEST` moments.
 
     Returns:
-        ``moments`` of each part, and ``rows`` as of `baseline_rates`.
+        ``moments`` of each part, ``objects`` as of `score_thresholds`, and ``rows`` as of
+        `baseline_rates`.
     """
-    fitted, _ = _mismatches(results, FITTED)
-    judged, moments = _mismatches(results, JUDGED)
+    thresholds = score_thresholds(results, configuration.options)
+    (fitted, _), (judged, moments) = (
+        mismatch_counts(results, part, thresholds) for part in (FITTED, JUDGED)
+    )
     counts = {FITTED: len(fitted), JUDGED: len(judged)}
     if min(counts.values()) < FEWEST:
         return None
     drives = [drive_of(moment) for moment in moments]
-    return {"moments": counts, "rows": baseline_rates(fitted, judged, drives)}
+    rows = baseline_rates(fitted, judged, drives)
+    return {"moments": counts, "objects": thresholds, "rows": rows}
 
 
 def baseline_rates(
@@ -105,22 +105,3 @@ def _of_states(mismatches: Floats, triple: Triple, system: SensorSystem) -> Floa
 def _order_statistic(counts: Floats, rate: float) -> int:
     """So many that the share `rate` of the counts, or less, is larger."""
     return int(np.sort(counts)[len(counts) - 1 - int(rate * len(counts) + 1e-9)])
-
-
-def _mismatches(results: Results, part: str) -> tuple[Floats, list[str]]:
-    """What `SensorDetections` stored, shape (N, pairs, IoUs, 2, 2), and the moments' ids.
-
-    NaN for states that lack.
-    """
-    pairs = SYSTEM.pairs()
-    shape = (len(pairs), len(IOUS), 2, 2)
-    found: dict[str, NDArray[np.float64]] = {}
-    for row, pair in enumerate(pairs):
-        for column, iou in enumerate(IOUS):
-            for state in np.ndindex(2, 2):
-                setting = mismatch_setting(part, [bool(one) for one in state])
-                for one in results.measurements(name=mismatch_name(pair, iou), setting=setting):
-                    values = found.setdefault(one["scenario"], np.full(shape, np.nan))
-                    values[(row, column, *state)] = one["value"]
-    moments = sorted(found)
-    return np.array([found[moment] for moment in moments]).reshape(-1, *shape), moments

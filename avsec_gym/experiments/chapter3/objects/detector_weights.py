@@ -9,6 +9,7 @@ from typing import Any
 from avsec_gym.errors import DataError
 from avsec_gym.perception.detectors import Detector, ImageDetector
 from avsec_gym.perception.weights.given import shipped_weights
+from avsec_gym.perception.weights.store import card_path
 from avsec_gym.registry import Kind, make
 
 WEIGHT_OPTIONS = {"pixor": "", "pointrcnn": "", "faster_rcnn": "", "yolo": ""}
@@ -51,9 +52,18 @@ def weights_of(name: str, options: Mapping[str, Any]) -> Path:
 
 
 def weight_inputs(names: Iterable[str], options: Mapping[str, Any]) -> dict[str, Path]:
-    """Files of weights, by what they are; errors as of `weights_of`."""
-    known = [name for name in names if name in WEIGHT_OPTIONS]
-    return {f"weights of {name}": weights_of(name, options) for name in known}
+    """Files of weights, and their cards, which hold calibrations; errors as of `weights_of`.
+
+    Args:
+        names: Of networks; those that no option gives weights to are left out.
+        options: By the networks' names their weights, among others.
+    """
+    found = {}
+    for name in (one for one in names if one in options):
+        found[f"weights of {name}"] = weights = weights_of(name, options)
+        if (card := card_path(weights)).is_file():
+            found[f"card of {name}"] = card
+    return found
 
 
 def _with_weights(name: str, options: Mapping[str, Any]) -> dict[str, Any]:

@@ -8,11 +8,12 @@ import numpy as np
 
 from avsec_gym.experiments.chapter3.objects.bogus_obstacles import taken_for_an_obstacle
 from avsec_gym.experiments.chapter3.objects.car_precision import car_precision, precision_rows
+from avsec_gym.experiments.chapter3.objects.score_thresholds import score_thresholds
 from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     DETECTION_OPTIONS,
     PATCH,
-    TRUTH,
     seen_setting,
+    truth_setting,
 )
 from avsec_gym.experiments.chapter3.recordings import JUDGED, SYSTEM
 from avsec_gym.experiments.chapter3.shares import drive_of, share_of
@@ -23,15 +24,18 @@ from avsec_gym.sensor_system import LIDAR
 
 IOU = 0.5
 """That the thesis asks for here."""
+SCORES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+"""That make a box an obstacle: how much hangs on it."""
 
 
 def impact_summary(results: Results, configuration: Configuration) -> dict[str, Any] | None:
     """Both figures of a run; None with fewer than `FEWEST` moments.
 
     Returns:
-        ``lidar``: in how many moments the bogus return was ``taken`` for an obstacle, in how many
-        the ``clean`` scan has one at that place, and in how many only the attacked one
-        (``newly``).  ``camera``: average precision of
+        ``lidar``: from which ``score`` on a box is an obstacle; in how many moments the bogus
+        return was ``taken`` for one, in how many the ``clean`` scan has one at that place, and in
+        how many only the attacked one (``newly``); and ``by_score`` the same for `SCORES`.
+        ``camera``: average precision of
         cars in the reference's image, ``clean`` and ``attacked`` (`precision_rows`); None where
         nobody labelled.
     """
@@ -49,28 +53,37 @@ def _bogus_returns(results: Results, options: dict[str, Any]) -> dict[str, Any] 
     patches = results.detections(PATCH)
     if not patches:
         return None
-    hits = {}
     moments = sorted(patches)
-    for name, attacked in (("clean", False), ("taken", True)):
-        found = results.detections(seen_setting(JUDGED, LIDAR, attacked, SYSTEM.reference))
-        hits[name] = np.array(
-            [
-                taken_for_an_obstacle(
-                    found[id][found[id].score >= options["score_threshold"]], patches[id]
-                )
-                for id in moments
-            ],
-            bool,
-        )
     drives = [drive_of(id) for id in moments]
-    return {
-        **{name: share_of(hit, drives) for name, hit in hits.items()},
-        "newly": share_of(hits["taken"] & ~hits["clean"], drives),
+    found = {
+        name: results.detections(seen_setting(JUDGED, LIDAR, attacked, SYSTEM.reference))
+        for name, attacked in (("clean", False), ("taken", True))
     }
+
+    def shares(score: float) -> dict[str, Any]:
+        hits = {
+            name: np.array(
+                [
+                    taken_for_an_obstacle(own[id][own[id].score >= score], patches[id])
+                    for id in moments
+                ],
+                bool,
+            )
+            for name, own in found.items()
+        }
+        newly = share_of(hits["taken"] & ~hits["clean"], drives)
+        return {
+            "score": score,
+            **{name: share_of(hit, drives) for name, hit in hits.items()},
+            "newly": newly,
+        }
+
+    own = score_thresholds(results, options)["lidar"]["score"]
+    return {**shares(own), "by_score": [shares(score) for score in SCORES]}
 
 
 def _facula(results: Results, detector: str) -> dict[str, Any] | None:
-    truth = results.detections(TRUTH)
+    truth = results.detections(truth_setting(JUDGED))
     clean, attacked = (
         results.detections(seen_setting(JUDGED, SYSTEM.reference, state, SYSTEM.reference))
         for state in (False, True)

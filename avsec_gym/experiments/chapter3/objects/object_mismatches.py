@@ -10,7 +10,8 @@ boxes of two sensors are compared it does not say.  Here they are compared in a 
   little in common as they are.
 - Of all ways to pair boxes the one with the fewest mismatches counts.
 - Boxes lower than 25 pixels may have a partner but are no mismatch: far cars are seen by some
-  sensors only.  KITTI's benchmark leaves them out, too.
+  sensors only.  KITTI's benchmark leaves them out, too.  Nor is a box at an image's edge, which the
+  other camera would not show if it were near.
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from avsec_gym.boxes import Boxes3D
@@ -33,7 +33,13 @@ _NEAR = 0.1
 """Metres: corners behind the camera are projected as if this far before it."""
 
 
-def mismatches(first: Boxes3D, second: Boxes3D, least_iou: float, reach: float = 0.0) -> int:
+def mismatches(
+    first: Boxes3D,
+    second: Boxes3D,
+    least_iou: float,
+    reach: float = 0.0,
+    width: float = np.inf,
+) -> int:
     """How many boxes of either set have no partner in the other.
 
     Args:
@@ -41,6 +47,7 @@ def mismatches(first: Boxes3D, second: Boxes3D, least_iou: float, reach: float =
         second: In the same image, or in that of a camera farther right.
         least_iou: Partners are of one category and have more than this in common.
         reach: The largest disparity between the two images, pixels; 0: they are one.
+        width: Of the images, pixels.
 
     Example:
         >>> from avsec_gym.perception.detectors.image_detector import image_boxes
@@ -49,13 +56,16 @@ def mismatches(first: Boxes3D, second: Boxes3D, least_iou: float, reach: float =
         >>> mismatches(cars, cars[:1], 0.5)
         1
     """
-    tall = _heights(first)[:, None] >= LOWEST, _heights(second)[None, :] >= LOWEST
-    partners = _image_iou(_box2d(first), _box2d(second), reach) > least_iou
+    one, other = _box2d(first), _box2d(second)
+    asked = _heights(one) >= LOWEST, _heights(other) >= LOWEST
+    if reach:
+        asked = asked[0] & (one[:, 0] >= reach), asked[1] & (other[:, 2] <= width - reach)
+    partners = _image_iou(one, other, reach) > least_iou
     partners &= first.category[:, None] == second.category[None, :]
     # What a pair is worth: the mismatches that it spares.
-    worth = partners * (tall[0].astype(int) + tall[1])
+    worth = partners * (asked[0][:, None].astype(int) + asked[1])
     chosen = linear_sum_assignment(worth, maximize=True)
-    return int(tall[0].sum() + tall[1].sum() - worth[chosen].sum())
+    return int(asked[0].sum() + asked[1].sum() - worth[chosen].sum())
 
 
 def disparity_reach(calibration: Calibration, left: int, right: int) -> float:
@@ -99,8 +109,7 @@ def _areas(boxes: Floats) -> Floats:
     return np.asarray((boxes[..., 2:] - boxes[..., :2]).prod(axis=-1))
 
 
-def _heights(boxes: Boxes3D) -> NDArray[np.float64]:
-    box2d = _box2d(boxes)
+def _heights(box2d: Floats) -> Floats:
     return box2d[:, 3] - box2d[:, 1]
 
 

@@ -1,14 +1,13 @@
 """What detectors see of each sensor, clean and attacked: the work of the baseline and the impact.
 
 Each sensor is looked at alone: a LiDAR's detector gets no image.  Attacks are those that chapter 3
-is judged on, of the same draws as in `identification`.
+is judged on, of the same draws as in `identification`.  Boxes are kept with all their scores: which
+of them count as objects is for the summaries.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
-from itertools import product
 from pathlib import Path
 
 from avsec_gym.boxes import Boxes3D
@@ -24,7 +23,6 @@ from avsec_gym.experiments.chapter3.objects.moment_truth import truth_of
 from avsec_gym.experiments.chapter3.objects.object_mismatches import (
     boxes_seen_by,
     disparity_reach,
-    mismatches,
 )
 from avsec_gym.experiments.chapter3.recordings import (
     FITTED,
@@ -45,47 +43,57 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
 from avsec_gym.validation.moments import Recordings
 
-IOUS = (0.5, 0.7)
-"""That partners have more in common than."""
 DETECTION_OPTIONS = {
     "fit": OPTIONS["fit"],
     "fit_limit": OPTIONS["fit_limit"],
     "fit_seed": OPTIONS["fit_seed"],
     "lidar_detector": "pixor",
     "image_detector": "faster_rcnn",
-    "score_threshold": 0.3,
+    "score_threshold": 0.0,
     **{name: WEIGHT_OPTIONS[name] for name in ("pixor", "faster_rcnn")},
 }
 """``fit``, ``fit_limit``, ``fit_seed``: see `recordings.OPTIONS`; ``lidar_detector`` and
-``image_detector``: who looks; ``score_threshold``: of boxes that count as objects; by the networks'
-names their weights."""
-TRUTH, PATCH = "judged truth", "judged bogus patch"
-"""Settings of what is really there, and of where bogus points stand."""
-
-Seen = dict[tuple[Sensor, int, bool], Boxes3D]
-"""By sensor, camera in whose image 2D boxes are, and whether the sensor was attacked."""
+``image_detector``: who looks; ``score_threshold``: of boxes that count as objects, 0 for that score
+at which each detector finds most for its false alarms on the clean moments that are fitted on; by
+the networks' names their weights."""
+PATCH = "judged bogus patch"
+"""Setting of where bogus points stand."""
+DETECTIONS_FORMAT = 2
+"""Raised when something else is looked at or kept."""
 
 _WORK = f"{__name__}:SensorDetections"
 
 
-def baseline_cells(configuration: Configuration) -> list[Cell]:
+def detection_cells(configuration: Configuration) -> list[Cell]:
     """A cell for every moment, first the clean ones that thresholds are fitted on."""
-    return moment_cells(_WORK, configuration, (FITTED, JUDGED))
+    return moment_cells(_WORK, configuration, (FITTED, JUDGED), format=DETECTIONS_FORMAT)
 
 
-def impact_cells(configuration: Configuration) -> list[Cell]:
-    """Those of the judged moments."""
-    return moment_cells(_WORK, configuration, (JUDGED,))
-
-
-def baseline_inputs(configuration: Configuration) -> dict[str, Path]:
+def detection_inputs(configuration: Configuration) -> dict[str, Path]:
     """Weights, and the manifests of procedural drives."""
-    return _inputs(configuration, (FITTED, JUDGED))
+    options = {**DETECTION_OPTIONS, **configuration.options}
+    # First what may lack, then what may take hours to be made.
+    found = weight_inputs((options["lidar_detector"], options["image_detector"]), options)
+    return found | drives_inputs(configuration, (FITTED, JUDGED))
 
 
-def impact_inputs(configuration: Configuration) -> dict[str, Path]:
-    """The same without the drives to fit on."""
-    return _inputs(configuration, (JUDGED,))
+def truth_setting(part: str) -> str:
+    """What is really there: ``judged truth``."""
+    return f"{part} truth"
+
+
+def view_setting(part: str) -> str:
+    """What two cameras can see of one thing: ``judged views``."""
+    return f"{part} views"
+
+
+def reach_name(pair: tuple[int, int]) -> str:
+    """The largest disparity of two sensors, pixels: ``reach 1,3``; and see `WIDTH`."""
+    return f"reach {pair[0]},{pair[1]}"
+
+
+WIDTH = "width"
+"""Of the reference's image, pixels."""
 
 
 def seen_setting(part: str, sensor: Sensor, attacked: bool, camera: int) -> str:
@@ -100,18 +108,8 @@ def seen_setting(part: str, sensor: Sensor, attacked: bool, camera: int) -> str:
     return f"{part} {sensor} {'attacked' if attacked else 'clean'} in {camera}"
 
 
-def mismatch_name(pair: tuple[int, int], iou: float) -> str:
-    """What mismatches of two sensors are called: ``mismatches 0.5 0,2``."""
-    return f"mismatches {iou:g} {pair[0]},{pair[1]}"
-
-
-def mismatch_setting(part: str, attacked: Sequence[bool]) -> str:
-    """Which of the two were attacked: ``judged 01``."""
-    return f"{part} {''.join(str(int(one)) for one in attacked)}"
-
-
 class SensorDetections:
-    """Looks at every sensor of a moment, and counts mismatches of every pair.
+    """Looks at every sensor of a moment.
 
     Args:
         configuration: Of the run.
@@ -124,12 +122,13 @@ class SensorDetections:
         self._configuration = configuration
         self._parts: dict[str, Recordings] = {}
 
-    def __call__(self, part: str, number: int) -> CellResult:
-        """Detections of each sensor, mismatches of each pair in each state, and the truth.
+    def __call__(self, part: str, number: int, format: int) -> CellResult:
+        """Detections of each sensor, and the truth.
 
         Args:
             part: `FITTED`, which nobody attacks, or `JUDGED`.
             number: Of the moment.
+            format: `DETECTIONS_FORMAT`; cells of another one are done again.
         """
         if part not in self._parts:
             self._parts[part] = recordings_of(self._configuration, part)
@@ -140,7 +139,9 @@ class SensorDetections:
         looks: list[tuple[Sensor, bool, SensorFrame]] = [
             (sensor, False, frame) for sensor in system.sensors
         ]
-        detections = []
+        truth = truth_of(frame, system.reference)
+        known = () if truth is None else (DetectionRow(truth_setting(part), moment.id, truth),)
+        detections = list(known)
         if part == JUDGED:
             start = time.perf_counter()
             seed = (self._configuration.seed, number)
@@ -148,9 +149,6 @@ class SensorDetections:
             seconds["attack"] = time.perf_counter() - start
             looks += [(sensor, True, one.frame) for sensor, one in attacked.items()]
             detections.append(DetectionRow(PATCH, moment.id, bogus_patch(attacked[LIDAR])))
-            truth = truth_of(frame, system.reference)
-            detections += [DetectionRow(TRUTH, moment.id, truth)] if truth is not None else []
-        seen: Seen = {}
         for sensor, state, source in looks:
             start = time.perf_counter()
             found = self._look(sensor, source)
@@ -158,15 +156,11 @@ class SensorDetections:
             seconds[kind] += time.perf_counter() - start
             for camera in system.cameras if sensor == LIDAR else (int(sensor),):
                 boxes = _seen_by(found, frame, camera) if sensor == LIDAR else found
-                seen[sensor, camera, state] = boxes
                 setting = seen_setting(part, sensor, state, camera)
                 detections.append(DetectionRow(setting, moment.id, boxes))
-        least = self._options["score_threshold"]
-        objects = {key: boxes[boxes.score >= least] for key, boxes in seen.items()}
         rows = [
-            Measurement(mismatch_setting(part, state), moment.id, mismatch_name(pair, iou), count)
-            for pair in system.pairs()
-            for (state, iou), count in _mismatches(objects, pair, system, frame).items()
+            Measurement(view_setting(part), moment.id, name, value)
+            for name, value in _views(frame, system).items()
         ]
         return CellResult(detections=detections, measurements=rows, seconds=seconds)
 
@@ -177,32 +171,18 @@ class SensorDetections:
         return self._image.detect(frame, int(sensor))
 
 
-def _mismatches(
-    objects: Seen, pair: tuple[int, int], system: SensorSystem, frame: SensorFrame
-) -> dict[tuple[tuple[bool, bool], float], int]:
-    """Of two sensors, in every state of both and at every IoU."""
-    other, camera = system.sensors[pair[0]], int(system.sensors[pair[1]])
-    place, reach = camera, 0.0
-    if other != LIDAR:
-        place = int(other)
-        reach = disparity_reach(frame.calibration, camera, place)
-    return {
-        ((first, second), iou): mismatches(
-            objects[camera, camera, second], objects[other, place, first], iou, reach
+def _views(frame: SensorFrame, system: SensorSystem) -> dict[str, float]:
+    """`WIDTH`, and of two cameras the largest disparity."""
+    cameras = [(i, k) for i, k in system.pairs() if system.sensors[i] != LIDAR]
+    reach = {
+        reach_name((i, k)): disparity_reach(
+            frame.calibration, int(system.sensors[k]), int(system.sensors[i])
         )
-        for first, second in product((False, True), repeat=2)
-        if (other, place, first) in objects and (camera, camera, second) in objects
-        for iou in IOUS
+        for i, k in cameras
     }
+    return {WIDTH: float(frame.image(system.reference).shape[1]), **reach}
 
 
 def _seen_by(boxes: Boxes3D, frame: SensorFrame, camera: int) -> Boxes3D:
     height, width = frame.image(camera).shape[:2]
     return boxes_seen_by(boxes, frame.calibration.projection(camera), (height, width))
-
-
-def _inputs(configuration: Configuration, parts: Sequence[str]) -> dict[str, Path]:
-    options = {**DETECTION_OPTIONS, **configuration.options}
-    # First what may lack, then what may take hours to be made.
-    found = weight_inputs((options["lidar_detector"], options["image_detector"]), options)
-    return found | drives_inputs(configuration, parts)

@@ -227,18 +227,26 @@ def test_collisions_avoided_and_false_stops() -> None:
     assert counts(rows["none", "stop"], *worth) == [(0, 1), (0, 3), (1, 2), (1, 4)]
     assert counts(rows["2", "stop"], *worth) == [(1, 2), (1, 2), (1, 2), (4, 4)]
     assert counts(rows["2", "drop"], *worth) == [(2, 2), (1, 2), (0, 2), (1, 4)]
+    # Two were safe before the attack and are not under it.
+    regained = [counts(rows["2", one], "regained")[0] for one in ("stop", "drop", "repair")]
+    assert regained == [(0, 2), (1, 2), (2, 2)]
+    assert counts(rows["none", "stop"], "regained") == [(0, 0)]
     assert counts(rows["any", "repair"], *worth) == [(2, 2), (0, 2), (0, 2), (0, 4)]
     assert rows["2", "repair"]["safe_driving_rate"] == 1.0
     assert rows["2", "repair"]["paired"]["safe_driving_rate"] == 0.5
     assert rows["2", "stop"]["safe_driving_rate"] == 0.0
 
 
-def test_frames_to_alarm_and_who_is_named() -> None:
+def test_frames_to_alarm_and_who_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     rows = {row["attack"]: row for row in alarm_rows(Stored())}
     assert list(rows) == ["none", "2", "3"]
     assert "frames_to_alarm" not in rows["none"]
     assert rows["2"]["frames_to_alarm"] == {"1": 1, "never": 1}
     assert rows["3"]["frames_to_alarm"] == {"0": 2, "never": 0}
     assert counts(rows["none"], "alarms", "named_exactly") == [(1, 4), (3, 4)]
+    # An alarm that names nobody is none too many only where somebody was attacked.
+    monkeypatch.setitem(Stored.named, "none", {})
+    unnamed = {row["attack"]: row for row in alarm_rows(Stored())}["none"]
+    assert counts(unnamed, "named_exactly") == [(3, 4)]
     assert counts(rows["2"], "alarms", "named_exactly") == [(1, 4), (1, 4)]
     assert counts(rows["3"], "alarms", "named_exactly") == [(4, 4), (2, 4)]

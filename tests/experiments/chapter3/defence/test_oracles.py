@@ -77,3 +77,14 @@ def test_bogus_points_are_an_obstacle_until_they_are_taken_out(
     assert len(oracle.detect(clean)) == 2
     mended = tampered.frame.with_points(np.concatenate([clean.points, bogus[:40]]))
     assert len(oracle.detect(mended)) == 2
+
+
+def test_a_strip_on_the_road_is_driven_over(clean: SensorFrame, truth: Boxes3D) -> None:
+    tampered = LidarSpoofing(distance=8.0, bearing=0.0).attack(clean)
+    bogus = tampered.frame.points[tampered.points]
+    height = bogus[:, 2] - bogus[:, 2].min()
+    oracle = LidarOracle(bogus, truth)
+    for kept, seen in ((height < 0.28, 2), (height < 0.6, 3), (height > 0.4, 3)):
+        assert kept.sum() > 150
+        mended = tampered.frame.with_points(np.concatenate([clean.points, bogus[kept]]))
+        assert len(oracle.detect(mended)) == seen

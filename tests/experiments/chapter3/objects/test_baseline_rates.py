@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.experiments.chapter3.objects.baseline_rates import baseline_rates, pairs_of
-from avsec_gym.experiments.chapter3.objects.sensor_detections import IOUS
+from avsec_gym.experiments.chapter3.objects.mismatch_counts import IOUS
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
 from avsec_gym.geometry import Floats
 

@@ -24,7 +24,7 @@ from avsec_gym.perception.detectors.image_detector import image_boxes
 from avsec_gym.rig import camera_rig
 
 RIG = camera_rig((0.0, 0.54, -0.27, 0.27))
-LEAST, TALL = 0.5, 25.0
+LEAST, TALL, WIDTH = 0.5, 25.0, 110.0
 
 
 def cars(*box2d: tuple[float, float, float, float], category: str = "Car") -> Boxes3D:
@@ -46,6 +46,11 @@ def iou(one: Floats, other: Floats, reach: float) -> float:
 def fewest_mismatches(first: Floats, second: Floats, reach: float) -> int:
     """Over all ways to pair the boxes."""
     tall = [[int(box[3] - box[1] >= TALL) for box in boxes] for boxes in (first, second)]
+    if reach:
+        for i, box in enumerate(first):
+            tall[0][i] *= box[0] >= reach
+        for i, box in enumerate(second):
+            tall[1][i] *= box[2] <= WIDTH - reach
     partners = [[iou(one, other, reach) > LEAST for other in second] for one in first]
     lonely = sum(tall[0]) + sum(tall[1])
     # So many of the second set that each of the first has one, or none of them.
@@ -69,7 +74,7 @@ def test_the_best_of_all_ways_to_pair_boxes_counts(seed: int, reach: float) -> N
             places[random.integers(0, 3) :] - [reach / 2, 0],
         )
     ]
-    found = mismatches(*(cars(*map(tuple, boxes)) for boxes in both), LEAST, reach)
+    found = mismatches(*(cars(*map(tuple, boxes)) for boxes in both), LEAST, reach, WIDTH)
     assert found == fewest_mismatches(*both, reach)
 
 
@@ -86,6 +91,20 @@ def test_what_is_no_partner_and_what_is_no_mismatch() -> None:
     # Far cars are not asked for.
     assert mismatches(cars((10, 10, 50, 34.9)), cars(), 0.5) == 0
     assert mismatches(cars((10, 10, 50, 35.0)), cars(), 0.5) == 1
+
+
+def test_what_the_other_camera_would_not_show_is_no_mismatch() -> None:
+    # If it is near, a car at the left edge of the left image is beyond that of the right one.
+    for left, counted in ((20.0, 0), (60.0, 1)):
+        only = cars((left, 100, left + 80, 160))
+        assert mismatches(only, cars(), 0.5, reach=50.0, width=1000.0) == counted
+        mirrored = cars((920 - left, 100, 1000 - left, 160))
+        assert mismatches(cars(), mirrored, 0.5, reach=50.0, width=1000.0) == counted
+        # In one image there is nothing that the other sensor cannot see.
+        assert mismatches(only, cars(), 0.5) == 1
+    # Yet it may have a partner.
+    edge, other = cars((20, 100, 120, 160)), cars((0, 100, 90, 160))
+    assert mismatches(edge, other, 0.5, reach=50.0, width=1000.0) == 0
 
 
 def test_a_near_car_is_one_car_in_two_cameras() -> None:

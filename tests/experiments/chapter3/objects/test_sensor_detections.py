@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,15 +24,16 @@ from avsec_gym.experiments.chapter3.objects.attack_sizes import (
 )
 from avsec_gym.experiments.chapter3.objects.bogus_obstacles import taken_for_an_obstacle
 from avsec_gym.experiments.chapter3.objects.detector_weights import weights_of
+from avsec_gym.experiments.chapter3.objects.mismatch_counts import IOUS, mismatch_counts
 from avsec_gym.experiments.chapter3.objects.moment_truth import truth_of
+from avsec_gym.experiments.chapter3.objects.score_thresholds import USUAL, score_thresholds
 from avsec_gym.experiments.chapter3.objects.sensor_detections import (
-    IOUS,
+    DETECTIONS_FORMAT,
     PATCH,
-    TRUTH,
     SensorDetections,
-    baseline_cells,
-    baseline_inputs,
-    impact_cells,
+    detection_cells,
+    detection_inputs,
+    truth_setting,
 )
 from avsec_gym.experiments.experiment import CellResult, Configuration
 from avsec_gym.frame import SensorFrame
@@ -52,6 +54,7 @@ LABEL = "Car 0.00 0 -1.57 109.60 62.14 141.60 93.00 1.50 1.60 4.00 0.00 1.65 12.
 DONT_CARE = "DontCare -1 -1 -10 1 2 9 9 -1 -1 -1 -1000 -1000 -1000 -10\n"
 CAMERAS = (1, 3, 2)
 BRIGHT = 170
+FROM_0_3 = {"lidar": {"score": 0.3}, "camera": {"score": 0.3}}
 
 
 def wall(number: int) -> SensorFrame:
@@ -159,19 +162,35 @@ def values_of(result: CellResult) -> dict[tuple[str, str, float], float]:
     return {(row.setting, row.name, row.strength): row.value for row in result.measurements}
 
 
-def test_baseline_and_impact_share_the_judged_cells(configuration: Configuration) -> None:
-    cells = baseline_cells(configuration)
+class Kept:
+    """What cells came to, as a run keeps it."""
+
+    def __init__(self, *cells: CellResult) -> None:
+        self._cells = cells
+
+    def detections(self, setting: str, strength: float = 0.0) -> dict[str, Boxes3D]:
+        rows = (row for cell in self._cells for row in cell.detections)
+        return {row.scenario: row.boxes for row in rows if row.setting == setting}
+
+    def measurements(self, **where: Any) -> list[dict[str, Any]]:
+        rows = (vars(row) for cell in self._cells for row in cell.measurements)
+        return [row for row in rows if where.items() <= row.items()]
+
+
+def test_baseline_and_impact_share_their_cells(configuration: Configuration) -> None:
+    cells = detection_cells(configuration)
     assert [cell.arguments["part"] for cell in cells] == ["fitted"] * 2 + ["judged"] * 3
-    assert impact_cells(configuration) == cells[2:]
+    assert experiment("impact").cells(configuration) == cells
+    assert experiment("object_level").cells(configuration) == cells
     assert len(size_cells(configuration)) == 5
-    assert baseline_inputs(configuration) == {}
+    assert detection_inputs(configuration) == {}
     for name in ("object_level", "impact", "sensitivity"):
         assert experiment(name).name == name
 
 
 def test_weights_that_lack_are_named_with_how_to_make_them(configuration: Configuration) -> None:
     for inputs, options, missing in (
-        (baseline_inputs, {"lidar_detector": "pixor", "pixor": ""}, "pixor"),
+        (detection_inputs, {"lidar_detector": "pixor", "pixor": ""}, "pixor"),
         (size_inputs, {"sensitivity_image": "yolo"}, "yolo"),
     ):
         asked = replace(configuration, options={**configuration.options, **options})
@@ -183,21 +202,27 @@ def test_weights_that_lack_are_named_with_how_to_make_them(configuration: Config
 
 
 def test_nobody_attacks_what_is_fitted_on(configuration: Configuration) -> None:
-    result = SensorDetections(configuration)("fitted", 1)
-    assert {row.setting for row in result.measurements} == {"fitted 00"}
-    assert len(result.measurements) == 5 * len(IOUS)
-    assert {row.value for row in result.measurements} == {0}
-    assert all(" clean in " in row.setting for row in result.detections)
+    result = SensorDetections(configuration)("fitted", 1, DETECTIONS_FORMAT)
+    counts, moments = mismatch_counts(Kept(result), "fitted", FROM_0_3)  # type: ignore[arg-type]
+    assert moments == ["0000000001"]
+    assert counts.shape == (1, 5, len(IOUS), 2, 2)
+    assert (counts[..., 0, 0] == 0).all()
+    assert np.isnan(counts).sum() == 5 * len(IOUS) * 3
+    told = {row.setting for row in result.detections}
+    assert {setting for setting in told if " clean in " not in setting} == {"fitted truth"}
 
 
 def test_a_sensor_that_sees_more_or_less_than_another_is_a_mismatch(
     configuration: Configuration,
 ) -> None:
     hidden = set()
-    for number in range(3):
-        result = SensorDetections(configuration)("judged", number)
-        boxes, counts = boxes_of(result), values_of(result)
-        assert boxes[TRUTH, 0.0].category.tolist() == ["Car", "DontCare"]
+    work = SensorDetections(configuration)
+    results = [work("judged", number, DETECTIONS_FORMAT) for number in range(3)]
+    counts, moments = mismatch_counts(Kept(*results), "judged", FROM_0_3)  # type: ignore[arg-type]
+    assert len(moments) == 3
+    for number, result in enumerate(results):
+        boxes = boxes_of(result)
+        assert boxes[truth_setting("judged"), 0.0].category.tolist() == ["Car", "DontCare"]
         clean, spoofed = (
             boxes[f"judged lidar {state} in 2", 0.0] for state in ("clean", "attacked")
         )
@@ -210,7 +235,7 @@ def test_a_sensor_that_sees_more_or_less_than_another_is_a_mismatch(
             for state, word in enumerate(("clean", "attacked"))
         }
         hidden |= {camera for camera in CAMERAS if not cars[camera, 1]}
-        for i, k in KITTI_SYSTEM.pairs():
+        for column, (i, k) in enumerate(KITTI_SYSTEM.pairs()):
             camera = CAMERAS[k - 1]
             for first, second in np.ndindex(2, 2):
                 if i:
@@ -218,14 +243,32 @@ def test_a_sensor_that_sees_more_or_less_than_another_is_a_mismatch(
                 else:
                     # The phantom, and the car if the camera does not see it.
                     expected = first + 1 - cars[camera, second]
-                found = counts[f"judged {first}{second}", f"mismatches 0.5 {i},{k}", 0.0]
-                assert found == expected
+                assert counts[number, column, 0, first, second] == expected
     assert hidden, "no facula hides the car: the test says little"
 
 
+def test_boxes_count_from_the_working_point_of_clean_moments_on(
+    configuration: Configuration,
+) -> None:
+    work = SensorDetections(configuration)
+    kept = Kept(*(work("fitted", number, DETECTIONS_FORMAT) for number in range(2)))
+    found = score_thresholds(kept, {})  # type: ignore[arg-type]
+    assert found["camera"] == {"score": 1.0, "precision": 1.0, "recall": 1.0}
+    assert found["lidar"] == {"score": 1.0, "precision": 1.0, "recall": 1.0}
+    chosen = score_thresholds(kept, {"score_threshold": 0.7})  # type: ignore[arg-type]
+    assert {one["score"] for one in chosen.values()} == {0.7}
+    nobody_labelled = score_thresholds(Kept(), {})  # type: ignore[arg-type]
+    assert {one["score"] for one in nobody_labelled.values()} == {USUAL}
+
+
 def test_the_same_cell_comes_to_the_same(configuration: Configuration) -> None:
-    one, other = (SensorDetections(configuration)("judged", 0) for _ in range(2))
+    one, other = (SensorDetections(configuration)("judged", 0, DETECTIONS_FORMAT) for _ in range(2))
     assert list(one.measurements) == list(other.measurements)
+    for ours, theirs in zip(one.detections, other.detections, strict=True):
+        assert (ours.setting, ours.boxes.score.tolist()) == (
+            theirs.setting,
+            theirs.boxes.score.tolist(),
+        )
 
 
 def test_sizes_of_an_attack_stand_at_one_place_and_grow(configuration: Configuration) -> None:

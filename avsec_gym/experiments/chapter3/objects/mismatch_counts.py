@@ -1,0 +1,76 @@
+"""How many objects of two sensors have no partner, in every moment of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.experiments.chapter3.objects.object_mismatches import mismatches
+from avsec_gym.experiments.chapter3.objects.sensor_detections import (
+    WIDTH,
+    reach_name,
+    seen_setting,
+    view_setting,
+)
+from avsec_gym.experiments.chapter3.recordings import FITTED, SYSTEM
+from avsec_gym.experiments.results import Results
+from avsec_gym.geometry import Floats
+from avsec_gym.sensor_system import LIDAR
+from avsec_gym.validation.evidence.disparity_maps import Pair
+
+IOUS = (0.5, 0.7)
+"""That partners have more in common than."""
+
+
+def mismatch_counts(
+    results: Results, part: str, thresholds: Mapping[str, Any]
+) -> tuple[Floats, list[str]]:
+    """What `SensorDetections` stored, counted.
+
+    Args:
+        results: Of a run.
+        part: `FITTED`, whose sensors nobody attacks, or `JUDGED`.
+        thresholds: See `score_thresholds`.
+
+    Returns:
+        Shape (N, pairs, IoUs, 2, 2), NaN for states that lack: the pairs are those of the system,
+        the last axes whether its first and its second sensor is attacked; and the moments' ids.
+    """
+    views: dict[str, dict[str, float]] = {}
+    for told in results.measurements(setting=view_setting(part)):
+        views.setdefault(told["scenario"], {})[told["name"]] = told["value"]
+    moments, pairs = sorted(views), SYSTEM.pairs()
+    counts = np.full((len(moments), len(pairs), len(IOUS), 2, 2), np.nan)
+    attacked = (False,) if part == FITTED else (False, True)
+    for column, pair in enumerate(pairs):
+        # The reference is the left one of two cameras.
+        right, left = (
+            [_objects(results, part, pair, place, state, thresholds) for state in attacked]
+            for place in (0, 1)
+        )
+        for (row, id), i, k in product(enumerate(moments), map(int, attacked), map(int, attacked)):
+            reach, width = views[id].get(reach_name(pair), 0.0), views[id][WIDTH]
+            counts[row, column, :, i, k] = [
+                mismatches(left[k][id], right[i][id], iou, reach, width) for iou in IOUS
+            ]
+    return counts, moments
+
+
+def _objects(
+    results: Results,
+    part: str,
+    pair: Pair,
+    place: int,
+    is_attacked: bool,
+    thresholds: Mapping[str, Any],
+) -> dict[str, Boxes3D]:
+    """Of the first or the second sensor of a pair, in the image that they are compared in."""
+    sensor = SYSTEM.sensors[pair[place]]
+    camera = int(SYSTEM.sensors[pair[1]]) if sensor == LIDAR else int(sensor)
+    least = thresholds["lidar" if sensor == LIDAR else "camera"]["score"]
+    found = results.detections(seen_setting(part, sensor, is_attacked, camera))
+    return {id: boxes[boxes.score >= least] for id, boxes in found.items()}
