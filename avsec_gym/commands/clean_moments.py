@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from avsec_gym.frame import SensorFrame
     from avsec_gym.sensor_system import SensorSystem
     from avsec_gym.validation.evidence.pair_depth import PairDepth
+    from avsec_gym.validation.fitted_on import FittedOn
     from avsec_gym.validation.moments import Moment
+    from avsec_gym.validation.validation_folder import JsonLines
 
 
 @dataclass(frozen=True)
@@ -33,11 +35,12 @@ class CleanMoments:
     system: SensorSystem
     depth: PairDepth
 
-    def thresholds(self, path: Path) -> dict[str, str]:
-        """Write a threshold table.
+    def thresholds(self, path: Path, samples: Path) -> dict[str, str]:
+        """Write a threshold table; moments that an earlier run measured are not measured again.
 
         Args:
             path: Of the table.
+            samples: What is kept of each moment.
 
         Returns:
             Which moments were left out, when it was made, and why.
@@ -46,15 +49,28 @@ class CleanMoments:
             ConfigurationError: All of them are broken.
             DataError: The file is broken, or cannot be written.
         """
-        from avsec_gym.validation.thresholds import measured_thresholds, read_threshold_table
+        from avsec_gym.validation.thresholds import (
+            ThresholdTable,
+            read_threshold_table,
+            shares_of,
+        )
+        from avsec_gym.validation.validation_folder import JsonLines
 
-        if not path.exists():
-            left_out: dict[str, str] = {}
-            read = readable(self.moments, self.system, "measuring clean moments", left_out)
-            table = measured_thresholds((f for _, f in read), self.system, self.depth, {})
-            data = self._data(left_out)
-            replace(table, on=replace(table.on, data=data)).write(path)
-        return dict(read_threshold_table(path).on.data.get("left_out", {}))
+        if path.exists():
+            return dict(read_threshold_table(path).on.data.get("left_out", {}))
+        kept = JsonLines(samples)
+        left_out: dict[str, str] = {}
+        left = [moment for moment in self.moments if moment.id not in kept.rows]
+        for moment, frame in readable(left, self.system, "measuring clean moments", left_out):
+            try:
+                shares = shares_of(frame, self.system, self.depth)
+            except DataError as error:
+                left_out[moment.id] = str(error)
+            else:
+                kept.add({"id": moment.id, "shares": shares.tolist()})
+        whole, on = self._whole(kept, left_out)
+        ThresholdTable(on, np.array([kept.rows[one.id]["shares"] for one in whole])).write(path)
+        return left_out
 
     def likelihood(self, path: Path, samples: Path, seed: int) -> dict[str, str]:
         """Write a likelihood model; moments that an earlier run attacked are not attacked again.
@@ -71,7 +87,6 @@ class CleanMoments:
             ConfigurationError: Fewer than ten of them are whole.
             DataError: A file is broken, or cannot be written.
         """
-        from avsec_gym.validation.fitted_on import fitted_on
         from avsec_gym.validation.likelihood.likelihood_of_clean import (
             evidence_of_all_states,
             likelihood_of_clean,
@@ -86,17 +101,15 @@ class CleanMoments:
         number = {moment.id: n for n, moment in enumerate(self.moments)}
         left = [moment for moment in self.moments if moment.id not in kept.rows]
         for moment, frame in readable(left, self.system, "attacking clean moments", left_out):
-            evidence = evidence_of_all_states(
-                frame, self.system, self.depth, (seed, number[moment.id])
-            )
-            kept.add({"id": moment.id, "evidence": evidence.tolist()})
-        whole = [moment for moment in self.moments if moment.id in kept.rows]
-        if not whole:
-            raise ConfigurationError(
-                "likelihoods follow from clean frames, of which there are none"
-            )
-        calibration = whole[0].frame().calibration
-        on = fitted_on(self.system, self.depth, calibration, self._data(left_out))
+            try:
+                evidence = evidence_of_all_states(
+                    frame, self.system, self.depth, (seed, number[moment.id])
+                )
+            except DataError as error:
+                left_out[moment.id] = str(error)
+            else:
+                kept.add({"id": moment.id, "evidence": evidence.tolist()})
+        whole, on = self._whole(kept, left_out)
         console.say(f"avsec: fitting the likelihood of {len(whole)} moments")
         likelihood_of_clean(
             on,
@@ -104,6 +117,17 @@ class CleanMoments:
             [moment.drive or moment.id for moment in whole],
         ).write(path)
         return left_out
+
+    def _whole(self, kept: JsonLines, left_out: dict[str, str]) -> tuple[list[Moment], FittedOn]:
+        """Moments that something was kept of, and what they are."""
+        from avsec_gym.validation.fitted_on import fitted_on
+
+        whole = [moment for moment in self.moments if moment.id in kept.rows]
+        if not whole:
+            reason = next(iter(left_out.values()), "")
+            raise ConfigurationError(f"there are no clean moments to fit on: {reason}")
+        calibration = whole[0].frame().calibration
+        return whole, fitted_on(self.system, self.depth, calibration, self._data(left_out))
 
     def _data(self, left_out: dict[str, str]) -> dict[str, Any]:
         return {

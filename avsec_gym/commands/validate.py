@@ -7,22 +7,27 @@ import json
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from avsec_gym.commands import console
 from avsec_gym.commands.named_part import named_part
-from avsec_gym.errors import ConfigurationError
+from avsec_gym.errors import AvsecError, ConfigurationError
 from avsec_gym.kitti.text_files import read_text, write_text
 
 if TYPE_CHECKING:
-    from avsec_gym.sensor_system import Sensor
+    from avsec_gym.attacks.optical_attack import OpticalAttack
+    from avsec_gym.sensor_system import Sensor, SensorSystem
+    from avsec_gym.validation.evidence.pair_depth import PairDepth
     from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
     from avsec_gym.validation.moments import Moment, Recordings
     from avsec_gym.validation.threshold_validator import ThresholdValidator
     from avsec_gym.validation.validation_folder import ValidationFolder
     from avsec_gym.validation.validator import Validator
 
+_USUAL_OUT = Path("runs/validate")
 _REMARKS = 5
 """So many moments left out are told one by one."""
 _RATES = {
@@ -40,8 +45,8 @@ class Validate:
     """
 
     kitti_raw: Path | None = None
-    """A drive in KITTI's raw layout, a day of drives, or a folder of days; any part may lack.
-    Default: drives of the procedural world, made on first use."""
+    """A drive in KITTI's raw layout, a day of drives, or a folder of days; parts may be
+    missing.    Default: drives of the procedural world, made on first use."""
     kitti: Path | None = None
     """Instead: a folder in KITTI's object layout, with image_2, image_3 and velodyne."""
     sensors: tuple[str, ...] = ()
@@ -73,8 +78,9 @@ class Validate:
     """Of the attacks."""
     limit: int | None = None
     """Only the first moments."""
-    out: Path = Path("runs/validate")
-    """Folder for moments.jsonl, thresholds.json or likelihood.json, and pictures of alarms."""
+    out: Path | None = None
+    """Folder for moments.jsonl, thresholds.json or likelihood.json, and pictures of alarms.
+    Default: runs/validate, or runs/validate_2 and so on if that is of something else."""
     locate: bool = True
     """Whether to find the damage in the sensors that are named, with those that are sound."""
     json: bool = False
@@ -96,8 +102,9 @@ class Validate:
                 f"of {len(moments)} moments none is left to be judged: lower --clean, raise "
                 "--limit, or give --thresholds or --likelihood of an earlier run"
             )
+        self._check_attack(recordings.system)
         folder = self._folder(recordings, len(clean))
-        left_out = dict(recordings.lacking)
+        left_out = {id: f"it lacks {what}" for id, what in recordings.lacking.items()}
         validator = fitted or self._fit(folder.out, recordings, clean, left_out)
         if validator.remark:
             console.say(f"avsec: {validator.remark}")
@@ -124,6 +131,35 @@ class Validate:
         ):
             if not good:
                 raise ConfigurationError(f"--{name} cannot be {getattr(self, name)}")
+        # What is mistyped is told before anything is measured.
+        _ = self._attack, self._depth
+
+    def _check_attack(self, system: SensorSystem) -> None:
+        if self._attack is None:
+            return
+        judged, attacked = system.sensors, sorted(self._attack.sensors, key=str)
+        if not attacked or not set(attacked) <= set(judged):
+            names = " ".join(map(str, attacked)) or "nobody"
+            raise ConfigurationError(
+                f"--attack attacks {names}; the sensors {' '.join(map(str, judged))} are judged:"
+                " attack some of these, or ask for others with --sensors"
+            )
+
+    @cached_property
+    def _attack(self) -> OpticalAttack | None:
+        from avsec_gym.registry import Kind, make
+
+        if self.attack is None:
+            return None
+        attack: OpticalAttack = make(Kind.OPTICAL_ATTACK, named_part(self.attack, "--attack"))
+        return attack
+
+    @cached_property
+    def _depth(self) -> PairDepth:
+        from avsec_gym.validation.evidence.pair_depth import PairDepth
+
+        what = named_part(self.depth, "--depth")
+        return PairDepth(what) if isinstance(what, str) else PairDepth.from_settings(what)
 
     @property
     def _sensors(self) -> tuple[Sensor, ...]:
@@ -161,7 +197,7 @@ class Validate:
 
     def _folder(self, recordings: Recordings, clean: int) -> ValidationFolder:
         from avsec_gym.validation.fitted_on import FORMAT
-        from avsec_gym.validation.validation_folder import ValidationFolder
+        from avsec_gym.validation.validation_folder import ValidationFolder, differences
 
         place = self.kitti or self.kitti_raw
         record = {
@@ -171,8 +207,8 @@ class Validate:
             "clean_moments": clean,
             "rate": self.rate,
             "criterion": self.criterion,
-            "depth": None if self.thresholds or self.likelihood else self.depth,
-            "attack": self.attack,
+            "depth": None if self.thresholds or self.likelihood else self._depth.settings,
+            "attack": self.attack and named_part(self.attack, "--attack"),
             "seed": self.seed,
             "locate": self.locate,
         }
@@ -182,24 +218,28 @@ class Validate:
             file = getattr(self, name)
             if file is not None:
                 record[name] = hashlib.sha256(read_text(file).encode()).hexdigest()
-        return ValidationFolder(self.out, record)
+        if self.out is not None:
+            return ValidationFolder(self.out, record)
+        for number in count(1):
+            out = _USUAL_OUT.with_name(_USUAL_OUT.name + (f"_{number}" if number > 1 else ""))
+            if not differences(out, record):
+                break
+        return ValidationFolder(out, record)
 
     def _fit(
         self, out: Path, recordings: Recordings, clean: Sequence[Moment], left_out: dict[str, str]
     ) -> ThresholdValidator | LikelihoodValidator:
         """On the first moments."""
         from avsec_gym.commands.clean_moments import CleanMoments
-        from avsec_gym.validation.evidence.pair_depth import PairDepth
         from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
         from avsec_gym.validation.threshold_validator import ThresholdValidator
         from avsec_gym.validation.validation_folder import LIKELIHOOD, SAMPLES, THRESHOLDS
 
-        depth = PairDepth(named_part(self.depth, "--depth"))
-        own = CleanMoments(clean, recordings.system, depth)
+        own = CleanMoments(clean, recordings.system, self._depth)
         if self.fit_likelihood:
             left_out |= own.likelihood(out / LIKELIHOOD, out / SAMPLES, self.seed)
             return LikelihoodValidator(out / LIKELIHOOD, self.rate)
-        left_out |= own.thresholds(out / THRESHOLDS)
+        left_out |= own.thresholds(out / THRESHOLDS, out / SAMPLES)
         return ThresholdValidator(out / THRESHOLDS, self.rate, self.criterion)
 
     def _judge(
@@ -211,12 +251,11 @@ class Validate:
     ) -> None:
         from avsec_gym.attacks.optical_attack import TamperedFrame
         from avsec_gym.commands.clean_moments import readable
-        from avsec_gym.registry import Kind, make
         from avsec_gym.report.validation_picture import save_validation_picture
         from avsec_gym.validation.repair.damage import located_damage
         from avsec_gym.validation.validation_folder import row_of
 
-        attack = self.attack and make(Kind.OPTICAL_ATTACK, named_part(self.attack, "--attack"))
+        attack, refused = self._attack, list[AvsecError]()
         for row in folder.rows.values():
             self._tell(row)
         number = {moment.id: n for n, moment in enumerate(judged)}
@@ -225,7 +264,13 @@ class Validate:
             seed = self.seed, number[moment.id]
             tampered = attack.attack(frame, seed) if attack else TamperedFrame(frame)
             begun = time.perf_counter()
-            validation = validator.validate(tampered.frame)
+            try:
+                validation = validator.validate(tampered.frame)
+            except AvsecError as error:
+                # Another rig, images of two sizes: of this moment, perhaps not of others.
+                refused.append(error)
+                left_out[moment.id] = str(error)
+                continue
             judged_at = time.perf_counter()
             damage = located_damage(validation) if self.locate else {}
             seconds = judged_at - begun, time.perf_counter() - judged_at
@@ -235,6 +280,8 @@ class Validate:
                 save_validation_picture(validation, folder.out / "alarms" / f"{name}.png", damage)
             folder.add(row)
             self._tell(row)
+        if refused and not folder.rows:
+            raise refused[0]
 
     def _tell(self, row: Mapping[str, Any]) -> None:
         from avsec_gym.commands.validation_line import validation_line

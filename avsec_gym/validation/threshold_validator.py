@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -80,9 +81,11 @@ class ThresholdValidator:
         if self.rate == 0 or not (largest & shares.any(axis=(0, 1))).any():
             return ""
         names = [SHARES[name] for name, one in zip(MEASURES, largest, strict=True) if one]
+        few = math.ceil(1 / self.rate)
         return (
-            f"few clean moments for r = {self.rate}: of {len(shares)} none lies beyond the "
-            f"thresholds of {', '.join(names)}, as for r = 0"
+            f"expect more false alarms than r = {self.rate:g}: of {len(shares)} clean moments, the "
+            f"thresholds of {', '.join(names)} are the largest values; it takes {few:,}, for E and "
+            f"holes {10 * few:,}"
         )
 
     def validate(self, frame: SensorFrame) -> Validation:
@@ -102,6 +105,10 @@ class ThresholdValidator:
             said = Verdict.CANNOT_TELL if alarm else Verdict.SOUND
             return Validation(alarm, dict.fromkeys(sensors, said), errors, thresholds=self._chosen)
         found = identify_attacked_sensors(exceeded, len(sensors))
+        if found.limit_exceeded:
+            # No two sensors agree: who was dropped is no more suspicious than who is left.
+            nobody = dict.fromkeys(sensors, Verdict.CANNOT_TELL)
+            return Validation(True, nobody, errors, thresholds=self._chosen)
         verdicts = dict.fromkeys(sensors, Verdict.SOUND)
         verdicts |= {sensors[one]: Verdict.CANNOT_TELL for one in found.doubtful}
         verdicts |= {sensors[one]: Verdict.ATTACKED for one in found.attacked}

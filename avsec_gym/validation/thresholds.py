@@ -172,17 +172,27 @@ def measured_thresholds(
     Raises:
         ConfigurationError: No frames.
     """
-    samples: list[Mapping[Triple, DisparityError]] = []
+    samples: list[Floats] = []
     on: FittedOn | None = None
     for frame in frames:
         on = on or fitted_on(system, depth, frame.calibration, data)
-        errors = DisparityErrors(DisparityMaps(frame, system, depth))
-        errors.maps.find(system.pairs())
-        # The numbers alone are kept, not the maps.
-        samples.append(dict(errors))
+        samples.append(shares_of(frame, system, depth))
     if on is None:
         raise ConfigurationError("thresholds follow from clean frames, of which there are none")
-    return threshold_table(on, samples)
+    return ThresholdTable(on, np.array(samples))
+
+
+def shares_of(frame: SensorFrame, system: SensorSystem, depth: PairDepth) -> Floats:
+    """All `MEASURES` of every triple of a frame, shape (triples, 4).
+
+    Args:
+        frame: With all sensors.
+        system: The sensors.
+        depth: How disparities of two cameras are found.
+    """
+    errors = DisparityErrors(DisparityMaps(frame, system, depth))
+    errors.maps.find(system.pairs())
+    return np.array([errors[triple].shares for triple in system.triples])
 
 
 def read_threshold_table(path: str | Path) -> ThresholdTable:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -38,15 +39,14 @@ class ValidationFolder:
 
     def __init__(self, out: Path, record: Mapping[str, Any]) -> None:
         self.out = out
-        text = json.dumps({"rows": FORMAT, **record}, indent=1) + "\n"
-        place = out / RECORD
-        if place.exists() and read_text(place) != text:
+        if others := differences(out, record):
             raise DataError(
-                "The results here are of another recording, other sensors or other settings.",
+                f"The results here are of something else: {'; '.join(others)}.",
                 path=out,
                 remedy="Name another --out, or take this folder away.",
             )
-        write_text(place, text, overwrite=True)
+        text = json.dumps({"rows": FORMAT, **record}, indent=1) + "\n"
+        write_text(out / RECORD, text, overwrite=True)
         self._lines = JsonLines(out / ROWS)
 
     @property
@@ -59,17 +59,53 @@ class ValidationFolder:
         self._lines.add(row)
 
 
+def differences(out: Path, record: Mapping[str, Any]) -> list[str]:
+    """In what the results in a folder are others: ``seed 1, not 0``; none where there are none.
+
+    Args:
+        out: The folder, there or not.
+        record: As of `ValidationFolder`.
+    """
+    if not any((out / name).exists() for name in (ROWS, THRESHOLDS, LIKELIHOOD, SAMPLES)):
+        return []
+    there = {}
+    if (out / RECORD).exists():
+        with suppress(ValueError):
+            there = dict(json.loads(read_text(out / RECORD)))
+    if not there:
+        return [f"there is no {RECORD} that tells whose they are"]
+    asked = json.loads(json.dumps({"rows": FORMAT, **record}))
+    return [
+        f"{name} {there.get(name)}, not {asked.get(name)}"
+        for name in {**asked, **there}
+        if there.get(name) != asked.get(name)
+    ]
+
+
 class JsonLines:
     """Rows with an ``id``, a line each; a last line that was cut off is done again.
 
     Args:
         path: The file, new or not.
+
+    Raises:
+        DataError: Another line is damaged.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
         lines = read_text(path).split("\n")[:-1] if path.exists() else []
-        self.rows: dict[str, dict[str, Any]] = {row["id"]: row for row in map(json.loads, lines)}
+        self.rows: dict[str, dict[str, Any]] = {}
+        for number, line in enumerate(lines, start=1):
+            try:
+                row = json.loads(line)
+                self.rows[row["id"]] = row
+            except (ValueError, KeyError, TypeError) as error:
+                raise DataError(
+                    f"Line {number} is damaged ({error}).",
+                    path=path,
+                    remedy="Take the line out: its moment is then judged again.",
+                ) from error
         write_text(path, "".join(line + "\n" for line in lines), overwrite=True)
 
     def add(self, row: dict[str, Any]) -> None:
@@ -134,7 +170,7 @@ def summary(rows: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
 
     ``alarms_as_recorded`` counts alarms on moments that were not attacked on purpose: false ones,
     if nobody attacked them while they were recorded.  ``attacks_named`` counts the moments in which
-    exactly the attacked sensors were named; three sensors can name none.
+    exactly the attacked sensors were named; by thresholds, three sensors can name none.
     """
     as_recorded = [row for row in rows.values() if not row["truly_attacked"]]
     attacked = [row for row in rows.values() if row["truly_attacked"]]
@@ -144,7 +180,9 @@ def summary(rows: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
             names[str(sensor)] = names.get(str(sensor), 0) + 1
     seconds = sorted(row["seconds"] for row in rows.values())
     exact = [
-        row["attacked"] == row["truly_attacked"] for row in attacked if len(row["verdicts"]) > 3
+        row["attacked"] == row["truly_attacked"]
+        for row in attacked
+        if len(row["verdicts"]) > 3 or row["probabilities"] is not None
     ]
     return {
         "moments": len(rows),

@@ -6,7 +6,9 @@ import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
@@ -16,9 +18,11 @@ from avsec_gym.kitti.raw_calibration import write_raw_calibration
 from avsec_gym.kitti.writing import write_raw_frame
 from avsec_gym.registry import make
 from avsec_gym.rig import camera_rig
+from avsec_gym.validation import thresholds
 from avsec_gym.validation.evidence.disparity_error import MEASURES
 from avsec_gym.validation.evidence.state_evidence import StateEvidence
 from avsec_gym.validation.likelihood.maximum_likelihood import read_likelihood_model
+from avsec_gym.validation.thresholds import shares_of
 
 RIG = camera_rig([0.0, 0.4, 0.6], focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))
 COVERED = 11
@@ -137,7 +141,7 @@ def test_a_rare_sensor_few_clean_moments_and_alarms_of_an_unknown_drive_are_said
     assert run([*arguments, "--clean", "0.4", "--no-locate"]) == 0
     told = capsys.readouterr()
     assert "camera 2: 1 moments could be judged with it, 12 can without" in told.err
-    assert "few clean moments for r = 0.01: of 5 none lies beyond the thresholds of E" in told.err
+    assert "more false alarms than r = 0.01: of 5 clean moments, the thresholds of E" in told.err
     assert "alarms as recorded (false, if nobody attacked)" in told.out
     assert "without" not in told.out
     # Three sensors name nobody; they say what was beyond.
@@ -180,7 +184,7 @@ def test_what_lacks_is_said(
     arguments = ["validate", "--kitti-raw", str(drive), "--out", str(tmp_path / "out")]
     assert run([*arguments, "--clean", "0.5"]) == 3
     told = capsys.readouterr()
-    assert "0000000002: velodyne_points" in told.err
+    assert "0000000002: it lacks velodyne_points" in told.err
     assert "0000000005.png" in told.err
     assert "0000000004  sound" in told.out
     for camera in (0, 1):
@@ -273,3 +277,99 @@ def test_what_cannot_be_is_refused(
 ) -> None:
     arguments = ["validate", "--kitti-raw", str(day), "--out", str(tmp_path / "out")]
     assert run([*arguments, *options]) == code
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        (["--attack", '{"name": "faculla", "camera": 1}'], "no optical_attack named 'faculla'"),
+        (["--attack", '{"name": "facula", "camera": 7}'], "attacks 7; the sensors lidar 2 1 0"),
+        (["--attack", '{"name": "thesis", "sensors": []}'], "attacks nobody"),
+        (["--attack", ""], "no optical_attack named ''"),
+        (["--depth", '{"name": "sgbm", "blocks": 1}'], "sgbm cannot be made"),
+        (["--depth", '{"name": "sgbm", "nearest": -1}'], "nearest depth is positive"),
+    ],
+)
+def test_what_is_mistyped_is_told_before_anything_is_measured(
+    day: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    options: list[str],
+    complaint: str,
+) -> None:
+    arguments = ["validate", "--kitti-raw", str(day), "--out", str(tmp_path / "out")]
+    assert run([*arguments, *options]) == 2
+    assert complaint in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_without_a_name_each_question_has_a_folder_of_its_own(
+    validated: Lines, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    attack = ["--attack", '{"name": "facula", "camera": 1}', "--limit", "6", "--no-locate"]
+    for more in (
+        ["--limit", "6"],
+        attack,
+        ["--attack", '{"camera":1,"name":"facula"}', *attack[2:]],
+    ):
+        validated("--clean", "0.5", *more)
+    assert sorted(path.name for path in (tmp_path / "runs").iterdir()) == ["validate", "validate_2"]
+
+
+def test_a_moment_of_other_images_is_left_out(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    drive = tmp_path / "2026_01_01" / "2026_01_01_drive_0002_sync"
+    write_raw_calibration(drive.parent, RIG.calibration, image_size=(240, 120))
+    for number in range(8):
+        write_raw_frame(drive, number, wall(number))
+    for number in (1, 6):
+        path = drive / "image_01" / "data" / f"{number:010d}.png"
+        cv2.imwrite(str(path), np.zeros((100, 240, 3), np.uint8))
+    out = tmp_path / "out"
+    arguments = ["validate", "--kitti-raw", str(drive), "--out", str(out), "--clean", "0.5"]
+    assert run([*arguments, "--no-locate"]) == 3
+    told = capsys.readouterr()
+    for id in ("0000000001", "0000000006"):
+        assert f"left out: {id}: " in told.err
+    assert "0000000007  sound" in told.out
+    assert json.loads((out / "summary.json").read_text())["moments"] == 3
+
+
+def test_measuring_clean_moments_goes_on_where_it_was_stopped(
+    validated: Lines, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As a stop after two of four: what was measured is neither lost nor measured again."""
+    out, measured = tmp_path / "out", []
+
+    def stopped_at(most: float) -> Callable[..., Any]:
+        def shares(frame: SensorFrame, *others: Any) -> Any:
+            if len(measured) == most:
+                raise KeyboardInterrupt
+            measured.append(frame.id)
+            return shares_of(frame, *others)
+
+        return shares
+
+    options = ["--out", str(out), "--clean", "0.34", "--limit", "12", "--no-locate"]
+    monkeypatch.setattr(thresholds, "shares_of", stopped_at(2))
+    validated(*options, code=130)
+    monkeypatch.setattr(thresholds, "shares_of", stopped_at(np.inf))
+    validated(*options)
+    assert measured == [f"{number:010d}" for number in range(4)]
+    table = thresholds.read_threshold_table(out / "thresholds.json")
+    monkeypatch.undo()
+    validated("--out", str(tmp_path / "whole"), *options[2:])
+    whole = thresholds.read_threshold_table(tmp_path / "whole" / "thresholds.json")
+    np.testing.assert_array_equal(table.shares, whole.shares)
+    assert table.on.data == whole.on.data
+
+
+def test_a_damaged_line_is_named(validated: Lines, tmp_path: Path, capsys: Any) -> None:
+    out = tmp_path / "out"
+    options = ["--out", str(out), "--clean", "0.5", "--no-locate"]
+    validated(*options)
+    rows = (out / "moments.jsonl").read_text().split("\n")
+    (out / "moments.jsonl").write_text("\n".join(["{", *rows[1:]]))
+    validated(*options, code=1)

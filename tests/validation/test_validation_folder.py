@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from avsec_gym.errors import DataError
-from avsec_gym.validation.validation_folder import ValidationFolder, summary
+from avsec_gym.validation.validation_folder import ROWS, ValidationFolder, summary
 
 
 def row(alarm: bool, attacked: list[int], truly: list[int], sensors: int = 4) -> dict[str, Any]:
@@ -17,6 +17,7 @@ def row(alarm: bool, attacked: list[int], truly: list[int], sensors: int = 4) ->
         "attacked": attacked,
         "truly_attacked": truly,
         "verdicts": dict.fromkeys(map(str, range(sensors)), "sound"),
+        "probabilities": None,
         "seconds": 0.5,
     }
 
@@ -40,5 +41,33 @@ def test_rows_of_another_format_are_not_gone_on_with(
     ValidationFolder(tmp_path, {"rate": 0.01}).add({"id": "0"})
     assert list(ValidationFolder(tmp_path, {"rate": 0.01}).rows) == ["0"]
     monkeypatch.setattr("avsec_gym.validation.validation_folder.FORMAT", 99)
-    with pytest.raises(DataError, match="other settings"):
+    with pytest.raises(DataError, match="something else: rows 2, not 99"):
         ValidationFolder(tmp_path, {"rate": 0.01})
+
+
+def test_it_is_said_in_what_others_differ_and_an_empty_folder_is_nobodys(tmp_path: Path) -> None:
+    ValidationFolder(tmp_path, {"rate": 0.01, "seed": 1})
+    (tmp_path / ROWS).unlink()
+    # Nothing was kept: a mistyped option is no reason to name another folder.
+    ValidationFolder(tmp_path, {"rate": 0.02, "seed": 1}).add({"id": "0"})
+    with pytest.raises(DataError, match=r"something else: rate 0\.02, not 0\.03; seed 1, not None"):
+        ValidationFolder(tmp_path, {"rate": 0.03})
+
+
+def test_a_damaged_line_tells_its_number(tmp_path: Path) -> None:
+    folder = ValidationFolder(tmp_path, {})
+    for id in "012":
+        folder.add({"id": id})
+    lines = (tmp_path / ROWS).read_text().splitlines()
+    (tmp_path / ROWS).write_text("\n".join([lines[0], lines[1][:5], lines[2]]) + "\n")
+    with pytest.raises(DataError, match=r"moments\.jsonl: Line 2 is damaged"):
+        ValidationFolder(tmp_path, {})
+    # A last line that was cut off is done again.
+    (tmp_path / ROWS).write_text("\n".join([lines[0], lines[1][:5]]))
+    assert list(ValidationFolder(tmp_path, {}).rows) == ["0"]
+
+
+def test_a_likelihood_names_one_of_three_sensors() -> None:
+    named = row(True, [3], [3], sensors=3)
+    found = summary({"a": named, "b": {**named, "probabilities": {"3": 1.0}}})
+    assert (found["attacks_named"]["count"], found["attacks_named"]["of"]) == (1, 1)

@@ -139,10 +139,20 @@ def test_too_few_clean_moments_for_the_rate_are_said(
     shares = np.random.default_rng(0).uniform(size=(count, len(SYSTEM.triples), 4))
     remark = ThresholdValidator(ThresholdTable(on, shares), rate, criterion).remark
     if told:
-        assert f"few clean moments for r = {rate}: of {count} none" in remark
-        assert f"the thresholds of {told}, as for r = 0" in remark
+        assert f"more false alarms than r = {rate}: of {count} clean moments" in remark
+        assert f"the thresholds of {told} are the largest" in remark
+        assert "it takes 100, for E and holes 1,000" in remark
     else:
         assert remark == ""
+
+
+def test_where_no_two_sensors_agree_nobody_is_named(wall_of: WallOf) -> None:
+    """More than n - 2 are attacked: that S_n was dropped first says nothing of it."""
+    wall = wall_of(0)
+    said = ThresholdValidator(table_with(wall, set(SYSTEM.triples)), rate=0.0).validate(wall)
+    assert said.alarm
+    assert not said.attacked
+    assert set(said.verdicts.values()) == {Verdict.CANNOT_TELL}
 
 
 def test_maps_are_found_together_and_only_those_that_are_asked_for(

@@ -18,6 +18,8 @@ from avsec_gym.validation.evidence.seen_by_both import SeenByBoth
 
 _STEP = 16
 """OpenCV searches disparities by the 16."""
+_OWN = ("name", "nearest")
+"""Arguments that are not the matcher's."""
 
 
 @dataclass(frozen=True)
@@ -55,12 +57,20 @@ class PairDepth:
             )
         if not (math.isfinite(self.nearest) and self.nearest > 0):
             raise ConfigurationError(f"the nearest depth is positive, got {self.nearest} m")
+        if "nearest" in (settings := self.settings):
+            arguments = {name: value for name, value in settings.items() if name not in _OWN}
+            try:
+                WholeWidthMatching(**arguments)
+            except TypeError as error:
+                raise ConfigurationError(f"sgbm cannot be made: {error}") from error
 
     @property
     def settings(self) -> dict[str, Any]:
         """JSON-able: what decides the disparities."""
         named = {"name": self.what} if isinstance(self.what, str) else self.what
-        arguments: dict[str, Any] = dict(named)
+        arguments: dict[str, Any] = {**named}
+        if "nearest" in arguments:
+            raise ConfigurationError("nearest stands beside the dictionary, not in it")
         if arguments.get("name") == "sgbm" and "disparities" not in arguments:
             arguments["nearest"] = self.nearest
         return arguments

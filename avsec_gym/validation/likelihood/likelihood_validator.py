@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
@@ -60,8 +61,8 @@ class LikelihoodValidator:
         if not 0 < self.rate * count < 1:
             return ""
         return (
-            f"few clean moments for r = {self.rate}: of {count} that were held out none raises an "
-            "alarm, as for r = 0"
+            f"expect more false alarms than r = {self.rate:g}: of {count} clean moments that were "
+            f"held out none raises an alarm; it takes {math.ceil(1 / self.rate):,}"
         )
 
     def validate(self, frame: SensorFrame) -> Validation:
