@@ -34,7 +34,7 @@ class FaculaCoding:
     strength: float = 255.0
 
     def __post_init__(self) -> None:
-        if len(self.radii) != 2 or not 0 < self.radii[0] < self.radii[1] < np.inf:
+        if np.shape(self.radii) != (2,) or not 0 < self.radii[0] < self.radii[1] < np.inf:
             raise ConfigurationError(
                 f"radii are a smallest and a largest, in pixels, got {self.radii}"
             )

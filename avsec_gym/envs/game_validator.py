@@ -8,10 +8,11 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from avsec_gym.errors import ConfigurationError
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.registry import Kind, make
 from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.scene import Scene
+from avsec_gym.sensor_system import LIDAR
 
 if TYPE_CHECKING:  # OpenCV is loaded where somebody validates, not before.
     from avsec_gym.validation.thresholds import ThresholdTable
@@ -43,6 +44,7 @@ def validator_and_played(
     Raises:
         ConfigurationError: Nothing has that name, its arguments cannot be, half of the game's
             scenes are fewer than `FEWEST`, or none is left to be played.
+            Or the scenes lack a sensor that the validator judges.
         DataError: A clean scene lacks an image or the scan.
     """
     if what is None:
@@ -52,7 +54,24 @@ def validator_and_played(
     if isinstance(what, Mapping) and what.get("name") == "thresholds" and "thresholds" not in what:
         clean = _kept_back(scenes) if clean is None else clean
         what, scenes = {**what, "thresholds": _measured(clean)}, _without(scenes, clean)
-    return cast("Validator", make(Kind.VALIDATOR, what)), scenes
+    validator = cast("Validator", make(Kind.VALIDATOR, what))
+    _check_sensors(validator, scenes)
+    return validator, scenes
+
+
+def _check_sensors(validator: Validator, scenes: FrameScenes) -> None:
+    """That the scenes have what the validator judges; the first one tells."""
+    frame = scenes.frame(scenes.scenes.labelled[0])
+    try:
+        for sensor in validator.system.sensors:
+            _ = frame.points if sensor == LIDAR else frame.image(int(sensor))
+    except DataError as error:
+        judged = " ".join(map(str, validator.system.sensors))
+        raise ConfigurationError(
+            f"the validator judges the sensors {judged}, which the scenes of {scenes.scenes.name} "
+            f"have not: {error} `avsec validate --sensors lidar 3 2` makes a table of the LiDAR and "
+            "cameras 3 and 2."
+        ) from error
 
 
 @lru_cache(maxsize=8)  # The same scenes again, so that `_measured` knows them.

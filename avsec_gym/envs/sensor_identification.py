@@ -43,7 +43,7 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
     ## Observation
     `Box(0, 1, (E,), float32)`: what the sensors say of each other, shares from 0 to 1: of every
     triple of sensors i < j < k the disparity error E_{i,j,k}, and with the LiDAR where most of its
-    points are disproved; of every pair of cameras i < k with k from 2 the share of the view without
+    points are disproved; of every pair of cameras i < k the share of the view without
     depth, and those in which k sees brighter or darker than i.
     `avsec_gym.validation.evidence.evidence.evidence_elements` tells which element is which.  With a
     LiDAR and three cameras E is 16.
