@@ -69,8 +69,8 @@ def _check_sensors(validator: Validator, scenes: FrameScenes) -> None:
         judged = " ".join(map(str, validator.system.sensors))
         raise ConfigurationError(
             f"the validator judges the sensors {judged}, which the scenes of {scenes.scenes.name} "
-            f"have not: {error} `avsec validate --sensors lidar 3 2` makes a table of the LiDAR and "
-            "cameras 3 and 2."
+            f"have not: {error} `avsec validate --sensors lidar 3 2` makes a table of the LiDAR "
+            "and cameras 3 and 2."
         ) from error
 
 

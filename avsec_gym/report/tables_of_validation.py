@@ -45,7 +45,7 @@ INTERVALS = (
     "In brackets: 95 % intervals, Wilson’s, widened by what the cases of one drive have in common."
 )
 """What intervals of shares are."""
-_BEYOND = {
+BEYOND_IN_WORDS = {
     (SMALLER, True): "a bogus return 1 m wide",
     (SMALLER, False): "a facula of 60 to 120 px",
     (OTHER, True): "a bogus return that hides what is behind it",
@@ -166,7 +166,9 @@ def _identification_table(rows: Any, independent: Any) -> Table:
         lines,
         "Identified: exactly the attacked sensors were named. Mean: over attacks on one sensor, up"
         " to n − 2. Beyond n − 2: exactly named among two to four attacked sensors, where the"
-        f" thesis promises nothing. False alarms: of clean moments, whoever is named. {_PRIOR}"
+        " thesis promises nothing, by the most probable state, however sure; what is said with"
+        " certainty is a table of its own. False alarms: of clean moments, whoever is named."
+        f" {_PRIOR}"
         f" {INTERVALS}",
     )
 
@@ -195,7 +197,7 @@ def _beyond_table(rows: Any) -> Table:
     ways = ("noticed_by_error", "noticed", "named", "named_likeliest")
     lines = []
     for row in rows:
-        attack = _BEYOND[row["kind"], row["sensor"] == 0]
+        attack = BEYOND_IN_WORDS[row["kind"], row["sensor"] == 0]
         lines.append([name(attack), name(f"S{row['sensor']}"), *(_share(row[way]) for way in ways)])
     return Table(
         "Attacks beyond the thesis’ settings, r = 1 %",

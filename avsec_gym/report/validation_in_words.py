@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from avsec_gym.report.page_table import number
+from avsec_gym.report.tables_of_validation import BEYOND_IN_WORDS
 
 _RATE = 0.01
 
@@ -26,7 +27,7 @@ def validation_sentences(summary: Mapping[str, Any]) -> list[str]:
         alone, every = noticed[scenario, "error"], noticed[scenario, "any"]
         sentences.append(
             f"{scenario[0].upper()}{scenario[1:]} notice {_percent(every['average'])} of the"
-            f" attacks ({_percent(alone['average'])} by E alone), with"
+            f" thesis’ attacks at r = 1 % ({_percent(alone['average'])} by E alone), with"
             f" {_percent(every['false_alarms']['rate'])} false alarms."
         )
     named = {row["method"]: row for row in summary["identification"] if row["rate"] == _RATE}
@@ -38,6 +39,14 @@ def validation_sentences(summary: Mapping[str, Any]) -> list[str]:
         f" {_percent(by_algorithm['false_alarms']['rate'])} and"
         f" {_percent(likeliest['false_alarms']['rate'])} false alarms."
     )
+    if summary["beyond"]:
+        least = min(summary["beyond"], key=lambda row: row["noticed"]["rate"])
+        kind = BEYOND_IN_WORDS[least["kind"], least["sensor"] == 0]
+        sentences.append(
+            "Attacks beyond the thesis’ settings are noticed less: least"
+            f" {kind} on S{least['sensor']}, in {_percent(least['noticed']['rate'])} of the"
+            " moments."
+        )
     return sentences
 
 

@@ -27,7 +27,7 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import project
 from avsec_gym.perception.detectors.recorded import Oracle
 from avsec_gym.scenario.frame_scenes import frame_scenes, frame_scenes_of
-from avsec_gym.sensor_system import SensorSystem
+from avsec_gym.sensor_system import KITTI_SYSTEM, SensorSystem
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
 from avsec_gym.validation.evidence.disparity_error import MEASURES, DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
@@ -217,6 +217,13 @@ def test_by_itself_the_first_half_is_measured_and_the_rest_is_played(
     # Where nothing is measured, nothing is kept back.
     env = FaculaAttackEnv(**quick, validator=None)
     assert len(env.game.scenes) == 2 * FEWEST
+
+
+def test_a_validator_of_sensors_that_the_scenes_lack_is_told(quick: dict[str, Any]) -> None:
+    elsewhere = Watchman()
+    elsewhere.system = KITTI_SYSTEM
+    with pytest.raises(ConfigurationError, match=r"lidar 1 3 2, which.*--sensors lidar 3 2"):
+        FaculaAttackEnv(**{**quick, "validator": elsewhere}).reset(seed=0)
 
 
 def test_too_few_scenes_to_measure_on_are_told(quick: dict[str, Any]) -> None:
