@@ -82,7 +82,7 @@ class Validate:
     """Folder for moments.jsonl, thresholds.json or likelihood.json, and pictures of alarms.
     Default: runs/validate, or runs/validate_2 and so on if that is of something else."""
     locate: bool = True
-    """Whether to find the damage in the sensors that are named, with those that are sound."""
+    """Find the damage in the sensors that are named, with those that are sound; takes time."""
     json: bool = False
     """JSON lines instead of words, the summary last."""
 

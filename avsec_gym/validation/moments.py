@@ -201,8 +201,8 @@ def _checked(found: Recordings) -> Recordings:
             f"No frame has all of {_named(found.system.sensors)}"
             + (f"; {first[0]} lacks {first[1]}." if first else "."),
             path=found.root,
-            remedy="Name other --sensors (a fitted file tells its own), or fetch what is missing; "
-            "`avsec data check` lists it.",
+            remedy="Fetch what is missing, which `avsec data check` lists; or judge other sensors: "
+            "`avsec validate --sensors` (a fitted file tells its own).",
         )
     try:
         found.system.check(found.moments[0].frame().calibration)
