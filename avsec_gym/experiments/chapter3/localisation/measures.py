@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
@@ -96,7 +97,7 @@ def overlap(found: NDArray[np.bool_], true: NDArray[np.bool_]) -> Overlap:
 
 
 def found_again(objects: Boxes3D, detections: Boxes3D) -> int:
-    """How many objects have a detection of their category, IoU 0.5 or more in the image.
+    """How many objects have a detection of their own: same category, IoU 0.5 or more in the image.
 
     Raises:
         ConfigurationError: The detector gives no boxes in the image.
@@ -114,7 +115,7 @@ def found_again(objects: Boxes3D, detections: Boxes3D) -> int:
     areas, others = (np.prod(box[:, 2:] - box[:, :2], axis=1) for box in (one, other))
     same = common >= _FOUND * (areas[:, None] + others[None, :] - common)
     same &= objects.category[:, None] == detections.category[None, :]
-    return int(same.any(axis=1).sum())
+    return int(same[linear_sum_assignment(same, maximize=True)].sum())
 
 
 def _difference(image: Image, clean: Image, area: NDArray[np.bool_]) -> float | None:

@@ -117,6 +117,11 @@ def test_objects_are_found_again_by_place_and_category() -> None:
     assert found_again(objects, moved) == count
     others = replace(objects, category=np.array(["Car", "Pedestrian", "Car"]))
     assert found_again(objects, others) == 1
+    # One box finds one object, though it would do for either.
+    twins = replace(
+        objects, category=np.full(count, "Car"), box2d=np.tile(objects.box2d[:1], (3, 1))
+    )
+    assert found_again(twins, twins[:1]) == 1
     assert found_again(objects, Boxes3D.empty()) == 0
     with pytest.raises(ConfigurationError, match="2D boxes"):
         found_again(objects, replace(objects, box2d=None))
