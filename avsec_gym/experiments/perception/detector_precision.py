@@ -13,17 +13,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.answer import answer
 from avsec_gym.experiments.perception.detector_figures import draw_examples, draw_precision
 from avsec_gym.experiments.perception.detector_scores import detector_scores
 from avsec_gym.experiments.perception.kept_detections import (
+    add_options,
     described,
     detected,
+    labelled_frames,
     seconds_a_frame,
 )
 from avsec_gym.experiments.perception.weights_facts import weights_facts
-from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.perception.weights.given import shipped_weights
 
 BARS = {"dsgn": 53.0, "stereo_rcnn": 38.0}
@@ -33,6 +33,7 @@ THESIS = {"dsgn": (70.94, 52.98, 47.29), "stereo_rcnn": (56.47, 38.20, 32.66)}
 
 NEEDED = ("label_2", "calib", "image_2", "image_3")
 """Folders in which a frame has a file."""
+_MAKE = "avsec world make --suite mixed --frames 240 --seed 2 --out DIR"
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -42,17 +43,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         ConfigurationError: A detector is unknown, or an option makes no sense.
         DataError: The folder has no frames, a file is broken, or there are no weights.
     """
-    if options.resamples < 0 or min(options.timed, options.limit or 1) < 1:
-        raise ConfigurationError("--resamples is 0 or more, --timed and --limit are 1 or more")
-    data = KittiObject(options.kitti)
-    ids = data.ids(having=NEEDED)[: options.limit]
-    if not ids:
-        raise DataError(
-            f"No frame has a file in each of {', '.join(NEEDED)}.",
-            path=options.kitti,
-            remedy="`avsec world make --suite mixed --frames 240 --seed 2 --out DIR` makes some.",
-        )
-    truth = [data.labels(id, keep_dont_care=True) for id in ids]
+    data, ids, truth = labelled_frames(options, NEEDED, _MAKE)
     found, result = {}, {}
     for asked in map(named, options.detectors):
         name = asked["name"]
@@ -99,18 +90,9 @@ def _weights(asked: Mapping[str, str]) -> Path | None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; its exit code."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--kitti", type=Path, required=True, help="frames in KITTI's layout")
+    add_options(parser)
     parser.add_argument("--detectors", nargs="+", default=["dsgn", "stereo_rcnn"])
-    parser.add_argument(
-        "--out", type=Path, default=Path("runs/detector_precision"), help="for what was detected"
-    )
-    parser.add_argument("--limit", type=int, help="only the first frames")
-    parser.add_argument("--workers", type=int, default=1, help="processes that detect")
-    parser.add_argument("--resamples", type=int, default=1000, help="of frames, for intervals")
-    parser.add_argument("--seed", type=int, default=0, help="of these")
-    parser.add_argument("--timed", type=int, default=10, help="frames whose time is taken")
     parser.add_argument("--figures", type=Path, help="folder for pictures")
-    parser.add_argument("--json", type=Path, help="file for the result; default: standard output")
     return answer(parser.parse_args(arguments), run)
 
 

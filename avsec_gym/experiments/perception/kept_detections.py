@@ -1,7 +1,8 @@
-"""What detectors find in frames, kept from one run to the next; what the frames are; the time."""
+"""Labelled frames, and what detectors find in them, kept from one run to the next; the time."""
 
 from __future__ import annotations
 
+import argparse
 import hashlib
 import statistics
 import time
@@ -14,6 +15,7 @@ import numpy as np
 import avsec_gym.perception
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.commands.console import progress
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.perception.detection_errors import CATEGORY
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.detections import DetectionFolder
@@ -23,6 +25,47 @@ from avsec_gym.perception.detectors import make_detector
 from avsec_gym.perception.result_folder import write_result_folder
 from avsec_gym.perception.weights.store import card_path
 from avsec_gym.world.export.manifest import MANIFEST, read_manifest
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """What commands ask for that measure detectors on labelled frames."""
+    parser.add_argument("--kitti", type=Path, required=True, help="frames in KITTI's layout")
+    parser.add_argument(
+        "--out", type=Path, default=Path("runs/detector_precision"), help="for what was detected"
+    )
+    parser.add_argument("--limit", type=int, help="only the first frames")
+    parser.add_argument("--workers", type=int, default=1, help="processes that detect")
+    parser.add_argument("--resamples", type=int, default=1000, help="of frames, for intervals")
+    parser.add_argument("--seed", type=int, default=0, help="of these")
+    parser.add_argument("--timed", type=int, default=10, help="frames whose time is taken")
+    parser.add_argument("--json", type=Path, help="file for the result; default: standard output")
+
+
+def labelled_frames(
+    options: argparse.Namespace, needed: Sequence[str], make: str
+) -> tuple[KittiObject, list[str], list[Boxes3D]]:
+    """The frames that are asked for, and their labels, DontCare regions included.
+
+    Args:
+        options: See `add_options`.
+        needed: Folders in which a frame has a file.
+        make: Command that makes such frames.
+
+    Raises:
+        ConfigurationError: An option makes no sense.
+        DataError: There is no such frame, or a file is broken.
+    """
+    if options.resamples < 0 or min(options.timed, options.limit or 1) < 1:
+        raise ConfigurationError("--resamples is 0 or more, --timed and --limit are 1 or more")
+    data = KittiObject(options.kitti)
+    ids = data.ids(having=tuple(needed))[: options.limit]
+    if not ids:
+        raise DataError(
+            f"No frame has a file in each of {', '.join(needed)}.",
+            path=options.kitti,
+            remedy=f"`{make}` makes some.",
+        )
+    return data, ids, [data.labels(id, keep_dont_care=True) for id in ids]
 
 
 def detected(
