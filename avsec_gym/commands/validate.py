@@ -109,7 +109,8 @@ class Validate:
         if validator.remark:
             console.say(f"avsec: {validator.remark}")
         self._judge(folder, validator, judged, left_out)
-        return self._report(folder, left_out)
+        rows = {one.id: folder.rows[one.id] for one in judged if one.id in folder.rows}
+        return self._report(folder.out, rows, left_out)
 
     def _check(self) -> None:
         for one, other in (
@@ -256,8 +257,9 @@ class Validate:
         from avsec_gym.validation.validation_folder import row_of
 
         attack, refused = self._attack, list[AvsecError]()
-        for row in folder.rows.values():
-            self._tell(row)
+        for moment in judged:
+            if moment.id in folder.rows:
+                self._tell(folder.rows[moment.id])
         number = {moment.id: n for n, moment in enumerate(judged)}
         left = [moment for moment in judged if moment.id not in folder.rows]
         for moment, frame in readable(left, validator.system, "validating", left_out):
@@ -291,20 +293,22 @@ class Validate:
         else:
             console.print_line(validation_line(row))
 
-    def _report(self, folder: ValidationFolder, left_out: Mapping[str, str]) -> int:
+    def _report(
+        self, out: Path, rows: Mapping[str, Mapping[str, Any]], left_out: Mapping[str, str]
+    ) -> int:
         from avsec_gym.validation.validation_folder import summary
 
         for id, reason in list(left_out.items())[:_REMARKS]:
             console.say(f"avsec: left out: {id}: {reason}")
         if len(left_out) > _REMARKS:
             console.say(f"avsec: left out: {len(left_out) - _REMARKS} more moments")
-        found = summary(folder.rows)
+        found = summary(rows)
         found["left_out"] = len(left_out)
-        write_text(folder.out / "summary.json", json.dumps(found, indent=1) + "\n", overwrite=True)
+        write_text(out / "summary.json", json.dumps(found, indent=1) + "\n", overwrite=True)
         if self.json:
             console.print_json_line({"summary": found})
         else:
-            rows = [
+            lines = [
                 [
                     title,
                     f"{one['count']} of {one['of']}",
@@ -314,8 +318,8 @@ class Validate:
                 if (one := found[key])["of"]
             ]
             console.print_table(
-                f"{found['moments']} moments, {found['alarms']} alarms; {folder.out}",
+                f"{found['moments']} moments, {found['alarms']} alarms; {out}",
                 ["", "moments", "% (95 %)"],
-                rows,
+                lines,
             )
         return console.DONE_IN_PART if left_out else console.DONE

@@ -366,6 +366,14 @@ def test_measuring_clean_moments_goes_on_where_it_was_stopped(
     assert table.on.data == whole.on.data
 
 
+def test_only_what_is_asked_for_is_summed_up(validated: Lines, tmp_path: Path) -> None:
+    first, out = tmp_path / "first", str(tmp_path / "out")
+    validated("--out", str(first), "--clean", "0.5", "--no-locate")
+    table = ["--thresholds", str(first / "thresholds.json"), "--out", out, "--no-locate"]
+    assert [len(validated(*table, "--limit", count)) for count in ("5", "2", "5")] == [6, 3, 6]
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["moments"] == 5
+
+
 def test_a_damaged_line_is_named(validated: Lines, tmp_path: Path, capsys: Any) -> None:
     out = tmp_path / "out"
     options = ["--out", str(out), "--clean", "0.5", "--no-locate"]
