@@ -29,11 +29,13 @@ class CleanMoments:
         moments: One or more.
         system: The sensors.
         depth: How disparities of two cameras are found.
+        recording: What they are of.
     """
 
     moments: Sequence[Moment]
     system: SensorSystem
     depth: PairDepth
+    recording: str = ""
 
     def thresholds(self, path: Path, samples: Path) -> dict[str, str]:
         """Write a threshold table; moments that an earlier run measured are not measured again.
@@ -131,6 +133,7 @@ class CleanMoments:
 
     def _data(self, left_out: dict[str, str]) -> dict[str, Any]:
         return {
+            "recording": self.recording,
             "first": self.moments[0].id,
             "last": self.moments[-1].id,
             "moments": len(self.moments) - len(left_out),

@@ -106,8 +106,9 @@ class Validate:
         folder = self._folder(recordings, len(clean))
         left_out = {id: f"it lacks {what}" for id, what in recordings.lacking.items()}
         validator = fitted or self._fit(folder.out, recordings, clean, left_out)
-        if validator.remark:
-            console.say(f"avsec: {validator.remark}")
+        for remark in (validator.remark, self._seen_before(validator, recordings, judged)):
+            if remark:
+                console.say(f"avsec: {remark}")
         self._judge(folder, validator, judged, left_out)
         rows = {one.id: folder.rows[one.id] for one in judged if one.id in folder.rows}
         return self._report(folder.out, rows, left_out)
@@ -236,12 +237,31 @@ class Validate:
         from avsec_gym.validation.threshold_validator import ThresholdValidator
         from avsec_gym.validation.validation_folder import LIKELIHOOD, SAMPLES, THRESHOLDS
 
-        own = CleanMoments(clean, recordings.system, self._depth)
+        own = CleanMoments(clean, recordings.system, self._depth, recordings.root.name)
         if self.fit_likelihood:
             left_out |= own.likelihood(out / LIKELIHOOD, out / SAMPLES, self.seed)
             return LikelihoodValidator(out / LIKELIHOOD, self.rate)
         left_out |= own.thresholds(out / THRESHOLDS, out / SAMPLES)
         return ThresholdValidator(out / THRESHOLDS, self.rate, self.criterion)
+
+    def _seen_before(
+        self,
+        validator: ThresholdValidator | LikelihoodValidator,
+        recordings: Recordings,
+        judged: Sequence[Moment],
+    ) -> str:
+        """Where a file of an earlier run was made of moments that it is to judge."""
+        data = validator.on.data
+        if data.get("recording") != recordings.root.name:
+            return ""
+        both = sum(str(data["first"]) <= moment.id <= str(data["last"]) for moment in judged)
+        if not both:
+            return ""
+        return (
+            f"{both} of the {len(judged)} moments were among those that "
+            f"{self.thresholds or self.likelihood} was made of: that they raise no alarm says "
+            "little"
+        )
 
     def _judge(
         self,

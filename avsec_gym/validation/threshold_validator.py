@@ -16,6 +16,7 @@ from avsec_gym.validation.detection import detect_attack
 from avsec_gym.validation.evidence.disparity_error import MEASURES, DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence.pair_depth import PairDepth
+from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.identification import identify_attacked_sensors
 from avsec_gym.validation.state_posterior import Verdict
 from avsec_gym.validation.thresholds import (
@@ -64,9 +65,14 @@ class ThresholdValidator:
         object.__setattr__(self, "_depth", PairDepth.from_settings(table.on.depth))
 
     @property
+    def on(self) -> FittedOn:
+        """What it was fitted on."""
+        return self._table.on
+
+    @property
     def system(self) -> SensorSystem:
         """See `Validator`."""
-        return self._table.on.system
+        return self.on.system
 
     @property
     def remark(self) -> str:
@@ -90,7 +96,7 @@ class ThresholdValidator:
 
     def validate(self, frame: SensorFrame) -> Validation:
         """See `Validator`; only maps of those references are found that algorithm 2 comes to."""
-        self._table.on.check(self.system, self._depth, frame.calibration)
+        self.on.check(self.system, self._depth, frame.calibration)
         errors = DisparityErrors(DisparityMaps(frame, self.system, self._depth))
 
         def exceeded(triple: Triple) -> bool:

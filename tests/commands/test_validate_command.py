@@ -374,6 +374,17 @@ def test_only_what_is_asked_for_is_summed_up(validated: Lines, tmp_path: Path) -
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["moments"] == 5
 
 
+def test_who_judges_what_thresholds_were_made_of_is_told(
+    day: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first = ["validate", "--kitti-raw", str(day), "--no-locate", "--rate", "0"]
+    assert run([*first, "--out", str(tmp_path / "first"), "--clean", "0.25"]) == 0
+    assert "says little" not in capsys.readouterr().err
+    table = ["--thresholds", str(tmp_path / "first" / "thresholds.json")]
+    assert run([*first, *table, "--out", str(tmp_path / "again")]) == 0
+    assert "3 of the 12 moments were among those that" in capsys.readouterr().err
+
+
 def test_a_damaged_line_is_named(validated: Lines, tmp_path: Path, capsys: Any) -> None:
     out = tmp_path / "out"
     options = ["--out", str(out), "--clean", "0.5", "--no-locate"]

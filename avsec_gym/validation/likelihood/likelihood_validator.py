@@ -13,6 +13,7 @@ from avsec_gym.validation.evidence.disparity_error import DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence.evidence import gather_evidence
 from avsec_gym.validation.evidence.pair_depth import PairDepth
+from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.likelihood.maximum_likelihood import (
     LikelihoodModel,
     read_likelihood_model,
@@ -50,9 +51,14 @@ class LikelihoodValidator:
         object.__setattr__(self, "_depth", PairDepth.from_settings(model.on.depth))
 
     @property
+    def on(self) -> FittedOn:
+        """What it was fitted on."""
+        return self._model.on
+
+    @property
     def system(self) -> SensorSystem:
         """See `Validator`."""
-        return self._model.on.system
+        return self.on.system
 
     @property
     def remark(self) -> str:
@@ -67,7 +73,7 @@ class LikelihoodValidator:
 
     def validate(self, frame: SensorFrame) -> Validation:
         """See `Validator`."""
-        self._model.on.check(self.system, self._depth, frame.calibration)
+        self.on.check(self.system, self._depth, frame.calibration)
         errors = DisparityErrors(DisparityMaps(frame, self.system, self._depth))
         decoding = self._model.decode(gather_evidence(errors)[None], self.rate)
         sensors = self.system.sensors
