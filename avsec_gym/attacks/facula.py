@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Integral
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,7 +57,11 @@ class Facula:
     name: str = "facula"
 
     def __post_init__(self) -> None:
-        if isinstance(self.camera, bool) or not isinstance(self.camera, int) or self.camera < 0:
+        if (
+            isinstance(self.camera, bool)
+            or not isinstance(self.camera, Integral)
+            or self.camera < 0
+        ):
             raise ConfigurationError(f"a camera is a number, got {self.camera!r}")
         low, high = np.broadcast_to(self.radius, 2)
         if not 0 < low <= high < np.inf:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -14,11 +14,11 @@ from avsec_gym.errors import ConfigurationError, DataError
 
 if TYPE_CHECKING:
     from avsec_gym.frame import SensorFrame
+    from avsec_gym.geometry import Floats
     from avsec_gym.sensor_system import SensorSystem
     from avsec_gym.validation.evidence.pair_depth import PairDepth
     from avsec_gym.validation.fitted_on import FittedOn
     from avsec_gym.validation.moments import Moment
-    from avsec_gym.validation.validation_folder import JsonLines
 
 
 @dataclass(frozen=True)
@@ -56,23 +56,16 @@ class CleanMoments:
             read_threshold_table,
             shares_of,
         )
-        from avsec_gym.validation.validation_folder import JsonLines
 
         if path.exists():
             return dict(read_threshold_table(path).on.data.get("left_out", {}))
-        kept = JsonLines(samples)
-        left_out: dict[str, str] = {}
-        left = [moment for moment in self.moments if moment.id not in kept.rows]
-        for moment, frame in readable(left, self.system, "measuring clean moments", left_out):
-            try:
-                shares = shares_of(frame, self.system, self.depth)
-            except DataError as error:
-                left_out[moment.id] = str(error)
-            else:
-                kept.add({"id": moment.id, "shares": shares.tolist()})
-        whole, on = self._whole(kept, left_out)
-        ThresholdTable(on, np.array([kept.rows[one.id]["shares"] for one in whole])).write(path)
-        return left_out
+        kept = self._measured(
+            samples,
+            "measuring clean moments",
+            lambda _, frame: shares_of(frame, self.system, self.depth),
+        )
+        ThresholdTable(kept.on, kept.values).write(path)
+        return kept.left_out
 
     def likelihood(self, path: Path, samples: Path, seed: int) -> dict[str, str]:
         """Write a likelihood model; moments that an earlier run attacked are not attacked again.
@@ -94,42 +87,52 @@ class CleanMoments:
             likelihood_of_clean,
         )
         from avsec_gym.validation.likelihood.maximum_likelihood import read_likelihood_model
-        from avsec_gym.validation.validation_folder import JsonLines
 
         if path.exists():
             return dict(read_likelihood_model(path).on.data.get("left_out", {}))
-        kept = JsonLines(samples)
-        left_out: dict[str, str] = {}
+        kept = self._measured(
+            samples,
+            "attacking clean moments",
+            lambda number, frame: evidence_of_all_states(
+                frame, self.system, self.depth, (seed, number)
+            ),
+        )
+        console.say(f"avsec: fitting the likelihood of {len(kept.whole)} moments")
+        drives = [moment.drive or moment.id for moment in kept.whole]
+        likelihood_of_clean(kept.on, kept.values, drives).write(path)
+        return kept.left_out
+
+    def _measured(
+        self, samples: Path, what: str, measure: Callable[[int, SensorFrame], Floats]
+    ) -> _Measured:
+        """Measure what an earlier run did not, and keep it.
+
+        Args:
+            samples: A line for each moment.
+            what: Is done with them.
+            measure: Of a moment's number and frame.
+        """
+        from avsec_gym.validation.fitted_on import fitted_on
+        from avsec_gym.validation.validation_folder import JsonLines
+
+        kept, left_out = JsonLines(samples), dict[str, str]()
         number = {moment.id: n for n, moment in enumerate(self.moments)}
         left = [moment for moment in self.moments if moment.id not in kept.rows]
-        for moment, frame in readable(left, self.system, "attacking clean moments", left_out):
+        for moment, frame in readable(left, self.system, what, left_out):
             try:
-                evidence = evidence_of_all_states(
-                    frame, self.system, self.depth, (seed, number[moment.id])
-                )
+                measured = measure(number[moment.id], frame)
             except DataError as error:
                 left_out[moment.id] = str(error)
             else:
-                kept.add({"id": moment.id, "evidence": evidence.tolist()})
-        whole, on = self._whole(kept, left_out)
-        console.say(f"avsec: fitting the likelihood of {len(whole)} moments")
-        likelihood_of_clean(
-            on,
-            np.array([kept.rows[moment.id]["evidence"] for moment in whole]),
-            [moment.drive or moment.id for moment in whole],
-        ).write(path)
-        return left_out
-
-    def _whole(self, kept: JsonLines, left_out: dict[str, str]) -> tuple[list[Moment], FittedOn]:
-        """Moments that something was kept of, and what they are."""
-        from avsec_gym.validation.fitted_on import fitted_on
-
+                kept.add({"id": moment.id, "measured": measured.tolist()})
         whole = [moment for moment in self.moments if moment.id in kept.rows]
         if not whole:
             reason = next(iter(left_out.values()), "")
             raise ConfigurationError(f"there are no clean moments to fit on: {reason}")
         calibration = whole[0].frame().calibration
-        return whole, fitted_on(self.system, self.depth, calibration, self._data(left_out))
+        on = fitted_on(self.system, self.depth, calibration, self._data(left_out))
+        values = np.array([kept.rows[moment.id]["measured"] for moment in whole])
+        return _Measured(whole, values, on, left_out)
 
     def _data(self, left_out: dict[str, str]) -> dict[str, Any]:
         return {
@@ -139,6 +142,29 @@ class CleanMoments:
             "moments": len(self.moments) - len(left_out),
             "left_out": left_out,
         }
+
+
+class _Measured(NamedTuple):
+    """What is known of the moments that are whole."""
+
+    whole: list[Moment]
+    values: Floats
+    """A row for each."""
+    on: FittedOn
+    left_out: dict[str, str]
+
+
+def fitted_among(data: Mapping[str, Any], recording: str, moments: Sequence[Moment]) -> int:
+    """How many of some moments a file was fitted on.
+
+    Args:
+        data: What the file says of its data.
+        recording: Whose moments these are.
+        moments: To be judged.
+    """
+    if data.get("recording") != recording:
+        return 0
+    return sum(str(data["first"]) <= moment.id <= str(data["last"]) for moment in moments)
 
 
 def readable(

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
+from avsec_gym.command_line import command_line
 from avsec_gym.commands import console
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.perception.training.configuration import (
@@ -148,7 +148,7 @@ class Train:
             epochs=validation.epoch,
             minutes=round(validation.seconds / 60, 1),
             hardware=_hardware(self.machine.device),
-            command=" ".join(["avsec", *sys.argv[1:]]),
+            command=command_line(),
             before=[] if began_with is None else began_with.trainings(),
             versions={
                 "avsec_gym": __version__,

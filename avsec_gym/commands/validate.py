@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-import json
-import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 from avsec_gym.commands import console
+from avsec_gym.commands.judged_moments import JudgedMoments
 from avsec_gym.commands.named_part import named_part
-from avsec_gym.errors import AvsecError, ConfigurationError
-from avsec_gym.kitti.text_files import read_text, write_text
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.kitti.text_files import read_text
 
 if TYPE_CHECKING:
     from avsec_gym.attacks.optical_attack import OpticalAttack
@@ -25,16 +24,8 @@ if TYPE_CHECKING:
     from avsec_gym.validation.moments import Moment, Recordings
     from avsec_gym.validation.threshold_validator import ThresholdValidator
     from avsec_gym.validation.validation_folder import ValidationFolder
-    from avsec_gym.validation.validator import Validator
 
 _USUAL_OUT = Path("runs/validate")
-_REMARKS = 5
-"""So many moments left out are told one by one."""
-_RATES = {
-    "alarms as recorded (false, if nobody attacked)": "alarms_as_recorded",
-    "attacks noticed": "attacks_noticed",
-    "attacked sensors named exactly": "attacks_named",
-}
 
 
 @dataclass(frozen=True)
@@ -109,9 +100,11 @@ class Validate:
         for remark in (validator.remark, self._seen_before(validator, recordings, judged)):
             if remark:
                 console.say(f"avsec: {remark}")
-        self._judge(folder, validator, judged, left_out)
-        rows = {one.id: folder.rows[one.id] for one in judged if one.id in folder.rows}
-        return self._report(folder.out, rows, left_out)
+        said = JudgedMoments(
+            judged, validator, folder, self._attack, self.seed, self.locate, self.json
+        )
+        said.judge(left_out)
+        return said.report(left_out)
 
     def _check(self) -> None:
         for one, other in (
@@ -250,11 +243,10 @@ class Validate:
         recordings: Recordings,
         judged: Sequence[Moment],
     ) -> str:
-        """Where a file of an earlier run was made of moments that it is to judge."""
-        data = validator.on.data
-        if data.get("recording") != recordings.root.name:
-            return ""
-        both = sum(str(data["first"]) <= moment.id <= str(data["last"]) for moment in judged)
+        """Where a file of an earlier run was made of moments that it is to judge; or nothing."""
+        from avsec_gym.commands.clean_moments import fitted_among
+
+        both = fitted_among(validator.on.data, recordings.root.name, judged)
         if not both:
             return ""
         return (
@@ -262,84 +254,3 @@ class Validate:
             f"{self.thresholds or self.likelihood} was made of: that they raise no alarm says "
             "little"
         )
-
-    def _judge(
-        self,
-        folder: ValidationFolder,
-        validator: Validator,
-        judged: Sequence[Moment],
-        left_out: dict[str, str],
-    ) -> None:
-        from avsec_gym.attacks.optical_attack import TamperedFrame
-        from avsec_gym.commands.clean_moments import readable
-        from avsec_gym.report.validation_picture import save_validation_picture
-        from avsec_gym.validation.repair.damage import located_damage
-        from avsec_gym.validation.validation_folder import row_of
-
-        attack, refused = self._attack, list[AvsecError]()
-        for moment in judged:
-            if moment.id in folder.rows:
-                self._tell(folder.rows[moment.id])
-        number = {moment.id: n for n, moment in enumerate(judged)}
-        left = [moment for moment in judged if moment.id not in folder.rows]
-        for moment, frame in readable(left, validator.system, "validating", left_out):
-            seed = self.seed, number[moment.id]
-            tampered = attack.attack(frame, seed) if attack else TamperedFrame(frame)
-            begun = time.perf_counter()
-            try:
-                validation = validator.validate(tampered.frame)
-            except AvsecError as error:
-                # Another rig, images of two sizes: of this moment, perhaps not of others.
-                refused.append(error)
-                left_out[moment.id] = str(error)
-                continue
-            judged_at = time.perf_counter()
-            damage = located_damage(validation) if self.locate else {}
-            seconds = judged_at - begun, time.perf_counter() - judged_at
-            row = row_of(moment.id, validation, tampered.attacked, damage, seconds)
-            if validation.alarm:
-                name = moment.id.replace("/", "_")
-                save_validation_picture(validation, folder.out / "alarms" / f"{name}.png", damage)
-            folder.add(row)
-            self._tell(row)
-        if refused and not folder.rows:
-            raise refused[0]
-
-    def _tell(self, row: Mapping[str, Any]) -> None:
-        from avsec_gym.commands.validation_line import validation_line
-
-        if self.json:
-            console.print_json_line(row)
-        else:
-            console.print_line(validation_line(row))
-
-    def _report(
-        self, out: Path, rows: Mapping[str, Mapping[str, Any]], left_out: Mapping[str, str]
-    ) -> int:
-        from avsec_gym.validation.validation_folder import summary
-
-        for id, reason in list(left_out.items())[:_REMARKS]:
-            console.say(f"avsec: left out: {id}: {reason}")
-        if len(left_out) > _REMARKS:
-            console.say(f"avsec: left out: {len(left_out) - _REMARKS} more moments")
-        found = summary(rows)
-        found["left_out"] = len(left_out)
-        write_text(out / "summary.json", json.dumps(found, indent=1) + "\n", overwrite=True)
-        if self.json:
-            console.print_json_line({"summary": found})
-        else:
-            lines = [
-                [
-                    title,
-                    f"{one['count']} of {one['of']}",
-                    console.percent(one["rate"], one["interval"]),
-                ]
-                for title, key in _RATES.items()
-                if (one := found[key])["of"]
-            ]
-            console.print_table(
-                f"{found['moments']} moments, {found['alarms']} alarms; {out}",
-                ["", "moments", "% (95 %)"],
-                lines,
-            )
-        return console.DONE_IN_PART if left_out else console.DONE

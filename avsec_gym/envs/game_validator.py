@@ -43,8 +43,8 @@ def validator_and_played(
 
     Raises:
         ConfigurationError: Nothing has that name, its arguments cannot be, half of the game's
-            scenes are fewer than `FEWEST`, or none is left to be played.
-            Or the scenes lack a sensor that the validator judges.
+            scenes are fewer than `FEWEST`, none is left to be played, or they lack a sensor that
+            the validator judges.
         DataError: A clean scene lacks an image or the scan.
     """
     if what is None:

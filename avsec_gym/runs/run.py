@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import os
-import shlex
 import sys
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager
@@ -13,6 +12,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+from avsec_gym.command_line import command_line
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.experiment import Cell, Configuration, Experiment, with_defaults
 from avsec_gym.runs.desk import Failed
@@ -124,7 +124,7 @@ def run_experiments(
             failures: list[tuple[Cell, str]] = []
             if missing:
                 sitting = begin_sitting(manifest, environment())
-                sitting |= {"command": shlex.join(sys.argv), "workers": workers, "backend": backend}
+                sitting |= {"command": command_line(), "workers": workers, "backend": backend}
                 write_manifest(root, manifest)
                 _JOURNAL.info("%s: %d of %d cells", ", ".join(needs), len(missing), len(cells))
                 count = min(workers, len(missing))

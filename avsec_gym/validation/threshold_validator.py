@@ -87,11 +87,12 @@ class ThresholdValidator:
         if self.rate == 0 or not (largest & shares.any(axis=(0, 1))).any():
             return ""
         names = [SHARES[name] for name, one in zip(MEASURES, largest, strict=True) if one]
-        few = math.ceil(1 / self.rate)
+        few = f"it takes {math.ceil(1 / self.rate):,} or more"
+        if self.criterion == "any":
+            few += ", for E and holes ten times as many or more"
         return (
             f"expect more false alarms than r = {self.rate:g}: of {len(shares)} clean moments, the "
-            f"thresholds of {', '.join(names)} are the largest values; it takes {few:,}, for E and "
-            f"holes {10 * few:,}"
+            f"thresholds of {', '.join(names)} are the largest values; {few}"
         )
 
     def validate(self, frame: SensorFrame) -> Validation:

@@ -130,6 +130,9 @@ def test_images_of_attacks_may_have_parts_of_grey_levels() -> None:
 @pytest.mark.parametrize(
     "bad",
     [
+        {"camera": -1},
+        {"camera": True},
+        {"camera": 2.0},
         {"radius": 0},
         {"radius": (5, 3)},
         {"radius": float("nan")},
@@ -149,3 +152,7 @@ def test_what_cannot_be_is_refused(bad: dict[str, Any]) -> None:
 def test_a_missing_camera_is_an_error() -> None:
     with pytest.raises(DataError, match="camera 0"):
         Facula(0).attack(frame_of())
+
+
+def test_a_camera_may_be_a_number_of_an_array() -> None:
+    assert Facula(np.int64(2)).attack(frame_of()).attacked == {2}  # type: ignore[arg-type]

@@ -42,13 +42,17 @@ def wall(number: int) -> SensorFrame:
     return SensorFrame(f"{number:010d}", RIG.calibration, images, points)
 
 
+def drive_of_walls(root: Path, count: int) -> Path:
+    drive = root / "2026_01_01" / "2026_01_01_drive_0001_sync"
+    write_raw_calibration(drive.parent, RIG.calibration, image_size=(240, 120))
+    for number in range(count):
+        write_raw_frame(drive, number, wall(number))
+    return drive
+
+
 @pytest.fixture(scope="module")
 def day(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    root: Path = tmp_path_factory.mktemp("raw") / "2026_01_01"
-    write_raw_calibration(root, RIG.calibration, image_size=(240, 120))
-    for number in range(12):
-        write_raw_frame(root / "2026_01_01_drive_0001_sync", number, wall(number))
-    return root
+    return drive_of_walls(tmp_path_factory.mktemp("raw"), 12).parent
 
 
 Lines = Callable[..., list[dict]]
@@ -175,10 +179,7 @@ def test_light_that_e_overlooks_is_noticed_by_the_other_shares(
 def test_what_lacks_is_said(
     day: Path, validated: Lines, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    drive = tmp_path / "2026_01_01" / "2026_01_01_drive_0002_sync"
-    write_raw_calibration(drive.parent, RIG.calibration, image_size=(240, 120))
-    for number in range(6):
-        write_raw_frame(drive, number, wall(number))
+    drive = drive_of_walls(tmp_path, 6)
     (drive / "velodyne_points" / "data" / "0000000002.bin").unlink()
     (drive / "image_01" / "data" / "0000000005.png").write_bytes(b"no picture")
     arguments = ["validate", "--kitti-raw", str(drive), "--out", str(tmp_path / "out")]
@@ -197,10 +198,7 @@ def test_what_lacks_is_said(
 def test_broken_clean_moments_are_told_again_when_it_goes_on(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    drive = tmp_path / "2026_01_01" / "2026_01_01_drive_0002_sync"
-    write_raw_calibration(drive.parent, RIG.calibration, image_size=(240, 120))
-    for number in range(6):
-        write_raw_frame(drive, number, wall(number))
+    drive = drive_of_walls(tmp_path, 6)
     (drive / "image_01" / "data" / "0000000001.png").write_bytes(b"no picture")
     (drive / "velodyne_points" / "data" / "0000000005.bin").unlink()
     out = tmp_path / "out"
@@ -320,10 +318,7 @@ def test_without_a_name_each_question_has_a_folder_of_its_own(
 def test_a_moment_of_other_images_is_left_out(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    drive = tmp_path / "2026_01_01" / "2026_01_01_drive_0002_sync"
-    write_raw_calibration(drive.parent, RIG.calibration, image_size=(240, 120))
-    for number in range(8):
-        write_raw_frame(drive, number, wall(number))
+    drive = drive_of_walls(tmp_path, 8)
     for number in (1, 6):
         path = drive / "image_01" / "data" / f"{number:010d}.png"
         cv2.imwrite(str(path), np.zeros((100, 240, 3), np.uint8))

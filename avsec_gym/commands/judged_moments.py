@@ -1,0 +1,142 @@
+"""What `avsec validate` says of the moments that it judges: line by line, and in sum."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from avsec_gym.commands import console
+from avsec_gym.errors import AvsecError
+from avsec_gym.kitti.text_files import write_text
+
+if TYPE_CHECKING:
+    from avsec_gym.attacks.optical_attack import OpticalAttack
+    from avsec_gym.validation.moments import Moment
+    from avsec_gym.validation.validation_folder import ValidationFolder
+    from avsec_gym.validation.validator import Validator
+
+_REMARKS = 5
+"""So many moments left out are told one by one."""
+_RATES = {
+    "alarms as recorded (false, if nobody attacked)": "alarms_as_recorded",
+    "attacks noticed": "attacks_noticed",
+    "attacked sensors named exactly": "attacks_named",
+}
+
+
+@dataclass(frozen=True)
+class JudgedMoments:
+    """Moments of a recording, a validator, and the folder that keeps what it says of them.
+
+    Args:
+        moments: One or more.
+        validator: That judges them.
+        folder: Of this question; what it knows already is not asked again.
+        attack: On each of the moments; None: as they were recorded.
+        seed: Of the attack.
+        locate: Whether damage is looked for in the sensors that are named.
+        as_json: JSON lines instead of words.
+    """
+
+    moments: Sequence[Moment]
+    validator: Validator
+    folder: ValidationFolder
+    attack: OpticalAttack | None
+    seed: int
+    locate: bool
+    as_json: bool
+
+    def judge(self, left_out: dict[str, str]) -> None:
+        """Say what there is to be said of each, as it comes.
+
+        Args:
+            left_out: Is told by their ids why some of them cannot be judged.
+
+        Raises:
+            AvsecError: None could be judged; why the first could not.
+        """
+        from avsec_gym.attacks.optical_attack import TamperedFrame
+        from avsec_gym.commands.clean_moments import readable
+        from avsec_gym.report.validation_picture import save_validation_picture
+        from avsec_gym.validation.repair.damage import located_damage
+        from avsec_gym.validation.validation_folder import row_of
+
+        refused: list[AvsecError] = []
+        for row in self._rows.values():
+            self._tell(row)
+        number = {moment.id: n for n, moment in enumerate(self.moments)}
+        left = [moment for moment in self.moments if moment.id not in self.folder.rows]
+        for moment, frame in readable(left, self.validator.system, "validating", left_out):
+            seed = self.seed, number[moment.id]
+            tampered = self.attack.attack(frame, seed) if self.attack else TamperedFrame(frame)
+            begun = time.perf_counter()
+            try:
+                validation = self.validator.validate(tampered.frame)
+            except AvsecError as error:
+                # Another rig, images of two sizes: of this moment, perhaps not of others.
+                refused.append(error)
+                left_out[moment.id] = str(error)
+                continue
+            judged_at = time.perf_counter()
+            damage = located_damage(validation) if self.locate else {}
+            seconds = judged_at - begun, time.perf_counter() - judged_at
+            row = row_of(moment.id, validation, tampered.attacked, damage, seconds)
+            if validation.alarm:
+                name = moment.id.replace("/", "_")
+                picture = self.folder.out / "alarms" / f"{name}.png"
+                save_validation_picture(validation, picture, damage)
+            self.folder.add(row)
+            self._tell(row)
+        if refused and not self._rows:
+            raise refused[0]
+
+    def report(self, left_out: Mapping[str, str]) -> int:
+        """Sum up, in words or JSON and in ``summary.json``; the exit code.
+
+        Args:
+            left_out: Why moments could not be judged, by their ids.
+        """
+        from avsec_gym.validation.validation_folder import summary
+
+        for id, reason in list(left_out.items())[:_REMARKS]:
+            console.say(f"avsec: left out: {id}: {reason}")
+        if len(left_out) > _REMARKS:
+            console.say(f"avsec: left out: {len(left_out) - _REMARKS} more moments")
+        found, out = summary(self._rows), self.folder.out
+        found["left_out"] = len(left_out)
+        write_text(out / "summary.json", json.dumps(found, indent=1) + "\n", overwrite=True)
+        if self.as_json:
+            console.print_json_line({"summary": found})
+        else:
+            lines = [
+                [
+                    title,
+                    f"{one['count']} of {one['of']}",
+                    console.percent(one["rate"], one["interval"]),
+                ]
+                for title, key in _RATES.items()
+                if (one := found[key])["of"]
+            ]
+            console.print_table(
+                f"{found['moments']} moments, {found['alarms']} alarms; {out}",
+                ["", "moments", "% (95 %)"],
+                lines,
+            )
+        return console.DONE_IN_PART if left_out else console.DONE
+
+    @property
+    def _rows(self) -> dict[str, dict[str, Any]]:
+        """Of these moments; the folder may have others."""
+        rows = self.folder.rows
+        return {one.id: rows[one.id] for one in self.moments if one.id in rows}
+
+    def _tell(self, row: Mapping[str, Any]) -> None:
+        from avsec_gym.commands.validation_line import validation_line
+
+        if self.as_json:
+            console.print_json_line(row)
+        else:
+            console.print_line(validation_line(row))
