@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -129,12 +130,20 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
                 f"moments are named by source, first and count, got {sorted(unknown)}"
             )
         source, first, count = given.get("source", "raw"), given.get("first", 0), given.get("count")
+        numbers = [one for one in (first, count) if one is not None]
+        if not isinstance(source, str | Path) or not all(
+            isinstance(one, int) and one >= 0 for one in numbers
+        ):
+            raise ConfigurationError(
+                "source is a folder or 'raw', first and count are numbers of moments from 0 on, "
+                f"got {source!r}, {first!r} and {count!r}"
+            )
         if source == "raw":
             from avsec_gym.world.export import default_suite
 
             source = default_suite("raw")
         every = raw_recordings(source, self.system.sensors).moments
-        chosen = every[first:] if count is None else every[first : first + count]
+        chosen = every[first:][:count]
         if not chosen:
             raise ConfigurationError(f"of {len(every)} moments, none is left from {first} on")
         return chosen

@@ -103,6 +103,7 @@ def run_experiments(
 
     workers = min(_MOST_WORKERS, _cores()) if workers is None else workers
     _check_arguments(experiments, workers, threads)
+    configuration = with_defaults(configuration, experiments)
     root = Path(root)
     _make_folder(root)
     with folder_lock(root):
@@ -155,7 +156,7 @@ def _manifest(
     workers: int,
     threads: int | None,
 ) -> dict[str, Any]:
-    """Of the run that begins or goes on; not written yet."""
+    """Of the run that begins or goes on, not written yet; all options have values."""
     there = read_manifest(root)
     if there is None:
         _check_empty(root)
@@ -164,7 +165,6 @@ def _manifest(
     if threads is None:
         share = max(1, _cores() // max(1, workers))
         threads = share if there is None else int(there["threads"])
-    configuration = with_defaults(configuration, experiments)
     if there is not None:  # Before the inputs, which may take minutes to be made.
         check_same_question(root, there, configuration, threads)
     asked = new_manifest(experiments, configuration, threads)

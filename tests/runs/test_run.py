@@ -171,7 +171,9 @@ def test_arguments_that_cannot_work(tiny: ModuleType, tmp_path: Path) -> None:
         ([tiny.SAFETY], {"asked": Configuration(options={"planner": 1})}, "like \"astar\", got 1"),
     ):  # fmt: skip
         with pytest.raises(ConfigurationError, match=told):
-            go(tmp_path / "run", *experiments, **how)
+            go(tmp_path / told, *experiments, **how)
+    # What is seen without looking at data leaves no folder behind.
+    assert [path.name for path in tmp_path.iterdir()] == ["nothing to do"]
 
 
 def test_the_manifest_tells_what_was_run(tiny: ModuleType, tmp_path: Path) -> None:
