@@ -308,5 +308,7 @@ def _is_optical(attack: Any) -> bool:
 @contextmanager
 def _timed(seconds: dict[str, float], part: str) -> Iterator[None]:
     start = time.perf_counter()
-    yield
-    seconds[part] = time.perf_counter() - start
+    try:
+        yield
+    finally:
+        seconds[part] = time.perf_counter() - start

@@ -1,4 +1,4 @@
-"""A laser that has one shot at a scene: who shoots, where, and what comes of it; in processes.
+"""A laser that has one shot at a scene: who shoots, and what comes of it; in processes.
 
 What `train_quiet_laser.py` compares.
 """
@@ -10,54 +10,41 @@ import multiprocessing
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, wait
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
+import cma
 import cv2
 import gymnasium as gym
 import numpy as np
-from train_perturbation_attacker import Watched, given, train
+from aimed_laser import ACTIONS, RADII, STRENGTHS, AimedLaser, by_hand
+from train_perturbation_attacker import TRIALS, Watched, given, search, train, tried
 
 import avsec_gym
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.commands.console import progress
 
-REACH = 0.25
-"""How far beside the nearest car a laser aims, as a share of half the image."""
-RADII = (30.0, 180.0)
-"""Pixels: the smallest hides hardly a car, the largest is noticed always."""
-NEAREST = slice(9 + 8, 9 + 8 + 2)
-"""Of the observation: column and row of the nearest car's place on the road.  Before them are 9
-figures of start and goal, and 8 of that car (`avsec_gym.envs.sensor_attack_features.features`)."""
-TRAINED = ("quiet_sac", "loud_sac")
-SHOOTERS = (*TRAINED, "random_shot", "thesis_facula")
+LEARNERS = ("sac", "cma_es", "random_search")
+TRAINED = tuple(f"{how}_{who}" for who in LEARNERS for how in ("quiet", "loud"))
+"""Each has as many shots to learn from."""
+BY_HAND = {f"by_hand_{radius}": by_hand(radius) for radius in (22, 45, 90, 180)}
+"""Nobody learns: full light on the car's middle."""
+DRAWN = ("random_shot", "thesis_facula")
+SHOOTERS = (*TRAINED, *BY_HAND, *DRAWN)
 """Those who are trained take longest, and begin."""
 
+Aim = Callable[[np.ndarray], np.ndarray]
+"""From an observation to an action."""
 Situation = tuple[str, str]
 """A scene's id and an intention."""
-Outcome = tuple[bool, bool, float]
-"""Whether the drive is unsafe, whether the attack was noticed, and the facula's radius."""
 
 
-class Aimed(gym.Wrapper):
-    """One shot an episode; actions: camera, columns and rows from the nearest car, radius."""
+class Outcome(NamedTuple):
+    """What came of a shot."""
 
-    quiet = True
-    """False: an unsafe drive is paid for whether or not the validator noticed why."""
-
-    def reset(self, **options: Any) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begin, and see where the nearest car is."""
-        observation, info = self.env.reset(**options)
-        self._place = observation[NEAREST].copy()
-        return observation, info
-
-    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        """Shoot."""
-        beside = np.clip(self._place + REACH * action[1:3], -1.0, 1.0)
-        shot = np.array([action[0], *beside, action[3]], np.float32)
-        observation, reward, _, _, info = self.env.step(shot)
-        if not self.quiet and info["noticed"] and not info["safe"]:
-            reward = float(reward) + 1.0
-        return observation, float(reward), True, False, info
+    unsafe: bool
+    noticed: bool
+    radius: float = 0.0
+    strength: float = 0.0
 
 
 def laser(options: argparse.Namespace, scenes: str) -> gym.Env:
@@ -68,18 +55,23 @@ def laser(options: argparse.Namespace, scenes: str) -> gym.Env:
         scenarios=given(scenes),
         detector=given(options.detector),
         score_threshold=options.threshold,
-        validator={"name": "thresholds", "rate": options.rate},
-        clean=given(options.clean),
+        validator={"name": "thresholds", "thresholds": options.table, "rate": options.rate},
         contested=not options.all_scenes,
         radii=RADII,
+        strength=STRENGTHS,
     )
+
+
+def seeds_of(shooter: str, seeds: range) -> range:
+    """What is aimed by hand needs but one."""
+    return seeds[:1] if shooter in BY_HAND else seeds
 
 
 def shots(
     options: argparse.Namespace, situations: list[Situation], seeds: range
-) -> dict[tuple[str, int], list[Outcome]]:
+) -> dict[str, list[list[Outcome]]]:
     """What comes of a shot of every shooter, with every seed, in every situation."""
-    tasks = [(name, seed) for name in SHOOTERS for seed in seeds]
+    tasks = [(name, seed) for name in SHOOTERS for seed in seeds_of(name, seeds)]
     total = len(tasks) * len(situations) + len(TRAINED) * len(seeds) * options.steps
     context = multiprocessing.get_context("spawn")
     fired = context.Value("i", 0)
@@ -95,11 +87,13 @@ def shots(
                 done, waiting = wait(waiting, timeout=1.0)
                 for job in done:
                     job.result()
-                shown(fired.value, total)
+                shown(min(fired.value, total), total)
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
-    return {task: job.result() for task, job in jobs.items()}
+    return {
+        name: [jobs[name, seed].result() for seed in seeds_of(name, seeds)] for name in SHOOTERS
+    }
 
 
 class _Range:
@@ -111,20 +105,21 @@ class _Range:
         self.options, self.situations, self.tell = options, situations, tell
 
     @cached_property
-    def training(self) -> Aimed:
-        return Aimed(laser(self.options, self.options.training))
+    def training(self) -> AimedLaser:
+        return AimedLaser(laser(self.options, self.options.training))
 
     @cached_property
-    def held_out(self) -> Aimed:
-        return Aimed(laser(self.options, self.options.testing))
+    def held_out(self) -> AimedLaser:
+        return AimedLaser(laser(self.options, self.options.testing))
 
     def outcomes(self, shooter: str, seed: int) -> list[Outcome]:
         generator = np.random.default_rng([seed, 1])  # Not the draws of the training.
-        agent: Any = None
         if shooter in TRAINED:
-            self.training.quiet = shooter == "quiet_sac"
-            counted = Watched(self.training, self.options.steps, lambda *_: self.tell())
-            agent = train(counted, self.options.steps, seed)
+            aim = self._trained(shooter, seed)
+        elif shooter in BY_HAND:
+            aim = always(BY_HAND[shooter])
+        else:
+            aim = anywhere(generator)
         found = []
         for scene, intention in self.situations:
             options = {"scenario": scene, "intention": intention}
@@ -132,13 +127,22 @@ class _Range:
                 found.append(self._thesis(options, generator))
             else:
                 seen, _ = self.held_out.reset(options=options)
-                action = generator.uniform(-1.0, 1.0, 4).astype(np.float32)
-                if agent is not None:
-                    action = agent.predict(seen, deterministic=True)[0]
-                *_, info = self.held_out.step(action)
-                found.append((not info["safe"], info["noticed"], info["radius"]))
+                *_, info = self.held_out.step(aim(seen))
+                shot = info["radius"], info["strength"]
+                found.append(Outcome(not info["safe"], info["noticed"], *shot))
             self.tell()
         return found
+
+    def _trained(self, shooter: str, seed: int) -> Aim:
+        """Where it aims, after its shots in the scenes for training."""
+        how, _, who = shooter.partition("_")
+        self.training.quiet = how == "quiet"
+        counted = Watched(self.training, self.options.steps, lambda *_: self.tell())
+        if who == "sac":
+            agent = train(counted, self.options.steps, seed)
+            return lambda seen: agent.predict(seen, deterministic=True)[0]
+        found = evolved if who == "cma_es" else lambda *asked: search(*asked)[0]
+        return always(found(counted, self.options.steps, seed))
 
     def _thesis(self, options: dict[str, str], generator: np.random.Generator) -> Outcome:
         """187 to 375 pixels, anywhere in either image."""
@@ -147,7 +151,29 @@ class _Range:
         facula = Facula(camera=int(generator.integers(2, 4)))
         tampered = facula.attack(situation.unattacked.frame, int(generator.integers(2**31)))
         look = game.query(situation, tampered.frame)
-        return not look.drive.record.safe, look.notice.alarm, tampered.settings["radius"]
+        shot = tampered.settings["radius"], facula.strength
+        return Outcome(not look.drive.record.safe, look.notice.alarm, *shot)
+
+
+def always(action: np.ndarray) -> Aim:
+    """The same shot at every car."""
+    return lambda seen: action
+
+
+def anywhere(generator: np.random.Generator) -> Aim:
+    """A shot of its own at every car."""
+    return lambda seen: generator.uniform(-1.0, 1.0, ACTIONS).astype(np.float32)
+
+
+def evolved(env: gym.Env, queries: int, seed: int) -> np.ndarray:
+    """The action that CMA-ES likes best after so many shots: the middle of where it looks."""
+    options = {"bounds": [-1.0, 1.0], "seed": seed + 1, "verbose": -9}  # 0 would be the clock
+    strategy = cma.CMAEvolutionStrategy(np.zeros(ACTIONS), 0.5, options)
+    env.reset(seed=seed)
+    for _ in range(queries // (TRIALS * strategy.popsize)):
+        asked = strategy.ask()
+        strategy.tell(asked, [-tried(env, action) for action in asked])
+    return np.asarray(strategy.result.xfavorite, np.float32)
 
 
 def _begin(options: argparse.Namespace, situations: list[Situation], fired: Any) -> None:

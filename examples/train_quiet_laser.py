@@ -3,81 +3,123 @@
     python examples/train_quiet_laser.py
     python examples/train_quiet_laser.py --json > quiet_laser.json
 
-A laser has one shot at a scene, into one of the two cameras.  SAC is trained twice with as many
-shots: the quiet agent is paid for a drive that becomes unsafe while the validator raises no alarm,
-the loud one for every drive that becomes unsafe.  On held-out scenes both are compared with no
-attack, the thesis' facula (section 3.2.3), and random shots of their own kind: small, and beside
-the nearest car, at which all but the thesis' aim.  Rates are means over seeds, each of which is in
-`by_seed`; the intervals are Wilson's, of as many cases as there are situations.
+A laser has one shot at the car in the way, into one of the two cameras: it chooses where beside the
+car's middle, how large a spot and how strong a light.  SAC learns it twice: the quiet agent is paid
+for a drive that becomes unsafe while the validator raises no alarm, the loud one for every drive
+that becomes unsafe.  CMA-ES and random search learn one shot for all cars, with as many shots and
+by the same two rewards.  On held-out scenes they are compared with no attack, full light on the
+car's middle at four radii, random shots of their own kind, and the thesis' facula (section 3.2.3),
+which is larger, and anywhere in the image.
 
-The scenes that the agents are trained on, those that they are judged by, and those that the
-validator's thresholds are measured on, the suite `mixed`, are different ones.  Of the first two, in
-all of which a car is in the way, about half are driven safely without an attack: of each of these
-one situation is played, whether or not it raises an alarm by itself.
+Rates are means over seeds, each of which is in `by_seed`; intervals are of 95 % and know that the
+seeds share their situations, not how trainings differ.  `outcomes` tells each situation, by seed:
+`.` safe, `n` safe and noticed, `U` unsafe, `N` unsafe and noticed.  `quiet_less_loud` is what the
+quiet reward costs in unsafe drives and gains in unnoticed ones, in the same situations.
+
+Scenes to learn in, to be judged by, and to measure the validator's thresholds on are different
+ones, rendered alike: in all of them a car is in the way.  In about half the car drives safely
+without an attack: of each of these one situation is played, whether or not it raises an alarm by
+itself.
 
 The scenes are rendered on first use, two seconds each; a shot takes half a second, and two
-processes shoot: about 17 minutes of two cores in all.
+processes shoot: some 45 minutes of two cores in all.
 """
 
 from __future__ import annotations
 
 import argparse
+import tempfile
 import time
+from collections.abc import Callable, Iterator
+from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from contested_frames import contested_frames
-from laser_shots import SHOOTERS, Outcome, Situation, laser, shots
+from laser_shots import LEARNERS, SHOOTERS, Outcome, Situation, laser, shots
 from train_perturbation_attacker import arguments, given
 
 from avsec_gym.commands.console import percent, print_json, print_table, progress
-from avsec_gym.envs.game_validator import CLEAN
 from avsec_gym.envs.sensor_attack_game import SensorAttackGame
-from avsec_gym.metrics.intervals import wilson_interval
-from avsec_gym.scenario.frame_scenes import frame_scenes_of
+from avsec_gym.experiments.chapter3.shares import share_of
+from avsec_gym.frame import SensorFrame
+from avsec_gym.scenario.frame_scenes import FrameScenes, frame_scenes_of
 from avsec_gym.scenario.intention import Intention
+from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
+from avsec_gym.validation.evidence.pair_depth import PairDepth
+from avsec_gym.validation.thresholds import ThresholdTable, measured_thresholds
 
-TRAINING, HELD_OUT = 2001, 2002
+TRAINING, HELD_OUT, CLEAN = 2001, 2002, 2003
 """Sets of layouts."""
 ROWS = ("no_attack", *reversed(SHOOTERS))
-RATES = ("unsafe", "noticed", "unsafe_and_unnoticed")
+RATES: dict[str, Callable[[Outcome], bool]] = {
+    "unsafe": lambda one: one.unsafe,
+    "noticed": lambda one: one.noticed,
+    "unsafe_and_unnoticed": lambda one: one.unsafe and not one.noticed,
+}
+RESAMPLES = 10_000
 
 
 def compare(options: argparse.Namespace) -> dict[str, Any]:
-    """Train in some scenes, shoot in others."""
+    """Learn in some scenes, shoot in others."""
     begun = time.perf_counter()
-    if options.training is None:
-        options.training = rendered(options.scenes, TRAINING)
-    if options.testing is None:
-        options.testing = rendered(options.held_out, HELD_OUT)
-    game = laser(options, options.testing).unwrapped.game
-    clean, unsafe = unattacked(game, options.held_out, options.seed)
-    if not clean:
-        raise SystemExit("no held-out scene is driven safely without an attack: raise --held-out")
-    seeds = range(options.seed, options.seed + options.seeds)
-    found = shots(options, list(clean), seeds)
-    rows = {name: summary([found[name, seed] for seed in seeds]) for name in reversed(SHOOTERS)}
+    for name, frames, layouts in (
+        ("training", options.scenes, TRAINING),
+        ("testing", options.held_out, HELD_OUT),
+        ("clean", options.clean_scenes, CLEAN),
+    ):
+        if getattr(options, name) is None:
+            setattr(options, name, rendered(frames, layouts))
+    table = measured(frame_scenes_of(given(options.clean)))
+    with tempfile.TemporaryDirectory() as folder:
+        options.table = str(Path(folder) / "thresholds.json")
+        table.write(options.table)
+        game = laser(options, options.testing).unwrapped.game
+        clean, unsafe = unattacked(game, options.held_out, options.seed)
+        if not clean:
+            raise SystemExit("no held-out scene is driven safely by itself: raise --held-out")
+        seeds = range(options.seed, options.seed + options.seeds)
+        found = shots(options, list(clean), seeds)
+    rows = {"no_attack": [list(clean.values())], **found}
     return {
         "detector": given(options.detector),
         "false_alarm_rate": options.rate,
+        "thresholds": asdict(*table.thresholds(options.rate).values()),
         "scenes": {
             "training": len(frame_scenes_of(given(options.training))),
-            "thresholds": min(CLEAN, len(frame_scenes_of(given(options.clean)))),
+            "thresholds": len(table),
         },
         "training_shots": options.steps,
         "seeds": list(seeds),
         "situations": len(clean),
         "scenes_unsafe_without_attack": unsafe,
-        "no_attack": summary([list(clean.values())]),
-        **rows,
+        "attackers": {name: summary(rows[name]) for name in ROWS},
+        "quiet_less_loud": {
+            who: differences(found[f"quiet_{who}"], found[f"loud_{who}"]) for who in LEARNERS
+        },
         "minutes": round((time.perf_counter() - begun) / 60, 1),
     }
 
 
-def rendered(frames: int, seed: int) -> str:
+def rendered(frames: int, layouts: int) -> str:
     """Scenes of a set, in the cache."""
     with progress("rendering scenes") as shown:
-        return str(contested_frames(frames, seed, shown))
+        return str(contested_frames(frames, layouts, shown))
+
+
+def measured(clean: FrameScenes) -> ThresholdTable:
+    """What the validator goes by."""
+    scenes = clean.scenes.labelled
+
+    def frames() -> Iterator[SensorFrame]:
+        with progress("measuring thresholds") as shown:
+            for done, scene in enumerate(scenes, start=1):
+                yield clean.frame(scene)
+                shown(done, len(scenes))
+
+    data = {"scenes": clean.scenes.name, "moments": len(scenes)}
+    return measured_thresholds(frames(), LIDAR_AND_TWO_CAMERAS, PairDepth(), data)
 
 
 def unattacked(
@@ -95,50 +137,74 @@ def unattacked(
             looks = ((one, game.situation(scene, one).unattacked) for one in played)
             safe = next(((one, look) for one, look in looks if look.drive.record.safe), None)
             if safe is not None:
-                found[scene.id, safe[0].value] = False, safe[1].notice.alarm, 0.0
+                found[scene.id, safe[0].value] = Outcome(False, safe[1].notice.alarm)
             unsafe += bool(played) and safe is None
             shown(done, len(scenes))
     return found, unsafe
 
 
 def summary(outcomes: list[list[Outcome]]) -> dict[str, Any]:
-    """Rates of the outcomes of each seed in each situation."""
-    unsafe, noticed, radius = np.moveaxis(np.array(outcomes, float), 2, 0)
-    rates = map(rate, (unsafe, noticed, unsafe * (1 - noticed)))
-    return dict(zip(RATES, rates, strict=True)) | {"radius": round(float(radius.mean()), 1)}
-
-
-def rate(flags: np.ndarray) -> dict[str, Any]:
-    """Of flags of shape (seeds, situations), with its 95 % interval."""
-    mean, cases = float(flags.mean()), flags.shape[1]
-    low, high = wilson_interval(mean * cases, cases)
-    return {
-        "rate": round(mean, 4),
-        "interval": [round(low, 4), round(high, 4)],
-        "by_seed": flags.mean(axis=1).round(4).tolist(),
+    """Of the outcomes of each seed in each situation."""
+    rates = {}
+    for name, told in RATES.items():
+        flags = flags_of(outcomes, told)
+        share = share_of(flags.T, [str(situation) for situation in range(flags.shape[1])])
+        rates[name] = {
+            "rate": round(share["rate"], 4),
+            "interval": [round(bound, 4) for bound in share["interval"]],
+            "by_seed": flags.mean(axis=1).round(4).tolist(),
+        }
+    shots = [one for seed in outcomes for one in seed]
+    return rates | {
+        "radius": round(float(np.mean([one.radius for one in shots])), 1),
+        "strength": round(float(np.mean([one.strength for one in shots])), 1),
+        "outcomes": ["".join(".nUN"[2 * one.unsafe + one.noticed] for one in s) for s in outcomes],
     }
+
+
+def differences(first: list[list[Outcome]], second: list[list[Outcome]]) -> dict[str, Any]:
+    """First less second, with intervals of a bootstrap over situations."""
+    generator = np.random.default_rng(0)
+    result = {}
+    for name, told in RATES.items():
+        each = flags_of(first, told).mean(axis=0) - flags_of(second, told).mean(axis=0)
+        drawn = each[generator.integers(len(each), size=(RESAMPLES, len(each)))].mean(axis=1)
+        low, high = np.quantile(drawn, [0.025, 0.975])
+        result[name] = {
+            "difference": round(float(each.mean()), 4),
+            "interval": [round(float(low), 4), round(float(high), 4)],
+        }
+    return result
+
+
+def flags_of(outcomes: list[list[Outcome]], told: Callable[[Outcome], bool]) -> np.ndarray:
+    """Shape (seeds, situations)."""
+    return np.array([[told(one) for one in seed] for seed in outcomes], bool)
 
 
 def show(result: dict[str, Any]) -> None:
     """A table of the rates."""
     rows = []
     for name in ROWS:
-        row = result[name]
+        row = result["attackers"][name]
         rates = [percent(row[one]["rate"], row[one]["interval"]) for one in RATES]
-        rows.append([name.replace("_", " "), *rates, f"{row['radius']:.0f}"])
+        spot = [f"{row['radius']:.0f}", f"{row['strength']:.0f}"]
+        rows.append([name.replace("_", " "), *rates, *spot])
     title = f"{result['situations']} drives that are safe without an attack; % (95 %)"
-    print_table(title, ["", *(one.replace("_", " ") for one in RATES), "radius (px)"], rows)
+    heads = [*(one.replace("_", " ") for one in RATES), "radius (px)", "strength"]
+    print_table(title, ["", *heads], rows)
 
 
 def main() -> None:
-    """Train, compare, tell."""
+    """Learn, compare, tell."""
     parser = arguments(__doc__.splitlines()[0])
-    own = {"detector": "stereo_rcnn", "steps": 300, "held_out": 120}
+    own = {"detector": "stereo_rcnn", "steps": 240, "held_out": 120}
     parser.set_defaults(training=None, testing=None, **own)
-    parser.add_argument("--scenes", type=int, default=60, help="to train on, where rendered")
-    parser.add_argument("--seeds", type=int, default=3, help="trainings of either agent")
-    parser.add_argument("--clean", default="mixed", help="scenes that thresholds are measured on")
-    parser.add_argument("--rate", type=float, default=0.05, help="designated false alarm rate")
+    parser.add_argument("--scenes", type=int, default=60, help="to learn in, where rendered")
+    parser.add_argument("--seeds", type=int, default=3, help="trainings of every agent")
+    parser.add_argument("--clean", help="scenes that thresholds are measured on, as --training")
+    parser.add_argument("--clean-scenes", type=int, default=200, help="of them, where rendered")
+    parser.add_argument("--rate", type=float, default=0.01, help="designated false alarm rate")
     parser.add_argument(
         "--all-scenes", action="store_true", help="also where nothing is in the way"
     )

@@ -9,7 +9,7 @@ import numpy as np
 
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.attacks.facula import THESIS_RADII
-from avsec_gym.envs.facula_coding import SIZE, FaculaCoding
+from avsec_gym.envs.facula_coding import FaculaCoding
 from avsec_gym.envs.optical_attack import OpticalAttackEnv
 from avsec_gym.envs.sensor_attack import Tampering
 from avsec_gym.envs.sensor_attack_game import Situation
@@ -49,7 +49,9 @@ class FaculaAttackEnv(OpticalAttackEnv):
     `Box(-1, 1, (4,), float32)`: the right camera (3) if above 0, else the left (2); column and row
     of the spot's centre, from the left upper to the right lower corner of that camera's image; its
     radius, from the first to the second of `radii`; each scaled linearly
-    (`avsec_gym.envs.facula_coding.FaculaCoding.decode` and `encode`).
+    (`avsec_gym.envs.facula_coding.FaculaCoding.decode` and `encode`).  With two numbers for
+    `strength` it is `Box(-1, 1, (5,), float32)`: how strong the light is, from the first to the
+    second, and the observation is one longer.
 
     ## Reward
     1 when the safe drive becomes unsafe (collision, or no plan) and the validator raises no alarm,
@@ -67,7 +69,8 @@ class FaculaAttackEnv(OpticalAttackEnv):
     validator went by, of its triples the largest: `error` (the disparity error E), `hole_share`,
     `densest`, `brightness` (see `avsec_gym.validation.evidence.disparity_error`; 0 where
     nobody looks); and of the spot `camera` (-1 at reset), `u`, `v`, `radius`
-    (pixels, nan at reset) and `area` (pixels within the radius that it changed).
+    (pixels, nan at reset), `strength` (grey levels, 0 at reset) and `area` (pixels within the
+    radius that it changed).
 
     ## Arguments
     * `scenarios="mixed"`: a default suite of the procedural world (`mixed`, `street`, `highway`,
@@ -89,7 +92,7 @@ class FaculaAttackEnv(OpticalAttackEnv):
       objects behind the boxes move.
     * `score_threshold=0.3`: boxes below it are not planned on.
     * `radii=(37.5, 375)`: pixels of an image 1242 wide, in proportion in others.
-    * `strength=255`: of the light at its peak, grey levels.
+    * `strength=255`: of the light at its peak, grey levels; two numbers: the attacker chooses.
     * `contested=False`
     * `image=False`
     * `queries=None`: the budget that the observation counts; None: 10.  Gymnasium does not tell an
@@ -116,7 +119,7 @@ class FaculaAttackEnv(OpticalAttackEnv):
         motion: Motion | str = Motion.STATIC,
         score_threshold: float = 0.3,
         radii: tuple[float, float] = (37.5, THESIS_RADII[1]),
-        strength: float = 255.0,
+        strength: float | tuple[float, float] = 255.0,
         contested: bool = False,
         image: bool = False,
         queries: int | None = None,
@@ -126,7 +129,7 @@ class FaculaAttackEnv(OpticalAttackEnv):
         width, height = KITTI_SIZE
         self._codes = FaculaCoding((height, width), radii, strength)
         super().__init__(
-            SIZE,
+            self._codes.action_size,
             scenarios=scenarios,
             detector=detector,
             planner=planner,
@@ -151,14 +154,16 @@ class FaculaAttackEnv(OpticalAttackEnv):
         facula = self.coding(frame).decode(action)
         tampered = facula.attack(frame)
         [pixels] = tampered.pixels.values()
-        facts = {"camera": facula.camera, **tampered.settings, "area": int(pixels.sum())}
+        facts = {"camera": facula.camera, **tampered.settings}
+        facts |= {"strength": facula.strength, "area": int(pixels.sum())}
         used = (tampered.settings["radius"] / self._codes.radii[1]) ** 2
         return Tampering(tampered.frame, used, facts, action)
 
     @property
     def untouched(self) -> dict[str, float]:
         """Nowhere."""
-        return {"camera": -1, **dict.fromkeys(("radius", "u", "v"), np.nan), "area": 0}
+        nowhere = dict.fromkeys(("radius", "u", "v"), np.nan)
+        return {"camera": -1, **nowhere, "strength": 0.0, "area": 0}
 
     def view(self) -> tuple[SensorFrame, int]:
         """The camera that was shone into."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, cast
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 
 SIZE = 4
-"""Camera, column, row, radius."""
+"""Camera, column, row, radius; where the strength is the attacker's choice, it is the fifth."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,7 @@ class FaculaCoding:
     Args:
         size: Height and width of the images, pixels.
         radii: The smallest and the largest, pixels of an image 1242 wide, as `Facula` counts them.
-        strength: Of the light, grey levels.
+        strength: Of the light, grey levels; two numbers: the weakest and the strongest.
 
     Raises:
         ConfigurationError: A number that cannot be.
@@ -31,33 +32,52 @@ class FaculaCoding:
 
     size: tuple[int, int]
     radii: tuple[float, float]
-    strength: float = 255.0
+    strength: float | tuple[float, float] = 255.0
 
     def __post_init__(self) -> None:
-        if np.shape(self.radii) != (2,) or not 0 < self.radii[0] < self.radii[1] < np.inf:
+        if not _is_range(self.radii):
             raise ConfigurationError(
                 f"radii are a smallest and a largest, in pixels, got {self.radii}"
             )
-        Facula(strength=self.strength)
+        if not np.ndim(self.strength):
+            Facula(strength=cast("float", self.strength))
+        elif not _is_range(self.strength):
+            raise ConfigurationError(
+                f"a strength is one number or a smallest and a largest, got {self.strength}"
+            )
+
+    @property
+    def action_size(self) -> int:
+        """How many numbers an action has."""
+        return SIZE + np.ndim(self.strength)
 
     def decode(self, action: Floats) -> Facula:
         """The facula that an action names.
 
         Args:
             action: The right camera if above 0, else the left; column and row of the centre, from
-                the left upper to the right lower corner; radius; shape (4,).
+                the left upper to the right lower corner; radius; strength, if it is a range;
+                shape (action_size,).
         """
-        u, v, radius = self._scale.decode(action[1:]).tolist()
-        return Facula(RIGHT if action[0] > 0 else LEFT, radius, (u, v), self.strength)
+        u, v, radius, *strength = self._scale.decode(action[1:]).tolist()
+        camera = RIGHT if action[0] > 0 else LEFT
+        return Facula(camera, radius, (u, v), *(strength or [cast("float", self.strength)]))
 
     def encode(self, facula: Facula) -> Floats:
-        """The inverse of `decode` for a facula with one radius and a centre, shape (4,)."""
-        values = np.array([*(facula.centre or (np.nan, np.nan)), facula.radius], float)
-        return np.array([1.0 if facula.camera == RIGHT else -1.0, *self._scale.encode(values)])
+        """The inverse of `decode` for a facula with one radius and a centre."""
+        values = [*(facula.centre or (np.nan, np.nan)), facula.radius, facula.strength]
+        scaled = self._scale.encode(np.array(values[: self.action_size - 1], float))
+        return np.array([1.0 if facula.camera == RIGHT else -1.0, *scaled])
 
     @property
     def _scale(self) -> LinearScale:
-        (height, width), (small, large) = self.size, self.radii
-        return LinearScale(
-            np.array([0.0, 0.0, small]), np.array([width - 1.0, height - 1.0, large])
-        )
+        (height, width), strength = self.size, np.reshape(self.strength, -1)
+        ranges = [(0.0, width - 1.0), (0.0, height - 1.0), self.radii]
+        if len(strength) == 2:
+            ranges.append((strength[0], strength[1]))
+        low, high = np.transpose(ranges)
+        return LinearScale(low, high)
+
+
+def _is_range(numbers: Any) -> bool:
+    return np.shape(numbers) == (2,) and bool(0 < numbers[0] < numbers[1] < np.inf)

@@ -30,32 +30,39 @@ def validator_and_played(
     """A validator of the LiDAR and the cameras 3 and 2, and the scenes that are left to be played.
 
     What a validator was fitted on says little of how often it is wrong: scenes that thresholds are
-    measured on are not played.  Of N clean scenes floor(rate * N) lie beyond the thresholds, which
+    measured on are not played.  Of N clean scenes at most rate * N lie beyond the thresholds, which
     is none of 50 at a rate of 0.01: the thresholds of few scenes are the largest values that these
-    show, and a new scene lies beyond that of a share with a probability of 1 / (N + 1).
+    show, and a new scene lies beyond that of a share with a probability of 1 / (N + 1).  The
+    scenes of a table that was measured elsewhere are not known here.
 
     Args:
         what: A name, a dictionary of a name and arguments, or a live one; None: nobody looks.
             ``thresholds`` without a table is given one that is measured on clean scenes.
         scenes: Of the game.
         clean: Attack-free scenes, of which the first `CLEAN` count; None: those of the first half
-            of the game's, as `avsec validate` takes the first part of a recording.
+            of the game's, as `avsec validate` takes the first part of a recording.  Only for
+            thresholds that have no table.
 
     Raises:
         ConfigurationError: Nothing has that name, its arguments cannot be, half of the game's
-            scenes are fewer than `FEWEST`, none is left to be played, or they lack a sensor that
-            the validator judges.
+            scenes are fewer than `FEWEST`, none is left to be played, they lack a sensor that the
+            validator judges, or clean scenes are named for one that measures nothing.
         DataError: A clean scene lacks an image or the scan.
     """
-    if what is None:
-        return None, scenes
     if what == "thresholds":
         what = {"name": what}
     if isinstance(what, Mapping) and what.get("name") == "thresholds" and "thresholds" not in what:
         clean = _kept_back(scenes) if clean is None else clean
         what, scenes = {**what, "thresholds": _measured(clean)}, _without(scenes, clean)
-    validator = cast("Validator", make(Kind.VALIDATOR, what))
-    _check_sensors(validator, scenes)
+        clean = None
+    validator = None if what is None else cast("Validator", make(Kind.VALIDATOR, what))
+    if clean is not None:
+        raise ConfigurationError(
+            "`clean` names the scenes that thresholds are measured on, which only the validator "
+            "'thresholds' without a table asks for: leave it out"
+        )
+    if validator is not None:
+        _check_sensors(validator, scenes)
     return validator, scenes
 
 

@@ -117,7 +117,7 @@ class SensorAttackEnv(DrawnEnv[Observation]):
 
     def known(self) -> Floats:
         """What it sees beside its last action, shape (known_size,), in [-1, 1]."""
-        return features(self._present, self._last, 1.0 - self._spent / self._budget)
+        return features(self.situation, self._last, 1.0 - self._spent / self._budget)
 
     @cached_property
     def game(self) -> SensorAttackGame:
@@ -144,7 +144,7 @@ class SensorAttackEnv(DrawnEnv[Observation]):
         self, action: NDArray[np.float32]
     ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Query the car once."""
-        situation = self._present
+        situation = self.situation
         tampering = self.tamper(situation, checked_action(action, len(self._done)))
         self._done = np.clip(tampering.action, -1.0, 1.0)
         self._last = self.game.query(situation, tampering.frame)
@@ -175,7 +175,12 @@ class SensorAttackEnv(DrawnEnv[Observation]):
         return self._look.frame, LEFT
 
     @property
-    def _present(self) -> Situation:
+    def situation(self) -> Situation:
+        """What is attacked.
+
+        Raises:
+            ResetNeeded: There is none yet.
+        """
         if self._situation is None:
             raise gym.error.ResetNeeded("call reset before step")
         return self._situation
@@ -183,7 +188,7 @@ class SensorAttackEnv(DrawnEnv[Observation]):
     @property
     def _look(self) -> Look:
         """The last query, or what there was before the first."""
-        return self._last or self._present.unattacked
+        return self._last or self.situation.unattacked
 
     @property
     def _budget(self) -> int:
@@ -200,16 +205,16 @@ class SensorAttackEnv(DrawnEnv[Observation]):
             return vector
         import cv2
 
-        image = self._present.unattacked.frame.image()
+        image = self.situation.unattacked.frame.image()
         small = cv2.resize(image, THUMBNAIL[::-1], interpolation=cv2.INTER_AREA)
         return {"features": vector, "image": small.astype(np.uint8)}
 
     def _info(self, facts: dict[str, float], success: bool) -> dict[str, Any]:
-        scene, believed = self._present.scene, self._look.perception.believed
+        scene, believed = self.situation.scene, self._look.perception.believed
         obstacles = scene.boxes[is_obstacle(scene.boxes)]
         record = None if self._last is None else self._last.drive.record
         return {
-            **drive_info(record, scene.id, self._present.intention),
+            **drive_info(record, scene.id, self.situation.intention),
             "is_success": success,
             "queries": self._spent,
             "objects": len(obstacles),

@@ -83,6 +83,33 @@ def test_actions_and_faculae_convert() -> None:
         assert again[0] == (1 if action[0] > 0 else -1)
 
 
+def test_the_attacker_may_choose_the_strength(quick: dict[str, Any]) -> None:
+    coding = FaculaCoding((375, 1242), (37.5, 375.0), (20.0, 220.0))
+    assert coding.action_size == 5
+    assert [coding.decode(np.full(5, end)).strength for end in (-1, 0, 1)] == [20, 120, 220]
+    for action in np.random.default_rng(0).uniform(-1, 1, (20, 5)):
+        np.testing.assert_allclose(coding.encode(coding.decode(action))[1:], action[1:], atol=1e-12)
+    env = gym.make(ID, **quick, validator=None, strength=(20.0, 220.0))
+    seen, info = env.reset(seed=0)
+    assert (env.action_space.shape, info["strength"]) == ((5,), 0)
+    assert env.observation_space.contains(seen)
+    assert len(seen) == len(gym.make(ID, **quick, validator=None).reset(seed=0)[0]) + 1
+    seen, *_, info = env.step(np.array([-1.0, 0.0, 0.0, -1.0, -0.5], np.float32))
+    assert info["strength"] == pytest.approx(70)
+    assert seen[-1] == -0.5
+    lit = env.unwrapped._look.frame.image(2)  # type: ignore[attr-defined]
+    dark = env.unwrapped.situation.unattacked.frame.image(2)  # type: ignore[attr-defined]
+    assert (lit.astype(int) - dark).max() == 70
+    with pytest.raises(ConfigurationError, match="a smallest and a largest"):
+        FaculaAttackEnv(**quick, strength=(220.0, 20.0))
+
+
+def test_clean_scenes_belong_to_thresholds_that_are_measured(watched: dict[str, Any]) -> None:
+    for validator in (None, Watchman()):
+        with pytest.raises(ConfigurationError, match="`clean` names the scenes"):
+            FaculaAttackEnv(**watched, validator=validator).reset(seed=0)
+
+
 def test_one_image_gets_the_light_and_the_validator_sees_it_too(quick: dict[str, Any]) -> None:
     watchman = Watchman()
     env = gym.make(ID, **quick, validator=watchman)
@@ -258,19 +285,61 @@ def test_the_example_trains_and_compares(watched: dict[str, Any]) -> None:
     result = json.loads(done.stdout)
     assert (result["situations"], result["scenes_unsafe_without_attack"]) == (situations, 0)
     assert result["seeds"] == [0, 1]
-    for attacker in ("no_attack", "thesis_facula", "random_shot", "loud_sac", "quiet_sac"):
-        row = result[attacker]
-        for name in ("unsafe", "noticed", "unsafe_and_unnoticed"):
-            rates = row[name]["by_seed"]
-            assert len(rates) == (1 if attacker == "no_attack" else seeds)
-            assert row[name]["rate"] == pytest.approx(np.mean(rates), abs=1e-4)
+    assert 0 <= result["thresholds"]["brightness"] < 1
+    learners, radii = {"sac", "cma_es", "random_search"}, {}
+    for attacker, row in result["attackers"].items():
+        once = attacker == "no_attack" or attacker.startswith("by_hand")
+        assert [len(one) for one in row["outcomes"]] == [situations] * (1 if once else seeds)
+        for name, letters in (("unsafe", "UN"), ("noticed", "nN"), ("unsafe_and_unnoticed", "U")):
+            told = [sum(map(one.count, letters)) / situations for one in row["outcomes"]]
+            assert row[name]["by_seed"] == pytest.approx(told, abs=1e-4)
+            assert row[name]["rate"] == pytest.approx(np.mean(told), abs=1e-4)
             lower, upper = row[name]["interval"]
             assert 0 <= lower <= row[name]["rate"] <= upper <= 1
-        assert row["unsafe_and_unnoticed"]["rate"] <= row["unsafe"]["rate"]
-        if attacker != "no_attack":
-            least, most = (187, 375) if attacker == "thesis_facula" else (30, 180)
-            assert least <= row["radius"] <= most
-    assert result["no_attack"]["unsafe"]["rate"] == 0
+        radii[attacker] = row["radius"]
+    assert result["attackers"]["no_attack"]["unsafe"]["rate"] == 0
+    assert (radii["by_hand_22"], radii["by_hand_180"]) == (22, 180)
+    assert 187 <= radii["thesis_facula"] <= 375
+    assert {f"{how}_{who}" for how in ("quiet", "loud") for who in learners} <= set(radii)
+    assert set(result["quiet_less_loud"]) == learners
+
+
+def test_the_laser_is_aimed_at_the_car_in_the_way(
+    monkeypatch: pytest.MonkeyPatch, quick: dict[str, Any]
+) -> None:
+    monkeypatch.syspath_prepend(EXAMPLES)
+    from aimed_laser import RADII, REACH, STRENGTHS, AimedLaser, by_hand
+
+    made = gym.make(ID, **quick, validator=None, radii=RADII, strength=STRENGTHS)
+    env = AimedLaser(made)
+    checked = 0
+    for scene in ("000000", "000001", "000002"):
+        for intention in ("left", "straight", "right"):
+            seen, _ = env.reset(options={"scenario": scene, "intention": intention})
+            assert env.observation_space.contains(seen)
+            situation = made.unwrapped.situation  # type: ignore[attr-defined]
+            boxes = situation.scene.boxes
+            ahead = boxes[boxes.poses[:, 0] > 1]
+            goal = situation.unattacked.drive.problem.goals[0].region[0]
+            # A brute force: the box that is nearest to any of many points on the way.
+            way = np.linspace([0.0, 0.0], [goal.x, goal.y], 2001)
+            apart = np.linalg.norm(ahead.poses[:, None, :2] - way, axis=2).min(axis=1)
+            target = ahead[[int(apart.argmin())]]
+            middle = target.location - [[0.0, target.dimensions[0, 0] / 2, 0.0]]
+            for camera, side in ((2, -1.0), (3, 1.0)):
+                beside, above = 0.5, -0.25
+                shot = env.shot(np.array([side, beside, above, 0.0, 1.0]))
+                place = middle + np.array([REACH[0] * beside, -REACH[1] * above, 0.0])
+                frame = situation.unattacked.frame
+                expected, _ = project(frame.calibration.projection(camera), place)
+                np.testing.assert_allclose(shot.centre, expected[0])
+                assert (shot.camera, shot.strength) == (camera, 255)
+                assert shot.radius == pytest.approx(np.sqrt(np.prod(RADII)))
+                checked += 1
+    assert checked == 18
+    *_, info = env.step(by_hand(45))
+    assert (info["camera"], info["strength"]) == (2, 255)
+    assert info["radius"] == pytest.approx(45)
 
 
 def test_contested_frames_are_known_before_they_are_rendered(

@@ -1,0 +1,118 @@
+"""A laser that is aimed at the car in the way: the shots of `train_quiet_laser.py`."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from shapely.geometry import LineString, Point
+
+from avsec_gym.attacks.attack import LEFT, RIGHT
+from avsec_gym.attacks.facula import Facula
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.envs.sensor_attack_features import best_scores
+from avsec_gym.envs.sensor_attack_game import Situation
+from avsec_gym.errors import DataError
+from avsec_gym.geometry import Floats, project
+from avsec_gym.scenario.builder import is_obstacle
+from avsec_gym.scenario.intention import Intention
+
+RADII = (10.0, 180.0)
+"""Pixels: the smallest hides hardly a car, the largest nearly any."""
+STRENGTHS = (10.0, 255.0)
+"""Grey levels: from hardly seen to white."""
+REACH = (1.5, 0.75)
+"""Metres beside and above the middle of the car."""
+ACTIONS, SEEN = 5, 9
+
+
+class AimedLaser(gym.Wrapper):
+    """One shot an episode of `avsec/FaculaAttack-v0`, at the car in the way.
+
+    Actions, each in [-1, 1]: the right camera if above 0, else the left; how far right of the car's
+    middle and above it, in `REACH`; the radius, from the first to the second of `RADII`, by equal
+    factors; the strength, from the first to the second of `STRENGTHS`.
+
+    Observations: the intention (one-hot); of that car x / 50 m, y / 20 m, column and row of its
+    middle, -1 to 1 across the left image, the best score of a box on it; and how bright the image
+    is there, from 0 to 1.
+    """
+
+    quiet = True
+    """False: an unsafe drive is paid for whether or not the validator noticed why."""
+
+    def __init__(self, env: gym.Env) -> None:
+        super().__init__(env)
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (ACTIONS,), np.float32)
+        self.observation_space = gym.spaces.Box(-1.0, 1.0, (SEEN,), np.float32)
+
+    def reset(self, **options: Any) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begin, and take aim."""
+        _, info = self.env.reset(**options)
+        situation = self.env.unwrapped.situation
+        self._target = car_in_the_way(situation)
+        self._seen = self._look(situation)
+        return self._seen, info
+
+    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        """Shoot."""
+        frame = self.env.unwrapped.situation.unattacked.frame
+        coding = self.env.unwrapped.coding(frame)
+        shot = coding.encode(self.shot(np.clip(action, -1.0, 1.0).astype(float)))
+        _, reward, _, _, info = self.env.step(np.clip(shot, -1.0, 1.0).astype(np.float32))
+        if not self.quiet and info["noticed"] and not info["safe"]:
+            reward = float(reward) + 1.0
+        return self._seen, float(reward), True, False, info
+
+    def shot(self, action: Floats) -> Facula:
+        """What an action stands for here."""
+        camera = RIGHT if action[0] > 0 else LEFT
+        (small, large), (weak, strong) = RADII, STRENGTHS
+        radius = small * (large / small) ** ((action[3] + 1) / 2)
+        strength = weak + (strong - weak) * (action[4] + 1) / 2
+        place = self._middle + np.array([REACH[0] * action[1], -REACH[1] * action[2], 0.0])
+        calibration = self.env.unwrapped.situation.unattacked.frame.calibration
+        [[u, v]], _ = project(calibration.projection(camera), place[None])
+        return Facula(camera, radius, (u, v), strength)
+
+    @property
+    def _middle(self) -> Floats:
+        """Of the car, in camera coordinates, metres."""
+        return self._target.location[0] - [0.0, self._target.dimensions[0, 0] / 2, 0.0]
+
+    def _look(self, situation: Situation) -> np.ndarray:
+        frame, target = situation.unattacked.frame, self._target
+        image = frame.image(LEFT)
+        size = np.array(image.shape[1::-1])
+        pixels, _ = project(frame.calibration.projection(LEFT), self._middle[None])
+        column, row = np.clip(np.rint(pixels[0]).astype(int), 0, size - 1)
+        x, y, _ = target.poses[0]
+        seen = [float(situation.intention == each) for each in Intention]
+        seen += [x / 50, y / 20, *(2.0 * pixels[0] / (size - 1) - 1.0)]
+        seen += [*best_scores(target, situation.unattacked.perception.detections)]
+        seen += [image[max(row - 5, 0) : row + 6, max(column - 5, 0) : column + 6].mean() / 255]
+        return np.clip(seen, -1.0, 1.0).astype(np.float32)
+
+
+def car_in_the_way(situation: Situation) -> Boxes3D:
+    """The obstacle nearest to the straight line from the car to the middle of its goal."""
+    boxes = situation.scene.boxes
+    obstacles = boxes[is_obstacle(boxes) & (boxes.poses[:, 0] > 1)]
+    if not len(obstacles):
+        raise DataError(
+            f"There is nothing to hide in the scene {situation.scene.id}.",
+            remedy="Leave out --all-scenes.",
+        )
+    goal = situation.unattacked.drive.problem.goals[0].region[0]
+    line = LineString([(0.0, 0.0), (goal.x, goal.y)])
+    beside = [line.distance(Point(x, y)) for x, y in obstacles.poses[:, :2]]
+    return obstacles[[int(np.argmin(beside))]]
+
+
+def by_hand(radius: float) -> np.ndarray:
+    """The action of full light on the middle of the car, in the left camera."""
+    small, large = RADII
+    fraction = math.log(radius / small) / math.log(large / small)
+    return np.array([-1.0, 0.0, 0.0, 2 * fraction - 1, 1.0], np.float32)
