@@ -34,8 +34,8 @@ class FaculaAttackEnv(OpticalAttackEnv):
     trajectory is held against what is really there.  What the validator says changes nothing in
     the drive; it decides whether the attack counts.
 
-    In most situations no hidden object is in the way (of 135 of the suite `mixed`, 13 become unsafe
-    if the car sees nothing at all): `contested=True` draws those in which one is.
+    In most situations no hidden object is in the way, and a car that sees nothing at all drives as
+    safely: `contested=True` draws those in which one is.
 
     ## Observation
     `Box(-1, 1, (128,), float32)`: see `avsec_gym.envs.sensor_attack_features.features`; whether the

@@ -33,9 +33,8 @@ class LidarSpoofingEnv(OpticalAttackEnv):
     The car's detector is by itself no network, but the obstacles that the scan shows: whatever
     stands up from the ground (`avsec_gym.perception.detectors.scan_obstacles.ScanObstacles`).  It
     needs no weights, and takes walls and poles for what they are, obstacles; so it has boxes where
-    no labelled object is, and they count as `ghosts`.  A learned detector of cars, such as
-    `detector={"name": "pixor", "weights": "FILE"}` with weights of `avsec train pixor`, is harder
-    to convince.
+    no labelled object is, and they count as `ghosts`.  `detector="pixor"` is one that has learned
+    what cars look like.
 
     ## Observation
     `Box(-1, 1, (128,), float32)`: see `avsec_gym.envs.sensor_attack_features.features`; whether the
