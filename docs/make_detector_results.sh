@@ -25,7 +25,7 @@ RUNS=${RUNS:-runs}
 "$PYTHON" -m avsec_gym world verify "$SCANS" > /dev/null 2>&1 || "$PYTHON" -m avsec_gym \
     world make --suite mixed --frames 200 --seed 2 --out "$SCANS"
 "$PYTHON" -m avsec_gym.experiments.perception.single_sensor_precision --kitti "$SCANS" \
-    --json docs/results/single_sensor_detectors.json
+    ${KITTI:+--real "$KITTI"} --json docs/results/single_sensor_detectors.json
 set --
 for name in dsgn stereo_rcnn psmnet pixor pointrcnn faster_rcnn yolo; do
     folders=

@@ -38,7 +38,7 @@ class WorkingPoint(NamedTuple):
 
 
 class Counts(NamedTuple):
-    """Of cars (moderate, `MIN_IOU` from above), by KITTI's rules."""
+    """Of cars (moderate, `MIN_IOU`), by KITTI's rules."""
 
     found: int
     missed: int
@@ -75,9 +75,15 @@ def working_point(
     )
 
 
-def counted(truth: Sequence[Boxes3D], found: Sequence[Boxes3D]) -> Counts:
-    """What is right and wrong, each detection taken for real."""
-    events, cars = _events(truth, found)
+def counted(truth: Sequence[Boxes3D], found: Sequence[Boxes3D], seen: int = FROM_ABOVE) -> Counts:
+    """What is right and wrong, each detection taken for real.
+
+    Args:
+        truth: Labels of F frames.
+        found: In the same frames.
+        seen: `FROM_ABOVE` or `IN_IMAGE`.
+    """
+    events, cars = _events(truth, found, seen)
     hits = int(events.true_positives.sum())
     return Counts(hits, cars - hits, int(events.false_positives.sum()))
 

@@ -2,7 +2,8 @@
 
 Run ``python -m avsec_gym.experiments.perception.single_sensor_precision --kitti DIR --json FILE``,
 on frames with scans.  A detector is a name, or ``name=FILE`` with weights of one's own.  A run that
-was stopped goes on: what was detected is kept in ``--out``.
+was stopped goes on: what was detected is kept in ``--out``.  ``--real ROOT`` counts, too, what each
+finds in real frames of KITTI.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from avsec_gym.errors import ConfigurationError
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.answer import answer
 from avsec_gym.experiments.perception.detection_errors import CATEGORY
 from avsec_gym.experiments.perception.kept_detections import (
@@ -24,7 +25,11 @@ from avsec_gym.experiments.perception.kept_detections import (
     seconds_a_frame,
 )
 from avsec_gym.experiments.perception.weights_facts import weights_facts
+from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.average_precision import average_precision
+from avsec_gym.metrics.working_point import FROM_ABOVE, IN_IMAGE, counted, working_point
+from avsec_gym.perception.detectors import make_detector
 from avsec_gym.perception.weights.given import shipped_weights
 
 IOUS = (0.7, 0.5)
@@ -38,14 +43,20 @@ class Network(NamedTuple):
     """What a detector looks at, and what it says that can be scored."""
 
     sensor: str
+    folder: str
     metrics: tuple[str, ...]
+
+    @property
+    def seen(self) -> int:
+        """Where its boxes are counted."""
+        return IN_IMAGE if "2d" in self.metrics else FROM_ABOVE
 
 
 NETWORKS = {
-    "pixor": Network("LiDAR", ("bev",)),
-    "pointrcnn": Network("LiDAR", ("bev", "3d")),
-    "faster_rcnn": Network(f"camera {CAMERA}", ("2d",)),
-    "yolo": Network(f"camera {CAMERA}", ("2d",)),
+    "pixor": Network("LiDAR", "velodyne", ("bev",)),
+    "pointrcnn": Network("LiDAR", "velodyne", ("bev", "3d")),
+    "faster_rcnn": Network(f"camera {CAMERA}", f"image_{CAMERA}", ("2d",)),
+    "yolo": Network(f"camera {CAMERA}", f"image_{CAMERA}", ("2d",)),
 }
 """PIXOR tells no height, and a single image no place in space."""
 
@@ -79,13 +90,40 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
                 seed=options.seed,
             ).to_json()[CATEGORY]
             precision[str(iou)] = {metric: every[metric] for metric in network.metrics}
+        point = working_point(truth, found, network.seen)
         result[name] = {
             "sensor": network.sensor,
             "weights": weights_facts(weights),
             "average_precision": precision,
+            "working_point": None if point is None else point._asdict(),
             "seconds": seconds_a_frame(what, data, ids[: options.timed]),
         }
+        if options.real is not None and point is not None:
+            result[name]["real"] = in_real_frames(options.real, network, what, point.score)
     return {"data": described(data, truth), "resamples": options.resamples, "detectors": result}
+
+
+def in_real_frames(
+    root: Path, network: Network, what: dict[str, Any], least_score: float
+) -> dict[str, int]:
+    """Moderate cars found and missed, and false alarms, in all labelled frames with the sensor.
+
+    Args:
+        root: Of the object benchmark.
+        network: Whose sensor it is.
+        what: What `make_detector` takes.
+        least_score: Of boxes that count.
+
+    Raises:
+        DataError: There is no such frame, or a file is broken.
+    """
+    data, detector = KittiObject(root), make_detector(what)
+    ids = data.ids(having=("label_2", "calib", network.folder))
+    if not ids:
+        raise DataError(f"No frame has labels, calib and {network.folder}.", path=root)
+    truth = [data.labels(id, keep_dont_care=True) for id in ids]
+    found = [above(detector.detect(data.frame(id)), least_score) for id in ids]
+    return {"frames": len(ids), **counted(truth, found, network.seen)._asdict()}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -93,6 +131,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     add_options(parser)
     parser.add_argument("--detectors", nargs="+", default=list(NETWORKS))
+    parser.add_argument("--real", type=Path, help="root of the object benchmark")
     return answer(parser.parse_args(arguments), run)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +11,15 @@ import numpy as np
 import pytest
 import torch
 
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import DataError
+from avsec_gym.experiments.perception import single_sensor_precision
 from avsec_gym.experiments.perception.page_single_sensor import single_sensor
-from avsec_gym.experiments.perception.single_sensor_precision import NETWORKS, main
+from avsec_gym.experiments.perception.single_sensor_precision import (
+    NETWORKS,
+    in_real_frames,
+    main,
+)
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.labels import parse_labels
 from avsec_gym.kitti.writing import write_object_frame
@@ -62,6 +70,37 @@ def test_each_is_scored_in_what_its_sensor_shows(kitti: Path, tmp_path: Path) ->
     assert "| `yolo` | camera 2 | in the image |" in text
     assert "None" not in text
     assert {path.name.partition("-")[0] for path in (tmp_path / "found").iterdir()} == set(files)
+
+
+class Knows:
+    """Says that there is a car where the labels say it, and another one beside it."""
+
+    name = "knows"
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        car = parse_labels(LABELS, "labels")
+        aside = replace(car, location=car.location - [10.0, 0.0, 0.0], score=np.array([0.4]))
+        return Boxes3D.concatenate([replace(car, score=np.array([0.9])), aside])
+
+
+def test_real_frames_are_counted_from_a_score_on(
+    kitti: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(single_sensor_precision, "make_detector", lambda what: Knows())
+    (kitti / "training/velodyne/000001.bin").unlink()
+    for name, frames in (("pixor", 1), ("pointrcnn", 1)):
+        for least, false_alarms in ((0.3, frames), (0.5, 0)):
+            told = in_real_frames(kitti, NETWORKS[name], {"name": name}, least)
+            assert told == {
+                "frames": frames,
+                "found": frames,
+                "missed": 0,
+                "false_alarms": false_alarms,
+            }
+    assert in_real_frames(kitti, NETWORKS["yolo"], {"name": "yolo"}, 0.5)["frames"] == 2
+    (kitti / "training/velodyne/000000.bin").unlink()
+    with pytest.raises(DataError, match="velodyne"):
+        in_real_frames(kitti, NETWORKS["pixor"], {"name": "pixor"}, 0.5)
 
 
 def test_bad_input_is_told(kitti: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
