@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from avsec_gym.errors import DataError
 from avsec_gym.perception.detectors import Detector, ImageDetector
 from avsec_gym.perception.weights.given import shipped_weights
 from avsec_gym.perception.weights.store import card_path
@@ -17,7 +16,7 @@ WEIGHT_OPTIONS = {"pixor": "", "pointrcnn": "", "faster_rcnn": "", "yolo": ""}
 
 
 def lidar_detector(name: str, options: Mapping[str, Any]) -> Detector:
-    """A detector that looks at scans; errors as of `weights_of`.
+    """A detector that looks at scans.
 
     Args:
         name: ``pixor``, ``pointrcnn``, or one that a plug-in registered, which has its own weights.
@@ -34,25 +33,12 @@ def image_detector(name: str, options: Mapping[str, Any]) -> ImageDetector:
 
 
 def weights_of(name: str, options: Mapping[str, Any]) -> Path:
-    """Where a network's weights are.
-
-    Raises:
-        DataError: No weights are named, and none come with the package.
-    """
-    if options.get(name):
-        return Path(options[name])
-    try:
-        return shipped_weights(f"{name}_small")
-    except DataError as error:
-        raise DataError(
-            f"This needs weights of {name}, and none come with the package.",
-            remedy=f"Make them with `avsec train {name} --out RUN`, and name them:"
-            f" `--options {name}=RUN/weights.safetensors`.",
-        ) from error
+    """Where a network's weights are: those that are named, or the package's."""
+    return Path(options[name]) if options.get(name) else shipped_weights(f"{name}_small")
 
 
 def weight_inputs(names: Iterable[str], options: Mapping[str, Any]) -> dict[str, Path]:
-    """Files of weights, and their cards, which hold calibrations; errors as of `weights_of`.
+    """Files of weights, and their cards, which hold calibrations.
 
     Args:
         names: Of networks; those that no option gives weights to are left out.

@@ -12,7 +12,6 @@ import pytest
 
 from avsec_gym import registry
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.errors import DataError
 from avsec_gym.experiments.catalogue import experiment
 from avsec_gym.experiments.chapter3.objects.attack_sizes import (
     COVERED,
@@ -44,6 +43,7 @@ from avsec_gym.kitti.raw_calibration import write_raw_calibration
 from avsec_gym.kitti.tracklets import Tracklet, write_tracklets
 from avsec_gym.kitti.writing import write_raw_frame
 from avsec_gym.perception.detectors.image_detector import image_boxes
+from avsec_gym.perception.weights.given import shipped_weights
 from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import KITTI_SYSTEM
 from avsec_gym.validation.evidence.evidence import EVIDENCE_FORMAT
@@ -188,16 +188,15 @@ def test_baseline_and_impact_share_their_cells(configuration: Configuration) -> 
         assert experiment(name).name == name
 
 
-def test_weights_that_lack_are_named_with_how_to_make_them(configuration: Configuration) -> None:
-    for inputs, options, missing in (
+def test_weights_are_inputs_of_a_run(configuration: Configuration) -> None:
+    for inputs, options, named in (
         (detection_inputs, {"lidar_detector": "pixor", "pixor": ""}, "pixor"),
         (size_inputs, {"sensitivity_image": "yolo"}, "yolo"),
     ):
         asked = replace(configuration, options={**configuration.options, **options})
-        with pytest.raises(DataError, match=f"weights of {missing}") as error:
-            inputs(asked)
-        assert f"`avsec train {missing} --out RUN`" in str(error.value)
-        assert f"--options {missing}=RUN/weights.safetensors" in str(error.value)
+        files = inputs(asked)
+        assert files[f"weights of {named}"] == shipped_weights(f"{named}_small")
+        assert files[f"card of {named}"].suffix == ".json"
     assert weights_of("yolo", {"yolo": "mine.safetensors"}) == Path("mine.safetensors")
 
 
