@@ -1,14 +1,25 @@
-"""A laser that is aimed at the car in the way: the shots of `train_quiet_laser.py`."""
+"""A laser that is aimed at the car in the way: the shots of `train_quiet_laser.py`.
+
+    python examples/aimed_laser.py
+    python examples/aimed_laser.py --radius 90 --out laser.png
+
+shoots by hand, once at each of some scenes, and draws the first shot that makes a drive unsafe
+while the validator notices nothing; if there is none, the last.
+"""
 
 from __future__ import annotations
 
+import argparse
 import math
+from pathlib import Path
 from typing import Any
 
+import cv2
 import gymnasium as gym
 import numpy as np
 from shapely.geometry import LineString, Point
 
+import avsec_gym
 from avsec_gym.attacks.attack import LEFT, RIGHT
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.boxes import Boxes3D
@@ -116,3 +127,41 @@ def by_hand(radius: float) -> np.ndarray:
     small, large = RADII
     fraction = math.log(radius / small) / math.log(large / small)
     return np.array([-1.0, 0.0, 0.0, 2 * fraction - 1, 1.0], np.float32)
+
+
+def main() -> None:
+    """Shoot, tell, draw."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--radius", type=float, default=45.0, help="pixels, from 10 to 180")
+    parser.add_argument("--shots", type=int, default=8, help="at most")
+    parser.add_argument("--scenarios", default="mixed", help="suite or folder")
+    parser.add_argument("--detector", default="stereo_rcnn")
+    parser.add_argument("--out", type=Path, default=Path("runs/laser.png"), help="the picture")
+    options = parser.parse_args()
+    if not RADII[0] <= options.radius <= RADII[1] or options.shots < 1:
+        parser.error(f"--radius is from {RADII[0]:g} to {RADII[1]:g}, --shots 1 or more")
+    gym.register_envs(avsec_gym)
+    made = gym.make(
+        "avsec/FaculaAttack-v0",
+        scenarios=options.scenarios,
+        detector=options.detector,
+        contested=True,
+        radii=RADII,
+        strength=STRENGTHS,
+        render_mode="rgb_array",
+    )
+    env = AimedLaser(made)
+    for shot in range(options.shots):
+        env.reset(seed=0 if shot == 0 else None)
+        *_, info = env.step(by_hand(options.radius))
+        noticed = "noticed" if info["noticed"] else "not noticed"
+        print(f"{info['scenario']} {info['intention']}: {info['outcome']}, {noticed}")
+        if info["is_success"]:
+            break
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    cv2.imwrite(str(options.out), env.render()[..., ::-1])
+    print(options.out)
+
+
+if __name__ == "__main__":
+    main()

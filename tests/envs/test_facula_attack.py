@@ -9,6 +9,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import cv2
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -340,6 +341,23 @@ def test_the_laser_is_aimed_at_the_car_in_the_way(
     *_, info = env.step(by_hand(45))
     assert (info["camera"], info["strength"]) == (2, 255)
     assert info["radius"] == pytest.approx(45)
+
+
+@pytest.mark.slow
+def test_a_shot_by_hand_is_told_and_drawn(
+    tmp_path: Path, quick: dict[str, Any], bright_cars: ModuleType
+) -> None:
+    for number in range(2 * FEWEST):
+        bright_cars.write_frame(tmp_path, number, [[13.0, 3.5, 0.0]])
+    command = [sys.executable, str(EXAMPLES / "aimed_laser.py"), "--scenarios", str(tmp_path)]
+    command += ["--detector", quick["detector"], "--shots", "2", "--out", str(tmp_path / "a.jpg")]
+    told = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
+    assert told[0].split(":")[0] in [f"{number:06d} left" for number in range(FEWEST, 20)]
+    assert told[-1] == str(tmp_path / "a.jpg")
+    picture = cv2.imread(told[-1])
+    assert picture.std() > 10
+    refused = subprocess.run([*command, "--radius", "500"], capture_output=True, text=True)
+    assert "from 10 to 180" in refused.stderr
 
 
 def test_contested_frames_are_known_before_they_are_rendered(
