@@ -6,10 +6,12 @@ import shlex
 import sys
 from pathlib import Path
 
-_OURS = ("avsec", "__main__.py")
+_OURS = ("avsec", "avsec.exe", "avsec_gym/__main__.py")
 
 
 def command_line() -> str:
     """It, quoted for a shell; ``avsec``, wherever that is installed, or ``python -m avsec_gym``."""
     program, *arguments = sys.argv
-    return shlex.join(["avsec" if Path(program).name in _OURS else program, *arguments])
+    path = Path(program)
+    ours = path.name in _OURS or "/".join(path.parts[-2:]) in _OURS
+    return shlex.join(["avsec" if ours else program, *arguments])

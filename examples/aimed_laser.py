@@ -1,9 +1,9 @@
-"""A laser that is aimed at the car in the way: the shots of `train_quiet_laser.py`.
+"""A laser that is aimed at what is in the car's way: the shots of `train_quiet_laser.py`.
 
     python examples/aimed_laser.py
     python examples/aimed_laser.py --radius 90 --out laser.png
 
-shoots by hand, once at each of some scenes, and draws the first shot that makes a drive unsafe
+shoots by hand, once in each of some situations, and draws the first shot that makes a drive unsafe
 while the validator notices nothing; if there is none, the last.
 """
 
@@ -11,6 +11,8 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Iterator
+from itertools import islice, product
 from pathlib import Path
 from typing import Any
 
@@ -24,29 +26,30 @@ from avsec_gym.attacks.attack import LEFT, RIGHT
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.sensor_attack_features import best_scores
-from avsec_gym.envs.sensor_attack_game import Situation
-from avsec_gym.errors import DataError
+from avsec_gym.envs.sensor_attack_game import SensorAttackGame, Situation
 from avsec_gym.geometry import Floats, project
+from avsec_gym.pipeline import Perception
 from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene import Scene
 
 RADII = (10.0, 180.0)
-"""Pixels: the smallest hides hardly a car, the largest nearly any."""
+"""Pixels: the smallest hides hardly any car, the largest nearly all."""
 STRENGTHS = (10.0, 255.0)
 """Grey levels: from hardly seen to white."""
 REACH = (1.5, 0.75)
-"""Metres beside and above the middle of the car."""
+"""Metres beside and above the middle of what is in the way."""
 ACTIONS, SEEN = 5, 9
 
 
 class AimedLaser(gym.Wrapper):
-    """One shot an episode of `avsec/FaculaAttack-v0`, at the car in the way.
+    """One shot an episode of `avsec/FaculaAttack-v0`, at the obstacle in the way, mostly a car.
 
-    Actions, each in [-1, 1]: the right camera if above 0, else the left; how far right of the car's
+    Actions, each in [-1, 1]: the right camera if above 0, else the left; how far right of its
     middle and above it, in `REACH`; the radius, from the first to the second of `RADII`, by equal
     factors; the strength, from the first to the second of `STRENGTHS`.
 
-    Observations: the intention (one-hot); of that car x / 50 m, y / 20 m, column and row of its
+    Observations: the intention (one-hot); of the obstacle x / 50 m, y / 20 m, column and row of its
     middle, -1 to 1 across the left image, the best score of a box on it; and how bright the image
     is there, from 0 to 1.
     """
@@ -58,12 +61,16 @@ class AimedLaser(gym.Wrapper):
         super().__init__(env)
         self.action_space = gym.spaces.Box(-1.0, 1.0, (ACTIONS,), np.float32)
         self.observation_space = gym.spaces.Box(-1.0, 1.0, (SEEN,), np.float32)
+        self._targets: dict[tuple[str, Intention], Boxes3D] = {}
 
     def reset(self, **options: Any) -> tuple[np.ndarray, dict[str, Any]]:
         """Begin, and take aim."""
         _, info = self.env.reset(**options)
         situation = self.env.unwrapped.situation
-        self._target = car_in_the_way(situation)
+        asked = situation.scene.id, situation.intention
+        if asked not in self._targets:
+            self._targets[asked] = in_the_way(self.env.unwrapped.game, situation)
+        self._target = self._targets[asked]
         self._seen = self._look(situation)
         return self._seen, info
 
@@ -90,7 +97,7 @@ class AimedLaser(gym.Wrapper):
 
     @property
     def _middle(self) -> Floats:
-        """Of the car, in camera coordinates, metres."""
+        """Of what is in the way, in camera coordinates, metres."""
         return self._target.location[0] - [0.0, self._target.dimensions[0, 0] / 2, 0.0]
 
     def _look(self, situation: Situation) -> np.ndarray:
@@ -107,23 +114,34 @@ class AimedLaser(gym.Wrapper):
         return np.clip(seen, -1.0, 1.0).astype(np.float32)
 
 
-def car_in_the_way(situation: Situation) -> Boxes3D:
-    """The obstacle nearest to the straight line from the car to the middle of its goal."""
-    boxes = situation.scene.boxes
-    obstacles = boxes[is_obstacle(boxes) & (boxes.poses[:, 0] > 1)]
-    if not len(obstacles):
-        raise DataError(
-            f"There is nothing to hide in the scene {situation.scene.id}.",
-            remedy="Leave out --all-scenes.",
-        )
+def in_the_way(game: SensorAttackGame, situation: Situation) -> Boxes3D:
+    """The obstacle without which the car would drive into it; of several, or where it takes more
+    than one, that nearest to the straight line from the car to the middle of its goal.
+    """
+    boxes, scene = situation.scene.boxes, situation.scene
+    ahead = np.flatnonzero(is_obstacle(boxes) & (boxes.poses[:, 0] > 1))
     goal = situation.unattacked.drive.problem.goals[0].region[0]
     line = LineString([(0.0, 0.0), (goal.x, goal.y)])
-    beside = [line.distance(Point(x, y)) for x, y in obstacles.poses[:, :2]]
-    return obstacles[[int(np.argmin(beside))]]
+    nearest = sorted(ahead, key=lambda one: line.distance(Point(boxes.poses[one, :2])))
+    for one in nearest:
+        others = boxes[np.arange(len(boxes)) != one]
+        believed = Perception(others, others, None)
+        if not game.pipeline.drive(scene, believed, situation.intention).record.safe:
+            return boxes[[one]]
+    return boxes[nearest[:1]]
+
+
+def worth_a_shot(game: SensorAttackGame) -> Iterator[tuple[Scene, Intention]]:
+    """Situations with something in the way, safe and unnoticed while nobody attacks."""
+    for scene, intention in product(game.scenes.scenes.labelled, Intention):
+        if game.is_contested(scene, intention):
+            look = game.situation(scene, intention).unattacked
+            if look.drive.record.safe and not look.notice.alarm:
+                yield scene, intention
 
 
 def by_hand(radius: float) -> np.ndarray:
-    """The action of full light on the middle of the car, in the left camera."""
+    """The action of full light on the middle, in the left camera."""
     small, large = RADII
     fraction = math.log(radius / small) / math.log(large / small)
     return np.array([-1.0, 0.0, 0.0, 2 * fraction - 1, 1.0], np.float32)
@@ -150,16 +168,19 @@ def main() -> None:
         strength=STRENGTHS,
         render_mode="rgb_array",
     )
-    env = AimedLaser(made)
-    for shot in range(options.shots):
-        env.reset(seed=0 if shot == 0 else None)
+    env, game = AimedLaser(made), made.unwrapped.game
+    for scene, intention in islice(worth_a_shot(game), options.shots):
+        env.reset(options={"scenario": scene.id, "intention": intention.value})
         *_, info = env.step(by_hand(options.radius))
         noticed = "noticed" if info["noticed"] else "not noticed"
-        print(f"{info['scenario']} {info['intention']}: {info['outcome']}, {noticed}")
+        print(f"{scene.id} {intention.value}: {info['outcome']}, {noticed}")
         if info["is_success"]:
             break
+    picture = env.render()
+    if picture is None:
+        parser.error(f"in {options.scenarios} nothing that could be hidden is in the way")
     options.out.parent.mkdir(parents=True, exist_ok=True)
-    cv2.imwrite(str(options.out), env.render()[..., ::-1])
+    cv2.imwrite(str(options.out), picture[..., ::-1])
     print(options.out)
 
 

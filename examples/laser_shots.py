@@ -12,12 +12,11 @@ from concurrent.futures import ProcessPoolExecutor, wait
 from functools import cached_property
 from typing import Any, NamedTuple
 
-import cma
 import cv2
 import gymnasium as gym
 import numpy as np
 from aimed_laser import ACTIONS, RADII, STRENGTHS, AimedLaser, by_hand
-from train_perturbation_attacker import TRIALS, Watched, given, search, train, tried
+from train_perturbation_attacker import Watched, evolution, given, search, train
 
 import avsec_gym
 from avsec_gym.attacks.facula import Facula
@@ -56,7 +55,7 @@ def laser(options: argparse.Namespace, scenes: str) -> gym.Env:
         detector=given(options.detector),
         score_threshold=options.threshold,
         validator={"name": "thresholds", "thresholds": options.table, "rate": options.rate},
-        contested=not options.all_scenes,
+        contested=True,
         radii=RADII,
         strength=STRENGTHS,
     )
@@ -167,12 +166,7 @@ def anywhere(generator: np.random.Generator) -> Aim:
 
 def evolved(env: gym.Env, queries: int, seed: int) -> np.ndarray:
     """The action that CMA-ES likes best after so many shots: the middle of where it looks."""
-    options = {"bounds": [-1.0, 1.0], "seed": seed + 1, "verbose": -9}  # 0 would be the clock
-    strategy = cma.CMAEvolutionStrategy(np.zeros(ACTIONS), 0.5, options)
-    env.reset(seed=seed)
-    for _ in range(queries // (TRIALS * strategy.popsize)):
-        asked = strategy.ask()
-        strategy.tell(asked, [-tried(env, action) for action in asked])
+    strategy, *_ = evolution(env, queries, seed)
     return np.asarray(strategy.result.xfavorite, np.float32)
 
 

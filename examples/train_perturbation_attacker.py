@@ -82,6 +82,13 @@ def search(env: gym.Env, queries: int, seed: int) -> np.ndarray:
 
 def evolve(env: gym.Env, queries: int, seed: int) -> np.ndarray:
     """The best actions of an evolution strategy that adapts its covariances, best first."""
+    return best_first(*evolution(env, queries, seed)[1:])
+
+
+def evolution(
+    env: gym.Env, queries: int, seed: int
+) -> tuple[cma.CMAEvolutionStrategy, np.ndarray, list[float]]:
+    """Where the strategy came to, the actions that it tried, and what they earned."""
     options = {"bounds": [-1.0, 1.0], "seed": seed + 1, "verbose": -9}  # 0 would be the clock
     strategy = cma.CMAEvolutionStrategy(np.zeros(env.action_space.shape), 0.5, options)
     actions: list[np.ndarray] = []
@@ -92,7 +99,7 @@ def evolve(env: gym.Env, queries: int, seed: int) -> np.ndarray:
         told = [tried(env, action) for action in asked]
         strategy.tell(asked, [-reward for reward in told])
         actions, rewards = actions + asked, rewards + told
-    return best_first(np.array(actions), rewards)
+    return strategy, np.array(actions), rewards
 
 
 def tried(env: gym.Env, action: np.ndarray) -> float:
@@ -187,7 +194,7 @@ def arguments(description: str) -> argparse.ArgumentParser:
     parser.add_argument("--detector", default="dsgn", help="name, or JSON with its arguments")
     parser.add_argument("--threshold", type=float, default=0.3, help="of the detector's scores")
     parser.add_argument("--steps", type=enough, default=1000, help="training queries")
-    parser.add_argument("--held-out", type=int, default=30, help="episodes to judge by")
+    parser.add_argument("--held-out", type=int, default=30, help="episodes or scenes to judge by")
     parser.add_argument("--seed", type=int, default=0)
     for name, split in (("training", "train"), ("testing", "val")):
         scenes = json.dumps({"source": "mixed", "split": split})

@@ -3,21 +3,23 @@
     python examples/train_quiet_laser.py
     python examples/train_quiet_laser.py --json > quiet_laser.json
 
-A laser has one shot at the car in the way, into one of the two cameras: it chooses where beside the
-car's middle, how large a spot and how strong a light.  SAC learns it twice: the quiet agent is paid
-for a drive that becomes unsafe while the validator raises no alarm, the loud one for every drive
-that becomes unsafe.  CMA-ES and random search learn one shot for all cars, with as many shots and
-by the same two rewards.  On held-out scenes they are compared with no attack, full light on the
-car's middle at four radii, random shots of their own kind, and the thesis' facula (section 3.2.3),
-which is larger, and anywhere in the image.
+A laser has one shot at what is in the car's way, mostly a parked car, into one of the two cameras:
+it chooses where beside the middle, how large a spot and how strong a light.  SAC learns it twice:
+the quiet agent is paid for a drive that becomes unsafe while the validator raises no alarm, the
+loud one for every drive that becomes unsafe; both pay a little for each shot and for large spots.
+CMA-ES and random search learn one shot for all situations, with as many shots and by the same two
+rewards.  In held-out scenes they are compared with no attack, full light on the middle at four
+radii, random shots of their own kind, and the thesis' facula (section 3.2.3), which is larger, and
+anywhere in the image.
 
-Rates are means over seeds, each of which is in `by_seed`; intervals are of 95 % and know that the
-seeds share their situations, not how trainings differ.  `outcomes` tells each situation, by seed:
-`.` safe, `n` safe and noticed, `U` unsafe, `N` unsafe and noticed.  `quiet_less_loud` is what the
-quiet reward costs in unsafe drives and gains in unnoticed ones, in the same situations.
+Rates are means over seeds, each of which is in `by_seed`.  Their 95 % intervals know that seeds
+share their situations, and that trainings differ: of both, the wider one stands.  `outcomes` tells
+each of `situations`, by seed: `.` safe, `n` safe and noticed, `U` unsafe, `N` unsafe and noticed.
+`quiet_less_loud` is what the quiet reward costs in unsafe drives and gains in unnoticed ones, with
+Newcombe's intervals (1998), as if the two were of different situations.
 
 Scenes to learn in, to be judged by, and to measure the validator's thresholds on are different
-ones, rendered alike: in all of them a car is in the way.  In about half the car drives safely
+ones, rendered alike: in all of them something is in the way.  In about half the car drives safely
 without an attack: of each of these one situation is played, whether or not it raises an alarm by
 itself.
 
@@ -36,6 +38,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from aimed_laser import RADII, REACH, STRENGTHS
 from contested_frames import contested_frames
 from laser_shots import LEARNERS, SHOOTERS, Outcome, Situation, laser, shots
 from train_perturbation_attacker import arguments, given
@@ -58,7 +61,6 @@ RATES: dict[str, Callable[[Outcome], bool]] = {
     "noticed": lambda one: one.noticed,
     "unsafe_and_unnoticed": lambda one: one.unsafe and not one.noticed,
 }
-RESAMPLES = 10_000
 
 
 def compare(options: argparse.Namespace) -> dict[str, Any]:
@@ -71,6 +73,8 @@ def compare(options: argparse.Namespace) -> dict[str, Any]:
     ):
         if getattr(options, name) is None:
             setattr(options, name, rendered(frames, layouts))
+    if len({options.training, options.testing, options.clean}) < 3:
+        raise SystemExit("--training, --testing and --clean are different scenes")
     table = measured(frame_scenes_of(given(options.clean)))
     with tempfile.TemporaryDirectory() as folder:
         options.table = str(Path(folder) / "thresholds.json")
@@ -90,9 +94,13 @@ def compare(options: argparse.Namespace) -> dict[str, Any]:
             "training": len(frame_scenes_of(given(options.training))),
             "thresholds": len(table),
         },
+        "score_threshold": options.threshold,
+        "radii": RADII,
+        "strengths": STRENGTHS,
+        "reach": REACH,
         "training_shots": options.steps,
         "seeds": list(seeds),
-        "situations": len(clean),
+        "situations": [" ".join(situation) for situation in clean],
         "scenes_unsafe_without_attack": unsafe,
         "attackers": {name: summary(rows[name]) for name in ROWS},
         "quiet_less_loud": {
@@ -148,10 +156,10 @@ def summary(outcomes: list[list[Outcome]]) -> dict[str, Any]:
     rates = {}
     for name, told in RATES.items():
         flags = flags_of(outcomes, told)
-        share = share_of(flags.T, [str(situation) for situation in range(flags.shape[1])])
+        low, high = wider(flags)
         rates[name] = {
-            "rate": round(share["rate"], 4),
-            "interval": [round(bound, 4) for bound in share["interval"]],
+            "rate": round(float(flags.mean()), 4),
+            "interval": [round(low, 4), round(high, 4)],
             "by_seed": flags.mean(axis=1).round(4).tolist(),
         }
     shots = [one for seed in outcomes for one in seed]
@@ -162,17 +170,31 @@ def summary(outcomes: list[list[Outcome]]) -> dict[str, Any]:
     }
 
 
+def wider(flags: np.ndarray) -> tuple[float, float]:
+    """The 95 % interval of a rate: situations are alike for all seeds, or seeds for all situations.
+
+    Args:
+        flags: Shape (seeds, situations).
+    """
+    seeds, situations = flags.shape
+    both = [share_of(flags.T, list(map(str, range(situations))))["interval"]]
+    if seeds > 1:
+        both.append(share_of(flags, list(map(str, range(seeds))))["interval"])
+    low, high = max(both, key=lambda interval: interval[1] - interval[0])
+    return float(low), float(high)
+
+
 def differences(first: list[list[Outcome]], second: list[list[Outcome]]) -> dict[str, Any]:
-    """First less second, with intervals of a bootstrap over situations."""
-    generator = np.random.default_rng(0)
+    """First less second."""
     result = {}
     for name, told in RATES.items():
-        each = flags_of(first, told).mean(axis=0) - flags_of(second, told).mean(axis=0)
-        drawn = each[generator.integers(len(each), size=(RESAMPLES, len(each)))].mean(axis=1)
-        low, high = np.quantile(drawn, [0.025, 0.975])
+        one, other = flags_of(first, told), flags_of(second, told)
+        (low, high), (least, most) = wider(one), wider(other)
+        p, q = float(one.mean()), float(other.mean())
+        below, above = np.hypot(p - low, most - q), np.hypot(high - p, q - least)
         result[name] = {
-            "difference": round(float(each.mean()), 4),
-            "interval": [round(float(low), 4), round(float(high), 4)],
+            "difference": round(p - q, 4),
+            "interval": [round(p - q - below, 4), round(p - q + above, 4)],
         }
     return result
 
@@ -190,7 +212,7 @@ def show(result: dict[str, Any]) -> None:
         rates = [percent(row[one]["rate"], row[one]["interval"]) for one in RATES]
         spot = [f"{row['radius']:.0f}", f"{row['strength']:.0f}"]
         rows.append([name.replace("_", " "), *rates, *spot])
-    title = f"{result['situations']} drives that are safe without an attack; % (95 %)"
+    title = f"{len(result['situations'])} drives that are safe without an attack; % (95 %)"
     heads = [*(one.replace("_", " ") for one in RATES), "radius (px)", "strength"]
     print_table(title, ["", *heads], rows)
 
@@ -198,16 +220,14 @@ def show(result: dict[str, Any]) -> None:
 def main() -> None:
     """Learn, compare, tell."""
     parser = arguments(__doc__.splitlines()[0])
-    own = {"detector": "stereo_rcnn", "steps": 240, "held_out": 120}
+    # 256: eight generations of CMA-ES.
+    own = {"detector": "stereo_rcnn", "steps": 256, "held_out": 120}
     parser.set_defaults(training=None, testing=None, **own)
-    parser.add_argument("--scenes", type=int, default=60, help="to learn in, where rendered")
+    parser.add_argument("--scenes", type=int, default=60, help="to learn in, if rendered")
     parser.add_argument("--seeds", type=int, default=3, help="trainings of every agent")
     parser.add_argument("--clean", help="scenes that thresholds are measured on, as --training")
-    parser.add_argument("--clean-scenes", type=int, default=200, help="of them, where rendered")
+    parser.add_argument("--clean-scenes", type=int, default=200, help="of them, if rendered")
     parser.add_argument("--rate", type=float, default=0.01, help="designated false alarm rate")
-    parser.add_argument(
-        "--all-scenes", action="store_true", help="also where nothing is in the way"
-    )
     parser.add_argument("--workers", type=int, default=2, help="processes")
     parser.add_argument("--json", action="store_true", help="JSON instead of a table")
     options = parser.parse_args()

@@ -13,6 +13,7 @@ from avsec_gym.command_line import command_line
     [
         ("/home/ada/.venv/bin/avsec", "avsec"),
         ("/home/ada/src/avsec_gym/__main__.py", "avsec"),
+        ("/home/ada/src/my_lab/__main__.py", "/home/ada/src/my_lab/__main__.py"),
         ("examples/train_laser.py", "examples/train_laser.py"),
     ],
 )

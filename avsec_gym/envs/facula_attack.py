@@ -86,7 +86,7 @@ class FaculaAttackEnv(OpticalAttackEnv):
     * `clean=None`: the scenes without an attack that thresholds are measured on, the first 50 of
       them, named as `scenarios` are; None: the first half of the game's, ten or more.  They are
       not played.  Thresholds of so few are the largest values that they show
-      (`avsec_gym.envs.game_validator.validator_and_played`).
+      (`avsec_gym.envs.game_validator.validator_and_played`).  Refused where nothing is measured.
     * `planner="astar"`
     * `motion="static"`: the planner takes everything to stand; `"truth"`: it knows how the real
       objects behind the boxes move.

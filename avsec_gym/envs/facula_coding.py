@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, cast
+from numbers import Real
+from typing import Any
 
 import numpy as np
 
@@ -12,9 +13,6 @@ from avsec_gym.attacks.facula import Facula
 from avsec_gym.envs.actions import LinearScale
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
-
-SIZE = 4
-"""Camera, column, row, radius; where the strength is the attacker's choice, it is the fifth."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +37,8 @@ class FaculaCoding:
             raise ConfigurationError(
                 f"radii are a smallest and a largest, in pixels, got {self.radii}"
             )
-        if not np.ndim(self.strength):
-            Facula(strength=cast("float", self.strength))
+        if isinstance(self.strength, Real):
+            Facula(strength=float(self.strength))
         elif not _is_range(self.strength):
             raise ConfigurationError(
                 f"a strength is one number or a smallest and a largest, got {self.strength}"
@@ -49,7 +47,7 @@ class FaculaCoding:
     @property
     def action_size(self) -> int:
         """How many numbers an action has."""
-        return SIZE + np.ndim(self.strength)
+        return 1 + len(self._ranges)
 
     def decode(self, action: Floats) -> Facula:
         """The facula that an action names.
@@ -61,21 +59,28 @@ class FaculaCoding:
         """
         u, v, radius, *strength = self._scale.decode(action[1:]).tolist()
         camera = RIGHT if action[0] > 0 else LEFT
-        return Facula(camera, radius, (u, v), *(strength or [cast("float", self.strength)]))
+        return Facula(camera, radius, (u, v), *(strength or [self.strength]))
 
     def encode(self, facula: Facula) -> Floats:
-        """The inverse of `decode` for a facula with one radius and a centre."""
+        """The inverse of `decode`; a strength that no action can choose is left out.
+
+        Args:
+            facula: With one radius and a centre.
+        """
         values = [*(facula.centre or (np.nan, np.nan)), facula.radius, facula.strength]
-        scaled = self._scale.encode(np.array(values[: self.action_size - 1], float))
+        scaled = self._scale.encode(np.array(values[: len(self._ranges)], float))
         return np.array([1.0 if facula.camera == RIGHT else -1.0, *scaled])
 
     @property
+    def _ranges(self) -> list[Any]:
+        """Of column, row, radius, and of the strength, if it is one."""
+        height, width = self.size
+        chosen = [] if isinstance(self.strength, Real) else [self.strength]
+        return [(0.0, width - 1.0), (0.0, height - 1.0), self.radii, *chosen]
+
+    @property
     def _scale(self) -> LinearScale:
-        (height, width), strength = self.size, np.reshape(self.strength, -1)
-        ranges = [(0.0, width - 1.0), (0.0, height - 1.0), self.radii]
-        if len(strength) == 2:
-            ranges.append((strength[0], strength[1]))
-        low, high = np.transpose(ranges)
+        low, high = np.transpose(self._ranges)
         return LinearScale(low, high)
 
 

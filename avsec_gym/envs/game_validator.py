@@ -54,15 +54,15 @@ def validator_and_played(
     if isinstance(what, Mapping) and what.get("name") == "thresholds" and "thresholds" not in what:
         clean = _kept_back(scenes) if clean is None else clean
         what, scenes = {**what, "thresholds": _measured(clean)}, _without(scenes, clean)
-        clean = None
-    validator = None if what is None else cast("Validator", make(Kind.VALIDATOR, what))
-    if clean is not None:
+    elif clean is not None:
         raise ConfigurationError(
             "`clean` names the scenes that thresholds are measured on, which only the validator "
-            "'thresholds' without a table asks for: leave it out"
+            f"'thresholds' without a table asks for, not {what!r}: leave it out"
         )
-    if validator is not None:
-        _check_sensors(validator, scenes)
+    if what is None:
+        return None, scenes
+    validator = cast("Validator", make(Kind.VALIDATOR, what))
+    _check_sensors(validator, scenes)
     return validator, scenes
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -130,13 +131,14 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
                 f"moments are named by source, first and count, got {sorted(unknown)}"
             )
         source, first, count = given.get("source", "raw"), given.get("first", 0), given.get("count")
-        numbers = [one for one in (first, count) if one is not None]
+        least = ((first, 0), (1 if count is None else count, 1))
         if not isinstance(source, str | Path) or not all(
-            isinstance(one, int) and one >= 0 for one in numbers
+            isinstance(one, Integral) and not isinstance(one, bool) and int(one) >= low
+            for one, low in least
         ):
             raise ConfigurationError(
-                "source is a folder or 'raw', first and count are numbers of moments from 0 on, "
-                f"got {source!r}, {first!r} and {count!r}"
+                "source is a folder or 'raw', first a number of moments from 0 on, count one from "
+                f"1 on, got {source!r}, {first!r} and {count!r}"
             )
         if source == "raw":
             from avsec_gym.world.export import default_suite

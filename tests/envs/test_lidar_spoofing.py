@@ -126,5 +126,5 @@ def test_wrong_arguments_are_refused(arguments: dict[str, Any], message: str) ->
 def test_the_packages_network_may_be_the_victim(scenarios: str) -> None:
     env = LidarSpoofingEnv(scenarios, detector="pixor", validator=None)
     env.reset(options=EMPTY_LANE)
-    for action in np.random.default_rng(0).uniform(-1, 1, (2, 4)):
-        assert np.isfinite(env.step(action)[0]).all()
+    assert env.game.pipeline.detector.name == "pixor"
+    assert np.isfinite(env.step(np.zeros(4))[0]).all()

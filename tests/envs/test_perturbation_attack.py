@@ -18,10 +18,9 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.perturbation_attack import PerturbationAttackEnv
 from avsec_gym.envs.sensor_attack_features import GHOSTS, NEAREST, SIZE
 from avsec_gym.envs.wave_basis import WaveBasis
-from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import ego_to_camera, project
-from avsec_gym.perception.weights.given import shipped_weights
 from avsec_gym.pipeline import drive
 from avsec_gym.scenario.frame_scenes import frame_scenes
 from avsec_gym.scenario.intention import Intention
@@ -296,10 +295,6 @@ def test_making_one_loads_nothing_heavy(id: str) -> None:
 @pytest.mark.parametrize("id", [ID, "avsec/PatchAttack-v0"])
 def test_the_defaults_are_played(id: str) -> None:
     """The detector of the package on the default suite."""
-    try:
-        shipped_weights("dsgn_small")
-    except DataError:
-        pytest.skip("no weights of DSGN come with the package")
     env = gym.make(id)
     env.reset(seed=0)
     assert env.step(env.action_space.sample())[-1]["outcome"] != "reset"

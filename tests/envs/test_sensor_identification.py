@@ -132,8 +132,8 @@ def test_wrong_arguments_are_refused(arguments: dict[str, Any], message: str) ->
 def test_what_is_no_sensor_no_recording_and_no_flag_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="source, first and count"):
         SensorIdentificationEnv({"folder": "raw"}).reset(seed=0)
-    for wrong in (3, {"first": "a"}, {"count": -1}):
-        with pytest.raises(ConfigurationError, match="numbers of moments"):
+    for wrong in (3, {"first": "a"}, {"first": True}, {"count": 0}):
+        with pytest.raises(ConfigurationError, match="a number of moments"):
             SensorIdentificationEnv(wrong).reset(seed=0)
     env = SensorIdentificationEnv()
     with pytest.raises(ConfigurationError, match="lidar, 1, 3, 2"):

@@ -47,7 +47,8 @@ def single_sensor(result: Mapping[str, Any]) -> list[str]:
         "",
         "```",
         *made,
-        "python -m avsec_gym.experiments.perception.single_sensor_precision --kitti DIR",
+        "python -m avsec_gym.experiments.perception.single_sensor_precision --kitti DIR"
+        + " --real ROOT" * any("real" in one for one in result["detectors"].values()),
         "```",
         "",
         *markdown_table(["detector", "sees", "scored", *titles, "s a frame"], rows),
@@ -60,7 +61,8 @@ def _in_real_frames(detectors: Mapping[str, Mapping[str, Any]]) -> list[str]:
         [
             f"`{name}`",
             number(one["working_point"]["score"], 2),
-            *(str(real[key]) for key in ("frames", "found", "missed", "false_alarms")),
+            str(len(real["frames"])),
+            *(str(real[key]) for key in ("found", "missed", "false_alarms")),
         ]
         for name, one in detectors.items()
         if (real := one.get("real"))
@@ -70,7 +72,7 @@ def _in_real_frames(detectors: Mapping[str, Mapping[str, Any]]) -> list[str]:
     return [
         "",
         "The networks have learned from the procedural world alone. In the few frames of KITTI at"
-        " hand that have labels and the sensor (`--real ROOT`), moderate cars found and missed, and"
+        " hand that have labels and the sensor, moderate cars found and missed, and"
         " boxes that are none (IoU 0.5, from above or in the image), from that score on at which"
         " most is found for its false alarms (best F1) in the held-out frames:",
         "",

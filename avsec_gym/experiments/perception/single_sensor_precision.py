@@ -105,7 +105,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
 def in_real_frames(
     root: Path, network: Network, what: dict[str, Any], least_score: float
-) -> dict[str, int]:
+) -> dict[str, Any]:
     """Moderate cars found and missed, and false alarms, in all labelled frames with the sensor.
 
     Args:
@@ -123,7 +123,7 @@ def in_real_frames(
         raise DataError(f"No frame has labels, calib and {network.folder}.", path=root)
     truth = [data.labels(id, keep_dont_care=True) for id in ids]
     found = [above(detector.detect(data.frame(id)), least_score) for id in ids]
-    return {"frames": len(ids), **counted(truth, found, network.seen)._asdict()}
+    return {"frames": ids, **counted(truth, found, network.seen)._asdict()}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
