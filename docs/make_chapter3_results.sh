@@ -45,3 +45,4 @@ cp "$RUNS/validation_benchmark.json" docs/results
 "$PYTHON" examples/aimed_laser.py --out docs/images/laser.jpg > /dev/null
 "$PYTHON" examples/train_quiet_laser.py --json > "$RUNS/quiet_laser.json"
 cp "$RUNS/quiet_laser.json" docs/results
+"$PYTHON" examples/show_quiet_laser.py docs/results/quiet_laser.json

@@ -301,6 +301,14 @@ def test_the_example_trains_and_compares(
     assert result["scenes_unsafe_without_attack"] == 0
     assert result["seeds"] == [0, 1]
     assert 0 <= result["thresholds"]["brightness"] < 1
+    (tmp_path / "result.json").write_text(done.stdout)
+    command = [sys.executable, str(EXAMPLES / "show_quiet_laser.py"), str(tmp_path / "result.json")]
+    command += ["--figure", str(tmp_path / "a.png"), "--markdown", str(tmp_path / "a.md")]
+    subprocess.run(command, check=True)
+    assert cv2.imread(str(tmp_path / "a.png")).std() > 10
+    text = (tmp_path / "a.md").read_text()
+    assert "| quiet SAC |" in text
+    assert "| by hand, 45 px |" in text
     learners, radii = {"sac", "cma_es", "random_search"}, {}
     for attacker, row in result["attackers"].items():
         once = attacker == "no_attack" or attacker.startswith("by_hand")
