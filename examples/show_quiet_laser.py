@@ -84,8 +84,8 @@ def page(result: Mapping[str, Any], figure: str) -> list[str]:
         f" safely without an attack; detector `{result['detector']}`; thresholds of"
         f" {result['scenes']['thresholds']} clean scenes at r ="
         f" {100 * result['false_alarm_rate']:g} %. A training has {result['training_shots']} shots"
-        f" in other scenes; of each there are {len(result['seeds'])}. *Quiet*: paid for unsafe drives"
-        " that nobody notices; *loud*: for all unsafe drives. In brackets 95 % intervals"
+        f" in other scenes; of each there are {len(result['seeds'])}. *Quiet*: paid for unsafe"
+        " drives that nobody notices; *loud*: for all unsafe drives. In brackets 95 % intervals"
         " (`examples/train_quiet_laser.py` tells how).",
         "",
         "```",
