@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from avsec_gym.errors import DataError
-from avsec_gym.validation.validation_folder import ROWS, ValidationFolder, summary
+from avsec_gym.validation.validation_folder import FORMAT, ROWS, ValidationFolder, summary
 
 
 def row(alarm: bool, attacked: list[int], truly: list[int], sensors: int = 4) -> dict[str, Any]:
@@ -41,7 +41,7 @@ def test_rows_of_another_format_are_not_gone_on_with(
     ValidationFolder(tmp_path, {"rate": 0.01}).add({"id": "0"})
     assert list(ValidationFolder(tmp_path, {"rate": 0.01}).rows) == ["0"]
     monkeypatch.setattr("avsec_gym.validation.validation_folder.FORMAT", 99)
-    with pytest.raises(DataError, match="something else: rows 2, not 99"):
+    with pytest.raises(DataError, match=f"something else: rows {FORMAT}, not 99"):
         ValidationFolder(tmp_path, {"rate": 0.01})
 
 
