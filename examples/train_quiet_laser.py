@@ -12,8 +12,9 @@ rewards.  In held-out scenes they are compared with no attack, full light on the
 radii, random shots of their own kind, and the thesis' facula (section 3.2.3), which is larger, and
 anywhere in the image.
 
-Rates are means over seeds, each of which is in `by_seed`.  Their 95 % intervals know that seeds
-share their situations, and that trainings differ: of both, the wider one stands.  `outcomes` tells
+Rates are means over seeds, each of which is in `by_seed`.  Their 95 % intervals are Wilson's, of
+situations that the seeds share; those of learners are widened by how much their trainings differ
+(Student's t of the seeds' rates, both spreads squared and added).  `outcomes` tells
 each of `situations`, by seed: `.` safe, `n` safe and noticed, `U` unsafe, `N` unsafe and noticed.
 `quiet_less_loud` is what the quiet reward costs in unsafe drives and gains in unnoticed ones, with
 Newcombe's intervals (1998), as if the two were of different situations.
@@ -40,7 +41,8 @@ from typing import Any
 import numpy as np
 from aimed_laser import RADII, REACH, STRENGTHS
 from contested_frames import contested_frames
-from laser_shots import LEARNERS, SHOOTERS, Outcome, Situation, laser, shots
+from laser_shots import LEARNERS, SHOOTERS, TRAINED, Outcome, Situation, laser, shots
+from scipy.stats import t
 from train_perturbation_attacker import arguments, given
 
 from avsec_gym.commands.console import percent, print_json, print_table, progress
@@ -102,7 +104,7 @@ def compare(options: argparse.Namespace) -> dict[str, Any]:
         "seeds": list(seeds),
         "situations": [" ".join(situation) for situation in clean],
         "scenes_unsafe_without_attack": unsafe,
-        "attackers": {name: summary(rows[name]) for name in ROWS},
+        "attackers": {name: summary(rows[name], name in TRAINED) for name in ROWS},
         "quiet_less_loud": {
             who: differences(found[f"quiet_{who}"], found[f"loud_{who}"]) for who in LEARNERS
         },
@@ -151,12 +153,12 @@ def unattacked(
     return found, unsafe
 
 
-def summary(outcomes: list[list[Outcome]]) -> dict[str, Any]:
+def summary(outcomes: list[list[Outcome]], trained: bool) -> dict[str, Any]:
     """Of the outcomes of each seed in each situation."""
     rates = {}
     for name, told in RATES.items():
         flags = flags_of(outcomes, told)
-        low, high = wider(flags)
+        low, high = interval(flags, trained)
         rates[name] = {
             "rate": round(float(flags.mean()), 4),
             "interval": [round(low, 4), round(high, 4)],
@@ -170,26 +172,29 @@ def summary(outcomes: list[list[Outcome]]) -> dict[str, Any]:
     }
 
 
-def wider(flags: np.ndarray) -> tuple[float, float]:
-    """The 95 % interval of a rate: situations are alike for all seeds, or seeds for all situations.
+def interval(flags: np.ndarray, trained: bool) -> tuple[float, float]:
+    """The 95 % interval of a rate, of situations that seeds share, and of trainings that differ.
 
     Args:
         flags: Shape (seeds, situations).
+        trained: Whether each seed is a training of its own.
     """
     seeds, situations = flags.shape
-    both = [share_of(flags.T, list(map(str, range(situations))))["interval"]]
-    if seeds > 1:
-        both.append(share_of(flags, list(map(str, range(seeds))))["interval"])
-    low, high = max(both, key=lambda interval: interval[1] - interval[0])
+    rate = float(flags.mean())
+    low, high = share_of(flags.T, list(map(str, range(situations))))["interval"]
+    if trained and seeds > 1:
+        spread = t.ppf(0.975, seeds - 1) * flags.mean(axis=1).std(ddof=1) / np.sqrt(seeds)
+        low = max(0.0, rate - np.hypot(rate - low, spread))
+        high = min(1.0, rate + np.hypot(high - rate, spread))
     return float(low), float(high)
 
 
 def differences(first: list[list[Outcome]], second: list[list[Outcome]]) -> dict[str, Any]:
-    """First less second."""
+    """First less second, of learners."""
     result = {}
     for name, told in RATES.items():
         one, other = flags_of(first, told), flags_of(second, told)
-        (low, high), (least, most) = wider(one), wider(other)
+        (low, high), (least, most) = interval(one, True), interval(other, True)
         p, q = float(one.mean()), float(other.mean())
         below, above = np.hypot(p - low, most - q), np.hypot(high - p, q - least)
         result[name] = {
