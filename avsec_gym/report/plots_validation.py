@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from avsec_gym.experiments.chapter3.thesis import IDENTIFICATION
+from avsec_gym.experiments.chapter3.thesis import DETECTION, IDENTIFICATION
 from avsec_gym.report.page_table import number
 from avsec_gym.report.plots import Frame, Point, Scale, band, drawing, marker, polyline, text
 from avsec_gym.report.tables_of_validation import CRITERIA, METHODS
@@ -20,6 +20,7 @@ Lines = Mapping[str, Sequence[Point]]
 
 _WIDTH, _HEIGHT = 250, 176
 _X, _Y = (34.0, 240.0), (142.0, 26.0)
+_HOLLOW = "Hollow: the thesis, where it gives a number."
 _CLEAN, _ATTACKED = "line-0", "line-1"
 _CRITERION_KINDS = {"any": "line-1", "error": "dashed line-1"}
 _METHOD_KINDS = {
@@ -58,17 +59,22 @@ def figures_of_validation(summary: Mapping[str, Any]) -> list[Figure]:
     rows = summary["case_distributions"]
     for (shown, curves), row in zip((("3.5", "3.6"), ("3.7", "3.8")), rows, strict=True):
         panels = [
-            _histograms(_attacked(case), row["largest"], [("clean", row["clean"]), (case, shares)])
+            _histograms(
+                _attacked(case),
+                row["largest"],
+                [("clean", row["clean"]), (case, shares)],
+                row["bounds"],
+            )
             for case, shares in row["cases"].items()
         ]
         title = f"Figure {shown}: disparity error E of {row['scenario']}, share of moments in %"
         legend = [(_CLEAN, "not attacked"), (_ATTACKED, "attacked")]
-        figures.append(Figure(title, panels, legend))
+        figures.append(Figure(title, panels, legend, note=_bounds_note(row)))
         detection = [one for one in summary["detection"] if one["scenario"] == row["scenario"]]
         figures.append(_detection_figure(curves, row["scenario"], detection))
     figures.append(_reference_figure(summary["reference_distributions"]))
     figures.append(_identification_figure(summary["identification"]))
-    figures.append(_reliability_figure(summary["honesty"]["reliability"]))
+    figures.append(_reliability_figure(summary["honesty"]))
     return figures
 
 
@@ -83,10 +89,18 @@ def _detection_figure(figure: str, scenario: str, rows: Sequence[Row]) -> Figure
             },
         }
         panels.append(_curves(_attacked(case), lines))
+    mean = {
+        kind: _curve(rows, criterion, lambda row: row["average"])
+        for criterion, kind in _CRITERION_KINDS.items()
+    }
+    told = [
+        (100 * rate, 100 * rated) for (name, rate), rated in DETECTION.items() if name == scenario
+    ]
+    panels.append(_curves("mean of the seven cases", mean, told))
     legend = [(kind, CRITERIA[criterion]) for criterion, kind in _CRITERION_KINDS.items()]
     legend.append(("thin line-0", "false alarms, of all four shares"))
     title = f"Figure {figure}: detection rate over r, {scenario}, %"
-    return Figure(title, panels, legend)
+    return Figure(title, panels, legend, note=_HOLLOW)
 
 
 def _identification_figure(rows: Sequence[Row]) -> Figure:
@@ -107,7 +121,7 @@ def _identification_figure(rows: Sequence[Row]) -> Figure:
         "Figure 3.10: identification rate over r, %",
         panels,
         legend,
-        note="Hollow: the thesis, where it gives a number.",
+        note=_HOLLOW,
     )
 
 
@@ -118,15 +132,31 @@ def _reference_figure(rows: Sequence[Row]) -> Figure:
         for case, shares in row["cases"].items():
             touched = case in {f"S{one}" for one in row["triple"]}
             title = f"{name}, {_attacked(case)}"
-            panels.append(_histograms(title, row["largest"], [("clean", shares)], touched))
+            drawn, bounds = [("clean", shares)], row.get("bounds", ())
+            panels.append(_histograms(title, row["largest"], drawn, bounds, touched))
     legend = [(_CLEAN, "no sensor of the triple attacked"), (_ATTACKED, "one of them attacked")]
     title = "Figure 3.9: disparity errors that the reference is in, share of moments in %"
-    return Figure(title, panels, legend, columns=5)
+    [bounded] = [row for row in rows if "bounds" in row]
+    return Figure(title, panels, legend, columns=5, note=_bounds_note(bounded))
 
 
-def _reliability_figure(rows: Iterable[Row]) -> Figure:
+def _reliability_figure(told: Row) -> Figure:
+    return Figure(
+        "Do probabilities keep what they promise? Share of sensors that were attacked, %",
+        [
+            _reliability_panel("by the prior as it comes", told["reliability"]),
+            _reliability_panel("all states alike", told["all_alike"]["reliability"]),
+        ],
+        note="By maximum likelihood, in tenths of P(attacked), with every state as often as the"
+        " prior expects it, or all of them equally often, most of them beyond n − 2; on the line,"
+        " it is as was said. Whiskers: 95 % intervals, Wilson's, as if drives were independent;"
+        " where few clean moments carry most of the weight, they are wide.",
+    )
+
+
+def _reliability_panel(title: str, rows: Iterable[Row]) -> str:
     frame = _frame(100.0, 100.0)
-    parts = _axes(frame, "of what was said so", "P(attacked) that was said, %")
+    parts = _axes(frame, title, "P(attacked) that was said, %")
     parts.append(polyline([frame.at((0, 0)), frame.at((100, 100))], "thin of-soft"))
     for row in rows:
         said, was = 100 * row["said"], 100 * row["was"]
@@ -137,19 +167,27 @@ def _reliability_figure(rows: Iterable[Row]) -> Figure:
         )
         parts.append(polyline([frame.at((said, low)), frame.at((said, high))], f"thin {_ATTACKED}"))
         parts.append(marker(frame.at((said, was)), "circle", f"small {_ATTACKED}", hint))
-    label = "How often a sensor was attacked, over the probability that was said"
-    return Figure(
-        "Do probabilities keep what they promise? Share of sensors that were attacked, %",
-        [drawing(_WIDTH, _HEIGHT, parts, label)],
-        note="By maximum likelihood, in tenths of P(attacked), with every state as often as the"
-        " prior expects it; on the line, it is as was said. Whiskers: 95 % intervals, Wilson's, as"
-        " if drives were independent; where few clean moments carry most of the weight, they are"
-        " wide.",
+    label = f"How often a sensor was attacked, over the probability that was said, {title}"
+    return drawing(_WIDTH, _HEIGHT, parts, label)
+
+
+def _bounds_note(row: Row) -> str:
+    """Where the thesis draws the lines."""
+    below, above = (f"{100 * bound:g} %" for bound in row["bounds"])
+    if below == above:
+        return f"Dashed: {below}, on whose sides the thesis finds E013 clean and attacked."
+    return (
+        f"Dashed: {below}, below which the thesis finds clean moments, and {above}, above which it"
+        " finds attacked ones."
     )
 
 
 def _histograms(
-    title: str, largest: float, shown: Sequence[tuple[str, Sequence[float]]], touched: bool = False
+    title: str,
+    largest: float,
+    shown: Sequence[tuple[str, Sequence[float]]],
+    bounds: Sequence[float] = (),
+    touched: bool = False,
 ) -> str:
     """Steps of one distribution, or of a clean and an attacked one."""
     highest = max(max(shares) for _, shares in shown)
@@ -164,6 +202,10 @@ def _histograms(
         ]
         floor = [(x, frame.y.start) for x, _ in steps]
         parts += [band(floor, steps, kind), polyline(steps, f"thin {kind}")]
+    for bound in bounds:
+        if bound <= largest:
+            line = [(frame.x(100 * bound), end) for end in _Y]
+            parts.append(polyline(line, "thin dashed of-soft"))
     return drawing(_WIDTH, _HEIGHT, parts, f"{title}: distribution of the disparity error")
 
 

@@ -16,7 +16,7 @@ from avsec_gym.experiments.chapter3.identification.knowing_attackers import (
     REMOVED,
     VEIL,
 )
-from avsec_gym.experiments.chapter3.thesis import DETECTION, IDENTIFICATION
+from avsec_gym.experiments.chapter3.thesis import BOUNDS_IN_WORDS, DETECTION, IDENTIFICATION
 from avsec_gym.report.page_table import Cell, Table, figure, name, number
 from avsec_gym.validation.evidence.brightness import MIN_LIGHT
 from avsec_gym.validation.state_posterior import PRIOR_ATTACKED, PRIOR_BEYOND
@@ -74,6 +74,7 @@ def tables_of_validation(summary: Mapping[str, Any]) -> list[Table]:
     return [
         _detection_table(summary["detection"]),
         _case_table(summary["detection"]),
+        _bounds_table(summary),
         _identification_table(summary["identification"], summary["independent"]),
         *([unseen_table(summary["unseen"])] if summary["unseen"] else []),
         _beyond_table(summary["beyond"]),
@@ -139,6 +140,33 @@ def _position(case: str, cases: list[str]) -> str:
     return " and ".join(words[one] for one in case.split("+"))
 
 
+def _bounds_table(summary: Mapping[str, Any]) -> Table:
+    """Where E lies, beside where the thesis finds it."""
+    rows = [(row["scenario"], row["scenario"], row) for row in summary["case_distributions"]]
+    rows += [
+        ("E" + "".join(map(str, row["triple"])), tuple(row["triple"]), row)
+        for row in summary["reference_distributions"]
+        if "bounds" in row
+    ]
+    lines = []
+    for words, key, row in rows:
+        below, above = row["bounds"]
+        for what, share, thesis in zip(
+            (f"clean, below {100 * below:g} %", f"attacked, above {100 * above:g} %"),
+            (row["clean_below"], row["attacked_above"]),
+            BOUNDS_IN_WORDS[key],
+            strict=True,
+        ):
+            lines.append([name(words), name(what), _share(share), name(thesis)])
+    return Table(
+        "Figures 3.5, 3.7 and 3.9: on which side of the thesis’ bounds E lies",
+        ["E of", "moments", "so many, %", "the thesis"],
+        lines,
+        f"Attacked: in all cases that touch the three sensors. {INTERVALS}",
+        names=2,
+    )
+
+
 def _identification_table(rows: Any, independent: Any) -> Table:
     lines = []
     for row in [*rows, *({**row, "method": _INDEPENDENT} for row in independent)]:
@@ -156,16 +184,22 @@ def _identification_table(rows: Any, independent: Any) -> Table:
                 figure(row["rate"], scale=100, digits=0),
                 *sensors,
                 figure(row["average"], row["interval"], own[4], scale=100, digits=2),
+                _share(row["told"]),
                 _share(row["false_alarms"]),
                 _share(row["beyond"]),
             ]
         )
     return Table(
         "Table 3.2: identification rate of one LiDAR (S0) and three cameras",
-        ["method", "r, %", "S0", "S1", "S2", "S3", "mean, %", "false alarms, %", "beyond n − 2, %"],
+        [
+            *("method", "r, %", "S0", "S1", "S2", "S3", "mean, %"),
+            *("mean of what is told, %", "false alarms, %", "beyond n − 2, %"),
+        ],
         lines,
         "Identified: exactly the attacked sensors were named. Mean: over attacks on one sensor, up"
-        " to n − 2. Beyond n − 2: exactly named among two to four attacked sensors, where the"
+        " to n − 2. What is told: by the validator as it comes, which rather says that it"
+        " cannot tell than to name somebody of whom it is not certain, or where no two sensors"
+        " agree. Beyond n − 2: exactly named among two to four attacked sensors, where the"
         " thesis promises nothing, by the most probable state, however sure; what is said with"
         " certainty is a table of its own. False alarms: of clean moments, whoever is named."
         f" {_PRIOR}"
@@ -262,7 +296,10 @@ def _honesty_table(told: Mapping[str, Any]) -> Table:
         " attacked; all four right, and alarms: of moments. Brier score of P(attacked), with states"
         f" as often as the prior expects them: {number(told['brier'], digits=4)}; always one half"
         f" would be 0.25. What is said and what is so differ by"
-        f" {number(100 * told['calibration_error'], digits=2)} % on average. {_PRIOR}"
+        f" {number(100 * told['calibration_error'], digits=2)} % on average; with all states"
+        " equally probable, most of them beyond n − 2, by"
+        f" {number(100 * told['all_alike']['calibration_error'], digits=2)} % (Brier score"
+        f" {number(told['all_alike']['brier'], digits=4)}). {_PRIOR}"
         f" {INTERVALS}",
     )
 

@@ -37,15 +37,23 @@ class Identification:
     limit_exceeded: bool = False
 
     @property
+    def named(self) -> frozenset[int]:
+        """Who is reported as attacked: A, but nobody beyond the limit.
+
+        No two sensors agree there, and who was dropped is no more suspicious than who is left.
+        """
+        return frozenset() if self.limit_exceeded else frozenset(self.attacked)
+
+    @property
     def doubtful(self) -> frozenset[int]:
         """Sensors that are not named, and not cleared either.
 
         Those of an element that is 1 though no named sensor is in it, those that another zero
-        names, and beyond the limit the first three.
+        names, and beyond the limit all.
         """
-        named = frozenset(self.attacked)
+        named = self.named
         strange = [{*triple} for triple in self.unexplained if not named & {*triple}]
-        last = [{0, 1, 2}] if self.limit_exceeded else []
+        last = [{0, 1, 2, *self.attacked}] if self.limit_exceeded else []
         return frozenset().union(*strange, *self.other_answers, *last) - named
 
 

@@ -112,12 +112,8 @@ class ThresholdValidator:
             said = Verdict.CANNOT_TELL if alarm else Verdict.SOUND
             return Validation(alarm, dict.fromkeys(sensors, said), errors, thresholds=self._chosen)
         found = identify_attacked_sensors(exceeded, len(sensors))
-        if found.limit_exceeded:
-            # No two sensors agree: who was dropped is no more suspicious than who is left.
-            nobody = dict.fromkeys(sensors, Verdict.CANNOT_TELL)
-            return Validation(True, nobody, errors, thresholds=self._chosen)
         verdicts = dict.fromkeys(sensors, Verdict.SOUND)
         verdicts |= {sensors[one]: Verdict.CANNOT_TELL for one in found.doubtful}
-        verdicts |= {sensors[one]: Verdict.ATTACKED for one in found.attacked}
-        alarm = bool(found.attacked or found.doubtful)
+        verdicts |= {sensors[one]: Verdict.ATTACKED for one in found.named}
+        alarm = bool(found.named or found.doubtful)
         return Validation(alarm, verdicts, errors, thresholds=self._chosen)

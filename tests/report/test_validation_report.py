@@ -119,7 +119,7 @@ def test_a_page_says_what_sensors_notice(
     page = (run.path / "report.html").read_text()
     for words in ("Table 3.1", "Table 3.2", "99.89", "98.15", "1 m wide"):
         assert words in page
-    for figure, panels in (("3.5", 7), ("3.6", 7), ("3.7", 7), ("3.8", 7), ("3.9", 15)):
+    for figure, panels in (("3.5", 7), ("3.6", 8), ("3.7", 7), ("3.8", 8), ("3.9", 15)):
         box = page.partition(f"<h3>Figure {figure}")[2].partition("</ul>")[0]
         assert box.count("<svg") == panels
     box = page.partition("<h3>Figure 3.10")[2].partition("</ul>")[0]
@@ -127,7 +127,11 @@ def test_a_page_says_what_sensors_notice(
     assert "The thesis, r = 1 %: 97.60" in box
     assert "of 24 drives" in page
     # Of what was said with some probability, how much was so.
-    assert page.count('data-hint="said ') == len(summary["honesty"]["reliability"])
+    said_so = (summary["honesty"], summary["honesty"]["all_alike"])
+    assert page.count('data-hint="said ') == sum(len(one["reliability"]) for one in said_so)
+    # The mean of all cases, with the thesis beside it.
+    box = page.partition("<h3>Figure 3.8")[2].partition("</ul>")[0]
+    assert "The thesis, r = 1 %: 99.97" in box
     text = markdown_page(report)
     told = {(row["kind"], *row["attacked"]): row for row in summary["knowing"]}
     assert len(told) == sum(len(kind.attacked) for kind in KINDS.values())

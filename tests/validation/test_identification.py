@@ -39,7 +39,7 @@ def test_every_attack_within_the_limit_is_identified(n: int) -> None:
         found = identify_attacked_sensors(lambda triple, a=attacked: bool(a & set(triple)), n + 1)
         if len(attacked) <= n - 2:
             assert not found.doubtful
-            assert set(found.attacked) == attacked
+            assert set(found.attacked) == found.named == attacked
             assert len(found.attacked) == len(attacked)
             # No other one within the limit would look the same; n = 6 and 7 would take too long.
             assert n > 5 or explanations(attacked, n) == [attacked]
@@ -54,9 +54,11 @@ def test_beyond_the_limit_it_says_so(n: int) -> None:
             )
             # Fewer than three sound sensors: no triple is consistent.
             assert found.limit_exceeded
-            assert found.doubtful == {0, 1, 2}
             assert found.zero is None
             assert found.attacked == tuple(range(n, 2, -1))
+            # Nobody is reported, and nobody cleared.
+            assert not found.named
+            assert found.doubtful == set(range(n + 1))
 
 
 def test_only_what_is_needed_is_asked_for() -> None:
@@ -108,7 +110,7 @@ def test_zeros_disagree_only_where_something_is_unexplained(case: tuple[int, int
             {s for s in found.attacked if s < reference} | found.doubtful
         )
         assert all(found.doubtful & set(t) for t in expected if states[t])
-    assert not found.doubtful & set(found.attacked)
+    assert not found.doubtful & found.named
 
 
 def test_zeros_that_disagree_are_reported() -> None:

@@ -36,8 +36,10 @@ from avsec_gym.experiments.chapter3.recordings import (
     OPTIONS,
     SYSTEM,
     recordings_of,
+    seed_of,
 )
 from avsec_gym.experiments.experiment import Configuration
+from avsec_gym.experiments.procedural_frames import PROCEDURAL
 from avsec_gym.experiments.results import Results
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import FittedOn, fitted_on
@@ -153,5 +155,5 @@ def fitted_to(configuration: Configuration) -> FittedOn:
     options = {**OPTIONS, **configuration.options}
     recordings = recordings_of(configuration, FITTED)
     frame = recordings.moments[0].frame()
-    data = {"scenarios": configuration.scenarios, "seed": configuration.seed}
+    data = {"drives": options["fit"] or PROCEDURAL, "seed": seed_of(configuration, FITTED)}
     return fitted_on(SYSTEM, PairDepth(options["depth"]), frame.calibration, data)

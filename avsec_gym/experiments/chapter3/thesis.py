@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from avsec_gym.experiments.chapter3.identification.detection_rates import RATES, SCENARIOS
+from avsec_gym.sensor_system import Triple
 
 DETECTION = {
     (scenario, rate): percent / 100
@@ -14,6 +15,20 @@ DETECTION = {
     for rate, percent in zip(RATES, row, strict=True)
 }
 """Average detection rate by scenario and r (table 3.1)."""
+
+ERROR_BOUNDS = {"LiDAR and two cameras": (0.20, 0.25), "three cameras": (0.10, 0.125)}
+"""By scenario: E is below the first in most or virtually all clean moments, and above the second in
+most attacked ones, in 99 % of them with three cameras (figures 3.5 and 3.7)."""
+
+REFERENCE_BOUNDS = {(0, 1, 3): (0.23, 0.23)}
+"""The same by triple (figure 3.9)."""
+
+BOUNDS_IN_WORDS: dict[str | Triple, tuple[str, str]] = {
+    "LiDAR and two cameras": ("most", "most"),
+    "three cameras": ("virtually all", "99 %"),
+    (0, 1, 3): ("most", "all"),
+}
+"""How many that are, as the thesis puts it."""
 
 OBJECT_LEVEL = {
     (scenario, iou): percent / 100

@@ -84,6 +84,8 @@ def test_an_error_that_nobody_explains_is_an_alarm_as_the_validator_raises_it() 
         answer = identify_attacked_sensors(e.__getitem__, 4)
         assert found.alarms[moment, 0] == bool(answer.attacked or answer.doubtful)
         assert set(np.flatnonzero(found.sensors[moment, 0])) == set(answer.attacked)
+        told = set() if answer.limit_exceeded else set(answer.attacked)
+        assert set(np.flatnonzero(found.told[moment, 0])) == told
     row = identification_rates(lambda rate: found, judged.drives, 4, (0.05,))[0]
     assert row["false_alarms"]["count"] == found.alarms[:, 0].sum()
     # Some of them name nobody.

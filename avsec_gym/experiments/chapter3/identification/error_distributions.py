@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,9 @@ from avsec_gym.experiments.chapter3.identification.detection_rates import (
     case_name,
 )
 from avsec_gym.experiments.chapter3.identification.evidence_table import EvidenceTable
+from avsec_gym.experiments.chapter3.shares import share_of
+from avsec_gym.experiments.chapter3.thesis import ERROR_BOUNDS, REFERENCE_BOUNDS
+from avsec_gym.geometry import Floats
 from avsec_gym.sensor_system import Triple
 from avsec_gym.validation.evidence.disparity_error import MEASURES
 
@@ -24,14 +27,19 @@ def case_distributions(judged: EvidenceTable) -> list[dict[str, Any]]:
 
     Returns:
         Rows with ``scenario``; ``largest``, up to where there are forty equal bins from 0;
-        ``clean``, and by name ``cases``: the share of moments in each bin.
+        ``clean``, and by name ``cases``: the share of moments in each bin; ``bounds``, see
+        `ERROR_BOUNDS`, with ``clean_below`` the first and ``attacked_above`` the second.
     """
     rows = []
     for scenario, triple in SCENARIOS.items():
         cases = {0: (), **attack_cases_of(triple, len(judged.system))}
         largest, shares = _histograms(judged, triple, cases)
         clean = shares.pop("")
-        rows.append({"scenario": scenario, "largest": largest, "clean": clean, "cases": shares})
+        attacked = [one for one in cases if one]
+        beside = _beside_bounds(judged, triple, ERROR_BOUNDS[scenario], [0], attacked)
+        rows.append(
+            {"scenario": scenario, "largest": largest, "clean": clean, "cases": shares, **beside}
+        )
     return rows
 
 
@@ -39,7 +47,8 @@ def reference_distributions(judged: EvidenceTable) -> list[dict[str, Any]]:
     """E of every triple of the reference, without attack and with each sensor attacked alone.
 
     Returns:
-        Rows with ``triple``, ``largest``, and by name ``cases``, the clean one's ``""`` first.
+        Rows with ``triple``, ``largest``, and by name ``cases``, the clean one's ``""`` first;
+        where the thesis has `REFERENCE_BOUNDS`, also what `case_distributions` says of them.
     """
     sensors = len(judged.system)
     cases = {0: (), **{1 << one: (one,) for one in range(sensors)}}
@@ -47,18 +56,43 @@ def reference_distributions(judged: EvidenceTable) -> list[dict[str, Any]]:
     for triple in judged.system.triples:
         if triple[2] == sensors - 1:
             largest, shares = _histograms(judged, triple, cases)
-            rows.append({"triple": list(triple), "largest": largest, "cases": shares})
+            row: dict[str, Any] = {"triple": list(triple), "largest": largest, "cases": shares}
+            if bounds := REFERENCE_BOUNDS.get(triple):
+                touched = [state for state, case in cases.items() if {*case} & {*triple}]
+                others = [state for state in cases if state not in touched]
+                row |= _beside_bounds(judged, triple, bounds, others, touched)
+            rows.append(row)
     return rows
+
+
+def _beside_bounds(
+    judged: EvidenceTable,
+    triple: Triple,
+    bounds: tuple[float, float],
+    clean: Sequence[int],
+    attacked: Sequence[int],
+) -> dict[str, Any]:
+    errors = _errors(judged, triple)
+    return {
+        "bounds": list(bounds),
+        "clean_below": share_of(errors[:, list(clean)] < bounds[0], judged.drives),
+        "attacked_above": share_of(errors[:, list(attacked)] > bounds[1], judged.drives),
+    }
 
 
 def _histograms(
     judged: EvidenceTable, triple: Triple, cases: Mapping[int, tuple[int, ...]]
 ) -> tuple[float, dict[str, list[float]]]:
     """The largest error, and by the attacked sensors (``""``: none) the share in each bin."""
-    errors = judged.measures[:, :, judged.system.triples.index(triple), MEASURES.index("error")]
+    errors = _errors(judged, triple)
     largest = max(float(errors[:, list(cases)].max()), 1e-6)
     edges = np.linspace(0.0, largest, _BINS + 1)
     counts = {
         case_name(case): np.histogram(errors[:, state], edges)[0] for state, case in cases.items()
     }
     return largest, {case: (count / len(judged)).tolist() for case, count in counts.items()}
+
+
+def _errors(judged: EvidenceTable, triple: Triple) -> Floats:
+    """E of one triple, shape (N, states)."""
+    return judged.measures[:, :, judged.system.triples.index(triple), MEASURES.index("error")]

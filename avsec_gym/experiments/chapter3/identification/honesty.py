@@ -8,6 +8,7 @@ import numpy as np
 
 from avsec_gym.experiments.chapter3.identification.evidence_table import EvidenceTable
 from avsec_gym.experiments.chapter3.shares import share_of
+from avsec_gym.geometry import Floats
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
 from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
@@ -35,6 +36,8 @@ def honesty(model: LikelihoodModel, judged: EvidenceTable) -> dict[str, Any]:
         tenth that was said what was ``said`` on average, the share that ``was`` so with its
         ``interval``, as if drives were independent, and which share of the ``sensors`` it was said
         of; ``calibration_error``, how far both are from each other on average (Naeini 2015).
+        ``all_alike`` has the same of a prior by which every state is equally probable, most of
+        them beyond n - 2.
     """
     states, drives = state_vectors(model.sensors), judged.drives
     moments = len(judged)
@@ -54,17 +57,27 @@ def honesty(model: LikelihoodModel, judged: EvidenceTable) -> dict[str, Any]:
             "all_right": share_of(right[:, chosen].all(axis=2), drives),
             "alarms": share_of(alarms[:, chosen], drives),
         }
-    # Every state of every moment, each as often as the prior expects it.
-    posterior = model.posterior(judged.shares.reshape(moments * len(states), -1))
-    truth = np.tile(states, (moments, 1))
-    weights = np.tile(attack_prior(model.sensors), moments)
-    rows = reliability(posterior, truth, weights, np.repeat(drives, len(states)))
-    said_something = rows[np.isfinite(rows).all(axis=1)]
-    off = np.abs(said_something[:, 0] - said_something[:, 1])
     return {
         "rate": rate,
         "certainty": certainty,
         "verdicts": verdicts,
+        **_of_probabilities(model, judged, attack_prior(model.sensors)),
+        "all_alike": _of_probabilities(model, judged, np.full(len(states), 1 / len(states))),
+    }
+
+
+def _of_probabilities(
+    model: LikelihoodModel, judged: EvidenceTable, prior: Floats
+) -> dict[str, Any]:
+    """``brier``, ``reliability``, ``calibration_error``, with states as often as a prior says."""
+    states, moments = state_vectors(model.sensors), len(judged)
+    posterior = model.posterior(judged.shares.reshape(moments * len(states), -1), prior)
+    truth = np.tile(states, (moments, 1))
+    weights = np.tile(prior, moments)
+    rows = reliability(posterior, truth, weights, np.repeat(judged.drives, len(states)))
+    said_something = rows[np.isfinite(rows).all(axis=1)]
+    off = np.abs(said_something[:, 0] - said_something[:, 1])
+    return {
         "brier": brier_score(posterior, truth, weights),
         "calibration_error": float(np.average(off, weights=said_something[:, 2])),
         "reliability": [

@@ -15,8 +15,9 @@ from avsec_gym.geometry import Floats
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.identification import identify_attacked_sensors
 from avsec_gym.validation.likelihood.likelihood_of_clean import likelihood_of_clean
+from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
 from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
-from avsec_gym.validation.state_posterior import state_vectors
+from avsec_gym.validation.state_posterior import Verdict, state_vectors
 from avsec_gym.validation.thresholds import Criterion
 
 
@@ -25,6 +26,9 @@ class Concluded(NamedTuple):
 
     sensors: NDArray[np.bool_]
     """The sensor state vectors, shape (N, states, n + 1)."""
+    told: NDArray[np.bool_]
+    """Of whom the validator says that they are attacked, the same shape: fewer, where it says that
+    it cannot tell."""
     alarms: NDArray[np.bool_]
     """Whether an attack is reported, perhaps of nobody knows whom, shape (N, states)."""
 
@@ -36,22 +40,25 @@ def algorithm_2(
     rate: float,
     criterion: Criterion = "any",
 ) -> Concluded:
-    """What algorithm 2 concludes of every judged moment in every state; see `ThresholdValidator`.
+    """What algorithm 2 concludes of every judged moment in every state.
 
-    An error that nobody who is named explains is an alarm, too.
+    As the thesis has it, and as `ThresholdValidator` tells it: that names nobody where no two
+    sensors agree, and an error that nobody who is named explains is an alarm, too.
     """
     state_vector = exceeded(fitted, judged, on, rate, criterion)
     sensors, triples = len(on.system), on.system.triples
     # There are few different vectors e; each is decoded once.
     patterns, which = np.unique(state_vector.reshape(-1, len(triples)), axis=0, return_inverse=True)
-    named, alarms = np.zeros((len(patterns), sensors), bool), np.zeros(len(patterns), bool)
+    named, told = np.zeros((2, len(patterns), sensors), bool)
+    alarms = np.zeros(len(patterns), bool)
     for number, pattern in enumerate(patterns):
         e = dict(zip(triples, pattern.tolist(), strict=True))
         answer = identify_attacked_sensors(e.__getitem__, sensors)
         named[number, list(answer.attacked)] = True
-        alarms[number] = bool(answer.attacked or answer.doubtful)
+        told[number, list(answer.named)] = True
+        alarms[number] = bool(answer.named or answer.doubtful)
     which = which.reshape(state_vector.shape[:2])
-    return Concluded(named[which], alarms[which])
+    return Concluded(named[which], told[which], alarms[which])
 
 
 def fitted_model(fitted: EvidenceTable, on: FittedOn) -> LikelihoodModel:
@@ -62,11 +69,18 @@ def fitted_model(fitted: EvidenceTable, on: FittedOn) -> LikelihoodModel:
 def maximum_likelihood(
     model: LikelihoodModel, judged: EvidenceTable, rate: float, prior: Floats | None = None
 ) -> Concluded:
-    """What the most probable state vector is, of every judged moment in every state."""
+    """What the most probable state vector is, of every judged moment in every state.
+
+    And what `LikelihoodValidator` tells of it, by the certainty that it comes with.
+    """
     moments, states, elements = judged.shares.shape
     decoding = model.decode(judged.shares.reshape(-1, elements), rate, prior)
-    sensors = decoding.states.reshape(moments, states, -1)
-    return Concluded(sensors, decoding.alarms.reshape(moments, states))
+    verdicts = np.array(decoding.verdicts(LikelihoodValidator.certainty))
+    return Concluded(
+        decoding.states.reshape(moments, states, -1),
+        (verdicts == Verdict.ATTACKED).reshape(moments, states, -1),
+        decoding.alarms.reshape(moments, states),
+    )
 
 
 def identification_rates(
@@ -85,8 +99,9 @@ def identification_rates(
 
     Returns:
         Rows with ``rate``; ``sensors``, the share for an attack on each alone; ``average`` over
-        every set of up to n - 2 sensors, with ``interval``; ``beyond``, that over larger sets; and
-        ``false_alarms`` on clean moments, whoever is named.
+        every set of up to n - 2 sensors, with ``interval``; ``told``, that of the validator's own
+        words; ``beyond``, the average over larger sets; and ``false_alarms`` on clean moments,
+        whoever is named.
     """
     states = state_vectors(sensors)
     within, beyond = at_most(states, sensors - 3), at_most(states, sensors)
@@ -95,6 +110,7 @@ def identification_rates(
     for rate in rates:
         found = conclude(rate)
         exact = (found.sensors == states).all(axis=2)
+        told = (found.told == states).all(axis=2)
         average = share_of(exact[:, within], drives)
         rows.append(
             {
@@ -104,6 +120,7 @@ def identification_rates(
                 },
                 "average": average["rate"],
                 "interval": average["interval"],
+                "told": share_of(told[:, within], drives),
                 "beyond": share_of(exact[:, beyond], drives),
                 "false_alarms": share_of(found.alarms[:, 0], drives),
             }
