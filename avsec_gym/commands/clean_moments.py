@@ -137,8 +137,8 @@ class CleanMoments:
     def _data(self, left_out: dict[str, str]) -> dict[str, Any]:
         return {
             "recording": self.recording,
-            "first": self.moments[0].id,
-            "last": self.moments[-1].id,
+            "first": _full_id(self.moments[0]),
+            "last": _full_id(self.moments[-1]),
             "moments": len(self.moments) - len(left_out),
             "left_out": left_out,
         }
@@ -154,17 +154,29 @@ class _Measured(NamedTuple):
     left_out: dict[str, str]
 
 
-def fitted_among(data: Mapping[str, Any], recording: str, moments: Sequence[Moment]) -> int:
-    """How many of some moments a file was fitted on.
+def fitted_among(data: Mapping[str, Any], root: Path, moments: Sequence[Moment]) -> int:
+    """How many of some moments a file was fitted on, in a drive or in the day that it is of.
 
     Args:
         data: What the file says of its data.
-        recording: Whose moments these are.
+        root: Whose moments these are.
         moments: To be judged.
     """
-    if data.get("recording") != recording:
-        return 0
-    return sum(str(data["first"]) <= moment.id <= str(data["last"]) for moment in moments)
+
+    def among(moment: Moment) -> bool:
+        drive = moment.drive or root.name
+        places = {root.name, root.parent.name, drive, drive[: len("2011_09_26")]}
+        is_there = data.get("recording") in places
+        return is_there and str(data["first"]) <= _full_id(moment) <= str(data["last"])
+
+    return sum(map(among, moments))
+
+
+def _full_id(moment: Moment) -> str:
+    """With the drive's name, also where there is but one."""
+    if moment.drive is None or "/" in moment.id:
+        return moment.id
+    return f"{moment.drive}/{moment.id}"
 
 
 def readable(

@@ -246,7 +246,7 @@ class Validate:
         """Where a file of an earlier run was made of moments that it is to judge; or nothing."""
         from avsec_gym.commands.clean_moments import fitted_among
 
-        both = fitted_among(validator.on.data, recordings.root.name, judged)
+        both = fitted_among(validator.on.data, recordings.root, judged)
         if not both:
             return ""
         return (

@@ -378,6 +378,18 @@ def test_who_judges_what_thresholds_were_made_of_is_told(
     table = ["--thresholds", str(tmp_path / "first" / "thresholds.json")]
     assert run([*first, *table, "--out", str(tmp_path / "again")]) == 0
     assert "3 of the 12 moments were among those that" in capsys.readouterr().err
+    # Nor does one drive of that day say more.
+    (drive,) = day.glob("*_sync")
+    judged = ["validate", "--kitti-raw", str(drive), "--no-locate", "--rate", "0"]
+    assert run([*judged, *table, "--out", str(tmp_path / "drive")]) == 0
+    assert "3 of the 12 moments were among those that" in capsys.readouterr().err
+    # Others of the same name do.
+    other = tmp_path / "elsewhere" / day.name
+    shutil.copytree(day, other)
+    (other / drive.name).rename(other / drive.name.replace("0001", "0007"))
+    judged[2] = str(other)
+    assert run([*judged, *table, "--out", str(tmp_path / "other")]) == 0
+    assert "among those" not in capsys.readouterr().err
 
 
 def test_a_damaged_line_is_named(validated: Lines, tmp_path: Path, capsys: Any) -> None:

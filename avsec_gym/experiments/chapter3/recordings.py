@@ -13,6 +13,8 @@ from avsec_gym.experiments.experiment import Cell, Configuration
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
 from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.validation.evidence.pair_depth import PairDepth
+from avsec_gym.validation.fitted_on import fitted_on
 from avsec_gym.validation.moments import Recordings, raw_recordings
 from avsec_gym.world.export.default_suites import cached
 from avsec_gym.world.export.manifest import read_manifest, world_fingerprint
@@ -125,12 +127,48 @@ def moment_cells(
         configuration: Of the run.
         parts: `FITTED`, `JUDGED`, or both.
         arguments: The same for all.
+
+    Raises:
+        ConfigurationError: What is fitted on says nothing of what is judged, or is the same.
     """
+    parts = tuple(parts)
+    if {FITTED, JUDGED} <= {*parts}:
+        check_parts(configuration)
     return [
         Cell.of(work, moment.id.partition("/")[0], part=part, number=number, **arguments)
         for part in parts
         for number, moment in enumerate(recordings_of(configuration, part).moments)
     ]
+
+
+def check_parts(configuration: Configuration) -> None:
+    """That both parts are of one rig, and have no moment in common.
+
+    Raises:
+        ConfigurationError: They are not.
+    """
+    named = {"scenarios": configuration.scenarios, **configuration.options}
+    if {named["scenarios"], named.get("fit") or PROCEDURAL} == {PROCEDURAL}:
+        return
+    fitted, judged = (recordings_of(configuration, part) for part in (FITTED, JUDGED))
+    remedy = "name other drives of the same rig by --options fit=FOLDER"
+    first, second = (part.root.resolve() for part in (fitted, judged))
+    if first in (second, *second.parents) or second in first.parents:
+        of_fitted, of_judged = (
+            {(one.drive, one.id.rpartition("/")[2]) for one in part.moments}
+            for part in (fitted, judged)
+        )
+        if both := of_fitted & of_judged:
+            raise ConfigurationError(
+                f"{len(both)} of the {len(judged.moments)} moments in {judged.root} would be judged"
+                f" by what was fitted on themselves: {remedy}"
+            )
+    depth = PairDepth("sgbm")
+    ours, theirs = (part.moments[0].frame().calibration for part in (fitted, judged))
+    try:
+        fitted_on(SYSTEM, depth, ours, {}).check(SYSTEM, depth, theirs)
+    except ConfigurationError as error:
+        raise ConfigurationError(f"{judged.root}: {error}; {remedy}") from error
 
 
 def drives_inputs(configuration: Configuration, parts: Iterable[str]) -> dict[str, Path]:

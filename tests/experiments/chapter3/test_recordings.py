@@ -5,20 +5,27 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter3 import recordings
 from avsec_gym.experiments.chapter3.defence import defended_drives
 from avsec_gym.experiments.chapter3.recordings import (
     FITTED,
     JUDGED,
     SYSTEM,
+    moment_cells,
     procedural_drives,
     recordings_of,
     seed_of,
 )
 from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
+from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti.raw_calibration import write_raw_calibration
+from avsec_gym.kitti.writing import write_raw_frame
+from avsec_gym.rig import camera_rig
 from avsec_gym.validation.moments import Recordings
 from avsec_gym.world.export.manifest import world_fingerprint, write_manifest
 
@@ -107,3 +114,39 @@ def test_the_attacks_to_fit_on_have_the_seed_of_their_drives(
 ) -> None:
     run = Configuration(PROCEDURAL, 24, 3, options)
     assert (seed_of(run, FITTED), seed_of(run, JUDGED)) == (fitted, 3)
+
+
+def real_drives(root: Path, first: int, spread: float = 1.0) -> Path:
+    """Two drives of two moments, whose cameras stand so many times 27 cm from each other."""
+    places = [spread * one for one in (0.0, 0.54, -0.27, 0.27)]
+    rig = camera_rig(places, focal_length=200.0, centre=(20.0, 10.0), size=(40, 20))
+    day, image = root / "2011_09_26", np.zeros((20, 40, 3), np.uint8)
+    frame = SensorFrame("", rig.calibration, dict.fromkeys(range(4), image), np.ones((1, 4), "f4"))
+    write_raw_calibration(day, rig.calibration, image_size=rig.size)
+    for drive in (first, first + 1):
+        for number in range(2):
+            write_raw_frame(day / f"{day.name}_drive_{drive:04d}_sync", number, frame)
+    return day
+
+
+def cells_of(judged: Path, fit: Path, limit: int | None = None) -> int:
+    asked = Configuration(str(judged), limit, options={"fit": str(fit)})
+    return len(moment_cells("work", asked, (FITTED, JUDGED)))
+
+
+def test_nothing_is_judged_by_what_was_fitted_on_itself(tmp_path: Path) -> None:
+    day, other = real_drives(tmp_path / "a", 1), real_drives(tmp_path / "b", 1)
+    assert cells_of(day, other) == 8
+    one, two = sorted(folder for folder in day.iterdir() if folder.is_dir())
+    assert cells_of(one, two) == 4
+    for judged, fit, both in ((day, day, "4 of the 4"), (one, day, "2 of"), (day, one, "2 of")):
+        with pytest.raises(ConfigurationError, match=rf"{both}.*--options fit=FOLDER"):
+            cells_of(judged, fit)
+    # The first two moments of the day are of its first drive.
+    assert cells_of(two, day, limit=2) == 4
+
+
+def test_nothing_is_judged_by_what_was_fitted_on_another_rig(tmp_path: Path) -> None:
+    near, far = real_drives(tmp_path / "a", 1, spread=0.2), real_drives(tmp_path / "b", 3)
+    with pytest.raises(ConfigurationError, match=r"cameras that stand otherwise.*--options fit="):
+        cells_of(near, far)

@@ -10,7 +10,12 @@ from pathlib import Path
 
 import avsec_gym
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.chapter3.recordings import FITTED, OPTIONS, recordings_of
+from avsec_gym.experiments.chapter3.recordings import (
+    FITTED,
+    OPTIONS,
+    check_parts,
+    recordings_of,
+)
 from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.registry import Kind, make
 from avsec_gym.validation.evidence.pair_depth import PairDepth
@@ -51,7 +56,8 @@ def fitted_file(configuration: Configuration) -> Path:
     """What the validator was fitted to; thresholds are measured on first use, and kept.
 
     Raises:
-        ConfigurationError: No file is named, and thresholds are not what is needed.
+        ConfigurationError: No file is named, and thresholds are not what is needed; or the drives
+            to fit on are of another rig, or those to judge.
         DataError: The drives to fit on are not there, or the cache cannot be written.
     """
     options = {**VALIDATOR_OPTIONS, **configuration.options}
@@ -61,6 +67,7 @@ def fitted_file(configuration: Configuration) -> Path:
         raise ConfigurationError(
             f"the validator {options['validator']!r} needs a fit: --options fitted_file=FILE"
         )
+    check_parts(configuration)
     recordings, depth = recordings_of(configuration, FITTED), PairDepth(options["depth"])
     names = [moment.id for moment in recordings.moments]
     known = [str(recordings.root.resolve()), recordings.system.sensors, depth.settings, names]
