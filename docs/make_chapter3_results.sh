@@ -30,12 +30,14 @@ for DEPTH in sgbm psmnet; do
 done
 run optical_attacks object_level impact sensitivity --limit "$LIMIT" --options fit_seed=0
 page optical_attacks
+run believed believed --limit 300 --options fit_seed=0
+page believed
 run localisation localisation --limit 300 --options detector=stereo_rcnn
 page localisation
 run defence defence --limit 600 --options fit_seed=0 "fit_limit=$LIMIT"
 page defence
 [ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.chapter3.real_frames --kitti "$KITTI" \
-    --json docs/results/identification_real.json
+    --json docs/results/identification_real.json --markdown docs/results/identification_real.md
 rm -rf "$RUNS/alarm"
 avsec validate --attack '{"name": "facula", "camera": 3}' --out "$RUNS/alarm" > /dev/null
 "$PYTHON" -c 'import cv2, sys; cv2.imwrite(sys.argv[2], cv2.imread(sys.argv[1]))' \

@@ -38,8 +38,9 @@ class LidarSpoofing:
             those at which the reference camera sees the patch in its whole width.  Its foot may
             be below the image, where the road before the car is too.
         reference: That camera.
-        rays_lost: Whether a beam that meets the patch returns nothing from behind it, as physics
-            demands of a LiDAR that reports one echo; in the thesis points are added.
+        rays_lost: Whether a beam that meets the patch returns nothing from behind it; in the thesis
+            points are added.  What stands nearer keeps its own echo beside the bogus one, which
+            the attacker's light brings from elsewhere: a LiDAR that reports both is assumed.
         reflectance: Of the bogus points; 0.3 is common near KITTI's car.
         name: What it is called in results.
 

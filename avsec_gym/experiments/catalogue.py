@@ -14,6 +14,7 @@ EXPERIMENTS: dict[str, str] = {
     "knowing": "avsec_gym.experiments.chapter3.experiments:KNOWING",
     "object_level": "avsec_gym.experiments.chapter3.experiments:OBJECT_LEVEL",
     "impact": "avsec_gym.experiments.chapter3.experiments:IMPACT",
+    "believed": "avsec_gym.experiments.chapter3.experiments:BELIEVED",
     "sensitivity": "avsec_gym.experiments.chapter3.experiments:SENSITIVITY",
     "localisation": "avsec_gym.experiments.chapter3.experiments:LOCALISATION",
     "defence": "avsec_gym.experiments.chapter3.defence.defended_drives:DEFENCE",

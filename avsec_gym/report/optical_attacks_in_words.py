@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from avsec_gym.experiments.chapter3.objects.attack_sizes import CAMERA
+from avsec_gym.experiments.chapter3.objects.believed_points import CAR_RAYS_LOST, PLANE
 from avsec_gym.report.page_table import number
 from avsec_gym.report.tables_of_optical_attacks import SHOWN_LEVEL, detector_words
 from avsec_gym.sensor_system import LIDAR
@@ -30,6 +31,8 @@ def optical_sentences(report: Mapping[str, Any]) -> list[str]:
                 )
     if report.get("impact"):
         sentences += _impact(report["impact"])
+    if report.get("believed"):
+        sentences += _believed(report["believed"])
     if report.get("sensitivity"):
         sentences += [_sizes(what, report["sensitivity"][what]) for what in (LIDAR, CAMERA)]
     return sentences
@@ -47,6 +50,18 @@ def _impact(impact: Mapping[str, Any]) -> list[str]:
             f"A facula lowers {detector_words(camera['detector'])}’s AP of cars from"
             f" {number(values[0], digits=2)} to {number(values[1], digits=2)} % ({SHOWN_LEVEL},"
             f" IoU {camera['iou']:g})."
+        )
+    return sentences
+
+
+def _believed(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    sentences = []
+    for detector in dict.fromkeys(row["detector"] for row in rows):
+        told = {row["kind"]: row for row in rows if row["detector"] == detector}
+        plane, car = (_percent(told[kind]["newly"]["rate"]) for kind in (PLANE, CAR_RAYS_LOST))
+        sentences.append(
+            f"{detector_words(detector)} is led to see an obstacle by {plane} of the bogus planes,"
+            f" and by {car} of the scans of cars that hide what is behind them."
         )
     return sentences
 

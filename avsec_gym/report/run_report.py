@@ -10,6 +10,7 @@ from typing import Any
 from avsec_gym.experiments.chapter3.defence.rates import defence_summary, is_of_defence
 from avsec_gym.experiments.chapter3.localisation.rates import localisation_summary
 from avsec_gym.experiments.chapter3.objects.baseline_rates import baseline_summary
+from avsec_gym.experiments.chapter3.objects.believed_rates import believed_summary
 from avsec_gym.experiments.chapter3.objects.impact_rates import impact_summary
 from avsec_gym.experiments.chapter3.objects.sensitivity_curves import sensitivity_summary
 from avsec_gym.experiments.chapter3.summary import validation_summary
@@ -84,6 +85,7 @@ def run_report(
     report["validation"] = validation_summary(run, run.configuration, looked_at)
     report["baseline"] = baseline_summary(run, run.configuration)
     report["impact"] = impact_summary(run, run.configuration)
+    report["believed"] = believed_summary(run, run.configuration)
     report["sensitivity"] = sensitivity_summary(run, run.configuration)
     report["localisation"] = localisation_summary(run, run.configuration)
     report["defence"] = defence_summary(run)

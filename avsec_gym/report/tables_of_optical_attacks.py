@@ -6,6 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from avsec_gym.experiments.chapter3.objects.attack_sizes import CAMERA
+from avsec_gym.experiments.chapter3.objects.believed_points import (
+    CAR,
+    CAR_RAYS_LOST,
+    PLANE,
+    PLANE_OF_A_CAR,
+    PLANE_RAYS_LOST,
+)
 from avsec_gym.experiments.chapter3.objects.thesis_of_detectors import (
     FACULA_PRECISION,
     IN_WORDS,
@@ -25,6 +32,14 @@ DETECTORS = {
     "yolo": "YOLOv3",
 }
 """What detectors are called."""
+BELIEVED_IN_WORDS = {
+    PLANE: "the thesis’ plane",
+    PLANE_RAYS_LOST: "a plane that hides what is behind it",
+    PLANE_OF_A_CAR: "the same, as wide as a car’s rear",
+    CAR: "the scan of a car",
+    CAR_RAYS_LOST: "the scan of a car that hides what is behind it",
+}
+"""What kinds of bogus points are called."""
 ATTACKED = {LIDAR: "a bogus return’s width", CAMERA: "a facula’s radius"}
 """What is varied."""
 SHOWN_LEVEL = "moderate"
@@ -44,6 +59,8 @@ def tables_of_optical_attacks(report: Mapping[str, Any]) -> list[Table]:
         tables.append(_baseline_table(report["baseline"]))
     if report.get("impact"):
         tables += [_impact_table(report["impact"]), _score_table(report["impact"]["lidar"])]
+    if report.get("believed"):
+        tables.append(_believed_table(report["believed"]))
     if report.get("sensitivity"):
         tables += [_size_table(what, report["sensitivity"]) for what in (LIDAR, CAMERA)]
     return tables
@@ -126,6 +143,33 @@ def _score_table(lidar: Mapping[str, Any]) -> Table:
         ],
         f"{detector_words(lidar['detector'])}. A thin patch is no car, which scores tell."
         f" {INTERVALS}",
+    )
+
+
+def _believed_table(rows: Sequence[Mapping[str, Any]]) -> Table:
+    lines = []
+    for row in rows:
+        of_thesis = (row["detector"], row["kind"]) == ("pixor", PLANE)
+        lines.append(
+            [
+                name(detector_words(row["detector"])),
+                name(BELIEVED_IN_WORDS[row["kind"]]),
+                _share(row["clean"]),
+                _share(row["taken"], TAKEN_FOR_AN_OBSTACLE if of_thesis else None),
+                _share(row["newly"]),
+            ]
+        )
+    scores = {detector_words(row["detector"]): number(row["score"], digits=2) for row in rows}
+    told = " and ".join(f"{words}’s from {score}" for words, score in scores.items())
+    return Table(
+        "Which bogus points are taken for an obstacle?",
+        ["detector", "bogus points", "clean, %", "attacked, %", "by the attack, %"],
+        lines,
+        "All at one place, 6 to 10 m ahead. Cars: scans cut out of other moments, of 200 points or"
+        f" more, that show the LiDAR the sides that were scanned. Boxes count where they find most"
+        f" for their false alarms on clean moments of other drives: {told} on. {INTERVALS} In"
+        " italics: the thesis.",
+        names=2,
     )
 
 

@@ -13,6 +13,7 @@ import pytest
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter3.objects import attack_sizes, sensor_detections
 from avsec_gym.experiments.chapter3.objects.attack_sizes import CAMERA, SIZES, size_setting
+from avsec_gym.experiments.chapter3.objects.believed_points import CARS
 from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     WIDTH,
     reach_name,
@@ -21,6 +22,7 @@ from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     view_setting,
 )
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
+from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.experiments.experiment import (
     Cell,
     CellResult,
@@ -33,6 +35,7 @@ from avsec_gym.report.html import html_page
 from avsec_gym.report.optical_attacks_in_words import optical_sentences
 from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_report import run_report
+from avsec_gym.report.tables_of_optical_attacks import BELIEVED_IN_WORDS
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.sensor_system import LIDAR
@@ -239,3 +242,27 @@ def test_too_few_moments_are_not_summed_up(tmp_path: Path) -> None:
     report = run_report(RunFolder.open(tmp_path / "few"))
     assert not any(report[name] for name in ("baseline", "impact", "sensitivity"))
     assert 'id="optical"' not in html_page(report)
+
+
+def test_which_bogus_points_are_believed_is_told(report: dict[str, Any]) -> None:
+    def share(count: int) -> dict[str, Any]:
+        return share_of(np.arange(MOMENTS) < count, [str(one) for one in range(MOMENTS)])
+
+    rows = [
+        {
+            "detector": "pixor",
+            "kind": kind,
+            "score": 0.61,
+            "taken": share(18 if kind in CARS else 3),
+            "clean": share(1),
+            "newly": share(17 if kind in CARS else 2),
+        }
+        for kind in BELIEVED_IN_WORDS
+    ]
+    told = {**report, "believed": rows}
+    [said] = [one for one in optical_sentences(told) if "planes" in one]
+    assert "8.33 % of the bogus planes" in said
+    assert "70.83 % of the scans of cars" in said
+    for page in (html_page(told), markdown_page(told)):
+        for words in ("as wide as a car", "PIXOR’s from 0.61", "75.00", "98.60"):
+            assert words in page

@@ -17,6 +17,11 @@ from avsec_gym.experiments.chapter3.objects.attack_sizes import (
     size_cells,
     size_inputs,
 )
+from avsec_gym.experiments.chapter3.objects.believed_points import (
+    BELIEVED_OPTIONS,
+    believed_cells,
+    believed_inputs,
+)
 from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     DETECTION_OPTIONS,
     detection_cells,
@@ -65,6 +70,16 @@ IMPACT = Experiment(
     detection_cells,
     detection_inputs,
     DETECTION_OPTIONS,
+    _USUAL,
+)
+
+BELIEVED = Experiment(
+    "believed",
+    "Which bogus points does a detector take for an obstacle?",
+    "Section 3.2.4, and beyond it",
+    believed_cells,
+    believed_inputs,
+    BELIEVED_OPTIONS,
     _USUAL,
 )
 

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.experiments.chapter3.objects import real_impact
+from avsec_gym.experiments.chapter3.objects.real_impact import impact_on_real_frames
 from avsec_gym.experiments.chapter3.real_frames import noticed, run
+from avsec_gym.experiments.chapter3.real_frames_page import real_frames_page
+from avsec_gym.frame import SensorFrame
+from avsec_gym.geometry import transform_points
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
 from avsec_gym.validation.evidence.pair_depth import PairDepth
@@ -38,3 +45,79 @@ def test_light_into_real_cameras_is_noticed(shared: Path) -> None:
 def test_no_draws() -> None:
     with pytest.raises(ConfigurationError, match="--draws"):
         run(Namespace(draws=0, kitti=Path("nowhere"), rate=0.01))
+
+
+class Believer:
+    """Knows the labels, and sees a car at any points that are not in the file."""
+
+    name = "believer"
+
+    def __init__(self, data: KittiObject) -> None:
+        self._data = data
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        labels = self._data.labels(frame.id)
+        known = replace(labels, score=np.full(len(labels), 0.6), truncation=None, occlusion=None)
+        clean = {tuple(one) for one in self._data.frame(frame.id).points.tolist()}
+        strange = [one[:3] for one in frame.points.tolist() if tuple(one) not in clean]
+        if not strange:
+            return known
+        places = transform_points(frame.calibration.velodyne_to_camera, np.array(strange))
+        x, _, z = places.mean(axis=0)
+        bogus = Boxes3D(
+            [[x, 1.65, z]], [[1.5, 6.0, 6.0]], [0.0], [0.9], ["Car"],
+            box2d=[[0.0, 0, 99, 99]], alpha=[0.0],
+        )  # fmt: skip
+        return Boxes3D.concatenate([known, bogus])
+
+
+class Window:
+    """Knows the labels, and sees none once the image is brighter."""
+
+    name = "window"
+
+    def __init__(self, data: KittiObject) -> None:
+        self._data = data
+
+    def detect(self, frame: SensorFrame, camera: int) -> Boxes3D:
+        labels = self._data.labels(frame.id)
+        known = replace(labels, score=np.full(len(labels), 0.6), truncation=None, occlusion=None)
+        clean = self._data.frame(frame.id).image(camera)
+        return known if (frame.image(camera) == clean).all() else known[:0]
+
+
+def test_detectors_are_led_astray_on_real_frames(
+    shared: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    data = KittiObject(shared / "kitti" / "object")
+    monkeypatch.setattr(real_impact, "lidar_detector", lambda name, options: Believer(data))
+    monkeypatch.setattr(real_impact, "image_detector", lambda name, options: Window(data))
+    found = impact_on_real_frames(data, data, draws=2)
+    scans, images = found["pixor"], found["yolo"]
+    for told in found.values():
+        assert told["score"] == 0.6
+    assert (len(scans["frames"]), len(images["frames"])) == (8, 13)
+    for kind in ("taken", "car_taken"):
+        assert (scans[kind]["count"], scans[kind]["of"]) == (16, 16)
+    assert scans["already"]["rate"] < 0.5
+    assert images["found"]["rate"] == 1.0
+    assert images["found_attacked"]["rate"] == 0.0
+    assert images["found_attacked"]["of"] == 2 * images["found"]["of"]
+    assert images["false_alarms"] == images["false_alarms_attacked"] == 0.0
+    noticed = {
+        "cases": {"S0": dict.fromkeys(("any", "error"), scans["taken"])},
+        "false_alarm": {"any": False, "error": True},
+    }
+    result = {
+        "rate": 0.01,
+        "draws": 2,
+        "fitted": {"suite": "mixed", "moments": 48},
+        "frames": {"000107": noticed},
+        "impact": found,
+    }
+    page = real_frames_page(result, "the command")
+    assert "Made by `the command`" in page
+    assert "| LiDAR | 100.0 [" in page
+    assert "| nobody | no alarm | a false alarm |" in page
+    assert "| YOLOv3 | 13 | 100.0 [" in page
+    assert "*98.6*" in page

@@ -8,6 +8,7 @@ cars puts one behind the face that it sees.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avsec_gym.attacks.optical_attack import TamperedFrame
 from avsec_gym.box_overlap import ground_rectangles, rectangle_overlap
@@ -58,7 +59,19 @@ def taken_for_an_obstacle(found: Boxes3D, patch: Boxes3D) -> bool:
         found: By a detector, in space.
         patch: See `bogus_patch`.
     """
+    return bool(covering(found, patch).any())
+
+
+def covering(found: Boxes3D, place: Boxes3D) -> NDArray[np.bool_]:
+    """Which of N boxes cover a place, shape (N,).
+
+    Args:
+        found: By a detector, in space.
+        place: One box; none covers an empty place.
+    """
+    if not len(place):
+        return np.zeros(len(found), bool)
     grown = ground_rectangles(found.location, found.dimensions + 2 * SPARE, found.rotation_y)
-    own = ground_rectangles(patch.location, patch.dimensions, patch.rotation_y)
+    own = ground_rectangles(place.location, place.dimensions, place.rotation_y)
     common = rectangle_overlap(grown, own)
-    return bool((common >= COVERED * own[:, 2] * own[:, 3]).any())
+    return np.asarray((common >= COVERED * own[:, 2] * own[:, 3]).any(axis=1))

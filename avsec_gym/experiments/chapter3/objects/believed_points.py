@@ -1,0 +1,233 @@
+"""Which bogus points does a detector take for an obstacle?  Planes, and scans of real cars.
+
+The thesis attacks with planes, since chapter 3 asks what sensors say of each other; its section 4.5
+pastes scans of objects.  Here all stand at one place, so that what they look like alone differs.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+
+from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
+from avsec_gym.attacks.object_scan import ObjectScan, cut_out
+from avsec_gym.attacks.optical_attack import TamperedFrame
+from avsec_gym.attacks.pasted_scan import PastedScan
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import DataError
+from avsec_gym.experiments.chapter3.objects.bogus_obstacles import bogus_patch, covering
+from avsec_gym.experiments.chapter3.objects.detector_weights import (
+    WEIGHT_OPTIONS,
+    lidar_detector,
+    weight_inputs,
+)
+from avsec_gym.experiments.chapter3.objects.moment_truth import truth_of
+from avsec_gym.experiments.chapter3.objects.object_mismatches import boxes_seen_by
+from avsec_gym.experiments.chapter3.recordings import (
+    FITTED,
+    JUDGED,
+    OPTIONS,
+    SYSTEM,
+    drives_inputs,
+    moment_cells,
+    recordings_of,
+    seed_of,
+)
+from avsec_gym.experiments.experiment import (
+    Cell,
+    CellResult,
+    Configuration,
+    DetectionRow,
+    Measurement,
+)
+from avsec_gym.frame import SensorFrame
+from avsec_gym.geometry import ego_to_camera
+from avsec_gym.validation.moments import Moment
+
+PLANE, PLANE_RAYS_LOST, PLANE_OF_A_CAR = "plane", "plane, rays lost", "plane of a car"
+CAR, CAR_RAYS_LOST = "car", "car, rays lost"
+PLANES = {
+    PLANE: LidarSpoofing(reference=SYSTEM.reference),
+    PLANE_RAYS_LOST: LidarSpoofing(reference=SYSTEM.reference, rays_lost=True),
+    PLANE_OF_A_CAR: LidarSpoofing(width=1.7, reference=SYSTEM.reference, rays_lost=True),
+}
+"""The thesis' bogus return, one that hides what is behind it, and one as wide as a car's rear."""
+CARS = {CAR: False, CAR_RAYS_LOST: True}
+"""Scans of cars: whether they hide what is behind them."""
+BELIEVED_OPTIONS = {
+    "fit": OPTIONS["fit"],
+    "fit_limit": OPTIONS["fit_limit"],
+    "fit_seed": OPTIONS["fit_seed"],
+    "believers": "pixor,pointrcnn",
+    **{name: WEIGHT_OPTIONS[name] for name in ("pixor", "pointrcnn")},
+}
+"""Beside those of the recordings: ``believers``: detectors that look at scans, with commas; by the
+networks' names their weights."""
+ATTACKED, ALREADY = "attacked", "clean"
+TRUTH = "believed truth"
+FEWEST_POINTS = 200
+"""Of the scan of a car."""
+FARTHEST = 20.0
+"""Metres to a car whose scan is pasted."""
+
+_WORK = f"{__name__}:BelievedPoints"
+
+
+def believed_cells(configuration: Configuration) -> list[Cell]:
+    """A cell for every moment, first the clean ones, whose cars are pasted into the others."""
+    return moment_cells(_WORK, configuration, (FITTED, JUDGED))
+
+
+def believed_inputs(configuration: Configuration) -> dict[str, Path]:
+    """Weights, and the manifests of procedural drives."""
+    options = {**BELIEVED_OPTIONS, **configuration.options}
+    found = weight_inputs(options["believers"].split(","), options)
+    return found | drives_inputs(configuration, (FITTED, JUDGED))
+
+
+def found_setting(detector: str) -> str:
+    """What clean detections are filed under, on which scores are chosen."""
+    return f"believed by {detector}"
+
+
+def believed_setting(kind: str) -> str:
+    """What scores are filed under."""
+    return f"believed {kind}"
+
+
+def score_name(detector: str, state: str) -> str:
+    """The best score of a box at the bogus points' place: `ATTACKED`, or `ALREADY` there."""
+    return f"{detector} {state}"
+
+
+class BelievedPoints:
+    """Shows bogus points to detectors.
+
+    Args:
+        configuration: Of the run.
+    """
+
+    def __init__(self, configuration: Configuration) -> None:
+        options = {**BELIEVED_OPTIONS, **configuration.options}
+        self._detectors = {
+            name: lidar_detector(name, options) for name in options["believers"].split(",")
+        }
+        self._parts = {part: recordings_of(configuration, part) for part in (FITTED, JUDGED)}
+        self._seed = seed_of(configuration, JUDGED)
+
+    def __call__(self, part: str, number: int) -> CellResult:
+        """Of a fitted moment what is found, and the truth; of a judged one scores by kind.
+
+        Args:
+            part: `FITTED` or `JUDGED`.
+            number: Of the moment.
+
+        Raises:
+            DataError: No fitted moment shows the LiDAR a labelled car.
+        """
+        moment = self._parts[part].moments[number]
+        frame = moment.frame()
+        seconds = dict.fromkeys(("attack", *self._detectors), 0.0)
+        if part == FITTED:
+            camera = SYSTEM.reference
+            view = frame.calibration.projection(camera), frame.image(camera).shape[:2]
+            boxes = {
+                found_setting(name): boxes_seen_by(found, *view)
+                for name, found in self._look(frame, seconds).items()
+            }
+            truth = truth_of(frame, camera)
+            boxes |= {} if truth is None else {TRUTH: truth}
+            rows = [DetectionRow(setting, moment.id, one) for setting, one in boxes.items()]
+            return CellResult(detections=rows, seconds=seconds)
+        clean = self._look(frame, seconds)
+        scores: list[Measurement] = []
+        begun = time.perf_counter()
+        for kind, tampered, place in self._attacked(frame, number):
+            seconds["attack"] += time.perf_counter() - begun
+            attacked = self._look(tampered.frame, seconds)
+            scores += [
+                Measurement(
+                    believed_setting(kind),
+                    moment.id,
+                    score_name(name, state),
+                    best_score(found[name], place),
+                )
+                for state, found in ((ATTACKED, attacked), (ALREADY, clean))
+                for name in self._detectors
+            ]
+            begun = time.perf_counter()
+        return CellResult(measurements=scores, seconds=seconds)
+
+    def _attacked(
+        self, frame: SensorFrame, number: int
+    ) -> Iterator[tuple[str, TamperedFrame, Boxes3D]]:
+        """By kind the frame, and the place of the bogus points."""
+        seed = (self._seed, number)
+        for kind, plane in PLANES.items():
+            tampered = plane.attack(frame, seed)
+            if kind == PLANE:
+                drawn = tampered.settings
+            yield kind, tampered, bogus_patch(tampered)
+        scan = scan_of_a_car(self._parts[FITTED].moments, number)
+        for kind, rays_lost in CARS.items():
+            paste = PastedScan(scan, drawn["distance"], drawn["bearing"], rays_lost=rays_lost)
+            tampered = paste.attack(frame, seed)
+            yield kind, tampered, pasted_box(scan, tampered)
+
+    def _look(self, frame: SensorFrame, seconds: dict[str, float]) -> dict[str, Boxes3D]:
+        alone = SensorFrame(frame.id, frame.calibration, scan=frame.points, origin=frame.origin)
+        found = {}
+        for name, detector in self._detectors.items():
+            begun = time.perf_counter()
+            found[name] = detector.detect(alone)
+            seconds[name] += time.perf_counter() - begun
+        return found
+
+
+def scan_of_a_car(moments: Sequence[Moment], number: int) -> ObjectScan:
+    """The nearest car of a moment, or of the next one that has one up to `FARTHEST`.
+
+    Raises:
+        DataError: No moment has a labelled car with `FEWEST_POINTS` or more.
+    """
+    for place in range(len(moments)):
+        frame = moments[(number + place) % len(moments)].frame()
+        scans = scans_of_cars(frame, truth_of(frame, SYSTEM.reference))
+        if scans:
+            return scans[0]
+    raise DataError(
+        f"No moment shows the LiDAR a labelled car within {FARTHEST:g} m whose scan could be"
+        " pasted.",
+        remedy="Name labelled drives by --options fit=FOLDER.",
+    )
+
+
+def scans_of_cars(frame: SensorFrame, labels: Boxes3D | None) -> list[ObjectScan]:
+    """Of a frame's labelled cars up to `FARTHEST`, with `FEWEST_POINTS` or more, nearest first."""
+    if labels is None:
+        return []
+    cars = labels[labels.category == "Car"]
+    distance = np.hypot(cars.location[:, 0], cars.location[:, 2])
+    scans = []
+    for car in np.argsort(distance):
+        # One that is hidden no beam meets.
+        if distance[car] <= FARTHEST:
+            with suppress(DataError):
+                scans.append(cut_out(frame, cars[[car]]))
+    return [scan for scan in scans if len(scan.points) >= FEWEST_POINTS]
+
+
+def pasted_box(scan: ObjectScan, tampered: TamperedFrame) -> Boxes3D:
+    """Where `PastedScan` put an object."""
+    pose = [[tampered.settings[one] for one in ("x", "y", "heading")]]
+    location, rotation_y = ego_to_camera(pose, 0.0)
+    return Boxes3D(location, np.array([scan.dimensions]), rotation_y, np.ones(1), np.array(["Car"]))
+
+
+def best_score(found: Boxes3D, place: Boxes3D) -> float:
+    """The highest of the boxes that cover a place; 0 where none does."""
+    return float(found.score[covering(found, place)].max(initial=0.0))

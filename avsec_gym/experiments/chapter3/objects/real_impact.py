@@ -1,0 +1,141 @@
+"""What optical attacks do to detectors on real frames of KITTI (section 3.2.4): cars are counted.
+
+Too few frames are at hand for a precision.  From which score on a box counts, is each detector's
+working point on labelled frames of the world, which the attacks do not touch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from avsec_gym.attacks.facula import Facula
+from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
+from avsec_gym.attacks.pasted_scan import PastedScan
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import DataError
+from avsec_gym.experiments.chapter3.objects.believed_points import pasted_box, scans_of_cars
+from avsec_gym.experiments.chapter3.objects.bogus_obstacles import (
+    bogus_patch,
+    taken_for_an_obstacle,
+)
+from avsec_gym.experiments.chapter3.objects.detector_weights import image_detector, lidar_detector
+from avsec_gym.experiments.chapter3.shares import share_of
+from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.kitti.detections import above
+from avsec_gym.metrics.working_point import FROM_ABOVE, IN_IMAGE, counted, working_point
+
+LIDAR_DETECTORS = ("pixor", "pointrcnn")
+IMAGE_DETECTORS = ("faster_rcnn", "yolo")
+CAMERA = 2
+_LABELLED = ("label_2", "calib", f"image_{CAMERA}")
+
+Look = Callable[[SensorFrame], Boxes3D]
+
+
+def impact_on_real_frames(
+    real: KittiObject, clean: KittiObject, draws: int
+) -> dict[str, dict[str, Any]]:
+    """The thesis' attacks, one at a time, on every frame that has what a detector looks at.
+
+    Args:
+        real: The frames to attack.
+        clean: Labelled frames of the world, with scans.
+        draws: Of the attacks on each frame.
+
+    Returns:
+        By detector ``score``, from which on a box counts, and ``frames``, their ids.  Of those that
+        look at scans, as shares of all attacks, ``taken``: the bogus return is an obstacle, and
+        ``already``: there was a box at that place without it; ``car_taken`` and ``car_already``,
+        if instead the scan of another frame's car is pasted there, which hides what is behind it.
+        Of those that look at images, as
+        shares of the moderate cars, ``found`` without attack, and ``found_attacked``; and
+        ``false_alarms`` of all images, ``false_alarms_attacked`` of all attacked ones, a number
+        for each.
+
+    Raises:
+        DataError: No frame has what is needed, or a file is broken.
+    """
+    result = {}
+    for name in LIDAR_DETECTORS:
+        detector = lidar_detector(name, {})
+        ids, score = _frames_and_score(real, clean, "velodyne", detector.detect, FROM_ABOVE)
+        result[name] = {"score": score, **_bogus_returns(real, ids, detector.detect, score, draws)}
+    for name in IMAGE_DETECTORS:
+        in_image = image_detector(name, {})
+
+        def look(frame: SensorFrame, detector: Any = in_image) -> Boxes3D:
+            found: Boxes3D = detector.detect(frame, CAMERA)
+            return found
+
+        ids, score = _frames_and_score(real, clean, f"image_{CAMERA}", look, IN_IMAGE)
+        result[name] = {"score": score, **_faculae(real, ids, look, score, draws)}
+    return result
+
+
+def _frames_and_score(
+    real: KittiObject, clean: KittiObject, folder: str, look: Look, seen: int
+) -> tuple[list[str], float]:
+    ids = real.ids(having=(*_LABELLED, folder))
+    if not ids:
+        raise DataError(f"No frame has labels, calib, image_{CAMERA} and {folder}.", path=real.root)
+    known = clean.ids(having=(*_LABELLED, folder))
+    truth = [clean.labels(id, keep_dont_care=True) for id in known]
+    point = working_point(truth, [look(clean.frame(id)) for id in known], seen)
+    if point is None:
+        raise DataError("A detector finds no car at all.", path=clean.root)
+    return ids, point.score
+
+
+def _bogus_returns(
+    real: KittiObject, ids: Sequence[str], look: Look, score: float, draws: int
+) -> dict[str, Any]:
+    attack = LidarSpoofing(reference=CAMERA)
+    scans = {id: scans_of_cars(real.frame(id), real.labels(id)) for id in ids}
+    hits: dict[str, list[bool]] = {}
+    of: dict[str, list[str]] = {}
+    for id in ids:
+        frame = real.frame(id)
+        clean = above(look(frame), score)
+        others = [scan for other in ids if other != id for scan in scans[other]]
+        for draw in range(draws):
+            plane = attack.attack(frame, draw)
+            looks = [("", plane, bogus_patch(plane))]
+            if others:
+                scan, drawn = others[draw % len(others)], plane.settings
+                paste = PastedScan(scan, drawn["distance"], drawn["bearing"], rays_lost=True)
+                car = paste.attack(frame, draw)
+                looks.append(("car_", car, pasted_box(scan, car)))
+            for kind, tampered, place in looks:
+                attacked = above(look(tampered.frame), score)
+                for state, found in (("taken", attacked), ("already", clean)):
+                    name = f"{kind}{state}"
+                    hits.setdefault(name, []).append(taken_for_an_obstacle(found, place))
+                    of.setdefault(name, []).append(id)
+    return {"frames": list(ids), **{name: share_of(hits[name], of[name]) for name in hits}}
+
+
+def _faculae(
+    real: KittiObject, ids: Sequence[str], look: Look, score: float, draws: int
+) -> dict[str, Any]:
+    attack = Facula(CAMERA)
+    hits: dict[bool, list[bool]] = {False: [], True: []}
+    of: dict[bool, list[str]] = {False: [], True: []}
+    wrong = {False: 0, True: 0}
+    for id in ids:
+        frame, truth = real.frame(id), real.labels(id, keep_dont_care=True)
+        looks = [(False, frame)]
+        looks += [(True, attack.attack(frame, draw).frame) for draw in range(draws)]
+        for attacked, source in looks:
+            count = counted([truth], [above(look(source), score)], IN_IMAGE)
+            hits[attacked] += [True] * count.found + [False] * count.missed
+            of[attacked] += [id] * (count.found + count.missed)
+            wrong[attacked] += count.false_alarms
+    return {
+        "frames": list(ids),
+        "found": share_of(hits[False], of[False]),
+        "found_attacked": share_of(hits[True], of[True]),
+        "false_alarms": wrong[False] / len(ids),
+        "false_alarms_attacked": wrong[True] / (draws * len(ids)),
+    }

@@ -1,0 +1,98 @@
+"""What `real_frames` found, as a page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from avsec_gym.experiments.chapter3.objects.real_impact import IMAGE_DETECTORS, LIDAR_DETECTORS
+from avsec_gym.experiments.chapter3.objects.thesis_of_detectors import TAKEN_FOR_AN_OBSTACLE
+from avsec_gym.experiments.markdown_table import UNKNOWN, markdown_table, number
+
+_CRITERIA = {"any": "all four shares", "error": "E alone (the thesis’)"}
+_SENSORS = {"S0": "LiDAR", "S1": "camera 3", "S2": "camera 2"}
+_DETECTORS = {
+    "pixor": "PIXOR",
+    "pointrcnn": "PointRCNN",
+    "faster_rcnn": "Faster R-CNN",
+    "yolo": "YOLOv3",
+}
+
+
+def real_frames_page(result: Mapping[str, Any], command: str) -> str:
+    """Markdown: what is noticed, and what detectors are led to see.
+
+    Args:
+        result: Of `avsec_gym.experiments.chapter3.real_frames.run`.
+        command: That made it.
+    """
+    rate, draws, fitted = 100 * result["rate"], result["draws"], result["fitted"]
+    lines = [
+        "# Attacks on real frames of KITTI",
+        "",
+        f"Made by `{command}`. The thesis’ attacks, {draws} draws of each on every frame; in"
+        " brackets: 95 % intervals, of detectors widened by what the draws on one frame have in"
+        " common.",
+    ]
+    for id, told in result["frames"].items():
+        lines += ["", f"## {id}: what LiDAR and two cameras notice, r = {rate:g} %", ""]
+        rows = [
+            [
+                " and ".join(_SENSORS[one] for one in case.split("+")),
+                *(_share(shares[criterion]) for criterion in _CRITERIA),
+            ]
+            for case, shares in told["cases"].items()
+        ]
+        rows.append(["nobody", *(_alarm(told["false_alarm"][one]) for one in _CRITERIA)])
+        titles = [f"noticed by {words}, %" for words in _CRITERIA.values()]
+        lines += markdown_table(["attacked", *titles], rows)
+    lines += [
+        "",
+        f"Thresholds come from {fitted['moments']} moments of the procedural suite"
+        f" `{fitted['suite']}`, of KITTI’s own rig, since too few real frames are at hand: with"
+        " fewer than 1 / r moments they are the largest clean values. A bogus return behind what"
+        " the cameras see as a surface, or where they see none, is missed.",
+        "",
+        "## What detectors are led to see",
+        "",
+    ]
+    rows = []
+    for name in LIDAR_DETECTORS:
+        told = result["impact"][name]
+        thesis = f" *{number(100 * TAKEN_FOR_AN_OBSTACLE, 1)}*" if name == "pixor" else ""
+        taken = _share(told["taken"]) + thesis
+        row = [_DETECTORS[name], str(len(told["frames"])), taken, _share(told["already"])]
+        cars = [told.get(one) for one in ("car_taken", "car_already")]
+        rows.append([*row, *(UNKNOWN if one is None else _share(one) for one in cars)])
+    titles = ["frames", "a bogus return is an obstacle, %", "one was there without it, %"]
+    titles += ["a pasted car is an obstacle, %", "one was there without it, %"]
+    lines += [*markdown_table(["scans by", *titles], rows), ""]
+    rows = []
+    for name in IMAGE_DETECTORS:
+        told = result["impact"][name]
+        wrong = (told[one] for one in ("false_alarms", "false_alarms_attacked"))
+        shares = (_share(told[one]) for one in ("found", "found_attacked"))
+        row = [_DETECTORS[name], str(len(told["frames"])), *shares]
+        rows.append([*row, *(number(one, 2) for one in wrong)])
+    titles = ["frames", "cars found, %", "under a facula, %"]
+    titles += ["false alarms an image", "under a facula"]
+    lines += markdown_table(["images by", *titles], rows)
+    lines += [
+        "",
+        "Cars: moderate ones, IoU 0.5; pasted: scans of real cars, cut out of other frames, where"
+        " the bogus return was, which hide what is behind them. From which score on a box counts,"
+        " is where a detector finds most for its false alarms on frames of that suite; it was"
+        " trained on the world and has seen no real frame. *Italics*: the thesis, by PIXOR on a"
+        " thousand frames.",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _share(share: Mapping[str, Any]) -> str:
+    low, high = (number(100 * bound, 1) for bound in share["interval"])
+    return f"{number(100 * share['rate'], 1)} [{low}, {high}]"
+
+
+def _alarm(raised: bool) -> str:
+    return "a false alarm" if raised else "no alarm"
