@@ -32,7 +32,7 @@ run optical_attacks object_level impact sensitivity --limit "$LIMIT" --options f
 page optical_attacks
 run believed believed --limit 300 --options fit_seed=0
 page believed
-run localisation localisation --limit 300 --options detector=stereo_rcnn
+run localisation localisation --limit 300 --options detector=stereo_rcnn scan_detector=pointrcnn
 page localisation
 run defence defence --limit 600 --options fit_seed=0 "fit_limit=$LIMIT"
 page defence

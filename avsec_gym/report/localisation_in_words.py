@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from avsec_gym.experiments.chapter3.localisation.measures import CAR
+from avsec_gym.experiments.chapter3.localisation.rates import BOGUS
 from avsec_gym.report.page_table import number
+from avsec_gym.report.tables_of_optical_attacks import detector_words
 
 _ERRORS = ("error_before", "error_after")
 
@@ -28,6 +31,14 @@ def localisation_sentences(report: Mapping[str, Any]) -> list[str]:
         sentences.append(
             f"Where a facula changes an image it is off by {before} grey levels on average, by"
             f" {after} after the repair."
+        )
+    pasted = [row for row in rows if row["attack"] == CAR and row["bogus_after"] is not None]
+    for row in pasted:
+        clean, before, after = (f"{number(row[one], 100)} %" for one in BOGUS)
+        detector = detector_words(report["localisation"]["scan_detector"])
+        sentences.append(
+            f"Where a car’s scan is pasted {detector} sees an obstacle in {before} of the moments,"
+            f" after the repair in {after}; without attack in {clean}."
         )
     return sentences
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from avsec_gym.experiments.chapter3.localisation.rates import LOWEST, SUMS
-from avsec_gym.report.attack_names import detector_name
+from avsec_gym.experiments.chapter3.localisation.rates import BOGUS, LOWEST, SUMS
 from avsec_gym.report.page_table import Table, figure, name
+from avsec_gym.report.tables_of_optical_attacks import detector_words
 
 _SHARES = ("precision", "recall", "iou_of_lost")
+_BOGUS = ("bogus obstacle clean, %", "attacked, %", "repaired, %")
 _ERRORS = ("error_before", "error_after")
 
 
@@ -24,11 +25,12 @@ def tables_of_localisation(report: Mapping[str, Any]) -> list[Table]:
 
 
 def _table(summary: Mapping[str, Any]) -> Table:
-    detector = summary["detector"]
+    detectors = [summary[one] for one in ("detector", "scan_detector") if summary[one]]
     columns = [
         *("attack", "moments", "IoU, %", "lowest, %", "precision, %", "recall, %"),
         *("IoU of lost returns, %", "error attacked", "error repaired"),
-        *(("objects", "found attacked", "found repaired") if detector else ()),
+        *(("objects", "found attacked", "found repaired") if detectors else ()),
+        *(_BOGUS if summary["scan_detector"] else ()),
     ]
     lines = [
         [
@@ -38,16 +40,23 @@ def _table(summary: Mapping[str, Any]) -> Table:
             figure(row[LOWEST] and row[LOWEST]["iou"], scale=100),
             *(figure(row[one], scale=100) for one in _SHARES),
             *(figure(row[one]) for one in _ERRORS),
-            *(figure(row[one], digits=0) for one in (SUMS if detector else ())),
+            *(figure(row[one], digits=0) for one in (SUMS if detectors else ())),
+            *(figure(row[one], scale=100) for one in (BOGUS if summary["scan_detector"] else ())),
         ]
         for row in summary["attacks"]
     ]
     counted = (
-        f" Objects: that {detector_name(detector)} finds in the clean images, and how many of them"
-        " it finds again, 2D IoU 0.5 or more, in the attacked and the repaired ones."
-        if detector
+        f" Objects: that {' or '.join(map(detector_words, detectors))} finds in the clean images or"
+        " scans, and how many of them it finds again, 2D IoU 0.5 or more, in the attacked and the"
+        " repaired ones."
+        if detectors
         else ""
     )
+    if summary["scan_detector"]:
+        counted += (
+            f" Bogus obstacle: in how many moments {detector_words(summary['scan_detector'])} sees"
+            " one where the bogus points are, half covered or more."
+        )
     return Table(
         "Damage located and repaired, the attacked sensor named",
         columns,

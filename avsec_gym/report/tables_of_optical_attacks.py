@@ -21,6 +21,7 @@ from avsec_gym.experiments.chapter3.objects.thesis_of_detectors import (
 )
 from avsec_gym.experiments.chapter3.thesis import OBJECT_LEVEL
 from avsec_gym.metrics.average_precision_frames import LEVELS
+from avsec_gym.report.attack_names import detector_name
 from avsec_gym.report.page_table import Cell, Table, figure, name, number
 from avsec_gym.report.tables_of_validation import INTERVALS
 from avsec_gym.sensor_system import LIDAR
@@ -68,7 +69,7 @@ def tables_of_optical_attacks(report: Mapping[str, Any]) -> list[Table]:
 
 def detector_words(key: str) -> str:
     """What a detector is called; a plug-in's by its own name."""
-    return DETECTORS.get(key, key)
+    return DETECTORS.get(key) or detector_name(key)
 
 
 def _baseline_table(summary: Mapping[str, Any]) -> Table:

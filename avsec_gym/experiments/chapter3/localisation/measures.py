@@ -20,6 +20,8 @@ RADII = (37.5, 112.5, 225.0, 375.0)
 """Of faculae, pixels."""
 WIDTHS = (0.5, 1.5, 2.5)
 """Of bogus returns, metres."""
+CAR = "pasted car, rays lost"
+"""An attack that is not of the moment alone: the scan is another one's."""
 _FOUND = 0.5
 """Least IoU of two 2D boxes of one object."""
 

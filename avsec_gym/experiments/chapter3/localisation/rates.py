@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from avsec_gym.experiments.chapter3.localisation.measures import attacks_of
+from avsec_gym.experiments.chapter3.localisation.measures import CAR, attacks_of
 from avsec_gym.experiments.chapter3.localisation.repaired_moments import LOCALISATION_OPTIONS
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
 from avsec_gym.experiments.chapter3.shares import drive_of
@@ -17,7 +17,9 @@ from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.experiments.results import Results
 from avsec_gym.metrics.average_precision_curves import draw_resamples
 
-MEANS = ("precision", "recall", "iou_of_lost", "error_before", "error_after")
+BOGUS = ("bogus_clean", "bogus_before", "bogus_after")
+"""Whether a detector of scans sees an obstacle where bogus points are, in three scans."""
+MEANS = ("precision", "recall", "iou_of_lost", "error_before", "error_after", *BOGUS)
 SUMS = ("objects", "found_before", "found_after")
 """Measures of `measures_of`, and counts of objects."""
 LOWEST, MEDIAN = "lowest", "median"
@@ -28,20 +30,21 @@ def localisation_summary(results: Results, configuration: Configuration) -> dict
     """Means over the moments; None without any.
 
     Returns:
-        ``detector``, empty without one, and ``attacks``: of each its name as ``attack``;
-        ``moments``; the mean ``iou`` with its ``interval``, 95 %, bootstrap over drives, None of a
-        single one; `LOWEST` and `MEDIAN`, each an ``iou`` and its ``moment``; means (`MEANS`) and
-        sums (`SUMS`), None where nothing was measured.
+        ``detector`` and ``scan_detector``, empty without one, and ``attacks``: of each its name as
+        ``attack``; ``moments``; the mean ``iou`` with its ``interval``, 95 %, bootstrap over
+        drives, None of a single one; `LOWEST` and `MEDIAN`, each an ``iou`` and its ``moment``;
+        means (`MEANS`) and sums (`SUMS`), None where nothing was measured.
     """
     rows = []
-    for attack in attacks_of(SYSTEM.reference):
+    for attack in (*attacks_of(SYSTEM.reference), CAR):
         found: dict[str, dict[str, float | None]] = {}
         for row in results.measurements(setting=attack):
             found.setdefault(row["name"], {})[row["scenario"]] = row["value"]
         if found:
             rows.append({"attack": attack, **_row(found)})
     options = {**LOCALISATION_OPTIONS, **configuration.options}
-    return {"detector": options["detector"], "attacks": rows} if rows else None
+    detectors = {name: options[name] for name in ("detector", "scan_detector")}
+    return {**detectors, "attacks": rows} if rows else None
 
 
 def _row(found: Mapping[str, Mapping[str, float | None]]) -> dict[str, Any]:

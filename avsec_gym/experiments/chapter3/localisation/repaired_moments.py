@@ -1,24 +1,36 @@
-"""Every judged moment attacked in ten ways, located and repaired: the work of `localisation`."""
+"""Every judged moment attacked in eleven ways, located and repaired: the work of `localisation`."""
 
 from __future__ import annotations
 
 import math
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from avsec_gym.attacks.optical_attack import TamperedFrame
+from avsec_gym.attacks.optical_attack import OpticalAttack, TamperedFrame
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.chapter3.localisation.measures import (
+    CAR,
     attacks_of,
     found_again,
     measures_of,
 )
-from avsec_gym.experiments.chapter3.objects.detector_weights import weight_inputs, weights_of
+from avsec_gym.experiments.chapter3.objects.bogus_obstacles import (
+    bogus_patch,
+    taken_for_an_obstacle,
+)
+from avsec_gym.experiments.chapter3.objects.detector_weights import (
+    WEIGHT_OPTIONS,
+    lidar_detector,
+    weight_inputs,
+    weights_of,
+)
+from avsec_gym.experiments.chapter3.objects.object_mismatches import boxes_seen_by
+from avsec_gym.experiments.chapter3.objects.pasted_cars import CarInView, pasted_box, scan_of_a_car
 from avsec_gym.experiments.chapter3.recordings import (
     JUDGED,
     OPTIONS,
@@ -36,13 +48,16 @@ from avsec_gym.validation.repair.repair import Repair, repair
 LOCALISATION_OPTIONS = {
     "depth": OPTIONS["depth"],
     "detector": "",
+    "scan_detector": "",
     "score_threshold": 0.3,
     "dsgn": "",
     "stereo_rcnn": "",
+    **{name: WEIGHT_OPTIONS[name] for name in ("pixor", "pointrcnn")},
 }
 """``depth``: how disparities are found; ``detector``: a stereo detector whose objects are counted
-under attacks on a camera, nobody's if empty; ``score_threshold``: of boxes that count; by the
-networks' names their weights, instead of those of the package."""
+under attacks on a camera, nobody's if empty; ``scan_detector``: one that looks at scans, for
+attacks on the LiDAR; ``score_threshold``: of boxes that count; by the networks' names their
+weights, instead of those of the package."""
 
 _WORK = f"{__name__}:RepairedMoments"
 _STREAM = 5
@@ -57,11 +72,13 @@ class Attempt:
         clean: The moment as it is.
         tampered: As the car gets it.
         mended: Repaired.
+        bogus: Where the bogus points of an attacked LiDAR stand.
     """
 
     clean: SensorFrame
     tampered: TamperedFrame
     mended: Repair
+    bogus: Boxes3D
 
 
 def localisation_cells(configuration: Configuration) -> list[Cell]:
@@ -70,9 +87,9 @@ def localisation_cells(configuration: Configuration) -> list[Cell]:
 
 
 def localisation_inputs(configuration: Configuration) -> dict[str, Path]:
-    """Weights of the detector, if any, and the manifest of procedural drives."""
+    """Weights of the detectors, if any, and the manifest of procedural drives."""
     options = {**LOCALISATION_OPTIONS, **configuration.options}
-    weights = weight_inputs([options["detector"]], options)
+    weights = weight_inputs([options["detector"], options["scan_detector"]], options)
     return weights | drives_inputs(configuration, (JUDGED,))
 
 
@@ -87,8 +104,10 @@ class RepairedMoments:
         self._options = {**LOCALISATION_OPTIONS, **configuration.options}
         self._depth = PairDepth(self._options["depth"])
         self._parts = {JUDGED: recordings_of(configuration, JUDGED)}
-        self._attacks = attacks_of(self._parts[JUDGED].system.reference)
+        self._reference = self._parts[JUDGED].system.reference
+        self._attacks = attacks_of(self._reference)
         self._seed = configuration.seed
+        self._pasted: dict[int, dict[str, OpticalAttack]] = {}
 
     @cached_property
     def _detector(self) -> Detector | None:
@@ -97,12 +116,18 @@ class RepairedMoments:
         known = {"weights": weights_of(name, self._options)} if name in self._options else {}
         return make_detector({"name": name, **known}) if name else None
 
+    @cached_property
+    def _scan_detector(self) -> Detector | None:
+        name = self._options["scan_detector"]
+        return lidar_detector(name, self._options) if name else None
+
     def __call__(self, part: str, number: int) -> CellResult:
         """What `measures_of` tells of each attack; NaN where it is a share of nothing.
 
-        With a detector, of attacks on a camera also how many ``objects`` it finds in the clean
-        images, and how many of them in the attacked ones, ``found_before``, and in the repaired
-        ones, ``found_after``.
+        With a detector of the attacked sensor also how many ``objects`` it finds in the clean
+        images or scan, and how many of them in the attacked ones, ``found_before``, and in the
+        repaired ones, ``found_after``; of a scan whether it sees an obstacle where the bogus points
+        are, ``bogus_before`` and ``bogus_after``, and whether there was one, ``bogus_clean``.
 
         Args:
             part: `JUDGED`.
@@ -110,18 +135,24 @@ class RepairedMoments:
         """
         moment, seconds = self._parts[part].moments[number], dict[str, float]()
         clean = moment.frame()
-        objects = self._seen(clean, seconds)
+        in_images, in_scan = self._seen(clean, seconds), self._scanned(clean, seconds)
         rows = []
-        for attack in self._attacks:
+        for attack in (*self._attacks, *self._of_other_moments(number)):
             attempt = self._attempt(clean, number, attack, seconds)
             found = measures_of(clean, attempt.tampered, attempt.mended)
             if self._detector is not None and attempt.tampered.pixels:
                 before, after = (
                     self._seen(one.frame, seconds) for one in (attempt.tampered, attempt.mended)
                 )
-                found["objects"] = len(objects)
-                found["found_before"] = found_again(objects, before)
-                found["found_after"] = found_again(objects, after)
+                found |= _counts(in_images, before, after)
+            if self._scan_detector is not None and attempt.tampered.points is not None:
+                before, after = (
+                    self._scanned(one.frame, seconds) for one in (attempt.tampered, attempt.mended)
+                )
+                found |= _counts(in_scan, before, after)
+                looks = {"clean": in_scan, "before": before, "after": after}
+                for state, boxes in looks.items():
+                    found[f"bogus_{state}"] = taken_for_an_obstacle(boxes, attempt.bogus)
             for name, value in found.items():
                 known = math.nan if value is None else value
                 rows.append(Measurement(attack, moment.id, name, known))
@@ -146,13 +177,39 @@ class RepairedMoments:
     def _attempt(
         self, clean: SensorFrame, number: int, attack: str, seconds: dict[str, float]
     ) -> Attempt:
-        seed = (self._seed, number, _STREAM, list(self._attacks).index(attack))
+        seed = (self._seed, number, _STREAM, [*self._attacks, CAR].index(attack))
         with _timed(seconds, "attack"):
-            tampered = self._attacks[attack].attack(clean, seed)
+            chosen = {**self._attacks, **self._of_other_moments(number)}[attack]
+            tampered = chosen.attack(clean, seed)
         with _timed(seconds, f"repair of {'a camera' if tampered.pixels else 'the LiDAR'}"):
             system = self._parts[JUDGED].system
             mended = repair(tampered.frame, system, tampered.attacked, self._depth)
-        return Attempt(clean, tampered, mended)
+        bogus = Boxes3D.empty()
+        if isinstance(chosen, CarInView):
+            bogus = pasted_box(chosen.scan, tampered)
+        elif tampered.points is not None:
+            bogus = bogus_patch(tampered)
+        return Attempt(clean, tampered, mended, bogus)
+
+    def _of_other_moments(self, number: int) -> dict[str, OpticalAttack]:
+        """The scan of a car of the next moment that shows one; nothing where nobody labelled."""
+        if number not in self._pasted:
+            self._pasted.clear()
+            self._pasted[number] = {}
+            with suppress(DataError):
+                scan = scan_of_a_car(self._parts[JUDGED].moments, number + 1)
+                self._pasted[number] = {CAR: CarInView(scan, self._reference)}
+        return self._pasted[number]
+
+    def _scanned(self, frame: SensorFrame, seconds: dict[str, float]) -> Boxes3D:
+        """As the reference sees it; nothing without a detector of scans."""
+        if self._scan_detector is None:
+            return Boxes3D.empty()
+        with _timed(seconds, "scan detector"):
+            alone = SensorFrame(frame.id, frame.calibration, scan=frame.points, origin=frame.origin)
+            found = above(self._scan_detector.detect(alone), self._options["score_threshold"])
+        size = frame.image(self._reference).shape[:2]
+        return boxes_seen_by(found, frame.calibration.projection(self._reference), size)
 
     def _seen(self, frame: SensorFrame, seconds: dict[str, float]) -> Boxes3D:
         """Nothing without a detector."""
@@ -160,6 +217,14 @@ class RepairedMoments:
             return Boxes3D.empty()
         with _timed(seconds, "detector"):
             return above(self._detector.detect(frame), self._options["score_threshold"])
+
+
+def _counts(objects: Boxes3D, before: Boxes3D, after: Boxes3D) -> dict[str, float | None]:
+    return {
+        "objects": len(objects),
+        "found_before": found_again(objects, before),
+        "found_after": found_again(objects, after),
+    }
 
 
 @contextmanager

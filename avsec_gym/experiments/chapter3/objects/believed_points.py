@@ -7,18 +7,12 @@ pastes scans of objects.  Here all stand at one place, so that what they look li
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
-
 from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
-from avsec_gym.attacks.object_scan import ObjectScan, cut_out
 from avsec_gym.attacks.optical_attack import TamperedFrame
-from avsec_gym.attacks.pasted_scan import PastedScan
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.errors import DataError
 from avsec_gym.experiments.chapter3.objects.bogus_obstacles import bogus_patch, covering
 from avsec_gym.experiments.chapter3.objects.detector_weights import (
     WEIGHT_OPTIONS,
@@ -27,6 +21,11 @@ from avsec_gym.experiments.chapter3.objects.detector_weights import (
 )
 from avsec_gym.experiments.chapter3.objects.moment_truth import truth_of
 from avsec_gym.experiments.chapter3.objects.object_mismatches import boxes_seen_by
+from avsec_gym.experiments.chapter3.objects.pasted_cars import (
+    CarInView,
+    pasted_box,
+    scan_of_a_car,
+)
 from avsec_gym.experiments.chapter3.recordings import (
     FITTED,
     JUDGED,
@@ -45,8 +44,6 @@ from avsec_gym.experiments.experiment import (
     Measurement,
 )
 from avsec_gym.frame import SensorFrame
-from avsec_gym.geometry import ego_to_camera
-from avsec_gym.validation.moments import Moment
 
 PLANE, PLANE_RAYS_LOST, PLANE_OF_A_CAR = "plane", "plane, rays lost", "plane of a car"
 CAR, CAR_RAYS_LOST = "car", "car, rays lost"
@@ -69,11 +66,6 @@ BELIEVED_OPTIONS = {
 networks' names their weights."""
 ATTACKED, ALREADY = "attacked", "clean"
 TRUTH = "believed truth"
-FEWEST_POINTS = 200
-"""Of the scan of a car."""
-FARTHEST = 20.0
-"""Metres to a car whose scan is pasted."""
-
 _WORK = f"{__name__}:BelievedPoints"
 
 
@@ -169,13 +161,10 @@ class BelievedPoints:
         seed = (self._seed, number)
         for kind, plane in PLANES.items():
             tampered = plane.attack(frame, seed)
-            if kind == PLANE:
-                drawn = tampered.settings
             yield kind, tampered, bogus_patch(tampered)
         scan = scan_of_a_car(self._parts[FITTED].moments, number)
         for kind, rays_lost in CARS.items():
-            paste = PastedScan(scan, drawn["distance"], drawn["bearing"], rays_lost=rays_lost)
-            tampered = paste.attack(frame, seed)
+            tampered = CarInView(scan, SYSTEM.reference, rays_lost).attack(frame, seed)
             yield kind, tampered, pasted_box(scan, tampered)
 
     def _look(self, frame: SensorFrame, seconds: dict[str, float]) -> dict[str, Boxes3D]:
@@ -186,46 +175,6 @@ class BelievedPoints:
             found[name] = detector.detect(alone)
             seconds[name] += time.perf_counter() - begun
         return found
-
-
-def scan_of_a_car(moments: Sequence[Moment], number: int) -> ObjectScan:
-    """The nearest car of a moment, or of the next one that has one up to `FARTHEST`.
-
-    Raises:
-        DataError: No moment has a labelled car with `FEWEST_POINTS` or more.
-    """
-    for place in range(len(moments)):
-        frame = moments[(number + place) % len(moments)].frame()
-        scans = scans_of_cars(frame, truth_of(frame, SYSTEM.reference))
-        if scans:
-            return scans[0]
-    raise DataError(
-        f"No moment shows the LiDAR a labelled car within {FARTHEST:g} m whose scan could be"
-        " pasted.",
-        remedy="Name labelled drives by --options fit=FOLDER.",
-    )
-
-
-def scans_of_cars(frame: SensorFrame, labels: Boxes3D | None) -> list[ObjectScan]:
-    """Of a frame's labelled cars up to `FARTHEST`, with `FEWEST_POINTS` or more, nearest first."""
-    if labels is None:
-        return []
-    cars = labels[labels.category == "Car"]
-    distance = np.hypot(cars.location[:, 0], cars.location[:, 2])
-    scans = []
-    for car in np.argsort(distance):
-        # One that is hidden no beam meets.
-        if distance[car] <= FARTHEST:
-            with suppress(DataError):
-                scans.append(cut_out(frame, cars[[car]]))
-    return [scan for scan in scans if len(scan.points) >= FEWEST_POINTS]
-
-
-def pasted_box(scan: ObjectScan, tampered: TamperedFrame) -> Boxes3D:
-    """Where `PastedScan` put an object."""
-    pose = [[tampered.settings[one] for one in ("x", "y", "heading")]]
-    location, rotation_y = ego_to_camera(pose, 0.0)
-    return Boxes3D(location, np.array([scan.dimensions]), rotation_y, np.ones(1), np.array(["Car"]))
 
 
 def best_score(found: Boxes3D, place: Boxes3D) -> float:

@@ -11,15 +11,18 @@ from typing import Any
 
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
-from avsec_gym.attacks.pasted_scan import PastedScan
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
-from avsec_gym.experiments.chapter3.objects.believed_points import pasted_box, scans_of_cars
 from avsec_gym.experiments.chapter3.objects.bogus_obstacles import (
     bogus_patch,
     taken_for_an_obstacle,
 )
 from avsec_gym.experiments.chapter3.objects.detector_weights import image_detector, lidar_detector
+from avsec_gym.experiments.chapter3.objects.pasted_cars import (
+    CarInView,
+    pasted_box,
+    scans_of_cars,
+)
 from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
@@ -103,9 +106,8 @@ def _bogus_returns(
             plane = attack.attack(frame, draw)
             looks = [("", plane, bogus_patch(plane))]
             if others:
-                scan, drawn = others[draw % len(others)], plane.settings
-                paste = PastedScan(scan, drawn["distance"], drawn["bearing"], rays_lost=True)
-                car = paste.attack(frame, draw)
+                scan = others[draw % len(others)]
+                car = CarInView(scan, CAMERA).attack(frame, draw)
                 looks.append(("car_", car, pasted_box(scan, car)))
             for kind, tampered, place in looks:
                 attacked = above(look(tampered.frame), score)

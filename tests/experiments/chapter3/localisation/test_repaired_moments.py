@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.chapter3.experiments import LOCALISATION
 from avsec_gym.experiments.chapter3.localisation import repaired_moments
 from avsec_gym.experiments.chapter3.localisation.measures import (
+    CAR,
     Overlap,
     attacks_of,
     found_again,
@@ -27,9 +29,12 @@ from avsec_gym.experiments.chapter3.localisation.rates import localisation_summa
 from avsec_gym.experiments.chapter3.localisation.repaired_moments import RepairedMoments
 from avsec_gym.experiments.experiment import CellResult, Configuration
 from avsec_gym.frame import SensorFrame
+from avsec_gym.geometry import transform_points
 from avsec_gym.kitti.raw_calibration import write_raw_calibration
 from avsec_gym.kitti.writing import write_raw_frame
+from avsec_gym.report.localisation_in_words import localisation_sentences
 from avsec_gym.report.repair_pictures import SHOWN
+from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_report import run_report
 from avsec_gym.rig import camera_rig
 from avsec_gym.runs.run import run_experiments
@@ -38,6 +43,7 @@ from avsec_gym.runs.run_folder import RunFolder
 FACULA, BOGUS = SHOWN.values()
 PLACES = (0.0, 0.54, -0.27, 0.27)
 RIG = camera_rig(PLACES, focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))
+LABEL = "Car 0.00 0 -1.57 100.00 50.00 140.00 90.00 1.50 1.60 4.00 0.00 1.65 10.80 -1.57\n"
 SIGN = (110.0, 50.0, 150.0, 80.0)
 """A 2D box in the middle of camera 2's image."""
 
@@ -156,6 +162,58 @@ def test_a_cell_attacks_repairs_and_counts(drives: Path, monkeypatch: pytest.Mon
     assert list(repeated.measurements) == list(result.measurements)
     with pytest.raises(DataError, match="no longer there"):
         moments.again("gone", FACULA)
+
+
+class Near:
+    """Sees a car at points that are nearer than the wall, and one in the wall's middle."""
+
+    name = "near"
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        assert not frame.images, "a scan is looked at alone"
+        places = transform_points(frame.calibration.velodyne_to_camera, frame.points[:, :3])
+        near = places[places[:, 2] < 10.2]
+        seen = [[0.0, 1.65, 12.0]]
+        if len(near) > 150:
+            seen.append([near[:, 0].mean(), 1.65, near[:, 2].mean()])
+        count = len(seen)
+        return Boxes3D(
+            seen, np.tile([1.5, 4.0, 4.0], (count, 1)), np.zeros(count), np.full(count, 0.9),
+            ["Car"] * count,
+        )  # fmt: skip
+
+
+@pytest.mark.usefixtures("two_attacks")
+def test_most_pasted_cars_are_gone_after_the_repair(
+    drives: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(registry._REGISTERED, (registry.Kind.DETECTOR, "near"), Near)
+    day = tmp_path / drives.name
+    shutil.copytree(drives, day)
+    for drive in day.glob("*_sync"):
+        (drive / "label_02" / "data").mkdir(parents=True)
+        (drive / "label_02" / "data" / "0000000000.txt").write_text(LABEL)
+    asked = Configuration(str(day), options={"scan_detector": "near"})
+    root = tmp_path / "run"
+    assert run_experiments([LOCALISATION], asked, root, workers=0, threads=1).done == 3
+    report = run_report(RunFolder.open(root))
+    rows = {row["attack"]: row for row in report["localisation"]["attacks"]}
+    assert list(rows) == [FACULA, BOGUS, CAR]
+    for attack in (BOGUS, CAR):
+        row = rows[attack]
+        assert row["iou"] > 0.5
+        assert (row["bogus_clean"], row["bogus_before"]) == (0, 1)
+        # One of three is drawn so near the wall that disparities, two pixels apart, do not tell.
+        assert row["bogus_after"] == pytest.approx(1 / 3)
+        assert [row[one] for one in ("objects", "found_before", "found_after")] == [3, 3, 3]
+    assert rows[FACULA]["bogus_before"] is None
+    [said] = [one for one in localisation_sentences(report) if "is pasted" in one]
+    assert "in 100.0 % of the moments, after the repair in 33.3 %" in said
+    assert "bogus obstacle clean" in markdown_page(report)
+    moments = RepairedMoments(asked)
+    moment = f"{next(iter(sorted(day.glob('*_sync')))).name}/0000000000"
+    again = moments.again(moment, CAR)
+    assert len(again.bogus) == 1
 
 
 @pytest.mark.usefixtures("two_attacks")

@@ -22,10 +22,13 @@ from avsec_gym.experiments.chapter3.objects.believed_points import (
     BelievedPoints,
     believed_cells,
     believed_inputs,
+)
+from avsec_gym.experiments.chapter3.objects.bogus_obstacles import covering
+from avsec_gym.experiments.chapter3.objects.pasted_cars import (
+    CarInView,
     pasted_box,
     scan_of_a_car,
 )
-from avsec_gym.experiments.chapter3.objects.bogus_obstacles import covering
 from avsec_gym.experiments.experiment import CellResult, Configuration
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import rectangle_corners, transform_points
@@ -152,7 +155,7 @@ def test_a_pasted_car_is_where_its_box_is() -> None:
     labelled = street(1)
     labels = Boxes3D([[0.0, 1.65, 17.0]], [[1.5, 1.6, 4.0]], [-1.57], [1.0], ["Car"])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(f"{BelievedPoints.__module__}.truth_of", lambda frame, camera: labels)
+        patch.setattr(f"{CarInView.__module__}.truth_of", lambda frame, camera: labels)
         scan = scan_of_a_car([moment], 3)
     assert len(scan.points) == 400
     for bearing in (-0.4, 0.0, 0.9):
