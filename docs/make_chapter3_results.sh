@@ -28,6 +28,9 @@ for DEPTH in sgbm psmnet; do
         --options fit_seed=0 "depth=$DEPTH"
     page "identification_$DEPTH"
 done
+"$PYTHON" -m avsec_gym.experiments.chapter3.identification_figure \
+    docs/results/identification_sgbm.json --out docs/images/identification.png
+"$PYTHON" -m avsec_gym.experiments.chapter3.optical_attacks_figure --out docs/images
 run optical_attacks object_level impact sensitivity --limit "$LIMIT" --options fit_seed=0
 page optical_attacks
 run believed believed --limit 300 --options fit_seed=0

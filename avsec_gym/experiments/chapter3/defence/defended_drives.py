@@ -66,8 +66,8 @@ OPTIONS = {
 sensors at most, none and one alone if 1; ``motion``: see `Motion`; by the networks' names their
 weights, instead of those of the package."""
 
-DRIVE_FRAMES = 2
-"""Of procedural drives: what the first frame hides of an attack the next one may show.  Frames of
+DRIVE_FRAMES = 4
+"""Of procedural drives: what the first frame hides of an attack the next ones may show.  Frames of
 one drive say little more than one, and rendering them takes as long as that of new roads."""
 
 _WORK = f"{__name__}:DefendedDrives"
