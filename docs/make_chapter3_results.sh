@@ -28,6 +28,8 @@ for DEPTH in sgbm psmnet; do
         --options fit_seed=0 "depth=$DEPTH"
     page "identification_$DEPTH"
 done
+run five_sensors five_sensors --limit 300 --options fit_seed=0
+page five_sensors
 "$PYTHON" -m avsec_gym.experiments.chapter3.identification_figure \
     docs/results/identification_sgbm.json --out docs/images/identification.png
 "$PYTHON" -m avsec_gym.experiments.chapter3.optical_attacks_figure --out docs/images

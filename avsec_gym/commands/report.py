@@ -173,9 +173,10 @@ def _use_threads(count: int) -> None:
 def _answer(report: dict[str, Any]) -> str:
     from avsec_gym.report.localisation_in_words import localisation_sentences
     from avsec_gym.report.optical_attacks_in_words import optical_sentences
-    from avsec_gym.report.validation_in_words import validation_sentences
+    from avsec_gym.report.validation_in_words import five_sentences, validation_sentences
 
     said = validation_sentences(report["validation"]) if report["validation"] else []
+    said += five_sentences(report)
     if said := [*said, *optical_sentences(report), *localisation_sentences(report)]:
         return " ".join(said)
     if "answer" not in report:

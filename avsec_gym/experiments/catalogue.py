@@ -11,6 +11,7 @@ from avsec_gym.experiments.experiment import Experiment
 EXPERIMENTS: dict[str, str] = {
     "demo": "avsec_gym.experiments.demo:DEMO",
     "identification": "avsec_gym.experiments.chapter3.experiments:IDENTIFICATION",
+    "five_sensors": "avsec_gym.experiments.chapter3.experiments:FIVE_SENSORS",
     "knowing": "avsec_gym.experiments.chapter3.experiments:KNOWING",
     "object_level": "avsec_gym.experiments.chapter3.experiments:OBJECT_LEVEL",
     "impact": "avsec_gym.experiments.chapter3.experiments:IMPACT",

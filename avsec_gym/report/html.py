@@ -36,10 +36,10 @@ from avsec_gym.report.tables_of_defence import tables_of_defence
 from avsec_gym.report.tables_of_localisation import tables_of_localisation
 from avsec_gym.report.tables_of_optical_attacks import tables_of_optical_attacks
 from avsec_gym.report.tables_of_thesis import tables_of_thesis
-from avsec_gym.report.tables_of_validation import tables_of_validation
+from avsec_gym.report.tables_of_validation import tables_of_five, tables_of_validation
 from avsec_gym.report.tables_why import ghost_table, pyramid_table, spread_table
 from avsec_gym.report.telling_scenes import RULES
-from avsec_gym.report.validation_in_words import validation_sentences
+from avsec_gym.report.validation_in_words import five_sentences, validation_sentences
 
 Report = Mapping[str, Any]
 _SECTIONS = {
@@ -52,6 +52,7 @@ _SECTIONS = {
     "controls": "Controls",
     "flips": "Flips",
     "validation": "Sensor data validation",
+    "five": "Two of five sensors attacked",
     "optical": "Detectors under optical attacks",
     "localisation": "Damage and its repair",
     "defence": "What a defence is worth",
@@ -99,6 +100,7 @@ def html_page(
         "rules": RULES,
         "rho": _rho(report) if "decoupling" in report else "",
         "sentences": validation_sentences(report["validation"]) if report.get("validation") else [],
+        "five_sentences": five_sentences(report),
         "optical_sentences": optical_sentences(report),
         "localisation_sentences": localisation_sentences(report),
         "curves": CURVES,
@@ -118,6 +120,7 @@ def _tables(report: Report) -> dict[str, Any]:
         "other": other_table(report["other"]),
         "time": time_table(report),
         "spread": spread_table(report["spread"]),
+        "five": tables_of_five(report),
         "optical": tables_of_optical_attacks(report),
         "localisation": tables_of_localisation(report),
         "defence": tables_of_defence(report),
@@ -170,6 +173,7 @@ def _shown(report: Report, tables: Mapping[str, Any], strips: Sequence[Strip]) -
         "controls": whole,
         "flips": whole,
         "validation": bool(report.get("validation")),
+        "five": bool(tables["five"]),
         "optical": bool(tables["optical"]),
         "localisation": bool(tables["localisation"]),
         "defence": bool(tables["defence"]),

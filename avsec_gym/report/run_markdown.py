@@ -24,9 +24,9 @@ from avsec_gym.report.tables_of_defence import tables_of_defence
 from avsec_gym.report.tables_of_localisation import tables_of_localisation
 from avsec_gym.report.tables_of_optical_attacks import tables_of_optical_attacks
 from avsec_gym.report.tables_of_thesis import tables_of_thesis
-from avsec_gym.report.tables_of_validation import tables_of_validation
+from avsec_gym.report.tables_of_validation import tables_of_five, tables_of_validation
 from avsec_gym.report.tables_why import ghost_table, pyramid_table, spread_table
-from avsec_gym.report.validation_in_words import validation_sentences
+from avsec_gym.report.validation_in_words import five_sentences, validation_sentences
 
 _LEFT_OUT = ("machine", "scenarios")
 """They name places of one machine."""
@@ -61,6 +61,7 @@ def markdown_page(
 
 def _answer(report: Mapping[str, Any]) -> list[str]:
     said = validation_sentences(report["validation"]) if report.get("validation") else []
+    said += five_sentences(report)
     if said := [*said, *optical_sentences(report), *localisation_sentences(report)]:
         return ["", *(f"- {sentence}" for sentence in said)]
     if "answer" not in report:
@@ -96,6 +97,7 @@ def _tables(report: Mapping[str, Any]) -> list[Table]:
             rounding_table(report["rounding"]),
         ]
     tables += tables_of_validation(report["validation"]) if report.get("validation") else []
+    tables += tables_of_five(report)
     tables += tables_of_optical_attacks(report)
     tables += tables_of_localisation(report)
     tables += tables_of_defence(report)

@@ -8,6 +8,7 @@ from datetime import datetime
 from typing import Any
 
 from avsec_gym.experiments.chapter3.defence.rates import defence_summary, is_of_defence
+from avsec_gym.experiments.chapter3.identification.five_sensors import five_summary
 from avsec_gym.experiments.chapter3.localisation.rates import localisation_summary
 from avsec_gym.experiments.chapter3.objects.baseline_rates import baseline_summary
 from avsec_gym.experiments.chapter3.objects.believed_rates import believed_summary
@@ -83,6 +84,7 @@ def run_report(
     if report.get("answer", _NOTHING)["kind"] == "nothing":
         report["question"] = next(iter(run.manifest["experiments"].values()))["question"]
     report["validation"] = validation_summary(run, run.configuration, looked_at)
+    report["five_sensors"] = five_summary(run, run.configuration)
     report["baseline"] = baseline_summary(run, run.configuration)
     report["impact"] = impact_summary(run, run.configuration)
     report["believed"] = believed_summary(run, run.configuration)

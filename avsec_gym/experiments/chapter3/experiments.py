@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from avsec_gym.experiments.chapter3.identification.five_sensors import five_cells
 from avsec_gym.experiments.chapter3.identification.knowing_attackers import knowing_cells
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import (
     evidence_cells,
@@ -41,6 +42,16 @@ IDENTIFICATION = Experiment(
     evidence_inputs,
     OPTIONS,
     _USUAL,
+)
+
+FIVE_SENSORS = Experiment(
+    "five_sensors",
+    "Are two attacked ones of five sensors named?",
+    "Section 3.4, beyond one of four",
+    five_cells,
+    evidence_inputs,
+    OPTIONS,
+    Configuration(PROCEDURAL, 200),
 )
 
 KNOWING = Experiment(

@@ -14,7 +14,7 @@ from avsec_gym.experiments.procedural_frames import PROCEDURAL
 from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.validation.evidence.pair_depth import PairDepth
-from avsec_gym.validation.fitted_on import fitted_on
+from avsec_gym.validation.fitted_on import FittedOn, fitted_on
 from avsec_gym.validation.moments import Recordings, raw_recordings
 from avsec_gym.world.export.default_suites import cached
 from avsec_gym.world.export.manifest import read_manifest, world_fingerprint
@@ -85,13 +85,19 @@ def _counts_there(kind: str, at_least: int) -> Iterator[int]:
                 yield count
 
 
-def recordings_of(configuration: Configuration, part: str, drive_frames: int = 1) -> Recordings:
+def recordings_of(
+    configuration: Configuration,
+    part: str,
+    drive_frames: int = 1,
+    system: SensorSystem = SYSTEM,
+) -> Recordings:
     """The moments of a part of a run.
 
     Args:
         configuration: Of the run.
         part: `FITTED` or `JUDGED`.
         drive_frames: Of procedural drives.
+        system: Which a moment has all sensors of.
 
     Raises:
         DataError: A folder is not there, or has no moment of all sensors.
@@ -107,7 +113,7 @@ def recordings_of(configuration: Configuration, part: str, drive_frames: int = 1
         )
     else:
         root = place
-    found = raw_recordings(root, SYSTEM.sensors)
+    found = raw_recordings(root, system.sensors)
     return replace(found, moments=found.moments[:count])
 
 
@@ -118,7 +124,11 @@ def seed_of(configuration: Configuration, part: str) -> int:
 
 
 def moment_cells(
-    work: str, configuration: Configuration, parts: Iterable[str], **arguments: Any
+    work: str,
+    configuration: Configuration,
+    parts: Iterable[str],
+    system: SensorSystem = SYSTEM,
+    **arguments: Any,
 ) -> list[Cell]:
     """A cell for every moment, part by part; its arguments are ``part``, ``number``, and others.
 
@@ -126,6 +136,7 @@ def moment_cells(
         work: What is done.
         configuration: Of the run.
         parts: `FITTED`, `JUDGED`, or both.
+        system: See `recordings_of`.
         arguments: The same for all.
 
     Raises:
@@ -137,8 +148,16 @@ def moment_cells(
     return [
         Cell.of(work, moment.id.partition("/")[0], part=part, number=number, **arguments)
         for part in parts
-        for number, moment in enumerate(recordings_of(configuration, part).moments)
+        for number, moment in enumerate(recordings_of(configuration, part, system=system).moments)
     ]
+
+
+def fitted_to(configuration: Configuration, system: SensorSystem = SYSTEM) -> FittedOn:
+    """What thresholds and likelihoods of a run hold for."""
+    options = {**OPTIONS, **configuration.options}
+    frame = recordings_of(configuration, FITTED, system=system).moments[0].frame()
+    data = {"drives": options["fit"] or PROCEDURAL, "seed": seed_of(configuration, FITTED)}
+    return fitted_on(system, PairDepth(options["depth"]), frame.calibration, data)
 
 
 def check_parts(configuration: Configuration) -> None:

@@ -33,16 +33,13 @@ from avsec_gym.experiments.chapter3.identification.state_evidence_cells import a
 from avsec_gym.experiments.chapter3.recordings import (
     FITTED,
     JUDGED,
-    OPTIONS,
     SYSTEM,
+    fitted_to,
     recordings_of,
-    seed_of,
 )
 from avsec_gym.experiments.experiment import Configuration
-from avsec_gym.experiments.procedural_frames import PROCEDURAL
 from avsec_gym.experiments.results import Results
-from avsec_gym.validation.evidence.pair_depth import PairDepth
-from avsec_gym.validation.fitted_on import FittedOn, fitted_on
+from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 from avsec_gym.validation.state_posterior import attack_prior, state_vectors
 from avsec_gym.validation.thresholds import Criterion
@@ -148,12 +145,3 @@ def _unseen(
         "detection": detection_rates(fitted, others, on, rates=(0.01,)),
         "identification": _identification(fitted, others, on, model, (0.01,)),
     }
-
-
-def fitted_to(configuration: Configuration) -> FittedOn:
-    """What thresholds and likelihoods of a run hold for."""
-    options = {**OPTIONS, **configuration.options}
-    recordings = recordings_of(configuration, FITTED)
-    frame = recordings.moments[0].frame()
-    data = {"drives": options["fit"] or PROCEDURAL, "seed": seed_of(configuration, FITTED)}
-    return fitted_on(SYSTEM, PairDepth(options["depth"]), frame.calibration, data)

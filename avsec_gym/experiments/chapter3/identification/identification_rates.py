@@ -98,7 +98,8 @@ def identification_rates(
         rates: r.
 
     Returns:
-        Rows with ``rate``; ``sensors``, the share for an attack on each alone; ``average`` over
+        Rows with ``rate``; ``sensors``, the share for an attack on each alone; ``together``, by how
+        many are attacked, as text, up to n - 2; ``average`` over
         every set of up to n - 2 sensors, with ``interval``; ``told``, that of the validator's own
         words; ``beyond``, the average over larger sets; and ``false_alarms`` on clean moments,
         whoever is named.
@@ -117,6 +118,10 @@ def identification_rates(
                 "rate": rate,
                 "sensors": {
                     f"S{one}": share_of(exact[:, 1 << one], drives) for one in range(sensors)
+                },
+                "together": {
+                    str(count): share_of(exact[:, states.sum(axis=1) == count], drives)
+                    for count in range(1, sensors - 2)
                 },
                 "average": average["rate"],
                 "interval": average["interval"],

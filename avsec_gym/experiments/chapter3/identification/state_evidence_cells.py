@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
@@ -12,12 +14,14 @@ from avsec_gym.experiments.chapter3.recordings import (
     FITTED,
     JUDGED,
     OPTIONS,
+    SYSTEM,
     drives_inputs,
     moment_cells,
     recordings_of,
     seed_of,
 )
 from avsec_gym.experiments.experiment import Cell, CellResult, Configuration, Measurement
+from avsec_gym.sensor_system import SensorSystem
 from avsec_gym.validation.evidence.evidence import EVIDENCE_FORMAT, evidence_elements
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.evidence.state_evidence import StateEvidence
@@ -46,16 +50,22 @@ class StateEvidences:
         configuration: Of the run.
     """
 
+    system: ClassVar[SensorSystem] = SYSTEM
+    beyond: ClassVar[Iterable[str]] = tuple(BEYOND)
+
     def __init__(self, configuration: Configuration) -> None:
         options = {**OPTIONS, **configuration.options}
         self._depth = PairDepth(options["depth"])
-        self._parts = {part: recordings_of(configuration, part) for part in (FITTED, JUDGED)}
+        self._parts = {
+            part: recordings_of(configuration, part, system=self.system)
+            for part in (FITTED, JUDGED)
+        }
         self._seeds = {part: seed_of(configuration, part) for part in (FITTED, JUDGED)}
 
     def __call__(self, part: str, number: int, format: int) -> CellResult:
         """The evidence of every state, and all `MEASURES` of its triples.
 
-        Of a judged moment also the attacks of `BEYOND`, each on one sensor alone.
+        Of a judged moment also the attacks that are ``beyond``, each on one sensor alone.
 
         Args:
             part: `FITTED` or `JUDGED`.
@@ -68,7 +78,7 @@ class StateEvidences:
         every = state_vectors(len(system))
         kinds = {part: every}
         if part == JUDGED:
-            kinds |= dict.fromkeys(BEYOND, alone(every))
+            kinds |= dict.fromkeys(self.beyond, alone(every))
         rows: list[Measurement] = []
         seconds: dict[str, float] = {}
         evidence = StateEvidence(frame, {}, system, self._depth)

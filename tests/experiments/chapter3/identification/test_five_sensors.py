@@ -1,0 +1,148 @@
+"""Two of five sensors attacked: from drives to evidence, and from known evidence to the page."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from avsec_gym.experiments.catalogue import experiment
+from avsec_gym.experiments.chapter3.identification import five_sensors
+from avsec_gym.experiments.chapter3.identification.evidence_table import evidence_table
+from avsec_gym.experiments.chapter3.identification.five_sensors import (
+    FIVE,
+    FiveStateEvidences,
+    five_cells,
+    five_summary,
+)
+from avsec_gym.experiments.chapter3.identification.state_evidence_cells import (
+    OF_TRIPLES,
+    bits,
+    measured,
+)
+from avsec_gym.experiments.experiment import CellResult, Configuration, Measurement
+from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti.raw_calibration import write_raw_calibration
+from avsec_gym.kitti.writing import write_raw_frame
+from avsec_gym.report.tables_of_validation import tables_of_five
+from avsec_gym.report.validation_in_words import five_sentences
+from avsec_gym.rig import camera_rig
+from avsec_gym.validation.evidence.evidence import evidence_elements
+from avsec_gym.validation.evidence.pair_depth import PairDepth
+from avsec_gym.validation.evidence.state_evidence import StateEvidence
+from avsec_gym.validation.fitted_on import FittedOn
+from avsec_gym.validation.state_posterior import state_vectors
+
+PLACES = (0.0, 0.56, -0.28, 0.28)
+RIG = camera_rig(PLACES, focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))
+STATES = state_vectors(len(FIVE))
+MOMENTS = 30
+
+
+class Kept:
+    """What cells came to, as a run keeps it."""
+
+    def __init__(self, *cells: CellResult) -> None:
+        self._rows: dict[str, list[dict[str, Any]]] = {}
+        for cell in cells:
+            for row in cell.measurements:
+                self._rows.setdefault(row.setting, []).append(vars(row))
+
+    def measurements(self, setting: str) -> list[dict[str, Any]]:
+        return self._rows.get(setting, [])
+
+
+def wall(number: int) -> SensorFrame:
+    """A wall of dark random dots 8 m ahead."""
+    rng = np.random.default_rng(number)
+    dots = rng.integers(0, 100, (120, 300, 1), np.uint8).repeat(3, axis=2)
+    starts = [20 + round(200 * place / 8) for place in PLACES]
+    images = {camera: dots[:, start : start + 240] for camera, start in enumerate(starts)}
+    x, y = np.meshgrid(np.linspace(-5, 5, 150), np.linspace(-2, 2, 40))
+    spots = np.stack([x.ravel(), y.ravel(), np.full(x.size, 8.0), np.ones(x.size)], axis=1)
+    points = (spots @ RIG.calibration.camera_to_velodyne.T).astype(np.float32)
+    return SensorFrame(f"{number:010d}", RIG.calibration, images, points)
+
+
+def write_drive(root: Path, first: int) -> Path:
+    folder = root / "2026_01_01" / "2026_01_01_drive_0001_sync"
+    write_raw_frame(folder, 0, wall(first))
+    write_raw_calibration(folder.parent, RIG.calibration, image_size=RIG.size)
+    return root
+
+
+def test_a_cell_has_all_states_of_all_sensors(tmp_path: Path) -> None:
+    fit, judged = write_drive(tmp_path / "fit", 10), write_drive(tmp_path / "judged", 20)
+    configuration = Configuration(str(judged), options={"fit": str(fit)})
+    cells = five_cells(configuration)
+    assert cells == experiment("five_sensors").cells(configuration)
+    assert [cell.arguments["part"] for cell in cells] == ["fitted", "judged"]
+    result = FiveStateEvidences(configuration)(**cells[1].arguments)
+    assert {row.setting for row in result.measurements} == {
+        f"judged {bits(state)}" for state in STATES
+    }
+    table = evidence_table(Kept(result), "judged", FIVE)  # type: ignore[arg-type]
+    assert table.shares.shape == (1, 32, len(evidence_elements(FIVE)))
+    clean = StateEvidence(wall(20), {}, FIVE, PairDepth("sgbm")).evidence(STATES[:1])
+    np.testing.assert_allclose(table.shares[:, 0], clean, atol=1e-9)
+    # Whom nobody attacks, all others agree with.
+    attacked = {scope: number for number, (_, scope) in enumerate(evidence_elements(FIVE))}
+    for state, shares in zip(STATES, table.shares[0], strict=True):
+        for scope, number in attacked.items():
+            if not state[list(scope)].any():
+                assert shares[number] == pytest.approx(table.shares[0, 0, number])
+
+
+def known_moment(part: str, number: int, hidden: int) -> CellResult:
+    """An attack adds to whatever depends on it, on one sensor to E and its companions alone."""
+    random = np.random.default_rng([part == "judged", number])
+    # What is judged stays below the largest of what is fitted.
+    id, rows, most = f"drive_{number:03d}/0", [], 0.05 if part == "fitted" else 0.04
+    for state in STATES:
+        setting = f"{part} {bits(state)}"
+        lone = state.sum() == 1 and state[hidden]
+        for name, scope in evidence_elements(FIVE):
+            touched = state[list(scope)].any() and not (lone and name != "darker")
+            share = random.uniform(0.01, most) + 0.4 * touched
+            rows.append(Measurement(setting, id, measured(name, scope), share))
+        for name in OF_TRIPLES:
+            for triple in FIVE.triples:
+                touched = state[list(triple)].any() and not lone
+                share = random.uniform(0.01, most) + 0.4 * touched
+                rows.append(Measurement(setting, id, measured(name, triple), share))
+    return CellResult(measurements=rows)
+
+
+def test_two_that_are_attacked_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    on = FittedOn(FIVE, {"name": "sgbm"}, (100.0, 100.0, 100.0), {"made": "up"})
+    monkeypatch.setattr(five_sensors, "fitted_to", lambda configuration, system: on)
+    cells = [
+        known_moment(part, number, hidden=2)
+        for part in ("fitted", "judged")
+        for number in range(MOMENTS)
+    ]
+    told = five_summary(Kept(*cells), Configuration())  # type: ignore[arg-type]
+    assert told is not None
+    json.dumps(told, allow_nan=False)
+    rows = {(row["method"], row["rate"]): row for row in told["identification"]}
+    by_algorithm, likeliest = (rows[one, 0.0] for one in ("algorithm 2, any", "maximum likelihood"))
+    # Nothing that a triple has tells of the third sensor alone; what pairs have does.
+    assert by_algorithm["together"]["1"]["rate"] == pytest.approx(4 / 5)
+    assert by_algorithm["together"]["2"]["rate"] == 1.0
+    assert likeliest["together"]["1"]["rate"] > 0.95
+    assert likeliest["together"]["2"]["rate"] > 0.95
+    assert by_algorithm["average"] == pytest.approx(14 / 15)
+    assert by_algorithm["beyond"]["of"] == MOMENTS * 16
+    report = {"five_sensors": told}
+    [table] = tables_of_five(report)
+    assert len(table.rows) == 15
+    assert all(len(row) == len(table.columns) for row in table.rows)
+    [said] = five_sentences(report)
+    assert "two together in" in said
+    assert not tables_of_five({})
+    assert not five_sentences({})
+    few = five_summary(Kept(*cells[:5], *cells[-5:]), Configuration())  # type: ignore[arg-type]
+    assert few is None
