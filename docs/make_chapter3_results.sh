@@ -33,6 +33,7 @@ page five_sensors
 "$PYTHON" -m avsec_gym.experiments.chapter3.identification_figure \
     docs/results/identification_sgbm.json --out docs/images/identification.png
 "$PYTHON" -m avsec_gym.experiments.chapter3.optical_attacks_figure --out docs/images
+"$PYTHON" -m avsec_gym.experiments.chapter3.detection_scheme_figure --out docs/images
 run optical_attacks object_level impact sensitivity --limit "$LIMIT" --options fit_seed=0
 page optical_attacks
 run believed believed --limit 300 --options fit_seed=0

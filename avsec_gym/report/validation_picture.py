@@ -83,7 +83,7 @@ def draw_validation(
         i, j, k = triple
         compared = comparison_map(maps[i, k], maps[j, k])
         sparse = system.sensors[i] == LIDAR
-        axes.imshow(_overlaid(frame.image(int(system.sensors[k])), compared, sparse))
+        axes.imshow(compared_picture(frame.image(int(system.sensors[k])), compared, sparse))
         axes.set_title(
             f"{compared_in_words([system.sensors[one] for one in triple])}\n"
             + _shares_in_words(validation, triple),
@@ -162,8 +162,14 @@ def _marked(image: Image, damage: Damage, frame: SensorFrame, camera: int) -> Im
     return np.asarray(result)
 
 
-def _overlaid(image: Image, compared: Any, sparse: bool) -> Image:
-    """The image in grey, what was compared in colour; points of a scan are drawn larger."""
+def compared_picture(image: Image, compared: Any, sparse: bool) -> Image:
+    """The image in grey, what was compared in colour; points of a scan are drawn larger.
+
+    Args:
+        image: Of the reference.
+        compared: See `comparison_map`.
+        sparse: Whether one of the two maps is a scan's.
+    """
     result = np.repeat(image.mean(axis=2, keepdims=True), 3, axis=2) * 0.6 + 80
     marks = {**_COLOURS, Comparison.FIRST_ONLY: _HOLE}
     if not sparse:

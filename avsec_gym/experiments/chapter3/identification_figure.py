@@ -130,7 +130,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
     try:
-        save_picture(draw_identification(_summary(options.report)), options.out)
+        figure = draw_identification(_summary(options.report))
+        save_picture(figure, options.out, overwrite=True)
     except AvsecError as error:
         _LOG.error("%s", error)
         return 1
