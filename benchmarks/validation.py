@@ -1,6 +1,7 @@
 """Milliseconds a frame that validators take, and on which part of their work; prints JSON.
 
     python benchmarks/validation.py [--frames 20]
+    python benchmarks/validation.py --page RESULT.json    # what that printed, as a page
 
 Clean frames, and such with a facula on the reference camera: algorithm 2 then asks the next one.
 Of a system, besides, to locate and to repair the damage of a camera and of the LiDAR, the attacked
@@ -16,6 +17,7 @@ import statistics
 import time
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 # Idle threads of the linear algebra would count as work (before NumPy is loaded).
@@ -26,6 +28,7 @@ import numpy as np
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.attacks.sensor_combination import thesis_attack
 from avsec_gym.commands.console import progress
+from avsec_gym.experiments.markdown_table import markdown_table
 from avsec_gym.frame import SensorFrame
 from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import LIDAR, SensorSystem
@@ -55,6 +58,8 @@ SYSTEMS = {
     "LiDAR and 3 cameras": SensorSystem((LIDAR, 1, 3, 2)),
     "LiDAR and 6 cameras": SensorSystem((LIDAR, 5, 4, 1, 3, 0, 2)),
 }
+PARTS = ("maps, brightness", "scans", "errors", "decision")
+DAMAGE = ("located", "repaired")
 DEPTH = PairDepth("sgbm")
 REFERENCE = 2
 BLINDING = Facula(REFERENCE, radius=375.0, strength=1280.0)
@@ -154,7 +159,12 @@ def main() -> None:
     """Render, measure, print JSON."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], allow_abbrev=False)
     parser.add_argument("--frames", type=int, default=20, help="to render and to judge")
-    count = parser.parse_args().frames
+    parser.add_argument("--page", type=Path, help="print this result as Markdown instead")
+    options = parser.parse_args()
+    if options.page is not None:
+        print("\n".join(page(json.loads(options.page.read_text()))))
+        return
+    count = options.frames
     frames = []
     with progress("rendering") as shown:
         for number in range(1, count + 1):
@@ -178,6 +188,38 @@ def main() -> None:
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     settings = {"depth": DEPTH.settings, "size": [1242, 375], "frames": len(frames)}
     print(json.dumps({"cores": cores, **settings, "milliseconds": result}, indent=1))
+
+
+def page(result: dict[str, Any]) -> list[str]:
+    """Lines of Markdown."""
+    shown: list[list[str]] = []
+    mended: list[list[str]] = []
+    for system, rows in result["milliseconds"].items():
+        for method, row in rows.items():
+            if method == "damage":
+                for sensor, found in row.items():
+                    mended.append([system, sensor, *(f"{found[one]:.0f}" for one in DAMAGE)])
+                continue
+            attacked = row["reference attacked"]
+            each = (f"{row['parts'][part]:.1f}" if part in row["parts"] else "–" for part in PARTS)
+            views = f"{attacked['frame']:.0f} ({attacked['views']:.0f})"
+            shown.append([system, method, f"**{row['frame']:.0f}**", *each, views])
+    width, height = result["size"]
+    return [
+        "# How long validation takes",
+        "",
+        f"Milliseconds a frame of {width} x {height} pixels, medians of {result['frames']}, depth"
+        f" by {result['depth']['name']}, on {result['cores']} cores; made by"
+        " `python benchmarks/validation.py`, shown by its `--page`. Parts are measured on one core"
+        " each, the frame on all; in brackets: how many cameras' views were looked at where the"
+        " reference is attacked.",
+        "",
+        *markdown_table(["sensors", "method", "frame", *PARTS, "frame, reference attacked"], shown),
+        "",
+        "## Damage located, and mended, once the sensor is named",
+        "",
+        *markdown_table(["sensors", "attacked", *DAMAGE], mended),
+    ]
 
 
 def _median(values: list[float]) -> float:

@@ -50,6 +50,8 @@ avsec validate --attack '{"name": "facula", "camera": 3}' --out "$RUNS/alarm" > 
     "$RUNS/alarm/alarms/2026_01_01_drive_0002_sync_0000000015.png" docs/images/alarm.jpg
 "$PYTHON" benchmarks/validation.py > "$RUNS/validation_benchmark.json"
 cp "$RUNS/validation_benchmark.json" docs/results
+"$PYTHON" benchmarks/validation.py --page docs/results/validation_benchmark.json \
+    > docs/results/validation_benchmark.md
 "$PYTHON" examples/aimed_laser.py --out docs/images/laser.jpg > /dev/null
 "$PYTHON" examples/train_quiet_laser.py --json > "$RUNS/quiet_laser.json"
 cp "$RUNS/quiet_laser.json" docs/results

@@ -9,13 +9,11 @@ cd "$(dirname "$0")/.."
 PYTHON=${PYTHON:-python}
 "$PYTHON" examples/attack_detections.py --out runs/ghosts > /dev/null
 cp runs/ghosts/sheet.png docs/images/demo.png
-"$PYTHON" -m avsec_gym.experiments.chapter3.optical_attacks_figure --out docs/images
 [ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.world.layout_statistics \
     --kitti "$KITTI" --scenarios "$SCENARIOS" --out docs/images
 [ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.world.evidence \
     --kitti "$KITTI" --out docs/results --images docs/images --json docs/results/world.json
 "$PYTHON" benchmarks/world.py > docs/results/world_benchmark.json
-"$PYTHON" benchmarks/validation.py > docs/results/validation_benchmark.json
 [ -z "${DETECTIONS:-}" ] || "$PYTHON" -m avsec_gym.experiments.driving_safety.report \
     --scenarios "$SCENARIOS" --detections "$DETECTIONS" --out docs/results
 "$PYTHON" examples/train_ghost_attacker.py > docs/results/ghost_attacker.json
