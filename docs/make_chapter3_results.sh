@@ -43,7 +43,9 @@ page localisation
 run defence defence --limit 600 --options fit_seed=0 "fit_limit=$LIMIT"
 page defence
 [ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.chapter3.real_frames --kitti "$KITTI" \
-    --json docs/results/identification_real.json --markdown docs/results/identification_real.md
+    --json docs/results/identification_real.json
+"$PYTHON" -m avsec_gym.experiments.chapter3.real_frames_page docs/results/identification_real.json \
+    --out docs/results/identification_real.md
 rm -rf "$RUNS/alarm"
 avsec validate --attack '{"name": "facula", "camera": 3}' --out "$RUNS/alarm" > /dev/null
 "$PYTHON" -c 'import cv2, sys; cv2.imwrite(sys.argv[2], cv2.imread(sys.argv[1]))' \

@@ -84,12 +84,7 @@ class LidarSpoofing:
         scan = frame.points
         rig = SensorRig(frame.calibration)
         random = np.random.default_rng(seed)
-        distance, share = random.uniform(*np.broadcast_to(self.distance, 2)), random.random()
-        if self.bearing is None:
-            first, last = self._bearings_in_view(frame, rig, distance)
-            bearing = first + share * (last - first)
-        else:
-            bearing = self.bearing
+        distance, bearing = self._place(frame, rig, random)
         beams = _beams(random.random())
         reach = self._reach(beams, rig, distance, bearing)
         met = np.isfinite(reach)
@@ -101,8 +96,21 @@ class LidarSpoofing:
             frame.with_points(np.concatenate([kept, bogus])),
             points=np.arange(len(kept) + len(bogus)) >= len(kept),
             lost=lost,
-            settings={"distance": float(distance), "bearing": float(bearing)},
+            settings={"distance": distance, "bearing": bearing},
         )
+
+    def place(self, frame: SensorFrame, seed: Seed = 0) -> tuple[float, float]:
+        """The distance and the bearing that `attack` draws by this seed; raises as that does."""
+        return self._place(frame, SensorRig(frame.calibration), np.random.default_rng(seed))
+
+    def _place(
+        self, frame: SensorFrame, rig: SensorRig, random: np.random.Generator
+    ) -> tuple[float, float]:
+        distance, share = random.uniform(*np.broadcast_to(self.distance, 2)), random.random()
+        if self.bearing is not None:
+            return float(distance), float(self.bearing)
+        first, last = self._bearings_in_view(frame, rig, distance)
+        return float(distance), float(first + share * (last - first))
 
     def _reach(
         self, rays: NDArray[np.floating], rig: SensorRig, distance: float, bearing: float

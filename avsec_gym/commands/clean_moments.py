@@ -29,13 +29,13 @@ class CleanMoments:
         moments: One or more.
         system: The sensors.
         depth: How disparities of two cameras are found.
-        recording: What they are of.
+        recording: Whose moments they are.
     """
 
     moments: Sequence[Moment]
     system: SensorSystem
     depth: PairDepth
-    recording: str = ""
+    recording: Path = Path()
 
     def thresholds(self, path: Path, samples: Path) -> dict[str, str]:
         """Write a threshold table; moments that an earlier run measured are not measured again.
@@ -136,7 +136,8 @@ class CleanMoments:
 
     def _data(self, left_out: dict[str, str]) -> dict[str, Any]:
         return {
-            "recording": self.recording,
+            "recording": self.recording.name,
+            "root": str(self.recording.resolve()),
             "first": _full_id(self.moments[0]),
             "last": _full_id(self.moments[-1]),
             "moments": len(self.moments) - len(left_out),
@@ -158,18 +159,17 @@ def fitted_among(data: Mapping[str, Any], root: Path, moments: Sequence[Moment])
     """How many of some moments a file was fitted on, in a drive or in the day that it is of.
 
     Args:
-        data: What the file says of its data.
+        data: What the file says of its data; of an earlier version, which names no root, nothing
+            is known.
         root: Whose moments these are.
         moments: To be judged.
     """
-
-    def among(moment: Moment) -> bool:
-        drive = moment.drive or root.name
-        places = {root.name, root.parent.name, drive, drive[: len("2011_09_26")]}
-        is_there = data.get("recording") in places
-        return is_there and str(data["first"]) <= _full_id(moment) <= str(data["last"])
-
-    return sum(map(among, moments))
+    if "root" not in data:
+        return 0
+    first, second = Path(data["root"]), root.resolve()
+    if first not in (second, *second.parents) and second not in first.parents:
+        return 0
+    return sum(data["first"] <= _full_id(moment) <= data["last"] for moment in moments)
 
 
 def _full_id(moment: Moment) -> str:

@@ -230,7 +230,7 @@ class Validate:
         from avsec_gym.validation.threshold_validator import ThresholdValidator
         from avsec_gym.validation.validation_folder import LIKELIHOOD, SAMPLES, THRESHOLDS
 
-        own = CleanMoments(clean, recordings.system, self._depth, recordings.root.name)
+        own = CleanMoments(clean, recordings.system, self._depth, recordings.root)
         if self.fit_likelihood:
             left_out |= own.likelihood(out / LIKELIHOOD, out / SAMPLES, self.seed)
             return LikelihoodValidator(out / LIKELIHOOD, self.rate)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from avsec_gym.experiments.chapter3.localisation.measures import CAR
-from avsec_gym.experiments.chapter3.localisation.rates import BOGUS
+from avsec_gym.experiments.chapter3.localisation.rates import BOGUS_SEEN
 from avsec_gym.report.page_table import number
 from avsec_gym.report.tables_of_optical_attacks import detector_words
 
@@ -34,7 +34,7 @@ def localisation_sentences(report: Mapping[str, Any]) -> list[str]:
         )
     pasted = [row for row in rows if row["attack"] == CAR and row["bogus_after"] is not None]
     for row in pasted:
-        clean, before, after = (f"{number(row[one], 100)} %" for one in BOGUS)
+        clean, before, after = (f"{number(row[one], 100)} %" for one in BOGUS_SEEN)
         detector = detector_words(report["localisation"]["scan_detector"])
         sentences.append(
             f"Where a car’s scan is pasted {detector} sees an obstacle in {before} of the moments,"

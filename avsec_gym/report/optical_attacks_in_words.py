@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from avsec_gym.experiments.chapter3.objects.attack_sizes import CAMERA
-from avsec_gym.experiments.chapter3.objects.believed_points import CAR_RAYS_LOST, PLANE
+from avsec_gym.experiments.chapter3.objects.believed_points import PASTED_RAYS_LOST, PLANE
 from avsec_gym.report.page_table import number
 from avsec_gym.report.tables_of_optical_attacks import SHOWN_LEVEL, detector_words
 from avsec_gym.sensor_system import LIDAR
@@ -54,15 +54,18 @@ def _impact(impact: Mapping[str, Any]) -> list[str]:
     return sentences
 
 
-def _believed(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+def _believed(summary: Mapping[str, Any]) -> list[str]:
     sentences = []
-    for detector in dict.fromkeys(row["detector"] for row in rows):
-        told = {row["kind"]: row for row in rows if row["detector"] == detector}
-        plane, car = (_percent(told[kind]["newly"]["rate"]) for kind in (PLANE, CAR_RAYS_LOST))
-        sentences.append(
-            f"{detector_words(detector)} is led to see an obstacle by {plane} of the bogus planes,"
-            f" and by {car} of the scans of cars that hide what is behind them."
+    for detector in summary["objects"]:
+        told = {row["kind"]: row for row in summary["rows"] if row["detector"] == detector}
+        plane = _percent(told[PLANE]["newly"]["rate"])
+        said = (
+            f"{detector_words(detector)} is led to see an obstacle by {plane} of the bogus planes"
         )
+        if PASTED_RAYS_LOST in told:
+            car = _percent(told[PASTED_RAYS_LOST]["newly"]["rate"])
+            said += f", and by {car} of the scans of cars that hide what is behind them"
+        sentences.append(f"{said}.")
     return sentences
 
 

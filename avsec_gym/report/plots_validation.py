@@ -12,7 +12,7 @@ from typing import Any
 from avsec_gym.experiments.chapter3.thesis import DETECTION, IDENTIFICATION
 from avsec_gym.report.page_table import number
 from avsec_gym.report.plots import Frame, Point, Scale, band, drawing, marker, polyline, text
-from avsec_gym.report.tables_of_validation import CRITERIA, METHODS
+from avsec_gym.report.tables_of_validation import CRITERIA, METHODS, error_name
 
 Row = Mapping[str, Any]
 Lines = Mapping[str, Sequence[Point]]
@@ -128,7 +128,7 @@ def _identification_figure(rows: Sequence[Row]) -> Figure:
 def _reference_figure(rows: Sequence[Row]) -> Figure:
     panels = []
     for row in rows:
-        name = f"E{''.join(map(str, row['triple']))}"
+        name = error_name(row["triple"])
         for case, shares in row["cases"].items():
             touched = case in {f"S{one}" for one in row["triple"]}
             title = f"{name}, {_attacked(case)}"
@@ -136,8 +136,8 @@ def _reference_figure(rows: Sequence[Row]) -> Figure:
             panels.append(_histograms(title, row["largest"], drawn, bounds, touched))
     legend = [(_CLEAN, "no sensor of the triple attacked"), (_ATTACKED, "one of them attacked")]
     title = "Figure 3.9: disparity errors that the reference is in, share of moments in %"
-    [bounded] = [row for row in rows if "bounds" in row]
-    return Figure(title, panels, legend, columns=5, note=_bounds_note(bounded))
+    notes = [_bounds_note(row, error_name(row["triple"])) for row in rows if "bounds" in row]
+    return Figure(title, panels, legend, columns=5, note=" ".join(notes))
 
 
 def _reliability_figure(told: Row) -> Figure:
@@ -171,14 +171,12 @@ def _reliability_panel(title: str, rows: Iterable[Row]) -> str:
     return drawing(_WIDTH, _HEIGHT, parts, label)
 
 
-def _bounds_note(row: Row) -> str:
+def _bounds_note(row: Row, name: str = "E") -> str:
     """Where the thesis draws the lines."""
     below, above = (f"{100 * bound:g} %" for bound in row["bounds"])
-    if below == above:
-        return f"Dashed: {below}, on whose sides the thesis finds E013 clean and attacked."
     return (
-        f"Dashed: {below}, below which the thesis finds clean moments, and {above}, above which it"
-        " finds attacked ones."
+        f"Dashed: the thesis finds {name} below {below} in clean moments, above {above} in attacked"
+        " ones."
     )
 
 

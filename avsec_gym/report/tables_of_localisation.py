@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from avsec_gym.experiments.chapter3.localisation.rates import BOGUS, LOWEST, SUMS
+from avsec_gym.experiments.chapter3.localisation.rates import BOGUS_SEEN, LOWEST, SUMS
 from avsec_gym.report.page_table import Table, figure, name
 from avsec_gym.report.tables_of_optical_attacks import detector_words
 
@@ -25,7 +25,11 @@ def tables_of_localisation(report: Mapping[str, Any]) -> list[Table]:
 
 
 def _table(summary: Mapping[str, Any]) -> Table:
-    detectors = [summary[one] for one in ("detector", "scan_detector") if summary[one]]
+    scores = {"detector": "score_threshold", "scan_detector": "scan_score_threshold"}
+    detectors = {summary[one]: summary[score] for one, score in scores.items() if summary[one]}
+    told = " or ".join(
+        f"{detector_words(one)} (scores from {score:g} on)" for one, score in detectors.items()
+    )
     columns = [
         *("attack", "moments", "IoU, %", "lowest, %", "precision, %", "recall, %"),
         *("IoU of lost returns, %", "error attacked", "error repaired"),
@@ -41,12 +45,15 @@ def _table(summary: Mapping[str, Any]) -> Table:
             *(figure(row[one], scale=100) for one in _SHARES),
             *(figure(row[one]) for one in _ERRORS),
             *(figure(row[one], digits=0) for one in (SUMS if detectors else ())),
-            *(figure(row[one], scale=100) for one in (BOGUS if summary["scan_detector"] else ())),
+            *(
+                figure(row[one], scale=100)
+                for one in (BOGUS_SEEN if summary["scan_detector"] else ())
+            ),
         ]
         for row in summary["attacks"]
     ]
     counted = (
-        f" Objects: that {' or '.join(map(detector_words, detectors))} finds in the clean images or"
+        f" Objects: that {told} finds in the clean images or"
         " scans, and how many of them it finds again, 2D IoU 0.5 or more, in the attacked and the"
         " repaired ones."
         if detectors

@@ -7,8 +7,8 @@ from typing import Any
 
 from avsec_gym.experiments.chapter3.objects.attack_sizes import CAMERA
 from avsec_gym.experiments.chapter3.objects.believed_points import (
-    CAR,
-    CAR_RAYS_LOST,
+    PASTED,
+    PASTED_RAYS_LOST,
     PLANE,
     PLANE_OF_A_CAR,
     PLANE_RAYS_LOST,
@@ -37,8 +37,8 @@ BELIEVED_IN_WORDS = {
     PLANE: "the thesis’ plane",
     PLANE_RAYS_LOST: "a plane that hides what is behind it",
     PLANE_OF_A_CAR: "the same, as wide as a car’s rear",
-    CAR: "the scan of a car",
-    CAR_RAYS_LOST: "the scan of a car that hides what is behind it",
+    PASTED: "the scan of a car",
+    PASTED_RAYS_LOST: "the scan of a car that hides what is behind it",
 }
 """What kinds of bogus points are called."""
 ATTACKED = {LIDAR: "a bogus return’s width", CAMERA: "a facula’s radius"}
@@ -147,9 +147,9 @@ def _score_table(lidar: Mapping[str, Any]) -> Table:
     )
 
 
-def _believed_table(rows: Sequence[Mapping[str, Any]]) -> Table:
+def _believed_table(told: Mapping[str, Any]) -> Table:
     lines = []
-    for row in rows:
+    for row in told["rows"]:
         of_thesis = (row["detector"], row["kind"]) == ("pixor", PLANE)
         lines.append(
             [
@@ -160,16 +160,19 @@ def _believed_table(rows: Sequence[Mapping[str, Any]]) -> Table:
                 _share(row["newly"]),
             ]
         )
-    scores = {detector_words(row["detector"]): number(row["score"], digits=2) for row in rows}
-    told = " and ".join(f"{words}’s from {score}" for words, score in scores.items())
+    scores = [
+        f"{detector_words(detector)}’s from {_score(point)}"
+        for detector, point in told["objects"].items()
+    ]
     return Table(
         "Which bogus points are taken for an obstacle?",
         ["detector", "bogus points", "clean, %", "attacked, %", "by the attack, %"],
         lines,
-        "All at one place, 6 to 10 m ahead. Cars: scans cut out of other moments, of 200 points or"
-        f" more, that show the LiDAR the sides that were scanned. Boxes count where they find most"
-        f" for their false alarms on clean moments of other drives: {told} on. {INTERVALS} In"
-        " italics: the thesis.",
+        "All at one place of a moment, 6 to 10 m ahead, a car's nearest side there. Cars: scans"
+        " cut out of other moments, of 200 points or more, that show the LiDAR the sides that were"
+        " scanned. Boxes count, where that is known from that score on at which a detector finds"
+        f" most for its false alarms on the clean moments of other drives, {' and '.join(scores)}"
+        f" on. {INTERVALS} In italics: the thesis.",
         names=2,
     )
 

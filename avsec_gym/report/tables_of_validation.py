@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from avsec_gym.experiments.chapter3.attacks import OTHER, SMALLER
@@ -16,7 +16,7 @@ from avsec_gym.experiments.chapter3.identification.knowing_attackers import (
     REMOVED,
     VEIL,
 )
-from avsec_gym.experiments.chapter3.thesis import BOUNDS_IN_WORDS, DETECTION, IDENTIFICATION
+from avsec_gym.experiments.chapter3.thesis import DETECTION, ERROR_BOUNDS, IDENTIFICATION
 from avsec_gym.report.page_table import Cell, Table, figure, name, number
 from avsec_gym.validation.evidence.brightness import MIN_LIGHT
 from avsec_gym.validation.state_posterior import PRIOR_ATTACKED, PRIOR_BEYOND
@@ -146,27 +146,31 @@ def _position(case: str, cases: list[str]) -> str:
 
 def _bounds_table(summary: Mapping[str, Any]) -> Table:
     """Where E lies, beside where the thesis finds it."""
-    rows = [(row["scenario"], row["scenario"], row) for row in summary["case_distributions"]]
+    cases = ("clean", "attacked, all seven cases")
+    alone = ("none of the three attacked", "one of them attacked alone")
+    rows = [
+        (row["scenario"], SCENARIOS[row["scenario"]], cases, row)
+        for row in summary["case_distributions"]
+    ]
     rows += [
-        ("E" + "".join(map(str, row["triple"])), tuple(row["triple"]), row)
+        (error_name(row["triple"]), tuple(row["triple"]), alone, row)
         for row in summary["reference_distributions"]
         if "bounds" in row
     ]
     lines = []
-    for words, key, row in rows:
-        below, above = row["bounds"]
-        for what, share, thesis in zip(
-            (f"clean, below {100 * below:g} %", f"attacked, above {100 * above:g} %"),
-            (row["clean_below"], row["attacked_above"]),
-            BOUNDS_IN_WORDS[key],
-            strict=True,
-        ):
-            lines.append([name(words), name(what), _share(share), name(thesis)])
+    for words, triple, (clean, attacked), row in rows:
+        told = ERROR_BOUNDS[triple]
+        below = f"{clean}: below {100 * told.clean_below:g} %"
+        above = f"{attacked}: above {100 * told.attacked_above:g} %"
+        lines += [
+            [name(words), name(below), _share(row["clean_below"]), name(told.clean)],
+            [name(words), name(above), _share(row["attacked_above"]), name(told.attacked)],
+        ]
     return Table(
         "Figures 3.5, 3.7 and 3.9: on which side of the thesis’ bounds E lies",
         ["E of", "moments", "so many, %", "the thesis"],
         lines,
-        f"Attacked: in all cases that touch the three sensors. {INTERVALS}",
+        INTERVALS,
         names=2,
     )
 
@@ -337,6 +341,11 @@ def _honesty_table(told: Mapping[str, Any]) -> Table:
         f" {number(told['all_alike']['brier'], digits=4)}). {_PRIOR}"
         f" {INTERVALS}",
     )
+
+
+def error_name(triple: Sequence[int]) -> str:
+    """``E013``."""
+    return "E" + "".join(map(str, triple))
 
 
 def _share(share: Mapping[str, Any]) -> Cell:

@@ -252,17 +252,20 @@ def test_which_bogus_points_are_believed_is_told(report: dict[str, Any]) -> None
         {
             "detector": "pixor",
             "kind": kind,
-            "score": 0.61,
             "taken": share(18 if kind in CARS else 3),
             "clean": share(1),
             "newly": share(17 if kind in CARS else 2),
         }
         for kind in BELIEVED_IN_WORDS
     ]
-    told = {**report, "believed": rows}
+    objects = {"pixor": {"score": 0.61, "precision": 0.9, "recall": 0.8}}
+    told = {**report, "believed": {"objects": objects, "rows": rows}}
     [said] = [one for one in optical_sentences(told) if "planes" in one]
     assert "8.33 % of the bogus planes" in said
     assert "70.83 % of the scans of cars" in said
+    planes = {"objects": objects, "rows": [row for row in rows if row["kind"] not in CARS]}
+    [said] = [one for one in optical_sentences({**report, "believed": planes}) if "planes" in one]
+    assert "cars" not in said
     for page in (html_page(told), markdown_page(told)):
         for words in ("as wide as a car", "PIXOR’s from 0.61", "75.00", "98.60"):
             assert words in page

@@ -111,7 +111,9 @@ def test_zeros_disagree_only_where_something_is_unexplained(case: tuple[int, int
             {s for s in found.attacked if s < reference} | found.doubtful
         )
         assert all(found.doubtful & set(t) for t in expected if states[t])
-    assert not found.doubtful & found.named
+    assert found.named == (frozenset() if found.limit_exceeded else set(found.attacked))
+    if found.limit_exceeded:
+        assert found.doubtful == set(range(n + 1))
 
 
 def test_zeros_that_disagree_are_reported() -> None:

@@ -31,6 +31,7 @@ from avsec_gym.validation.evidence.disparity_error import DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.thresholds import Threshold, measured_thresholds
+from avsec_gym.validation.validator import SHARES
 from avsec_gym.world.export import world_frames
 
 _LOG = logging.getLogger(__name__)
@@ -76,10 +77,9 @@ def _draw_column(
     error = DisparityErrors(maps)[_TRIPLE]
     said = ", ".join(
         f"{name} {100 * value:.1f} % {'>' if value > limit else '≤'} {100 * limit:.1f} %"
-        for name, value, limit in (
-            ("E", error.error, threshold.error),
-            ("disproved points", error.densest, threshold.densest),
-        )
+        for measure, name in SHARES.items()
+        if (value := getattr(error, measure)) > (limit := getattr(threshold, measure))
+        or measure == "error"
     )
     verdict = "alarm" if threshold.exceeded(error) else "no alarm"
     for axes, picture, title in zip(

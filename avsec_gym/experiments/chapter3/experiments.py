@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from avsec_gym.experiments.chapter3.identification.five_sensors import five_cells
+from avsec_gym.experiments.chapter3.identification.five_sensors import five_cells, five_inputs
 from avsec_gym.experiments.chapter3.identification.knowing_attackers import knowing_cells
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import (
     evidence_cells,
@@ -49,7 +49,7 @@ FIVE_SENSORS = Experiment(
     "Are two attacked ones of five sensors named?",
     "Section 3.4, beyond one of four",
     five_cells,
-    evidence_inputs,
+    five_inputs,
     OPTIONS,
     Configuration(PROCEDURAL, 200),
 )

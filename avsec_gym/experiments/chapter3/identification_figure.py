@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
 from avsec_gym.errors import AvsecError, DataError
-from avsec_gym.experiments.chapter3.thesis import DETECTION, ERROR_BOUNDS, IDENTIFICATION
+from avsec_gym.experiments.chapter3.thesis import DETECTION, IDENTIFICATION
 from avsec_gym.experiments.figure_style import FAINT, FIGURE_STYLE
 from avsec_gym.kitti.text_files import read_text
 from avsec_gym.report.scenario_picture import save_picture
@@ -63,7 +63,7 @@ def _distribution(axes: Axes, row: Mapping[str, Any]) -> None:
     for shares, colour, label in ((row["clean"], _BLUE, "clean"), (attacked, _OURS, "attacked")):
         axes.stairs(shares, edges, color=colour, fill=True, alpha=0.3)
         axes.stairs(shares, edges, color=colour, label=label)
-    for bound, label in zip(ERROR_BOUNDS[row["scenario"]], ("thesis' bounds", ""), strict=True):
+    for bound, label in zip(row["bounds"], ("thesis' bounds", ""), strict=True):
         axes.axvline(bound, color=_THESIS, lw=0.8, ls="--", label=label)
     _finish(axes, f"disparity error E of {row['scenario']}", "E", "share of moments")
     axes.set(xlim=(0, row["largest"]), ylim=(0, None))
@@ -130,7 +130,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
     try:
-        figure = draw_identification(_summary(options.report))
+        figure = _figure(options.report)
         save_picture(figure, options.out, overwrite=True)
     except AvsecError as error:
         _LOG.error("%s", error)
@@ -138,19 +138,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _summary(path: Path) -> Mapping[str, Any]:
+def _figure(path: Path) -> Figure:
     try:
-        summary = json.loads(read_text(path))["validation"]
-    except (ValueError, KeyError, TypeError):
-        summary = None
-    if not summary:
+        return draw_identification(json.loads(read_text(path))["validation"])
+    except (ValueError, KeyError, TypeError) as error:
         raise DataError(
-            "This is no report of what sensors notice.",
+            "This is no report of what sensors notice, or one of an earlier version.",
             path=path,
             remedy="Write one by `avsec report RUN --json`, of a run of identification.",
-        )
-    found: Mapping[str, Any] = summary
-    return found
+        ) from error
 
 
 if __name__ == "__main__":

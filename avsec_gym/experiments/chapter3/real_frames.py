@@ -2,7 +2,8 @@
 
 Run ``python -m avsec_gym.experiments.chapter3.real_frames --kitti ROOT --json FILE``. Too few real
 frames are at hand to fit thresholds on, so these come from procedural frames of KITTI's own rig;
-that a clean real frame stays below them, is told first.
+that a clean real frame stays below them, is told first.  What detectors are led to see is counted
+in the frames that have labels.  `real_frames_page` makes a page of the result.
 """
 
 from __future__ import annotations
@@ -20,11 +21,9 @@ from avsec_gym.experiments.answer import answer
 from avsec_gym.experiments.chapter3.attacks import tampered_frames
 from avsec_gym.experiments.chapter3.identification.detection_rates import case_name
 from avsec_gym.experiments.chapter3.objects.real_impact import impact_on_real_frames
-from avsec_gym.experiments.chapter3.real_frames_page import real_frames_page
 from avsec_gym.experiments.chapter3.recordings import JUDGED
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
-from avsec_gym.kitti.text_files import write_text
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS, detect_attack
 from avsec_gym.validation.evidence.disparity_error import MEASURES
@@ -55,7 +54,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     data = {"suite": "mixed", "moments": len(clean)}
     table = measured_thresholds((one.frame() for one in clean), _SYSTEM, depth, data)
     real = object_recordings(options.kitti, _SYSTEM.sensors)
-    result = {
+    return {
         "fitted": data,
         "rate": options.rate,
         "draws": options.draws,
@@ -71,11 +70,6 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             KittiObject(options.kitti), KittiObject(suite), options.draws
         ),
     }
-    if options.markdown is not None:
-        command = "python -m avsec_gym.experiments.chapter3.real_frames --kitti ROOT --json FILE"
-        page = real_frames_page(result, f"{command} --markdown FILE")
-        write_text(options.markdown, page, overwrite=True)
-    return result
 
 
 def noticed(
@@ -136,7 +130,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--kitti", type=Path, required=True, help="root of the object benchmark")
     parser.add_argument("--draws", type=int, default=50, help="of the attacks on each frame")
-    parser.add_argument("--markdown", type=Path, help="file for the result as a page")
     parser.add_argument("--rate", type=float, default=0.01, help="r")
     parser.add_argument("--json", type=Path, help="file for the result; default: standard output")
     return answer(parser.parse_args(arguments), run)

@@ -1,16 +1,28 @@
-"""What `real_frames` found, as a page."""
+"""What `real_frames` found, as a page.
+
+Run ``python -m avsec_gym.experiments.chapter3.real_frames_page RESULT.json --out PAGE.md``.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import argparse
+import json
+import logging
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
+from avsec_gym.errors import AvsecError, DataError
 from avsec_gym.experiments.chapter3.objects.real_impact import IMAGE_DETECTORS, LIDAR_DETECTORS
 from avsec_gym.experiments.chapter3.objects.thesis_of_detectors import TAKEN_FOR_AN_OBSTACLE
 from avsec_gym.experiments.markdown_table import UNKNOWN, markdown_table, number
+from avsec_gym.kitti.text_files import read_text, write_text
 
+_LOG = logging.getLogger(__name__)
 _CRITERIA = {"any": "all four shares", "error": "E alone (the thesis’)"}
 _SENSORS = {"S0": "LiDAR", "S1": "camera 3", "S2": "camera 2"}
+_COMMAND = "python -m avsec_gym.experiments.chapter3.real_frames --kitti ROOT --json FILE"
 _DETECTORS = {
     "pixor": "PIXOR",
     "pointrcnn": "PointRCNN",
@@ -19,20 +31,19 @@ _DETECTORS = {
 }
 
 
-def real_frames_page(result: Mapping[str, Any], command: str) -> str:
+def real_frames_page(result: Mapping[str, Any]) -> str:
     """Markdown: what is noticed, and what detectors are led to see.
 
     Args:
         result: Of `avsec_gym.experiments.chapter3.real_frames.run`.
-        command: That made it.
     """
     rate, draws, fitted = 100 * result["rate"], result["draws"], result["fitted"]
     lines = [
         "# Attacks on real frames of KITTI",
         "",
-        f"Made by `{command}`. The thesis’ attacks, {draws} draws of each on every frame; in"
-        " brackets: 95 % intervals, of detectors widened by what the draws on one frame have in"
-        " common.",
+        f"Made by `{_COMMAND}`, shown by its `real_frames_page`. The thesis’ attacks, {draws} draws"
+        " of each on every frame; in brackets: 95 % intervals, of detectors widened by what the"
+        " draws on one frame have in common.",
     ]
     for id, told in result["frames"].items():
         lines += ["", f"## {id}: what LiDAR and two cameras notice, r = {rate:g} %", ""]
@@ -58,18 +69,20 @@ def real_frames_page(result: Mapping[str, Any], command: str) -> str:
     ]
     rows = []
     for name in LIDAR_DETECTORS:
-        told = result["impact"][name]
+        if (told := result["impact"][name]) is None:
+            continue
         thesis = f" *{number(100 * TAKEN_FOR_AN_OBSTACLE, 1)}*" if name == "pixor" else ""
         taken = _share(told["taken"]) + thesis
         row = [_DETECTORS[name], str(len(told["frames"])), taken, _share(told["already"])]
-        cars = [told.get(one) for one in ("car_taken", "car_already")]
-        rows.append([*row, *(UNKNOWN if one is None else _share(one) for one in cars)])
+        cars = (told.get(one) for one in ("car_taken", "car_already"))
+        rows.append([*row, *map(_share, cars)])
     titles = ["frames", "a bogus return is an obstacle, %", "one was there without it, %"]
     titles += ["a pasted car is an obstacle, %", "one was there without it, %"]
     lines += [*markdown_table(["scans by", *titles], rows), ""]
     rows = []
     for name in IMAGE_DETECTORS:
-        told = result["impact"][name]
+        if (told := result["impact"][name]) is None:
+            continue
         wrong = (told[one] for one in ("false_alarms", "false_alarms_attacked"))
         shares = (_share(told[one]) for one in ("found", "found_attacked"))
         row = [_DETECTORS[name], str(len(told["frames"])), *shares]
@@ -80,7 +93,8 @@ def real_frames_page(result: Mapping[str, Any], command: str) -> str:
     lines += [
         "",
         "Cars: moderate ones, IoU 0.5; pasted: scans of real cars, cut out of other frames, where"
-        " the bogus return was, which hide what is behind them. From which score on a box counts,"
+        " the bogus return was, which hide what is behind them; the same few cars on all frames,"
+        " which intervals do not know. From which score on a box counts,"
         " is where a detector finds most for its false alarms on frames of that suite; it was"
         " trained on the world and has seen no real frame. *Italics*: the thesis, by PIXOR on a"
         " thousand frames.",
@@ -89,10 +103,37 @@ def real_frames_page(result: Mapping[str, Any], command: str) -> str:
     return "\n".join(lines)
 
 
-def _share(share: Mapping[str, Any]) -> str:
+def _share(share: Mapping[str, Any] | None) -> str:
+    if share is None or share["rate"] is None:
+        return UNKNOWN
     low, high = (number(100 * bound, 1) for bound in share["interval"])
     return f"{number(100 * share['rate'], 1)} [{low}, {high}]"
 
 
 def _alarm(raised: bool) -> str:
     return "a false alarm" if raised else "no alarm"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command; its exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("result", type=Path, help="of real_frames, as JSON")
+    parser.add_argument("--out", type=Path, required=True, help="the page")
+    options = parser.parse_args(arguments)
+    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
+    try:
+        try:
+            page = real_frames_page(json.loads(read_text(options.result)))
+        except (ValueError, KeyError, TypeError) as error:
+            raise DataError(
+                "This is no result of real_frames.", path=options.result, remedy=_COMMAND
+            ) from error
+        write_text(options.out, page, overwrite=True)
+    except AvsecError as error:
+        _LOG.error("%s", error)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -144,7 +144,7 @@ def moment_cells(
     """
     parts = tuple(parts)
     if {FITTED, JUDGED} <= {*parts}:
-        check_parts(configuration)
+        check_parts(configuration, system)
     return [
         Cell.of(work, moment.id.partition("/")[0], part=part, number=number, **arguments)
         for part in parts
@@ -160,38 +160,67 @@ def fitted_to(configuration: Configuration, system: SensorSystem = SYSTEM) -> Fi
     return fitted_on(system, PairDepth(options["depth"]), frame.calibration, data)
 
 
-def check_parts(configuration: Configuration) -> None:
-    """That both parts are of one rig, and have no moment in common.
+def check_parts(configuration: Configuration, system: SensorSystem = SYSTEM) -> None:
+    """That both parts are of one rig, and have no moment in common; nothing is rendered for it.
 
     Raises:
         ConfigurationError: They are not.
     """
-    named = {"scenarios": configuration.scenarios, **configuration.options}
-    if {named["scenarios"], named.get("fit") or PROCEDURAL} == {PROCEDURAL}:
-        return
-    fitted, judged = (recordings_of(configuration, part) for part in (FITTED, JUDGED))
+    options = {**OPTIONS, **configuration.options}
+    places = {FITTED: options["fit"] or PROCEDURAL, JUDGED: configuration.scenarios}
+    real = {
+        part: recordings_of(configuration, part, system=system)
+        for part, place in places.items()
+        if place != PROCEDURAL
+    }
     remedy = "name other drives of the same rig by --options fit=FOLDER"
-    first, second = (part.root.resolve() for part in (fitted, judged))
-    if first in (second, *second.parents) or second in first.parents:
-        of_fitted, of_judged = (
-            {(one.drive, one.id.rpartition("/")[2]) for one in part.moments}
-            for part in (fitted, judged)
+    if len(real) == len(places) and (both := _in_common(real[FITTED], real[JUDGED])):
+        raise ConfigurationError(
+            f"{both} of the {len(real[JUDGED].moments)} moments in {places[JUDGED]} would be judged"
+            f" by what was fitted on themselves: {remedy}"
         )
-        if both := of_fitted & of_judged:
-            raise ConfigurationError(
-                f"{len(both)} of the {len(judged.moments)} moments in {judged.root} would be judged"
-                f" by what was fitted on themselves: {remedy}"
-            )
-    depth = PairDepth("sgbm")
-    ours, theirs = (part.moments[0].frame().calibration for part in (fitted, judged))
+    ours, theirs = (
+        real[part].moments[0].frame().calibration if part in real else RIG.calibration
+        for part in (FITTED, JUDGED)
+    )
+    depth = PairDepth()
     try:
-        fitted_on(SYSTEM, depth, ours, {}).check(SYSTEM, depth, theirs)
+        fitted_on(system, depth, ours, {}).check(system, depth, theirs)
     except ConfigurationError as error:
-        raise ConfigurationError(f"{judged.root}: {error}; {remedy}") from error
+        raise ConfigurationError(f"{places[JUDGED]}: {error}; {remedy}") from error
 
 
-def drives_inputs(configuration: Configuration, parts: Iterable[str]) -> dict[str, Path]:
-    """The manifests of procedural drives."""
-    roots = {f"{part} drives": recordings_of(configuration, part).root for part in parts}
+def _in_common(fitted: Recordings, judged: Recordings) -> int:
+    """How many moments both have, where one's folder lies in the other's."""
+    first, second = (part.root.resolve() for part in (fitted, judged))
+    if first not in (second, *second.parents) and second not in first.parents:
+        return 0
+    of_fitted, of_judged = (
+        {(one.drive, one.id.rpartition("/")[2]) for one in part.moments}
+        for part in (fitted, judged)
+    )
+    return len(of_fitted & of_judged)
+
+
+def drives_inputs(
+    configuration: Configuration, parts: Iterable[str], system: SensorSystem = SYSTEM
+) -> dict[str, Path]:
+    """The manifests of procedural drives, which are rendered if they are not there.
+
+    Args:
+        configuration: Of the run.
+        parts: `FITTED`, `JUDGED`, or both.
+        system: See `recordings_of`.
+
+    Raises:
+        ConfigurationError: See `check_parts`.
+        DataError: As `recordings_of`.
+    """
+    parts = tuple(parts)
+    if {FITTED, JUDGED} <= {*parts}:
+        check_parts(configuration, system)
+    roots = {
+        f"{part} drives": recordings_of(configuration, part, system=system).root for part in parts
+    }
     manifests = {name: root / "manifest.json" for name, root in roots.items()}
     return {name: path for name, path in manifests.items() if path.is_file()}

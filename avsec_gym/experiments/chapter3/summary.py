@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -22,11 +21,11 @@ from avsec_gym.experiments.chapter3.identification.evidence_table import (
 )
 from avsec_gym.experiments.chapter3.identification.honesty import honesty
 from avsec_gym.experiments.chapter3.identification.identification_rates import (
-    Concluded,
-    algorithm_2,
+    CRITERIA,
     fitted_model,
     identification_rates,
     maximum_likelihood,
+    rates_of_methods,
 )
 from avsec_gym.experiments.chapter3.identification.knowing_rates import knowing_rates
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import alone
@@ -44,8 +43,6 @@ from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 from avsec_gym.validation.state_posterior import attack_prior, state_vectors
 from avsec_gym.validation.thresholds import Criterion
 
-CRITERIA: tuple[Criterion, ...] = ("error", "any")
-"""E alone, as in the thesis; and all shares that a triple gives."""
 ALONE: tuple[Criterion, ...] = ("hole_share", "densest", "brightness")
 """What each of the other shares notices by itself, at r = 1 %."""
 FEWEST = 20
@@ -88,7 +85,7 @@ def validation_summary(
                 fitted, judged, on, criterion, CURVE_RATES if criterion in CRITERIA else (0.01,)
             )
         ],
-        "identification": _identification(fitted, judged, on, model, CURVE_RATES),
+        "identification": rates_of_methods(fitted, judged, on, model, CURVE_RATES),
         "independent": identification_rates(
             partial(maximum_likelihood, model, judged, prior=attack_prior(len(SYSTEM), beyond=1.0)),
             judged.drives,
@@ -102,26 +99,6 @@ def validation_summary(
         "case_distributions": case_distributions(judged),
         "reference_distributions": reference_distributions(judged),
     }
-
-
-def _identification(
-    fitted: EvidenceTable,
-    judged: EvidenceTable,
-    on: FittedOn,
-    model: LikelihoodModel,
-    rates: Sequence[float],
-) -> list[dict[str, Any]]:
-    """Rows of `identification_rates` with their ``method``."""
-    methods: dict[str, Callable[[float], Concluded]] = {
-        f"algorithm 2, {criterion}": partial(algorithm_2, fitted, judged, on, criterion=criterion)
-        for criterion in CRITERIA
-    }
-    methods["maximum likelihood"] = partial(maximum_likelihood, model, judged)
-    return [
-        {"method": name, **row}
-        for name, conclude in methods.items()
-        for row in identification_rates(conclude, judged.drives, len(SYSTEM), rates)
-    ]
 
 
 def _unseen(
@@ -143,5 +120,5 @@ def _unseen(
         "looked_at": len(judged) - len(others),
         "moments": len(others),
         "detection": detection_rates(fitted, others, on, rates=(0.01,)),
-        "identification": _identification(fitted, others, on, model, (0.01,)),
+        "identification": rates_of_methods(fitted, others, on, model, (0.01,)),
     }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from avsec_gym.experiments.chapter3.identification.detection_rates import RATES, SCENARIOS
 from avsec_gym.sensor_system import Triple
 
@@ -16,19 +18,23 @@ DETECTION = {
 }
 """Average detection rate by scenario and r (table 3.1)."""
 
-ERROR_BOUNDS = {"LiDAR and two cameras": (0.20, 0.25), "three cameras": (0.10, 0.125)}
-"""By scenario: E is below the first in most or virtually all clean moments, and above the second in
-most attacked ones, in 99 % of them with three cameras (figures 3.5 and 3.7)."""
 
-REFERENCE_BOUNDS = {(0, 1, 3): (0.23, 0.23)}
-"""The same by triple (figure 3.9)."""
+class Bounds(NamedTuple):
+    """Where the thesis finds E."""
 
-BOUNDS_IN_WORDS: dict[str | Triple, tuple[str, str]] = {
-    "LiDAR and two cameras": ("most", "most"),
-    "three cameras": ("virtually all", "99 %"),
-    (0, 1, 3): ("most", "all"),
+    clean_below: float
+    clean: str
+    """How many clean moments, in its words."""
+    attacked_above: float
+    attacked: str
+
+
+ERROR_BOUNDS: dict[Triple, Bounds] = {
+    SCENARIOS["LiDAR and two cameras"]: Bounds(0.20, "most", 0.25, "most"),
+    SCENARIOS["three cameras"]: Bounds(0.10, "virtually all", 0.125, "99 %"),
+    (0, 1, 3): Bounds(0.23, "most", 0.23, "all"),
 }
-"""How many that are, as the thesis puts it."""
+"""By triple (figures 3.5, 3.7 and 3.9)."""
 
 OBJECT_LEVEL = {
     (scenario, iou): percent / 100

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +15,8 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter3.objects import real_impact
 from avsec_gym.experiments.chapter3.objects.real_impact import impact_on_real_frames
 from avsec_gym.experiments.chapter3.real_frames import noticed, run
-from avsec_gym.experiments.chapter3.real_frames_page import real_frames_page
+from avsec_gym.experiments.chapter3.real_frames_page import main, real_frames_page
+from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import transform_points
 from avsec_gym.kitti.dataset import KittiObject
@@ -87,14 +89,17 @@ class Window:
 
 
 def test_detectors_are_led_astray_on_real_frames(
-    shared: Path, monkeypatch: pytest.MonkeyPatch
+    shared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     data = KittiObject(shared / "kitti" / "object")
     monkeypatch.setattr(real_impact, "lidar_detector", lambda name, options: Believer(data))
     monkeypatch.setattr(real_impact, "image_detector", lambda name, options: Window(data))
     found = impact_on_real_frames(data, data, draws=2)
     scans, images = found["pixor"], found["yolo"]
+    assert scans is not None
+    assert images is not None
     for told in found.values():
+        assert told is not None
         assert told["score"] == 0.6
     assert (len(scans["frames"]), len(images["frames"])) == (8, 13)
     for kind in ("taken", "car_taken"):
@@ -115,9 +120,32 @@ def test_detectors_are_led_astray_on_real_frames(
         "frames": {"000107": noticed},
         "impact": found,
     }
-    page = real_frames_page(result, "the command")
-    assert "Made by `the command`" in page
+    given, written = tmp_path / "result.json", tmp_path / "page.md"
+    given.write_text(json.dumps(result))
+    assert main([str(given), "--out", str(written)]) == 0
+    page = written.read_text()
     assert "| LiDAR | 100.0 [" in page
     assert "| nobody | no alarm | a false alarm |" in page
     assert "| YOLOv3 | 13 | 100.0 [" in page
     assert "*98.6*" in page
+    # What could not be counted is told as unknown.
+    nobody = {**images, "found_attacked": share_of([], [])}
+    lacking = {**result, "impact": {**found, "pixor": None, "yolo": nobody}}
+    page = real_frames_page(lacking)
+    assert "PIXOR |" not in page
+    assert "| YOLOv3 | 13 | 100.0 [" in page
+    assert "] | – | 0.00" in page
+    given.write_text("{}")
+    assert main([str(given), "--out", str(written)]) == 1
+
+
+def test_frames_without_labels_are_attacked_all_the_same(shared: Path, tmp_path: Path) -> None:
+    data = KittiObject(shared / "kitti" / "object")
+    assert data.folder.is_dir()
+    bare = tmp_path / "training"
+    for name in ("calib", "image_2", "velodyne"):
+        (bare / name).mkdir(parents=True)
+        for file in sorted((data.folder / name).glob("000000.*")):
+            (bare / name / file.name).symlink_to(file)
+    found = impact_on_real_frames(KittiObject(tmp_path), data, draws=1)
+    assert found == dict.fromkeys(("pixor", "pointrcnn", "faster_rcnn", "yolo"))

@@ -15,6 +15,8 @@ from avsec_gym.experiments.chapter3.recordings import (
     FITTED,
     JUDGED,
     SYSTEM,
+    check_parts,
+    drives_inputs,
     moment_cells,
     procedural_drives,
     recordings_of,
@@ -150,3 +152,17 @@ def test_nothing_is_judged_by_what_was_fitted_on_another_rig(tmp_path: Path) -> 
     near, far = real_drives(tmp_path / "a", 1, spread=0.2), real_drives(tmp_path / "b", 3)
     with pytest.raises(ConfigurationError, match=r"cameras that stand otherwise.*--options fit="):
         cells_of(near, far)
+
+
+def test_nothing_is_rendered_for_a_rig_that_it_says_nothing_of(
+    asked: dict[str, Any], tmp_path: Path
+) -> None:
+    near = Configuration(str(real_drives(tmp_path / "a", 1, spread=0.2)))
+    for refused in (
+        lambda: drives_inputs(near, (FITTED, JUDGED)),
+        lambda: moment_cells("work", near, (FITTED, JUDGED)),
+        lambda: check_parts(Configuration(PROCEDURAL, options={"fit": near.scenarios})),
+    ):
+        with pytest.raises(ConfigurationError, match="cameras that stand otherwise"):
+            refused()
+    assert not asked

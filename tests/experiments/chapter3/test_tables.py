@@ -237,5 +237,5 @@ def test_a_run_is_read_back_and_half_a_moment_left_out() -> None:
     assert found.moments == ["000/0", "001/0"]
     np.testing.assert_array_equal(found.shares, table.shares[:2])
     np.testing.assert_array_equal(found.of_triples, table.of_triples[:2])
-    with pytest.raises(ConfigurationError, match="no moment"):
+    with pytest.raises(ConfigurationError, match="no whole moment"):
         evidence_table(stored, "fitted", KITTI_SYSTEM)  # type: ignore[arg-type]

@@ -14,7 +14,7 @@ from avsec_gym.experiments.chapter3.identification.detection_rates import (
 )
 from avsec_gym.experiments.chapter3.identification.evidence_table import EvidenceTable
 from avsec_gym.experiments.chapter3.shares import share_of
-from avsec_gym.experiments.chapter3.thesis import ERROR_BOUNDS, REFERENCE_BOUNDS
+from avsec_gym.experiments.chapter3.thesis import ERROR_BOUNDS
 from avsec_gym.geometry import Floats
 from avsec_gym.sensor_system import Triple
 from avsec_gym.validation.evidence.disparity_error import MEASURES
@@ -28,7 +28,7 @@ def case_distributions(judged: EvidenceTable) -> list[dict[str, Any]]:
     Returns:
         Rows with ``scenario``; ``largest``, up to where there are forty equal bins from 0;
         ``clean``, and by name ``cases``: the share of moments in each bin; ``bounds``, see
-        `ERROR_BOUNDS`, with ``clean_below`` the first and ``attacked_above`` the second.
+        `ERROR_BOUNDS`: with ``clean_below`` the first, and ``attacked_above`` the second.
     """
     rows = []
     for scenario, triple in SCENARIOS.items():
@@ -36,7 +36,7 @@ def case_distributions(judged: EvidenceTable) -> list[dict[str, Any]]:
         largest, shares = _histograms(judged, triple, cases)
         clean = shares.pop("")
         attacked = [one for one in cases if one]
-        beside = _beside_bounds(judged, triple, ERROR_BOUNDS[scenario], [0], attacked)
+        beside = _beside_bounds(judged, triple, [0], attacked)
         rows.append(
             {"scenario": scenario, "largest": largest, "clean": clean, "cases": shares, **beside}
         )
@@ -48,7 +48,7 @@ def reference_distributions(judged: EvidenceTable) -> list[dict[str, Any]]:
 
     Returns:
         Rows with ``triple``, ``largest``, and by name ``cases``, the clean one's ``""`` first;
-        where the thesis has `REFERENCE_BOUNDS`, also what `case_distributions` says of them.
+        where the thesis has bounds for this figure, also what `case_distributions` says of them.
     """
     sensors = len(judged.system)
     cases = {0: (), **{1 << one: (one,) for one in range(sensors)}}
@@ -57,10 +57,10 @@ def reference_distributions(judged: EvidenceTable) -> list[dict[str, Any]]:
         if triple[2] == sensors - 1:
             largest, shares = _histograms(judged, triple, cases)
             row: dict[str, Any] = {"triple": list(triple), "largest": largest, "cases": shares}
-            if bounds := REFERENCE_BOUNDS.get(triple):
+            if triple in ERROR_BOUNDS and triple not in SCENARIOS.values():
                 touched = [state for state, case in cases.items() if {*case} & {*triple}]
                 others = [state for state in cases if state not in touched]
-                row |= _beside_bounds(judged, triple, bounds, others, touched)
+                row |= _beside_bounds(judged, triple, others, touched)
             rows.append(row)
     return rows
 
@@ -68,15 +68,16 @@ def reference_distributions(judged: EvidenceTable) -> list[dict[str, Any]]:
 def _beside_bounds(
     judged: EvidenceTable,
     triple: Triple,
-    bounds: tuple[float, float],
     clean: Sequence[int],
     attacked: Sequence[int],
 ) -> dict[str, Any]:
-    errors = _errors(judged, triple)
+    errors, bounds = _errors(judged, triple), ERROR_BOUNDS[triple]
+    below = errors[:, list(clean)] < bounds.clean_below
+    above = errors[:, list(attacked)] > bounds.attacked_above
     return {
-        "bounds": list(bounds),
-        "clean_below": share_of(errors[:, list(clean)] < bounds[0], judged.drives),
-        "attacked_above": share_of(errors[:, list(attacked)] > bounds[1], judged.drives),
+        "bounds": [bounds.clean_below, bounds.attacked_above],
+        "clean_below": share_of(below, judged.drives),
+        "attacked_above": share_of(above, judged.drives),
     }
 
 

@@ -93,7 +93,8 @@ def evidence_table(
     whole = sorted(moment for moment, values in found.items() if np.isfinite(values).all())
     if not whole:
         raise ConfigurationError(
-            f"the run has no moment of the kind {kind!r}: `avsec run identification` makes them"
+            f"the run has no whole moment of the kind {kind!r} of {len(system)} sensors: go on with"
+            " the run that this report is of"
         )
     stacked = np.stack([found[moment] for moment in whole])
     of_triples = stacked[..., len(elements) :].reshape(*stacked.shape[:2], len(OF_TRIPLES), -1)

@@ -5,21 +5,23 @@ The thesis tries algorithm 2 with four sensors, of which one is attacked.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
+from pathlib import Path
 from typing import Any
 
 from avsec_gym.experiments.chapter3.identification.detection_rates import RATES
 from avsec_gym.experiments.chapter3.identification.evidence_table import evidence_table
 from avsec_gym.experiments.chapter3.identification.identification_rates import (
-    Concluded,
-    algorithm_2,
     fitted_model,
-    identification_rates,
-    maximum_likelihood,
+    rates_of_methods,
 )
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import StateEvidences, bits
-from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED, fitted_to, moment_cells
+from avsec_gym.experiments.chapter3.recordings import (
+    FITTED,
+    JUDGED,
+    drives_inputs,
+    fitted_to,
+    moment_cells,
+)
 from avsec_gym.experiments.experiment import Cell, Configuration
 from avsec_gym.experiments.results import Results
 from avsec_gym.sensor_system import LIDAR, SensorSystem
@@ -47,12 +49,16 @@ def five_cells(configuration: Configuration) -> list[Cell]:
     return moment_cells(_WORK, configuration, parts, FIVE, format=EVIDENCE_FORMAT)
 
 
+def five_inputs(configuration: Configuration) -> dict[str, Path]:
+    """The manifests of procedural drives."""
+    return drives_inputs(configuration, (FITTED, JUDGED), FIVE)
+
+
 def five_summary(results: Results, configuration: Configuration) -> dict[str, Any] | None:
     """What is named of five sensors; None where either part has fewer than `FEWEST` moments.
 
     Returns:
-        ``moments`` of each part, and ``identification``: rows of `identification_rates` with their
-        ``method``.
+        ``moments`` of each part, and ``identification``: `rates_of_methods`.
     """
     nobody = bits(state_vectors(len(FIVE))[0])
     counts = {
@@ -63,14 +69,5 @@ def five_summary(results: Results, configuration: Configuration) -> dict[str, An
         return None
     fitted, judged = (evidence_table(results, part, FIVE) for part in (FITTED, JUDGED))
     on = fitted_to(configuration, FIVE)
-    methods: dict[str, Callable[[float], Concluded]] = {
-        "algorithm 2, error": partial(algorithm_2, fitted, judged, on, criterion="error"),
-        "algorithm 2, any": partial(algorithm_2, fitted, judged, on),
-        "maximum likelihood": partial(maximum_likelihood, fitted_model(fitted, on), judged),
-    }
-    rows = [
-        {"method": name, **row}
-        for name, conclude in methods.items()
-        for row in identification_rates(conclude, judged.drives, len(FIVE), RATES)
-    ]
+    rows = rates_of_methods(fitted, judged, on, fitted_model(fitted, on), RATES)
     return {"moments": {FITTED: len(fitted), JUDGED: len(judged)}, "identification": rows}

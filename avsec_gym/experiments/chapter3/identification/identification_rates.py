@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +20,9 @@ from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValid
 from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 from avsec_gym.validation.state_posterior import Verdict, state_vectors
 from avsec_gym.validation.thresholds import Criterion
+
+CRITERIA: tuple[Criterion, ...] = ("error", "any")
+"""E alone, as in the thesis; and all shares that a triple gives."""
 
 
 class Concluded(NamedTuple):
@@ -81,6 +85,34 @@ def maximum_likelihood(
         (verdicts == Verdict.ATTACKED).reshape(moments, states, -1),
         decoding.alarms.reshape(moments, states),
     )
+
+
+def rates_of_methods(
+    fitted: EvidenceTable,
+    judged: EvidenceTable,
+    on: FittedOn,
+    model: LikelihoodModel,
+    rates: Sequence[float],
+) -> list[dict[str, Any]]:
+    """Rows of `identification_rates` of every way to identify, with its ``method``.
+
+    Args:
+        fitted: Whose clean moments give the thresholds.
+        judged: Others.
+        on: What thresholds and model hold for.
+        model: Fitted on the same moments.
+        rates: r.
+    """
+    methods: dict[str, Callable[[float], Concluded]] = {
+        f"algorithm 2, {criterion}": partial(algorithm_2, fitted, judged, on, criterion=criterion)
+        for criterion in CRITERIA
+    }
+    methods["maximum likelihood"] = partial(maximum_likelihood, model, judged)
+    return [
+        {"method": name, **row}
+        for name, conclude in methods.items()
+        for row in identification_rates(conclude, judged.drives, len(on.system), rates)
+    ]
 
 
 def identification_rates(

@@ -17,9 +17,9 @@ from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.experiments.results import Results
 from avsec_gym.metrics.average_precision_curves import draw_resamples
 
-BOGUS = ("bogus_clean", "bogus_before", "bogus_after")
+BOGUS_SEEN = ("bogus_clean", "bogus_before", "bogus_after")
 """Whether a detector of scans sees an obstacle where bogus points are, in three scans."""
-MEANS = ("precision", "recall", "iou_of_lost", "error_before", "error_after", *BOGUS)
+MEANS = ("precision", "recall", "iou_of_lost", "error_before", "error_after", *BOGUS_SEEN)
 SUMS = ("objects", "found_before", "found_after")
 """Measures of `measures_of`, and counts of objects."""
 LOWEST, MEDIAN = "lowest", "median"
@@ -30,7 +30,8 @@ def localisation_summary(results: Results, configuration: Configuration) -> dict
     """Means over the moments; None without any.
 
     Returns:
-        ``detector`` and ``scan_detector``, empty without one, and ``attacks``: of each its name as
+        ``detector`` and ``scan_detector``, empty without one, from which scores on their boxes
+        count (``score_threshold``, ``scan_score_threshold``), and ``attacks``: of each its name as
         ``attack``; ``moments``; the mean ``iou`` with its ``interval``, 95 %, bootstrap over
         drives, None of a single one; `LOWEST` and `MEDIAN`, each an ``iou`` and its ``moment``;
         means (`MEANS`) and sums (`SUMS`), None where nothing was measured.
@@ -43,7 +44,8 @@ def localisation_summary(results: Results, configuration: Configuration) -> dict
         if found:
             rows.append({"attack": attack, **_row(found)})
     options = {**LOCALISATION_OPTIONS, **configuration.options}
-    detectors = {name: options[name] for name in ("detector", "scan_detector")}
+    names = ("detector", "score_threshold", "scan_detector", "scan_score_threshold")
+    detectors = {name: options[name] for name in names}
     return {**detectors, "attacks": rows} if rows else None
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -26,6 +26,7 @@ from avsec_gym.experiments.chapter3.objects.bogus_obstacles import (
 from avsec_gym.experiments.chapter3.objects.detector_weights import (
     WEIGHT_OPTIONS,
     lidar_detector,
+    scan_alone,
     weight_inputs,
     weights_of,
 )
@@ -50,14 +51,18 @@ LOCALISATION_OPTIONS = {
     "detector": "",
     "scan_detector": "",
     "score_threshold": 0.3,
+    "scan_score_threshold": 0.5,
     "dsgn": "",
     "stereo_rcnn": "",
     **{name: WEIGHT_OPTIONS[name] for name in ("pixor", "pointrcnn")},
 }
 """``depth``: how disparities are found; ``detector``: a stereo detector whose objects are counted
 under attacks on a camera, nobody's if empty; ``scan_detector``: one that looks at scans, for
-attacks on the LiDAR; ``score_threshold``: of boxes that count; by the networks' names their
-weights, instead of those of the package."""
+attacks on the LiDAR; ``score_threshold`` and ``scan_score_threshold``: of their boxes that
+count; by the networks' names their weights, instead of those of the package."""
+
+LOCALISATION_FORMAT = 2
+"""Raised when something else is attacked or measured."""
 
 _WORK = f"{__name__}:RepairedMoments"
 _STREAM = 5
@@ -83,7 +88,7 @@ class Attempt:
 
 def localisation_cells(configuration: Configuration) -> list[Cell]:
     """A cell for every judged moment."""
-    return moment_cells(_WORK, configuration, (JUDGED,))
+    return moment_cells(_WORK, configuration, (JUDGED,), format=LOCALISATION_FORMAT)
 
 
 def localisation_inputs(configuration: Configuration) -> dict[str, Path]:
@@ -107,6 +112,7 @@ class RepairedMoments:
         self._reference = self._parts[JUDGED].system.reference
         self._attacks = attacks_of(self._reference)
         self._seed = configuration.seed
+        self._labelled = True
         self._pasted: dict[int, dict[str, OpticalAttack]] = {}
 
     @cached_property
@@ -121,7 +127,7 @@ class RepairedMoments:
         name = self._options["scan_detector"]
         return lidar_detector(name, self._options) if name else None
 
-    def __call__(self, part: str, number: int) -> CellResult:
+    def __call__(self, part: str, number: int, format: int) -> CellResult:
         """What `measures_of` tells of each attack; NaN where it is a share of nothing.
 
         With a detector of the attacked sensor also how many ``objects`` it finds in the clean
@@ -132,6 +138,7 @@ class RepairedMoments:
         Args:
             part: `JUDGED`.
             number: Of the moment.
+            format: `LOCALISATION_FORMAT`; cells of another one are done again.
         """
         moment, seconds = self._parts[part].moments[number], dict[str, float]()
         clean = moment.frame()
@@ -196,8 +203,10 @@ class RepairedMoments:
         if number not in self._pasted:
             self._pasted.clear()
             self._pasted[number] = {}
-            with suppress(DataError):
-                scan = scan_of_a_car(self._parts[JUDGED].moments, number + 1)
+            moments = self._parts[JUDGED].moments
+            scan = scan_of_a_car(moments, number + 1, len(moments) - 1) if self._labelled else None
+            self._labelled = scan is not None
+            if scan is not None:
                 self._pasted[number] = {CAR: CarInView(scan, self._reference)}
         return self._pasted[number]
 
@@ -206,8 +215,8 @@ class RepairedMoments:
         if self._scan_detector is None:
             return Boxes3D.empty()
         with _timed(seconds, "scan detector"):
-            alone = SensorFrame(frame.id, frame.calibration, scan=frame.points, origin=frame.origin)
-            found = above(self._scan_detector.detect(alone), self._options["score_threshold"])
+            found = self._scan_detector.detect(scan_alone(frame))
+        found = above(found, self._options["scan_score_threshold"])
         size = frame.image(self._reference).shape[:2]
         return boxes_seen_by(found, frame.calibration.projection(self._reference), size)
 

@@ -6,8 +6,10 @@ pastes scans of objects.  Here all stand at one place, so that what they look li
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
@@ -17,6 +19,7 @@ from avsec_gym.experiments.chapter3.objects.bogus_obstacles import bogus_patch, 
 from avsec_gym.experiments.chapter3.objects.detector_weights import (
     WEIGHT_OPTIONS,
     lidar_detector,
+    scan_alone,
     weight_inputs,
 )
 from avsec_gym.experiments.chapter3.objects.moment_truth import truth_of
@@ -46,14 +49,14 @@ from avsec_gym.experiments.experiment import (
 from avsec_gym.frame import SensorFrame
 
 PLANE, PLANE_RAYS_LOST, PLANE_OF_A_CAR = "plane", "plane, rays lost", "plane of a car"
-CAR, CAR_RAYS_LOST = "car", "car, rays lost"
+PASTED, PASTED_RAYS_LOST = "car", "car, rays lost"
 PLANES = {
     PLANE: LidarSpoofing(reference=SYSTEM.reference),
     PLANE_RAYS_LOST: LidarSpoofing(reference=SYSTEM.reference, rays_lost=True),
     PLANE_OF_A_CAR: LidarSpoofing(width=1.7, reference=SYSTEM.reference, rays_lost=True),
 }
 """The thesis' bogus return, one that hides what is behind it, and one as wide as a car's rear."""
-CARS = {CAR: False, CAR_RAYS_LOST: True}
+CARS = {PASTED: False, PASTED_RAYS_LOST: True}
 """Scans of cars: whether they hide what is behind them."""
 BELIEVED_OPTIONS = {
     "fit": OPTIONS["fit"],
@@ -64,7 +67,7 @@ BELIEVED_OPTIONS = {
 }
 """Beside those of the recordings: ``believers``: detectors that look at scans, with commas; by the
 networks' names their weights."""
-ATTACKED, ALREADY = "attacked", "clean"
+ATTACKED, CLEAN = "attacked", "clean"
 TRUTH = "believed truth"
 _WORK = f"{__name__}:BelievedPoints"
 
@@ -92,7 +95,7 @@ def believed_setting(kind: str) -> str:
 
 
 def score_name(detector: str, state: str) -> str:
-    """The best score of a box at the bogus points' place: `ATTACKED`, or `ALREADY` there."""
+    """The best score of a box at the bogus points' place, in the `ATTACKED` or the `CLEAN` scan."""
     return f"{detector} {state}"
 
 
@@ -110,16 +113,16 @@ class BelievedPoints:
         }
         self._parts = {part: recordings_of(configuration, part) for part in (FITTED, JUDGED)}
         self._seed = seed_of(configuration, JUDGED)
+        self._labelled = True
 
     def __call__(self, part: str, number: int) -> CellResult:
         """Of a fitted moment what is found, and the truth; of a judged one scores by kind.
 
+        A score is NaN where no box is; without a labelled car there are planes only.
+
         Args:
             part: `FITTED` or `JUDGED`.
             number: Of the moment.
-
-        Raises:
-            DataError: No fitted moment shows the LiDAR a labelled car.
         """
         moment = self._parts[part].moments[number]
         frame = moment.frame()
@@ -148,7 +151,7 @@ class BelievedPoints:
                     score_name(name, state),
                     best_score(found[name], place),
                 )
-                for state, found in ((ATTACKED, attacked), (ALREADY, clean))
+                for state, found in ((ATTACKED, attacked), (CLEAN, clean))
                 for name in self._detectors
             ]
             begun = time.perf_counter()
@@ -159,24 +162,28 @@ class BelievedPoints:
     ) -> Iterator[tuple[str, TamperedFrame, Boxes3D]]:
         """By kind the frame, and the place of the bogus points."""
         seed = (self._seed, number)
+        distance, bearing = PLANES[PLANE].place(frame, seed)
         for kind, plane in PLANES.items():
-            tampered = plane.attack(frame, seed)
+            tampered = replace(plane, distance=distance, bearing=bearing).attack(frame, seed)
             yield kind, tampered, bogus_patch(tampered)
-        scan = scan_of_a_car(self._parts[FITTED].moments, number)
-        for kind, rays_lost in CARS.items():
+        moments = self._parts[FITTED].moments
+        scan = scan_of_a_car(moments, number, len(moments)) if self._labelled else None
+        self._labelled = scan is not None
+        for kind, rays_lost in CARS.items() if scan else ():
+            assert scan is not None
             tampered = CarInView(scan, SYSTEM.reference, rays_lost).attack(frame, seed)
             yield kind, tampered, pasted_box(scan, tampered)
 
     def _look(self, frame: SensorFrame, seconds: dict[str, float]) -> dict[str, Boxes3D]:
-        alone = SensorFrame(frame.id, frame.calibration, scan=frame.points, origin=frame.origin)
         found = {}
         for name, detector in self._detectors.items():
             begun = time.perf_counter()
-            found[name] = detector.detect(alone)
+            found[name] = detector.detect(scan_alone(frame))
             seconds[name] += time.perf_counter() - begun
         return found
 
 
 def best_score(found: Boxes3D, place: Boxes3D) -> float:
-    """The highest of the boxes that cover a place; 0 where none does."""
-    return float(found.score[covering(found, place)].max(initial=0.0))
+    """The highest of the boxes that cover a place; NaN where none does."""
+    scores = found.score[covering(found, place)]
+    return float(scores.max()) if len(scores) else math.nan

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors import Detector, ImageDetector
 from avsec_gym.perception.weights.given import shipped_weights
 from avsec_gym.perception.weights.store import card_path
@@ -24,6 +25,11 @@ def lidar_detector(name: str, options: Mapping[str, Any]) -> Detector:
     """
     detector: Detector = make(Kind.DETECTOR, _with_weights(name, options))
     return detector
+
+
+def scan_alone(frame: SensorFrame) -> SensorFrame:
+    """A frame without images: what a detector of scans looks at."""
+    return SensorFrame(frame.id, frame.calibration, scan=frame.points, origin=frame.origin)
 
 
 def image_detector(name: str, options: Mapping[str, Any]) -> ImageDetector:

@@ -17,7 +17,7 @@ from avsec_gym.attacks.pasted_scan import PastedScan
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.chapter3.objects.moment_truth import truth_of
-from avsec_gym.experiments.chapter3.recordings import SYSTEM
+from avsec_gym.experiments.chapter3.recordings import RIG, SYSTEM
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import ego_to_camera
 from avsec_gym.sensor_system import LIDAR, Sensor
@@ -31,7 +31,9 @@ FARTHEST = 20.0
 
 @dataclass(frozen=True, eq=False)
 class CarInView:
-    """A car's scan at the distance and bearing that `LidarSpoofing` draws by the same seed.
+    """A car's scan where `LidarSpoofing` puts the thesis' bogus return by the same seed.
+
+    The side of the car that is nearest to the LiDAR stands at that distance.
 
     Args:
         scan: Of the car.
@@ -51,34 +53,44 @@ class CarInView:
 
     def attack(self, frame: SensorFrame, seed: Seed = 0) -> TamperedFrame:
         """See `OpticalAttack.attack`."""
-        drawn = LidarSpoofing(reference=self.reference).attack(frame, seed).settings
-        distance, bearing = drawn["distance"], drawn["bearing"]
-        paste = PastedScan(self.scan, distance, bearing, rays_lost=self.rays_lost)
+        distance, bearing = LidarSpoofing(reference=self.reference).place(frame, seed)
+        towards = np.array(self.scan.seen_from) / np.hypot(*self.scan.seen_from)
+        nearest = float((self.scan.points[:, :2] @ towards).max())
+        paste = PastedScan(self.scan, distance + nearest, bearing, rays_lost=self.rays_lost)
         return paste.attack(frame, seed)
 
 
-def scan_of_a_car(moments: Sequence[Moment], number: int) -> ObjectScan:
-    """The nearest car of a moment, or of the next one that has one up to `FARTHEST`.
+def scan_of_a_car(moments: Sequence[Moment], first: int, count: int) -> ObjectScan | None:
+    """The nearest car of that moment, of so many from a first one on, that has one.
+
+    Args:
+        moments: Of a recording; after the last one comes the first.
+        first: Number of the moment to begin with.
+        count: Of the moments that are looked at.
+
+    Returns:
+        None: None of them has a labelled car up to `FARTHEST` with `FEWEST_POINTS` or more.
 
     Raises:
-        DataError: No moment has a labelled car with `FEWEST_POINTS` or more.
+        DataError: A file is broken.
     """
-    for place in range(len(moments)):
-        frame = moments[(number + place) % len(moments)].frame()
+    for place in range(count):
+        frame = moments[(first + place) % len(moments)].frame()
         scans = scans_of_cars(frame, truth_of(frame, SYSTEM.reference))
         if scans:
             return scans[0]
-    raise DataError(
-        f"No moment shows the LiDAR a labelled car within {FARTHEST:g} m whose scan could be"
-        " pasted.",
-        remedy="Name labelled drives by --options fit=FOLDER.",
-    )
+    return None
 
 
 def scans_of_cars(frame: SensorFrame, labels: Boxes3D | None) -> list[ObjectScan]:
-    """Of a frame's labelled cars up to `FARTHEST`, with `FEWEST_POINTS` or more, nearest first."""
+    """Of a frame's labelled cars up to `FARTHEST`, with `FEWEST_POINTS` or more, nearest first.
+
+    Raises:
+        DataError: The scan is missing or broken.
+    """
     if labels is None:
         return []
+    _ = frame.points  # If it cannot be read, that is no hidden car.
     cars = labels[labels.category == "Car"]
     distance = np.hypot(cars.location[:, 0], cars.location[:, 2])
     scans = []
@@ -91,7 +103,7 @@ def scans_of_cars(frame: SensorFrame, labels: Boxes3D | None) -> list[ObjectScan
 
 
 def pasted_box(scan: ObjectScan, tampered: TamperedFrame) -> Boxes3D:
-    """Where `PastedScan` put an object."""
+    """Where `PastedScan` put an object, on the road."""
     pose = [[tampered.settings[one] for one in ("x", "y", "heading")]]
-    location, rotation_y = ego_to_camera(pose, 0.0)
+    location, rotation_y = ego_to_camera(pose, RIG.camera_height)
     return Boxes3D(location, np.array([scan.dimensions]), rotation_y, np.ones(1), np.array(["Car"]))

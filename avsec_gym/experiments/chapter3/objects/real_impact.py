@@ -7,6 +7,7 @@ working point on labelled frames of the world, which the attacks do not touch.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any
 
 from avsec_gym.attacks.facula import Facula
@@ -39,7 +40,7 @@ Look = Callable[[SensorFrame], Boxes3D]
 
 def impact_on_real_frames(
     real: KittiObject, clean: KittiObject, draws: int
-) -> dict[str, dict[str, Any]]:
+) -> dict[str, dict[str, Any] | None]:
     """The thesis' attacks, one at a time, on every frame that has what a detector looks at.
 
     Args:
@@ -55,40 +56,48 @@ def impact_on_real_frames(
         Of those that look at images, as
         shares of the moderate cars, ``found`` without attack, and ``found_attacked``; and
         ``false_alarms`` of all images, ``false_alarms_attacked`` of all attacked ones, a number
-        for each.
+        for each.  None of a detector without labelled frames that have what it looks at.
 
     Raises:
-        DataError: No frame has what is needed, or a file is broken.
+        DataError: A file is broken.
     """
-    result = {}
+    result: dict[str, dict[str, Any] | None] = {}
     for name in LIDAR_DETECTORS:
-        detector = lidar_detector(name, {})
-        ids, score = _frames_and_score(real, clean, "velodyne", detector.detect, FROM_ABOVE)
-        result[name] = {"score": score, **_bogus_returns(real, ids, detector.detect, score, draws)}
+        look = lidar_detector(name, {}).detect
+        result[name] = None
+        if ids := _labelled(real, "velodyne"):
+            score = _score(clean, "velodyne", look, FROM_ABOVE)
+            found = _bogus_returns(real, ids, look, score, draws)
+            result[name] = {"score": score, **found}
     for name in IMAGE_DETECTORS:
         in_image = image_detector(name, {})
 
-        def look(frame: SensorFrame, detector: Any = in_image) -> Boxes3D:
+        def look_at(frame: SensorFrame, detector: Any = in_image) -> Boxes3D:
             found: Boxes3D = detector.detect(frame, CAMERA)
             return found
 
-        ids, score = _frames_and_score(real, clean, f"image_{CAMERA}", look, IN_IMAGE)
-        result[name] = {"score": score, **_faculae(real, ids, look, score, draws)}
+        result[name] = None
+        if ids := _labelled(real, f"image_{CAMERA}"):
+            score = _score(clean, f"image_{CAMERA}", look_at, IN_IMAGE)
+            result[name] = {"score": score, **_faculae(real, ids, look_at, score, draws)}
     return result
 
 
-def _frames_and_score(
-    real: KittiObject, clean: KittiObject, folder: str, look: Look, seen: int
-) -> tuple[list[str], float]:
-    ids = real.ids(having=(*_LABELLED, folder))
-    if not ids:
-        raise DataError(f"No frame has labels, calib, image_{CAMERA} and {folder}.", path=real.root)
-    known = clean.ids(having=(*_LABELLED, folder))
+def _labelled(data: KittiObject, folder: str) -> list[str]:
+    """Frames with labels and what is looked at."""
+    # A folder that is not there holds no frames.
+    with suppress(DataError):
+        return data.ids(having=(*_LABELLED, folder))
+    return []
+
+
+def _score(clean: KittiObject, folder: str, look: Look, seen: int) -> float:
+    known = _labelled(clean, folder)
     truth = [clean.labels(id, keep_dont_care=True) for id in known]
     point = working_point(truth, [look(clean.frame(id)) for id in known], seen)
     if point is None:
         raise DataError("A detector finds no car at all.", path=clean.root)
-    return ids, point.score
+    return point.score
 
 
 def _bogus_returns(
@@ -103,11 +112,12 @@ def _bogus_returns(
         clean = above(look(frame), score)
         others = [scan for other in ids if other != id for scan in scans[other]]
         for draw in range(draws):
-            plane = attack.attack(frame, draw)
+            seed = (draw, int(id))
+            plane = attack.attack(frame, seed)
             looks = [("", plane, bogus_patch(plane))]
             if others:
                 scan = others[draw % len(others)]
-                car = CarInView(scan, CAMERA).attack(frame, draw)
+                car = CarInView(scan, CAMERA).attack(frame, seed)
                 looks.append(("car_", car, pasted_box(scan, car)))
             for kind, tampered, place in looks:
                 attacked = above(look(tampered.frame), score)
@@ -128,7 +138,7 @@ def _faculae(
     for id in ids:
         frame, truth = real.frame(id), real.labels(id, keep_dont_care=True)
         looks = [(False, frame)]
-        looks += [(True, attack.attack(frame, draw).frame) for draw in range(draws)]
+        looks += [(True, attack.attack(frame, (draw, int(id))).frame) for draw in range(draws)]
         for attacked, source in looks:
             count = counted([truth], [above(look(source), score)], IN_IMAGE)
             hits[attacked] += [True] * count.found + [False] * count.missed

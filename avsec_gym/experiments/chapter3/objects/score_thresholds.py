@@ -21,6 +21,7 @@ from avsec_gym.sensor_system import LIDAR, Sensor
 
 USUAL = 0.3
 """Where nobody labelled the clean moments."""
+_UNKNOWN = {"precision": None, "recall": None}
 
 
 def score_thresholds(results: Results, options: Mapping[str, Any]) -> dict[str, Any]:
@@ -35,22 +36,38 @@ def score_thresholds(results: Results, options: Mapping[str, Any]) -> dict[str, 
         moderate, IoU 0.5 from above or in the image), None where they are not known.
     """
     given = {**DETECTION_OPTIONS, **options}["score_threshold"]
-    reference = SYSTEM.reference
+    if given > 0:
+        return {name: {"score": given, **_UNKNOWN} for name in ("lidar", "camera")}
+    camera, truth = SYSTEM.reference, truth_setting(FITTED)
+    places: dict[str, tuple[Sensor, int]] = {
+        "lidar": (LIDAR, FROM_ABOVE),
+        "camera": (camera, IN_IMAGE),
+    }
     return {
-        "lidar": _threshold(results, given, LIDAR, FROM_ABOVE),
-        "camera": _threshold(results, given, reference, IN_IMAGE),
+        name: score_threshold(results, truth, seen_setting(FITTED, sensor, False, camera), seen)
+        for name, (sensor, seen) in places.items()
     }
 
 
-def _threshold(results: Results, given: float, sensor: Sensor, seen: int) -> dict[str, Any]:
-    if given > 0:
-        return {"score": given, "precision": None, "recall": None}
-    truth = results.detections(truth_setting(FITTED))
-    found = results.detections(seen_setting(FITTED, sensor, False, SYSTEM.reference))
+def score_threshold(
+    results: Results, truth_of: str, found_of: str, seen: int = FROM_ABOVE
+) -> dict[str, Any]:
+    """Of one detector, from clean moments.
+
+    Args:
+        results: Of a run.
+        truth_of: The setting of labels.
+        found_of: That of detections.
+        seen: `FROM_ABOVE` or `IN_IMAGE`.
+
+    Returns:
+        ``score``, ``precision`` and ``recall``, see `score_thresholds`.
+    """
+    truth, found = results.detections(truth_of), results.detections(found_of)
     moments = sorted(truth.keys() & found.keys())
     point = None
     if moments:
         point = working_point([truth[id] for id in moments], [found[id] for id in moments], seen)
     if point is None:
-        return {"score": USUAL, "precision": None, "recall": None}
+        return {"score": USUAL, **_UNKNOWN}
     return point._asdict()

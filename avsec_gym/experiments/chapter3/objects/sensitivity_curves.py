@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from avsec_gym.experiments.chapter3.identification.identification_rates import CRITERIA
 from avsec_gym.experiments.chapter3.objects.attack_sizes import (
     CAMERA,
     COVERED,
@@ -25,7 +26,7 @@ from avsec_gym.experiments.chapter3.objects.car_precision import (
 )
 from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED
 from avsec_gym.experiments.chapter3.shares import drive_of, share_of
-from avsec_gym.experiments.chapter3.summary import CRITERIA, FEWEST
+from avsec_gym.experiments.chapter3.summary import FEWEST
 from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.experiments.results import Results
 from avsec_gym.geometry import Floats

@@ -17,6 +17,7 @@ from avsec_gym.experiments.chapter3.objects.detector_weights import (
     WEIGHT_OPTIONS,
     image_detector,
     lidar_detector,
+    scan_alone,
     weight_inputs,
 )
 from avsec_gym.experiments.chapter3.objects.moment_truth import truth_of
@@ -166,8 +167,7 @@ class SensorDetections:
 
     def _look(self, sensor: Sensor, frame: SensorFrame) -> Boxes3D:
         if sensor == LIDAR:
-            alone = SensorFrame(frame.id, frame.calibration, scan=frame.points, origin=frame.origin)
-            return self._lidar.detect(alone)
+            return self._lidar.detect(scan_alone(frame))
         return self._image.detect(frame, int(sensor))
 
 

@@ -89,15 +89,14 @@ def test_a_cell_has_all_states_of_all_sensors(tmp_path: Path) -> None:
     clean = StateEvidence(wall(20), {}, FIVE, PairDepth("sgbm")).evidence(STATES[:1])
     np.testing.assert_allclose(table.shares[:, 0], clean, atol=1e-9)
     # Whom nobody attacks, all others agree with.
-    attacked = {scope: number for number, (_, scope) in enumerate(evidence_elements(FIVE))}
     for state, shares in zip(STATES, table.shares[0], strict=True):
-        for scope, number in attacked.items():
+        for number, (_, scope) in enumerate(evidence_elements(FIVE)):
             if not state[list(scope)].any():
                 assert shares[number] == pytest.approx(table.shares[0, 0, number])
 
 
 def known_moment(part: str, number: int, hidden: int) -> CellResult:
-    """An attack adds to whatever depends on it, on one sensor to E and its companions alone."""
+    """An attack adds to what depends on it; on the hidden sensor alone only to what is darker."""
     random = np.random.default_rng([part == "judged", number])
     # What is judged stays below the largest of what is fitted.
     id, rows, most = f"drive_{number:03d}/0", [], 0.05 if part == "fitted" else 0.04

@@ -11,9 +11,8 @@ import pytest
 from shapely import MultiPoint, Polygon
 
 from avsec_gym import registry
-from avsec_gym.attacks.pasted_scan import PastedScan
+from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.errors import DataError
 from avsec_gym.experiments.catalogue import experiment
 from avsec_gym.experiments.chapter3.objects import believed_rates
 from avsec_gym.experiments.chapter3.objects.believed_points import (
@@ -134,12 +133,12 @@ def test_cars_are_believed_and_planes_are_not(
     kept = Kept(*(work(**cell.arguments) for cell in cells))
     assert believed_rates.believed_summary(kept, configuration) is None  # type: ignore[arg-type]
     monkeypatch.setattr(believed_rates, "FEWEST", DRAWS)
-    rows = believed_rates.believed_summary(kept, configuration)  # type: ignore[arg-type]
-    assert rows is not None
-    told = {row["kind"]: row for row in rows}
+    summary = believed_rates.believed_summary(kept, configuration)  # type: ignore[arg-type]
+    assert summary is not None
+    assert summary["objects"] == {"believer": {"score": 0.6, "precision": 1.0, "recall": 1.0}}
+    told = {row["kind"]: row for row in summary["rows"]}
     assert list(told) == [*PLANES, *CARS]
     for kind, row in told.items():
-        assert row["score"] == 0.6
         assert row["clean"]["count"] == 0
         expected = DRAWS if kind in CARS else 0
         assert (row["taken"]["count"], row["newly"]["count"]) == (expected, expected)
@@ -148,6 +147,8 @@ def test_cars_are_believed_and_planes_are_not(
     for plane in PLANES:
         scores = kept.measurements(setting=f"believed {plane}", name="believer attacked")
         assert {row["value"] for row in scores} == {0.2}
+    before = kept.measurements(setting="believed plane", name="believer clean")
+    assert np.isnan([row["value"] for row in before]).all()
 
 
 def test_a_pasted_car_is_where_its_box_is() -> None:
@@ -156,16 +157,28 @@ def test_a_pasted_car_is_where_its_box_is() -> None:
     labels = Boxes3D([[0.0, 1.65, 17.0]], [[1.5, 1.6, 4.0]], [-1.57], [1.0], ["Car"])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(f"{CarInView.__module__}.truth_of", lambda frame, camera: labels)
-        scan = scan_of_a_car([moment], 3)
+        scan = scan_of_a_car([moment], 3, 1)
+        assert scan_of_a_car([moment], 3, 0) is None
+    assert scan is not None
     assert len(scan.points) == 400
-    for bearing in (-0.4, 0.0, 0.9):
-        tampered = PastedScan(scan, 8.0, bearing).attack(street(2))
-        box = pasted_box(scan, tampered)
+    for seed in range(3):
+        tampered = CarInView(scan, 2).attack(street(2), seed)
+        plane = LidarSpoofing().attack(street(2), seed)
+        distance, bearing = LidarSpoofing().place(street(2), seed)
+        assert plane.settings == {"distance": distance, "bearing": bearing}
         assert tampered.points is not None
+        # The side that is nearest stands where the plane does.
+        ahead, left = tampered.frame.points[tampered.points, :2].T
+        along = ahead * np.cos(bearing) + left * np.sin(bearing)
+        assert along.min() == pytest.approx(distance, abs=0.05)
+        box = pasted_box(scan, tampered)
         places = transform_points(
             RIG.calibration.velodyne_to_camera, tampered.frame.points[tampered.points, :3]
         )
         (corners,) = rectangle_corners(box.poses, box.length, box.width)
+        height, middle = box.dimensions[0, 0], places[:, 1]
+        assert box.location[0, 1] - height - 0.1 < middle.min()
+        assert middle.max() < box.location[0, 1] + 0.1
         seen_from_above = MultiPoint(np.c_[places[:, 2], -places[:, 0]])
         assert Polygon(corners).buffer(0.01).contains(seen_from_above)
         assert seen_from_above.convex_hull.area > 0.8 * Polygon(corners).area
@@ -173,8 +186,10 @@ def test_a_pasted_car_is_where_its_box_is() -> None:
     assert not covering(labels, Boxes3D.empty()).any()
 
 
-def test_without_a_labelled_car_there_is_nothing_to_paste(tmp_path: Path) -> None:
-    fit, judged = write_drive(tmp_path / "fit", 2, car=False), write_drive(tmp_path / "judged", 1)
+def test_without_a_labelled_car_there_are_planes_only(tmp_path: Path) -> None:
+    fit, judged = write_drive(tmp_path / "fit", 2, car=False), write_drive(tmp_path / "judged", 2)
     options = {"fit": str(fit), "believers": "believer"}
-    with pytest.raises(DataError, match="--options fit=FOLDER"):
-        BelievedPoints(Configuration(str(judged), options=options))("judged", 0)
+    work = BelievedPoints(Configuration(str(judged), options=options))
+    for number in range(2):
+        result = work("judged", number)
+        assert {row.setting for row in result.measurements} == {f"believed {one}" for one in PLANES}
