@@ -23,11 +23,10 @@ page() {  # NAME of a run in RUNS and of its page
     avsec report "$RUNS/$1" --markdown "docs/results/$1.md" --overwrite --json > "$RUNS/$1.json"
     sed "s|$PWD/||g" "$RUNS/$1.json" > "docs/results/$1.json"
 }
-for DEPTH in sgbm psmnet; do
-    run "identification_$DEPTH" identification knowing --limit "$LIMIT" \
-        --options fit_seed=0 "depth=$DEPTH"
-    page "identification_$DEPTH"
-done
+run identification_sgbm identification knowing --limit "$LIMIT" --options fit_seed=0
+page identification_sgbm
+run identification_psmnet identification --limit "$LIMIT" --options fit_seed=0 depth=psmnet
+page identification_psmnet
 run five_sensors five_sensors --limit 300 --options fit_seed=0
 page five_sensors
 "$PYTHON" -m avsec_gym.experiments.chapter3.identification_figure \
