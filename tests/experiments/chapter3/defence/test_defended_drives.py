@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -22,39 +23,19 @@ from avsec_gym.experiments.chapter3.defence.rates import alarm_rows, defence_row
 from avsec_gym.experiments.chapter3.defence.scenes import scene_of
 from avsec_gym.experiments.chapter3.defence.validator import defending_validator
 from avsec_gym.experiments.experiment import Configuration
-from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.raw import KittiRaw
-from avsec_gym.kitti.raw_calibration import write_raw_calibration
 from avsec_gym.kitti.tracklets import Tracklet, write_tracklets
-from avsec_gym.kitti.writing import write_raw_frame
 from avsec_gym.metrics.safety import SafetyRecord
-from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import KITTI_SYSTEM
 
-PLACES = (0.0, 0.56, -0.28, 0.28)
-RIG = camera_rig(PLACES, focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))
 LABEL = "Car 0.00 0 -1.57 100.00 50.00 140.00 90.00 1.50 1.60 4.00 0.00 1.65 12.00 -1.57\n"
 NAN = float("nan")
 
 
-def wall(number: int) -> SensorFrame:
-    """A wall of dark random dots 8 m ahead."""
-    rng = np.random.default_rng(number)
-    dots = rng.integers(0, 100, (120, 300, 1), np.uint8).repeat(3, axis=2)
-    starts = [20 + round(200 * place / 8) for place in PLACES]
-    images = {camera: dots[:, start : start + 240] for camera, start in enumerate(starts)}
-    x, y = np.meshgrid(np.linspace(-5, 5, 150), np.linspace(-2, 2, 40))
-    spots = np.stack([x.ravel(), y.ravel(), np.full(x.size, 8.0), np.ones(x.size)], axis=1)
-    points = (spots @ RIG.calibration.camera_to_velodyne.T).astype(np.float32)
-    return SensorFrame(f"{number:010d}", RIG.calibration, images, points)
-
-
-def write_drives(root: Path, drives: int, frames: int, first: int = 0) -> Path:
-    day = root / "2026_01_01"
+def write_drives(walls: ModuleType, root: Path, drives: int, frames: int, first: int = 0) -> Path:
     for drive in range(1, drives + 1):
-        folder = day / f"2026_01_01_drive_{drive:04d}_sync"
         for number in range(frames):
-            write_raw_frame(folder, number, wall(first + 100 * drive + number))
+            folder = walls.write_wall(root, drive, number, first + 100 * drive + number)
             for kind, text in (
                 ("label_02/data/{}.txt", LABEL),
                 ("moving_02/data/{}.txt", "1\n"),
@@ -63,15 +44,16 @@ def write_drives(root: Path, drives: int, frames: int, first: int = 0) -> Path:
                 path = folder / kind.format(f"{number:010d}")
                 path.parent.mkdir(parents=True, exist_ok=True)
                 path.write_text(text)
-    write_raw_calibration(day, RIG.calibration, image_size=RIG.size)
     return root
 
 
 @pytest.fixture(scope="module")
-def configuration(tmp_path_factory: pytest.TempPathFactory) -> Iterable[Configuration]:
+def configuration(
+    tmp_path_factory: pytest.TempPathFactory, walls: ModuleType
+) -> Iterable[Configuration]:
     root = tmp_path_factory.mktemp("drives")
-    fit = write_drives(root / "fit", 1, 12, first=5000)
-    judged = write_drives(root / "judged", 2, 2)
+    fit = write_drives(walls, root / "fit", 1, 12, first=5000)
+    judged = write_drives(walls, root / "judged", 2, 2)
     with pytest.MonkeyPatch.context() as cache:
         cache.setenv("AVSEC_CACHE", str(root / "cache"))
         yield Configuration(str(judged), options={"fit": str(fit), "rate": 0.0})
@@ -129,15 +111,17 @@ def test_an_attack_stays_as_it_is_over_a_drive(configuration: Configuration) -> 
     assert settings[0] == settings[1] != settings[2] == settings[3]
 
 
-def test_what_a_moment_shows(configuration: Configuration, tmp_path: Path) -> None:
+def test_what_a_moment_shows(
+    configuration: Configuration, tmp_path: Path, walls: ModuleType
+) -> None:
     drive = KittiRaw(configuration.scenarios).drive("0001")
     scene = scene_of(drive.frame(1), "a/1", 1, seed=3)
     assert (scene.id, scene.road_type, len(scene.boxes)) == ("a/1", "highway", 1)
     assert 11 <= scene.speeds[0] <= 13
     with pytest.raises(DataError, match="does not come from a drive"):
-        scene_of(wall(0), "1", 1)
+        scene_of(walls.wall(0), "1", 1)
     # A real drive has tracklets, or nobody knows.
-    folder = write_drives(tmp_path, 1, 1) / "2026_01_01" / "2026_01_01_drive_0001_sync"
+    folder = write_drives(walls, tmp_path, 1, 1) / "2026_01_01" / "2026_01_01_drive_0001_sync"
     (folder / "label_02/data/0000000000.txt").unlink()
     frame = KittiRaw(tmp_path).drive("0001").frame(0)
     with pytest.raises(DataError, match="tracklet"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -24,20 +25,14 @@ from avsec_gym.experiments.chapter3.identification.state_evidence_cells import (
     measured,
 )
 from avsec_gym.experiments.experiment import CellResult, Configuration, Measurement
-from avsec_gym.frame import SensorFrame
-from avsec_gym.kitti.raw_calibration import write_raw_calibration
-from avsec_gym.kitti.writing import write_raw_frame
 from avsec_gym.report.tables_of_validation import tables_of_five
 from avsec_gym.report.validation_in_words import five_sentences
-from avsec_gym.rig import camera_rig
 from avsec_gym.validation.evidence.evidence import evidence_elements
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.evidence.state_evidence import StateEvidence
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.state_posterior import state_vectors
 
-PLACES = (0.0, 0.56, -0.28, 0.28)
-RIG = camera_rig(PLACES, focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))
 STATES = state_vectors(len(FIVE))
 MOMENTS = 30
 
@@ -55,27 +50,11 @@ class Kept:
         return self._rows.get(setting, [])
 
 
-def wall(number: int) -> SensorFrame:
-    """A wall of dark random dots 8 m ahead."""
-    rng = np.random.default_rng(number)
-    dots = rng.integers(0, 100, (120, 300, 1), np.uint8).repeat(3, axis=2)
-    starts = [20 + round(200 * place / 8) for place in PLACES]
-    images = {camera: dots[:, start : start + 240] for camera, start in enumerate(starts)}
-    x, y = np.meshgrid(np.linspace(-5, 5, 150), np.linspace(-2, 2, 40))
-    spots = np.stack([x.ravel(), y.ravel(), np.full(x.size, 8.0), np.ones(x.size)], axis=1)
-    points = (spots @ RIG.calibration.camera_to_velodyne.T).astype(np.float32)
-    return SensorFrame(f"{number:010d}", RIG.calibration, images, points)
-
-
-def write_drive(root: Path, first: int) -> Path:
-    folder = root / "2026_01_01" / "2026_01_01_drive_0001_sync"
-    write_raw_frame(folder, 0, wall(first))
-    write_raw_calibration(folder.parent, RIG.calibration, image_size=RIG.size)
-    return root
-
-
-def test_a_cell_has_all_states_of_all_sensors(tmp_path: Path) -> None:
-    fit, judged = write_drive(tmp_path / "fit", 10), write_drive(tmp_path / "judged", 20)
+def test_a_cell_has_all_states_of_all_sensors(tmp_path: Path, walls: ModuleType) -> None:
+    fit, judged = (
+        walls.write_wall(tmp_path / part, 1, 0, seed)
+        for part, seed in (("fit", 10), ("judged", 20))
+    )
     configuration = Configuration(str(judged), options={"fit": str(fit)})
     cells = five_cells(configuration)
     assert cells == experiment("five_sensors").cells(configuration)
@@ -86,7 +65,7 @@ def test_a_cell_has_all_states_of_all_sensors(tmp_path: Path) -> None:
     }
     table = evidence_table(Kept(result), "judged", FIVE)  # type: ignore[arg-type]
     assert table.shares.shape == (1, 32, len(evidence_elements(FIVE)))
-    clean = StateEvidence(wall(20), {}, FIVE, PairDepth("sgbm")).evidence(STATES[:1])
+    clean = StateEvidence(walls.wall(20), {}, FIVE, PairDepth("sgbm")).evidence(STATES[:1])
     np.testing.assert_allclose(table.shares[:, 0], clean, atol=1e-9)
     # Whom nobody attacks, all others agree with.
     for state, shares in zip(STATES, table.shares[0], strict=True):

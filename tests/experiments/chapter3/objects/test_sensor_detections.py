@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -39,17 +40,12 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import transform_points
 from avsec_gym.kitti.labels import read_labels
 from avsec_gym.kitti.raw import Drive, KittiRaw
-from avsec_gym.kitti.raw_calibration import write_raw_calibration
 from avsec_gym.kitti.tracklets import Tracklet, write_tracklets
-from avsec_gym.kitti.writing import write_raw_frame
 from avsec_gym.perception.detectors.image_detector import image_boxes
 from avsec_gym.perception.weights.given import shipped_weights
-from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import KITTI_SYSTEM
 from avsec_gym.validation.evidence.evidence import EVIDENCE_FORMAT
 
-PLACES = (0.0, 0.56, -0.28, 0.28)
-RIG = camera_rig(PLACES, focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))
 LABEL = "Car 0.00 0 -1.57 109.60 62.14 141.60 93.00 1.50 1.60 4.00 0.00 1.65 12.00 -1.57\n"
 DONT_CARE = "DontCare -1 -1 -10 1 2 9 9 -1 -1 -1 -1000 -1000 -1000 -10\n"
 CAMERAS = (1, 3, 2)
@@ -57,26 +53,12 @@ BRIGHT = 170
 FROM_0_3 = {"lidar": {"score": 0.3}, "camera": {"score": 0.3}}
 
 
-def wall(number: int) -> SensorFrame:
-    """A wall of dark random dots 8 m ahead."""
-    rng = np.random.default_rng(number)
-    dots = rng.integers(0, 100, (120, 300, 1), np.uint8).repeat(3, axis=2)
-    starts = [20 + round(200 * place / 8) for place in PLACES]
-    images = {camera: dots[:, start : start + 240] for camera, start in enumerate(starts)}
-    x, y = np.meshgrid(np.linspace(-5, 5, 150), np.linspace(-2, 2, 40))
-    spots = np.stack([x.ravel(), y.ravel(), np.full(x.size, 8.0), np.ones(x.size)], axis=1)
-    points = (spots @ RIG.calibration.camera_to_velodyne.T).astype(np.float32)
-    return SensorFrame(f"{number:010d}", RIG.calibration, images, points)
-
-
-def write_drive(root: Path, frames: int, first: int = 0) -> Path:
-    folder = root / "2026_01_01" / "2026_01_01_drive_0001_sync"
+def write_drive(walls: ModuleType, root: Path, frames: int, first: int = 0) -> Path:
     for number in range(frames):
-        write_raw_frame(folder, number, wall(first + number))
+        folder = walls.write_wall(root, 1, number, first + number)
         path = folder / "label_02" / "data" / f"{number:010d}.txt"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(LABEL + DONT_CARE)
-    write_raw_calibration(root / "2026_01_01", RIG.calibration, image_size=RIG.size)
     return root
 
 
@@ -142,16 +124,18 @@ def detectors(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture(scope="module")
-def configuration(tmp_path_factory: pytest.TempPathFactory) -> Iterable[Configuration]:
+def configuration(
+    tmp_path_factory: pytest.TempPathFactory, walls: ModuleType
+) -> Iterable[Configuration]:
     root = tmp_path_factory.mktemp("drives")
     options = {
-        "fit": str(write_drive(root / "fit", 2, first=5000)),
+        "fit": str(write_drive(walls, root / "fit", 2, first=5000)),
         "lidar_detector": "radar",
         "image_detector": "window",
         "sensitivity_lidar": "whole_radar",
         "sensitivity_image": "window",
     }
-    return Configuration(str(write_drive(root / "judged", 3)), options=options)
+    return Configuration(str(write_drive(walls, root / "judged", 3)), options=options)
 
 
 def boxes_of(result: CellResult) -> dict[tuple[str, float], Boxes3D]:
@@ -310,8 +294,10 @@ def test_without_detectors_disparity_errors_are_left(configuration: Configuratio
     assert not fitted.detections
 
 
-def test_what_a_real_drive_shows_is_what_its_tracklets_project_to(tmp_path: Path) -> None:
-    root = write_drive(tmp_path, 1)
+def test_what_a_real_drive_shows_is_what_its_tracklets_project_to(
+    tmp_path: Path, walls: ModuleType
+) -> None:
+    root = write_drive(walls, tmp_path, 1)
     folder = root / "2026_01_01" / "2026_01_01_drive_0001_sync"
     frame = KittiRaw(root).drive("0001").frame(0)
     labelled = truth_of(frame, 2)
@@ -331,10 +317,10 @@ def test_what_a_real_drive_shows_is_what_its_tracklets_project_to(tmp_path: Path
     assert len(seen) == 1
     assert seen.box2d is not None
     corners = [[x, y, z] for x in (10, 14) for y in (-0.8, 0.8) for z in (-1.7, -0.2)]
-    in_camera = transform_points(RIG.calibration.velodyne_to_camera, corners)
+    in_camera = transform_points(walls.RIG.calibration.velodyne_to_camera, corners)
     u, v = (200 * in_camera[:, axis] / in_camera[:, 2] for axis in (0, 1))
     u += 120 + 200 * 0.28 / in_camera[:, 2]
     v += 60
     # Of the world's tilt, a box that stands upright in the camera frame knows nothing.
     np.testing.assert_allclose(seen.box2d[0], [u.min(), v.min(), u.max(), v.max()], atol=1.0)
-    assert truth_of(wall(0), 2) is None
+    assert truth_of(walls.wall(0), 2) is None
