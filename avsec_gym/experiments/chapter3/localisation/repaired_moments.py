@@ -31,7 +31,7 @@ from avsec_gym.experiments.chapter3.objects.detector_weights import (
     weights_of,
 )
 from avsec_gym.experiments.chapter3.objects.object_mismatches import boxes_seen_by
-from avsec_gym.experiments.chapter3.objects.pasted_cars import CarInView, pasted_box, scan_of_a_car
+from avsec_gym.experiments.chapter3.objects.pasted_cars import CarInView, CarsOfMoments, pasted_box
 from avsec_gym.experiments.chapter3.recordings import (
     JUDGED,
     OPTIONS,
@@ -112,8 +112,7 @@ class RepairedMoments:
         self._reference = self._parts[JUDGED].system.reference
         self._attacks = attacks_of(self._reference)
         self._seed = configuration.seed
-        self._labelled = True
-        self._pasted: dict[int, dict[str, OpticalAttack]] = {}
+        self._cars = CarsOfMoments(self._parts[JUDGED].moments)
 
     @cached_property
     def _detector(self) -> Detector | None:
@@ -144,7 +143,7 @@ class RepairedMoments:
         clean = moment.frame()
         in_images, in_scan = self._seen(clean, seconds), self._scanned(clean, seconds)
         rows = []
-        for attack in (*self._attacks, *self._of_other_moments(number)):
+        for attack in self._attacks_on(number):
             attempt = self._attempt(clean, number, attack, seconds)
             found = measures_of(clean, attempt.tampered, attempt.mended)
             if self._detector is not None and attempt.tampered.pixels:
@@ -186,7 +185,7 @@ class RepairedMoments:
     ) -> Attempt:
         seed = (self._seed, number, _STREAM, [*self._attacks, CAR].index(attack))
         with _timed(seconds, "attack"):
-            chosen = {**self._attacks, **self._of_other_moments(number)}[attack]
+            chosen = self._attacks_on(number)[attack]
             tampered = chosen.attack(clean, seed)
         with _timed(seconds, f"repair of {'a camera' if tampered.pixels else 'the LiDAR'}"):
             system = self._parts[JUDGED].system
@@ -198,17 +197,12 @@ class RepairedMoments:
             bogus = bogus_patch(tampered)
         return Attempt(clean, tampered, mended, bogus)
 
-    def _of_other_moments(self, number: int) -> dict[str, OpticalAttack]:
-        """The scan of a car of the next moment that shows one; nothing where nobody labelled."""
-        if number not in self._pasted:
-            self._pasted.clear()
-            self._pasted[number] = {}
-            moments = self._parts[JUDGED].moments
-            scan = scan_of_a_car(moments, number + 1, len(moments) - 1) if self._labelled else None
-            self._labelled = scan is not None
-            if scan is not None:
-                self._pasted[number] = {CAR: CarInView(scan, self._reference)}
-        return self._pasted[number]
+    def _attacks_on(self, number: int) -> dict[str, OpticalAttack]:
+        """`attacks_of`, and `CAR`, that of the next other moment; not where nobody labelled any."""
+        count = len(self._parts[JUDGED].moments)
+        scan = self._cars.first_of(range(number + 1, number + count))
+        pasted = {} if scan is None else {CAR: CarInView(scan, self._reference)}
+        return {**self._attacks, **pasted}
 
     def _scanned(self, frame: SensorFrame, seconds: dict[str, float]) -> Boxes3D:
         """As the reference sees it; nothing without a detector of scans."""

@@ -26,8 +26,8 @@ from avsec_gym.experiments.chapter3.objects.moment_truth import truth_of
 from avsec_gym.experiments.chapter3.objects.object_mismatches import boxes_seen_by
 from avsec_gym.experiments.chapter3.objects.pasted_cars import (
     CarInView,
+    CarsOfMoments,
     pasted_box,
-    scan_of_a_car,
 )
 from avsec_gym.experiments.chapter3.recordings import (
     FITTED,
@@ -113,7 +113,7 @@ class BelievedPoints:
         }
         self._parts = {part: recordings_of(configuration, part) for part in (FITTED, JUDGED)}
         self._seed = seed_of(configuration, JUDGED)
-        self._labelled = True
+        self._cars = CarsOfMoments(self._parts[FITTED].moments)
 
     def __call__(self, part: str, number: int) -> CellResult:
         """Of a fitted moment what is found, and the truth; of a judged one scores by kind.
@@ -166,11 +166,11 @@ class BelievedPoints:
         for kind, plane in PLANES.items():
             tampered = replace(plane, distance=distance, bearing=bearing).attack(frame, seed)
             yield kind, tampered, bogus_patch(tampered)
-        moments = self._parts[FITTED].moments
-        scan = scan_of_a_car(moments, number, len(moments)) if self._labelled else None
-        self._labelled = scan is not None
-        for kind, rays_lost in CARS.items() if scan else ():
-            assert scan is not None
+        count = len(self._parts[FITTED].moments)
+        scan = self._cars.first_of(range(number, number + count))
+        if scan is None:
+            return
+        for kind, rays_lost in CARS.items():
             tampered = CarInView(scan, SYSTEM.reference, rays_lost).attack(frame, seed)
             yield kind, tampered, pasted_box(scan, tampered)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import ClassVar
@@ -60,26 +60,35 @@ class CarInView:
         return paste.attack(frame, seed)
 
 
-def scan_of_a_car(moments: Sequence[Moment], first: int, count: int) -> ObjectScan | None:
-    """The nearest car of that moment, of so many from a first one on, that has one.
+class CarsOfMoments:
+    """The nearest car of each moment, see `scans_of_cars`; it is cut out once.
 
     Args:
-        moments: Of a recording; after the last one comes the first.
-        first: Number of the moment to begin with.
-        count: Of the moments that are looked at.
-
-    Returns:
-        None: None of them has a labelled car up to `FARTHEST` with `FEWEST_POINTS` or more.
-
-    Raises:
-        DataError: A file is broken.
+        moments: Of a recording.
     """
-    for place in range(count):
-        frame = moments[(first + place) % len(moments)].frame()
-        scans = scans_of_cars(frame, truth_of(frame, SYSTEM.reference))
-        if scans:
-            return scans[0]
-    return None
+
+    def __init__(self, moments: Sequence[Moment]) -> None:
+        self._moments = moments
+        self._known: dict[int, ObjectScan | None] = {}
+
+    def first_of(self, numbers: Iterable[int]) -> ObjectScan | None:
+        """The car of the first moment that has one; None: none has.
+
+        Args:
+            numbers: Of moments; after the last one of the recording comes the first again.
+
+        Raises:
+            DataError: A file is broken.
+        """
+        found = (self._of(number % len(self._moments)) for number in numbers)
+        return next((scan for scan in found if scan is not None), None)
+
+    def _of(self, number: int) -> ObjectScan | None:
+        if number not in self._known:
+            frame = self._moments[number].frame()
+            scans = scans_of_cars(frame, truth_of(frame, SYSTEM.reference))
+            self._known[number] = scans[0] if scans else None
+        return self._known[number]
 
 
 def scans_of_cars(frame: SensorFrame, labels: Boxes3D | None) -> list[ObjectScan]:

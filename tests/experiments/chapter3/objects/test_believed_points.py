@@ -25,8 +25,8 @@ from avsec_gym.experiments.chapter3.objects.believed_points import (
 from avsec_gym.experiments.chapter3.objects.bogus_obstacles import covering
 from avsec_gym.experiments.chapter3.objects.pasted_cars import (
     CarInView,
+    CarsOfMoments,
     pasted_box,
-    scan_of_a_car,
 )
 from avsec_gym.experiments.experiment import CellResult, Configuration
 from avsec_gym.frame import SensorFrame
@@ -157,8 +157,10 @@ def test_a_pasted_car_is_where_its_box_is() -> None:
     labels = Boxes3D([[0.0, 1.65, 17.0]], [[1.5, 1.6, 4.0]], [-1.57], [1.0], ["Car"])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(f"{CarInView.__module__}.truth_of", lambda frame, camera: labels)
-        scan = scan_of_a_car([moment], 3, 1)
-        assert scan_of_a_car([moment], 3, 0) is None
+        cars = CarsOfMoments([moment])
+        scan = cars.first_of([3])
+        assert cars.first_of([0]) is scan
+        assert cars.first_of([]) is None
     assert scan is not None
     assert len(scan.points) == 400
     for seed in range(3):
