@@ -24,16 +24,24 @@ def answer(options: argparse.Namespace, run: Callable[[argparse.Namespace], Any]
     Returns:
         The exit code: 1 where data or options were bad, which is said.
     """
+
+    def work() -> None:
+        text = json.dumps(run(options), indent=1, allow_nan=False) + "\n"
+        if options.json is None:
+            sys.stdout.write(text)
+        else:
+            options.json.parent.mkdir(parents=True, exist_ok=True)
+            options.json.write_text(text)
+
+    return exit_code(work)
+
+
+def exit_code(work: Callable[[], None]) -> int:
+    """Do the work; 1 where data or options were bad, which is said."""
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
     try:
-        result = run(options)
+        work()
     except AvsecError as error:
         _LOG.error("%s", error)
         return 1
-    text = json.dumps(result, indent=1, allow_nan=False) + "\n"
-    if options.json is None:
-        sys.stdout.write(text)
-    else:
-        options.json.parent.mkdir(parents=True, exist_ok=True)
-        options.json.write_text(text)
     return 0

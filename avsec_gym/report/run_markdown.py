@@ -21,10 +21,11 @@ from avsec_gym.report.tables_beyond import (
     trend_table,
 )
 from avsec_gym.report.tables_of_defence import tables_of_defence
+from avsec_gym.report.tables_of_five_sensors import tables_of_five
 from avsec_gym.report.tables_of_localisation import tables_of_localisation
 from avsec_gym.report.tables_of_optical_attacks import tables_of_optical_attacks
 from avsec_gym.report.tables_of_thesis import tables_of_thesis
-from avsec_gym.report.tables_of_validation import tables_of_five, tables_of_validation
+from avsec_gym.report.tables_of_validation import tables_of_validation
 from avsec_gym.report.tables_why import ghost_table, pyramid_table, spread_table
 from avsec_gym.report.validation_in_words import five_sentences, validation_sentences
 

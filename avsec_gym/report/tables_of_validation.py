@@ -28,12 +28,12 @@ METHODS = {
 }
 """What ways to identify are called."""
 _INDEPENDENT = "maximum likelihood, independent"
-_PRIOR = (
+PRIOR = (
     "By the prior of maximum likelihood each sensor is attacked with a probability of"
     f" {PRIOR_ATTACKED:g}, independently, but sets beyond n − 2 are {1 / PRIOR_BEYOND:g} times"
     " rarer than that; independent: are not."
 )
-_TOLD = (
+TOLD = (
     "What is told: by the validator as it comes, which rather says that it cannot tell than to name"
     " somebody of whom it is not certain, or where no two sensors agree."
 )
@@ -98,7 +98,7 @@ def _detection_table(rows: Any) -> Table:
                 name(CRITERIA[row["criterion"]]),
                 figure(row["rate"], scale=100, digits=0),
                 figure(row["average"], row["interval"], own, scale=100, digits=2),
-                _share(row["false_alarms"]),
+                share_cell(row["false_alarms"]),
             ]
         )
     return Table(
@@ -124,7 +124,7 @@ def _case_table(rows: Any) -> Table:
             name(row["scenario"]),
             name(CRITERIA[row["criterion"]]),
             *(figure(row["cases"][case], scale=100) for case in names),
-            _share(row["false_alarms"]),
+            share_cell(row["false_alarms"]),
         ]
         for row, names in zip(chosen, cases, strict=True)
     ]
@@ -163,8 +163,8 @@ def _bounds_table(summary: Mapping[str, Any]) -> Table:
         below = f"{clean}: below {100 * told.clean_below:g} %"
         above = f"{attacked}: above {100 * told.attacked_above:g} %"
         lines += [
-            [name(words), name(below), _share(row["clean_below"]), name(told.clean)],
-            [name(words), name(above), _share(row["attacked_above"]), name(told.attacked)],
+            [name(words), name(below), share_cell(row["clean_below"]), name(told.clean)],
+            [name(words), name(above), share_cell(row["attacked_above"]), name(told.attacked)],
         ]
     return Table(
         "Figures 3.5, 3.7 and 3.9: on which side of the thesis’ bounds E lies",
@@ -192,9 +192,9 @@ def _identification_table(rows: Any, independent: Any) -> Table:
                 figure(row["rate"], scale=100, digits=0),
                 *sensors,
                 figure(row["average"], row["interval"], own[4], scale=100, digits=2),
-                _share(row["told"]),
-                _share(row["false_alarms"]),
-                _share(row["beyond"]),
+                share_cell(row["told"]),
+                share_cell(row["false_alarms"]),
+                share_cell(row["beyond"]),
             ]
         )
     return Table(
@@ -205,45 +205,12 @@ def _identification_table(rows: Any, independent: Any) -> Table:
         ],
         lines,
         "Identified: exactly the attacked sensors were named. Mean: over attacks on one sensor, up"
-        f" to n − 2. {_TOLD} Beyond n − 2: exactly named among two to four attacked sensors, where"
+        f" to n − 2. {TOLD} Beyond n − 2: exactly named among two to four attacked sensors, where"
         " the thesis promises nothing, by the most probable state, however sure; what is said with"
         " certainty is a table of its own. False alarms: of clean moments, whoever is named."
-        f" {_PRIOR}"
+        f" {PRIOR}"
         f" {INTERVALS}",
     )
-
-
-def tables_of_five(report: Mapping[str, Any]) -> list[Table]:
-    """What is named of five sensors; nothing without such a run.
-
-    Args:
-        report: As `avsec_gym.report.run_report.run_report` makes it; parts may lack.
-    """
-    told = report.get("five_sensors")
-    if not told:
-        return []
-    lines = [
-        [
-            name(METHODS[row["method"]]),
-            figure(row["rate"], scale=100, digits=0),
-            *map(_share, row["together"].values()),
-            figure(row["average"], row["interval"], scale=100, digits=2),
-            *(_share(row[one]) for one in ("told", "false_alarms", "beyond")),
-        ]
-        for row in told["identification"]
-    ]
-    table = Table(
-        "Identification rate of one LiDAR and four cameras",
-        [
-            *("method", "r, %", "one attacked, %", "two attacked, %", "mean, %"),
-            *("mean of what is told, %", "false alarms, %", "beyond n − 2, %"),
-        ],
-        lines,
-        f"{told['moments']['judged']:,} moments in all 32 states, on none of which anything was"
-        f" fitted. Identified: exactly the attacked sensors were named. {_TOLD} Beyond n − 2: among"
-        f" three to five attacked sensors. {_PRIOR} {INTERVALS}",
-    )
-    return [table]
 
 
 def unseen_table(told: Mapping[str, Any]) -> Table:
@@ -257,7 +224,7 @@ def unseen_table(told: Mapping[str, Any]) -> Table:
             [
                 name(text),
                 figure(row["average"], row["interval"], scale=100, digits=2),
-                _share(row["false_alarms"]),
+                share_cell(row["false_alarms"]),
             ]
             for text, row in rows.items()
         ],
@@ -271,7 +238,9 @@ def _beyond_table(rows: Any) -> Table:
     lines = []
     for row in rows:
         attack = BEYOND_IN_WORDS[row["kind"], row["sensor"] == 0]
-        lines.append([name(attack), name(f"S{row['sensor']}"), *(_share(row[way]) for way in ways)])
+        lines.append(
+            [name(attack), name(f"S{row['sensor']}"), *(share_cell(row[way]) for way in ways)]
+        )
     return Table(
         "Attacks beyond the thesis’ settings, r = 1 %",
         [
@@ -294,8 +263,8 @@ def _knowing_table(rows: Any) -> Table:
             [
                 name(_KNOWING[row["kind"]]),
                 name(", ".join(f"S{one}" for one in row["attacked"])),
-                *(_share(share) if share else figure(None) for share in noticed),
-                *(_share(row[way]) for way in ("named", "named_likeliest", "accused")),
+                *(share_cell(share) if share else figure(None) for share in noticed),
+                *(share_cell(row[way]) for way in ("named", "named_likeliest", "accused")),
             ]
         )
     return Table(
@@ -315,7 +284,10 @@ def _honesty_table(told: Mapping[str, Any]) -> Table:
     lines = [
         [
             name(count),
-            *(_share(row[one]) for one in ("right", "wrong", "cannot_tell", "all_right", "alarms")),
+            *(
+                share_cell(row[one])
+                for one in ("right", "wrong", "cannot_tell", "all_right", "alarms")
+            ),
         ]
         for count, row in told["verdicts"].items()
     ]
@@ -338,7 +310,7 @@ def _honesty_table(told: Mapping[str, Any]) -> Table:
         f" {number(100 * told['calibration_error'], digits=2)} % on average; with all states"
         " equally probable, most of them beyond n − 2, by"
         f" {number(100 * told['all_alike']['calibration_error'], digits=2)} % (Brier score"
-        f" {number(told['all_alike']['brier'], digits=4)}). {_PRIOR}"
+        f" {number(told['all_alike']['brier'], digits=4)}). {PRIOR}"
         f" {INTERVALS}",
     )
 
@@ -348,5 +320,6 @@ def error_name(triple: Sequence[int]) -> str:
     return "E" + "".join(map(str, triple))
 
 
-def _share(share: Mapping[str, Any]) -> Cell:
+def share_cell(share: Mapping[str, Any]) -> Cell:
+    """In percent, with its interval."""
     return figure(share["rate"], share["interval"], scale=100, digits=2)

@@ -6,7 +6,6 @@ Run ``python -m avsec_gym.experiments.chapter3.detection_scheme_figure --out doc
 from __future__ import annotations
 
 import argparse
-import logging
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,7 +18,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
-from avsec_gym.errors import AvsecError, ConfigurationError
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.experiments.answer import exit_code
 from avsec_gym.experiments.figure_style import FIGURE_STYLE
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.depth.depth import DisparityMap
@@ -34,7 +34,6 @@ from avsec_gym.validation.thresholds import Threshold, measured_thresholds
 from avsec_gym.validation.validator import SHARES
 from avsec_gym.world.export import world_frames
 
-_LOG = logging.getLogger(__name__)
 _NAME = "detection_scheme.png"
 _SUITE, _SHOWN = "mixed", "000030"
 _CLEAN = 20
@@ -125,8 +124,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=Path("."), help="folder")
     parser.add_argument("--frame", default=_SHOWN, help=f"of the suite {_SUITE}")
     options = parser.parse_args(arguments)
-    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
-    try:
+
+    def work() -> None:
         data = world_frames(_SUITE)
         clean = [id for id in data.ids() if id != options.frame][:_CLEAN]
         if options.frame not in data.ids():
@@ -137,10 +136,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         threshold = table.thresholds(_RATE)[_TRIPLE]
         figure = draw_detection_scheme(data.frame(options.frame), threshold)
         save_picture(figure, options.out / _NAME, overwrite=True)
-    except AvsecError as error:
-        _LOG.error("%s", error)
-        return 1
-    return 0
+
+    return exit_code(work)
 
 
 if __name__ == "__main__":

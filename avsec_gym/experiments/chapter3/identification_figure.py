@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import logging
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -19,13 +18,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from avsec_gym.errors import AvsecError, DataError
+from avsec_gym.errors import DataError
+from avsec_gym.experiments.answer import exit_code
 from avsec_gym.experiments.chapter3.thesis import DETECTION, IDENTIFICATION
 from avsec_gym.experiments.figure_style import FAINT, FIGURE_STYLE
 from avsec_gym.kitti.text_files import read_text
 from avsec_gym.report.scenario_picture import save_picture
 
-_LOG = logging.getLogger(__name__)
 _OURS, _BLUE, _THESIS = "#D7263D", "#1F77B4", "#222222"
 _HIGHEST_RATE = 0.1
 _METHODS = {
@@ -128,14 +127,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("report", type=Path, help="of identification, as JSON")
     parser.add_argument("--out", type=Path, default=Path("identification.png"))
     options = parser.parse_args(arguments)
-    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
-    try:
+
+    def work() -> None:
         figure = _figure(options.report)
         save_picture(figure, options.out, overwrite=True)
-    except AvsecError as error:
-        _LOG.error("%s", error)
-        return 1
-    return 0
+
+    return exit_code(work)
 
 
 def _figure(path: Path) -> Figure:

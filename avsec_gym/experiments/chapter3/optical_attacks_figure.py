@@ -6,7 +6,6 @@ Run ``python -m avsec_gym.experiments.chapter3.optical_attacks_figure --out docs
 from __future__ import annotations
 
 import argparse
-import logging
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,7 +17,7 @@ from matplotlib.figure import Figure
 
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
-from avsec_gym.errors import AvsecError
+from avsec_gym.experiments.answer import exit_code
 from avsec_gym.experiments.figure_style import FIGURE_STYLE
 from avsec_gym.frame import Points, SensorFrame
 from avsec_gym.geometry import project, transform_points
@@ -26,7 +25,6 @@ from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.report.scenario_picture import save_picture
 from avsec_gym.world.export import world_frames
 
-_LOG = logging.getLogger(__name__)
 _NAME = "optical_attacks.png"
 _BOGUS, _LOST = "#D7263D", "#F2A65A"
 
@@ -96,15 +94,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--frame", default="000012", help="such as 000012")
     parser.add_argument("--out", type=Path, default=Path("docs/images"), help="folder")
     options = parser.parse_args(arguments)
-    logging.basicConfig(level=logging.INFO, format="%(message)s")
-    try:
+
+    def work() -> None:
         data = world_frames("mixed") if options.kitti is None else KittiObject(options.kitti)
         figure = draw_optical_attacks(data.frame(options.frame))
         save_picture(figure, options.out / _NAME, overwrite=True)
-    except AvsecError as error:
-        _LOG.error("%s", error)
-        return 1
-    return 0
+
+    return exit_code(work)
 
 
 if __name__ == "__main__":

@@ -7,19 +7,18 @@ from __future__ import annotations
 
 import argparse
 import json
-import logging
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from avsec_gym.errors import AvsecError, DataError
+from avsec_gym.errors import DataError
+from avsec_gym.experiments.answer import exit_code
 from avsec_gym.experiments.chapter3.objects.real_impact import IMAGE_DETECTORS, LIDAR_DETECTORS
 from avsec_gym.experiments.chapter3.objects.thesis_of_detectors import TAKEN_FOR_AN_OBSTACLE
 from avsec_gym.experiments.markdown_table import UNKNOWN, markdown_table, number
 from avsec_gym.kitti.text_files import read_text, write_text
 
-_LOG = logging.getLogger(__name__)
 _CRITERIA = {"any": "all four shares", "error": "E alone (the thesis’)"}
 _SENSORS = {"S0": "LiDAR", "S1": "camera 3", "S2": "camera 2"}
 _COMMAND = "python -m avsec_gym.experiments.chapter3.real_frames --kitti ROOT --json FILE"
@@ -120,8 +119,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("result", type=Path, help="of real_frames, as JSON")
     parser.add_argument("--out", type=Path, required=True, help="the page")
     options = parser.parse_args(arguments)
-    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
-    try:
+
+    def work() -> None:
         try:
             page = real_frames_page(json.loads(read_text(options.result)))
         except (ValueError, KeyError, TypeError) as error:
@@ -129,10 +128,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 "This is no result of real_frames.", path=options.result, remedy=_COMMAND
             ) from error
         write_text(options.out, page, overwrite=True)
-    except AvsecError as error:
-        _LOG.error("%s", error)
-        return 1
-    return 0
+
+    return exit_code(work)
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ from avsec_gym.experiments.chapter3.identification.state_evidence_cells import (
     measured,
 )
 from avsec_gym.experiments.experiment import CellResult, Configuration, Measurement
-from avsec_gym.report.tables_of_validation import tables_of_five
+from avsec_gym.report.tables_of_five_sensors import tables_of_five
 from avsec_gym.report.validation_in_words import five_sentences
 from avsec_gym.validation.evidence.evidence import evidence_elements
 from avsec_gym.validation.evidence.pair_depth import PairDepth
