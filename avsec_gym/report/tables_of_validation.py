@@ -31,7 +31,7 @@ _INDEPENDENT = "maximum likelihood, independent"
 PRIOR = (
     "By the prior of maximum likelihood each sensor is attacked with a probability of"
     f" {PRIOR_ATTACKED:g}, independently, but sets beyond n − 2 are {1 / PRIOR_BEYOND:g} times"
-    " rarer than that; independent: are not."
+    " rarer than that."
 )
 TOLD = (
     "What is told: by the validator as it comes, which rather says that it cannot tell than to name"
@@ -208,7 +208,7 @@ def _identification_table(rows: Any, independent: Any) -> Table:
         f" to n − 2. {TOLD} Beyond n − 2: exactly named among two to four attacked sensors, where"
         " the thesis promises nothing, by the most probable state, however sure; what is said with"
         " certainty is a table of its own. False alarms: of clean moments, whoever is named."
-        f" {PRIOR}"
+        f" {PRIOR} Independent: they are not."
         f" {INTERVALS}",
     )
 
