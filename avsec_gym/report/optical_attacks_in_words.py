@@ -42,7 +42,8 @@ def _impact(impact: Mapping[str, Any]) -> list[str]:
     lidar, camera = impact["lidar"], impact["camera"]
     sentences = [
         f"{detector_words(lidar['detector'])} takes the bogus return for an obstacle in"
-        f" {lidar['taken']['count']:,} of {lidar['taken']['of']:,} moments."
+        f" {lidar['taken']['count']:,} of {lidar['taken']['of']:,} moments; without the attack it"
+        f" has one there in {lidar['clean']['count']:,}."
     ]
     if camera is not None:
         values = [camera[name][SHOWN_LEVEL]["value"] for name in ("clean", "attacked")]
