@@ -139,11 +139,10 @@ def _score_table(lidar: Mapping[str, Any]) -> Table:
         "Bogus returns taken for an obstacle, by the score from which on a box is one",
         ["score", "clean, %", "attacked, %", "by the attack, %"],
         [
-            [figure(row["score"], digits=2), *map(_share, (row[one] for one in _TAKEN))]
+            [name(number(row["score"], digits=2)), *map(_share, (row[one] for one in _TAKEN))]
             for row in lidar["by_score"]
         ],
-        f"{detector_words(lidar['detector'])}. A thin patch is no car, which scores tell."
-        f" {INTERVALS}",
+        f"By {detector_words(lidar['detector'])}. {INTERVALS}",
     )
 
 
