@@ -11,6 +11,7 @@ from avsec_gym.report.tables_of_optical_attacks import detector_words
 
 _SHARES = ("precision", "recall", "iou_of_lost")
 _BOGUS = ("bogus obstacle clean, %", "attacked, %", "repaired, %")
+_FOUND = ("objects", "found attacked", "not refilled", "found repaired")
 _ERRORS = ("error_before", "error_after")
 
 
@@ -33,7 +34,7 @@ def _table(summary: Mapping[str, Any]) -> Table:
     columns = [
         *("attack", "moments", "IoU, %", "lowest, %", "precision, %", "recall, %"),
         *("IoU of lost returns, %", "error attacked", "error repaired"),
-        *(("objects", "found attacked", "found repaired") if detectors else ()),
+        *(_FOUND if detectors else ()),
         *(_BOGUS if summary["scan_detector"] else ()),
     ]
     lines = [
@@ -55,7 +56,7 @@ def _table(summary: Mapping[str, Any]) -> Table:
     counted = (
         f" Objects: that {told} finds in the clean images or"
         " scans, and how many of them it finds again, 2D IoU 0.5 or more, in the attacked and the"
-        " repaired ones."
+        " repaired ones; not refilled: in scans that only lack what was found bogus."
         if detectors
         else ""
     )

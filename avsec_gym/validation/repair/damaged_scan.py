@@ -183,10 +183,19 @@ def lost_directions(returns: Points, calibration: Calibration, maps: TrustedMaps
     return large_parts(wide > 0, _SMALLEST_REGION)
 
 
-def seen_places(trusted: DisparityMap, calibration: Calibration, camera: int) -> Floats:
-    """Where the things are that a map knows within 60 m, in the velodyne frame, shape (N, 3)."""
+def seen_places(
+    trusted: DisparityMap, calibration: Calibration, camera: int, reach: float = _REACH
+) -> Floats:
+    """Where the things are that a map knows, in the velodyne frame, shape (N, 3).
+
+    Args:
+        trusted: The map.
+        calibration: Of the rig.
+        camera: In whose view it is.
+        reach: Greatest depth, metres.
+    """
     depth = trusted.depth
-    known = depth < _REACH
+    known = depth < reach
     places = back_projected(np.where(known, depth, 1.0), calibration, camera)[known]
     return transform_points(calibration.camera_to_velodyne, places)
 

@@ -67,6 +67,20 @@ def test_a_scan_gets_back_the_wall(wall: SensorFrame) -> None:
     assert refilled[:, 1].max() < gone[:, 1].max() + 0.3
 
 
+def test_a_scan_is_refilled_only_where_cameras_know_how_far_away_things_are(
+    wall: SensorFrame,
+) -> None:
+    tampered = BOGUS.attack(wall)
+    away = float(np.median(wall.points[:, 0]))
+    left, right = wall.calibration.projection(0), wall.calibration.projection(2)
+    metres_a_pixel = away**2 / abs(left[0, 3] - right[0, 3])
+    counts = [
+        int(np.sum(repair(tampered.frame, SYSTEM, {LIDAR}, refill_error=error).refilled))
+        for error in (0.8 * metres_a_pixel, 1.25 * metres_a_pixel)
+    ]
+    assert counts[0] < 0.05 * counts[1]
+
+
 def test_several_sensors_are_repaired_at_once_from_those_that_are_left(wall: SensorFrame) -> None:
     spot = Facula(1, 180.0, (130.0, 60.0), saturation=0.5)
     tampered = SensorCombination((spot, BOGUS)).attack(wall)

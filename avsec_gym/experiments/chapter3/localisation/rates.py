@@ -20,7 +20,7 @@ from avsec_gym.metrics.average_precision_curves import draw_resamples
 BOGUS_SEEN = ("bogus_clean", "bogus_before", "bogus_after")
 """Whether a detector of scans sees an obstacle where bogus points are, in three scans."""
 MEANS = ("precision", "recall", "iou_of_lost", "error_before", "error_after", *BOGUS_SEEN)
-SUMS = ("objects", "found_before", "found_after")
+SUMS = ("objects", "found_before", "found_cleaned", "found_after")
 """Measures of `measures_of`, and counts of objects."""
 LOWEST, MEDIAN = "lowest", "median"
 """Moments that are told one by one, by their IoU."""

@@ -44,10 +44,11 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.detections import above
 from avsec_gym.perception.detectors import Detector, make_detector
 from avsec_gym.validation.evidence.pair_depth import PairDepth
-from avsec_gym.validation.repair.repair import Repair, repair
+from avsec_gym.validation.repair.repair import REFILL_ERROR, Repair, repair
 
 LOCALISATION_OPTIONS = {
     "depth": OPTIONS["depth"],
+    "refill_error": REFILL_ERROR,
     "detector": "",
     "scan_detector": "",
     "score_threshold": 0.3,
@@ -56,12 +57,12 @@ LOCALISATION_OPTIONS = {
     "stereo_rcnn": "",
     **{name: WEIGHT_OPTIONS[name] for name in ("pixor", "pointrcnn")},
 }
-"""``depth``: how disparities are found; ``detector``: a stereo detector whose objects are counted
-under attacks on a camera, nobody's if empty; ``scan_detector``: one that looks at scans, for
-attacks on the LiDAR; ``score_threshold`` and ``scan_score_threshold``: of their boxes that
+"""``depth``: how disparities are found; ``refill_error``: see `repair`; ``detector``: a stereo
+detector whose objects are counted under attacks on a camera, nobody's if empty; ``scan_detector``:
+one that looks at scans, for attacks on the LiDAR; ``score_threshold`` and ``scan_score_threshold``: of their boxes that
 count; by the networks' names their weights, instead of those of the package."""
 
-LOCALISATION_FORMAT = 2
+LOCALISATION_FORMAT = 3
 """Raised when something else is attacked or measured."""
 
 _WORK = f"{__name__}:RepairedMoments"
@@ -131,7 +132,8 @@ class RepairedMoments:
 
         With a detector of the attacked sensor also how many ``objects`` it finds in the clean
         images or scan, and how many of them in the attacked ones, ``found_before``, and in the
-        repaired ones, ``found_after``; of a scan whether it sees an obstacle where the bogus points
+        repaired ones, ``found_after``; of a scan also ``found_cleaned``, in the one that only lacks
+        what was found bogus, and whether it sees an obstacle where the bogus points
         are, ``bogus_before`` and ``bogus_after``, and whether there was one, ``bogus_clean``.
 
         Args:
@@ -156,6 +158,8 @@ class RepairedMoments:
                     self._scanned(one.frame, seconds) for one in (attempt.tampered, attempt.mended)
                 )
                 found |= _counts(in_scan, before, after)
+                cleaned = self._scanned(_not_refilled(attempt.mended), seconds)
+                found["found_cleaned"] = found_again(in_scan, cleaned)
                 looks = {"clean": in_scan, "before": before, "after": after}
                 for state, boxes in looks.items():
                     found[f"bogus_{state}"] = taken_for_an_obstacle(boxes, attempt.bogus)
@@ -189,7 +193,8 @@ class RepairedMoments:
             tampered = chosen.attack(clean, seed)
         with _timed(seconds, f"repair of {'a camera' if tampered.pixels else 'the LiDAR'}"):
             system = self._parts[JUDGED].system
-            mended = repair(tampered.frame, system, tampered.attacked, self._depth)
+            error = self._options["refill_error"]
+            mended = repair(tampered.frame, system, tampered.attacked, self._depth, error)
         bogus = Boxes3D.empty()
         if isinstance(chosen, CarInView):
             bogus = pasted_box(chosen.scan, tampered)
@@ -220,6 +225,11 @@ class RepairedMoments:
             return Boxes3D.empty()
         with _timed(seconds, "detector"):
             return above(self._detector.detect(frame), self._options["score_threshold"])
+
+
+def _not_refilled(mended: Repair) -> SensorFrame:
+    assert mended.refilled is not None, "a scan that was repaired"
+    return mended.frame.with_points(mended.frame.points[~mended.refilled])
 
 
 def _counts(objects: Boxes3D, before: Boxes3D, after: Boxes3D) -> dict[str, float | None]:
