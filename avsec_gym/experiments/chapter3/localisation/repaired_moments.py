@@ -59,8 +59,9 @@ LOCALISATION_OPTIONS = {
 }
 """``depth``: how disparities are found; ``refill_error``: see `repair`; ``detector``: a stereo
 detector whose objects are counted under attacks on a camera, nobody's if empty; ``scan_detector``:
-one that looks at scans, for attacks on the LiDAR; ``score_threshold`` and ``scan_score_threshold``: of their boxes that
-count; by the networks' names their weights, instead of those of the package."""
+one that looks at scans, for attacks on the LiDAR; ``score_threshold`` and
+``scan_score_threshold``: of their boxes that count; by the networks' names their weights, instead
+of those of the package."""
 
 LOCALISATION_FORMAT = 3
 """Raised when something else is attacked or measured."""
