@@ -8,9 +8,11 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from avsec_gym.report.defence_in_words import defence_sentences
 from avsec_gym.report.localisation_in_words import localisation_sentences
 from avsec_gym.report.optical_attacks_in_words import optical_sentences
 from avsec_gym.report.page_table import Table, bounds, number
+from avsec_gym.report.plots_defence import draw_defence, legend_of_defence
 from avsec_gym.report.plots_ghosts import PLACE_WORDS, draw_ghosts
 from avsec_gym.report.plots_losses import draw_losses, legend
 from avsec_gym.report.plots_sensitivity import CURVES, draw_sensitivity
@@ -104,6 +106,8 @@ def html_page(
         "five_sentences": five_sentences(report),
         "optical_sentences": optical_sentences(report),
         "localisation_sentences": localisation_sentences(report),
+        "defence_sentences": defence_sentences(report),
+        "defence_marks": legend_of_defence(),
         "curves": CURVES,
         "facts": facts(report),
         "inputs": inputs(report),
@@ -148,6 +152,8 @@ def _drawings(report: Report) -> dict[str, Any]:
     summary = report.get("validation")
     found: dict[str, Any] = {"validation": figures_of_validation(summary) if summary else []}
     sizes = report.get("sensitivity")
+    defence = report.get("defence")
+    found["defence"] = draw_defence(defence) if defence else []
     found["sensitivity"] = draw_sensitivity(sizes) if sizes else []
     return found | (_drawings_of_chapter_5(report) if "decoupling" in report else {})
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from avsec_gym.experiments.markdown_table import markdown_table
+from avsec_gym.report.defence_in_words import defence_sentences
 from avsec_gym.report.localisation_in_words import localisation_sentences
 from avsec_gym.report.optical_attacks_in_words import optical_sentences
 from avsec_gym.report.page_table import Table, bounds, number
@@ -63,7 +64,8 @@ def markdown_page(
 def _answer(report: Mapping[str, Any]) -> list[str]:
     said = validation_sentences(report["validation"]) if report.get("validation") else []
     said += five_sentences(report)
-    if said := [*said, *optical_sentences(report), *localisation_sentences(report)]:
+    said += [*optical_sentences(report), *localisation_sentences(report)]
+    if said := [*said, *defence_sentences(report)]:
         return ["", *(f"- {sentence}" for sentence in said)]
     if "answer" not in report:
         return []

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK, UNDEFENDED
+from avsec_gym.experiments.chapter3.defence.oracles import LIDAR_ORACLE, STEREO_ORACLE
 from avsec_gym.experiments.chapter3.defence.rates import ANY_ATTACK
 from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.report.attack_names import detector_name
@@ -14,6 +15,7 @@ from avsec_gym.report.tables_of_validation import INTERVALS
 from avsec_gym.report.validation_picture import named
 from avsec_gym.sensor_system import LIDAR
 
+_ORACLES = {STEREO_ORACLE: "oracle of images", LIDAR_ORACLE: "oracle of scans"}
 _SHARES = ("avoided", "avoided_of_attack", "caused", "regained", "given_up", "stopped")
 
 
@@ -35,7 +37,8 @@ def _worth_table(rows: Any) -> Table:
             rates = row["collisions"] / row["scenarios"], row["safe_driving_rate"]
             undefended[case] = [figure(rate, scale=100) for rate in rates]
             continue
-        words = detector_name(row["detector"]), _attacked(row["attack"]), row["response"]
+        attacked = attacked_sensors(row["attack"])
+        words = defended_detector(row["detector"]), attacked, row["response"]
         shares = [_share(row[one]) for one in _SHARES]
         safe = figure(row["safe_driving_rate"], scale=100)
         lines.append([*map(name, words), *undefended[case], safe, *shares])
@@ -62,7 +65,7 @@ def _alarm_table(rows: Any) -> Table:
     lines = []
     for row in rows:
         shares = [_share(row["alarms"]), _share(row["named_exactly"])]
-        lines.append([name(_attacked(row["attack"])), *shares, *_first_alarms(row)])
+        lines.append([name(attacked_sensors(row["attack"])), *shares, *_first_alarms(row)])
     return Table(
         "How soon an attack is noticed",
         ["attacked", "alarms, %", "named exactly, %", "at once, %", "later", "never, %"],
@@ -87,7 +90,13 @@ def _first_alarms(row: Mapping[str, Any]) -> list[Cell]:
     return [_share(at_once), Cell(", ".join(later) or UNKNOWN), _share(never)]
 
 
-def _attacked(attack: str) -> str:
+def defended_detector(detector: str) -> str:
+    """What a detector of the experiment is called."""
+    return _ORACLES.get(detector) or detector_name(detector)
+
+
+def attacked_sensors(attack: str) -> str:
+    """What an attack of the experiment is called."""
     if attack in (NO_ATTACK, ANY_ATTACK):
         return {NO_ATTACK: "nothing", ANY_ATTACK: "any of these"}[attack]
     sensors = (named(one if one == LIDAR else int(one)) for one in attack.split("+"))

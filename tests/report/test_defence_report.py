@@ -16,6 +16,7 @@ from avsec_gym.experiments.experiment import (
     Measurement,
 )
 from avsec_gym.metrics.safety import SafetyRecord
+from avsec_gym.report.defence_in_words import defence_sentences
 from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_report import holds_chapter_5, run_report
 from avsec_gym.report.tables_of_defence import tables_of_defence
@@ -101,6 +102,21 @@ def test_a_page_says_what_a_defence_is_worth(tmp_path: Path) -> None:
     ]
     assert Report(run.path).run() == 0
     page = (run.path / "report.html").read_text()
+    said = defence_sentences(report)
+    assert said == [
+        "Stereo R-CNN: of 6 drives that collide only because of an attack, 33.3 % (stop),"
+        " 33.3 % (drop), 33.3 % (repair) do not collide.",
+        "Stereo R-CNN: of 6 drives that are unsafe only because of an attack, 0.0 % (stop),"
+        " 33.3 % (drop), 33.3 % (repair) are safe again.",
+        "Unattacked, a car that stops at alarms does so in 16.7 % of the moments.",
+    ]
+    assert all(sentence in page and sentence in markdown_page(report) for sentence in said)
+    for hint in (
+        "camera 3 attacked, undefended: 0.0 % safe",
+        "camera 3 attacked, drops the suspects: 33.3 % safe",
+        "nothing attacked, stops: 83.3 % safe",
+    ):
+        assert hint in page
     for title in (worth.title, alarms.title):
         assert title in page
         assert f"## {title}" in markdown_page(report)
@@ -108,3 +124,4 @@ def test_a_page_says_what_a_defence_is_worth(tmp_path: Path) -> None:
 
 def test_a_run_without_it_has_no_such_table() -> None:
     assert tables_of_defence({"defence": None}) == tables_of_defence({}) == []
+    assert defence_sentences({"defence": None}) == defence_sentences({}) == []

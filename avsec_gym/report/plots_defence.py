@@ -1,0 +1,64 @@
+"""What a defence is worth: how many drives are safe, undefended and with each response."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from avsec_gym.experiments.chapter3.defence.defended_drives import UNDEFENDED
+from avsec_gym.experiments.chapter3.defence.rates import ANY_ATTACK
+from avsec_gym.report.page_table import number
+from avsec_gym.report.plots import Frame, Scale, drawing, marker, outline, text
+from avsec_gym.report.tables_of_defence import attacked_sensors, defended_detector
+from avsec_gym.validation.response import Response
+
+Row = Mapping[str, Any]
+
+MARKS = {
+    UNDEFENDED: ("circle", "hollow line-1", "undefended"),
+    Response.DROP: ("square", "line-0", "drops the suspects"),
+    Response.REPAIR: ("diamond", "line-2", "repairs them"),
+    Response.STOP: ("triangle", "line-1", "stops"),
+}
+"""Shape, class names, and what the car does."""
+_WIDTH, _HEIGHT = 400, 220
+_BESIDE = 0.18
+"""How far the marks of one attack are apart, of the way to the next attack."""
+
+
+def draw_defence(summary: Mapping[str, Any]) -> list[str]:
+    """A drawing for each detector.
+
+    Args:
+        summary: Of `avsec_gym.experiments.chapter3.defence.rates.defence_summary`.
+    """
+    rows = [row for row in summary["worth"] if row["attack"] != ANY_ATTACK]
+    return [
+        _draw(detector, [row for row in rows if row["detector"] == detector])
+        for detector in dict.fromkeys(row["detector"] for row in rows)
+    ]
+
+
+def legend_of_defence() -> list[tuple[str, str, str]]:
+    """Of each mark: class names, its drawing, and what the car does."""
+    return [(kind, outline((7, 7), shape), words) for shape, kind, words in MARKS.values()]
+
+
+def _draw(detector: str, rows: Sequence[Row]) -> str:
+    attacks = list(dict.fromkeys(row["attack"] for row in rows))
+    frame = Frame(Scale(-0.5, len(attacks) - 0.5, 38, _WIDTH - 8), Scale(0, 100, _HEIGHT - 26, 26))
+    parts = [
+        frame.axes([], frame.y.ticks(5)),
+        text((frame.x.start, 14), defended_detector(detector), "name"),
+    ]
+    for place, attack in enumerate(attacks):
+        at = frame.x(place), _HEIGHT - 8
+        parts.append(text(at, attacked_sensors(attack), "tick middle"))
+    for row in rows:
+        shape, kind, words = MARKS[row["response"]]
+        beside = _BESIDE * (list(MARKS).index(row["response"]) - (len(MARKS) - 1) / 2)
+        x, rate = attacks.index(row["attack"]) + beside, row["safe_driving_rate"]
+        hint = f"{attacked_sensors(row['attack'])} attacked, {words}: {number(rate, 100)} % safe"
+        parts.append(marker(frame.at((x, 100 * rate)), shape, kind, hint))
+    label = f"{defended_detector(detector)}: safe drives in percent, by the attacked sensor"
+    return drawing(_WIDTH, _HEIGHT, parts, label)
