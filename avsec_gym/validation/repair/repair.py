@@ -79,9 +79,11 @@ def repair(
 
     Raises:
         ConfigurationError: An attacked sensor is not in the system, or too few are trusted: two
-            cameras, or for the repair of a camera one and the LiDAR.
+            cameras, or for the repair of a camera one and the LiDAR; or a negative `refill_error`.
         DataError: The frame lacks a sensor, or its file is broken.
     """
+    if not refill_error >= 0:
+        raise ConfigurationError(f"refill_error is 0 or more metres, got {refill_error:g}")
     named = set(attacked)
     if unknown := named - set(system.sensors):
         raise ConfigurationError(f"no sensors of the system: {sorted(unknown, key=str)}")

@@ -79,6 +79,8 @@ def test_a_scan_is_refilled_only_where_cameras_know_how_far_away_things_are(
         for error in (0.8 * metres_a_pixel, 1.25 * metres_a_pixel)
     ]
     assert counts[0] < 0.05 * counts[1]
+    with pytest.raises(ConfigurationError, match="refill_error is 0 or more metres, got -1"):
+        repair(tampered.frame, SYSTEM, {LIDAR}, refill_error=-1.0)
 
 
 def test_several_sensors_are_repaired_at_once_from_those_that_are_left(wall: SensorFrame) -> None:
