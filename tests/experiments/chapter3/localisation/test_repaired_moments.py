@@ -165,6 +165,38 @@ def test_a_cell_attacks_repairs_and_counts(drives: Path, monkeypatch: pytest.Mon
         moments.again("gone", FACULA)
 
 
+class Whole:
+    """Sees a car unless the wall's middle has a hole."""
+
+    name = "whole"
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        places = transform_points(frame.calibration.velodyne_to_camera, frame.points[:, :3])
+        wall = places[places[:, 2] > 10.2, :2]
+        counts, *_ = np.histogram2d(*wall.T, bins=(5, 4), range=((-1.0, 1.0), (0.6, 2.2)))
+        seen = [[0.0, 1.65, 12.0]] if (counts > 0).all() else []
+        count = len(seen)
+        return Boxes3D(
+            np.reshape(seen, (-1, 3)), np.tile([1.5, 4.0, 4.0], (count, 1)), np.zeros(count),
+            np.full(count, 0.9), ["Car"] * count,
+        )  # fmt: skip
+
+
+@pytest.mark.usefixtures("two_attacks")
+def test_what_a_refilled_scan_shows_is_told_apart_from_a_cleaned_one(
+    drives: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(registry._REGISTERED, (registry.Kind.DETECTOR, "whole"), Whole)
+    monkeypatch.setattr(LidarSpoofing, "_place", lambda *_: (7.0, 0.0))
+    for error, after in ((1.0, 1), (0.1, 0)):
+        options = {"scan_detector": "whole", "refill_error": error}
+        configuration = Configuration(str(drives), options=options)
+        cells = LOCALISATION.cells(configuration)
+        bogus = values_of(RepairedMoments(configuration)(**cells[0].arguments), BOGUS)
+        found = [bogus[f"found_{state}"] for state in ("before", "cleaned", "after")]
+        assert [bogus["objects"], *found] == [1, 0, 0, after]
+
+
 class Near:
     """Sees a car at points that are nearer than the wall, and one in the wall's middle."""
 
