@@ -43,6 +43,7 @@ run defence defence --limit 600 --options fit_seed=0 "fit_limit=$LIMIT"
 page defence
 run defence_stereo_rcnn defence --limit 120 --options fit_seed=0 "fit_limit=$LIMIT" detectors=stereo_rcnn
 page defence_stereo_rcnn
+"$PYTHON" -m avsec_gym.experiments.chapter3.defence.other_pairs --seed 2 --json docs/results/other_pairs.json
 [ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.chapter3.real_frames --kitti "$KITTI" \
     --json docs/results/identification_real.json
 "$PYTHON" -m avsec_gym.experiments.chapter3.real_frames_page docs/results/identification_real.json \

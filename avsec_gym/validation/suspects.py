@@ -43,7 +43,7 @@ def without_suspects(frame: SensorFrame, validation: Validation) -> SensorFrame:
     """
     sound, suspects = _parted(validation)
     if {LEFT, RIGHT} & set(suspects) and (pair := _stand_in(frame, sound)) is not None:
-        frame = _renamed(frame, *pair)
+        frame = as_stereo_pair(frame, *pair)
         suspects = [LIDAR] if LIDAR in suspects else []
     return _with(frame, {one: partial(_refuse, frame, one) for one in suspects})
 
@@ -91,8 +91,14 @@ def _stand_in(frame: SensorFrame, sound: list[Sensor]) -> tuple[int, int] | None
     return min(shares, key=lambda pair: abs(np.log(shares[pair])), default=None)
 
 
-def _renamed(frame: SensorFrame, left: int, right: int) -> SensorFrame:
-    """Two cameras as `LEFT` and `RIGHT`, and no others; so in the moments before."""
+def as_stereo_pair(frame: SensorFrame, left: int, right: int) -> SensorFrame:
+    """Two cameras as `LEFT` and `RIGHT`, and no others; so in the moments before.
+
+    Args:
+        frame: The moment.
+        left: Number of a camera of it.
+        right: Of one to the right of it.
+    """
     numbers = {LEFT: left, RIGHT: right}
     projections = np.zeros_like(frame.calibration.projections)
     for number, camera in numbers.items():
@@ -102,7 +108,7 @@ def _renamed(frame: SensorFrame, left: int, right: int) -> SensorFrame:
         frame,
         calibration=replace(frame.calibration, projections=projections),
         images=LazyImages({n: partial(frame.image, camera) for n, camera in there.items()}),
-        previous=tuple(_renamed(before, left, right) for before in frame.previous),
+        previous=tuple(as_stereo_pair(before, left, right) for before in frame.previous),
     )
 
 
