@@ -12,6 +12,8 @@ from avsec_gym.kitti.writing import write_raw_frame
 from avsec_gym.rig import camera_rig
 
 PLACES = (0.0, 0.56, -0.28, 0.28)
+LABEL = "Car 0.00 0 -1.57 100.00 50.00 140.00 90.00 1.50 1.60 4.00 0.00 1.65 12.00 -1.57\n"
+"""Of a car 12 m ahead."""
 RIG = camera_rig(PLACES, focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))
 
 
@@ -41,3 +43,26 @@ def write_wall(root: Path, drive: int, number: int, seed: int) -> Path:
     if not (day / "calib_cam_to_cam.txt").exists():
         write_raw_calibration(day, RIG.calibration, image_size=RIG.size)
     return folder
+
+
+def write_labelled_drives(root: Path, drives: int, frames: int, first: int = 0) -> Path:
+    """Drives on a highway with `LABEL` in each frame; their root.
+
+    Args:
+        root: Where to.
+        drives: How many.
+        frames: Of each.
+        first: Other dots.
+    """
+    for drive in range(1, drives + 1):
+        for number in range(frames):
+            folder = write_wall(root, drive, number, first + 100 * drive + number)
+            for kind, text in (
+                ("label_02/data/{}.txt", LABEL),
+                ("moving_02/data/{}.txt", "1\n"),
+                ("scene_02/data/{}.json", '{"road_type": "highway"}'),
+            ):
+                path = folder / kind.format(f"{number:010d}")
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(text)
+    return root

@@ -28,23 +28,7 @@ from avsec_gym.kitti.tracklets import Tracklet, write_tracklets
 from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.sensor_system import KITTI_SYSTEM
 
-LABEL = "Car 0.00 0 -1.57 100.00 50.00 140.00 90.00 1.50 1.60 4.00 0.00 1.65 12.00 -1.57\n"
 NAN = float("nan")
-
-
-def write_drives(walls: ModuleType, root: Path, drives: int, frames: int, first: int = 0) -> Path:
-    for drive in range(1, drives + 1):
-        for number in range(frames):
-            folder = walls.write_wall(root, drive, number, first + 100 * drive + number)
-            for kind, text in (
-                ("label_02/data/{}.txt", LABEL),
-                ("moving_02/data/{}.txt", "1\n"),
-                ("scene_02/data/{}.json", '{"road_type": "highway"}'),
-            ):
-                path = folder / kind.format(f"{number:010d}")
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_text(text)
-    return root
 
 
 @pytest.fixture(scope="module")
@@ -52,8 +36,8 @@ def configuration(
     tmp_path_factory: pytest.TempPathFactory, walls: ModuleType
 ) -> Iterable[Configuration]:
     root = tmp_path_factory.mktemp("drives")
-    fit = write_drives(walls, root / "fit", 1, 12, first=5000)
-    judged = write_drives(walls, root / "judged", 2, 2)
+    fit = walls.write_labelled_drives(root / "fit", 1, 12, first=5000)
+    judged = walls.write_labelled_drives(root / "judged", 2, 2)
     with pytest.MonkeyPatch.context() as cache:
         cache.setenv("AVSEC_CACHE", str(root / "cache"))
         yield Configuration(str(judged), options={"fit": str(fit), "rate": 0.0})
@@ -121,7 +105,9 @@ def test_what_a_moment_shows(
     with pytest.raises(DataError, match="does not come from a drive"):
         scene_of(walls.wall(0), "1", 1)
     # A real drive has tracklets, or nobody knows.
-    folder = write_drives(walls, tmp_path, 1, 1) / "2026_01_01" / "2026_01_01_drive_0001_sync"
+    folder = (
+        walls.write_labelled_drives(tmp_path, 1, 1) / "2026_01_01" / "2026_01_01_drive_0001_sync"
+    )
     (folder / "label_02/data/0000000000.txt").unlink()
     frame = KittiRaw(tmp_path).drive("0001").frame(0)
     with pytest.raises(DataError, match="tracklet"):

@@ -56,18 +56,9 @@ class OfOneBaseline:
 
 
 def test_pairs_are_told_apart(tmp_path: Path, walls: ModuleType) -> None:
-    for number in range(4):
-        folder = walls.write_wall(tmp_path, 1, number, number)
-        label = "Car 0.00 0 -1.57 100.00 50.00 140.00 90.00 1.50 1.60 4.00 0.00 1.65 12.00 -1.57\n"
-        for kind, text in (
-            ("label_02/data/{}.txt", label),
-            ("moving_02/data/{}.txt", "1\n"),
-            ("scene_02/data/{}.json", '{"road_type": "highway"}'),
-        ):
-            path = folder / kind.format(f"{number:010d}")
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text)
-    recordings = raw_recordings(tmp_path, SensorSystem(("lidar", 1, 3, 2)).sensors)
+    recordings = raw_recordings(
+        walls.write_labelled_drives(tmp_path, 1, 4), SensorSystem(("lidar", 1, 3, 2)).sensors
+    )
     usual = recordings.moments[0].frame().calibration.baseline(LEFT, RIGHT)
     rows = found_by_pairs(recordings, OfOneBaseline(usual), 0.5)
     first, *others = rows
