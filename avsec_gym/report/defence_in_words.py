@@ -43,7 +43,7 @@ def defence_sentences(report: Mapping[str, Any]) -> list[str]:
             count = next(iter(hits.values()))["of"]
             who = defended_detector(detector)
             whose = who[0].upper() + who[1:]
-            sentences.append(f"{whose}: of {count:,} drives that {which}, {told} {now}.")
+            sentences.append(f"{whose}: of {count:,} cases that {which}, {told} {now}.")
     for (_, attack, response), row in rows.items():
         if attack == NO_ATTACK and response == Response.STOP:
             sentences.append(

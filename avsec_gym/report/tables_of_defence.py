@@ -51,11 +51,11 @@ def _worth_table(rows: Any) -> Table:
             *("avoided of the attack’s", "caused", "safe again", "given up", "stopped in"),
         ],
         lines,
-        "Safe: reach the goal without a collision. Avoided: do not collide any more, of the drives"
-        " that did; of the attack’s: of those that did only under attack. Caused: collide now, of"
-        " those that did not. Safe again: of those that the attack made unsafe, such as by a"
-        " blocked road. Given up: were safe and reach no goal any more. Stopped in: moments; false"
-        " stops where nothing is attacked."
+        "A case is a moment, an intention and an attack. Safe: reach the goal without a collision."
+        " Avoided: do not collide any more, of the cases that did; of the attack’s: of those that"
+        " did only under attack. Caused: collide now, of those that did not. Safe again: of those"
+        " that the attack made unsafe, such as by a blocked road. Given up: were safe and reach no"
+        " goal any more. Stopped in: moments; false stops where nothing is attacked."
         f" {INTERVALS}",
         names=3,
     )

@@ -104,9 +104,9 @@ def test_a_page_says_what_a_defence_is_worth(tmp_path: Path) -> None:
     page = (run.path / "report.html").read_text()
     said = defence_sentences(report)
     assert said == [
-        "Stereo R-CNN: of 6 drives that collide only because of an attack, 33.3 % (stop),"
+        "Stereo R-CNN: of 6 cases that collide only because of an attack, 33.3 % (stop),"
         " 33.3 % (drop), 33.3 % (repair) do not collide.",
-        "Stereo R-CNN: of 6 drives that are unsafe only because of an attack, 0.0 % (stop),"
+        "Stereo R-CNN: of 6 cases that are unsafe only because of an attack, 0.0 % (stop),"
         " 33.3 % (drop), 33.3 % (repair) are safe again.",
         "Unattacked, a car that stops at alarms does so in 16.7 % of the moments.",
     ]

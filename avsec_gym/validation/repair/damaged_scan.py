@@ -192,10 +192,10 @@ def seen_places(
         trusted: The map.
         calibration: Of the rig.
         camera: In whose view it is.
-        reach: Greatest depth, metres.
+        reach: Greatest depth, metres; 60 at most.
     """
     depth = trusted.depth
-    known = depth < reach
+    known = depth < min(reach, _REACH)
     places = back_projected(np.where(known, depth, 1.0), calibration, camera)[known]
     return transform_points(calibration.camera_to_velodyne, places)
 

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from avsec_gym.attacks.attack import LEFT, RIGHT
 from avsec_gym.boxes import Boxes3D
@@ -24,11 +25,11 @@ from avsec_gym.experiments.answer import answer
 from avsec_gym.experiments.chapter3.defence.defended_drives import DRIVE_FRAMES
 from avsec_gym.experiments.chapter3.defence.scenes import scene_of
 from avsec_gym.experiments.chapter3.recordings import JUDGED, recordings_of
+from avsec_gym.experiments.chapter3.shares import drive_of, share_of
 from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.detections import above
-from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.perception.detectors import Detector, make_detector
 from avsec_gym.validation.moments import Recordings
 from avsec_gym.validation.suspects import SHORTEST_BASELINE, as_stereo_pair
@@ -71,7 +72,8 @@ def found_by_pairs(
     Returns:
         Rows with ``left`` and ``right``, cameras; ``baseline``, over that of cameras 2 and 3;
         ``found``, of the cars 5 to 40 m ahead those in whose direction it has a box, with a 95 %
-        interval; and ``distance``, that box's over the true one: median, 10th and 90th percentile.
+        interval that allows for cars of one drive being alike; and ``distance``, that box's over
+        the true one: median, 10th and 90th percentile.
     """
     calibration = recordings.moments[0].frame().calibration
     usual = calibration.baseline(LEFT, RIGHT)
@@ -83,12 +85,13 @@ def found_by_pairs(
         (pair for pair, share in baselines.items() if share >= SHORTEST_BASELINE),
         key=lambda pair: abs(np.log(baselines[pair])),
     )
-    cars, seen = 0, {pair: [np.empty(0)] for pair in pairs}
+    drives: list[str] = []
+    seen = {pair: [np.empty(0)] for pair in pairs}
     start, count = time.perf_counter(), len(recordings.moments)
     for number, moment in enumerate(recordings.moments):
         frame = moment.frame()
         true = cars_ahead(scene_of(frame, moment.id, number).boxes)
-        cars += len(true)
+        drives += [drive_of(moment.id)] * len(true)
         for pair in pairs:
             found = above(detector.detect(as_stereo_pair(frame, *pair)), score_threshold)
             seen[pair].append(distances(true, found))
@@ -100,18 +103,19 @@ def found_by_pairs(
             "left": pair[0],
             "right": pair[1],
             "baseline": round(baselines[pair], 3),
-            **_row(np.concatenate(seen[pair]), cars),
+            **_row(np.concatenate(seen[pair]), drives),
         }
         for pair in pairs
     ]
 
 
-def _row(known: Floats, cars: int) -> dict[str, Any]:
+def _row(ratios: Floats, drives: Sequence[str]) -> dict[str, Any]:
+    """Of one pair: see `distances`, and the drive of each car."""
+    found = ~np.isnan(ratios)
+    known = ratios[found]
     low, middle, high = np.percentile(known, (10, 50, 90)).tolist() if len(known) else [None] * 3
-    rate = len(known) / cars if cars else None
-    interval = wilson_interval(len(known), cars) if cars else None
     return {
-        "found": {"count": len(known), "of": cars, "rate": rate, "interval": interval},
+        "found": share_of(found.tolist(), drives),
         "distance": {"median": middle, "from": low, "to": high},
     }
 
@@ -123,19 +127,26 @@ def cars_ahead(boxes: Boxes3D) -> Boxes3D:
 
 
 def distances(cars: Boxes3D, found: Boxes3D) -> Floats:
-    """Of each car that is found, in the same direction: its distance over the true one, shape (N,).
+    """Of each car the distance of the box in its direction over its own; NaN without one.
 
     Args:
-        cars: As they are.
+        cars: As they are, N.
         found: By a detector.
+
+    Returns:
+        Shape (N,).
     """
+    ratios = np.full(len(cars), np.nan)
     if not len(cars) or not len(found):
-        return np.empty(0)
+        return ratios
     bearings = [np.arctan2(one.location[:, 0], one.location[:, 2]) for one in (cars, found)]
     apart = np.abs(bearings[0][:, None] - bearings[1][None, :])
-    nearest = apart.argmin(axis=1)
-    seen = apart.min(axis=1) < _SAME_BEARING
-    return np.asarray((found.location[nearest, 2] / cars.location[:, 2])[seen])
+    same = apart < _SAME_BEARING
+    # A box finds one car; no pair is worth losing another one.
+    for car, box in zip(*linear_sum_assignment(np.where(same, apart, 10.0)), strict=True):
+        if same[car, box]:
+            ratios[car] = found.location[box, 2] / cars.location[car, 2]
+    return ratios
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -17,7 +17,6 @@ from avsec_gym.experiments.chapter3.defence.other_pairs import (
     found_by_pairs,
 )
 from avsec_gym.frame import SensorFrame
-from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.sensor_system import SensorSystem
 from avsec_gym.validation.moments import raw_recordings
 
@@ -31,8 +30,12 @@ def boxes(*places: tuple[float, float], category: str = "Car") -> Boxes3D:
 
 def test_a_car_is_found_in_its_direction_at_whatever_distance() -> None:
     cars = boxes((0.0, 10.0), (5.0, 20.0), (-4.0, 12.0))
-    assert distances(cars, boxes((0.1, 9.0), (10.0, 40.0))) == pytest.approx([0.9, 2.0])
-    assert len(distances(cars, boxes())) == len(distances(boxes(), cars)) == 0
+    found = boxes((0.1, 9.0), (10.0, 40.0))
+    assert distances(cars, found) == pytest.approx([0.9, 2.0, np.nan], nan_ok=True)
+    twins = boxes((0.0, 10.0), (0.0, 20.0))
+    assert np.isnan(distances(twins, found[:1])).sum() == 1, "one box finds one car"
+    assert np.isnan(distances(cars, boxes())).all()
+    assert len(distances(boxes(), cars)) == 0
     both = Boxes3D.concatenate(
         [cars, boxes((0.0, 4.0), (0.0, 41.0)), boxes((1, 9), category="Van")]
     )
@@ -68,7 +71,8 @@ def test_pairs_are_told_apart(tmp_path: Path, walls: ModuleType) -> None:
     assert others
     assert sum(row["found"]["count"] for row in others) == 2 * len(others)
     for row in others:
-        assert row["found"]["interval"] == wilson_interval(row["found"]["count"], 4)
+        # Four moments of one drive: as little as one.
+        assert row["found"]["interval"][1] - row["found"]["interval"][0] > 0.5
         assert row["baseline"] >= 0.4
         if row["found"]["count"]:
             assert row["distance"]["median"] == pytest.approx(0.5)
