@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from avsec_gym.experiments.chapter3.defence.defended_drives import UNDEFENDED
+from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK, UNDEFENDED
 from avsec_gym.experiments.chapter3.defence.rates import ANY_ATTACK
 from avsec_gym.report.page_table import number
 from avsec_gym.report.plots import Frame, Scale, drawing, marker, outline, text
 from avsec_gym.report.tables_of_defence import attacked_sensors, defended_detector
+from avsec_gym.sensor_system import LIDAR
 from avsec_gym.validation.response import Response
 
 Row = Mapping[str, Any]
@@ -22,6 +23,8 @@ MARKS = {
 }
 """Shape, class names, and what the car does."""
 _WIDTH, _HEIGHT = 400, 220
+_COLUMN = 54
+"""Pixels of an attack, at least."""
 _BESIDE = 0.18
 """How far the marks of one attack are apart, of the way to the next attack."""
 
@@ -46,14 +49,18 @@ def legend_of_defence() -> list[tuple[str, str, str]]:
 
 def _draw(detector: str, rows: Sequence[Row]) -> str:
     attacks = list(dict.fromkeys(row["attack"] for row in rows))
-    frame = Frame(Scale(-0.5, len(attacks) - 0.5, 38, _WIDTH - 8), Scale(0, 100, _HEIGHT - 26, 26))
+    width = max(_WIDTH, 46 + _COLUMN * len(attacks))
+    frame = Frame(Scale(-0.5, len(attacks) - 0.5, 38, width - 8), Scale(0, 100, _HEIGHT - 26, 26))
+    several = any("+" in attack for attack in attacks)
     parts = [
         frame.axes([], frame.y.ticks(5)),
         text((frame.x.start, 14), defended_detector(detector), "name"),
     ]
     for place, attack in enumerate(attacks):
         at = frame.x(place), _HEIGHT - 8
-        parts.append(text(at, attacked_sensors(attack), "tick middle"))
+        # Where several are attacked at once, numbers have to do.
+        short = attack.replace(LIDAR, "LiDAR") if several and attack != NO_ATTACK else ""
+        parts.append(text(at, short or attacked_sensors(attack), "tick middle"))
     for row in rows:
         shape, kind, words = MARKS[row["response"]]
         beside = _BESIDE * (list(MARKS).index(row["response"]) - (len(MARKS) - 1) / 2)
@@ -61,4 +68,4 @@ def _draw(detector: str, rows: Sequence[Row]) -> str:
         hint = f"{attacked_sensors(row['attack'])} attacked, {words}: {number(rate, 100)} % safe"
         parts.append(marker(frame.at((x, 100 * rate)), shape, kind, hint))
     label = f"{defended_detector(detector)}: safe drives in percent, by the attacked sensor"
-    return drawing(_WIDTH, _HEIGHT, parts, label)
+    return drawing(width, _HEIGHT, parts, label)

@@ -17,6 +17,7 @@ from avsec_gym.experiments.experiment import (
 )
 from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.report.defence_in_words import defence_sentences
+from avsec_gym.report.plots_defence import draw_defence
 from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_report import holds_chapter_5, run_report
 from avsec_gym.report.tables_of_defence import tables_of_defence
@@ -120,6 +121,23 @@ def test_a_page_says_what_a_defence_is_worth(tmp_path: Path) -> None:
     for title in (worth.title, alarms.title):
         assert title in page
         assert f"## {title}" in markdown_page(report)
+
+
+def test_attacks_on_several_sensors_have_short_labels() -> None:
+    def drawn(*attacks: str) -> str:
+        rows = [
+            {"detector": "oracle", "attack": one, "response": "stop", "safe_driving_rate": 0.5}
+            for one in attacks
+        ]
+        (drawing,) = draw_defence({"worth": rows})
+        return drawing
+
+    assert 'viewBox="0 0 400 220"' in drawn("none", "1", "2", "3", "lidar")
+    wide = drawn("none", "1", "1+2", "1+3", "2+3", "lidar+1", "lidar+2")
+    assert float(wide.split('viewBox="0 0 ')[1].split()[0]) == 46 + 7 * 54
+    assert ">LiDAR+2<" in wide
+    assert ">nothing<" in wide
+    assert "camera 1 and camera 2 attacked, stops: 50.0 % safe" in wide
 
 
 def test_a_run_without_it_has_no_such_table() -> None:
