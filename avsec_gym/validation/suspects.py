@@ -7,7 +7,7 @@ without the LiDAR.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from itertools import permutations
@@ -17,7 +17,7 @@ import numpy as np
 
 from avsec_gym.attacks.attack import LEFT, RIGHT
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.frame import LazyImages, SensorFrame
+from avsec_gym.frame import Calibration, LazyImages, SensorFrame
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
 from avsec_gym.validation.state_posterior import Verdict
 from avsec_gym.validation.validator import Validation
@@ -78,17 +78,26 @@ def _with(frame: SensorFrame, sources: Mapping[Sensor, Callable[[], Any]]) -> Se
 
 def _stand_in(frame: SensorFrame, sound: list[Sensor]) -> tuple[int, int] | None:
     """The sound pair, left and right, that is most like the stereo pair."""
-    calibration = frame.calibration
-    if not {LEFT, RIGHT} <= set(calibration.cameras):
+    if not {LEFT, RIGHT} <= set(frame.calibration.cameras):
         return None
-    usual = calibration.baseline(LEFT, RIGHT)
     cameras = [one for one in sound if isinstance(one, int) and one in frame.images]
-    shares = {
-        pair: calibration.baseline(*pair) / usual
-        for pair in permutations(cameras, 2)
-        if calibration.baseline(*pair) >= SHORTEST_BASELINE * usual
-    }
-    return min(shares, key=lambda pair: abs(np.log(shares[pair])), default=None)
+    return next(iter(stereo_pairs(frame.calibration, cameras)), None)
+
+
+def stereo_pairs(calibration: Calibration, cameras: Iterable[int]) -> dict[tuple[int, int], float]:
+    """Pairs that may take the place of cameras 2 and 3, the most like them first.
+
+    Args:
+        calibration: Of the rig.
+        cameras: That may be of a pair.
+
+    Returns:
+        By left and right camera the baseline, over that of cameras 2 and 3.
+    """
+    usual = calibration.baseline(LEFT, RIGHT)
+    shares = {pair: calibration.baseline(*pair) / usual for pair in permutations(cameras, 2)}
+    likeness = {pair: abs(np.log(one)) for pair, one in shares.items() if one >= SHORTEST_BASELINE}
+    return {pair: shares[pair] for pair in sorted(likeness, key=likeness.__getitem__)}
 
 
 def as_stereo_pair(frame: SensorFrame, left: int, right: int) -> SensorFrame:

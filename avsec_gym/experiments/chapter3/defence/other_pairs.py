@@ -12,14 +12,12 @@ import logging
 import sys
 import time
 from collections.abc import Sequence
-from itertools import permutations
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from avsec_gym.attacks.attack import LEFT, RIGHT
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.answer import answer
 from avsec_gym.experiments.chapter3.defence.defended_drives import DRIVE_FRAMES
@@ -32,7 +30,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.kitti.detections import above
 from avsec_gym.perception.detectors import Detector, make_detector
 from avsec_gym.validation.moments import Recordings
-from avsec_gym.validation.suspects import SHORTEST_BASELINE, as_stereo_pair
+from avsec_gym.validation.suspects import as_stereo_pair, stereo_pairs
 
 _LOG = logging.getLogger(__name__)
 _NEAREST, _FARTHEST = 5.0, 40.0
@@ -76,15 +74,7 @@ def found_by_pairs(
         the true one: median, 10th and 90th percentile.
     """
     calibration = recordings.moments[0].frame().calibration
-    usual = calibration.baseline(LEFT, RIGHT)
-    baselines = {
-        pair: calibration.baseline(*pair) / usual
-        for pair in permutations(recordings.system.cameras, 2)
-    }
-    pairs = sorted(
-        (pair for pair, share in baselines.items() if share >= SHORTEST_BASELINE),
-        key=lambda pair: abs(np.log(baselines[pair])),
-    )
+    pairs = stereo_pairs(calibration, recordings.system.cameras)
     drives: list[str] = []
     seen = {pair: [np.empty(0)] for pair in pairs}
     start, count = time.perf_counter(), len(recordings.moments)
@@ -102,10 +92,10 @@ def found_by_pairs(
         {
             "left": pair[0],
             "right": pair[1],
-            "baseline": round(baselines[pair], 3),
+            "baseline": round(baseline, 3),
             **_row(np.concatenate(seen[pair]), drives),
         }
-        for pair in pairs
+        for pair, baseline in pairs.items()
     ]
 
 
