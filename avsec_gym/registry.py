@@ -14,6 +14,7 @@ from importlib import import_module, metadata
 from typing import Any
 
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.suggestions import unknown_name
 
 _LOG = logging.getLogger(__name__)
 _GROUP = "avsec_gym.plugins"
@@ -160,7 +161,8 @@ def make(kind: Kind | str, what: Any) -> Any:
             return getattr(import_module(module), attribute)(**(defaults | arguments))
     except (TypeError, ValueError) as error:
         raise ConfigurationError(f"the {kind} {name!r} cannot be made: {error}{told}") from error
-    raise ConfigurationError(f"there is no {kind} named {name!r}; known: {', '.join(names(kind))}")
+    problem = f"there is no {kind} named {name!r}"
+    raise ConfigurationError(unknown_name(problem, name, names(kind)))
 
 
 def names(kind: Kind | str) -> list[str]:
@@ -174,7 +176,8 @@ def _kind(kind: Kind | str) -> Kind:
     try:
         return Kind(kind)
     except ValueError:
-        raise ConfigurationError(f"{kind!r} is no kind of part; known: {', '.join(Kind)}") from None
+        problem = f"{kind!r} is no kind of part"
+        raise ConfigurationError(unknown_name(problem, str(kind), Kind)) from None
 
 
 def _load_plugins() -> None:
