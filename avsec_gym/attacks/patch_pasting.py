@@ -1,7 +1,8 @@
 """Pasting a round patch into both views, as a poster that really stands there would be seen.
 
-Both views show the same disc, shifted by a disparity with parts of pixels (bilinear); a poster that
-faces a rectified pair looks the same to both cameras.  Differentiable down to the patch's pixels.
+The left view shows a disc; the right one what the calibration makes of it, with parts of pixels
+(bilinear): the same disc, shifted by its disparity, where the cameras differ by a shift along x
+alone.  Differentiable down to the patch's pixels.
 """
 
 from __future__ import annotations
@@ -16,9 +17,14 @@ from torch.nn import functional
 
 from avsec_gym.attacks.attack import with_pair
 from avsec_gym.attacks.patch_placement import PatchPlace
+from avsec_gym.attacks.patch_views import PatchView, left_view, right_view
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
+
+_RIM = 1.0
+"""Pixels of a disc's edge that the right image may cut off: places are drawn as if the cameras
+differed by a shift along x alone, and KITTI's own differ by less than this from that."""
 
 
 def paste(
@@ -38,22 +44,27 @@ def paste(
     height, width = batch.left.shape[-2:]
     if len(places) != len(batch):
         raise ConfigurationError(f"{len(batch)} pairs take as many patches, got {len(places)}")
-    for place in places:
-        if not may_stick_out and not place.is_inside(height, width):
+    seen_right = _seen_right(batch, places)
+    for place, view in zip(places, seen_right, strict=True):
+        is_inside = place.is_inside(height, width) and view.is_inside(height, width, _RIM)
+        if not may_stick_out and not is_inside:
             raise ConfigurationError(
                 f"the patch does not fit into both images of {width} x {height} pixels: {place}"
             )
     textures = [_fitted(patch, place) for place in places]
-    views = [
+    left, right = (
         torch.stack(
             [
-                _pasted(image, texture, place, place.u - shift * place.disparity)
-                for image, texture, place in zip(images, textures, places, strict=True)
+                _pasted(image, texture, place, view)
+                for image, texture, place, view in zip(images, textures, places, views, strict=True)
             ]
         )
-        for shift, images in enumerate((batch.left, batch.right))
-    ]
-    return replace(batch, left=views[0], right=views[1])
+        for images, views in (
+            (batch.left, [left_view(place) for place in places]),
+            (batch.right, seen_right),
+        )
+    )
+    return replace(batch, left=left, right=right)
 
 
 def paste_on_frame(
@@ -87,13 +98,23 @@ def _fitted(patch: Tensor, place: PatchPlace) -> Tensor:
     )
 
 
-def _pasted(image: Tensor, texture: Tensor, place: PatchPlace, u: float) -> Tensor:
-    """An image (3, H, W) with a texture (1, 3, S, S) around column u."""
+def _seen_right(batch: StereoBatch, places: Sequence[PatchPlace]) -> list[PatchView]:
+    projections = (batch.left_projection, batch.right_projection)
+    left, right = (each.detach().cpu().double().numpy() for each in projections)
+    return [right_view(place, left[i], right[i]) for i, place in enumerate(places)]
+
+
+def _pasted(image: Tensor, texture: Tensor, place: PatchPlace, view: PatchView) -> Tensor:
+    """An image (3, H, W) with a texture (1, 3, S, S) where a camera sees it."""
     height, width = image.shape[-2:]
-    rows, columns = _touched(place.v, place.radius, height), _touched(u, place.radius, width)
+    (u, v), (across, down) = view.centre.tolist(), view.reach.tolist()
+    rows, columns = _touched(v, down, height), _touched(u, across, width)
     if not len(rows) or not len(columns):
         return image
-    y, x = torch.meshgrid(rows - place.v, columns - u, indexing="ij")
+    y, x = torch.meshgrid(rows - v, columns - u, indexing="ij")
+    # Where the left image shows it, and there, where on the patch it is.
+    ((xx, xy), (yx, yy)) = view.to_left.tolist()
+    x, y = xx * x + xy * y, yx * x + yy * y
     cos, sin = np.cos(place.rotation), np.sin(place.rotation)
     on_patch = torch.stack([cos * x + sin * y, cos * y - sin * x], dim=-1) / place.radius
     seen = functional.grid_sample(

@@ -27,11 +27,12 @@ _ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class PatchPlace:
-    """A patch in a stereo pair: the same disc in both images, shifted by the disparity.
+    """A patch in a stereo pair: a disc in the left image, and how far away it is.
 
     Args:
-        u: Column of its centre in the left image, pixels; ``u - disparity`` in the right one.
-        v: Row of its centre in both.
+        u: Column of its centre in the left image, pixels; ``u - disparity`` in the right one where
+            the cameras differ by a shift along x alone, see `patch_views` for real ones.
+        v: Row of its centre in the left image.
         disparity: f b / Z in pixels, with parts of pixels.
         rotation: About its centre, clockwise in the image, radians.
         radius: Pixels.
@@ -54,7 +55,7 @@ class PatchPlace:
             )
 
     def is_inside(self, height: int, width: int) -> bool:
-        """Whether both images of such a size show all of it."""
+        """Whether both images of such a size show all of it, if the right one is only shifted."""
         return (
             self.radius <= self.v <= height - 1 - self.radius
             and self.u <= width - 1 - self.radius

@@ -154,8 +154,8 @@ def straight_roadside(
         ground = (depth > 0) & (depth < _FARTHEST)
         ground &= ~_standing(frame.calibration, camera, shape, objects, points)
         on_road = (x >= road[0]) & (x <= road[1])
-        parallax = frame.calibration.focal_length(LEFT) * frame.calibration.baseline(LEFT, RIGHT)
-        disparity = np.where(ground, parallax / np.where(ground, depth, 1.0), 0.0)
+        depth = np.where(ground, depth, 1.0)
+        disparity = np.where(ground, _disparity(frame.calibration, camera, depth), 0.0)
         views.append(RoadView(ground & on_road, ground & ~on_road, disparity.astype(np.float32)))
     return Roadside(*views)
 
@@ -216,10 +216,24 @@ def _plane_places(
     """Where pixels see the plane: x from the left camera and depth, metres; depth < 0 above it."""
     p = calibration.projection(camera)
     v, u = np.indices(shape, dtype=float)
+    # v (z + t_z) = f (height + slope z) + c z + p_13 of a point of the plane, and the camera sees
+    # it at z + t_z.
     with np.errstate(divide="ignore"):
-        depth = p[1, 1] * height / (v - p[1, 2] - p[1, 1] * slope)
+        z = (p[1, 1] * height + p[1, 3] - v * p[2, 3]) / (v - p[1, 2] - p[1, 1] * slope)
+    depth = z + p[2, 3]
     centres = [calibration.camera_centre(each)[0] for each in (camera, LEFT)]
     return (u - p[0, 2]) * depth / p[0, 0] + centres[0] - centres[1], depth
+
+
+def _disparity(
+    calibration: Calibration, camera: int, depth: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Columns between the two views of what a camera's pixels see at a depth, shape (H, W)."""
+    parallax = calibration.focal_length(LEFT) * calibration.baseline(LEFT, RIGHT)
+    # u_l w_l - u_r w_r is the same for all points; the depths w differ by what one camera is ahead.
+    ahead = calibration.projection(RIGHT)[2, 3] - calibration.projection(LEFT)[2, 3]
+    u = np.arange(depth.shape[1])
+    return (u * ahead + parallax) / (depth + ahead if camera == LEFT else depth - ahead)
 
 
 def _standing(

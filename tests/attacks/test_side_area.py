@@ -1,5 +1,7 @@
 """Road and side area in both images: against a scene whose geometry is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,7 +15,7 @@ from avsec_gym.attacks.side_area import (
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame
-from avsec_gym.geometry import transform_points
+from avsec_gym.geometry import project, transform_points
 from avsec_gym.kitti.map_files import write_disparity, write_mask
 from avsec_gym.rig import kitti_rig
 from avsec_gym.world.road.section import Surface
@@ -122,6 +124,32 @@ def test_a_scan_tells_the_plane_and_what_stands_on_it():
     u, v = int(p[0, 2] + p[0, 0] * 6.5 / 15), int(p[1, 2] + p[1, 1] * 1.0 / 15)
     assert not side.left.side[v, u]
     assert straight_roadside(frame()).left.side[v, u]
+
+
+def test_disparities_are_those_of_the_calibration():
+    """Points of the road, projected into both views of cameras that are not quite level."""
+    projections = CALIBRATION.projections.copy()
+    projections[3][:, 3] += projections[3][:, :3] @ [0.0, 0.05, -0.03]
+    projections[2][2, 3] = 0.02
+    tilted = replace(CALIBRATION, projections=projections)
+    image = np.full((375, 1242, 3), 90, np.uint8)
+    side = straight_roadside(SensorFrame("000000", tilted, {2: image, 3: image}))
+    x, z = (each.ravel() for each in np.meshgrid(np.linspace(-3, 3, 7), np.linspace(7, 40, 9)))
+    road = np.column_stack([x, np.full_like(x, 1.65), z])
+    left, right = (project(tilted.projection(camera), road)[0] for camera in (2, 3))
+    for view, seen in ((side.left, left), (side.right, right)):
+        # Between the pixels around a point: the disparity is linear along the plane's rows.
+        first = seen.astype(int)
+        u, v = first.T
+        across, down = (seen - first).T
+        corners = [view.disparity[v + j, u + i] for j in (0, 1) for i in (0, 1)]
+        weights = [(1 - across), across, (1 - across), across]
+        upper, lower = (
+            weights[2 * j] * corners[2 * j] + weights[2 * j + 1] * corners[2 * j + 1]
+            for j in (0, 1)
+        )
+        found = (1 - down) * upper + down * lower
+        np.testing.assert_allclose(found, left[:, 0] - right[:, 0], atol=0.01)
 
 
 def test_a_road_without_width_is_refused():
