@@ -105,6 +105,7 @@ _BUILT_IN = {
 }
 _REGISTERED: dict[tuple[Kind, str], Callable[..., Any]] = {}
 _PLUGINS_LOADED = False
+_BY_PLUGINS: set[tuple[Kind, str]] = set()
 
 
 def register(kind: Kind | str, name: str, factory: Callable[..., Any]) -> None:
@@ -172,6 +173,25 @@ def names(kind: Kind | str) -> list[str]:
     return sorted(name for known, name in [*_BUILT_IN, *_REGISTERED] if known == kind)
 
 
+def registered_by_hand() -> dict[tuple[Kind, str], Callable[..., Any]]:
+    """What was registered in this process, but not by plug-ins, which other processes load, too."""
+    return {key: made for key, made in _REGISTERED.items() if key not in _BY_PLUGINS}
+
+
+def adopt(registered: Mapping[tuple[Kind, str], Callable[..., Any]]) -> None:
+    """Take over what was registered in another process."""
+    _REGISTERED.update(registered)
+
+
+def refuse(kind: Kind, name: str, reason: str, /, **arguments: Any) -> None:
+    """A factory that stands for one which another process keeps for itself.
+
+    Raises:
+        ConfigurationError: Always.
+    """
+    raise ConfigurationError(f"the {kind} {name!r} is not known here: {reason}")
+
+
 def _kind(kind: Kind | str) -> Kind:
     try:
         return Kind(kind)
@@ -186,9 +206,11 @@ def _load_plugins() -> None:
         return
     # Before loading: a plug-in may itself ask for names.
     _PLUGINS_LOADED = True
+    before = set(_REGISTERED)
     for entry_point in metadata.entry_points(group=_GROUP):
         try:
             entry_point.load()()
         except Exception as error:
             # A broken plug-in must not take the others, or this project, with it.
             _LOG.warning("the plug-in %s could not be loaded: %r", entry_point.name, error)
+    _BY_PLUGINS.update(set(_REGISTERED) - before)

@@ -34,7 +34,7 @@ _HOME = Path(os.path.expanduser("~"))
 try:
     # At its first import ART writes its settings into the home folder, not all at once: another
     # process that imports it at that moment would read half of them, and fail.
-    with folder_lock(_HOME, wait=True) if _HOME.is_dir() else nullcontext():
+    with folder_lock(_HOME, wait=True, what="ART") if _HOME.is_dir() else nullcontext():
         from art.attacks import evasion
         from art.estimators import BaseEstimator, LossGradientsMixin, NeuralNetworkMixin
 except ModuleNotFoundError as error:

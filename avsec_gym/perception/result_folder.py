@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 import sys
-import threading
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
-from multiprocessing import get_context
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +18,7 @@ from avsec_gym.kitti.label_folders import frame_ids
 from avsec_gym.kitti.labels import write_detections
 from avsec_gym.kitti.text_files import read_text, write_text
 from avsec_gym.registry import make
+from avsec_gym.worker_processes import each_in_processes
 
 if TYPE_CHECKING:
     from avsec_gym.perception.detectors.detector import Detector
@@ -81,14 +78,15 @@ def write_result_folder(
         if seeing is None
         else ((id, _detect(seeing, data, out, id)) for id in wanted)
     )
-    for done, (id, error) in enumerate(results, start=kept + 1):
-        if error is not None:
-            skipped[id] = error
-        if on_progress is not None:
-            on_progress(done, len(ids))
+    with closing(results):
+        for done, (id, error) in enumerate(results, start=kept + 1):
+            if error is not None:
+                skipped[id] = error
+            if on_progress is not None:
+                on_progress(done, len(ids))
     if skipped and len(skipped) == len(ids):
-        raise next(iter(skipped.values()))
-    return Outcome(len(wanted) - len(skipped), kept, skipped)
+        raise skipped[ids[0]]
+    return Outcome(len(wanted) - len(skipped), kept, dict(sorted(skipped.items())))
 
 
 def _claim(out: Path, detector: Any, data: KittiObject) -> None:
@@ -123,50 +121,23 @@ def _detect(detector: Detector, data: KittiObject, out: Path, id: str) -> DataEr
     return None
 
 
-_WORKER: dict[str, Any] = {}
-"""What a worker process keeps between frames."""
-
-
 def _in_processes(
     detector: Any, data: KittiObject, out: Path, ids: Sequence[str], workers: int
-) -> Iterator[tuple[str, DataError | None]]:
+) -> Generator[tuple[str, DataError | None], None, None]:
     if not ids:
         return
     workers = min(workers, len(ids))
     threads = max(1, (os.cpu_count() or 1) // workers)
-    pool = ProcessPoolExecutor(
-        workers, get_context("spawn"), _begin, (detector, data, out, threads, os.getpid())
-    )
-    try:
-        yield from zip(ids, pool.map(_detect_there, ids), strict=True)
-    except BrokenProcessPool as error:
-        raise DataError(
-            "A worker process ended before its work.",
-            path=out,
-            remedy="Was it killed, or is the memory full? With fewer --workers it takes less; run"
-            " the command again to go on.",
-        ) from error
-    finally:
-        pool.shutdown(cancel_futures=True)
+    detecting = partial(_detecting, detector, data, out, threads)
+    with closing(each_in_processes(detecting, ids, workers, threads=threads, folder=out)) as done:
+        yield from done
 
 
-def _begin(detector: Any, data: KittiObject, out: Path, threads: int, parent: int) -> None:
-    """A worker leaves Ctrl-C to its parent, and ends when the parent is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(1)
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
-    _WORKER.update(what=detector, data=data, out=out, threads=threads)
-
-
-def _detect_there(id: str) -> DataError | None:
-    # Made at the first frame, not while the process begins: an error then comes back as it is.
-    if "detector" not in _WORKER:
-        _WORKER["detector"] = make("detector", _WORKER["what"])
-        if "torch" in sys.modules:
-            sys.modules["torch"].set_num_threads(_WORKER["threads"])
-    return _detect(_WORKER["detector"], _WORKER["data"], _WORKER["out"], id)
+def _detecting(
+    detector: Any, data: KittiObject, out: Path, threads: int
+) -> Callable[[str], DataError | None]:
+    """In a worker: what writes a frame's file."""
+    seeing = make("detector", detector)
+    if "torch" in sys.modules:
+        sys.modules["torch"].set_num_threads(threads)
+    return partial(_detect, seeing, data, out)

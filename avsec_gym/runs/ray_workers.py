@@ -11,8 +11,8 @@ from typing import Any
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.experiment import Cell, Configuration
 from avsec_gym.runs.desk import Desk, Done, Failed, Unready
-from avsec_gym.runs.local_workers import THREAD_VARIABLES
 from avsec_gym.runs.schedule import Died
+from avsec_gym.worker_processes import THREAD_VARIABLES
 
 
 class RayWorkers:

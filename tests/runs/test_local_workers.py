@@ -11,9 +11,10 @@ import pytest
 
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.experiment import Configuration
-from avsec_gym.runs.local_workers import THREAD_VARIABLES, LocalWorkers
+from avsec_gym.runs.local_workers import LocalWorkers
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.worker_processes import THREAD_VARIABLES
 
 SMALL = Configuration(limit=4)
 

@@ -67,7 +67,7 @@ def cached(
     root = suites / f"{name}-{world_fingerprint()}"
     if _is_sound(root, full_check):
         return root
-    with folder_lock(suites, wait=True):
+    with folder_lock(suites, wait=True, what=f"the default suite {name}"):
         if _is_sound(root, full_check):  # Another process has made it meanwhile.
             return root
         if (manifest := read_manifest(root)) is not None and manifest["complete"]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 from collections.abc import Iterator
@@ -10,16 +11,21 @@ from pathlib import Path
 
 from avsec_gym.errors import DataError
 
+_LOG = logging.getLogger(__name__)
+_HELD: set[int] = set()
+"""Handles of the locks that this process holds, or waits for."""
+
 
 @contextmanager
-def folder_lock(folder: Path, *, wait: bool = False) -> Iterator[None]:
+def folder_lock(folder: Path, *, wait: bool = False, what: str = "a folder") -> Iterator[None]:
     """Hold a folder; nothing is written into it.
 
     Where the system cannot lock folders (Windows, some network drives), nothing is held.
 
     Args:
         folder: Is there.
-        wait: For another process that holds it.
+        wait: For another process that holds it; the log tells.
+        what: What this process needs it for, such as ``the default suite mixed``.
 
     Raises:
         DataError: Another process holds it and `wait` is false.
@@ -30,17 +36,37 @@ def folder_lock(folder: Path, *, wait: bool = False) -> Iterator[None]:
     import fcntl
 
     handle = os.open(folder, os.O_RDONLY)
+    _HELD.add(handle)
     try:
         try:
-            fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise DataError(
-                "Another process is writing here.",
-                path=folder,
-                remedy="Wait for it, or name another folder.",
-            ) from None
+            if not wait:
+                raise DataError(
+                    "Another process is writing here.",
+                    path=folder,
+                    remedy="Wait for it, or name another folder.",
+                ) from None
+            _LOG.warning("waiting for %s: another process is at work in %s", what, folder)
+            fcntl.flock(handle, fcntl.LOCK_EX)
         except OSError:
             pass
         yield
     finally:
+        if handle in _HELD:  # Else this is a forked process, which has let go of it.
+            _HELD.discard(handle)
+            os.close(handle)
+
+
+def _let_go() -> None:
+    """A forked process has its parent's handles, and would keep the lock beyond its parent's life.
+
+    Nobody could have it then: not even itself, which would wait for itself.
+    """
+    for handle in _HELD:
         os.close(handle)
+    _HELD.clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_let_go)

@@ -75,7 +75,7 @@ def fitted_file(configuration: Configuration) -> Path:
     folder = cache_folder() / "thresholds"
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{key}.json"
-    with folder_lock(folder, wait=True):
+    with folder_lock(folder, wait=True, what="a validator's thresholds"):
         if not path.is_file():
             _LOG.warning("measuring thresholds on %d clean moments, once", len(names))
             clean = (moment.frame() for moment in recordings.moments)
