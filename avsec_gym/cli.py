@@ -7,47 +7,70 @@ from __future__ import annotations
 
 import logging
 import sys
-from collections.abc import Sequence
-from typing import Annotated
-
-import tyro
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
 
 from avsec_gym import __version__
 from avsec_gym.commands import console
-from avsec_gym.commands.attack import AttackPatch
-from avsec_gym.commands.average_precision import ScoreDetections
-from avsec_gym.commands.data import DataCheck
-from avsec_gym.commands.demo import Demo
-from avsec_gym.commands.detect import Detect
-from avsec_gym.commands.draw import Draw
-from avsec_gym.commands.evaluate import Evaluate
-from avsec_gym.commands.experiments import Experiments
-from avsec_gym.commands.plan import PlanFiles
-from avsec_gym.commands.report import Report
-from avsec_gym.commands.run import Run
-from avsec_gym.commands.train import Train
-from avsec_gym.commands.validate import Validate
-from avsec_gym.commands.weights import Weights
-from avsec_gym.commands.world import World
 from avsec_gym.errors import AvsecError, ConfigurationError
+from avsec_gym.suggestions import unknown_name
 
-Command = (
-    Annotated[Demo, tyro.conf.subcommand("demo")]
-    | Annotated[Evaluate, tyro.conf.subcommand("evaluate")]
-    | Annotated[Detect, tyro.conf.subcommand("detect")]
-    | Annotated[ScoreDetections, tyro.conf.subcommand("ap")]
-    | Annotated[AttackPatch, tyro.conf.subcommand("attack")]
-    | Annotated[Validate, tyro.conf.subcommand("validate")]
-    | Annotated[Experiments, tyro.conf.subcommand("experiments")]
-    | Annotated[Run, tyro.conf.subcommand("run")]
-    | Annotated[Report, tyro.conf.subcommand("report")]
-    | Annotated[PlanFiles, tyro.conf.subcommand("plan")]
-    | Annotated[Draw, tyro.conf.subcommand("draw")]
-    | Annotated[DataCheck, tyro.conf.subcommand("data")]
-    | Annotated[World, tyro.conf.subcommand("world")]
-    | Annotated[Train, tyro.conf.subcommand("train")]
-    | Annotated[Weights, tyro.conf.subcommand("weights")]
-)
+_PROGRAM = "avsec"
+_QUESTION = "Does a self-driving car still drive safely under attack?"
+_HELP = ("-h", "--help")
+
+
+@dataclass(frozen=True)
+class Group:
+    """Commands of one kind, as in `avsec world make`.
+
+    Args:
+        summary: One sentence.
+        commands: By their second word.
+    """
+
+    summary: str
+    commands: Mapping[str, str]
+
+
+_WORLD, _PICTURES = "avsec_gym.commands.world", "avsec_gym.commands.world_pictures"
+COMMANDS: Mapping[str, str | Group] = {
+    "demo": "avsec_gym.commands.demo:Demo",
+    "evaluate": "avsec_gym.commands.evaluate:Evaluate",
+    "detect": "avsec_gym.commands.detect:Detect",
+    "ap": "avsec_gym.commands.average_precision:ScoreDetections",
+    "attack": Group(
+        "Attacks that are trained.", {"patch": "avsec_gym.commands.attack:AttackPatch"}
+    ),
+    "validate": "avsec_gym.commands.validate:Validate",
+    "experiments": "avsec_gym.commands.experiments:Experiments",
+    "run": "avsec_gym.commands.run:Run",
+    "report": "avsec_gym.commands.report:Report",
+    "plan": "avsec_gym.commands.plan:PlanFiles",
+    "draw": "avsec_gym.commands.draw:Draw",
+    "data": Group("What is in a data folder.", {"check": "avsec_gym.commands.data:DataCheck"}),
+    "world": Group(
+        "Procedural data sets in KITTI's layouts, and digital twins of real frames.",
+        {
+            "make": f"{_WORLD}:WorldMake",
+            "twin": f"{_WORLD}:WorldTwin",
+            "verify": f"{_WORLD}:WorldVerify",
+            "sheet": f"{_PICTURES}:WorldSheet",
+            "show": f"{_PICTURES}:WorldShow",
+        },
+    ),
+    "train": "avsec_gym.commands.train:Train",
+    "weights": Group(
+        "Weights of networks: published ones, and the scores of detectors.",
+        {
+            "import": "avsec_gym.commands.weights:WeightsImport",
+            "calibrate": "avsec_gym.commands.weights_calibrate:WeightsCalibrate",
+        },
+    ),
+}
+"""Where each command is, ``"module:class"``: only the one that is asked for is imported."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -65,22 +88,11 @@ def run(arguments: Sequence[str]) -> int:
         The exit code.
     """
     logging.basicConfig(format="avsec: %(message)s", level=logging.WARNING)
-    arguments = list(arguments) or ["--help"]
-    if arguments == ["--version"]:
+    if list(arguments) == ["--version"]:
         sys.stdout.write(f"avsec {__version__}\n")
         return console.DONE
-    if arguments[:2] in (["data", "check"], ["attack", "patch"]):
-        # These have one verb so far; the subcommand stands for both words.
-        arguments = [arguments[0], *arguments[2:]]
     try:
-        command = tyro.cli(
-            Command,
-            prog="avsec",
-            description="Does a self-driving car still drive safely under attack?",
-            args=arguments,
-            config=(tyro.conf.OmitArgPrefixes, tyro.conf.FlagCreatePairsOff),
-        )
-        return command.run()
+        return _run(arguments)
     except ConfigurationError as error:
         console.complain(error)
         return console.BAD_USAGE
@@ -96,3 +108,73 @@ def run(arguments: Sequence[str]) -> int:
     except KeyboardInterrupt:
         console.say("avsec: stopped")
         return 130
+
+
+def every_command() -> dict[str, Any]:
+    """The class of each command by its words, such as ``world make``: imports them all."""
+    every: dict[str, Any] = {}
+    for name, found in COMMANDS.items():
+        there = {name: found} if isinstance(found, str) else _in_full(name, found)
+        every |= {words: _class(place) for words, place in there.items()}
+    return every
+
+
+def _run(arguments: Sequence[str]) -> int:
+    """Find the command by the first word, or by two, and run it.
+
+    Raises:
+        ConfigurationError: There is no such command; the message names what it may have meant.
+    """
+    program, summary, there, words = _PROGRAM, _QUESTION, COMMANDS, list(arguments)
+    while True:
+        if not words or words[0] in _HELP:
+            console.print_line(_overview(program, summary, there))
+            # A group's name alone is no command; the program's alone asks what there is.
+            return console.DONE if words or program == _PROGRAM else console.BAD_USAGE
+        name = words.pop(0)
+        if name not in there:
+            problem = f"{program} has no command {name}"
+            raise ConfigurationError(unknown_name(problem, name, there))
+        found, program = there[name], f"{program} {name}"
+        if isinstance(found, str):
+            break
+        summary, there = found.summary, found.commands
+    # Imported here: tyro takes its time, and the overview needs none of it.
+    from avsec_gym.commands.arguments import parse
+
+    code: int = parse(_class(found), words, program).run()
+    return code
+
+
+def _in_full(name: str, group: Group) -> dict[str, str]:
+    return {f"{name} {word}": place for word, place in group.commands.items()}
+
+
+def _class(place: str) -> Any:
+    module, _, name = place.partition(":")
+    return getattr(import_module(module), name)
+
+
+def _overview(program: str, summary: str, there: Mapping[str, str | Group]) -> str:
+    """A line for each command."""
+    width = max(map(len, there))
+    lines = [f"  {name:{width}}  {_summary(found)}" for name, found in there.items()]
+    return "\n".join(
+        [
+            f"usage: {program} COMMAND [OPTIONS]",
+            "",
+            summary,
+            "",
+            *lines,
+            "",
+            f"`{program} COMMAND --help` tells what a command does, its options and defaults.",
+        ]
+    )
+
+
+def _summary(found: str | Group) -> str:
+    """What a command does, or which there are in a group."""
+    if isinstance(found, Group):
+        return f"{found.summary[:-1]}: {', '.join(found.commands)}"
+    first, _, _ = _class(found).__doc__.partition("\n")
+    return str(first)

@@ -499,22 +499,6 @@ def test_draw_names_its_picture_after_the_scene(
     assert (tmp_path / "000003_left.png").is_file()
 
 
-@pytest.mark.parametrize("command", ["demo", "evaluate", "plan", "draw", "data", "data check"])
-def test_help(command: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert ends([*command.split(), "--help"]) == DONE
-    output = capsys.readouterr().out
-    assert "usage: avsec" in output
-    assert "default:" in output
-
-
-def test_without_a_command_the_help_lists_them(capsys: pytest.CaptureFixture[str]) -> None:
-    for arguments in ([], ["--help"]):
-        assert ends(arguments) == DONE
-        output = capsys.readouterr().out
-        assert all(name in output for name in ("demo", "evaluate", "plan", "draw", "data"))
-    assert ends(["fly"]) == BAD_USAGE
-
-
 def test_the_program_itself(problems: Path) -> None:
     program = Path(sys.executable).with_name("avsec")
     done = subprocess.run(

@@ -32,7 +32,13 @@ class PatchTraining:
     """Where it stands."""
     seed: int = 0
     """Of order, places, disparities and rotations."""
-    keep_real: bool = True
+    keep_real: bool = field(
+        default=True,
+        metadata={
+            "help": "Do not count real objects to b*, which is then the ghost alone: all the rest"
+            " is to vanish."
+        },
+    )
     """b* are the ghost and the real objects, because the attack is to put ghosts in and cannot
     reach what is far from the patch; else the ghost alone, and all the rest is to vanish."""
 

@@ -25,8 +25,8 @@ class AttackPatch:
     """A folder in KITTI's object layout, such as `avsec world make` writes."""
     out: Path
     """Folder of the training."""
-    split: str | None = "train"
-    """The frames of ImageSets/SPLIT.txt; None: all."""
+    split: str = "train"
+    """The frames of ImageSets/SPLIT.txt; `all`: every frame."""
     limit: int | None = None
     """Only the first frames."""
     resume: bool = False
@@ -54,7 +54,9 @@ class AttackPatch:
                 raise ConfigurationError(f"--{name} is 1 or more, got {value}")
         if self.threads is not None:
             torch.set_num_threads(self.threads)
-        scenes = KittiScenes.of_split(KittiObject(self.kitti), self.split, self.limit)
+        scenes = KittiScenes.of_split(
+            KittiObject(self.kitti), None if self.split == "all" else self.split, self.limit
+        )
         detectors = [make("detector", named_part(text)) for text in self.detector]
         with console.progress("training the patch") as shown:
             patch = train_patch(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import count
 from pathlib import Path
@@ -72,8 +72,13 @@ class Validate:
     out: Path | None = None
     """Folder for moments.jsonl, thresholds.json or likelihood.json, and pictures of alarms.
     Default: runs/validate, or runs/validate_2 and so on if that is of something else."""
-    locate: bool = True
-    """Find the damage in the sensors that are named, with those that are sound; takes time."""
+    locate: bool = field(
+        default=True,
+        metadata={
+            "help": "Do not look for the damage in the sensors that are named, which takes time."
+        },
+    )
+    """Whether damage is looked for in the sensors that are named, with those that are sound."""
     json: bool = False
     """JSON lines instead of words, the summary last."""
 

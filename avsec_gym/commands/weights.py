@@ -1,4 +1,4 @@
-"""`avsec weights`: published checkpoints as safetensors, and scores that are probabilities."""
+"""`avsec weights import`: published checkpoints as safetensors."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 from avsec_gym.commands import console
-from avsec_gym.commands.weights_calibrate import WeightsCalibrate
 from avsec_gym.errors import DataError
 
 if TYPE_CHECKING:
@@ -77,20 +76,6 @@ class WeightsImport:
         else:
             console.say(f"{out}: {card.parameters:,} parameters, {card.storage}")
         return console.DONE
-
-
-@dataclass(frozen=True)
-class Weights:
-    """Weights of networks: published ones, and the scores of detectors."""
-
-    verb: tyro.conf.OmitSubcommandPrefixes[
-        Annotated[WeightsImport, tyro.conf.subcommand("import")]
-        | Annotated[WeightsCalibrate, tyro.conf.subcommand("calibrate")]
-    ]
-
-    def run(self) -> int:
-        """Do it; the exit code."""
-        return self.verb.run()
 
 
 def _network(name: str, preset: str | None) -> tuple[nn.Module, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -46,7 +46,10 @@ class WeightsCalibrate:
     """The frames of ImageSets/SPLIT.txt, such as val.  Default: all that have labels."""
     limit: int | None = None
     """Only the first frames."""
-    evidence: bool = True
+    evidence: bool = field(
+        default=True,
+        metadata={"help": "Do not count the agreement of both images, of a detector that does."},
+    )
     """Whether the agreement of both images counts, of a detector that looks at it."""
     json: bool = False
     """Print the line and how scores were before and after as JSON."""

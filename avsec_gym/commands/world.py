@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 from avsec_gym.commands import console
-from avsec_gym.commands.world_pictures import WorldSheet, WorldShow
 from avsec_gym.errors import ConfigurationError
 
 if TYPE_CHECKING:
@@ -157,23 +156,6 @@ class WorldVerify:
         if not changed and not self.json:
             console.say("every file is as the manifest says")
         return console.BAD_DATA if changed else console.DONE
-
-
-@dataclass(frozen=True)
-class World:
-    """Procedural data sets in KITTI's layouts, and digital twins of real frames."""
-
-    verb: tyro.conf.OmitSubcommandPrefixes[
-        Annotated[WorldMake, tyro.conf.subcommand("make")]
-        | Annotated[WorldTwin, tyro.conf.subcommand("twin")]
-        | Annotated[WorldVerify, tyro.conf.subcommand("verify")]
-        | Annotated[WorldSheet, tyro.conf.subcommand("sheet")]
-        | Annotated[WorldShow, tyro.conf.subcommand("show")]
-    ]
-
-    def run(self) -> int:
-        """Do it; the exit code."""
-        return self.verb.run()
 
 
 def _make(recipe: Recipe, out: Path, workers: int | None, json: bool) -> int:

@@ -34,8 +34,11 @@ class TrainingConfiguration:
     validate_every: int = 1
     """Epochs between validations."""
     patience: int | None = None
-    """Stop after so many validations without a better one; None: never."""
-    mixed_precision: bool = True
+    """Stop after so many validations without a better one.  Default: never."""
+    mixed_precision: bool = field(
+        default=True,
+        metadata={"help": "Do not calculate in bfloat16, even where it is safe and pays."},
+    )
     """bfloat16 where it is safe and pays: on GPUs, and on processors with AMX."""
     seed: int = 0
     """Of first weights, order, augmentation and sampling."""
@@ -123,7 +126,7 @@ class Machine:
     loaders: int = 1
     """Threads that prepare the next steps."""
     minutes: float | None = None
-    """Stop after this time, to be resumed; None: when all epochs are done."""
+    """Stop after this time, to be resumed.  Default: when all epochs are done."""
     checkpoint_minutes: float = 5.0
     """Time between checkpoints; a run that is killed loses at most as much."""
 

@@ -1,0 +1,184 @@
+"""What people read of every command: its help, and what it answers to a slip of the pen."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import MISSING, fields
+from pathlib import Path
+from typing import Any, get_args, get_type_hints
+
+import pytest
+import tyro
+
+from avsec_gym.cli import COMMANDS, Group, every_command, run
+from avsec_gym.commands.arguments import Option, options
+
+EVERY = every_command()
+GROUPS = [name for name, found in COMMANDS.items() if isinstance(found, Group)]
+SAYS_NO = re.compile(r"(Do not|Without|\w+ (no|not|nothing))\b")
+"""How the text of an option begins that switches something off."""
+
+
+def ends(words: list[str]) -> int:
+    """The exit code, also where the argument parser ends the program itself."""
+    try:
+        return run(words)
+    except SystemExit as end:
+        return int(end.code or 0)
+
+
+@pytest.fixture(autouse=True)
+def a_page_of_one_width(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "100")
+
+
+def texts(help: str) -> dict[str, str]:
+    """The text of each argument in a rendered help, by its flag or metavar."""
+    found: dict[str, str] = {}
+    name = ""
+    for line in help.splitlines():
+        # With a frame or without one, as the encoding allows.
+        if re.match(r"[│ ] (--?\w|\{|[A-Z]{2})", line):
+            # What is typed, and after two blanks or on the next lines what it does.
+            entry, _, text = line[2:].removeprefix("-h, ").strip("│ ").partition("  ")
+            name = entry.split()[0]
+            found[name] = text.strip()
+        elif (more := re.match(r"[│ ] {3,}(\S.*?)[│ ]*$", line)) and name:
+            found[name] = f"{found[name]} {more[1]}".strip()
+        else:
+            name = ""
+    return found
+
+
+def required(command: Any) -> list[str]:
+    """Words for what a command cannot do without: places that are not there, first choices."""
+    hints = get_type_hints(command, include_extras=True)
+    words: list[str] = []
+    for field in fields(command):
+        if field.default is not MISSING or field.default_factory is not MISSING:
+            continue
+        plain, *marks = get_args(hints[field.name]) or (hints[field.name],)
+        value = "dsgn" if field.name == "detector" else "missing.xml"
+        value = next(iter(get_args(plain)), value) if plain is not Path else "missing"
+        own = [] if tyro.conf.Positional in marks else [f"--{field.name}"]
+        words += [*own, str(value)]
+    return words
+
+
+def shown(command: str, capsys: pytest.CaptureFixture[str], words: str = "--help") -> str:
+    assert ends([*command.split(), words]) == 0
+    return capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", EVERY)
+def test_the_help_tells_every_option_and_what_can_be_typed(
+    command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    help = shown(command, capsys)
+    assert help.startswith(f"usage: avsec {command} ")
+    # Neither None nor what Python calls an option that may be left out.
+    assert not re.search(
+        r"\{None|None[,}]|[A-Z}]\||\|[A-Z{]|\(default: (None|True|False)?\)", help
+    ), help
+    found = texts(help)
+    flags = {option.flag for option in options(EVERY[command])}
+    assert {name for name in found if name.startswith("--")} == flags | {"--help"}
+    for name, text in found.items():
+        said = re.sub(r"\((required|default: .*)\)$", "", text).strip()
+        assert len(said) > 4, f"{name} has no text: {text!r}"
+        assert "None" not in said, f"{name}: None cannot be typed: {said}"
+
+
+@pytest.mark.parametrize("command", EVERY)
+def test_the_text_of_an_option_fits_its_flag(
+    command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name, text in texts(shown(command, capsys)).items():
+        if name.startswith("--no-"):
+            assert SAYS_NO.match(text), f"{name} reads the wrong way round: {text}"
+
+
+def test_options_to_switch_something_off_are_looked_at() -> None:
+    """So that the rule above is about something."""
+    off = {o.flag for command in EVERY.values() for o in options(command) if "--no-" in o.flag}
+    assert {"--no-locate", "--no-evidence", "--no-mixed-precision", "--no-lidar"} <= off
+
+
+def test_the_overviews_name_every_command(capsys: pytest.CaptureFixture[str]) -> None:
+    for words in ([], ["--help"], ["-h"]):
+        assert ends(words) == 0
+        overview = capsys.readouterr().out
+        for name in COMMANDS:
+            assert re.search(rf"^  {name} +\S", overview, re.MULTILINE), name
+    for name in GROUPS:
+        overview = shown(name, capsys)
+        for command in EVERY:
+            if command.startswith(f"{name} "):
+                assert re.search(rf"^  {command.split()[1]} +\S", overview, re.MULTILINE), command
+        assert ends([name]) == 2
+        capsys.readouterr()
+
+
+def slips(word: str) -> Iterator[str]:
+    """Two letters exchanged, one left out, one twice, one too many."""
+    middle = len(word) // 2
+    yield word[: middle - 1] + word[middle] + word[middle - 1] + word[middle + 1 :]
+    yield word[:middle] + word[middle + 1 :]
+    yield word[:middle] + word[middle] + word[middle:]
+    yield word + "x"
+
+
+@pytest.mark.parametrize("command", [*COMMANDS, *(name for name in EVERY if " " in name)])
+def test_a_mistyped_command_is_suggested(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    *group, word = command.split()
+    known = {name.split()[-1] for name in EVERY if name.split()[:-1] == group} | set(COMMANDS)
+    for slip in slips(word):
+        if slip in known:
+            continue
+        assert ends([*group, slip]) == 2
+        error = capsys.readouterr().err
+        assert len(error.splitlines()) == 1
+        if len(word) > 2:  # Of two letters, one is too much to lose.
+            assert f'Did you mean "{word}"?' in error
+
+
+@pytest.mark.parametrize("command", EVERY)
+def test_a_mistyped_option_is_suggested(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    flags = [option.flag for option in options(EVERY[command])]
+    for flag in flags:
+        for slip in slips(flag[2:]) if len(flag) > 4 else ():
+            typed = f"--{slip}"
+            if typed in flags or typed == "--help":
+                continue
+            assert ends([*command.split(), typed, "x"]) == 2
+            error = capsys.readouterr().err
+            assert len(error.splitlines()) == 1, "whatever else is missing"
+            assert re.search(r'Did you mean "--[a-z-]+"\?', error), (flag, error)
+            assert f"`avsec {command} --help`" in error
+    # Among several that are near, the nearest.
+    longest = max(flags, key=len)
+    assert ends([*command.split(), f"{longest}x=1"]) == 2
+    assert f'Did you mean "{longest}"?' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("command", "option"),
+    [
+        (name, option)
+        for name, command in EVERY.items()
+        for option in options(command)
+        if option.choices
+    ],
+    ids=lambda value: getattr(value, "flag", value),
+)
+def test_a_mistyped_choice_is_suggested(
+    command: str, option: Option, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for choice in option.choices:
+        slip = f"{choice}x"
+        words = [*command.split(), *required(EVERY[command]), option.flag, slip]
+        assert ends(words) == 2
+        error = capsys.readouterr().err
+        assert f"{option.flag} cannot be {slip}." in error
+        assert f'Did you mean "{choice}"?' in error
