@@ -270,7 +270,8 @@ def test_the_seed_and_the_limit(capsys: pytest.CaptureFixture[str]) -> None:
     ("arguments", "code", "says"),
     [
         (["--kitti", "/no/such/folder"], BAD_DATA, "/no/such/folder"),
-        (["--scenarios", "/no/such/folder"], BAD_USAGE, "'layouts'"),
+        (["--scenarios", "/no/such/folder"], BAD_DATA, "/no/such/folder"),
+        (["--scenarios", "layuots"], BAD_USAGE, 'Did you mean "layouts"?'),
         (["--detections", "/no/such/folder", "--limit", "2"], BAD_USAGE, "KITTI frames"),
         (["--limit", "0"], BAD_USAGE, "--limit"),
         (["--limit", "-2"], BAD_USAGE, "--limit"),

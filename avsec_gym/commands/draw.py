@@ -46,6 +46,7 @@ class Draw:
         """Do it; the exit code."""
         from avsec_gym.experiments.driving_safety.files import drive_with_tree
         from avsec_gym.experiments.driving_safety.rates import Detected
+        from avsec_gym.kitti.dataset import KittiObject
         from avsec_gym.kitti.detections import DetectionFolder
         from avsec_gym.planners.planner import Algorithm
         from avsec_gym.report.scenario_picture import draw_drive, save_picture
@@ -53,6 +54,8 @@ class Draw:
         from avsec_gym.scenario.scene import Motion
         from avsec_gym.scenario.scene_sets import scene_set
 
+        if self.kitti is not None:
+            KittiObject(self.kitti)
         scenes = scene_set(self.scenarios, kitti=self.kitti, seed=self.seed)
         known = {scene.id: scene for scene in scenes.scenes}
         if self.scenarios == "layouts" and self.scene not in known and self.scene[-6:].isdigit():

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.unknown_source import unknown_source
 from avsec_gym.world.export.default_suites import cached
 from avsec_gym.world.export.recipe import Sensors
 from avsec_gym.world.export.suites import suite_recipe
@@ -15,6 +17,22 @@ USUAL_COUNT = 12
 
 _FIRST_SET = 1000
 """The package's networks were trained and chosen on sets of layouts with small seeds."""
+
+
+def check_place(scenarios: str, suites: Sequence[str] = ()) -> None:
+    """Check that scenarios are somewhere: `PROCEDURAL`, of a default suite, or in a folder.
+
+    Args:
+        scenarios: As named by who runs an experiment.
+        suites: Names that the experiment knows beside `PROCEDURAL`.
+
+    Raises:
+        ConfigurationError: It is a mistyped name.
+        DataError: It is a folder that is not there.
+    """
+    names = (PROCEDURAL, *suites)
+    if scenarios not in names and not Path(scenarios).exists():
+        raise unknown_source(scenarios, names, f"Name a folder, or {' or '.join(names)}.")
 
 
 def procedural_frames(count: int | None = None, seed: int = 0) -> Path:

@@ -12,31 +12,24 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
 from avsec_gym.kitti.label_folders import check_id, frame_ids
 from avsec_gym.kitti.labels import read_detections
+from avsec_gym.kitti.result_place import result_folder
 
 
 class DetectionFolder:
     """Result files named by frame, such as ``000107.txt``.
 
     Args:
-        path: The folder that holds the files, or the one above it where they lie in ``data/``.
+        path: The folder that holds the files, or one above it, as long as there is but one such
+            folder: of OpenPCDet ``final_result/data``, or its whole output.
 
     Raises:
-        DataError: There is no such folder, or no result file in it.
+        DataError: There is no such folder, no result file in it, or several folders below it hold
+            some.
     """
 
     def __init__(self, path: str | Path) -> None:
-        given = Path(path)
-        for folder in (given, given / "data"):
-            if folder == given or folder.is_dir():
-                self.folder = folder
-                self._ids = frame_ids(folder, ".txt")
-                if self._ids:
-                    return
-        raise DataError(
-            "The folder holds no result files.",
-            path=given,
-            remedy="Expected are files such as 000107.txt, here or in the subfolder data/.",
-        )
+        self.folder = result_folder(Path(path))
+        self._ids = frame_ids(self.folder, ".txt")
 
     def ids(self) -> list[str]:
         """The frames that have a file, sorted."""

@@ -24,8 +24,10 @@ from avsec_gym.kitti.map_files import read_disparity
 from avsec_gym.scenario.label_list import ROAD_TYPES, read_label_list
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.scene_sets import SceneSet, labelled_scenarios, labelled_scene
+from avsec_gym.unknown_source import unknown_source
 
-_SUITES = ("street", "highway", "mixed")
+SUITES = ("street", "highway", "mixed")
+"""Names of the procedural world's own."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +91,9 @@ def frame_scenes(
         seed: Moving objects draw their speeds from it.
 
     Raises:
-        ConfigurationError: A source is neither.
-        DataError: A file is missing or broken, or there is no frame with labels and both images.
+        ConfigurationError: A source is a mistyped name.
+        DataError: A folder or file is missing or broken, or there is no frame with labels and both
+            images.
     """
     sources = [source] if isinstance(source, str | Path) else source
     data: dict[str, KittiObject] = {}
@@ -170,13 +173,15 @@ def _labelled(
 
 
 def _data(source: str | Path) -> KittiObject:
-    if str(source) in _SUITES:
+    if str(source) in SUITES:
         from avsec_gym.world.export import world_frames
 
         return world_frames(str(source))
     if not Path(source).is_dir():
-        raise ConfigurationError(
-            f"there are no labelled frames {str(source)!r}: name a folder in KITTI's object layout,"
-            f" or a default suite ({', '.join(_SUITES)})"
+        raise unknown_source(
+            str(source),
+            SUITES,
+            "Name a folder in KITTI's object layout with labels and both images, or a default"
+            f" suite ({', '.join(SUITES)}).",
         )
     return KittiObject(source)

@@ -17,6 +17,7 @@ from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.given_scene import GivenScene
 from avsec_gym.scenario.moving_flags import flagged
 from avsec_gym.scenario.scene import Scene
+from avsec_gym.unknown_source import unknown_source
 from avsec_gym.world.layouts import generate_layouts
 
 STATIC_STREET, DYNAMIC_STREET, DYNAMIC_HIGHWAY, WITHOUT_CARS = (
@@ -26,6 +27,9 @@ STATIC_STREET, DYNAMIC_STREET, DYNAMIC_HIGHWAY, WITHOUT_CARS = (
     "without cars",
 )
 """Groups of the labelled scenarios."""
+
+LAYOUTS = "layouts"
+"""Names the procedural ones."""
 
 _PARTS = (
     ("static_label", None, STATIC_STREET, RoadType.STREET),
@@ -228,11 +232,11 @@ def scene_set(
         count: How many scenes; None: all (200 layouts).
 
     Raises:
-        ConfigurationError: The name means nothing.
-        DataError: A file is missing or broken.
+        ConfigurationError: The name is mistyped, or a list of ids lacks its KITTI root.
+        DataError: A folder or file is missing or broken.
     """
     path = Path(name)
-    if str(name) == "layouts":
+    if str(name) == LAYOUTS:
         return procedural_scenes(200 if count is None else count, seed=seed)
     if path.is_file() and kitti is not None:
         from avsec_gym.kitti import KittiObject, read_split
@@ -240,9 +244,15 @@ def scene_set(
         ids = read_split(path)[:count]
         return kitti_scenes(KittiObject(kitti), ids, seed=seed)
     if not path.is_dir():
-        raise ConfigurationError(
-            f"there is no scenario set {str(name)!r}: name a folder of labels or of CommonRoad"
-            " files, a list of frame ids beside --kitti, or 'layouts'"
+        if path.is_file():
+            raise ConfigurationError(
+                f"{path} is a file: a list of frame ids stands beside --kitti ROOT"
+            )
+        raise unknown_source(
+            str(name),
+            [LAYOUTS],
+            "Name a folder of labels or of CommonRoad files, a list of frame ids beside --kitti, or"
+            f" {LAYOUTS!r}.",
         )
     if any((path / part[0]).is_dir() for part in _PARTS):
         return labelled_scenarios(path, seed=seed).limited(count)

@@ -11,8 +11,14 @@ from typing import Any, get_args, get_type_hints
 import pytest
 import tyro
 
+from avsec_gym.boxes import Boxes3D
 from avsec_gym.cli import COMMANDS, Group, every_command, run
 from avsec_gym.commands.arguments import Option, options
+from avsec_gym.kitti.labels import write_detections
+from avsec_gym.perception.weights.given import shipped_weights
+from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.builder import build_planning_scenario
+from avsec_gym.scenario.commonroad import write_commonroad
 
 EVERY = every_command()
 GROUPS = [name for name, found in COMMANDS.items() if isinstance(found, Group)]
@@ -182,3 +188,94 @@ def test_a_mistyped_choice_is_suggested(
         error = capsys.readouterr().err
         assert f"{option.flag} cannot be {slip}." in error
         assert f'Did you mean "{choice}"?' in error
+
+
+PLACES: dict[str, dict[str, str]] = {
+    "evaluate": {
+        "--kitti": "",
+        "--scenarios": "",
+        "--detections": "--scenarios {labels}",
+    },
+    "detect": {"--kitti": "--detector oracle --out {out}"},
+    "ap": {"--kitti": "--detections {labels}", "--detections": "--kitti {kitti}"},
+    "attack patch": {"--kitti": "--detector dsgn --out {out}"},
+    "validate": {
+        "--kitti": "",
+        "--kitti-raw": "",
+        "--thresholds": "--kitti {labels}",
+        "--likelihood": "--kitti {labels}",
+    },
+    "experiments": {"--scenarios": "unattacked"},
+    "run": {"--scenarios": "unattacked --out {out}"},
+    "report": {"": ""},
+    "plan": {"": "", "--primitives": "{problem}"},
+    "draw": {
+        "--scenarios": "000001",
+        "--kitti": "000001 --scenarios {labels}",
+        "--detections": "000001 --scenarios {labels}",
+    },
+    "data check": {"": ""},
+    "world twin": {"--kitti": "--out {out}"},
+    "world verify": {"": ""},
+    "world sheet": {"": ""},
+    "world show": {"": ""},
+    "train": {
+        "--data": "dsgn --out {out}",
+        "--validation": "dsgn --out {out} --data {kitti}",
+        "--start": "dsgn --out {out} --data {kitti}",
+    },
+    "weights import": {"": "--network dsgn"},
+    "weights calibrate": {"": "--kitti {labels}", "--kitti": "{weights}"},
+}
+"""By command and option, what else makes a whole command; ``""`` is its positional argument."""
+WRITTEN = {"out", "pictures", "figure", "markdown", "cache"}
+"""Fields that name what a command writes."""
+
+
+def test_every_place_that_a_command_reads_is_looked_at() -> None:
+    for name, command in EVERY.items():
+        hints = get_type_hints(command)
+        read = {
+            field.name
+            for field in fields(command)
+            if "Path" in str(hints[field.name]) or field.name == "scenarios"
+        } - WRITTEN
+        if name == "demo":
+            read -= {"scenarios"}  # A number.
+        flags = {option.flag for option in options(command)}
+        asked = {f"--{one.replace('_', '-')}" for one in read}
+        assert {one if one in flags else "" for one in asked} == set(PLACES.get(name, {})), name
+
+
+@pytest.mark.parametrize(
+    ("command", "option"), [(name, option) for name, own in PLACES.items() for option in own]
+)
+@pytest.mark.parametrize("missing", ["nothing_here", "deep/er/nothing_here"])
+def test_a_place_that_is_not_there_has_one_exit_code(
+    command: str,
+    option: str,
+    missing: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    labels = tmp_path / "labels" / "training" / "label_2"
+    for id in ("000001", "000002"):
+        write_detections(labels / f"{id}.txt", Boxes3D.empty())
+    problem = build_planning_scenario(Boxes3D.empty(), road_type=RoadType.STREET, id="free")
+    write_commonroad(problem, tmp_path / "free.xml")
+    there = {
+        "labels": labels,
+        "kitti": tmp_path / "labels",
+        "out": tmp_path / "out",
+        "problem": tmp_path / "free.xml",
+        "weights": shipped_weights("pixor_small"),
+    }
+    words = PLACES[command][option].format(**there).split()
+    place = [option, missing] if option else [missing]
+    assert ends([*command.split(), *words, *place]) == 1
+    output = capsys.readouterr()
+    (line,) = output.err.splitlines()
+    assert line.startswith("avsec: ")
+    assert "nothing_here" in line

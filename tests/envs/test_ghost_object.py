@@ -413,7 +413,7 @@ def test_more_objects_than_the_observation_holds() -> None:
     [
         ({"ghosts": 0}, "places ghosts or hides"),
         ({"ghosts": -1, "hides": 3}, "places ghosts or hides"),
-        ({"scenarios": "no such set"}, "no such set"),
+        ({"scenarios": "layuots"}, 'Did you mean "layouts"'),
         ({"scenarios": {"name": "layouts", "colour": 1}}, "colour"),
         ({"scenarios": {"count": 3}}, "name"),
         ({"scenarios": {"name": "layouts", "count": 0}}, "empty"),

@@ -210,10 +210,17 @@ def test_a_list_of_frames(tmp_path: Path) -> None:
     assert "000009" in scenes.remarks[0]
 
 
-@pytest.mark.parametrize("name", ["no such set", "/no/such/folder", "LAYOUTS"])
-def test_unknown_names_say_what_there_is(name: str) -> None:
-    with pytest.raises(ConfigurationError, match="'layouts'"):
+@pytest.mark.parametrize("name", ["LAYOUTS", "layout", "layuots"])
+def test_a_mistyped_name_is_suggested(name: str) -> None:
+    with pytest.raises(ConfigurationError, match='Did you mean "layouts"'):
         scene_set(name)
+
+
+@pytest.mark.parametrize("name", ["no_such_folder", "/no/such/folder", "my/layouts"])
+def test_what_is_not_there_is_missing_data(name: str) -> None:
+    with pytest.raises(DataError, match="'layouts'") as error:
+        scene_set(name)
+    assert error.value.path == name
 
 
 def test_procedural_scenes_are_seeded() -> None:

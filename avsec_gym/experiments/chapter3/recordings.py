@@ -10,7 +10,7 @@ from typing import Any
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.experiment import Cell, Configuration
-from avsec_gym.experiments.procedural_frames import PROCEDURAL
+from avsec_gym.experiments.procedural_frames import PROCEDURAL, check_place
 from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.validation.evidence.pair_depth import PairDepth
@@ -100,6 +100,7 @@ def recordings_of(
         system: Which a moment has all sensors of.
 
     Raises:
+        ConfigurationError: A name is mistyped.
         DataError: A folder is not there, or has no moment of all sensors.
     """
     options = {**OPTIONS, **configuration.options}
@@ -112,6 +113,7 @@ def recordings_of(
             count, seed_of(configuration, part), part, drive_frames
         )
     else:
+        check_place(place)
         root = place
     found = raw_recordings(root, system.sensors)
     return replace(found, moments=found.moments[:count])

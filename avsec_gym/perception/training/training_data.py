@@ -60,6 +60,11 @@ def training_data(
         DataError: A folder or a split is not there, or has no such frame; the command that
             makes it is named.
     """
+    # Before the default suites are made, or many frames listed.
+    for root in map(Path, (*roots, *validation)):
+        if not root.is_dir():
+            remedy = _REMEDY.format(root=root)
+            raise DataError("There is no such folder.", path=root, remedy=remedy)
     folders = [Path(root) for root in roots] or [default_suite(name) for name in _DEFAULT_SUITES]
     if validation:
         return TrainingData(
@@ -73,15 +78,14 @@ def training_data(
 
 
 def _frames(root: Path, split: str | None, needed: Sequence[str]) -> DataFrames:
-    remedy = _REMEDY.format(root=root)
-    if not root.is_dir():
-        raise DataError("There is no such folder.", path=root, remedy=remedy)
     data = KittiObject(root)
     ids = tuple(data.ids(split, needed))
     if not ids:
         which = "frame" if split is None else f"frame of the split {split!r}"
         raise DataError(
-            f"No {which} has a file in each of {', '.join(needed)}.", path=root, remedy=remedy
+            f"No {which} has a file in each of {', '.join(needed)}.",
+            path=root,
+            remedy=_REMEDY.format(root=root),
         )
     return DataFrames(data, ids)
 
