@@ -6,7 +6,7 @@ import logging
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from avsec_gym.errors import DataError
@@ -55,13 +55,15 @@ def folder_lock(folder: Path, *, wait: bool = False, what: str = "a folder") -> 
     finally:
         if handle in _HELD:  # Else this is a forked process, which has let go of it.
             _HELD.discard(handle)
+            with suppress(OSError):
+                fcntl.flock(handle, fcntl.LOCK_UN)
             os.close(handle)
 
 
 def _let_go() -> None:
-    """A forked process has its parent's handles, and would keep the lock beyond its parent's life.
+    """A forked process has its parent's handles: if that is killed, it would keep the lock.
 
-    Nobody could have it then: not even itself, which would wait for itself.
+    Nobody could have it then, not even it: it would wait for itself.
     """
     for handle in _HELD:
         os.close(handle)
