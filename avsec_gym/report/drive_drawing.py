@@ -67,7 +67,6 @@ def _parts(drive: Drive, vehicle: Vehicle) -> Iterator[str]:
         )
     left, bottom = 10.0, 2 * _ASIDE * _PIXELS - 12
     yield f'<path d="M{left:g} {bottom:g}h{5 * _PIXELS:g}" class="scale"/>'
-    yield f'<text x="{left + 2.5 * _PIXELS:g}" y="{bottom - 6:g}" class="scale-text">5 m</text>'
 
 
 def _obstacles(obstacles: Obstacles, first: int, last: int) -> Iterator[str]:

@@ -44,13 +44,16 @@ class Table:
 
     Args:
         title: What it shows.
-        columns: Headings; the first ones are names, as many as `names`.
+        columns: Headings, none of them empty; the first ones are names, as many as `names`.
         rows: As wide as `columns`.
         note: How to read it.
         groups: Headings above headings: text and how many columns it spans.
         names: Columns on the left that hold names.
         sortable: Whether readers can sort and filter it.
         filters: Columns that readers pick values of.
+
+    Raises:
+        ValueError: A heading is empty: to who hears the page it would say nothing of its column.
     """
 
     title: str
@@ -61,6 +64,10 @@ class Table:
     names: int = 1
     sortable: bool = False
     filters: Sequence[int] = field(default=())
+
+    def __post_init__(self) -> None:
+        if not all(text.strip() for text in self.columns):
+            raise ValueError(f"each column has a heading, got {[*self.columns]}: {self.title}")
 
     @property
     def has_thesis(self) -> bool:

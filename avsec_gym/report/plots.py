@@ -79,13 +79,15 @@ def drawing(width: float, height: float, parts: Iterable[str], label: str) -> st
     """A whole drawing.
 
     Args:
-        width: Of its own pixels; it is shown as wide as its place on the page.
+        width: Of its own pixels; it is shown as wide as its place on the page, but never smaller,
+            so that its words stay as large as `templates/report.css` says.
         height: As above.
         parts: What is drawn, from back to front.
         label: Said instead of it to those who do not see it.
     """
     return (
-        f'<svg viewBox="0 0 {width:g} {height:g}" role="group" aria-label="{escape(label)}">'
+        f'<svg viewBox="0 0 {width:g} {height:g}" style="min-width:{width:g}px" role="group"'
+        f' aria-label="{escape(label)}">'
         f"{''.join(parts)}</svg>"
     )
 

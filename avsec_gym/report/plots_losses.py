@@ -45,8 +45,8 @@ SHAPES = {
 }
 """Of the marks; other attacks are not drawn."""
 _MODERATE = LEVELS.index("moderate")
-_WIDTH, _HEIGHT = 340, 320
-_FRAME = (44.0, 334.0, 276.0, 26.0)
+_WIDTH, _HEIGHT = 320, 320
+_FRAME = (44.0, 314.0, 276.0, 26.0)
 """Left, right, bottom, top, pixels."""
 
 

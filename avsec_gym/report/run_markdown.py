@@ -57,7 +57,12 @@ def markdown_page(
         lines += [table.note, ""] if table.note else []
     known = [(term, text) for term, text in facts(report) if term not in _LEFT_OUT]
     known += [(name, f"`{digest[:16]}`") for name, digest in inputs(report)]
-    lines += ["## The run", "", *markdown_table(["", ""], [list(fact) for fact in known]), ""]
+    lines += [
+        "## The run",
+        "",
+        *markdown_table(["fact", "value"], [list(fact) for fact in known]),
+        "",
+    ]
     return "\n".join(lines)
 
 

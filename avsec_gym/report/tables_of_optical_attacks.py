@@ -124,7 +124,7 @@ def _impact_table(summary: Mapping[str, Any]) -> Table:
         )
     return Table(
         "What optical attacks do to detectors",
-        ["", "clean, %", "attacked, %", "by the attack"],
+        ["measure", "clean, %", "attacked, %", "by the attack"],
         lines,
         "Bogus returns: share of the moments, by the attack where only the attacked scan has an"
         f" obstacle there; boxes count from a score of {number(lidar['score'], digits=2)} on."

@@ -79,7 +79,11 @@ def _safety_table(title: str, rows: Rows, attacks: Sequence[str]) -> Table | Non
     ]
     return Table(
         f"{title}, %",
-        ["", "", *(_heading(attack, strength, attacks) for _, attack, strength in columns)],
+        [
+            "rate",
+            "intention",
+            *(_heading(attack, strength, attacks) for _, attack, strength in columns),
+        ],
         lines,
         _NOTE,
         _detector_groups(columns, 2),
@@ -124,7 +128,7 @@ def _precision_table(title: str, rows: Rows, attacks: Sequence[str]) -> Table | 
     ]
     return Table(
         f"{title}, cars in 3D at IoU 0.7, %",
-        ["", "", *headings],
+        ["points", "level", *headings],
         lines,
         "In brackets: 95 % bootstrap intervals over scenarios. In italics: the thesis.",
         _detector_groups([column[:3] for column in columns], 2),
@@ -168,7 +172,7 @@ def _intention_table(rows: Rows, attack: str) -> Table | None:
         lines.append([name(words), *cells])
     return Table(
         "Table 5.5: the random patch by where it stands, %",
-        ["", *(_GROUPS[group] for _, group in columns)],
+        ["rate", *(_GROUPS[group] for _, group in columns)],
         lines,
         f"The three intentions together. {_NOTE}",
         _detector_groups([(detector, "", 0) for detector, _ in columns], 1),
@@ -183,7 +187,7 @@ def _planner_table(rows: Rows) -> Table | None:
         return None
     return Table(
         "Table 5.6: safe driving on the ground truth by search, %",
-        ["", *(names[planner] for planner in planners)],
+        ["intention", *(names[planner] for planner in planners)],
         [
             [name(str(way)), *(_safe_cell(found[planner, str(way)]) for planner in planners)]
             for way in Intention
@@ -205,7 +209,7 @@ def _input_table(rows: Rows) -> Table | None:
     ]
     return Table(
         "Table 5.7: safe driving by what the planner is given, %",
-        ["", *headings],
+        ["intention", *headings],
         [
             [name(str(way)), *(_safe_cell(found[*column, str(way)]) for column in columns)]
             for way in Intention

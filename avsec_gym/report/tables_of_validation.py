@@ -219,7 +219,7 @@ def unseen_table(told: Mapping[str, Any]) -> Table:
     rows |= {f"named by {METHODS[row['method']]}": row for row in told["identification"]}
     return Table(
         f"The same of the {told['moments']:,} moments that nobody looked at, r = 1 %",
-        ["", "attacks, %", "false alarms, %"],
+        ["method", "attacks, %", "false alarms, %"],
         [
             [
                 name(text),
