@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import tyro
 
 from avsec_gym.commands import console
-from avsec_gym.errors import DataError
+from avsec_gym.errors import ConfigurationError, DataError
 
 if TYPE_CHECKING:
     from typing import Any
 
     from torch import nn
+
+    from avsec_gym.perception.depth.psmnet import PsmNetConfiguration
 
 _DEFAULT_PRESETS = {"dsgn": "default", "stereo_rcnn": "resnet101", "psmnet": "full"}
 
@@ -32,6 +34,16 @@ class WeightsImport:
     """Whose it is."""
     preset: str | None = None
     """Of the network's configuration.  Default: the original's: default, resnet101, full."""
+    aligned_corners: bool = False
+    """Of psmnet: it was trained with a torch that kept the corners' centres where they are when a
+    map is enlarged (before 0.4, as the authors' own weights were).  The file does not tell, and
+    the wrong choice costs a pixel: say which one, or give a --pair."""
+    no_aligned_corners: bool = False
+    """Of psmnet: it was trained with torch's later default."""
+    pair: tuple[Path, Path, Path] | None = None
+    """Of psmnet: a left image, a right one, and the left one's disparities (a 16-bit PNG as in
+    KITTI's disp_occ_0), at best of the data that it was trained on: both choices are tried on it,
+    and the better one taken (two minutes)."""
     out: Path | None = None
     """The .safetensors file to write; a model card (.json) is put beside it.  Default: beside
     the checkpoint."""
@@ -59,8 +71,11 @@ class WeightsImport:
                 path=there[0],
                 remedy="Name another one with --out, or add --overwrite.",
             )
+        self._check_corners()
         network, configuration = _network(self.network, self.preset)
         load_published(self.file, network)
+        if self.network == "psmnet":
+            configuration = configuration.with_corners(self._corners(network, configuration))
         card = save_weights(
             out,
             network,
@@ -76,6 +91,50 @@ class WeightsImport:
         else:
             console.say(f"{out}: {card.parameters:,} parameters, {card.storage}")
         return console.DONE
+
+    def _check_corners(self) -> None:
+        """Raise ConfigurationError where the choice is made twice, or for another network."""
+        given = [self.aligned_corners, self.no_aligned_corners, self.pair is not None]
+        if sum(given) > 1:
+            raise ConfigurationError(
+                "--aligned-corners, --no-aligned-corners and --pair exclude each other"
+            )
+        if any(given) and self.network != "psmnet":
+            raise ConfigurationError(
+                "--aligned-corners, --no-aligned-corners and --pair are for psmnet; the originals"
+                f" of {self.network} leave no choice"
+            )
+
+    def _corners(self, network: nn.Module, configuration: PsmNetConfiguration) -> bool:
+        """How a PSMNet enlarges its maps: as asked, as known of this file, or as measured.
+
+        Raises:
+            ConfigurationError: Nothing says it.
+            DataError: The pair is broken, or does not tell.
+        """
+        from avsec_gym.perception.depth import corner_choice
+
+        if self.aligned_corners or self.no_aligned_corners:
+            return self.aligned_corners
+        if self.pair is not None:
+            pair = corner_choice.MeasuredPair.read(*self.pair)
+            errors = corner_choice.end_point_errors(network.state_dict(), configuration, pair)
+            aligned = corner_choice.measured_corners(errors, pair)
+            console.say(
+                f"mean error {errors[True]:.2f} px with aligned corners, {errors[False]:.2f} px"
+                f" without: {'aligned' if aligned else 'not aligned'}"
+            )
+            return aligned
+        known = corner_choice.known_corners(self.file)
+        if known is None:
+            raise ConfigurationError(
+                "a PSMNet checkpoint does not tell whether corners stay where they are when its"
+                " maps are enlarged, and the wrong choice costs a pixel of disparity: say"
+                " --aligned-corners (the authors' own weights, torch before 0.4) or"
+                " --no-aligned-corners (torch's later default), or give --pair LEFT RIGHT DISPARITY"
+                " to have it measured"
+            )
+        return known
 
 
 def _network(name: str, preset: str | None) -> tuple[nn.Module, Any]:

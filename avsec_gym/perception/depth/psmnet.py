@@ -6,7 +6,7 @@ The names of the network's parts are those of the original's ``state_dict``.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor, nn
@@ -50,6 +50,11 @@ class PsmNetConfiguration:
     disparity_step: int = 1
     """Between the disparities whose expectation is taken: 1, costs are interpolated between the
     planes of the volume; 4, those planes."""
+    aligned_corners: bool = False
+    """How costs are enlarged to the image: whether the centres of the outermost cells stay where
+    they are, as in the release of torch that the published weights were trained with.  Weights
+    that learned the one are a pixel wrong with the other.  `features` has its own, see
+    `with_corners`."""
 
     def __post_init__(self) -> None:
         sizes = (self.disparities, *(self.input_size or ()))
@@ -66,6 +71,11 @@ class PsmNetConfiguration:
                 f"no PSMNet is called {name!r}; there are {', '.join(sorted(_PRESETS))}"
             )
         return _PRESETS[name]
+
+    def with_corners(self, aligned: bool) -> PsmNetConfiguration:
+        """The same network, whose costs and pooled means are enlarged in this way."""
+        features = replace(self.features, aligned_corners=aligned)
+        return replace(self, aligned_corners=aligned, features=features)
 
 
 class PsmNet(nn.Module):
@@ -133,10 +143,16 @@ class PsmNet(nn.Module):
 
     def _disparity(self, cost: Tensor, size: Sequence[int]) -> Tensor:
         """The expectation over all disparities."""
-        step = self.configuration.disparity_step
+        step, aligned = self.configuration.disparity_step, self.configuration.aligned_corners
         count = self.configuration.disparities // step
-        logits = enlarged(cost[:, 0], (count, *size), aligned_corners=False)
-        return expectation(logits, (torch.arange(count).to(cost) + 0.5) * step - 0.5)
+        logits = enlarged(cost[:, 0], (count, *size), aligned_corners=aligned)
+        number = torch.arange(count).to(cost)
+        if aligned:
+            # The first stands for disparity 0, the last for the largest, however many there are.
+            return expectation(
+                logits, number * ((self.configuration.disparities - 1) / (count - 1))
+            )
+        return expectation(logits, (number + 0.5) * step - 0.5)
 
 
 def psmnet_loss(

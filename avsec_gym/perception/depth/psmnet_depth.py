@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import torch
 from torch import Tensor
 from torch.nn import functional
@@ -10,7 +12,9 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.depth.depth import DisparityMap, pair_scale
 from avsec_gym.perception.depth.psmnet import PsmNet, PsmNetConfiguration, psmnet_loss
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
-from avsec_gym.perception.weights.given import Weights, give_weights
+from avsec_gym.perception.weights.given import Weights, card_of, give_weights
+from avsec_gym.perception.weights.recorded import recorded_corners
+from avsec_gym.perception.weights.store import ModelCard
 
 _MEAN, _DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
 """Of ImageNet's red, green and blue, as shares of 255."""
@@ -23,13 +27,15 @@ class PsmNetDepth:
     Its `network` stands in evaluation mode and its weights are frozen; training thaws it.
 
     Args:
-        configuration: Of the network, or a preset's name.
+        configuration: Of the network, or a preset's name: then maps are enlarged in the way that
+            the weights' card records.
         weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
         left: Reference camera.
         right: The other one.
 
     Raises:
-        ConfigurationError: Another preset, or a `state_dict` of another network.
+        ConfigurationError: Another preset, a `state_dict` of another network, or weights that
+            learned to enlarge maps in another way than the configuration says.
         DataError: The file cannot be read, or is of another network.
     """
 
@@ -44,7 +50,9 @@ class PsmNetDepth:
     ) -> None:
         preset = configuration if isinstance(configuration, str) else "small"
         if isinstance(configuration, str):
-            configuration = PsmNetConfiguration.preset(configuration)
+            configuration = _as_recorded(
+                PsmNetConfiguration.preset(configuration), card_of(weights, f"psmnet_{preset}")
+            )
         self.configuration = configuration
         self.left, self.right = left, right
         self.network = PsmNet(configuration)
@@ -100,3 +108,15 @@ class PsmNetDepth:
             for images in (batch.left, batch.right)
         )
         return [found[:, above:, :width] for found in self.network(left, right)]
+
+
+def _as_recorded(configuration: PsmNetConfiguration, card: ModelCard | None) -> PsmNetConfiguration:
+    """A preset that enlarges maps as the network of the weights did."""
+    features = configuration.features
+    of_means = recorded_corners(card, "features.aligned_corners", features.aligned_corners)
+    of_costs = recorded_corners(card, "aligned_corners", configuration.aligned_corners)
+    return replace(
+        configuration,
+        aligned_corners=of_costs,
+        features=replace(features, aligned_corners=of_means),
+    )

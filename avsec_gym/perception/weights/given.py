@@ -8,7 +8,7 @@ from pathlib import Path
 from torch import Tensor, nn
 
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.perception.weights.store import WHERE_FROM, ModelCard, load_weights
+from avsec_gym.perception.weights.store import WHERE_FROM, ModelCard, load_weights, read_card
 
 SHIPPED = "shipped"
 """Stands for the weights that come with the package."""
@@ -29,7 +29,8 @@ def give_weights(network: nn.Module, weights: Weights, name: str) -> ModelCard |
         The card of a file, if one is there.
 
     Raises:
-        ConfigurationError: A ``state_dict`` of another network.
+        ConfigurationError: A ``state_dict`` of another network, or a file whose network did
+            something else with the same weights, see `recorded`.
         DataError: The file is missing, damaged, or of another network.
     """
     if isinstance(weights, Mapping):
@@ -41,6 +42,21 @@ def give_weights(network: nn.Module, weights: Weights, name: str) -> ModelCard |
     if weights is None or isinstance(weights, Mapping):
         return None
     return load_weights(shipped_weights(name) if weights == SHIPPED else weights, network)
+
+
+def card_of(weights: Weights, name: str) -> ModelCard | None:
+    """The card of weights that are a file, before any network is filled.
+
+    Args:
+        weights: See `Weights`.
+        name: As for `give_weights`.
+
+    Raises:
+        DataError: No such weights come with the package, or the card is none.
+    """
+    if weights is None or isinstance(weights, Mapping):
+        return None
+    return read_card(shipped_weights(name) if weights == SHIPPED else weights)
 
 
 def shipped_weights(name: str) -> Path:

@@ -17,6 +17,7 @@ from torch import Tensor, nn
 from avsec_gym.errors import DataError
 from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.kitti.text_files import read_text, write_text
+from avsec_gym.perception.weights.recorded import check_recorded
 from avsec_gym.perception.weights.state_dict import fit_state
 
 WHERE_FROM = "Train them with `avsec train`, or take published ones with `avsec weights import`."
@@ -116,6 +117,7 @@ def load_weights(path: str | Path, network: nn.Module) -> ModelCard | None:
         The card, if one is there.
 
     Raises:
+        ConfigurationError: The network does something else with them, see `recorded`.
         DataError: The file is missing, damaged, not the one of its card, or of another network;
             what is missing, unexpected or of another shape is named.
     """
@@ -132,6 +134,8 @@ def load_weights(path: str | Path, network: nn.Module) -> ModelCard | None:
     card = read_card(path)
     if card is not None and card.sha256 != hashlib.sha256(content).hexdigest():
         raise DataError("The file is not the one of its card.", path=path, remedy=_AGAIN)
+    if card is not None:
+        check_recorded(path, card, network)
     network.load_state_dict(fit_state(state, network, path))
     return card
 

@@ -99,8 +99,9 @@ def test_command_imports_a_full_psmnet(tmp_path: Path, capsys: pytest.CaptureFix
     state = {f"module.{name}": value for name, value in original.state_dict().items()}
     torch.save({"epoch": 10, "state_dict": state}, source)
     arguments = ["weights", "import", str(source), "--network", "psmnet", "--out", str(out)]
+    arguments.append("--aligned-corners")
     assert run(arguments) == 0
-    loaded = PsmNet(PsmNetConfiguration.preset("full"))
+    loaded = PsmNet(PsmNetConfiguration.preset("full").with_corners(True))
     card = load_weights(out, loaded)
     assert card == read_card(out)
     assert card is not None
@@ -110,7 +111,7 @@ def test_command_imports_a_full_psmnet(tmp_path: Path, capsys: pytest.CaptureFix
     capsys.readouterr()
     assert run(arguments) == 1
     assert "--overwrite" in capsys.readouterr().err
-    wrong = [*arguments, "--overwrite"]
+    wrong = [*arguments[:-1], "--overwrite"]
     wrong[4] = "dsgn"
     assert run(wrong) == 1
     error = capsys.readouterr().err
