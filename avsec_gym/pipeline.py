@@ -27,6 +27,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.emergency_stop import emergency_stop, judge_stop
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
+from avsec_gym.image_only import check_detector
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.safety import SafetyRecord, judge
 from avsec_gym.planners.plan import Plan
@@ -101,7 +102,8 @@ class Pipeline:
         response: To its alarm.
 
     Raises:
-        ConfigurationError: Nothing has one of the names, or a validator is to judge broken levels.
+        ConfigurationError: Nothing has one of the names, the detector finds 2D boxes alone, or a
+            validator is to judge broken levels.
 
     Example:
         >>> pipeline = Pipeline("oracle")
@@ -134,6 +136,7 @@ class Pipeline:
             part = getattr(self, kind)
             chosen = Kind.OPTICAL_ATTACK if kind == Kind.ATTACK and _is_optical(part) else kind
             object.__setattr__(self, kind, None if part is None else make(chosen, part))
+        check_detector(self.detector)
         if self.validator is not None and not self.whole_levels:
             raise ConfigurationError("a validator judges images of whole grey levels")
 

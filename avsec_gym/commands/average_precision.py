@@ -129,7 +129,7 @@ class _Frames:
                 "there is no frame to score.", path=split or kitti, remedy="Name another split."
             )
         broken: dict[str, DataError] = {}
-        found, missing = DetectionFolder(detections).read(ids, broken)
+        found, missing = DetectionFolder(detections).read(ids, broken, image_only=True)
         truth = {}
         for id in ids:
             try:
@@ -144,6 +144,8 @@ class _Frames:
     def tell(self) -> None:
         """Remark on what is not as it should be."""
         import numpy as np
+
+        from avsec_gym.image_only import is_image_only
 
         for error in list(self.broken.values())[:_REMARKS]:
             console.say(f"avsec: left out: {error}")
@@ -161,6 +163,15 @@ class _Frames:
             for boxes in self.detections.values()
             if boxes.box2d is not None
         ]
+        lost = sum(int(is_image_only(boxes).sum()) for boxes in self.detections.values())
+        if lost:
+            count = sum(map(len, self.detections.values()))
+            console.say(
+                f"avsec: {self.folder}: no detection has a 3D box; only the image is scored"
+                if lost == count
+                else f"avsec: {self.folder}: {lost} of {count} detections have no 3D box; they are"
+                " scored in the image, and match nothing in bird's eye and 3D"
+            )
         flat = int((np.concatenate(heights) == 0).sum()) if heights else 0
         if flat:
             console.say(
@@ -195,12 +206,16 @@ def _report(result: AveragePrecision, frames: _Frames) -> dict[str, Any]:
 
 
 def _show(result: AveragePrecision, title: str) -> None:
+    import numpy as np
+
     from avsec_gym.metrics.average_precision import METRICS
     from avsec_gym.metrics.average_precision_frames import LEVELS
 
     rows = []
     for c, category in enumerate(result.classes):
         for m, metric in enumerate(METRICS):
+            if metric in ("bev", "3d") and np.isnan(result.precision[c, m]).all():
+                continue  # Known in the image only.
             for points, values in enumerate((result.ap11, result.ap40)):
                 first = [category, metric, f"{result.min_iou[c, m]:g}"] if not points else [""] * 3
                 cells = []

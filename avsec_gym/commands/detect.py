@@ -27,7 +27,8 @@ class Detect:
     detector: str
     """Its name, such as dsgn; or JSON with arguments, '{"name": "dsgn", "weights": "my.st"}'.
 
-    Also of single images: faster_rcnn, yolo.
+    Those of single images (faster_rcnn, yolo) find 2D boxes for `avsec ap` alone: no car can drive
+    by them.
     """
     out: Path
     """Folder of the results: new, empty, or with results of the same detector on the same data."""

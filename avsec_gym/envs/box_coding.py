@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import Floats
+from avsec_gym.image_only import check_places
 
 _LOW = np.array([-40.0, -5.0, 0.0, 0.0, 0.0, 0.0, -np.pi])
 _HIGH = np.array([40.0, 5.0, 80.0, 5.0, 5.0, 20.0, np.pi])
@@ -37,7 +38,12 @@ class BoxCoding:
         """The best boxes as an action, shape (size,); what is out of range is cut to it.
 
         Boxes with a score of 0 or less are left out; a score above 1 counts as 1.
+
+        Raises:
+            ConfigurationError: A box is known in the image only: cut to the range it would stand
+                somewhere.
         """
+        check_places(boxes)
         order = np.argsort(-boxes.score, kind="stable")
         order = order[boxes.score[order] > 0][: self.max_boxes]
         turned = (boxes.rotation_y[order] + np.pi) % (2 * np.pi) - np.pi

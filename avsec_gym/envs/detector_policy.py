@@ -12,6 +12,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.box_coding import BoxCoding
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Calibration, SensorFrame
+from avsec_gym.image_only import check_detector
 from avsec_gym.registry import Kind, make
 from avsec_gym.scenario.builder import is_obstacle
 
@@ -25,6 +26,9 @@ class DetectorPolicy:
             id (`oracle`, `replayed`) need it; for all others the observation says everything.
         max_boxes: Of the environment's action; as the environment has it, if it is given.
 
+    Raises:
+        ConfigurationError: There is no such detector, or it finds 2D boxes alone.
+
     Example:
         >>> from stable_baselines3.common.evaluation import evaluate_policy
         >>> env = gym.make("avsec/DetectorBenchmark-v0")  # doctest: +SKIP
@@ -35,6 +39,7 @@ class DetectorPolicy:
         self, detector: Any, environment: gym.Env[Any, Any] | None = None, max_boxes: int = 50
     ) -> None:
         self.detector = make(Kind.DETECTOR, detector)
+        check_detector(self.detector)
         played: Any = environment
         self._environment: Any = None if environment is None else played.unwrapped
         self.coding = self._environment.coding if self._environment else BoxCoding(max_boxes)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
+from avsec_gym.image_only import WHAT_IT_IS_FOR, is_image_only
 from avsec_gym.kitti.label_folders import check_id, frame_ids
 from avsec_gym.kitti.labels import read_detections
 from avsec_gym.kitti.result_place import result_folder
@@ -36,7 +37,11 @@ class DetectionFolder:
         return list(self._ids)
 
     def read(
-        self, ids: Iterable[str] | None = None, broken: dict[str, DataError] | None = None
+        self,
+        ids: Iterable[str] | None = None,
+        broken: dict[str, DataError] | None = None,
+        *,
+        image_only: bool = False,
     ) -> tuple[dict[str, Boxes3D], list[str]]:
         """Detections of the frames asked for.
 
@@ -44,13 +49,16 @@ class DetectionFolder:
             ids: Frames; all that have a file if None.
             broken: Takes the errors of broken files by id, whose frames are then left out; None:
                 the first is raised.
+            image_only: Whether 2D boxes without a place in space are fine: they can be scored, but
+                no car can drive by them.
 
         Returns:
             Boxes by id in the order asked for, and the ids that have no file: a detector that
             found nothing often writes none, so these count as empty, and the caller reports them.
 
         Raises:
-            DataError: A file is broken, or none of the frames asked for has a file.
+            DataError: A file is broken, none of the frames asked for has a file, or some boxes are
+                known in the image only and that is not fine.
         """
         wanted = self._ids if ids is None else [check_id(id) for id in ids]
         there = set(self._ids)
@@ -71,7 +79,26 @@ class DetectionFolder:
                 if broken is None:
                     raise
                 broken[id] = error
+        if not image_only:
+            self._check_places(found)
         return found, missing
+
+    def _check_places(self, found: dict[str, Boxes3D]) -> None:
+        """Raise DataError where a box is nowhere.
+
+        Even one is too many: what a detector saw would silently be no obstacle.
+        """
+        lost = {id: int(is_image_only(boxes).sum()) for id, boxes in found.items()}
+        frames = [id for id, count in lost.items() if count]
+        if frames:
+            raise DataError(
+                f"{sum(lost.values())} of {sum(map(len, found.values()))} detections have no 3D box"
+                f" (in {len(frames)} of {len(found)} frames, the first {frames[0]}): no car can"
+                " drive by what is known in the image only, it would take the road for free.",
+                path=self.folder,
+                remedy="Give the results of a detector of 3D boxes, or leave these lines out if the"
+                f" car is not to know of them; {WHAT_IT_IS_FOR}.",
+            )
 
 
 def above(boxes: Boxes3D, threshold: float) -> Boxes3D:

@@ -16,6 +16,13 @@ import numpy as np
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.geometry import Floats
+from avsec_gym.image_only import (
+    NOWHERE,
+    UNKNOWN_ANGLE,
+    UNKNOWN_SIZE,
+    image_only_rows,
+    is_image_only,
+)
 from avsec_gym.kitti.text_files import read_text, write_text
 
 DONT_CARE = "DontCare"
@@ -30,7 +37,7 @@ LARGEST_NUMBER = 1e6
 """No metre, pixel, radian or score beyond this is believed."""
 
 _LABEL_COLUMNS, _RESULT_COLUMNS = 15, 16
-_DIMENSIONS = slice(7, 10)
+_DIMENSIONS, _LOCATION, _ROTATION = slice(7, 10), slice(10, 13), 13
 _REMEDY = "Correct the line, or fetch the file again from where it came."
 _GROUPED_DIGITS = re.compile(r"[0-9]_[0-9]")
 
@@ -74,7 +81,9 @@ def read_detections(path: str | Path) -> Boxes3D:
     """What a detector found in one frame.
 
     Blank lines, trailing spaces, placeholders (-1, -10) and scores of any range are fine;
-    lines of category ``DontCare`` are no detections and are dropped.
+    lines of category ``DontCare`` are no detections and are dropped.  A line with a 2D box alone
+    (sizes -1, place -1000) becomes a box that is known in the image only, see
+    `avsec_gym.image_only`.
 
     Raises:
         DataError: The file or one of its lines is not what KITTI promises of results.
@@ -113,6 +122,8 @@ def _parse(
         rows = [row for row in rows if row]
     names = [row[0] for row in rows if row]
     values = _numbers(rows, columns)
+    if values is not None and columns == _RESULT_COLUMNS:
+        values = _with_places(values)
     if (
         values is None
         or _is_suspicious(text)
@@ -123,6 +134,17 @@ def _parse(
             _check_line(line, path, number, columns, columns_before)
     assert values is not None, "where every line is right, so is the whole"
     return names, values
+
+
+def _with_places(values: Floats) -> Floats:
+    """A result's numbers, shape (N, 15), where 2D boxes alone all have the same placeholders."""
+    alone = image_only_rows(values[:, _DIMENSIONS], values[:, _LOCATION])
+    if alone.any():
+        values = values.copy()
+        values[alone, _DIMENSIONS] = UNKNOWN_SIZE
+        values[alone, _LOCATION] = NOWHERE
+        values[alone, _ROTATION] = UNKNOWN_ANGLE
+    return values
 
 
 def _numbers(rows: list[list[str]], columns: int) -> Floats | None:
@@ -184,11 +206,13 @@ def _check_line(
             refuse(f"Column {column} holds {word[:40]!r}, too large to be true.")
         else:
             values.append(value)
+    if columns == _RESULT_COLUMNS:
+        values = _with_places(np.array([values]))[0].tolist()
     if row[0] != DONT_CARE and min(values[_DIMENSIONS]) <= 0:
         sizes = " x ".join(row[8:11])
         refuse(
             f"A {row[0]} measures {sizes} m (height x width x length).",
-            "Real objects have positive sizes; results without 3D boxes cannot be used.",
+            "Real objects have positive sizes; a result with a 2D box alone has -1 -1 -1.",
         )
 
 
@@ -255,12 +279,16 @@ def _lines(boxes: Boxes3D, columns: int) -> Iterable[str]:
         parts.append(value.reshape(count, width))
     parts += [boxes.dimensions, boxes.location, boxes.rotation_y[:, None], boxes.score[:, None]]
     short = columns == _LABEL_COLUMNS
-    rows = np.hstack(parts)[:, : columns - 1].tolist()
-    for name, row in zip(boxes.category.tolist(), rows, strict=True):
+    values = np.hstack(parts)[:, : columns - 1]
+    alone = is_image_only(boxes)
+    if not short:
+        values[alone, _DIMENSIONS] = -1.0
+    rows = values.tolist()
+    for name, row, flat in zip(boxes.category.tolist(), rows, alone.tolist(), strict=True):
         words = [_word(value, short) for value in row]
         # KITTI writes levels and placeholders without decimals.
         placeholders = [1, *(i for i, value in ((0, -1), (2, -10)) if row[i] == value)]
-        if name == DONT_CARE:
+        if name == DONT_CARE or flat:
             placeholders += range(7, 14)
         for i in placeholders:
             if row[i] == int(row[i]):

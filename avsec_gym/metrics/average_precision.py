@@ -69,7 +69,8 @@ class AveragePrecision:
     precision: Floats
     """The best at each recall 0, 1/40, ..., 1 or beyond, in [0, 1], shape (C, 4, 3, 41).
 
-    For ``aos``, the similarity; NaN where a detection or label of the class has no alpha.
+    For ``aos``, the similarity; NaN where a detection or label of the class has no alpha.  For
+    ``bev`` and ``3d`` NaN where all detections of the class are known in the image only.
     """
     drawn: Floats | None = None
     """AP11 and AP40 in percent of each of R bootstrap samples of frames, shape (C, 4, 3, R, 2); of
@@ -191,6 +192,10 @@ def average_precision(
             curve[1] = np.nan
             if again is not None:
                 again[:, 1] = np.nan
+        if metric > 0 and not _places_are_known(found, category):
+            curve[:] = np.nan
+            if again is not None:
+                again[:] = np.nan
         return curve, again, counted
 
     shape = (len(classes), len(METRICS), len(LEVELS))
@@ -215,6 +220,13 @@ def _orientation_is_known(
 ) -> bool:
     unknown = np.isnan(labels.alpha[wanted == COUNTED]).any()
     return not (unknown or np.isnan(detections.alpha[given == COUNTED]).any())
+
+
+def _places_are_known(detections: Objects, category: str) -> bool:
+    """Whether any detection of a class has a place in space; where there is none, any at all."""
+    own = detections.category == category.lower()
+    looked_at = detections.image_only[own] if own.any() else detections.image_only
+    return not len(looked_at) or not looked_at.all()
 
 
 def _interval(values: Floats) -> Floats:

@@ -17,6 +17,7 @@ from avsec_gym.box_overlap import ground_rectangles
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
+from avsec_gym.image_only import is_image_only
 
 LEVELS = ("easy", "moderate", "hard")
 """Cumulative: what is easy is also moderate and hard."""
@@ -58,6 +59,8 @@ class Objects:
     """NaN where unknown, shape (N,)."""
     truncation: Floats
     occlusion: Floats
+    image_only: NDArray[np.bool_]
+    """Known in the image only, without a place in space, shape (N,)."""
 
     @property
     def height(self) -> Floats:
@@ -103,6 +106,7 @@ def pooled(frames: Sequence[Boxes3D], what: str) -> Objects:
         alpha=np.where(alpha == -10.0, np.nan, alpha),
         truncation=_column(frames, "truncation", (), unknown=-1.0),
         occlusion=_column(frames, "occlusion", (), unknown=-1.0),
+        image_only=np.concatenate([np.zeros(0, bool), *map(is_image_only, frames)]),
     )
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import Floats
+from avsec_gym.image_only import check_places
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.constraints import driving_constraints
 from avsec_gym.scenario.intention import Intention
@@ -96,8 +97,12 @@ def obstacles_of(boxes: Boxes3D, speeds: Floats | None = None) -> Obstacles:
     Args:
         boxes: N boxes.
         speeds: m/s, shape (N,); None: all stand.
+
+    Raises:
+        ConfigurationError: An obstacle is known in the image only.
     """
     keep = is_obstacle(boxes)
+    check_places(boxes[keep])
     return Obstacles.rectangles(
         boxes.poses[keep],
         boxes.length[keep],

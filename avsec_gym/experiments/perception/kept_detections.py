@@ -100,7 +100,7 @@ def detected(
         )
     if outcome.skipped:
         raise next(iter(outcome.skipped.values()))
-    boxes, _ = DetectionFolder(folder).read(ids)
+    boxes, _ = DetectionFolder(folder).read(ids, image_only=True)
     return [boxes[id] for id in ids]
 
 

@@ -10,15 +10,10 @@ import numpy as np
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.geometry import Floats
+from avsec_gym.image_only import NOWHERE, UNKNOWN_ANGLE, UNKNOWN_SIZE
 
 if TYPE_CHECKING:
     from torch import Tensor
-
-NOWHERE = -1000.0
-"""KITTI's location of an object whose place in space is unknown."""
-_UNKNOWN_ANGLE = -10.0
-_UNKNOWN_SIZE = 0.01
-"""KITTI's -1 is refused of a real object in result files; this is as little of one."""
 
 
 @runtime_checkable
@@ -62,8 +57,8 @@ class DifferentiableImageDetector(ImageDetector, Protocol):
 def image_boxes(box2d: Floats, score: Floats, category: Sequence[str]) -> Boxes3D:
     """Objects that are known in the image only.
 
-    Their place in space is KITTI's placeholder for results without one, -1000 m, so that result
-    files of them are scored in the image, and match nothing from above and in space.
+    Their place in space is KITTI's placeholder for results without one, -1000 m: they are scored
+    in the image, and no car drives by them, see `avsec_gym.image_only`.
 
     Args:
         box2d: Left, top, right, bottom, pixels, shape (N, 4).
@@ -78,10 +73,10 @@ def image_boxes(box2d: Floats, score: Floats, category: Sequence[str]) -> Boxes3
     count = len(score)
     return Boxes3D(
         np.full((count, 3), NOWHERE),
-        np.full((count, 3), _UNKNOWN_SIZE),
-        np.full(count, _UNKNOWN_ANGLE),
+        np.full((count, 3), UNKNOWN_SIZE),
+        np.full(count, UNKNOWN_ANGLE),
         score,
         np.array(category, np.str_),
         box2d=box2d,
-        alpha=np.full(count, _UNKNOWN_ANGLE),
+        alpha=np.full(count, UNKNOWN_ANGLE),
     )

@@ -7,6 +7,7 @@ from pathlib import Path
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
+from avsec_gym.image_only import WHAT_IT_IS_FOR, is_image_only
 from avsec_gym.kitti.labels import read_detections, read_labels
 
 
@@ -54,7 +55,17 @@ class Replayed:
         """What the file of the frame's id says.
 
         Raises:
-            DataError: The file is broken.
+            DataError: The file is broken, or holds 2D boxes alone, by which no car can drive.
         """
         path = self._folder / f"{frame.id}.txt"
-        return read_detections(path) if path.is_file() else Boxes3D.empty()
+        if not path.is_file():
+            return Boxes3D.empty()
+        found = read_detections(path)
+        if is_image_only(found).any():
+            raise DataError(
+                "Some of these detections have no 3D box: what is known in the image only is in"
+                " nobody's way.",
+                path=path,
+                remedy=f"Replay the results of a detector of 3D boxes; {WHAT_IT_IS_FOR}.",
+            )
+        return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import SensorFrame
@@ -13,7 +13,7 @@ from avsec_gym.registry import Kind, make
 
 @dataclass(frozen=True)
 class SingleImage:
-    """Boxes of one image; see `image_boxes`: nobody can drive by them, but they can be scored.
+    """Boxes of one image; see `image_boxes`: no car can drive by them, but they can be scored.
 
     Args:
         detector: What `make_image_detector` takes.
@@ -22,6 +22,8 @@ class SingleImage:
 
     detector: Any
     camera: int = 2
+    image_only: ClassVar[bool] = True
+    """See `avsec_gym.image_only.check_detector`."""
     name: str = field(init=False)
     _detector: ImageDetector = field(init=False, repr=False)
 
