@@ -13,8 +13,12 @@ MAX_BYTES = 16 * 2**20
 """KITTI's text files have a few kilobytes; what is larger than this is something else."""
 
 
-def read_text(path: str | Path) -> str:
+def read_text(path: str | Path, *, most: int = MAX_BYTES) -> str:
     """The text of a small UTF-8 file.
+
+    Args:
+        path: The file.
+        most: Bytes beyond which it is refused.
 
     Raises:
         DataError: No such file, not a regular file, not readable, too large, or not UTF-8.
@@ -23,11 +27,11 @@ def read_text(path: str | Path) -> str:
         status = os.stat(path)
         if not stat.S_ISREG(status.st_mode):
             raise DataError("This is not a file.", path=path, remedy="Name a text file.")
-        if status.st_size > MAX_BYTES:
+        if status.st_size > most:
             raise DataError(
-                f"A text file of {status.st_size} bytes cannot be one of KITTI's.",
+                f"A text file of {status.st_size} bytes is too large to be true.",
                 path=path,
-                remedy=f"Such files have a few kilobytes; at most {MAX_BYTES} are read.",
+                remedy=f"Such files have a few kilobytes; at most {most} are read.",
             )
         with open(path, "rb", buffering=0) as file:
             content = file.read()

@@ -1,7 +1,8 @@
-"""Small XML files from strangers: a tree with line numbers, and nothing that unfolds or fetches."""
+"""XML files from strangers: a tree with line numbers, and nothing that unfolds or fetches."""
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NoReturn
@@ -11,6 +12,9 @@ from avsec_gym.errors import DataError
 from avsec_gym.kitti.text_files import read_text
 
 _DEEPEST = 16
+_LARGEST = 256 * 2**20
+"""Bytes of a file that `read_plain_xml` takes."""
+_DISTRUST = "Do not trust this file; fetch it again from where it was published."
 _AGAIN = "The file may be cut off or damaged; fetch it again."
 
 
@@ -104,17 +108,44 @@ def read_xml(path: str | Path) -> Element:
     def characters(data: str) -> None:
         stack[-1].parts.append(data)
 
-    def entity(*_: object) -> None:
-        raise DataError(
-            "The XML declares an entity, which KITTI's files never do.",
-            path=path,
-            line=parser.CurrentLineNumber,
-            remedy="Do not trust this file; fetch KITTI's own.",
-        )
-
     parser.StartElementHandler = start
     parser.EndElementHandler = end
     parser.CharacterDataHandler = characters
+    _parse(parser, text, path)
+    return outside.children[0]
+
+
+def read_plain_xml(path: str | Path) -> ElementTree.Element:
+    """The outermost element of a larger file whose format knows no document type.
+
+    Raises:
+        DataError: Missing, too large, not UTF-8, no XML, or with declarations of its own.
+    """
+    text = read_text(path, most=_LARGEST)
+    parser = expat.ParserCreate()
+
+    def doctype(*_: object) -> None:
+        raise DataError(
+            "The XML declares a document type, which such files never do.",
+            path=path,
+            line=parser.CurrentLineNumber,
+            remedy=_DISTRUST,
+        )
+
+    parser.StartDoctypeDeclHandler = doctype
+    _parse(parser, text, path)
+    return ElementTree.fromstring(text)
+
+
+def _parse(parser: expat.XMLParserType, text: str, path: str | Path) -> None:
+    def entity(*_: object) -> None:
+        raise DataError(
+            "The XML declares an entity, which such files never do.",
+            path=path,
+            line=parser.CurrentLineNumber,
+            remedy=_DISTRUST,
+        )
+
     parser.EntityDeclHandler = entity
     try:
         parser.Parse(text, True)
@@ -122,4 +153,3 @@ def read_xml(path: str | Path) -> Element:
         raise DataError(
             f"This is no well-formed XML ({error}).", path=path, line=error.lineno, remedy=_AGAIN
         ) from error
-    return outside.children[0]

@@ -9,11 +9,19 @@ from pathlib import Path
 import numpy as np
 
 from avsec_gym.errors import DataError
+from avsec_gym.geometry import Floats
+from avsec_gym.kitti.xml_tree import read_plain_xml
 from avsec_gym.planners.primitives import MotionPrimitives
 from avsec_gym.planners.vehicle import BMW_320I
 
 _FIELDS = ("x", "y", "velocity", "orientation", "steering_angle")
 _DECIMAL_SECOND = 0.1
+_FARTHEST, _FASTEST = 1e3, 100.0
+"""Metres and m/s: farther and faster leads no primitive."""
+_NOISE = 1e-6
+"""m/s: a speed of 0 that was integrated."""
+_ROUNDED = 1e-3
+"""By so much may a steering angle exceed the vehicle's limit, rad."""
 
 
 def read_primitives(path: str | Path) -> MotionPrimitives:
@@ -26,14 +34,7 @@ def read_primitives(path: str | Path) -> MotionPrimitives:
         DataError: The file is not such XML, names another vehicle, or holds a broken trajectory.
     """
     path = Path(path)
-    try:
-        root = ElementTree.parse(path).getroot()
-    except OSError as error:
-        raise DataError(f"cannot be read ({error.strerror}).", path=path) from error
-    except ElementTree.ParseError as error:
-        raise DataError(
-            f"this is not XML ({error}).", path=path, line=error.position[0], remedy=_REMEDY
-        ) from error
+    root = read_plain_xml(path)
     vehicle = (root.findtext("VehicleType") or "").strip()
     if vehicle != BMW_320I.name:
         raise DataError(
@@ -51,10 +52,7 @@ def read_primitives(path: str | Path) -> MotionPrimitives:
             raise DataError(
                 f"trajectory {number} is broken ({error}).", path=path, remedy=_REMEDY
             ) from error
-        if not np.isfinite(states).all():
-            raise DataError(
-                f"trajectory {number} holds a value that is not finite.", path=path, remedy=_REMEDY
-            )
+        _check(np.array(states), number, path)
         identity = (len(states), *states[0], *states[-1])
         if identity not in seen:
             seen.add(identity)
@@ -99,6 +97,30 @@ def write_primitives(
     partial = path.with_suffix(f".{os.getpid()}.part")
     ElementTree.ElementTree(root).write(partial, encoding="utf-8", xml_declaration=True)
     os.replace(partial, path)
+
+
+def _check(states: Floats, number: int, path: Path) -> None:
+    """Refuse what the vehicle cannot drive.
+
+    Args:
+        states: In the order of `_FIELDS`, shape (T, 5).
+        number: Of the trajectory in the file.
+        path: The file.
+
+    Raises:
+        DataError: A value is not finite or impossible.
+    """
+    steering = BMW_320I.max_steering_angle + _ROUNDED
+    place, turn = (-_FARTHEST, _FARTHEST), (-2 * np.pi, 2 * np.pi)
+    limits = (place, place, (-_NOISE, _FASTEST), turn, (-steering, steering))
+    for name, (low, high), column in zip(_FIELDS, limits, states.T, strict=True):
+        impossible = column[~((column >= low) & (column <= high))]
+        if len(impossible):
+            raise DataError(
+                f"trajectory {number} has the {name} {impossible[0]:g}.",
+                path=path,
+                remedy=f"Expected {low:g} to {high:g}. {_REMEDY}",
+            )
 
 
 _REMEDY = "Write it as commonroad-search's motion primitive generator does."

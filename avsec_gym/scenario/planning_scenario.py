@@ -1,7 +1,9 @@
 """`PlanningScenario`: everything a motion planner is told (thesis, section 5.3.1).
 
 A scenario is written in one plane frame (metres, radians, x forward and y left of the ego vehicle
-where it was built from a KITTI frame) and in time steps of ``dt`` seconds.
+where it was built from a KITTI frame) and in time steps of ``dt`` seconds.  Numbers that no problem
+can have, such as a position that is not finite, are a `PlanningError` as soon as an object is made
+of them.
 """
 
 from __future__ import annotations
@@ -16,6 +18,13 @@ from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
 from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.bounds import (
+    ANGLE,
+    COORDINATE,
+    DURATION,
+    SPEED,
+    TIME_STEP,
+)
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.shapes import Rectangle, Shape, placed
 
@@ -36,6 +45,14 @@ class EgoState:
     steering_angle: float = 0.0
     step: int = 0
 
+    def __post_init__(self) -> None:
+        COORDINATE.check(self.x, "the start's x")
+        COORDINATE.check(self.y, "the start's y")
+        SPEED.check(self.velocity, "the start's velocity")
+        ANGLE.check(self.heading, "the start's heading")
+        ANGLE.check(self.steering_angle, "the start's steering angle")
+        TIME_STEP.check(self.step, "the start's time step")
+
 
 @dataclass(frozen=True)
 class Goal:
@@ -49,6 +66,15 @@ class Goal:
     velocity: tuple[float, float] | None = None
     lanelets: tuple[int, ...] = ()
     """The lanelets that the region stands for, where a file gave it that way."""
+
+    def __post_init__(self) -> None:
+        TIME_STEP.check_all(self.steps, "a time step of a goal")
+        for interval, bounds, what in (
+            (self.heading, ANGLE, "heading"),
+            (self.velocity, SPEED, "velocity"),
+        ):
+            if interval is not None:
+                bounds.check_all(interval, f"an end of a goal's {what} interval")
 
 
 @dataclass(frozen=True)
@@ -64,6 +90,10 @@ class Lanelet:
     """Id of the neighbour and whether it runs in the same direction."""
     adjacent_right: tuple[int, bool] | None = None
     types: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        COORDINATE.check_all(self.left, f"a point of the left bound of lanelet {self.id}")
+        COORDINATE.check_all(self.right, f"a point of the right bound of lanelet {self.id}")
 
     def polygon(self) -> shapely.Polygon:
         """The lanelet's area."""
@@ -187,6 +217,12 @@ class Obstacles:
     first_step: NDArray[np.int64]
     static: NDArray[np.bool_]
 
+    def __post_init__(self) -> None:
+        COORDINATE.check_all(self.poses[..., :2], "a position of an obstacle")
+        ANGLE.check_all(self.poses[..., 2], "a heading of an obstacle")
+        SPEED.check_all(self.speeds, "a speed of an obstacle")
+        TIME_STEP.check_all(self.first_step, "the first time step of an obstacle")
+
     def __len__(self) -> int:
         return len(self.shapes)
 
@@ -269,6 +305,9 @@ class PlanningScenario:
     dt: float = 0.1
     road_type: RoadType | None = None
     intention: Intention | None = None
+
+    def __post_init__(self) -> None:
+        DURATION.check(self.dt, f"{self.id}: the duration of a time step")
 
     def with_obstacles(self, obstacles: Obstacles) -> PlanningScenario:
         """The same problem among other obstacles."""

@@ -1,4 +1,7 @@
-"""Plane shapes of obstacles and goal regions, and their convex pieces for the search."""
+"""Plane shapes of obstacles and goal regions, and their convex pieces for the search.
+
+A shape that no obstacle can have, such as one of a negative length, is a `PlanningError`.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from avsec_gym.errors import PlanningError
 from avsec_gym.geometry import Floats, rectangle_corners
+from avsec_gym.scenario.bounds import ANGLE, COORDINATE, SIZE
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +24,13 @@ class Rectangle:
     x: float = 0.0
     y: float = 0.0
     heading: float = 0.0
+
+    def __post_init__(self) -> None:
+        SIZE.check(self.length, "the length of a rectangle")
+        SIZE.check(self.width, "the width of a rectangle")
+        COORDINATE.check(self.x, "the x of a rectangle")
+        COORDINATE.check(self.y, "the y of a rectangle")
+        ANGLE.check(self.heading, "the heading of a rectangle")
 
     @property
     def centre(self) -> tuple[float, float]:
@@ -47,6 +59,11 @@ class Disc:
     x: float = 0.0
     y: float = 0.0
 
+    def __post_init__(self) -> None:
+        SIZE.check(self.radius, "the radius of a disc")
+        COORDINATE.check(self.x, "the x of a disc")
+        COORDINATE.check(self.y, "the y of a disc")
+
     @property
     def centre(self) -> tuple[float, float]:
         """What the shape turns about."""
@@ -67,6 +84,11 @@ class Polygon:
     """A simple polygon in its owner's frame (metres)."""
 
     vertices: tuple[tuple[float, float], ...]
+
+    def __post_init__(self) -> None:
+        COORDINATE.check_all(self.vertices, "a vertex of a polygon")
+        if len(self.vertices) < 3:
+            raise PlanningError(f"a polygon has {len(self.vertices)} vertices; expected 3 or more.")
 
     @property
     def centre(self) -> tuple[float, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import numpy as np
@@ -64,17 +65,17 @@ def test_nothing_is_overwritten_unasked(written: Path) -> None:
 @pytest.mark.parametrize(
     ("pattern", "replacement", "message"),
     [
-        (r"\Z", None, "not XML"),
-        (r"(?s).*", "", "not XML"),
-        (r"(?s).*", "x,y\n1,2\n", "not XML"),
+        (r"\Z", None, "well-formed"),
+        (r"(?s).*", "", "well-formed"),
+        (r"(?s).*", "x,y\n1,2\n", "well-formed"),
         (r"(?s).*", "<a/>", "none named"),
         ("BMW_320i", "FORD_ESCORT", "FORD_ESCORT"),
         (r"(?s)<Trajectory>.*</Trajectory>", "", "no trajectory"),
         (r"(?s)<Final>.*?</Final>", "", "trajectory 1 is broken"),
         (r"<velocity>[^<]*</velocity>", "<velocity>fast</velocity>", "trajectory 1 is broken"),
         (r"<x>[^<]*</x>", "", "trajectory 1 is broken"),
-        (r"<y>[^<]*</y>", "<y>nan</y>", "not finite"),
-        (r"<y>[^<]*</y>", "<y>1e999</y>", "not finite"),
+        (r"<y>[^<]*</y>", "<y>nan</y>", "has the y"),
+        (r"<y>[^<]*</y>", "<y>1e999</y>", "has the y"),
     ],
 )
 def test_broken_files_are_named(
@@ -94,7 +95,7 @@ def test_broken_files_are_named(
 
 def test_missing_file_and_folder(tmp_path: Path) -> None:
     for path in (tmp_path / "absent.xml", tmp_path):
-        with pytest.raises(DataError, match="cannot be read"):
+        with pytest.raises(DataError, match=r"no such file|not a file"):
             read_primitives(path)
 
 
@@ -107,3 +108,31 @@ def test_shared_files(shared: Path) -> None:
         primitives = read_primitives(path)
         assert (primitives.steps >= 1).all()
         assert (primitives.steps <= 5).all()
+
+
+PRIMITIVE_FIELDS = ("x", "y", "velocity", "orientation", "steering_angle")
+
+
+@pytest.mark.parametrize("field", PRIMITIVE_FIELDS)
+@pytest.mark.parametrize("place", ["Initial", "Path/State", "Final"])
+def test_numbers_that_no_primitive_has(field: str, place: str, tmp_path: Path) -> None:
+    path = tmp_path / "some.xml"
+    write_primitives(generate_primitives((6.0,), steering_angles=3), path)
+    impossible = {"velocity": ["-1", "101"], "steering_angle": ["1.1", "-1.1"]}
+    for text in ["nan", "inf", "-inf", "1e300", *impossible.get(field, [])]:
+        tree = ElementTree.parse(path)
+        found = tree.find(f"Trajectories/Trajectory/{place}/{field}")
+        assert found is not None
+        found.text = text
+        tree.write(tmp_path / "broken.xml")
+        with pytest.raises(DataError, match=rf"broken\.xml: trajectory 1 has the {field}"):
+            read_primitives(tmp_path / "broken.xml")
+
+
+def test_declarations_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "some.xml"
+    write_primitives(generate_primitives((6.0,), steering_angles=3), path)
+    declared = '<!DOCTYPE M [<!ENTITY a "6.0">]>\n<MotionPrimitiveFile'
+    path.write_text(path.read_text().replace("<MotionPrimitiveFile", declared, 1))
+    with pytest.raises(DataError, match=r"some\.xml:\d+: .*declares"):
+        read_primitives(path)

@@ -306,5 +306,5 @@ def test_commonroad_files(tmp_path: Path) -> None:
     assert (len(scenes), scenes.skipped) == (1, 1)
     assert "b.xml" in scenes.remarks[0]
     (tmp_path / "a.xml").write_text("")
-    with pytest.raises(DataError, match=r"a\.xml: "):
+    with pytest.raises(DataError, match=r"a\.xml:1: "):
         scene_set(tmp_path)

@@ -10,8 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from avsec_gym.errors import DataError
+from avsec_gym.errors import DataError, PlanningError
+from avsec_gym.kitti.xml_tree import read_plain_xml
 from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.commonroad.elements import check_numbers
 from avsec_gym.scenario.commonroad.format import MARK, finite, import_quietly, points_of
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import (
@@ -39,8 +41,8 @@ def read_commonroad(path: str | Path, problem_id: int | None = None) -> Planning
     from commonroad.common.file_reader import CommonRoadFileReader
 
     path = Path(path)
-    if not path.is_file():
-        raise DataError("there is no such file.", path=path, remedy="Check the path.")
+    root = read_plain_xml(path)
+    check_numbers(root, path)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -64,7 +66,7 @@ def read_commonroad(path: str | Path, problem_id: int | None = None) -> Planning
             remedy="Add a planningProblem element, or name one that is there.",
         )
     problem = known[next(iter(known)) if problem_id is None else problem_id]
-    _check_elements(path, problem.planning_problem_id)
+    _check_elements(root, path, problem.planning_problem_id)
     notes = _notes(scenario.source)
     try:
         start = problem.initial_state
@@ -85,12 +87,17 @@ def read_commonroad(path: str | Path, problem_id: int | None = None) -> Planning
             road_type=RoadType(notes["road_type"]) if "road_type" in notes else None,
             intention=Intention(notes["intention"]) if "intention" in notes else None,
         )
+    except PlanningError as error:
+        raise DataError(str(error), path=path, remedy=_IN_BOUNDS) from error
     except (TypeError, AttributeError, ValueError, IndexError) as error:
         raise DataError(
             f"a part of the scenario cannot be planned with ({error}).",
             path=path,
             remedy="States need exact, finite values; obstacles need a shape and a trajectory.",
         ) from error
+
+
+_IN_BOUNDS = "Correct the number; lengths are in m, angles in rad, times in steps."
 
 
 def _notes(source: str | None) -> dict[str, Any]:
@@ -103,13 +110,12 @@ def _notes(source: str | None) -> dict[str, Any]:
     return notes if isinstance(notes, dict) else {}
 
 
-def _check_elements(path: Path, problem_id: int) -> None:
+def _check_elements(root: ElementTree.Element, path: Path, problem_id: int) -> None:
     """Find what commonroad-io passes over: a start without values, no goal, one id given twice.
 
     Raises:
         DataError: One of these.
     """
-    root = ElementTree.parse(path).getroot()
     ids = [child.get("id") for child in root if child.get("id") is not None]
     twice = next((id for id in ids if ids.count(id) > 1), None)
     if twice is not None:

@@ -1,0 +1,56 @@
+"""Which numbers a planning problem may hold: finite ones that roads and vehicles can have."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.errors import PlanningError
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """An interval that a quantity lies in, both ends included."""
+
+    low: float
+    high: float
+    unit: str = ""
+
+    def check(self, value: float, what: str) -> None:
+        """Refuse a number that does not lie within.
+
+        Args:
+            value: The number.
+            what: Where it stands, for the message.
+
+        Raises:
+            PlanningError: It is not finite, or outside.
+        """
+        if not self.low <= value <= self.high:  # Also true for NaN.
+            raise PlanningError(f"{what} is {value}; expected {self}.")
+
+    def check_all(self, values: Any, what: str) -> None:
+        """Refuse numbers of which any does not lie within.
+
+        Raises:
+            PlanningError: One is not finite, or outside.
+        """
+        array = np.asarray(values, float)
+        within = (array >= self.low) & (array <= self.high)
+        if not within.all():
+            self.check(float(array[~within].flat[0]), what)
+
+    def __str__(self) -> str:
+        unit = f" {self.unit}" if self.unit else ""
+        return f"a number from {self.low:g} to {self.high:g}{unit}"
+
+
+COORDINATE = Bounds(-1e8, 1e8, "m")
+"""Maps may count from a far origin, such as the equator."""
+SIZE = Bounds(1e-9, 1e5, "m")
+ANGLE = Bounds(-1e3, 1e3, "rad")
+SPEED = Bounds(-1e3, 1e3, "m/s")
+TIME_STEP = Bounds(0, 100_000)
+DURATION = Bounds(1e-6, 10.0, "s")

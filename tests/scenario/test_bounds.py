@@ -1,0 +1,164 @@
+"""Every number of a planning problem, given as none that a problem can have."""
+
+from __future__ import annotations
+
+import math
+import re
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable, Iterator
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from avsec_gym.errors import DataError, PlanningError
+from avsec_gym.scenario.commonroad import read_commonroad, write_commonroad
+from avsec_gym.scenario.planning_scenario import (
+    EgoState,
+    Goal,
+    Lanelet,
+    Obstacles,
+    PlanningScenario,
+    Road,
+    straight_lanes,
+)
+from avsec_gym.scenario.shapes import Disc, Polygon, Rectangle
+
+NEVER = (math.nan, math.inf, -math.inf, 1e300, -1e300)
+ABOVE_ZERO = {"length", "width", "radius", "dt"}
+NOT_BELOW_ZERO = {"step", "steps", "first_step"}
+NUMBERS = {"float", "int", "Floats", "tuple[int, int]", "NDArray[np.int64]"}
+"""Annotations of fields that hold numbers; None may stand beside them."""
+COUNTED = {"ids", "id", "steps of Obstacles", "adjacent_left", "adjacent_right"}
+"""Numbers that count or name things."""
+
+OBJECTS: tuple[Any, ...] = (
+    EgoState(1.0, 2.0, 3.0, 0.4, 0.1, 2),
+    Goal((3, 9), (Disc(1.0),), (-0.5, 0.5), (2.0, 4.0)),
+    Rectangle(4.0, 2.0, 1.0, 1.0, 0.3),
+    Disc(1.0, 2.0, 3.0),
+    Polygon(((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))),
+    Lanelet(1, ((0.0, 1.0), (9.0, 1.0)), ((0.0, -1.0), (9.0, -1.0))),
+    Obstacles.rectangles(np.array([[9.0, 1.0, 0.1]]), np.ones(1), np.ones(1), np.ones(1)),
+    PlanningScenario("some", EgoState(), (Goal((0, 3)),)),
+)
+
+
+def replaced(value: Any, bad: float) -> Iterator[Any]:
+    """Copies of a number, tuple or array in which one number is bad."""
+    if isinstance(value, np.ndarray):
+        for index in np.ndindex(value.shape):
+            array = value.astype(float)
+            array[index] = bad
+            yield array
+    elif isinstance(value, tuple):
+        for i, member in enumerate(value):
+            for changed in replaced(member, bad):
+                yield (*value[:i], changed, *value[i + 1 :])
+    else:
+        yield bad
+
+
+def numeric_fields() -> Iterator[tuple[Any, str]]:
+    for owner in OBJECTS:
+        for field in fields(owner):
+            kind = str(field.type).removesuffix(" | None")
+            name = f"{field.name} of {type(owner).__name__}"
+            if (kind in NUMBERS or "float" in kind) and not {field.name, name} & COUNTED:
+                yield owner, field.name
+
+
+def test_the_fields_are_all_there() -> None:
+    assert len(list(numeric_fields())) == 24
+
+
+@pytest.mark.parametrize(
+    ("owner", "name"),
+    [pytest.param(*case, id=f"{type(case[0]).__name__}.{case[1]}") for case in numeric_fields()],
+)
+def test_every_number_of_the_objects(owner: Any, name: str) -> None:
+    bad = [*NEVER]
+    bad += [-4.0, 0.0] if name in ABOVE_ZERO else [-1.0] if name in NOT_BELOW_ZERO else []
+    for number in bad:
+        for value in replaced(getattr(owner, name), number):
+            with pytest.raises(PlanningError, match="expected"):
+                replace(owner, **{name: value})
+
+
+def written(folder: Path) -> Path:
+    """A file with an obstacle of every kind and shape and all that a goal can ask."""
+    moving = Obstacles.rectangles(
+        np.array([[20.0, 0, 0], [30.0, 3, 0.2]]), np.ones(2), np.ones(2), np.array([3.0, 0.0]),
+        last_step=4,
+    )  # fmt: skip
+    scenario = PlanningScenario(
+        "all",
+        EgoState(velocity=6.0),
+        (
+            Goal((4, 30), (Rectangle(5.0, 3.5, 15.0, 3.5, 0.1),), (-0.5, 0.5), (6.0, 8.0)),
+            Goal((4, 30), (Disc(2.0, 15.0, 0.0),)),
+        ),
+        Road(straight_lanes(1)),
+        replace(moving, shapes=(Rectangle(4.0, 2.0), Disc(1.0, 0.5, 0.5))),
+    )
+    path = folder / "all.xml"
+    write_commonroad(scenario, path)
+    return path
+
+
+def values(root: ElementTree.Element) -> Iterator[tuple[str, Callable[[str], None]]]:
+    """Every number in a file, and how to change it."""
+    yield "timeStepSize", lambda text: root.set("timeStepSize", text)
+    for owner in root:
+        if owner.tag in ("location", "scenarioTags"):
+            continue
+        parents = {child: parent for parent in owner.iter() for child in parent}
+        for element in owner.iter():
+            if len(element) == 0 and re.fullmatch(
+                r"-?[\d.]+(e-?\d+)?", (element.text or "").strip()
+            ):
+                parent = parents[element].tag
+                name = element.tag if element.tag[:5] not in ("exact", "inter") else parent
+                yield name, lambda text, element=element: setattr(element, "text", text)  # type: ignore[misc]
+
+
+def test_every_number_of_a_file(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    read_commonroad(path)
+    root = ElementTree.parse(path).getroot()
+    names = [name for name, _ in values(root)]
+    asked = {"length", "width", "radius", "orientation", "velocity", "time", "x", "y"}
+    assert asked | {"timeStepSize"} <= set(names)
+    seen: set[str] = set()
+    for i, name in enumerate(names):
+        if names.count(name) > 3 and i % 5 and name in seen:
+            continue  # Points of bounds and states are many and alike.
+        seen.add(name)
+        bad = ["nan", "inf", "-inf", "1e300", "", "word"]
+        bad += ["-4", "0"] if name in ABOVE_ZERO | {"timeStepSize"} else []
+        bad += ["-1"] if name == "time" else []
+        for text in bad:
+            changed = ElementTree.parse(path).getroot()
+            list(values(changed))[i][1](text)
+            broken = tmp_path / "broken.xml"
+            ElementTree.ElementTree(changed).write(broken)
+            with pytest.raises(DataError, match=rf"broken\.xml: .*{name}"):
+                read_commonroad(broken)
+
+
+@pytest.mark.parametrize(
+    "declaration",
+    [
+        '<!DOCTYPE commonRoad [<!ENTITY a "6.0">]>',
+        "<!DOCTYPE commonRoad>",
+        '<!DOCTYPE commonRoad SYSTEM "http://localhost/x.dtd">',
+    ],
+)
+def test_declarations_are_refused(declaration: str, tmp_path: Path) -> None:
+    path = written(tmp_path)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(re.sub(r"<commonRoad", f"{declaration}\n<commonRoad", text, count=1))
+    with pytest.raises(DataError, match=r"all\.xml:\d+: .*declares"):
+        read_commonroad(path)
