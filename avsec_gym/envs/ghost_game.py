@@ -21,7 +21,7 @@ from avsec_gym.metrics.safety import COLLISION, SAFE, UNPLANNED
 from avsec_gym.metrics.verdict import batch_collides
 from avsec_gym.planners.batch import RectangleTracks, plan_batch
 from avsec_gym.planners.planner import Mode, MotionPrimitivePlanner, suitable_primitives
-from avsec_gym.planners.search import Problem
+from avsec_gym.planners.problem import Problem
 from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.registry import Kind, make
 from avsec_gym.road_type import RoadType

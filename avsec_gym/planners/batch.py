@@ -13,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
-from avsec_gym.planners.collision import World
-from avsec_gym.planners.search import FOUND, Problem, search_on, trajectory_to
-from avsec_gym.planners.search_state import new_state
+from avsec_gym.planners.collision import FOR_EVER, World
+from avsec_gym.planners.problem import Problem
+from avsec_gym.planners.search import FOUND, search_on
+from avsec_gym.planners.search_state import ELAPSED, EXPANDED, GOAL_NODE, new_state
+from avsec_gym.planners.trajectory import trajectory_to
 
 
 class RectangleTracks(NamedTuple):
@@ -67,20 +69,19 @@ def _search_all(
     found, lengths = np.zeros(count, np.bool_), np.zeros(count, np.int64)
     trajectories = np.zeros((count, longest, 5))
     cost, expanded = np.full(count, np.nan), np.zeros(count, np.int64)
-    state = new_state(1024, 2048)
-    vertices, reaches_to = np.empty((rows, 4, 2)), np.empty(rows)
+    fresh = new_state(1024, 2048)
+    vertices, sizes = np.empty((rows, 4, 2)), np.zeros((rows, 2))
     poses = np.empty((rows, known, 4))
-    corners, radius = np.full(rows, 4), np.zeros(rows)
-    steps, first = np.full(rows, known), np.zeros(rows, np.int64)
-    last_step = np.full(rows, np.iinfo(np.int64).max)
-    static = np.zeros(rows, np.bool_)
+    corners = np.full(rows, 4)
+    presence = np.empty((rows, 3), np.int64)
+    presence[:, 0], presence[:, 1], presence[:, 2] = 0, known, FOR_EVER
     farthest = longest * limits.step_distance + 2.0 * limits.half_length
     for b in range(count):
         near = 0
         for i in range(rows):
             half_length, half_width = tracks.half_sizes[b, i, 0], tracks.half_sizes[b, i, 1]
-            reaches_to[near] = np.sqrt(half_length**2 + half_width**2)
-            limit = farthest + reaches_to[near]
+            sizes[near, 1] = np.sqrt(half_length**2 + half_width**2)
+            limit = farthest + sizes[near, 1]
             for t in range(known):
                 x, y = tracks.poses[b, i, t, 0] - start[0], tracks.poses[b, i, t, 1] - start[1]
                 if x * x + y * y <= limit * limit:
@@ -95,21 +96,17 @@ def _search_all(
         world = World(
             vertices[:near],
             corners[:near],
-            radius[:near],
-            reaches_to[:near],
+            sizes[:near],
             poses[:near],
-            steps[:near],
-            first[:near],
-            static[:near],
-            last_step[:near],
+            presence[:near],
             edges,
         )
-        outcome, state = search_on(problem, world, state, node_limit)
-        expanded[b] = state.counters[2]
+        outcome, state = search_on(problem, world, fresh, node_limit)
+        expanded[b] = state.counters[EXPANDED]
         if outcome == FOUND:
-            node = state.counters[3]
+            node = state.counters[GOAL_NODE]
             driven = trajectory_to(node, problem, state)
-            found[b], lengths[b], cost[b] = True, driven.shape[0], state.elapsed[node]
+            found[b], lengths[b], cost[b] = True, driven.shape[0], state.pose[node, ELAPSED]
             trajectories[b, : driven.shape[0]] = driven
             trajectories[b, driven.shape[0] :] = driven[-1]
     return found, lengths, trajectories, cost, expanded

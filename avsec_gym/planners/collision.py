@@ -16,6 +16,11 @@ from avsec_gym.geometry import Floats
 from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
 from avsec_gym.scenario.shapes import Rectangle, members
 
+ALWAYS, FOR_EVER = -(2**40), 2**40
+"""Time steps before and after all others."""
+_ROUNDING = 1e-9
+"""Metres; shortcuts leave so much to the full tests."""
+
 
 class World(NamedTuple):
     """What a planner must not touch, laid out for the kernels.
@@ -27,22 +32,22 @@ class World(NamedTuple):
     """Convex pieces about their shape's centre, counter-clockwise, shape (N, K, 2)."""
     corners: NDArray[np.int64]
     """Vertices in use, shape (N,); a single one is a disc."""
-    radius: Floats
-    """Radius of discs, 0 for polygons, shape (N,)."""
-    reach: Floats
-    """Largest distance of a piece from its shape's centre, shape (N,)."""
+    sizes: Floats
+    """Radius of discs, 0 for polygons, and a piece's largest distance from its shape's centre,
+    shape (N, 2)."""
     poses: Floats
     """x, y of the shape's centre, cos, sin of the heading, shape (N, T, 4)."""
-    steps: NDArray[np.int64]
-    """Known states, shape (N,)."""
-    first_step: NDArray[np.int64]
-    """Time step of the first state, shape (N,)."""
-    static: NDArray[np.bool_]
-    """Present at every time, shape (N,)."""
-    last_step: NDArray[np.int64]
-    """Last time step at which a moving one is there, its last state kept until then, shape (N,)."""
+    presence: NDArray[np.int64]
+    """Time step of the first state, number of known states, time step of the last one, shape
+    (N, 3); what never moves is there from `ALWAYS` to `FOR_EVER`."""
     edges: Floats
-    """Road edge, x1, y1, x2, y2, shape (M, 4); none: the ground is free everywhere."""
+    """Road edge, x1, y1, x2, y2, shape (M, 4), closed lines; none: the ground is free
+    everywhere."""
+
+    @property
+    def standing(self) -> bool:
+        """Nothing moves, comes or goes."""
+        return bool((self.presence[:, 0] == ALWAYS).all())
 
 
 def world_of(scenario: PlanningScenario, *, exact: bool = False) -> World:
@@ -54,14 +59,6 @@ def world_of(scenario: PlanningScenario, *, exact: bool = False) -> World:
     """
     road = scenario.road
     return obstacle_world(scenario.obstacles, road.edges if exact else road.closed_edges)
-
-
-def vanishing(world: World) -> World:
-    """The same world, but a moving obstacle is gone after its last known state.
-
-    That is how commonroad-drivability-checker, and so commonroad-search, sees it.
-    """
-    return world._replace(last_step=world.first_step + world.steps - 1)
 
 
 def obstacle_world(obstacles: Obstacles, edges: Floats) -> World:
@@ -89,13 +86,15 @@ def obstacle_world(obstacles: Obstacles, edges: Floats) -> World:
         for row, (_, piece, centre) in enumerate(flat):
             vertices[row, : corners[row]] = piece.vertices - np.array(centre)
         radius = np.array([piece.radius for _, piece, _ in flat])
-    poses = obstacles.poses[owner]
+    poses, static = obstacles.poses[owner], obstacles.static[owner]
+    first = np.where(static, ALWAYS, obstacles.first_step[owner])
+    known = np.where(static, 1, obstacles.steps[owner])
+    last = np.where(static, FOR_EVER, first + known - 1)
     reach = np.hypot(vertices[..., 0], vertices[..., 1]).max(axis=1, initial=0.0) + radius
     return World(
         vertices=vertices,
         corners=corners,
-        radius=radius,
-        reach=reach,
+        sizes=np.column_stack([radius, reach]),
         poses=np.concatenate(
             [
                 poses[..., :2] + centres[:, None, :],
@@ -104,10 +103,7 @@ def obstacle_world(obstacles: Obstacles, edges: Floats) -> World:
             ],
             axis=-1,
         ),
-        steps=obstacles.steps[owner],
-        first_step=obstacles.first_step[owner],
-        static=obstacles.static[owner],
-        last_step=np.full(len(owner), np.iinfo(np.int64).max),
+        presence=np.column_stack([first, known, last]),
         edges=edges,
     )
 
@@ -115,7 +111,7 @@ def obstacle_world(obstacles: Obstacles, edges: Floats) -> World:
 def within_reach(world: World, x: float, y: float, distance: float) -> World:
     """The world without the pieces that stay farther from a point than a distance."""
     away = np.hypot(world.poses[..., 0] - x, world.poses[..., 1] - y).min(axis=1, initial=np.inf)
-    near = away <= distance + world.reach
+    near = away <= distance + world.sizes[:, 1]
     if near.all():
         return world
     rows: dict[str, Any] = {
@@ -154,56 +150,78 @@ def collides(
     """
     own_reach = np.sqrt(half_length * half_length + half_width * half_width)
     for i in range(world.poses.shape[0]):
-        t = 0
-        if not world.static[i]:
-            t = min(step - world.first_step[i], world.steps[i] - 1)
-            if t < 0 or step > world.last_step[i]:
-                continue
+        t = min(step - world.presence[i, 0], world.presence[i, 1] - 1)
+        if t < 0:
+            continue
         ox, oy = world.poses[i, t, 0] - x, world.poses[i, t, 1] - y
-        reach = own_reach + world.reach[i]
+        reach = own_reach + world.sizes[i, 1]
         if ox * ox + oy * oy > reach * reach:
             continue
-        # The obstacle's frame as the ego vehicle sees it.
-        px, py = cos * ox + sin * oy, cos * oy - sin * ox
         oc, os = world.poses[i, t, 2], world.poses[i, t, 3]
-        rc, rs = cos * oc + sin * os, cos * os - sin * oc
-        if _touches_piece(px, py, rc, rs, half_length, half_width, i, world):
+        count, radius = world.corners[i], world.sizes[i, 0]
+        if touches_piece(
+            ox, oy, oc, os, cos, sin, half_length, half_width, world.vertices, i, count, radius
+        ):
             return True
     if world.edges.shape[0] == 0:
         return False
-    return _leaves_road(x, y, cos, sin, half_length, half_width, world.edges)
+    for k in range(world.edges.shape[0]):
+        if touches_edge(x, y, cos, sin, half_length, half_width, world.edges, k):
+            return True
+    return not within_edges(x, y, world.edges)
 
 
 @numba.njit(nogil=True, cache=True)
-def _touches_piece(
-    px: float,
-    py: float,
-    rc: float,
-    rs: float,
+def touches_piece(
+    ox: float,
+    oy: float,
+    oc: float,
+    os: float,
+    cos: float,
+    sin: float,
     half_length: float,
     half_width: float,
+    vertices: Floats,
     i: int,
-    world: World,
+    count: int,
+    radius: float,
 ) -> bool:
-    """Separating axes between the axis-aligned ego rectangle and piece i placed at px, py."""
-    count = world.corners[i]
+    """Separating axes between the ego rectangle and piece i.
+
+    Args:
+        ox: From the rectangle's centre to the centre of the piece's shape, m.
+        oy: The same along y.
+        oc: Cosine of the piece's heading.
+        os: Its sine.
+        cos: Cosine of the rectangle's heading.
+        sin: Its sine.
+        half_length: Of the rectangle, m.
+        half_width: Of the rectangle, m.
+        vertices: All pieces.
+        i: Which piece.
+        count: Its vertices; 1 is a disc.
+        radius: Of the disc, m.
+    """
+    # The obstacle's frame as the ego vehicle sees it.
+    px, py = cos * ox + sin * oy, cos * oy - sin * ox
+    rc, rs = cos * oc + sin * os, cos * os - sin * oc
     if count == 1:
-        vx, vy = world.vertices[i, 0, 0], world.vertices[i, 0, 1]
+        vx, vy = vertices[i, 0, 0], vertices[i, 0, 1]
         dx = max(abs(px + rc * vx - rs * vy) - half_length, 0.0)
         dy = max(abs(py + rs * vx + rc * vy) - half_width, 0.0)
-        return dx * dx + dy * dy <= world.radius[i] ** 2
+        return bool(dx * dx + dy * dy <= radius**2)
     low_x, high_x, low_y, high_y = np.inf, -np.inf, np.inf, -np.inf
     for k in range(count):
-        vx, vy = world.vertices[i, k, 0], world.vertices[i, k, 1]
+        vx, vy = vertices[i, k, 0], vertices[i, k, 1]
         qx, qy = px + rc * vx - rs * vy, py + rs * vx + rc * vy
         low_x, high_x = min(low_x, qx), max(high_x, qx)
         low_y, high_y = min(low_y, qy), max(high_y, qy)
     if low_x > half_length or high_x < -half_length or low_y > half_width or high_y < -half_width:
         return False
     for k in range(count):
-        ax, ay = world.vertices[i, k, 0], world.vertices[i, k, 1]
+        ax, ay = vertices[i, k, 0], vertices[i, k, 1]
         following = k + 1 if k + 1 < count else 0
-        ex, ey = world.vertices[i, following, 0] - ax, world.vertices[i, following, 1] - ay
+        ex, ey = vertices[i, following, 0] - ax, vertices[i, following, 1] - ay
         # The edge's outward normal, turned into the ego frame, and its distance from the ego.
         nx, ny = rc * ey + rs * ex, rs * ey - rc * ex
         qx, qy = px + rc * ax - rs * ay, py + rs * ax + rc * ay
@@ -214,7 +232,7 @@ def _touches_piece(
 
 
 @numba.njit(nogil=True, cache=True)
-def _leaves_road(
+def touches_edge(
     x: float,
     y: float,
     cos: float,
@@ -222,30 +240,45 @@ def _leaves_road(
     half_length: float,
     half_width: float,
     edges: Floats,
+    k: int,
 ) -> bool:
-    """Whether an edge touches the rectangle, or its centre lies outside the closed edge."""
+    """Whether a rectangle touches segment k of the road edge (Liang and Barsky's clipping)."""
+    x1, y1, x2, y2 = edges[k, 0] - x, edges[k, 1] - y, edges[k, 2] - x, edges[k, 3] - y
+    ax, ay = cos * x1 + sin * y1, cos * y1 - sin * x1
+    bx, by = cos * x2 + sin * y2, cos * y2 - sin * x2
+    # Both ends far beyond one side: most segments end here.
+    beyond = half_width + _ROUNDING
+    if (ay > beyond and by > beyond) or (ay < -beyond and by < -beyond):
+        return False
+    beyond = half_length + _ROUNDING
+    if (ax > beyond and bx > beyond) or (ax < -beyond and bx < -beyond):
+        return False
+    # Clip the segment to the rectangle; what is left touches it.
+    first, last = 0.0, 1.0
+    dx, dy = bx - ax, by - ay
+    for axis in range(2):
+        start = ax if axis == 0 else ay
+        change = dx if axis == 0 else dy
+        half = half_length if axis == 0 else half_width
+        if change == 0.0:
+            if abs(start) > half:
+                last = -1.0
+            continue
+        enter, leave = (-half - start) / change, (half - start) / change
+        if enter > leave:
+            enter, leave = leave, enter
+        first, last = max(first, enter), min(last, leave)
+    return first <= last
+
+
+@numba.njit(nogil=True, cache=True)
+def within_edges(x: float, y: float, edges: Floats) -> bool:
+    """Whether a point is inside the closed road edge: a ray along x crosses it an odd time."""
     inside = False
-    for i in range(edges.shape[0]):
-        x1, y1, x2, y2 = edges[i, 0] - x, edges[i, 1] - y, edges[i, 2] - x, edges[i, 3] - y
-        if (y1 > 0.0) != (y2 > 0.0) and x1 + (x2 - x1) * y1 / (y1 - y2) > 0.0:
-            inside = not inside
-        ax, ay = cos * x1 + sin * y1, cos * y1 - sin * x1
-        bx, by = cos * x2 + sin * y2, cos * y2 - sin * x2
-        # Clip the segment to the rectangle (Liang and Barsky); what is left touches it.
-        first, last = 0.0, 1.0
-        dx, dy = bx - ax, by - ay
-        for axis in range(2):
-            start = ax if axis == 0 else ay
-            change = dx if axis == 0 else dy
-            half = half_length if axis == 0 else half_width
-            if change == 0.0:
-                if abs(start) > half:
-                    last = -1.0
-                continue
-            enter, leave = (-half - start) / change, (half - start) / change
-            if enter > leave:
-                enter, leave = leave, enter
-            first, last = max(first, enter), min(last, leave)
-        if first <= last:
-            return True
-    return not inside
+    for k in range(edges.shape[0]):
+        y1, y2 = edges[k, 1] - y, edges[k, 3] - y
+        if (y1 > 0.0) != (y2 > 0.0):
+            x1, x2 = edges[k, 0] - x, edges[k, 2] - x
+            if x1 + (x2 - x1) * y1 / (y1 - y2) > 0.0:
+                inside = not inside
+    return inside

@@ -33,7 +33,7 @@ def _distance_to_box(x: float, y: float, x1: float, x2: float, y1: float, y2: fl
 @numba.njit(nogil=True, cache=True)
 def time_to_aim(x: float, y: float, velocity: float, step: int, goals: GoalArrays) -> float:
     """commonroad-search's heuristic: seconds to the first goal's box at the present speed."""
-    if goals.anywhere[0]:
+    if goals.boxes[0, 0] == -np.inf:
         return float(goals.steps[0, 0] - step)
     if abs(velocity) <= 1e-8:
         return np.inf
@@ -56,6 +56,8 @@ def steps_to_goal(
     x: float,
     y: float,
     heading: float,
+    cos: float,
+    sin: float,
     step: int,
     follow: int,
     distance: float,
@@ -74,7 +76,6 @@ def steps_to_goal(
         if limits.step_distance > 0.0:
             nearest = max(1.0, np.ceil(distance / limits.step_distance - 1e-9))
     best = np.inf
-    cos, sin = np.cos(heading), np.sin(heading)
     for g in range(goals.steps.shape[0]):
         soonest = max(nearest, float(goals.steps[g, 0] - step))
         latest = goals.steps[g, 1] - step
@@ -105,10 +106,10 @@ def _may_reach(
     """Whether a box around reachable places, turned by a heading, meets a goal's box."""
     if bounds[0] > bounds[1]:
         return False
-    turned = (heading + bounds[4] - goals.heading[g, 0]) % (2.0 * np.pi)
-    if turned > goals.heading[g, 1] and turned + bounds[5] - bounds[4] < 2.0 * np.pi:
+    turned = (heading + bounds[4] - goals.intervals[g, 0]) % (2.0 * np.pi)
+    if turned > goals.intervals[g, 1] and turned + bounds[5] - bounds[4] < 2.0 * np.pi:
         return False
-    if goals.anywhere[g]:
+    if goals.boxes[g, 0] == -np.inf:
         return True
     box = goals.boxes[g]
     gx, gy = 0.5 * (box[0] + box[1]) - x, 0.5 * (box[2] + box[3]) - y

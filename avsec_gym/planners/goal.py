@@ -16,26 +16,23 @@ from avsec_gym.scenario.shapes import Disc, Shape
 
 
 class GoalArrays(NamedTuple):
-    """Goal regions, laid out for the kernel; one row of `pieces` for each convex piece."""
+    """Goal regions, laid out for the kernel; one row of `vertices` for each convex piece."""
 
     steps: NDArray[np.int64]
     """First and last time step, shape (G, 2)."""
-    heading: Floats
-    """Start of the interval and its width, shape (G, 2); a width of 2 pi or more is any heading."""
-    velocity: Floats
-    """Interval, shape (G, 2)."""
-    anywhere: NDArray[np.bool_]
-    """No region is asked for, shape (G,)."""
+    intervals: Floats
+    """Start of the heading's interval and its width (2 pi or more is any heading), lowest and
+    highest velocity, shape (G, 4)."""
+    boxes: Floats
+    """x_min, x_max, y_min, y_max of each goal's region, infinite where none is asked for, shape
+    (G, 4)."""
     vertices: Floats
     """Convex pieces, counter-clockwise, shape (Q, K, 2)."""
     corners: NDArray[np.int64]
-    """Vertices in use, shape (Q,); a single one is a disc."""
+    """Goal that each piece belongs to and vertices in use, a single one being a disc, shape
+    (Q, 2)."""
     radius: Floats
     """Shape (Q,)."""
-    owner: NDArray[np.int64]
-    """Goal that each piece belongs to, shape (Q,)."""
-    boxes: Floats
-    """x_min, x_max, y_min, y_max of each goal's region, shape (G, 4)."""
     aim: Floats
     """The box that reference mode steers for, shape (4,)."""
 
@@ -63,16 +60,22 @@ def goal_arrays(goals: tuple[Goal, ...]) -> GoalArrays:
     for row, (_, piece) in enumerate(pieces):
         vertices[row, : corners[row]] = piece.vertices
     headings = [goal.heading or (0.0, 2 * np.pi) for goal in goals]
+    velocities = [goal.velocity or (-np.inf, np.inf) for goal in goals]
     return GoalArrays(
         steps=np.array([goal.steps for goal in goals], np.int64),
-        heading=np.array([(low, high - low) for low, high in headings]),
-        velocity=np.array([goal.velocity or (-np.inf, np.inf) for goal in goals], float),
-        anywhere=np.array([goal.region is None for goal in goals]),
-        vertices=vertices,
-        corners=corners,
-        radius=np.array([piece.radius for _, piece in pieces]),
-        owner=np.array([g for g, _ in pieces], np.int64),
+        intervals=np.array(
+            [
+                (first, last - first, *velocity)
+                for (first, last), velocity in zip(headings, velocities, strict=True)
+            ],
+            float,
+        ),
         boxes=np.array([region_box(goal.region) for goal in goals]),
+        vertices=vertices,
+        corners=np.array(
+            [(g, count) for (g, _), count in zip(pieces, corners, strict=True)], np.int64
+        ).reshape(-1, 2),
+        radius=np.array([piece.radius for _, piece in pieces]),
         aim=_aim(goals[0]),
     )
 
@@ -85,29 +88,31 @@ def reaches(
     for g in range(goals.steps.shape[0]):
         if step < goals.steps[g, 0] or step > goals.steps[g, 1]:
             continue
-        if velocity < goals.velocity[g, 0] or velocity > goals.velocity[g, 1]:
+        interval = goals.intervals[g]
+        if velocity < interval[2] or velocity > interval[3]:
             continue
-        turned = (heading - goals.heading[g, 0]) % (2.0 * np.pi)
-        if turned > goals.heading[g, 1]:
+        turned = (heading - interval[0]) % (2.0 * np.pi)
+        if turned > interval[1]:
             continue
-        if goals.anywhere[g]:
+        if goals.boxes[g, 0] == -np.inf:
             return True
-        for q in range(goals.owner.shape[0]):
-            if goals.owner[q] == g and _in_piece(x, y, q, goals):
+        for q in range(goals.corners.shape[0]):
+            if goals.corners[q, 0] == g and _in_piece(
+                x, y, goals.vertices, q, goals.corners[q, 1], goals.radius[q]
+            ):
                 return True
     return False
 
 
 @numba.njit(nogil=True, cache=True)
-def _in_piece(x: float, y: float, q: int, goals: GoalArrays) -> bool:
-    count = goals.corners[q]
+def _in_piece(x: float, y: float, vertices: Floats, q: int, count: int, radius: float) -> bool:
     if count == 1:
-        dx, dy = x - goals.vertices[q, 0, 0], y - goals.vertices[q, 0, 1]
-        return np.sqrt(dx * dx + dy * dy) <= goals.radius[q]
+        dx, dy = x - vertices[q, 0, 0], y - vertices[q, 0, 1]
+        return bool(np.sqrt(dx * dx + dy * dy) <= radius)
     for k in range(count):
         following = k + 1 if k + 1 < count else 0
-        ax, ay = goals.vertices[q, k, 0], goals.vertices[q, k, 1]
-        ex, ey = goals.vertices[q, following, 0] - ax, goals.vertices[q, following, 1] - ay
+        ax, ay = vertices[q, k, 0], vertices[q, k, 1]
+        ex, ey = vertices[q, following, 0] - ax, vertices[q, following, 1] - ay
         if ex * (y - ay) - ey * (x - ax) < 0.0:
             return False
     return True

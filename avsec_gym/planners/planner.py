@@ -7,37 +7,47 @@ import time
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import lru_cache
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from avsec_gym.errors import ConfigurationError, PlanningError
 from avsec_gym.geometry import Floats
-from avsec_gym.planners.collision import World, collides, vanishing, within_reach, world_of
+from avsec_gym.planners.collision import World, collides, within_reach, world_of
 from avsec_gym.planners.estimates import Limits
 from avsec_gym.planners.goal import goal_arrays, reaches
-from avsec_gym.planners.goal_room import occupied_steps
+from avsec_gym.planners.goal_room import is_full, occupied_steps
 from avsec_gym.planners.plan import Plan, Reason, Status
 from avsec_gym.planners.primitives import MotionPrimitives, standard_primitives
+from avsec_gym.planners.problem import Problem, plain
 from avsec_gym.planners.reachability import reach_table
-from avsec_gym.planners.search import (
-    EXHAUSTED,
-    FOUND,
-    PAUSED,
-    Problem,
-    search,
-    solve,
-    trajectory_to,
+from avsec_gym.planners.search import EXHAUSTED, FOUND, FULL, PAUSED, advance, refuse_the_rest
+from avsec_gym.planners.search_state import (
+    COS,
+    ELAPSED,
+    EXPANDED,
+    GOAL,
+    GOAL_NODE,
+    NODES,
+    PARENT,
+    REFUSED,
+    SIN,
+    SearchState,
+    X,
+    Y,
+    grown,
+    new_state,
 )
-from avsec_gym.planners.search_state import SearchState, begin, grown, new_state
 from avsec_gym.planners.vehicle import BMW_320I, Vehicle
 from avsec_gym.scenario.constraints import driving_constraints
 from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
 
-_NODES_AT_ONCE = 20_000
-"""Nodes to expand between two looks at the clock."""
-_ROOM = 4096
-"""Nodes to make room for where a tree is kept."""
+_FIRST_SLICE, _SLICE = 256, 1e-3
+"""Nodes to expand before the first look at the clock, and seconds between two looks."""
+_ROOM = 2048
+"""Nodes to make room for at first."""
+_FEW = 16
+"""So many obstacles are faster kept than sorted out."""
 _NO_TABLE = np.zeros((0, 1, 6))
 _WIDE_SPEED, _WIDE_STEP = 20.0, 2.0
 """Highest and spacing of the speeds where no road type says which, m/s."""
@@ -130,30 +140,22 @@ class MotionPrimitivePlanner:
         """
         begun = time.perf_counter()
         primitives = self.primitives or suitable_primitives(scenario)
-        problem = self.problem(scenario, primitives)
+        problem, parts = self._prepared(scenario, primitives)
         start, vehicle = scenario.start, primitives.vehicle
-        if world is None:
-            world = world_of(scenario, exact=problem.reference)
-        everything = world
-        if problem.reference:
-            world = vanishing(world)
-        else:
+        believed = world_of(scenario, exact=problem.reference) if world is None else world
+        world = believed
+        if not problem.reference and len(world.poses) > _FEW:
             horizon = max(0, scenario.last_step - start.step)
             distance = horizon * problem.limits.step_distance + vehicle.length
             world = within_reach(world, start.x, start.y, distance)
-        tree = None
-        outcome, trajectory, cost, expanded = PAUSED, np.zeros((0, 5)), math.nan, 0
-        if not self.keep_tree:
-            first = min(self.node_limit, _NODES_AT_ONCE)
-            outcome, trajectory, cost, expanded = solve(problem, world, first)
-        if outcome == PAUSED and expanded < self.node_limit:
-            state = self._search_patiently(problem, world, begun)
-            expanded, node = int(state.counters[2]), int(state.counters[3])
-            outcome = FOUND if node >= 0 else EXHAUSTED if state.counters[1] == 0 else PAUSED
-            if outcome == FOUND:
-                trajectory = trajectory_to(node, problem, state)
-                cost = float(state.elapsed[node])
-            tree = _tree(state, problem.limits) if self.keep_tree else None
+        if not grown.overloads:
+            _load_kernels(problem, parts, world)
+            begun = time.perf_counter()
+        outcome, trajectory, state = self._search(problem, parts, world, begun)
+        expanded, tree = int(state.counters[EXPANDED]), None
+        if self.keep_tree:
+            refuse_the_rest(problem, world, state)
+            tree = _tree(state, problem.limits)
         seconds = time.perf_counter() - begun
         if outcome == FOUND:
             return Plan(
@@ -161,24 +163,30 @@ class MotionPrimitivePlanner:
                 trajectory,
                 start.step,
                 problem.speed,
-                cost,
+                float(state.pose[state.counters[GOAL_NODE], ELAPSED]),
                 expanded,
                 seconds,
                 tree=tree,
             )
         status = Status.EXHAUSTED if outcome == EXHAUSTED else Status.LIMIT
-        if not explain:
-            return Plan(
-                status, start_speed=problem.speed, expanded=expanded, seconds=seconds, tree=tree
-            )
-        occupied, reason = _explain(status, scenario, everything, vehicle)
+        if (
+            expanded >= self.node_limit
+            and not problem.reference
+            and is_full(scenario.goals, believed, vehicle)
+        ):
+            # What the search could not try to the end has no end: there is no place to end at.
+            status = Status.EXHAUSTED
+        occupied, reason = math.nan, None
+        if explain:
+            steps, reason = _explain(status, scenario, believed, vehicle)
+            occupied = steps * scenario.dt
         return Plan(
             status,
             start_speed=problem.speed,
             expanded=expanded,
             seconds=seconds,
             reason=reason,
-            goal_occupied=occupied * scenario.dt,
+            goal_occupied=occupied,
             tree=tree,
         )
 
@@ -188,6 +196,12 @@ class MotionPrimitivePlanner:
         Raises:
             PlanningError: The scenario has no goal, or no primitive starts at its start speed.
         """
+        return self._prepared(scenario, primitives)[0]
+
+    def _prepared(
+        self, scenario: PlanningScenario, primitives: MotionPrimitives
+    ) -> tuple[Problem, tuple[Any, ...]]:
+        """The problem, and the form of it that the kernel is called with."""
         if abs(primitives.dt - scenario.dt) > 1e-9:
             raise PlanningError(
                 f"{scenario.id}: time steps of {scenario.dt} s, but the primitives of"
@@ -198,17 +212,32 @@ class MotionPrimitivePlanner:
         except PlanningError as error:
             raise PlanningError(f"{scenario.id}: {error}") from None
 
-    def _search_patiently(self, problem: Problem, world: World, begun: float) -> SearchState:
-        """Search from the start, looking at the clock now and then."""
-        state = new_state(_ROOM, 2 * _ROOM)
-        begin(state, problem.start, problem.speed, problem.step, problem.at_goal)
+    def _search(
+        self, problem: Problem, parts: tuple[Any, ...], world: World, begun: float
+    ) -> tuple[int, Floats, SearchState]:
+        """Search in slices of about a millisecond, looking at the clock in between."""
+        state = new_state(_ROOM, 2 if problem.reference else _ROOM)
+        nodes, paused = _FIRST_SLICE, begun
         while True:
-            left = self.node_limit - int(state.counters[2])
-            if left <= 0 or time.perf_counter() - begun > self.time_limit:
-                return state
-            if search(problem, world, state, min(left, _NODES_AT_ONCE)) != PAUSED:
-                return state
-            state = grown(state, problem.primitives)
+            budget = min(nodes, self.node_limit - int(state.counters[EXPANDED]))
+            outcome, trajectory = advance(parts, tuple(world), tuple(state), budget)
+            if outcome in (FOUND, EXHAUSTED):
+                return outcome, trajectory, state
+            now = time.perf_counter()
+            if now - begun > self.time_limit or state.counters[EXPANDED] >= self.node_limit:
+                return PAUSED, trajectory, state
+            if outcome == FULL:
+                state = grown(state, problem.primitives.end_class)
+            else:
+                nodes = min(2 * nodes, max(1, int(nodes * _SLICE / (now - paused))))
+            paused = time.perf_counter()
+
+
+def _load_kernels(problem: Problem, parts: tuple[Any, ...], world: World) -> None:
+    """Compile them, or load them from disk: once in a process, and no part of a search's time."""
+    state = new_state(_ROOM, 2)
+    advance(parts, tuple(world), tuple(state), 0)
+    grown(state, problem.primitives.end_class)
 
 
 @lru_cache(maxsize=4096)
@@ -218,7 +247,7 @@ def _problem(
     primitives: MotionPrimitives,
     start: EgoState,
     goals: tuple[Goal, ...],
-) -> Problem:
+) -> tuple[Problem, tuple[Any, ...]]:
     reference = mode == Mode.REFERENCE
     # commonroad-search starts with straight wheels whatever the file says.
     steering = 0.0 if reference else start.steering_angle
@@ -233,9 +262,10 @@ def _problem(
     horizon = max(0, max(goal.steps[1] for goal in goals) - start.step)
     offset = primitives.vehicle.rear_axle
     x, y = start.x - offset * math.cos(start.heading), start.y - offset * math.sin(start.heading)
-    return Problem(
+    problem = Problem(
         root=root,
         primitives=primitives.arrays,
+        branching=max(len(root), int(np.diff(primitives.arrays.first_successor).max())),
         goals=laid_out,
         limits=_limits(primitives),
         reach=_NO_TABLE if reference else reach_table(primitives, horizon),
@@ -247,6 +277,7 @@ def _problem(
         greedy=algorithm == Algorithm.GBFS,
         reference=reference,
     )
+    return problem, plain(problem)
 
 
 def suitable_primitives(scenario: PlanningScenario) -> MotionPrimitives:
@@ -274,6 +305,8 @@ def _explain(
     free_ground = world._replace(edges=np.zeros((0, 4)))
     window = scenario.last_step - min(goal.steps[0] for goal in scenario.goals) + 1
     occupied = occupied_steps(scenario.goals, world, vehicle)
+    if status == Status.LIMIT:
+        return occupied, Reason.LIMIT
     if collides(*at_start, *footprint, free_ground):
         return occupied, Reason.START_OCCUPIED
     if collides(*at_start, *footprint, world):
@@ -282,7 +315,7 @@ def _explain(
         empty_road = within_reach(world, 0.0, 0.0, -math.inf)
         nowhere = occupied_steps(scenario.goals, empty_road, vehicle) == window
         return occupied, Reason.OFF_ROAD if nowhere else Reason.GOAL_OCCUPIED
-    return occupied, Reason.LIMIT if status == Status.LIMIT else Reason.UNREACHABLE
+    return occupied, Reason.UNREACHABLE
 
 
 @lru_cache(maxsize=64)
@@ -302,13 +335,16 @@ def _limits(primitives: MotionPrimitives) -> Limits:
 
 
 def _tree(state: SearchState, limits: Limits) -> Floats:
-    used = int(state.counters[0])
-    pose = state.pose[:used]
+    """The nodes whose ways are free, as centres x, y and numbers of their parents."""
+    used = int(state.counters[NODES])
+    pose, link = state.pose[:used], state.link[:used]
+    free = link[:, GOAL] != REFUSED
+    number = np.append(np.cumsum(free) - 1, -1)
     offset = limits.centre_offset
     return np.column_stack(
         [
-            pose[:, 0] + offset * np.cos(pose[:, 2]),
-            pose[:, 1] + offset * np.sin(pose[:, 2]),
-            state.parent[:used],
+            pose[:, X] + offset * pose[:, COS],
+            pose[:, Y] + offset * pose[:, SIN],
+            number[link[:, PARENT]],
         ]
-    )
+    )[free]

@@ -17,16 +17,22 @@ from numpy.typing import NDArray
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.planners.vehicle import BMW_320I, Vehicle, is_feasible, simulate
+from avsec_gym.scenario.bounds import DURATION
 
 _MEETING_TOLERANCE = 0.01
 """Speeds (m/s) and steering angles (rad) that differ by less are the same (commonroad-search)."""
+_ROUGHNESS = 0.01
+"""Share of a way by which the circle around it is widened."""
 
 
 class PrimitiveArrays(NamedTuple):
     """What the search kernel reads."""
 
     states: Floats
-    """Rear-axle x, y, velocity, heading, steering angle: shape (P, T + 1, 5)."""
+    """Rear-axle x, y, velocity, heading, steering angle, cosine and sine of the heading: shape
+    (P, T + 1, 7)."""
+    sweep: Floats
+    """A circle around all places of the vehicle's centre on the way: x, y, radius, shape (P, 3)."""
     steps: NDArray[np.int64]
     """Number of states after the first, shape (P,)."""
     successors: NDArray[np.int64]
@@ -35,10 +41,6 @@ class PrimitiveArrays(NamedTuple):
     """Where each primitive's list begins, shape (P + 1,)."""
     end_class: NDArray[np.int64]
     """Primitives with equal numbers are followed by the same ones, shape (P,)."""
-    cos: Floats
-    """Of the headings, shape (P, T + 1)."""
-    sin: Floats
-    """Of the headings, shape (P, T + 1)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +61,11 @@ class MotionPrimitives:
     vehicle: Vehicle = BMW_320I
     dt: float = 0.1
     name: str = "primitives"
+
+    def __post_init__(self) -> None:
+        if not np.isfinite(self.states).all():
+            raise ConfigurationError(f"{self.name}: a state holds a value that is not finite")
+        DURATION.check(self.dt, f"{self.name}: the duration of a time step")
 
     def __len__(self) -> int:
         return len(self.states)
@@ -91,15 +98,25 @@ class MotionPrimitives:
         """The same, laid out for the search kernel."""
         counts = self.follows.sum(axis=1)
         _, end_class = np.unique(self.follows, axis=0, return_inverse=True)
+        cos, sin = np.cos(self.states[..., 3]), np.sin(self.states[..., 3])
         return PrimitiveArrays(
-            states=np.ascontiguousarray(self.states),
+            states=np.concatenate([self.states, cos[..., None], sin[..., None]], axis=-1),
+            sweep=self._sweep(cos, sin),
             steps=np.ascontiguousarray(self.steps),
             successors=np.nonzero(self.follows)[1].astype(np.int64),
             first_successor=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
             end_class=end_class.reshape(-1).astype(np.int64),
-            cos=np.cos(self.states[..., 3]),
-            sin=np.sin(self.states[..., 3]),
         )
+
+    def _sweep(self, cos: Floats, sin: Floats) -> Floats:
+        offset = self.vehicle.rear_axle
+        x, y = self.states[..., 0] + offset * cos, self.states[..., 1] + offset * sin
+        middle_x = 0.5 * (x.min(axis=1) + x.max(axis=1))
+        middle_y = 0.5 * (y.min(axis=1) + y.max(axis=1))
+        radius = np.hypot(x - middle_x[:, None], y - middle_y[:, None]).max(axis=1)
+        # Reference mode turns small angles roughly: the length of a way by up to 0.13 %.
+        radius += _ROUGHNESS * np.hypot(x, y).max(axis=1)
+        return np.column_stack([middle_x, middle_y, radius])
 
     def nearest_speed(self, velocity: float, *, endless_only: bool = False) -> float:
         """The start speed in the set that is nearest to a velocity; the first among equals."""

@@ -9,97 +9,91 @@ Two modes share the kernel:
   not expanded again, and nodes that can no longer reach a goal in time are dropped.  Where it
   reports *exhausted*, no sequence of the given primitives reaches the goal.
 
+A node is tested for collisions when it leaves the queue, not when it enters: the order of the
+others is the same, and most nodes never leave it.
+
 The kernel pauses when it runs out of the memory or expansions that it was given, so that its caller
-can look at the clock, give it more, and go on.
+can look at the clock, give it more, and go on where it stood.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
 from avsec_gym.planners.collision import World, collides
-from avsec_gym.planners.estimates import Limits, distance_to_goals, steps_to_goal, time_to_aim
-from avsec_gym.planners.goal import GoalArrays, reaches
-from avsec_gym.planners.primitives import PrimitiveArrays
+from avsec_gym.planners.estimates import distance_to_goals, steps_to_goal, time_to_aim
+from avsec_gym.planners.problem import Problem, named
 from avsec_gym.planners.search_state import (
+    CLOSED,
+    COS,
+    ELAPSED,
+    EXPANDED,
+    GOAL,
+    GOAL_NODE,
+    HEADING,
+    NODES,
+    PARENT,
+    PRIMITIVE,
+    QUEUED,
+    REFUSED,
+    SIN,
+    STEP,
     SearchState,
+    X,
+    Y,
+    add_start,
     begin,
+    closed_slot,
     grown,
-    new_state,
     pop,
     push,
-    seen_before,
-    turn,
 )
+from avsec_gym.planners.sweep import drives_freely, first_in_goal, place_of
+from avsec_gym.planners.trajectory import trajectory_to
 
-PAUSED, FOUND, EXHAUSTED = 0, 1, 2
+PAUSED, FULL, FOUND, EXHAUSTED = range(4)
 """What `search` returns."""
 
 
-class Problem(NamedTuple):
-    """Everything that a search needs to know but the obstacles."""
-
-    root: NDArray[np.int64]
-    """Primitives that may follow the start."""
-    primitives: PrimitiveArrays
-    goals: GoalArrays
-    limits: Limits
-    reach: Floats
-    """Table of `avsec_gym.planners.reachability`; without rows, other bounds are used alone."""
-    start: Floats
-    """Rear-axle x, y, heading, shape (3,)."""
-    speed: float
-    """The speed that the primitives start with, m/s."""
-    steering_angle: float
-    """The steering angle that they start with, rad."""
-    step: int
-    """Time step of the start."""
-    at_goal: bool
-    """The start is a goal state already."""
-    greedy: bool
-    """GBFS instead of A*."""
-    reference: bool
-    """See the module's docstring."""
-
-
 @numba.njit(nogil=True, cache=True)
-def solve(problem: Problem, world: World, node_limit: int) -> tuple[int, Floats, float, int]:
-    """Search from the start to the end, or until a number of nodes is expanded.
+def advance(parts: Any, world: Any, state: Any, budget: int) -> tuple[int, Floats]:
+    """Search on, as `search` does; how Python calls it.
 
     Args:
-        problem: What is asked.
-        world: What must not be touched.
-        node_limit: Most expansions.
+        parts: A `Problem`, made `plain`.
+        world: A `World`, as a plain tuple.
+        state: A `SearchState`, as a plain tuple.
+        budget: Most expansions in this call.
 
     Returns:
-        PAUSED (at the limit), FOUND or EXHAUSTED; the trajectory, shape (T, 5), without rows where
-        nothing was found; the seconds that it takes; the number of nodes expanded.
+        What `search` returns, and the trajectory, shape (T, 5), without rows if nothing was found.
     """
-    state = new_state(1024, 2048)
-    outcome, state = search_on(problem, world, state, node_limit)
-    expanded = state.counters[2]
+    problem, memory = named(parts), SearchState(*state)
+    outcome = search(problem, World(*world), memory, budget)
     if outcome != FOUND:
-        return outcome, np.empty((0, 5)), np.nan, expanded
-    node = state.counters[3]
-    return outcome, trajectory_to(node, problem, state), state.elapsed[node], expanded
+        return outcome, np.empty((0, 5))
+    return outcome, trajectory_to(memory.counters[GOAL_NODE], problem, memory)
 
 
 @numba.njit(nogil=True, cache=True)
 def search_on(
     problem: Problem, world: World, state: SearchState, node_limit: int
 ) -> tuple[int, SearchState]:
-    """Begin in given memory, and search as `solve` does; the memory may have grown."""
-    begin(state, problem.start, problem.speed, problem.step, problem.at_goal)
-    outcome = PAUSED
-    while outcome == PAUSED and state.counters[2] < node_limit:
-        outcome = search(problem, world, state, node_limit - state.counters[2])
-        if outcome == PAUSED:
-            state = grown(state, problem.primitives)
+    """Begin in given memory, and search to the end or a number of nodes.
+
+    Returns:
+        What `search` returns, and the memory, which may have grown.
+    """
+    begin(state)
+    outcome = FULL
+    while outcome == FULL:
+        outcome = search(problem, world, state, node_limit - state.counters[EXPANDED])
+        if outcome == FULL:
+            state = grown(state, problem.primitives.end_class)
     return outcome, state
 
 
@@ -110,43 +104,134 @@ def search(problem: Problem, world: World, state: SearchState, budget: int) -> i
     Args:
         problem: What is asked.
         world: What must not be touched.
-        state: Nodes so far; `begin` has put the start there.
+        state: Nodes so far; none at the beginning.
         budget: Most expansions in this call.
 
     Returns:
-        PAUSED (out of budget, nodes or table: call again with more), FOUND or EXHAUSTED.
+        PAUSED (out of budget) or FULL (out of memory): call again with more; FOUND or EXHAUSTED.
     """
-    counters, primitives, root = state.counters, problem.primitives, problem.root
-    branching = root.shape[0]
-    for i in range(primitives.steps.shape[0]):
-        branching = max(
-            branching, primitives.first_successor[i + 1] - primitives.first_successor[i]
-        )
-    while counters[1] > 0:
-        if (
-            budget == 0
-            or counters[0] + branching > state.parent.shape[0]
-            or 2 * (counters[4] + 1) > state.table.shape[0]
-        ):
+    # Everything that the loop needs, taken out of its tuple once: numba counts references to every
+    # array of a tuple at each access to one of them, which took four fifths of the search.
+    pose, link, keys, items, table = state.pose, state.link, state.key, state.item, state.table
+    counters, root, reach = state.counters, problem.root, problem.reach
+    goals, limits, offset = problem.goals, problem.limits, problem.limits.centre_offset
+    reference, greedy, dt = problem.reference, problem.greedy, problem.limits.dt
+    states, sweep = problem.primitives.states, problem.primitives.sweep
+    steps, end_class = problem.primitives.steps, problem.primitives.end_class
+    successors = problem.primitives.successors
+    first_successor = problem.primitives.first_successor
+    placed = np.empty((states.shape[1], 5))
+    room, slots = keys.shape[0] - problem.branching, table.shape[0]
+    if counters[NODES] == 0:
+        add_start(state, problem.start, problem.step, problem.at_goal)
+    while counters[QUEUED] > 0:
+        if budget <= 0:
             return PAUSED
-        node = pop(state)
-        if state.goal_index[node] >= 0:
-            counters[3] = node
+        if counters[NODES] > room or 2 * (counters[CLOSED] + 1) > slots:
+            return FULL
+        node = pop(keys, items, counters[QUEUED])
+        counters[QUEUED] -= 1
+        step, own, goal_index = link[node, STEP], link[node, PRIMITIVE], link[node, GOAL]
+        # The closed list: what was met before is done with.
+        slot = -1
+        if not reference and goal_index < 0 and node > 0:
+            slot = closed_slot(node, end_class, pose, link, table)
+            if slot < 0:
+                continue
+        # The way here, up to the goal; commonroad-search tests beyond it, too, but not the start.
+        if node > 0:
+            parent = link[node, PARENT]
+            count = steps[own] if reference or goal_index < 0 else goal_index
+            if not drives_freely(
+                place_of(parent, pose, reference), link[parent, STEP], own, count, parent > 0,
+                reference, states, sweep, limits, world, placed,
+            ):  # fmt: skip
+                link[node, GOAL] = REFUSED
+                continue
+        elif not reference and goal_index < 0 and _start_collides(problem, world):
+            counters[EXPANDED] += 1
+            return EXHAUSTED
+        if goal_index >= 0:
+            counters[GOAL_NODE] = node
             return FOUND
-        if not problem.reference and seen_before(node, primitives, state):
-            continue
-        counters[2] += 1
+        if slot >= 0:
+            table[slot] = node
+            counters[CLOSED] += 1
+        counters[EXPANDED] += 1
         budget -= 1
-        if node == 0:
-            if not problem.reference and _start_collides(problem, world):
-                return EXHAUSTED
-            for k in range(root.shape[0]):
-                _add_child(node, root[k], problem, world, state)
-        else:
-            own = state.primitive[node]
-            for k in range(primitives.first_successor[own], primitives.first_successor[own + 1]):
-                _add_child(node, primitives.successors[k], problem, world, state)
+        # Its children: where every primitive leads that may follow.
+        place, elapsed = place_of(node, pose, reference), pose[node, ELAPSED]
+        x0, y0, heading0, cos0, sin0 = place
+        first, last = 0, root.shape[0]
+        if node > 0:
+            first, last = first_successor[own], first_successor[own + 1]
+        for k in range(first, last):
+            p = successors[k] if node > 0 else root[k]
+            driven = steps[p]
+            goal_index = first_in_goal(
+                place, step, p, driven, reference, offset, states, sweep, goals
+            )
+            if goal_index >= 0:
+                driven = goal_index
+            px, py = states[p, driven, 0], states[p, driven, 1]
+            x, y = cos0 * px - sin0 * py + x0, sin0 * px + cos0 * py + y0
+            heading = heading0 + states[p, driven, 3]
+            cos, sin = np.cos(heading), np.sin(heading)
+            cx, cy = x + offset * cos, y + offset * sin
+            child_elapsed, child_step = elapsed + driven * dt, step + driven
+            if reference:
+                h = 0.0
+                if goal_index < 0:
+                    h = time_to_aim(cx, cy, states[p, driven, 2], child_step, goals)
+                key = (h if greedy else child_elapsed + h) * 10000.0
+            else:
+                distance = distance_to_goals(cx, cy, goals)
+                needed = 0.0
+                if goal_index < 0:
+                    needed = steps_to_goal(
+                        x, y, heading, cos, sin, child_step, end_class[p], distance, goals, limits,
+                        reach,
+                    )  # fmt: skip
+                    if needed == np.inf:
+                        continue
+                # Whole steps decide; among equals, the one nearer to the goal comes first.
+                key = child_step + needed + 0.5 * distance / (1.0 + distance)
+                if greedy:
+                    key = 0.0 if goal_index >= 0 else distance
+            new = counters[NODES]
+            pose[new, X], pose[new, Y], pose[new, HEADING] = x, y, heading
+            pose[new, COS], pose[new, SIN], pose[new, ELAPSED] = cos, sin, child_elapsed
+            link[new, PARENT], link[new, PRIMITIVE] = node, p
+            link[new, STEP], link[new, GOAL] = child_step, goal_index
+            push(key, new, keys, items, counters[QUEUED])
+            counters[NODES] += 1
+            counters[QUEUED] += 1
     return EXHAUSTED
+
+
+@numba.njit(nogil=True, cache=True)
+def refuse_the_rest(problem: Problem, world: World, state: SearchState) -> None:
+    """Test the ways to the nodes that are still in the queue, for pictures of the tree."""
+    pose, link, items, reference = state.pose, state.link, state.item, problem.reference
+    steps, states = problem.primitives.steps, problem.primitives.states
+    placed = np.empty((states.shape[1], 5))
+    for i in range(state.counters[QUEUED]):
+        node = items[i]
+        parent, own, goal_index = link[node, PARENT], link[node, PRIMITIVE], link[node, GOAL]
+        if node > 0 and not drives_freely(
+            place_of(parent, pose, reference),
+            link[parent, STEP],
+            own,
+            steps[own] if reference or goal_index < 0 else goal_index,
+            parent > 0,
+            reference,
+            states,
+            problem.primitives.sweep,
+            problem.limits,
+            world,
+            placed,
+        ):
+            link[node, GOAL] = REFUSED
 
 
 @numba.njit(nogil=True, cache=True)
@@ -156,108 +241,3 @@ def _start_collides(problem: Problem, world: World) -> bool:
     x, y = x + limits.centre_offset * cos, y + limits.centre_offset * sin
     half_length, half_width = limits.half_length, limits.half_width
     return collides(x, y, cos, sin, half_length, half_width, problem.step, world)
-
-
-@numba.njit(nogil=True, cache=True)
-def _add_child(
-    node: int, primitive: int, problem: Problem, world: World, state: SearchState
-) -> None:
-    """Drive a primitive from a node; keep where it ends unless it collides or comes too late."""
-    primitives, goals, limits = problem.primitives, problem.goals, problem.limits
-    reference, greedy = problem.reference, problem.greedy
-    x0, y0, heading0 = state.pose[node, 0], state.pose[node, 1], state.pose[node, 2]
-    cos0, sin0 = turn(heading0, reference)
-    start_step = state.step[node]
-    count = primitives.steps[primitive]
-    x, y, heading, velocity = x0, y0, heading0, state.velocity[node]
-    goal_index = -1
-    for j in range(1, count + 1):
-        px, py = primitives.states[primitive, j, 0], primitives.states[primitive, j, 1]
-        x, y = cos0 * px - sin0 * py + x0, sin0 * px + cos0 * py + y0
-        heading = heading0 + primitives.states[primitive, j, 3]
-        velocity = primitives.states[primitive, j, 2]
-        pc, ps = primitives.cos[primitive, j], primitives.sin[primitive, j]
-        cos, sin = cos0 * pc - sin0 * ps, sin0 * pc + cos0 * ps
-        if reference:
-            cos, sin = np.cos(heading), np.sin(heading)
-        cx, cy = x + limits.centre_offset * cos, y + limits.centre_offset * sin
-        step = start_step + j
-        if collides(cx, cy, cos, sin, limits.half_length, limits.half_width, step, world):
-            return
-        if goal_index < 0 and reaches(cx, cy, heading, velocity, step, goals):
-            goal_index = j
-            if not reference:
-                break
-    driven = count
-    if goal_index >= 0:
-        driven = goal_index
-        # Past the goal only the collision test looked.
-        px, py = primitives.states[primitive, driven, 0], primitives.states[primitive, driven, 1]
-        x, y = cos0 * px - sin0 * py + x0, sin0 * px + cos0 * py + y0
-        heading = heading0 + primitives.states[primitive, driven, 3]
-        velocity = primitives.states[primitive, driven, 2]
-    step = start_step + driven
-    elapsed = state.elapsed[node] + driven * limits.dt
-    cx = x + limits.centre_offset * np.cos(heading)
-    cy = y + limits.centre_offset * np.sin(heading)
-    key = 0.0
-    if reference:
-        h = 0.0 if goal_index >= 0 else time_to_aim(cx, cy, velocity, step, goals)
-        key = (h if greedy else elapsed + h) * 10000.0
-    else:
-        distance = distance_to_goals(cx, cy, goals)
-        needed = 0.0
-        if goal_index < 0:
-            follow = primitives.end_class[primitive]
-            needed = steps_to_goal(
-                x, y, heading, step, follow, distance, goals, limits, problem.reach
-            )
-            if needed == np.inf:
-                return
-        if greedy:
-            key = 0.0 if goal_index >= 0 else distance
-        else:
-            # Whole steps decide; among equals, the one nearer to the goal comes first.
-            key = step + needed + 0.5 * distance / (1.0 + distance)
-    new = state.counters[0]
-    state.counters[0] += 1
-    state.pose[new, 0], state.pose[new, 1], state.pose[new, 2] = x, y, heading
-    state.elapsed[new], state.velocity[new] = elapsed, velocity
-    state.parent[new], state.primitive[new] = node, primitive
-    state.step[new], state.goal_index[new] = step, goal_index
-    push(state, key, new)
-
-
-@numba.njit(nogil=True, cache=True)
-def trajectory_to(node: int, problem: Problem, state: SearchState) -> Floats:
-    """States from the start to a node as centre x, y, velocity, heading, steering angle.
-
-    Args:
-        node: Where the way ends.
-        problem: Whose primitives were driven.
-        state: The nodes.
-
-    Returns:
-        Shape (T, 5).
-    """
-    primitives, centre_offset = problem.primitives, problem.limits.centre_offset
-    states = np.empty((state.step[node] - state.step[0] + 1, 5))
-    child = node
-    while state.parent[child] >= 0:
-        parent = state.parent[child]
-        x, y, heading = state.pose[parent, 0], state.pose[parent, 1], state.pose[parent, 2]
-        cos, sin = turn(heading, problem.reference)
-        before = state.step[parent] - state.step[0]
-        for j in range(1, state.step[child] - state.step[parent] + 1):
-            own = primitives.states[state.primitive[child], j]
-            row = states[before + j]
-            row[0], row[1] = cos * own[0] - sin * own[1] + x, sin * own[0] + cos * own[1] + y
-            row[2], row[3], row[4] = own[2], heading + own[3], own[4]
-        child = parent
-    row = states[0]
-    row[0], row[1], row[3] = state.pose[0, 0], state.pose[0, 1], state.pose[0, 2]
-    row[2], row[4] = state.velocity[0], problem.steering_angle
-    for t in range(states.shape[0]):
-        states[t, 0] += centre_offset * np.cos(states[t, 3])
-        states[t, 1] += centre_offset * np.sin(states[t, 3])
-    return states

@@ -6,10 +6,19 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
-from avsec_gym.planners.primitives import PrimitiveArrays
+
+X, Y, HEADING, COS, SIN, ELAPSED = range(6)
+"""Columns of `SearchState.pose`."""
+PARENT, PRIMITIVE, STEP, GOAL = range(4)
+"""Columns of `SearchState.link`."""
+NODES, QUEUED, EXPANDED, GOAL_NODE, CLOSED = range(5)
+"""Places in `SearchState.counters`."""
+NO_GOAL, REFUSED = -1, -2
+"""In the column `GOAL`: the way to a node holds no goal state; it touches something."""
 
 _QUANTUM = 1e-6
 """States that agree to this (m, rad) are one state to the closed list."""
@@ -19,15 +28,10 @@ class SearchState(NamedTuple):
     """Nodes, queue and closed list; `grown` makes room for more."""
 
     pose: Floats
-    """Rear axle x, y and heading at each node, shape (N, 3)."""
-    elapsed: Floats
-    """Priority g in seconds, shape (N,)."""
-    velocity: Floats
-    parent: NDArray[np.int64]
-    primitive: NDArray[np.int64]
-    step: NDArray[np.int64]
-    goal_index: NDArray[np.int64]
-    """States of the primitive up to the goal; -1 where it holds none, shape (N,)."""
+    """Rear axle x, y, heading, its cosine and sine, priority g in seconds, shape (N, 6)."""
+    link: NDArray[np.int32]
+    """Parent, primitive that leads here, time step, and which state of that primitive is the first
+    in a goal (`NO_GOAL`, `REFUSED`), shape (N, 4)."""
     key: Floats
     """Binary heap: priorities, shape (N,)."""
     item: NDArray[np.int64]
@@ -38,7 +42,7 @@ class SearchState(NamedTuple):
     """Nodes, heap size, expanded, goal node, entries in the closed list."""
 
 
-@numba.njit(nogil=True, cache=True)
+@register_jitable
 def new_state(nodes: int, table: int) -> SearchState:
     """Empty memory.
 
@@ -47,13 +51,8 @@ def new_state(nodes: int, table: int) -> SearchState:
         table: Slots of the closed list, a power of two.
     """
     return SearchState(
-        np.empty((nodes, 3)),
-        np.empty(nodes),
-        np.empty(nodes),
-        np.empty(nodes, np.int64),
-        np.empty(nodes, np.int64),
-        np.empty(nodes, np.int64),
-        np.empty(nodes, np.int64),
+        np.empty((nodes, 6)),
+        np.empty((nodes, 4), np.int32),
         np.empty(nodes),
         np.empty(nodes, np.int64),
         np.full(table, -1),
@@ -62,42 +61,44 @@ def new_state(nodes: int, table: int) -> SearchState:
 
 
 @numba.njit(nogil=True, cache=True)
-def begin(state: SearchState, start: Floats, speed: float, step: int, at_goal: bool) -> None:
-    """Forget everything; the start is the only node, and in the queue.
-
-    Args:
-        state: The memory.
-        start: Rear-axle x, y, heading.
-        speed: m/s.
-        step: Time step of the start.
-        at_goal: The start is a goal state already.
-    """
-    state.pose[0] = start
-    state.elapsed[0], state.velocity[0] = 0.0, speed
-    state.parent[0], state.primitive[0], state.step[0] = -1, -1, step
-    state.goal_index[0] = 0 if at_goal else -1
-    state.key[0], state.item[0] = 0.0, 0
+def begin(state: SearchState) -> None:
+    """Forget everything."""
     state.table[:] = -1
-    state.counters[0], state.counters[1], state.counters[2] = 1, 1, 0
-    state.counters[3], state.counters[4] = -1, 0
+    state.counters[:] = 0
 
 
 @numba.njit(nogil=True, cache=True)
-def grown(state: SearchState, primitives: PrimitiveArrays) -> SearchState:
+def add_start(state: SearchState, start: Floats, step: int, at_goal: bool) -> None:
+    """The first node, which no primitive leads to.
+
+    Args:
+        state: Empty memory.
+        start: Rear-axle x, y, heading.
+        step: Time step of the start.
+        at_goal: The start is a goal state already.
+    """
+    pose, link, counters = state.pose, state.link, state.counters
+    pose[0, X], pose[0, Y], pose[0, HEADING] = start[0], start[1], start[2]
+    pose[0, COS], pose[0, SIN], pose[0, ELAPSED] = np.cos(start[2]), np.sin(start[2]), 0.0
+    link[0, PARENT], link[0, PRIMITIVE], link[0, STEP] = -1, -1, step
+    link[0, GOAL] = 0 if at_goal else NO_GOAL
+    state.key[0], state.item[0] = 0.0, 0
+    counters[NODES], counters[QUEUED] = 1, 1
+
+
+@numba.njit(nogil=True, cache=True)
+def grown(state: SearchState, end_class: NDArray[np.int64]) -> SearchState:
     """The same memory with twice the room."""
-    used, queued = state.counters[0], state.counters[1]
-    new = new_state(2 * state.parent.shape[0], 2 * state.table.shape[0])
-    new.pose[:used] = state.pose[:used]
-    new.elapsed[:used], new.velocity[:used] = state.elapsed[:used], state.velocity[:used]
-    new.parent[:used], new.primitive[:used] = state.parent[:used], state.primitive[:used]
-    new.step[:used], new.goal_index[:used] = state.step[:used], state.goal_index[:used]
+    used, queued = state.counters[NODES], state.counters[QUEUED]
+    new = new_state(2 * state.key.shape[0], 2 * state.table.shape[0])
+    new.pose[:used], new.link[:used] = state.pose[:used], state.link[:used]
     new.key[:queued], new.item[:queued] = state.key[:queued], state.item[:queued]
     new.counters[:] = state.counters
     mask = new.table.shape[0] - 1
     for i in range(state.table.shape[0]):
         node = state.table[i]
         if node >= 0:
-            slot = _hash(node, primitives, new) & mask
+            slot = _hash(node, end_class, new.pose, new.link) & mask
             while new.table[slot] >= 0:
                 slot = (slot + 1) & mask
             new.table[slot] = node
@@ -105,13 +106,11 @@ def grown(state: SearchState, primitives: PrimitiveArrays) -> SearchState:
 
 
 @numba.njit(nogil=True, cache=True)
-def push(state: SearchState, key: float, node: int) -> None:
-    """Queue a node."""
-    keys, items = state.key, state.item
-    hole = state.counters[1]
-    state.counters[1] += 1
+def push(key: float, node: int, keys: Floats, items: NDArray[np.int64], size: int) -> None:
+    """Put a node into a heap of a size."""
+    hole = size
     while hole > 0:
-        up = (hole - 1) // 2
+        up = (hole - 1) >> 1
         if keys[up] < key or (keys[up] == key and items[up] < node):
             break
         keys[hole], items[hole] = keys[up], items[up]
@@ -120,12 +119,10 @@ def push(state: SearchState, key: float, node: int) -> None:
 
 
 @numba.njit(nogil=True, cache=True)
-def pop(state: SearchState) -> int:
-    """Take the node with the lowest key; among equals, the oldest."""
-    keys, items = state.key, state.item
+def pop(keys: Floats, items: NDArray[np.int64], size: int) -> int:
+    """Take the node with the lowest key from a heap of a size; among equals, the oldest."""
     top = items[0]
-    state.counters[1] -= 1
-    size = state.counters[1]
+    size -= 1
     key, node = keys[size], items[size]
     hole = 0
     while True:
@@ -143,56 +140,46 @@ def pop(state: SearchState) -> int:
         keys[hole], items[hole] = keys[child], items[child]
         hole = child
     keys[hole], items[hole] = key, node
-    return top
+    return int(top)
 
 
 @numba.njit(nogil=True, cache=True)
-def seen_before(node: int, primitives: PrimitiveArrays, state: SearchState) -> bool:
-    """Look a node up in the closed list and enter it if its state is new."""
-    if node == 0:
-        return False
-    mask = state.table.shape[0] - 1
-    slot = _hash(node, primitives, state) & mask
-    while state.table[slot] >= 0:
-        if _same_state(node, state.table[slot], primitives, state):
-            return True
+def closed_slot(
+    node: int,
+    end_class: NDArray[np.int64],
+    pose: Floats,
+    link: NDArray[np.int32],
+    table: NDArray[np.int64],
+) -> int:
+    """The free slot of the closed list for a node; -1 where its state was met before."""
+    mask = table.shape[0] - 1
+    slot = _hash(node, end_class, pose, link) & mask
+    while table[slot] >= 0:
+        if _same_state(node, table[slot], end_class, pose, link):
+            return -1
         slot = (slot + 1) & mask
-    state.table[slot] = node
-    state.counters[4] += 1
-    return False
+    return slot
 
 
 @numba.njit(nogil=True, cache=True)
-def _hash(node: int, primitives: PrimitiveArrays, state: SearchState) -> int:
-    value = np.uint64(primitives.end_class[state.primitive[node]] * 4096 + state.step[node])
+def _hash(node: int, end_class: NDArray[np.int64], pose: Floats, link: NDArray[np.int32]) -> int:
+    value = np.uint64(end_class[link[node, PRIMITIVE]] * 4096 + link[node, STEP])
     for k in range(3):
-        value ^= np.uint64(np.int64(np.rint(state.pose[node, k] / _QUANTUM)))
+        value ^= np.uint64(np.int64(np.rint(pose[node, k] / _QUANTUM)))
         value *= np.uint64(0x9E3779B97F4A7C15)
         value ^= value >> np.uint64(29)
     return int(value >> np.uint64(1))
 
 
 @numba.njit(nogil=True, cache=True)
-def _same_state(one: int, two: int, primitives: PrimitiveArrays, state: SearchState) -> bool:
-    if state.step[one] != state.step[two]:
+def _same_state(
+    one: int, two: int, end_class: NDArray[np.int64], pose: Floats, link: NDArray[np.int32]
+) -> bool:
+    if link[one, STEP] != link[two, STEP]:
         return False
-    class_one = primitives.end_class[state.primitive[one]]
-    if class_one != primitives.end_class[state.primitive[two]]:
+    if end_class[link[one, PRIMITIVE]] != end_class[link[two, PRIMITIVE]]:
         return False
     for k in range(3):
-        if np.rint(state.pose[one, k] / _QUANTUM) != np.rint(state.pose[two, k] / _QUANTUM):
+        if np.rint(pose[one, k] / _QUANTUM) != np.rint(pose[two, k] / _QUANTUM):
             return False
     return True
-
-
-@numba.njit(nogil=True, cache=True)
-def turn(heading: float, reference: bool) -> tuple[float, float]:
-    """Cosine and sine by which a primitive is turned into its place.
-
-    Up to 0.05 rad commonroad-io takes 1 and the angle, and so reference mode does.
-    """
-    if reference:
-        heading = np.fmod(heading, 2.0 * np.pi)
-        if abs(heading) <= 0.05:
-            return 1.0, heading
-    return np.cos(heading), np.sin(heading)

@@ -11,7 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from avsec_gym.geometry import rectangle_polygons
-from avsec_gym.planners.collision import World, collides, obstacle_world, vanishing, world_of
+from avsec_gym.planners.collision import World, collides, obstacle_world, world_of
 from avsec_gym.scenario.planning_scenario import (
     Lanelet,
     Obstacles,
@@ -138,16 +138,6 @@ def test_last_state_is_kept_and_before_the_first_there_is_none() -> None:
     assert touches(world, 20.0, 0.0, 0.0, step=3)
     assert touches(world, 29.0, 0.0, 0.0, step=12)
     assert touches(world, 29.0, 0.0, 0.0, step=1000)
-
-
-def test_in_a_vanishing_world_the_last_state_is_the_end() -> None:
-    world = vanishing(obstacle_world(moving(first=3, count=10), np.zeros((0, 4))))
-    assert touches(world, 29.0, 0.0, 0.0, step=12)
-    assert not touches(world, 29.0, 0.0, 0.0, step=13)
-    standing_still = vanishing(
-        obstacle_world(standing(Disc(1.0), (0.0, 0.0, 0.0)), np.zeros((0, 4)))
-    )
-    assert touches(standing_still, 0.0, 0.0, 0.0, step=1000)
 
 
 def curved_road(radius: float, lanes: int, width: float = 3.0) -> Road:

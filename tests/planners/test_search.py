@@ -308,14 +308,80 @@ def test_node_limit() -> None:
     assert math.isnan(limited.cost)
 
 
-def test_time_limit() -> None:
+class Clock:
+    """Every look at it takes the same time."""
+
+    def __init__(self, seconds: float) -> None:
+        self.now, self.looks, self.seconds = 0.0, 0, seconds
+
+    def perf_counter(self) -> float:
+        self.looks += 1
+        self.now += self.seconds
+        return self.now
+
+
+def endless() -> PlanningScenario:
     """Reference mode knows no horizon: a goal behind the car keeps it driving."""
-    scenario = lane_change(road=Road(), goals=(Goal((4, 30), (Rectangle(1.0, 1.0, -50.0, 0.0),)),))
-    planner = MotionPrimitivePlanner("gbfs", "reference", node_limit=10**8, time_limit=0.3)
-    plan = planner.plan(scenario)
-    assert plan.status == Status.LIMIT
-    assert 0.2 < plan.seconds < 5.0
-    assert MotionPrimitivePlanner().plan(scenario).status == Status.EXHAUSTED
+    return lane_change(road=Road(), goals=(Goal((4, 30), (Rectangle(1.0, 1.0, -50.0, 0.0),)),))
+
+
+def test_time_limit() -> None:
+    planner = MotionPrimitivePlanner("gbfs", "reference", node_limit=10**8, time_limit=0.05)
+    plan = planner.plan(endless())
+    assert (plan.status, plan.reason) == (Status.LIMIT, Reason.LIMIT)
+    assert plan.expanded > 0
+    assert MotionPrimitivePlanner().plan(endless()).status == Status.EXHAUSTED
+
+
+def test_the_clock_is_looked_at_every_millisecond_or_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At a hundredth of a second for each slice, the slices shrink, and the fifth is the last."""
+    MotionPrimitivePlanner("gbfs", "reference").plan(endless())  # Loads the kernels.
+    clock = Clock(0.01)
+    monkeypatch.setattr("avsec_gym.planners.planner.time", clock)
+    planner = MotionPrimitivePlanner("gbfs", "reference", node_limit=10**8, time_limit=0.05)
+    plan = planner.plan(endless())
+    assert clock.looks < 12
+    assert 0 < plan.expanded < 1000
+
+
+def test_slices_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A search that is interrupted after every node or two goes on where it stood."""
+    for seed in range(8):
+        scenario = random_scenario(seed, 6.0, 17)
+        for algorithm, mode in (
+            ("astar", "complete"),
+            ("gbfs", "complete"),
+            ("astar", "reference"),
+        ):
+            planner = MotionPrimitivePlanner(algorithm, mode, node_limit=700, keep_tree=True)
+            whole = planner.plan(scenario)
+            with monkeypatch.context() as patched:
+                patched.setattr("avsec_gym.planners.planner.time", Clock(1e-3))
+                patched.setattr("avsec_gym.planners.planner._FIRST_SLICE", 1)
+                patched.setattr("avsec_gym.planners.planner._ROOM", 64)
+                sliced = planner.plan(scenario)
+            assert (sliced.status, sliced.expanded) == (whole.status, whole.expanded)
+            np.testing.assert_array_equal(sliced.tree, whole.tree)
+            np.testing.assert_array_equal(sliced.trajectory, whole.trajectory)
+
+
+def test_a_limit_is_the_reason_whatever_else_is_true() -> None:
+    """The goal is occupied, but in reference mode the search is all that counts."""
+    box = Obstacles.rectangles(np.array([[15.0, 3.5, 0.0]]), np.array([9.0]), np.array([3.5]))
+    scenario = lane_change(obstacles=box)
+    plan = MotionPrimitivePlanner(mode="reference", node_limit=50).plan(scenario)
+    assert (plan.status, plan.reason) == (Status.LIMIT, Reason.LIMIT)
+    assert plan.goal_occupied == pytest.approx(2.7)
+
+
+def test_a_full_goal_is_proven_at_the_limit() -> None:
+    for box, status in (((9.0, 3.5), Status.EXHAUSTED), ((2.0, 1.0), Status.LIMIT)):
+        obstacles = Obstacles.rectangles(
+            np.array([[15.0, 3.5, 0.0]]), np.array(box[:1]), np.array(box[1:])
+        )
+        scenario = lane_change(obstacles=obstacles)
+        plan = MotionPrimitivePlanner(node_limit=5).plan(scenario)
+        assert (plan.status, plan.expanded) == (status, 5)
 
 
 def test_horizon_is_the_goals_last_step() -> None:

@@ -1,0 +1,221 @@
+"""One motion primitive, driven from a node: what it touches, and where it first meets a goal.
+
+The answers are those of `collides` and `reaches` at every state; most are found at once, by a
+circle around the whole way.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from avsec_gym.geometry import Floats
+from avsec_gym.planners.collision import World, touches_edge, touches_piece, within_edges
+from avsec_gym.planners.estimates import Limits
+from avsec_gym.planners.goal import GoalArrays, reaches
+from avsec_gym.planners.search_state import COS, HEADING, SIN, X, Y
+
+_ROUNDING = 1e-6
+"""Metres by which a circle is larger than it has to be."""
+
+Place = tuple[float, float, float, float, float]
+"""Rear-axle x, y, heading, and the cosine and sine that primitives are turned by."""
+
+
+@numba.njit(nogil=True, cache=True)
+def place_of(node: int, pose: Floats, reference: bool) -> Place:
+    """Where a node is.
+
+    Up to 0.05 rad commonroad-io turns by 1 and the angle, and so reference mode does.
+    """
+    x, y, heading = pose[node, X], pose[node, Y], pose[node, HEADING]
+    if reference:
+        angle = np.fmod(heading, 2.0 * np.pi)
+        if abs(angle) <= 0.05:
+            return x, y, heading, 1.0, angle
+        if angle != heading:
+            return x, y, heading, np.cos(angle), np.sin(angle)
+    return x, y, heading, pose[node, COS], pose[node, SIN]
+
+
+@numba.njit(nogil=True, cache=True)
+def first_in_goal(
+    place: Place,
+    step: int,
+    primitive: int,
+    count: int,
+    reference: bool,
+    centre_offset: float,
+    states: Floats,
+    sweep: Floats,
+    goals: GoalArrays,
+) -> int:
+    """The first state of a primitive in a goal region; -1 where none is."""
+    x0, y0, _, cos0, sin0 = place
+    steps, boxes = goals.steps, goals.boxes
+    mx, my, around = sweep[primitive, 0], sweep[primitive, 1], sweep[primitive, 2] + _ROUNDING
+    mx, my = x0 + cos0 * mx - sin0 * my, y0 + sin0 * mx + cos0 * my
+    near = False
+    for g in range(steps.shape[0]):
+        near = near or (
+            step + 1 <= steps[g, 1]
+            and step + count >= steps[g, 0]
+            and mx + around >= boxes[g, 0]
+            and mx - around <= boxes[g, 1]
+            and my + around >= boxes[g, 2]
+            and my - around <= boxes[g, 3]
+        )
+    if not near:
+        return -1
+    for j in range(1, count + 1):
+        x, y, heading, cos, sin = state_at(place, states, primitive, j, reference)
+        cx, cy = x + centre_offset * cos, y + centre_offset * sin
+        if reaches(cx, cy, heading, states[primitive, j, 2], step + j, goals):
+            return j
+    return -1
+
+
+@numba.njit(nogil=True, cache=True)
+def state_at(place: Place, states: Floats, primitive: int, j: int, reference: bool) -> Place:
+    """Rear-axle x, y, heading, its cosine and sine at state j of a primitive."""
+    x0, y0, heading0, cos0, sin0 = place
+    px, py = states[primitive, j, 0], states[primitive, j, 1]
+    heading = heading0 + states[primitive, j, 3]
+    if reference:
+        cos, sin = np.cos(heading), np.sin(heading)
+    else:
+        pc, ps = states[primitive, j, 5], states[primitive, j, 6]
+        cos, sin = cos0 * pc - sin0 * ps, sin0 * pc + cos0 * ps
+    return cos0 * px - sin0 * py + x0, sin0 * px + cos0 * py + y0, heading, cos, sin
+
+
+@numba.njit(nogil=True, cache=True)
+def drives_freely(
+    place: Place,
+    start_step: int,
+    primitive: int,
+    count: int,
+    on_road: bool,
+    reference: bool,
+    states: Floats,
+    sweep: Floats,
+    limits: Limits,
+    world: World,
+    placed: Floats,
+) -> bool:
+    """Whether no state of a primitive but the first touches an obstacle or leaves the road.
+
+    Args:
+        place: Where the primitive starts.
+        start_step: And when.
+        primitive: Which one.
+        count: The last state that counts.
+        on_road: It is known to start on the road, touching nothing.
+        reference: A moving obstacle is gone after its last known state.
+        states: Of all primitives.
+        sweep: Their circles.
+        limits: The ego vehicle.
+        world: What must not be touched.
+        placed: Memory for centre, cosine, sine and parity of each state, shape (T + 1, 5).
+    """
+    # A circle around everything that the vehicle covers on the way.
+    x0, y0, _, cos0, sin0 = place
+    mx, my = sweep[primitive, 0], sweep[primitive, 1]
+    mx, my = x0 + cos0 * mx - sin0 * my, y0 + sin0 * mx + cos0 * my
+    half_length, half_width, offset = limits.half_length, limits.half_width, limits.centre_offset
+    own_reach = np.sqrt(half_length * half_length + half_width * half_width)
+    around = sweep[primitive, 2] + own_reach + _ROUNDING
+    known = False
+    poses, presence, sizes, edges = world.poses, world.presence, world.sizes, world.edges
+    vertices, corners = world.vertices, world.corners
+    for i in range(poses.shape[0]):
+        first, last_index, last = presence[i, 0], presence[i, 1] - 1, presence[i, 2]
+        limit, reach = around + sizes[i, 1], own_reach + sizes[i, 1]
+        for j in range(1, count + 1):
+            t = min(start_step + j - first, last_index)
+            if t < 0 or (reference and start_step + j > last):
+                continue
+            dx, dy = poses[i, t, 0] - mx, poses[i, t, 1] - my
+            if dx * dx + dy * dy > limit * limit:
+                if last_index == 0:
+                    break
+                continue
+            if not known:
+                _place_all(place, states, primitive, count, offset, reference, placed)
+                known = True
+            ox, oy = poses[i, t, 0] - placed[j, 0], poses[i, t, 1] - placed[j, 1]
+            if ox * ox + oy * oy > reach * reach:
+                continue
+            oc, os, cos, sin = poses[i, t, 2], poses[i, t, 3], placed[j, 2], placed[j, 3]
+            corner_count, radius = corners[i], sizes[i, 0]
+            if touches_piece(
+                ox, oy, oc, os, cos, sin, half_length, half_width, vertices, i, corner_count, radius
+            ):
+                return False
+    if edges.shape[0] == 0:
+        return True
+    # The road edge: a segment near the way must not touch the vehicle, nor its centre have crossed
+    # the edge between two states.
+    start_x, start_y = x0 + offset * cos0, y0 + offset * sin0
+    crossed = False
+    for k in range(edges.shape[0]):
+        x1, y1, x2, y2 = edges[k, 0] - mx, edges[k, 1] - my, edges[k, 2] - mx, edges[k, 3] - my
+        if (
+            (x1 > around and x2 > around)
+            or (x1 < -around and x2 < -around)
+            or (y1 > around and y2 > around)
+            or (y1 < -around and y2 < -around)
+        ):
+            continue
+        ex, ey = x2 - x1, y2 - y1
+        apart = ex * y1 - ey * x1
+        if apart * apart > around * around * (ex * ex + ey * ey):
+            continue
+        if not known:
+            _place_all(place, states, primitive, count, offset, reference, placed)
+            known = True
+        for j in range(1, count + 1):
+            x, y, cos, sin = placed[j, 0], placed[j, 1], placed[j, 2], placed[j, 3]
+            if touches_edge(x, y, cos, sin, half_length, half_width, edges, k):
+                return False
+            if _crosses(start_x, start_y, x, y, edges, k):
+                placed[j, 4] = -placed[j, 4]
+                crossed = True
+    if on_road and not crossed:
+        return True
+    if not known:
+        _place_all(place, states, primitive, count, offset, reference, placed)
+    for j in range(1, count + 1):
+        if on_road and placed[j, 4] < 0.0:
+            return False
+        if not on_road and not within_edges(placed[j, 0], placed[j, 1], edges):
+            return False
+    return True
+
+
+@numba.njit(nogil=True, cache=True)
+def _place_all(
+    place: Place,
+    states: Floats,
+    primitive: int,
+    count: int,
+    centre_offset: float,
+    reference: bool,
+    placed: Floats,
+) -> None:
+    """Centre, cosine and sine of the heading at every state; nothing is crossed yet."""
+    for j in range(1, count + 1):
+        x, y, _, cos, sin = state_at(place, states, primitive, j, reference)
+        placed[j, 0], placed[j, 1] = x + centre_offset * cos, y + centre_offset * sin
+        placed[j, 2], placed[j, 3], placed[j, 4] = cos, sin, 1.0
+
+
+@numba.njit(nogil=True, cache=True)
+def _crosses(x1: float, y1: float, x2: float, y2: float, edges: Floats, k: int) -> bool:
+    """Whether the line from one place to another crosses segment k of the road edge."""
+    ax, ay, bx, by = edges[k, 0] - x1, edges[k, 1] - y1, edges[k, 2] - x1, edges[k, 3] - y1
+    dx, dy = x2 - x1, y2 - y1
+    if (dx * ay - dy * ax > 0.0) == (dx * by - dy * bx > 0.0):
+        return False
+    ex, ey = bx - ax, by - ay
+    return (ey * ax - ex * ay > 0.0) != (ex * (dy - ay) - ey * (dx - ax) > 0.0)
