@@ -44,12 +44,14 @@ class Run:
     out: Path | None = None
     """Folder of the run: new, empty, or with the same run.  Default: runs/NAMES."""
     workers: int | None = None
-    """Processes.  Default: one for each core, up to four.  0: this very process."""
+    """Processes.  Default: as many as have cores for their threads, up to four on each machine.
+    0: this very process."""
     threads: int | None = None
     """Of each process; the last digits of networks depend on it.  Default: what the run began
     with, or the cores divided by the processes."""
     backend: Literal["local", "ray"] = "local"
-    """Where the processes are: on this machine, or in a Ray cluster (extra `distributed`)."""
+    """Where the processes are: on this machine, or in the Ray cluster of RAY_ADDRESS, else in one
+    begun for the while (extra `distributed`)."""
     retry: bool = False
     """Do failed cells again."""
     json: bool = False

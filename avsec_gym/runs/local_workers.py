@@ -10,7 +10,7 @@ from pathlib import Path
 
 from avsec_gym.experiments.experiment import Cell, Configuration
 from avsec_gym.runs.desk import Desk, Done, Failed, Unready
-from avsec_gym.runs.schedule import Died
+from avsec_gym.runs.schedule import Died, News, Ready
 from avsec_gym.worker_processes import Worker, wait_for
 
 LOG_FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
@@ -32,6 +32,7 @@ class LocalWorkers:
     def __init__(self, configuration: Configuration, count: int, threads: int, log: Path) -> None:
         self._arguments = (configuration, threads, log)
         self._workers = [self._start() for _ in range(count)]
+        self._new = list(range(count))
         self._busy: set[int] = set()
         self._at_work: set[int] = set()
 
@@ -43,9 +44,12 @@ class LocalWorkers:
         self._busy.add(number)
         self._workers[number].send(cell)
 
-    def wait(self) -> list[tuple[int, Done | Failed | Unready | Died]]:
-        """What came of cells in hand, or of those who had them."""
-        outcomes: list[tuple[int, Done | Failed | Unready | Died]] = []
+    def wait(self) -> list[tuple[int, News]]:
+        """Who is new, else what came of cells in hand, or of those who had them."""
+        if self._new:  # A cell may wait in the pipe while its process starts.
+            new, self._new = self._new, []
+            return [(number, Ready()) for number in new]
+        outcomes: list[tuple[int, News]] = []
         while not outcomes:
             heard = wait_for([self._workers[number] for number in self._busy])
             for number in sorted(self._busy):
@@ -59,6 +63,7 @@ class LocalWorkers:
     def replace(self, number: int) -> None:
         """A new process for one that died."""
         self._workers[number] = self._start()
+        self._new.append(number)
 
     def close(self) -> None:
         """End all of them; at once those that have something in hand."""

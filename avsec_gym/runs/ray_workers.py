@@ -5,47 +5,70 @@ Every machine needs this package, the experiments' own, and the data at the same
 
 from __future__ import annotations
 
-from importlib import import_module
+from dataclasses import dataclass
 from typing import Any
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.experiment import Cell, Configuration
-from avsec_gym.runs.desk import Desk, Done, Failed, Unready
-from avsec_gym.runs.schedule import Died
+from avsec_gym.runs.desk import Desk, Failed, Unready
+from avsec_gym.runs.ray_cluster import RayCluster
+from avsec_gym.runs.schedule import Died, News, Ready
 from avsec_gym.worker_processes import THREAD_VARIABLES
+
+START_TIMEOUT = 300.0
+"""Seconds that actors may take to start while none does anything."""
+
+
+class RayDesk(Desk):
+    """A desk that knows where it stands."""
+
+    def machine(self) -> str:
+        """The name (id) of its machine: also the answer that it has started."""
+        import ray
+
+        return str(ray.get_runtime_context().get_node_id())
+
+
+@dataclass
+class _Actor:
+    """One worker, from when it was asked for."""
+
+    handle: Any
+    answer: Any
+    """The machine it lives on, as soon as it has started."""
+    machines: frozenset[str]
+    """That lived when it was asked for."""
+    machine: str = ""
+    """Empty until it has answered."""
 
 
 class RayWorkers:
-    """Actors, each with its desk.
-
-    Joins the cluster that ``RAY_ADDRESS`` names, or starts one on this machine.
+    """Actors, each with its desk, spread over the machines by Ray.
 
     Args:
+        cluster: Where they live.
         configuration: Of the run.
-        count: Actors.
+        count: Actors; no more than the cluster has room for.
         threads: Cores that each takes.
-
-    Raises:
-        ConfigurationError: Ray is not installed.
+        start_timeout: Seconds that actors may take to start while none does anything.
     """
 
-    def __init__(self, configuration: Configuration, count: int, threads: int) -> None:
-        try:
-            ray: Any = import_module("ray")
-        except ImportError as error:
-            raise ConfigurationError(
-                "--backend ray needs the extra `distributed`: pip install 'avsec-gym[distributed]'"
-            ) from error
-        self._ray = ray
+    def __init__(
+        self,
+        cluster: RayCluster,
+        configuration: Configuration,
+        count: int,
+        threads: int,
+        start_timeout: float = START_TIMEOUT,
+    ) -> None:
+        self._cluster, self._ray = cluster, cluster.ray
         self._arguments = (configuration, threads)
-        self._begun_here = not ray.is_initialized()
-        if self._begun_here:
-            ray.init(log_to_driver=False, include_dashboard=False, configure_logging=False)
+        self._start_timeout = start_timeout
         variables = dict.fromkeys(THREAD_VARIABLES, str(threads))
-        self._actor = ray.remote(num_cpus=threads, max_restarts=0)(Desk).options(
+        self._kind = self._ray.remote(num_cpus=threads, max_restarts=0)(RayDesk).options(
             runtime_env={"env_vars": variables}
         )
-        self._actors = [self._actor.remote(*self._arguments) for _ in range(count)]
+        self._actors = [self._start() for _ in range(count)]
         self._in_hand: dict[int, tuple[Any, Any]] = {}
 
     def __len__(self) -> int:
@@ -53,42 +76,85 @@ class RayWorkers:
 
     def give(self, number: int, cell: Cell) -> None:
         """Let an actor do a cell; it does one call after the other."""
-        actor = self._actors[number]
-        self._in_hand[number] = (actor.prepare.remote(cell), actor.do.remote(cell))
+        desk = self._actors[number].handle
+        self._in_hand[number] = (desk.prepare.remote(cell), desk.do.remote(cell))
 
-    def wait(self) -> list[tuple[int, Done | Failed | Unready | Died]]:
-        """What came of cells in hand, or of those who had them."""
-        numbers = {done: number for number, (_, done) in self._in_hand.items()}
-        ready, _ = self._ray.wait(list(numbers), num_returns=1)
-        return [(numbers[done], self._heard(numbers[done])) for done in ready]
+    def wait(self) -> list[tuple[int, News]]:
+        """Whose cell is done or who has started, or what ended them.
+
+        Raises:
+            ConfigurationError: No actor does anything, and none has started in time.
+        """
+        at_work = {done: number for number, (_, done) in self._in_hand.items()}
+        starting = {
+            actor.answer: number for number, actor in enumerate(self._actors) if not actor.machine
+        }
+        # Cells may take hours; who only starts may not.
+        timeout = None if at_work else self._start_timeout
+        heard, _ = self._ray.wait([*at_work, *starting], num_returns=1, timeout=timeout)
+        if not heard:
+            raise ConfigurationError(
+                f"no worker of the Ray cluster has started for {self._start_timeout:g} s. Do other"
+                " jobs hold its cores? `ray status` tells; the same command goes on with this run."
+            )
+        return [
+            (at_work[each], self._outcome(at_work[each]))
+            if each in at_work
+            else (starting[each], self._beginning(starting[each]))
+            for each in heard
+        ]
 
     def replace(self, number: int) -> None:
-        """A new actor for one that died."""
-        self._actors[number] = self._actor.remote(*self._arguments)
+        """A new actor for one that died, or that nothing is heard of any more."""
+        self._ray.kill(self._actors[number].handle)
+        self._actors[number] = self._start()
 
     def close(self) -> None:
-        """End all of them, and Ray if it was begun here."""
+        """End all of them."""
         for actor in self._actors:
-            self._ray.kill(actor)
-        if self._begun_here:
-            self._ray.shutdown()
+            self._ray.kill(actor.handle)
 
-    def _heard(self, number: int) -> Done | Failed | Unready | Died:
-        prepared, done = self._in_hand.pop(number)
+    def _start(self) -> _Actor:
+        machines = self._cluster.living()
+        handle = self._kind.remote(*self._arguments)
+        return _Actor(handle, handle.machine.remote(), machines)
+
+    def _beginning(self, number: int) -> Ready | Died:
+        actor = self._actors[number]
+        try:
+            actor.machine = self._ray.get(actor.answer)
+        except self._ray.exceptions.RayError as error:
+            return self._death(actor, error, at_work=False)
+        return Ready()
+
+    def _outcome(self, number: int) -> News:
+        actor, (prepared, done) = self._actors[number], self._in_hand.pop(number)
         try:
             unready: Unready | None = self._ray.get(prepared)
-        except self._ray.exceptions.RayActorError as error:
-            return Died(_how_it_ended(error), at_work=False)
+        except self._ray.exceptions.RayError as error:
+            return self._death(actor, error, at_work=False)
         if unready is not None:
             return unready
         try:
-            outcome: Done | Failed = self._ray.get(done)
-        except self._ray.exceptions.RayActorError as error:
-            return Died(_how_it_ended(error), at_work=True)
+            outcome: News = self._ray.get(done)
         except self._ray.exceptions.RayTaskError as error:
             return Failed(f"Its result cannot be sent: {error}")
+        except self._ray.exceptions.RayError as error:
+            return self._death(actor, error, at_work=True)
         return outcome
+
+    def _death(self, actor: _Actor, error: Exception, at_work: bool) -> Died:
+        errors = self._ray.exceptions
+        # Only these tell of the actor's own process; the others tell of its machine, of what
+        # stood on it, or of the way to it.
+        own = (errors.ActorDiedError, errors.OutOfMemoryError, errors.RuntimeEnvSetupError,
+               errors.WorkerCrashedError, errors.RayTaskError)  # fmt: skip
+        living = self._cluster.living()
+        left = actor.machine not in living if actor.machine else bool(actor.machines - living)
+        return Died(_how_it_ended(error), at_work, lost=left or not isinstance(error, own))
 
 
 def _how_it_ended(error: Exception) -> str:
-    return f"left ({str(error).splitlines()[0]})"
+    """Ray's first line says that something died, its last one why."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    return f"left ({' '.join(dict.fromkeys([lines[0], lines[-1]]))})" if lines else "left"

@@ -6,7 +6,7 @@ import logging
 import os
 import sys
 from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -27,15 +27,16 @@ from avsec_gym.runs.manifest import (
     read_manifest,
     write_manifest,
 )
+from avsec_gym.runs.ray_cluster import RayCluster, ray_cluster
 from avsec_gym.runs.schedule import Workers, finished_cells
+from avsec_gym.runs.shares import room, usual_threads, usual_workers
 from avsec_gym.runs.store import ResultStore, has_results
 from avsec_gym.runs.this_process import ThisProcess
 
 RESULTS, LOG, FIGURES = "results.sqlite", "run.log", "figures"
 """In a run's folder."""
 
-_MOST_WORKERS = 4
-"""Without being asked: each holds networks of its own."""
+_LOG = logging.getLogger(__name__)
 _JOURNAL = logging.getLogger("avsec_gym.journal")
 
 
@@ -86,28 +87,32 @@ def run_experiments(
         experiments: Cells that several of them need are done once.
         configuration: Options that are not given get the experiments' defaults.
         root: Folder of the run: new, empty, or with a run of the same configuration.
-        workers: Processes; one for each core up to four if None; 0: this very process.
+        workers: Processes; if None, as many as have cores for their threads, up to four on each
+            machine; 0: this very process. A cluster takes no more than it has cores for.
         threads: Of each process; if None, those that the run began with, or the cores divided by
             the processes. A network's last digits depend on it.
-        backend: Where the processes are.
+        backend: Where the processes are; their cores count, not those of the machine that asks.
         retry: Do failed cells again.
         on_progress: Told how many cells of how many are finished.
 
     Raises:
-        ConfigurationError: Arguments do not fit together, or a work cannot be made.
+        ConfigurationError: Arguments do not fit together, a work cannot be made, or the cluster
+            cannot be joined, has no room or starts no worker.
         DataError: The folder holds another run or something else, is being written by another
             process, or cannot be written; or an input is missing.
     """
     # Brings half of the package with it, which a worker process has no use for.
     from avsec_gym.world.export.folder_lock import folder_lock
 
-    workers = min(_MOST_WORKERS, _cores()) if workers is None else workers
-    _check_arguments(experiments, workers, threads)
+    _check_arguments(experiments, workers, threads, backend)
     configuration = with_defaults(configuration, experiments)
     root = Path(root)
     _make_folder(root)
-    with folder_lock(root):
-        manifest = _manifest(root, experiments, configuration, workers, threads)
+    with folder_lock(root), ExitStack() as stack:
+        cluster = stack.enter_context(ray_cluster(_cores())) if backend == Backend.RAY else None
+        cores = cluster.cores() if cluster else (_cores(),)
+        manifest = _manifest(root, experiments, configuration, cores, workers, threads)
+        workers = _workers(cores, workers, manifest["threads"], cluster)
         configuration = Configuration(**manifest["configuration"])
         needs = {each.name: _distinct(each, configuration) for each in experiments}
         cells = list({cell: cell for own in needs.values() for cell in own})
@@ -129,7 +134,7 @@ def run_experiments(
                 write_manifest(root, manifest)
                 _JOURNAL.info("%s: %d of %d cells", ", ".join(needs), len(missing), len(cells))
                 count = min(workers, len(missing))
-                team = _team(backend, configuration, count, manifest["threads"], root / LOG)
+                team = _team(cluster, configuration, count, manifest["threads"], root / LOG)
                 with closing(_stored(missing, team, store)) as outcomes:
                     for finished, (cell, failure) in enumerate(outcomes, start=len(there) + 1):
                         if failure is not None:
@@ -153,7 +158,8 @@ def _manifest(
     root: Path,
     experiments: Sequence[Experiment],
     configuration: Configuration,
-    workers: int,
+    cores: Sequence[int],
+    workers: int | None,
     threads: int | None,
 ) -> dict[str, Any]:
     """Of the run that begins or goes on, not written yet; all options have values."""
@@ -163,8 +169,7 @@ def _manifest(
     elif not has_results(root / RESULTS):
         there = None  # Nobody loses anything if it begins anew, with another configuration.
     if threads is None:
-        share = max(1, _cores() // max(1, workers))
-        threads = share if there is None else int(there["threads"])
+        threads = usual_threads(cores, workers) if there is None else int(there["threads"])
     if there is not None:  # Before the inputs, which may take minutes to be made.
         check_same_question(root, there, configuration, threads)
     asked = new_manifest(experiments, configuration, threads)
@@ -185,13 +190,30 @@ def _stored(
             yield cell, failure
 
 
+def _workers(
+    cores: Sequence[int], asked: int | None, threads: int, cluster: RayCluster | None
+) -> int:
+    """How many there will be: on a cluster, actors without a core would never start."""
+    workers = usual_workers(cores, threads) if asked is None else asked
+    if cluster is None:
+        return workers
+    if not room(cores, threads):
+        raise ConfigurationError(
+            f"a worker takes {threads} cores (--threads), and no machine of the Ray cluster has so"
+            f" many; they have {', '.join(map(str, cores)) or 'none'}"
+        )
+    if workers > room(cores, threads):
+        _LOG.warning("the Ray cluster has room for %d workers only", room(cores, threads))
+    return min(workers, room(cores, threads))
+
+
 def _team(
-    backend: Backend, configuration: Configuration, count: int, threads: int, log: Path
+    cluster: RayCluster | None, configuration: Configuration, count: int, threads: int, log: Path
 ) -> Workers:
-    if backend == Backend.RAY:
+    if cluster is not None:
         from avsec_gym.runs.ray_workers import RayWorkers
 
-        return RayWorkers(configuration, max(1, count), threads)
+        return RayWorkers(cluster, configuration, count, threads)
     if count == 0:
         return ThisProcess(configuration, threads)
     return LocalWorkers(configuration, count, threads, log)
@@ -205,12 +227,15 @@ def _distinct(experiment: Experiment, configuration: Configuration) -> list[Cell
     return cells
 
 
-def _check_arguments(experiments: Sequence[Experiment], workers: int, threads: int | None) -> None:
+def _check_arguments(
+    experiments: Sequence[Experiment], workers: int | None, threads: int | None, backend: Backend
+) -> None:
     names = [each.name for each in experiments]
     if not names or len(set(names)) < len(names):
         raise ConfigurationError(f"a run has experiments of different names, got {names}")
-    if workers < 0:
-        raise ConfigurationError(f"--workers is 0 or more, got {workers}")
+    least = 1 if backend == Backend.RAY else 0
+    if workers is not None and workers < least:
+        raise ConfigurationError(f"--workers is {least} or more, got {workers}")
     if threads is not None and threads < 1:
         raise ConfigurationError(f"--threads is 1 or more, got {threads}")
 

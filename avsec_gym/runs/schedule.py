@@ -13,8 +13,17 @@ from avsec_gym.experiments.experiment import Cell
 from avsec_gym.runs.desk import Done, Failed, Unready
 
 _LOG = logging.getLogger(__name__)
+_DEATHS = 2
+"""So many workers may die over a cell before the cell has failed."""
 _EARLY_DEATHS = 3
 """So many workers may die in a row before they have begun a cell."""
+_LOSSES = 10
+"""So many workers may be lost over a cell, or in a row before they have begun one."""
+
+
+@dataclass(frozen=True)
+class Ready:
+    """A worker has started and answers: it may be given a cell."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +33,13 @@ class Died:
     how: str
     """Such as ``was killed by SIGKILL``."""
     at_work: bool
-    """On the cell; else it was still making the cell's work."""
+    """On the cell; else it had none, or was still making the cell's work."""
+    lost: bool = False
+    """With its machine, or the way to it: no fault of the cell."""
+
+
+News = Ready | Done | Failed | Unready | Died
+"""What is heard of a worker."""
 
 
 class Workers(Protocol):
@@ -35,15 +50,19 @@ class Workers(Protocol):
         ...
 
     def give(self, number: int, cell: Cell) -> None:
-        """Let a worker do a cell; it has none in hand."""
+        """Let a worker do a cell; it is ready, and has none in hand."""
         ...
 
-    def wait(self) -> list[tuple[int, Done | Failed | Unready | Died]]:
-        """What became of the cells in hand of some workers, at least one; waits for it."""
+    def wait(self) -> list[tuple[int, News]]:
+        """Who is ready, and what became of the cells in hand; waits for news of one at least.
+
+        Raises:
+            ConfigurationError: No worker does anything, and none becomes ready.
+        """
         ...
 
     def replace(self, number: int) -> None:
-        """Put a new worker in the place of one that died."""
+        """Start a new worker in the place of one that died; `wait` tells when it is ready."""
         ...
 
     def close(self) -> None:
@@ -56,7 +75,8 @@ def finished_cells(
 ) -> Generator[tuple[Cell, Done | Failed], None, None]:
     """Have cells done; yields them as they are finished.
 
-    A cell whose worker dies is tried once more, in the end, by another worker.
+    Only a worker that is ready gets a cell, so that one that never starts holds nothing up. A cell
+    whose worker dies is tried again, in the end, by whoever is free.
 
     Args:
         cells: Each once.
@@ -64,44 +84,74 @@ def finished_cells(
 
     Raises:
         AvsecError: The work of a cell cannot be made.
+        ConfigurationError: No worker starts.
         DataError: Workers die before they begin.
     """
     queue = CellQueue(cells)
     in_hand: dict[int, Cell] = {}
+    idle: list[int] = []
+    early = _EarlyDeaths()
     deaths: Counter[Cell] = Counter()
-    early_deaths = 0
+    losses: Counter[Cell] = Counter()
 
     def hand_out(number: int, group: str = "") -> None:
-        if (cell := queue.take(group)) is not None:
+        if (cell := queue.take(group)) is None:
+            idle.append(number)
+        else:
             in_hand[number] = cell
             workers.give(number, cell)
 
-    for number in range(len(workers)):
-        hand_out(number)
-    while in_hand:
-        for number, outcome in workers.wait():
-            cell = in_hand.pop(number)
-            if isinstance(outcome, Unready):
-                raise outcome.error
-            if isinstance(outcome, Died):
-                _LOG.warning("a worker %s over %s %s", outcome.how, cell.work, cell.key)
-                early_deaths = 0 if outcome.at_work else early_deaths + 1
-                if early_deaths == _EARLY_DEATHS:
-                    raise DataError(
-                        f"Workers die before they have begun: the last one {outcome.how}.",
-                        remedy="Is the memory full? Fewer --workers take less.",
-                    )
-                deaths[cell] += outcome.at_work
+    while queue or in_hand:
+        for number, news in workers.wait():
+            if isinstance(news, Ready):
+                hand_out(number)
+                continue
+            if isinstance(news, Unready):
+                raise news.error
+            cell = in_hand.pop(number, None)
+            if isinstance(news, Died):
+                over = "nothing" if cell is None else f"{cell.work} {cell.key}"
+                _LOG.warning("a worker %s over %s", news.how, over)
+                early.note(news)
                 workers.replace(number)
-                if deaths[cell] < 2:
-                    queue.put_back(cell)
-                    hand_out(number)
+                if cell is None:
                     continue
-                outcome = Failed(f"The process that did it {outcome.how}, twice.")
-            else:
-                early_deaths = 0
+                deaths[cell] += news.at_work and not news.lost
+                losses[cell] += news.at_work and news.lost
+                if deaths[cell] < _DEATHS and losses[cell] < _LOSSES:
+                    queue.put_back(cell)
+                    if idle:  # Else its turn comes when somebody is ready, or done.
+                        hand_out(idle.pop())
+                    continue
+                often = f"{losses[cell]} times" if deaths[cell] < _DEATHS else "twice"
+                yield cell, Failed(f"The process that did it {news.how}, {often}.")
+                continue
+            assert cell is not None, "only who was given a cell comes to a result"
+            early.forget()
             hand_out(number, cell.group)  # First, so that nobody waits while results are stored.
-            yield cell, outcome
+            yield cell, news
+
+
+class _EarlyDeaths:
+    """Workers that died in a row before they had begun a cell: too many end the run."""
+
+    def __init__(self) -> None:
+        self._by_themselves = self._lost = 0
+
+    def forget(self) -> None:
+        self._by_themselves = self._lost = 0
+
+    def note(self, death: Died) -> None:
+        if death.at_work:
+            self.forget()
+            return
+        self._lost += death.lost
+        self._by_themselves += not death.lost
+        if self._by_themselves == _EARLY_DEATHS or self._lost == _LOSSES:
+            raise DataError(
+                f"Workers die before they have begun: the last one {death.how}.",
+                remedy="Is the memory full? Fewer --workers take less.",
+            )
 
 
 class CellQueue:
@@ -116,6 +166,10 @@ class CellQueue:
         self._begun: set[str] = set()
         for cell in cells:
             self._groups.setdefault(_group(cell), deque()).append(cell)
+
+    def __bool__(self) -> bool:
+        """Whether any cell waits."""
+        return bool(self._groups)
 
     def take(self, group: str = "") -> Cell | None:
         """The next cell of a group, or of another one; None where no cell waits."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from avsec_gym.experiments.experiment import Cell, Configuration
-from avsec_gym.runs.desk import Desk, Done, Failed, Unready
-from avsec_gym.runs.schedule import Died
+from avsec_gym.runs.desk import Desk
+from avsec_gym.runs.schedule import News, Ready
 
 
 class ThisProcess:
@@ -26,8 +26,10 @@ class ThisProcess:
         """Take a cell in hand."""
         self._in_hand.append(cell)
 
-    def wait(self) -> list[tuple[int, Done | Failed | Unready | Died]]:
-        """Do it."""
+    def wait(self) -> list[tuple[int, News]]:
+        """Do it, if there is one."""
+        if not self._in_hand:
+            return [(0, Ready())]
         cell = self._in_hand.pop()
         return [(0, self._desk.prepare(cell) or self._desk.do(cell))]
 

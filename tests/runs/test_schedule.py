@@ -9,7 +9,7 @@ import pytest
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.experiment import Cell
 from avsec_gym.runs.desk import Done, Failed, Unready
-from avsec_gym.runs.schedule import CellQueue, Died, finished_cells
+from avsec_gym.runs.schedule import CellQueue, Died, News, Ready, finished_cells
 
 
 def cell(number: int, group: str = "") -> Cell:
@@ -24,6 +24,7 @@ class Script:
         self.given: deque[tuple[int, Cell]] = deque()
         self.history: list[tuple[int, int]] = []
         self.replaced: Counter[int] = Counter()
+        self.starting = deque(range(count))
 
     def __len__(self) -> int:
         return self.count
@@ -33,19 +34,35 @@ class Script:
         self.given.append((number, cell))
         self.history.append((number, cell.arguments["number"]))
 
-    def wait(self) -> list[tuple[int, Done | Failed | Unready | Died]]:
+    def wait(self) -> list[tuple[int, News]]:
+        if self.starting:
+            return [(self.starting.popleft(), Ready())]
         number, cell = self.given.popleft()
         answers = self.script.get(cell.arguments["number"], [])
         return [(number, answers.pop(0) if answers else Done({}, 1.0))]
 
     def replace(self, number: int) -> None:
         self.replaced[number] += 1
+        self.starting.append(number)
 
     def close(self) -> None: ...
 
 
+class Slow(Script):
+    """Only the first worker ever starts; whoever is replaced does not come back."""
+
+    def __init__(self, count: int, script: dict[int, list[Died | Failed | Unready]]) -> None:
+        super().__init__(count, script)
+        self.starting = deque([0])
+
+    def replace(self, number: int) -> None:
+        self.replaced[number] += 1
+
+
 KILLED = Died("was killed", at_work=True)
 EARLY = Died("was killed", at_work=False)
+LOST = Died("left with its machine", at_work=True, lost=True)
+EARLY_LOST = Died("left with its machine", at_work=False, lost=True)
 
 
 def test_a_worker_stays_with_its_group_and_helps_in_the_end() -> None:
@@ -86,6 +103,49 @@ def test_workers_that_die_before_they_begin_stop_everything() -> None:
     always = Script(2, {n: [EARLY] * 9 for n in range(6)})
     with pytest.raises(DataError, match="before they have begun"):
         list(finished_cells([cell(n) for n in range(6)], always))
+
+
+def test_who_has_not_started_gets_no_cell() -> None:
+    workers = Slow(4, {2: [Failed("a slip")]})
+    assert len(list(finished_cells([cell(n) for n in range(12)], workers))) == 12
+    assert workers.history == [(0, n) for n in range(12)]
+
+
+def test_a_cell_goes_to_whoever_is_free_when_its_worker_does_not_come_back() -> None:
+    workers = Slow(2, {1: [KILLED]})
+    workers.starting = deque([0, 1])
+    # The first worker has nothing left to do when the second dies over the last cell.
+    outcomes = dict(finished_cells([cell(0), cell(1)], workers))
+    assert workers.history == [(0, 0), (1, 1), (0, 1)]
+    assert all(isinstance(outcome, Done) for outcome in outcomes.values())
+
+
+def test_a_cell_is_not_blamed_for_lost_machines_but_not_tried_for_ever() -> None:
+    workers = Script(1, {0: [LOST] * 9, 1: [LOST] * 99, 2: [LOST, KILLED, LOST, KILLED]})
+    outcomes = dict(finished_cells([cell(n) for n in range(3)], workers))
+    assert isinstance(outcomes[cell(0)], Done)
+    assert "left with its machine, 10 times" in outcomes[cell(1)].error  # type: ignore[union-attr]
+    assert "was killed, twice" in outcomes[cell(2)].error  # type: ignore[union-attr]
+
+
+def test_machines_lost_before_they_begin_stop_everything_in_the_end() -> None:
+    few = Script(1, {0: [EARLY_LOST] * 9})
+    assert len(list(finished_cells([cell(0)], few))) == 1
+    with pytest.raises(DataError, match="left with its machine"):
+        list(finished_cells([cell(0)], Script(1, {0: [EARLY_LOST] * 10})))
+
+
+def test_idle_workers_may_die() -> None:
+    class Fragile(Script):
+        def wait(self) -> list[tuple[int, News]]:
+            if len(self.history) == 2 and not self.replaced:
+                return [(1, EARLY)]  # Before it was ever ready.
+            return super().wait()
+
+    workers = Fragile(2, {})
+    workers.starting = deque([0])
+    assert len(list(finished_cells([cell(n) for n in range(4)], workers))) == 4
+    assert workers.replaced == {1: 1}
 
 
 def test_a_work_that_cannot_be_made_stops_everything() -> None:

@@ -62,11 +62,13 @@ class Draws:
     def __init__(self, configuration: Configuration) -> None:
         self._seed = configuration.seed
         self._pause = float(configuration.options.get("pause", 0.0))
+        self._hurry = Path(os.environ.get(DIARY, "") + ".hurry")
 
     def __call__(self, scenario: str, attack: str = "none") -> CellResult:
         _note(scenario, attack)
         generator = np.random.default_rng([self._seed, int(scenario), *attack.encode()])
-        time.sleep(self._pause * generator.uniform(0.5, 1.5))
+        pause = self._pause * generator.uniform(0.5, 1.5)
+        time.sleep(0.0 if self._hurry.exists() else pause)
         count = int(generator.integers(0, 3))
         boxes = Boxes3D(
             generator.normal(size=(count, 3)), generator.uniform(1, 2, (count, 3)),
