@@ -135,6 +135,7 @@ def test_losses_repeat_and_an_empty_street_has_one(make: Make, painted: Any) -> 
 
 
 @both
+@pytest.mark.usefixtures("smooth_activations")
 def test_directional_derivatives_agree_with_finite_differences(make: Make, painted: Any) -> None:
     detector = make()
     detector.network.double()

@@ -137,6 +137,8 @@ def test_what_processors_tell_of_themselves(monkeypatch: pytest.MonkeyPatch) -> 
 def test_learns_and_keeps_the_best_averaged_weights(tmp_path: Path) -> None:
     kept: list[tuple[int, float]] = []
     told: list[tuple[int, int]] = []
+    # All samples in each step: the statistics of half of them are not those of validation, and
+    # what came of it was chance (0.85 to 0.92 over six seeds; with all of them 0.96).
     task = Line(dropout=0.0)
 
     def keep(network: nn.Module, validation: Validation) -> None:
@@ -147,7 +149,7 @@ def test_learns_and_keeps_the_best_averaged_weights(tmp_path: Path) -> None:
 
     outcome = train(
         task,
-        TrainingConfiguration(epochs=120, batch=7, learning_rate=0.03, validate_every=40),
+        TrainingConfiguration(epochs=240, batch=14, learning_rate=0.03, validate_every=80),
         tmp_path,
         keep=keep,
         on_progress=lambda done, total: told.append((done, total)),

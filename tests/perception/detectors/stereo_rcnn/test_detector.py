@@ -166,6 +166,7 @@ def test_an_empty_street_has_a_loss(detector):
     assert torch.isfinite(batch.left.grad).all()
 
 
+@pytest.mark.usefixtures("smooth_activations")
 def test_directional_derivatives_agree_with_finite_differences(detector):
     detector.network.double()
     detector.term_weights.double()

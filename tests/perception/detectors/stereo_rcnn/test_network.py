@@ -127,6 +127,7 @@ def test_gradients_reach_the_pixels_of_both_views() -> None:
         assert (image.grad != 0).any(1).double().mean() >= 0.99
 
 
+@pytest.mark.usefixtures("smooth_activations")
 @pytest.mark.parametrize("configuration", [TINY, replace(TINY, normalisation="group")])
 def test_gradient_agrees_with_finite_differences(configuration: StereoRcnnConfiguration) -> None:
     """In double precision, with the proposals of the unchanged pair."""
