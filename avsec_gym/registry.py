@@ -103,6 +103,17 @@ _BUILT_IN = {
     (Kind.OPTICAL_ATTACK, "pasted_scan"): ("avsec_gym.attacks.pasted_scan:PastedScan", {}),
     (Kind.OPTICAL_ATTACK, "thesis"): ("avsec_gym.attacks.sensor_combination:thesis_attack", {}),
 }
+_METHODS = {
+    Kind.DETECTOR: "detect",
+    Kind.ATTACK: "attack",
+    Kind.CLASSIFIER: "classify",
+    Kind.SELECTOR: "select",
+    Kind.PLANNER: "plan",
+    Kind.VALIDATOR: "validate",
+    Kind.OPTICAL_ATTACK: "attack",
+    Kind.IMAGE_DETECTOR: "detect_image",
+}
+"""What an object of each kind can do."""
 _REGISTERED: dict[tuple[Kind, str], Callable[..., Any]] = {}
 _PLUGINS_LOADED = False
 _BY_PLUGINS: set[tuple[Kind, str]] = set()
@@ -141,29 +152,43 @@ def make(kind: Kind | str, what: Any) -> Any:
         1000
     """
     kind = _kind(kind)
-    if isinstance(what, str):
-        name, arguments = what, {}
-    elif isinstance(what, Mapping):
-        if "name" not in what:
-            raise ConfigurationError(f"a {kind} given as a dictionary needs a 'name', got {what!r}")
-        name = str(what["name"])
-        arguments = {key: value for key, value in what.items() if key != "name"}
-    else:
+    if not isinstance(what, str | Mapping):
         return what
-    _load_plugins()
+    name, arguments = _known(kind, what)
     told = ""
     try:
         if (kind, name) in _REGISTERED:
             return _REGISTERED[kind, name](**arguments)
-        if (kind, name) in _BUILT_IN:
-            path, defaults = _BUILT_IN[kind, name]
-            module, attribute = path.split(":")
-            told = f" (its arguments: help({module}.{attribute}))"
-            return getattr(import_module(module), attribute)(**(defaults | arguments))
+        path, defaults = _BUILT_IN[kind, name]
+        module, attribute = path.split(":")
+        told = f" (its arguments: help({module}.{attribute}))"
+        return getattr(import_module(module), attribute)(**(defaults | arguments))
     except (TypeError, ValueError) as error:
         raise ConfigurationError(f"the {kind} {name!r} cannot be made: {error}{told}") from error
-    problem = f"there is no {kind} named {name!r}"
-    raise ConfigurationError(unknown_name(problem, name, names(kind)))
+
+
+def check(kind: Kind | str, what: Any) -> None:
+    """Refuse what `make` cannot know, and what is no such part; nothing is made, nor imported.
+
+    Args:
+        kind: One of `Kind`.
+        what: As of `make`.
+
+    Raises:
+        ConfigurationError: Nothing has that name, or an object lacks the method that parts of this
+            kind have.
+
+    Example:
+        >>> check("planner", {"name": "astar", "node_limit": 1000})
+    """
+    kind = _kind(kind)
+    if isinstance(what, str | Mapping):
+        _known(kind, what)
+    elif not hasattr(what, _METHODS[kind]):
+        raise ConfigurationError(
+            f"a {kind} is a name, a dictionary of a name and arguments, or an object that has "
+            f"{_METHODS[kind]}(), got {what!r}"
+        )
 
 
 def names(kind: Kind | str) -> list[str]:
@@ -190,6 +215,18 @@ def refuse(kind: Kind, name: str, reason: str, /, **arguments: Any) -> None:
         ConfigurationError: Always.
     """
     raise ConfigurationError(f"the {kind} {name!r} is not known here: {reason}")
+
+
+def _known(kind: Kind, what: str | Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+    """The name that is asked for, which is registered, and the arguments."""
+    asked = {"name": what} if isinstance(what, str) else dict(what)
+    if "name" not in asked:
+        raise ConfigurationError(f"a {kind} given as a dictionary needs a 'name', got {what!r}")
+    name = str(asked.pop("name"))
+    if name not in (known := names(kind)):
+        problem = f"there is no {kind} named {name!r}"
+        raise ConfigurationError(unknown_name(problem, name, known))
+    return name, asked
 
 
 def _kind(kind: Kind | str) -> Kind:

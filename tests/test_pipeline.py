@@ -248,7 +248,7 @@ def test_optical_attacks_stand_where_attacks_do() -> None:
 
 
 def test_what_cannot_be_is_refused() -> None:
-    with pytest.raises(ConfigurationError, match="a response"):
+    with pytest.raises(ConfigurationError, match=r"no response to an alarm.*stop"):
         Pipeline("oracle", validator=Watchdog(), response="honk")
     with pytest.raises(ConfigurationError, match="no validator named"):
         Pipeline("oracle", validator="cat")

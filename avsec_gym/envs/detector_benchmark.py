@@ -17,7 +17,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.geometry import bird_eye_iou
 from avsec_gym.pipeline import Drive, drive
-from avsec_gym.registry import Kind, make
+from avsec_gym.registry import Kind, check, make
 from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.frame_scenes import frame_scenes_of
 from avsec_gym.scenario.intention import Intention, intentions_named
@@ -98,9 +98,11 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
             raise ConfigurationError(
                 f"max_boxes is 1 or more, points 0 or more, got {max_boxes} and {points}"
             )
-        self.scenes = frame_scenes_of(scenarios)
+        # First, so that a slip is not told after minutes in which a suite is made.
+        self.motion = Motion.without_classifier(motion)
         self.planner = make(Kind.PLANNER, planner)
-        self.motion = Motion.named(motion)
+        check(Kind.PLANNER, self.planner)
+        self.scenes = frame_scenes_of(scenarios)
         self.score_threshold, self.points = score_threshold, points
         self.coding = BoxCoding(max_boxes)
         self._labelled = self.scenes.scenes.labelled

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.registry import Kind, make
-from avsec_gym.scenario.frame_scenes import FrameScenes
+from avsec_gym.registry import Kind, check, make
+from avsec_gym.scenario.frame_scenes import FrameScenes, check_frame_scenes
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.sensor_system import LIDAR
 
@@ -49,21 +49,47 @@ def validator_and_played(
             validator judges, or clean scenes are named for one that measures nothing.
         DataError: A clean scene lacks an image or the scan.
     """
-    if what == "thresholds":
-        what = {"name": what}
-    if isinstance(what, Mapping) and what.get("name") == "thresholds" and "thresholds" not in what:
+    check_validator(what, clean)
+    if _is_measured(what):
+        arguments = {"name": what} if isinstance(what, str) else what
         clean = _kept_back(scenes) if clean is None else clean
-        what, scenes = {**what, "thresholds": _measured(clean)}, _without(scenes, clean)
-    elif clean is not None:
-        raise ConfigurationError(
-            "`clean` names the scenes that thresholds are measured on, which only the validator "
-            f"'thresholds' without a table asks for, not {what!r}: leave it out"
-        )
+        what, scenes = {**arguments, "thresholds": _measured(clean)}, _without(scenes, clean)
     if what is None:
         return None, scenes
     validator = cast("Validator", make(Kind.VALIDATOR, what))
     _check_sensors(validator, scenes)
     return validator, scenes
+
+
+def check_validator(what: Any, clean: Any = None) -> None:
+    """Refuse what cannot be known or does not fit together; nothing is loaded or measured.
+
+    Args:
+        what: As of `validator_and_played`.
+        clean: The same, or what names such scenes; see `check_frame_scenes`.
+
+    Raises:
+        ConfigurationError: Nothing has that name, or clean scenes are named for a validator that
+            measures nothing.
+        DataError: A folder of clean scenes is missing.
+    """
+    if what is not None:
+        check(Kind.VALIDATOR, what)
+    if clean is None:
+        return
+    if not _is_measured(what):
+        raise ConfigurationError(
+            "`clean` names the scenes that thresholds are measured on, which only the validator "
+            f"'thresholds' without a table asks for, not {what!r}: leave it out"
+        )
+    check_frame_scenes(clean)
+
+
+def _is_measured(what: Any) -> bool:
+    """Whether its thresholds are measured on clean scenes of the game."""
+    if isinstance(what, Mapping):
+        return what.get("name") == "thresholds" and "thresholds" not in what
+    return isinstance(what, str) and what == "thresholds"
 
 
 def _check_sensors(validator: Validator, scenes: FrameScenes) -> None:

@@ -30,6 +30,7 @@ from avsec_gym.scenario.intention import Intention, intentions_named
 from avsec_gym.scenario.planning_scenario import PlanningScenario
 from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.scenario.scene_sets import SceneSet, scene_set
+from avsec_gym.suggestions import unknown_name
 
 OUTCOMES = (SAFE, COLLISION, UNPLANNED)
 FAR = 1e7
@@ -92,7 +93,7 @@ class GhostGame:
         ghost: str = "patch",
     ) -> None:
         if ghost not in GHOSTS:
-            raise ConfigurationError(f"ghost is one of {list(GHOSTS)}, got {ghost!r}")
+            raise ConfigurationError(unknown_name(f"there is no ghost {ghost!r}", ghost, GHOSTS))
         if not all(isinstance(count, int) for count in (ghosts, hides)):
             raise ConfigurationError(
                 f"ghosts and hides are whole numbers, got {ghosts!r} and {hides!r}"

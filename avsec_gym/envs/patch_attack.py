@@ -12,11 +12,17 @@ from avsec_gym.attacks.attack import LEFT
 from avsec_gym.envs.patch_coding import SIZE, PatchCoding
 from avsec_gym.envs.sensor_attack import SensorAttackEnv, Tampering
 from avsec_gym.envs.sensor_attack_game import Situation, one_thread
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.scenario.scene import Motion
+from avsec_gym.unknown_source import unknown_source
 
 if TYPE_CHECKING:  # torch is loaded with the detector, not before.
     from avsec_gym.attacks.patch_files import Patch
+
+
+CONTROLS = ("noise", "grey")
+"""Names of patches that nobody trained."""
 
 
 class PatchAttackEnv(SensorAttackEnv):
@@ -112,6 +118,7 @@ class PatchAttackEnv(SensorAttackEnv):
             price=price,
             render_mode=render_mode,
         )
+        _check_patch(patch)
         self._given_patch = patch
 
     @cached_property
@@ -156,3 +163,20 @@ class PatchAttackEnv(SensorAttackEnv):
     def untouched(self) -> dict[str, float]:
         """Nowhere."""
         return dict.fromkeys(("u", "v", "disparity", "radius", "rotation"), np.nan) | {"area": 0}
+
+
+def _check_patch(patch: Patch | str | Path | None) -> None:
+    """Refuse a name of nothing; a file is read when the patch is pasted.
+
+    Raises:
+        ConfigurationError: A mistyped name, or no patch.
+        DataError: There is no such file.
+    """
+    if isinstance(patch, str | Path):
+        if str(patch) not in CONTROLS and not Path(patch).is_file():
+            names = " or ".join(map(repr, CONTROLS))
+            raise unknown_source(
+                str(patch), CONTROLS, f"Name a file that `avsec attack patch` made, or {names}."
+            )
+    elif patch is not None and not hasattr(patch, "pixels"):
+        raise ConfigurationError(f"a patch is a name, a file or a Patch, got {patch!r}")

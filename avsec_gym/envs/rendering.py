@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.suggestions import unknown_name
 
 Observation = TypeVar("Observation")
 
@@ -33,10 +34,9 @@ class DrawnEnv(gym.Env[Observation, NDArray[np.float32]], Generic[Observation]):
 
     def __init__(self, render_mode: str | None = None) -> None:
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
-            raise ConfigurationError(
-                f"render_mode is None or one of {self.metadata['render_modes']},"
-                f" got {render_mode!r}"
-            )
+            modes = self.metadata["render_modes"]
+            problem = f"there is no render_mode {render_mode!r}"
+            raise ConfigurationError(unknown_name(problem, str(render_mode), modes))
         self.render_mode = render_mode
         self._window: Window | None = None
 

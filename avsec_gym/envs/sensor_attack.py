@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.envs.actions import checked_action
+from avsec_gym.envs.game_validator import check_validator
 from avsec_gym.envs.ghost_object import check_budget
 from avsec_gym.envs.info import drive_info
 from avsec_gym.envs.rendering import DrawnEnv
@@ -21,7 +22,9 @@ from avsec_gym.envs.sensor_attack_game import Look, SensorAttackGame, Situation
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
+from avsec_gym.registry import Kind, check
 from avsec_gym.scenario.builder import is_obstacle
+from avsec_gym.scenario.frame_scenes import check_frame_scenes
 from avsec_gym.scenario.scene import Motion
 
 QUERIES = 10
@@ -66,6 +69,7 @@ class SensorAttackEnv(DrawnEnv[Observation]):
 
     Raises:
         ConfigurationError: A number is out of range, or a name unknown.
+        DataError: A folder of scenes is missing.
     """
 
     known_size = SIZE
@@ -93,7 +97,11 @@ class SensorAttackEnv(DrawnEnv[Observation]):
         if not 0 <= score_threshold <= 1:
             raise ConfigurationError(f"a score threshold is in [0, 1], got {score_threshold}")
         self.queries, self.price, self.image = queries, price, image
-        car = (detector, planner, Motion.named(motion), score_threshold)
+        check(Kind.DETECTOR, detector)
+        check(Kind.PLANNER, planner)
+        check_validator(validator, clean)
+        check_frame_scenes(scenarios)
+        car = (detector, planner, Motion.without_classifier(motion), score_threshold)
         self._parts = (scenarios, *car, validator, clean, contested)
         self.action_space = gym.spaces.Box(-1.0, 1.0, (action_size,), np.float32)
         vector = gym.spaces.Box(-1.0, 1.0, (self.known_size + action_size,), np.float32)

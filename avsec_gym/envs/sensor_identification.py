@@ -20,6 +20,8 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.scenario.intention import Intention, intentions_named
 from avsec_gym.sensor_system import KITTI_SYSTEM, Sensor, SensorSystem
+from avsec_gym.suggestions import unknown_name
+from avsec_gym.unknown_source import unknown_source
 from avsec_gym.validation.evidence.disparity_error import DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence.evidence import evidence_scopes, gather_evidence
@@ -29,6 +31,8 @@ from avsec_gym.validation.state_posterior import Verdict
 from avsec_gym.validation.validator import Validation
 
 Observation = NDArray[np.float32]
+_ARGUMENTS = ("source", "first", "count")
+"""Of what is played."""
 
 
 class SensorIdentificationEnv(DrawnEnv[Observation]):
@@ -105,7 +109,7 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
                 f"clean is a share from 0 to 1, most from 1 to {count}, got {clean} and {most}"
             )
         self.clean, self.cases = clean, attack_cases(self.system, most)
-        self._scenarios = scenarios
+        self._played = _played(scenarios)
         size = len(evidence_scopes(self.system))
         self.observation_space = gym.spaces.Box(0.0, 1.0, (size,), np.float32)
         self.action_space = gym.spaces.MultiBinary(count)  # type: ignore[assignment]
@@ -121,25 +125,10 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         """What is played.
 
         Raises:
-            ConfigurationError: The arguments name no recording.
+            ConfigurationError: There are fewer moments than those asked for begin at.
             DataError: There is none, or it lacks a sensor.
         """
-        what = self._scenarios
-        given = what if isinstance(what, Mapping) else {"source": what}
-        if unknown := set(given) - {"source", "first", "count"}:
-            raise ConfigurationError(
-                f"moments are named by source, first and count, got {sorted(unknown)}"
-            )
-        source, first, count = given.get("source", "raw"), given.get("first", 0), given.get("count")
-        least = ((first, 0), (1 if count is None else count, 1))
-        if not isinstance(source, str | Path) or not all(
-            isinstance(one, Integral) and not isinstance(one, bool) and int(one) >= low
-            for one, low in least
-        ):
-            raise ConfigurationError(
-                "source is a folder or 'raw', first a number of moments from 0 on, count one from "
-                f"1 on, got {source!r}, {first!r} and {count!r}"
-            )
+        source, first, count = self._played
         if source == "raw":
             from avsec_gym.world.export import default_suite
 
@@ -246,3 +235,30 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         return " ".join(
             str(one) for one, flag in zip(self.system.sensors, flags, strict=True) if flag
         )
+
+
+def _played(what: Any) -> tuple[str | Path, int, int | None]:
+    """Where the moments are, from which one on, and how many; nothing is read.
+
+    Raises:
+        ConfigurationError: The arguments name no recording.
+        DataError: There is no such folder.
+    """
+    given = what if isinstance(what, Mapping) else {"source": what}
+    for name in given:
+        if name not in _ARGUMENTS:
+            problem = f"moments are named by source, first and count, not by {name!r}"
+            raise ConfigurationError(unknown_name(problem, str(name), _ARGUMENTS))
+    source, first, count = given.get("source", "raw"), given.get("first", 0), given.get("count")
+    least = ((first, 0), (1 if count is None else count, 1))
+    if not isinstance(source, str | Path) or not all(
+        isinstance(one, Integral) and not isinstance(one, bool) and int(one) >= low
+        for one, low in least
+    ):
+        raise ConfigurationError(
+            "source is a folder or 'raw', first a number of moments from 0 on, count one from "
+            f"1 on, got {source!r}, {first!r} and {count!r}"
+        )
+    if source != "raw" and not Path(source).is_dir():
+        raise unknown_source(str(source), ["raw"], "Name a folder in KITTI's raw layout, or 'raw'.")
+    return source, first, count

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -24,8 +25,10 @@ from avsec_gym.kitti.map_files import read_disparity
 from avsec_gym.scenario.label_list import ROAD_TYPES, read_label_list
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.scene_sets import SceneSet, labelled_scenarios, labelled_scene
+from avsec_gym.suggestions import unknown_name
 from avsec_gym.unknown_source import unknown_source
 
+_SPLITS = ("train", "val", "trainval")
 SUITES = ("street", "highway", "mixed")
 """Names of the procedural world's own."""
 
@@ -121,12 +124,43 @@ def frame_scenes_of(what: Any) -> FrameScenes:
     """
     if isinstance(what, FrameScenes):
         return what
-    arguments = what if isinstance(what, Mapping) else {"source": str(what)}
+    check_frame_scenes(what)
     try:
-        hashable = {k: tuple(v) if isinstance(v, list) else v for k, v in arguments.items()}
+        hashable = {k: tuple(v) if isinstance(v, list) else v for k, v in _arguments(what).items()}
         return _kept(tuple(sorted(hashable.items())))
     except (TypeError, ValueError) as error:
         raise ConfigurationError(f"these are no arguments of a frame set: {error}") from error
+
+
+def check_frame_scenes(what: Any) -> None:
+    """Refuse what `frame_scenes_of` cannot know, without making a suite or reading a scene.
+
+    Args:
+        what: As of `frame_scenes_of`.
+
+    Raises:
+        ConfigurationError: These are no arguments, or a source or split is a mistyped name.
+        DataError: A folder or split is missing.
+    """
+    if isinstance(what, FrameScenes):
+        return
+    asked = _arguments(what)
+    for name in asked:
+        if name not in (known := list(signature(frame_scenes).parameters)):
+            problem = f"these are no arguments of a frame set: {name!r}"
+            raise ConfigurationError(unknown_name(problem, str(name), known))
+    source, split = asked.get("source", "mixed"), asked.get("split")
+    for each in source if isinstance(source, list | tuple) else [source]:
+        if str(each) not in SUITES:
+            data = _data(str(each))
+            _ = split is None or data.ids(split)  # Which looks into the list of them only.
+        elif split not in (None, *_SPLITS):
+            problem = f"the suite {each} has no split {split!r}"
+            raise ConfigurationError(unknown_name(problem, str(split), _SPLITS))
+
+
+def _arguments(what: Any) -> Mapping[str, Any]:
+    return what if isinstance(what, Mapping) else {"source": str(what)}
 
 
 @lru_cache(maxsize=8)

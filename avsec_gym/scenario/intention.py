@@ -6,6 +6,7 @@ from enum import StrEnum
 from typing import Any
 
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.suggestions import unknown_name
 
 
 class Intention(StrEnum):
@@ -35,6 +36,5 @@ def intentions_named(wanted: Any) -> list[Intention]:
     try:
         return [Intention(wanted)]
     except ValueError:
-        raise ConfigurationError(
-            f"an intention is one of {[str(i) for i in Intention]}, got {wanted!r}"
-        ) from None
+        problem = f"there is no intention {wanted!r}"
+        raise ConfigurationError(unknown_name(problem, str(wanted), Intention)) from None

@@ -20,6 +20,7 @@ from avsec_gym.scenario.builder import (
 from avsec_gym.scenario.constraints import driving_constraints
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
+from avsec_gym.suggestions import unknown_name
 
 
 class Motion(StrEnum):
@@ -44,9 +45,24 @@ class Motion(StrEnum):
         try:
             return cls(name)
         except ValueError:
+            problem = f"there is no motion {name!r}"
+            raise ConfigurationError(unknown_name(problem, str(name), cls)) from None
+
+    @classmethod
+    def without_classifier(cls, name: Motion | str) -> Motion:
+        """The one of that name, for a car that has no classifier.
+
+        Raises:
+            ConfigurationError: There is none, or only a classifier could tell it.
+        """
+        motion = cls.named(name)
+        if motion == cls.CLASSIFIER:
             raise ConfigurationError(
-                f"motion is one of {[str(m) for m in cls]}, got {name!r}"
-            ) from None
+                f'motion="{motion}" is what a classifier says of each box, and there is none here: '
+                f'take "{cls.STATIC}" or "{cls.TRUTH}"; '
+                'avsec_gym.pipeline.Pipeline(..., classifier="small") has one'
+            )
+        return motion
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,7 @@ from enum import StrEnum
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
+from avsec_gym.suggestions import unknown_name
 from avsec_gym.validation.suspects import Untrusted, with_suspects_repaired, without_suspects
 from avsec_gym.validation.validator import Validation
 
@@ -32,9 +33,8 @@ class Response(StrEnum):
         try:
             return cls(name)
         except ValueError:
-            raise ConfigurationError(
-                f"a response to an alarm is one of {[str(one) for one in cls]}, got {name!r}"
-            ) from None
+            problem = f"{name!r} is no response to an alarm"
+            raise ConfigurationError(unknown_name(problem, str(name), cls)) from None
 
 
 def trusted_frame(frame: SensorFrame, validation: Validation, response: Response) -> SensorFrame:

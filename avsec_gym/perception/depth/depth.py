@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.map_files import Disparity
+from avsec_gym.suggestions import unknown_name
 
 _BUILT_IN: dict[str, tuple[str, dict[str, Any]]] = {
     "sgbm": ("avsec_gym.perception.depth.sgbm:SemiGlobalMatching", {}),
@@ -84,16 +85,24 @@ def make_depth(what: Any = "sgbm") -> Any:
         return what
     arguments = {"name": what} if isinstance(what, str) else dict(what)
     name = arguments.pop("name", None)
-    if name not in _BUILT_IN:
-        raise ConfigurationError(
-            f"there is no depth estimator named {name!r}; known: {', '.join(_BUILT_IN)}"
-        )
+    check_depth(name)
     path, defaults = _BUILT_IN[name]
     module, attribute = path.split(":")
     try:
         return getattr(import_module(module), attribute)(**(defaults | arguments))
     except TypeError as error:
         raise ConfigurationError(f"the depth estimator {name!r} cannot be made: {error}") from error
+
+
+def check_depth(name: Any) -> None:
+    """Refuse a name that `make_depth` does not know; nothing is made, nor imported.
+
+    Raises:
+        ConfigurationError: Nothing has that name.
+    """
+    if name not in _BUILT_IN:
+        problem = f"there is no depth estimator named {name!r}"
+        raise ConfigurationError(unknown_name(problem, str(name), _BUILT_IN))
 
 
 def pair_scale(frame: SensorFrame, left: int, right: int) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Calibration, Image
 from avsec_gym.kitti.map_files import Disparity
-from avsec_gym.perception.depth.depth import DepthEstimator, make_depth
+from avsec_gym.perception.depth.depth import DepthEstimator, check_depth, make_depth
 from avsec_gym.perception.depth.sgbm import SemiGlobalMatching
 from avsec_gym.validation.evidence.seen_by_both import SeenByBoth
 
@@ -35,7 +35,8 @@ class PairDepth:
         nearest: Depth down to which ``sgbm`` matches, metres.
 
     Raises:
-        ConfigurationError: Neither name nor dictionary, or a depth that is not positive.
+        ConfigurationError: Neither name nor dictionary, an unknown name, or a depth that is not
+            positive.
 
     Example:
         >>> from avsec_gym.rig import kitti_rig
@@ -57,6 +58,7 @@ class PairDepth:
             )
         if not (math.isfinite(self.nearest) and self.nearest > 0):
             raise ConfigurationError(f"the nearest depth is positive, got {self.nearest} m")
+        check_depth(self.settings.get("name"))
         if "nearest" in (settings := self.settings):
             arguments = {name: value for name, value in settings.items() if name not in _OWN}
             try:

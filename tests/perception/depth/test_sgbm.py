@@ -55,7 +55,7 @@ def test_makes_estimators_by_name() -> None:
         assert made.name == name
         assert make_depth(made) is made
     assert make_depth({"name": "sgbm", "block": 7}).block == 7
-    with pytest.raises(ConfigurationError, match=r"no depth estimator named 'sonar'; known: sgbm"):
+    with pytest.raises(ConfigurationError, match=r"no depth estimator named 'sonar'. Known: sgbm"):
         make_depth("sonar")
     with pytest.raises(ConfigurationError, match=r"'sgbm' cannot be made"):
         make_depth({"name": "sgbm", "blocks": 7})
