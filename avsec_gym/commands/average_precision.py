@@ -45,11 +45,13 @@ class ScoreDetections:
     frames left out, settings."""
     json: bool = False
     """Instead of a table, {class: {"2d"|"bev"|"3d"|"aos": {"ap11": [easy, moderate, hard], "ap40":
-    [...]}}}; --resamples adds ap11_interval and ap40_interval."""
+    [...]}, "labels": [...], "ceiling": {"ap11": [...], "ap40": [...]}}}: labels that count, and
+    what perfect detections of them reach; --resamples adds ap11_interval and ap40_interval."""
 
     def run(self) -> int:
         """Do it; the exit code."""
         from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU, average_precision
+        from avsec_gym.metrics.average_precision_curves import FEWEST_LABELS
 
         for name, least in (("limit", 1), ("resamples", 0), ("seed", 0)):
             value = getattr(self, name)
@@ -81,8 +83,14 @@ class ScoreDetections:
             from avsec_gym.report.scenario_picture import save_picture
 
             save_picture(draw_precision_recall(result, title=self.detections.name), self.figure)
+        few = _few(result)
+        if few:
+            console.say(
+                f"avsec: fewer than {FEWEST_LABELS} labels count ({few}): even perfect detections"
+                " stay below 100 %, see the ceiling; and single labels decide"
+            )
         if self.json:
-            console.print_json(result.to_json())
+            console.print_json(_with_ceilings(result))
         else:
             _show(result, f"{self.detections}: {len(frames.truth)} frames")
         in_part = frames.broken or frames.missing
@@ -180,6 +188,36 @@ class _Frames:
             )
 
 
+def _with_ceilings(result: AveragePrecision) -> dict[str, dict[str, Any]]:
+    """The figures, and of each class how many labels count and what perfect detections reach."""
+    figures: dict[str, dict[str, Any]] = {**result.to_json()}
+    for c, category in enumerate(result.classes):
+        best = result.ceiling[c].round(4).T.tolist()
+        figures[category] = {
+            **figures[category],
+            "labels": result.labels[c].tolist(),
+            "ceiling": dict(zip(("ap11", "ap40"), best, strict=True)),
+        }
+    return figures
+
+
+def _few(result: AveragePrecision) -> str:
+    """Where there are labels, but too few: ``Car: easy 5, moderate 18; Cyclist: ...``."""
+    from avsec_gym.metrics.average_precision_curves import FEWEST_LABELS
+    from avsec_gym.metrics.average_precision_frames import LEVELS
+
+    found = []
+    for category, counts in zip(result.classes, result.labels.tolist(), strict=True):
+        few = [
+            f"{level} {count}"
+            for level, count in zip(LEVELS, counts, strict=True)
+            if 0 < count < FEWEST_LABELS
+        ]
+        if few:
+            found.append(f"{category}: {', '.join(few)}")
+    return "; ".join(found)
+
+
 def _report(result: AveragePrecision, frames: _Frames) -> dict[str, Any]:
     """All there is to say, for --out."""
     from avsec_gym.metrics.average_precision import METRICS
@@ -197,7 +235,7 @@ def _report(result: AveragePrecision, frames: _Frames) -> dict[str, Any]:
             for m, metric in enumerate(METRICS)
         }
     return {
-        "average_precision": result.to_json(),
+        "average_precision": _with_ceilings(result),
         **per_class,
         "frames": len(frames.truth),
         "frames_without_detections": frames.missing,
@@ -226,6 +264,14 @@ def _show(result: AveragePrecision, title: str) -> None:
                         interval = (result.interval[c, m, level, points] / 100).tolist()
                     cells.append(console.percent(value / 100 if known else None, interval))
                 rows.append([*first, ("AP11", "AP40")[points], *cells])
+        rows.append([category, "labels that count", "", "", *map(str, result.labels[c].tolist())])
+        for points, best in enumerate(result.ceiling[c].T.tolist()):
+            cells = [
+                console.percent(value / 100 if count else None)
+                for value, count in zip(best, result.labels[c].tolist(), strict=True)
+            ]
+            first = ["", "ceiling" if not points else "", ""]
+            rows.append([*first, ("AP11", "AP40")[points], *cells])
     intervals = "" if result.interval is None else " and 95 % bootstrap intervals"
     columns = ["class", "metric", "IoU >", "recall points", *LEVELS]
     console.print_table(f"{title}, average precision in %{intervals}", columns, rows)

@@ -71,7 +71,7 @@ def _print(rows: list[dict[str, Any]]) -> None:
     drives = rows[0]["scenarios"]
     console.print_table(
         f"{drives} drives left, straight and right, % with 95 % Wilson intervals;"
-        " AP: cars, 3D, moderate, 11 points",
+        f" AP: cars, 3D, moderate, 11 points{_ceiling(rows)}",
         ["detector", "attack", "AP 0.7", "AP 0.5", "success", "collision", "safe driving"],
         [
             [
@@ -86,6 +86,14 @@ def _print(rows: list[dict[str, Any]]) -> None:
             for row in rows
         ],
     )
+
+
+def _ceiling(rows: list[dict[str, Any]]) -> str:
+    """How many cars that is of, and what perfect detections of so few reach."""
+    counted = [row for row in rows if row["labels"]]
+    if not counted:
+        return ""
+    return f", {counted[0]['labels']} cars: at most {counted[0]['precision_ceiling']:.1f}"
 
 
 def _points(precision: float | None) -> str:

@@ -16,6 +16,7 @@ from avsec_gym.experiments.chapter5.true_drives import true_cells
 from avsec_gym.experiments.experiment import Cell, Configuration, Experiment
 from avsec_gym.experiments.procedural_frames import PROCEDURAL, USUAL_COUNT
 from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU
+from avsec_gym.metrics.average_precision_frames import LEVELS
 from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.planners.planner import Algorithm
 from avsec_gym.scenario.intention import Intention
@@ -28,6 +29,8 @@ _TRUTH: Row = {
     "whole_levels": False,
     "precision": None,
     "precision_iou_0.5": None,
+    "precision_ceiling": None,
+    "labels": None,
 }
 
 
@@ -52,7 +55,8 @@ def demo_rows(outcomes: Outcomes) -> list[Row]:
     Returns:
         Rows with ``detector`` (None: the truth), ``attack``, ``strength``, the average precision
         of moderate cars in 3D at IoU 0.7 and 0.5 (``precision``, ``precision_iou_0.5``; percent,
-        11 recall points), and the rates as of `SafetyRates.to_json`.
+        11 recall points), how many labels count (``labels``) and what perfect detections of them
+        reach (``precision_ceiling``), and the rates as of `SafetyRates.to_json`.
     """
     true = [one for way in Intention for one in outcomes.true_records(Algorithm.ASTAR, way)]
     rows: list[Row] = [{**_TRUTH, **SafetyRates.of(true).to_json()}]
@@ -64,8 +68,18 @@ def demo_rows(outcomes: Outcomes) -> list[Row]:
             )
             for min_iou in (STANDARD_IOU, LOW_IOU)
         )
-        rates = outcomes.rates(condition).to_json()
-        rows.append({**named(condition), "precision": strict, "precision_iou_0.5": low, **rates})
+        found = outcomes.precision(condition, outcomes.looks(condition)[0], STANDARD_IOU, 0)
+        moderate = LEVELS.index("moderate")
+        rows.append(
+            {
+                **named(condition),
+                "precision": strict,
+                "precision_iou_0.5": low,
+                "precision_ceiling": float(found.ceiling[0, moderate, 0]),
+                "labels": int(found.labels[0, moderate]),
+                **outcomes.rates(condition).to_json(),
+            }
+        )
     return rows
 
 

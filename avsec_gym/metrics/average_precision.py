@@ -23,6 +23,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.metrics.average_precision_curves import (
     Counts,
     average_precisions,
+    best_average_precisions,
     draw_resamples,
     precision_at_recalls,
     resampled,
@@ -93,6 +94,15 @@ class AveragePrecision:
     def ap40(self) -> Floats:
         """Percent at 40 recall points, shape (C, 4, 3); the leaderboard's since October 2019."""
         return average_precisions(self.precision)[..., 1]
+
+    @property
+    def ceiling(self) -> Floats:
+        """What perfect detections of these labels reach, percent, shape (C, 3, 2): AP11 and AP40.
+
+        Below 100 with fewer than `FEWEST_LABELS`; the same for every metric.
+        """
+        best = [best_average_precisions(count) for count in self.labels.ravel().tolist()]
+        return np.reshape(best, (*self.labels.shape, 2))
 
     def value(
         self, category: str, metric: str = "3d", level: str = "moderate", recall_points: int = 11

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +15,9 @@ SLOTS = 41
 """Recall 0, 1/40, ..., 1."""
 AP11_SLOTS, AP40_SLOTS = slice(0, None, 4), slice(1, None)
 """Recall 0, 0.1, ..., 1 (papers before October 2019); recall 1/40, 2/40, ..., 1 (since then)."""
+
+FEWEST_LABELS = 41
+"""As many labels can fill all recalls; with fewer, perfect detections do not reach 100 percent."""
 
 Counts = NDArray[np.int64]
 
@@ -36,6 +41,30 @@ def average_precisions(precision: Floats) -> Floats:
     """AP11 and AP40 in percent, shape (..., 2), of precisions of shape (..., 41)."""
     means = [precision[..., slots].mean(axis=-1) for slots in (AP11_SLOTS, AP40_SLOTS)]
     return 100 * np.stack(means, axis=-1)
+
+
+@lru_cache(maxsize=4096)
+def best_average_precisions(labels: int) -> tuple[float, float]:
+    """AP11 and AP40 in percent of detections that are the labels themselves.
+
+    Each label found makes one cut-off at most, the first of which stands at recall 0: n labels fill
+    n of the 41 recalls, and the development kit counts the others as precision 0.
+
+    Args:
+        labels: Counted ones; without any, precision is 0.
+
+    Example:
+        >>> [round(value, 2) for value in best_average_precisions(18)]
+        [45.45, 42.5]
+    """
+    of_each = np.ones(labels)
+    one, first = np.array([labels]), np.zeros(labels, np.int64)
+    if not labels:
+        return 0.0, 0.0
+    surest = np.ones(1), np.zeros(1, np.int64)
+    events = Events(of_each, first, *surest, one, np.zeros(1, np.int64), one.astype(float))
+    ap11, ap40 = average_precisions(precision_at_recalls(events, one))[0].tolist()
+    return ap11, ap40
 
 
 def draw_resamples(frames: int, count: int, seed: int) -> Counts:

@@ -12,6 +12,7 @@ from avsec_gym.experiments.chapter5.settings import (
     UNATTACKED,
 )
 from avsec_gym.experiments.thesis import LEVELS
+from avsec_gym.metrics.average_precision_curves import FEWEST_LABELS
 from avsec_gym.report.attack_names import attack_name, detector_name
 from avsec_gym.report.page_table import Cell, Table, figure, name
 from avsec_gym.scenario.intention import Intention
@@ -130,9 +131,26 @@ def _precision_table(title: str, rows: Rows, attacks: Sequence[str]) -> Table | 
         f"{title}, cars in 3D at IoU 0.7, %",
         ["points", "level", *headings],
         lines,
-        "In brackets: 95 % bootstrap intervals over scenarios. In italics: the thesis.",
+        "In brackets: 95 % bootstrap intervals over scenarios. In italics: the thesis."
+        + _ceiling(found[columns[0]]),
         _detector_groups([column[:3] for column in columns], 2),
         names=2,
+    )
+
+
+def _ceiling(row: Mapping[str, Any]) -> str:
+    """How many cars count, and what perfect detections of them reach."""
+    if "labels" not in row:  # Summaries of earlier releases.
+        return ""
+    parts = [
+        f"{count} {level} ({ap11:.1f} and {ap40:.1f})"
+        for level, count, (ap11, ap40) in zip(LEVELS, row["labels"], row["ceiling"], strict=True)
+    ]
+    few = min(row["labels"]) < FEWEST_LABELS
+    return (
+        f" Cars that count, and what perfect detections of them reach in AP11 and AP40:"
+        f" {', '.join(parts)}."
+        + (f" With fewer than {FEWEST_LABELS} no detector reaches 100." if few else "")
     )
 
 

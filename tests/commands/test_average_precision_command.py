@@ -83,12 +83,14 @@ def test_the_json_has_the_promised_shape(
     )  # fmt: skip
     assert list(report) == ["Car", "Pedestrian", "Cyclist"]
     for category in report.values():
-        assert tuple(category) == METRICS
+        assert tuple(category) == (*METRICS, "labels", "ceiling")
+        assert len(category.pop("labels")) == 3
         for values in category.values():
             assert list(values) == ["ap11", "ap40"]
             assert all(len(levels) == 3 for levels in values.values())
             assert all(math.isfinite(value) for levels in values.values() for value in levels)
-    # Three hits at one score make three cuts: recall slots 0, 1 and 2 of 40.
+    # Three hits at one score make three cuts: recall slots 0, 1 and 2 of 40.  All of three labels.
+    assert report["Car"]["ceiling"] == report["Car"]["3d"]
     for metric in METRICS:
         assert report["Car"][metric] == {"ap11": [ONE_OF_ELEVEN] * 3, "ap40": [5.0] * 3}
 

@@ -15,6 +15,7 @@ from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.tables import precision_rows
 from avsec_gym.experiments.demo import DEMO, demo_rows, unpatched
 from avsec_gym.experiments.experiment import Configuration, with_defaults
+from avsec_gym.metrics.average_precision_curves import best_average_precisions
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.intention import Intention
@@ -77,6 +78,9 @@ def test_the_table_pools_intentions_and_takes_the_strongest_step(made: ModuleTyp
     }
     assert clean["precision"] == clean["precision_iou_0.5"] == pytest.approx(strict[0.0], abs=1e-3)
     assert clean["precision"] > 0
+    assert truth["precision_ceiling"] is None
+    assert clean["labels"] == found.precision(next(iter(found.strongest))).labels[0, 1]
+    assert clean["precision_ceiling"] == best_average_precisions(clean["labels"])[0]
     assert patch["precision"] == clean["precision"]
     assert pgd["precision"] == pgd["precision_iou_0.5"] == 0.0
     assert pgd["scenarios"] == 18

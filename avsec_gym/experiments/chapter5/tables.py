@@ -56,7 +56,8 @@ def precision_rows(outcomes: Outcomes) -> list[Row]:
     rows = []
     for condition in outcomes.conditions:
         for intention in outcomes.looks(condition):
-            strict = outcomes.precision(condition, intention).to_json()[CATEGORY]
+            found = outcomes.precision(condition, intention)
+            strict = found.to_json()[CATEGORY]
             low = outcomes.precision(condition, intention, LOW_IOU, 0).to_json()[CATEGORY]
             attack = condition.attack
             key = thesis_setting(attack, condition.strength)
@@ -67,6 +68,8 @@ def precision_rows(outcomes: Outcomes) -> list[Row]:
                 {
                     **named(condition),
                     "intention": None if intention is None else str(intention),
+                    "labels": found.labels[0].tolist(),
+                    "ceiling": found.ceiling[0].round(4).tolist(),
                     "precision": strict,
                     "precision_iou_0.5": {name: low[name] for name in ("bev", "3d")},
                     "thesis": None if thesis is None or condition.whole_levels else list(thesis),
