@@ -61,5 +61,11 @@ def judge_stop(plan: Plan, problem: PlanningScenario, truth: Obstacles) -> Safet
         return record
     nan = math.nan
     return replace(
-        record, outcome=UNPLANNED, cost=nan, path_length=nan, travel_time=nan, sm1_cost=nan
+        record,
+        outcome=UNPLANNED,
+        cost=nan,
+        path_length=nan,
+        travel_time=nan,
+        sm1_cost=nan,
+        swept_collision=None,
     )

@@ -266,6 +266,24 @@ def test_the_seed_and_the_limit(capsys: pytest.CaptureFixture[str]) -> None:
     assert one["scenario_set"] == "layouts-3"
 
 
+def test_the_swept_check_stands_beside_the_sampled_one(
+    kitti: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    report = evaluated(capsys, "--kitti", kitti, "--out", out)
+    for row in report["rates"]:
+        assert row["collisions"] <= row["swept_collisions"] <= row["planned"]
+        if row["planned"]:
+            assert row["swept_collision_rate"] == row["swept_collisions"] / row["planned"]
+            low, high = row["swept_collision_rate_interval"]
+            assert 0 <= low <= row["swept_collision_rate"] <= high <= 1
+    rows = list(csv.DictReader((out / "records.csv").read_text().splitlines()))
+    assert {row["swept_collision"] for row in rows if row["outcome"] == "collision"} <= {"True"}
+    assert {row["swept_collision"] for row in rows if row["outcome"] == "unplanned"} <= {""}
+    assert ends(["evaluate", "--kitti", kitti]) == DONE
+    assert "swept" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("arguments", "code", "says"),
     [

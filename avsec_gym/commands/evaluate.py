@@ -245,6 +245,7 @@ def _show(report: dict[str, Any]) -> None:
             "success",
             "collision",
             "safe driving",
+            "swept collision",
             "no plan because",
         ],
         [
@@ -254,7 +255,12 @@ def _show(report: dict[str, Any]) -> None:
                 row["input"].replace("_", " "),
                 *(
                     percent
-                    for name in ("success_rate", "collision_rate", "safe_driving_rate")
+                    for name in (
+                        "success_rate",
+                        "collision_rate",
+                        "safe_driving_rate",
+                        "swept_collision_rate",
+                    )
                     for percent in [console.percent(row[name], row[f"{name}_interval"])]
                 ),
                 ", ".join(f"{name} {count}" for name, count in row["failures"].items()),

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.metrics.swept_contact import first_swept_contact
 from avsec_gym.metrics.trajectory_cost import path_length, sm1_cost, travel_time
 from avsec_gym.metrics.verdict import first_contact
 from avsec_gym.planners.plan import Plan
@@ -49,6 +50,9 @@ class SafetyRecord:
     """Row of the touched object among the ground truth's obstacles."""
     sm1_cost: float = float("nan")
     """CommonRoad's cost SM1; nan if unplanned."""
+    swept_collision: bool | None = None
+    """Whether the trajectory touches something real at or between time steps, see `swept_contact`;
+    the outcome goes by the time steps alone, as in the thesis.  None where nobody looked."""
 
     @property
     def planned(self) -> bool:
@@ -111,6 +115,10 @@ def judge(
         ),
         collision_object=None if contact is None else contact.obstacle,
         sm1_cost=sm1_cost(plan.trajectory, scenario),
+        swept_collision=(
+            contact is not None
+            or first_swept_contact(plan.trajectory, truth, vehicle, plan.first_step) is not None
+        ),
     )
 
 
@@ -132,6 +140,8 @@ class SafetyRates:
     """s, over planned scenarios; nan without any."""
     mean_sm1_cost: float
     """CommonRoad's cost SM1, over planned scenarios; nan without any."""
+    swept_collisions: int | None = None
+    """Planned scenarios that touch something at or between time steps; None where nobody looked."""
 
     @classmethod
     def of(cls, records: Iterable[SafetyRecord]) -> SafetyRates:
@@ -146,6 +156,11 @@ class SafetyRates:
             mean_path_length=_mean([record.path_length for record in planned]),
             mean_travel_time=_mean([record.travel_time for record in planned]),
             mean_sm1_cost=_mean([record.sm1_cost for record in planned]),
+            swept_collisions=(
+                None
+                if any(record.swept_collision is None for record in planned)
+                else sum(bool(record.swept_collision) for record in planned)
+            ),
         )
 
     @property
@@ -157,6 +172,13 @@ class SafetyRates:
     def collision_rate(self) -> float:
         """m_cls; nan where nothing was planned."""
         return _share(self.collisions, self.planned)
+
+    @property
+    def swept_collision_rate(self) -> float:
+        """Share of the planned that touch something at or between time steps; nan if unknown."""
+        if self.swept_collisions is None:
+            return math.nan
+        return _share(self.swept_collisions, self.planned)
 
     @property
     def safe_driving_rate(self) -> float:
@@ -180,6 +202,13 @@ class SafetyRates:
             "mean_path_length": _number(self.mean_path_length),
             "mean_travel_time": _number(self.mean_travel_time),
             "mean_sm1_cost": _number(self.mean_sm1_cost),
+            "swept_collisions": self.swept_collisions,
+            "swept_collision_rate": _number(self.swept_collision_rate),
+            "swept_collision_rate_interval": (
+                None
+                if self.swept_collisions is None
+                else _interval(self.swept_collisions, self.planned)
+            ),
         }
 
 

@@ -125,10 +125,13 @@ class RunFolder:
         names = [column.name for column in fields(SafetyRecord)]
         records = []
         for row in self.drives(**where):
+            # Folders of earlier releases lack the columns of `schema.ADDED`.
             values: dict[str, Any] = {
-                name: math.nan if row[name] is None and name in numbers else row[name]
+                name: math.nan if row.get(name) is None and name in numbers else row.get(name)
                 for name in names
             }
+            if values["swept_collision"] is not None:
+                values["swept_collision"] = bool(values["swept_collision"])
             records.append(SafetyRecord(**values))
         return records
 

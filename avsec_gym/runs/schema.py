@@ -5,6 +5,10 @@ from __future__ import annotations
 VERSION = 1
 """``PRAGMA user_version``; another one is another schema."""
 
+ADDED = {("drives", "swept_collision"): "INTEGER"}
+"""Columns that folders of earlier releases lack, by table and name: NULL there, and added where
+such a run goes on.  They need no other version: older releases read them, too."""
+
 SCHEMA = """
 CREATE TABLE needs (
     experiment TEXT NOT NULL,
@@ -37,6 +41,7 @@ CREATE TABLE drives (
     collision_time REAL,
     collision_object INTEGER,
     sm1_cost REAL,
+    swept_collision INTEGER,
     planned INTEGER NOT NULL AS (outcome <> 'unplanned'),
     collision INTEGER NOT NULL AS (outcome = 'collision'),
     safe INTEGER NOT NULL AS (outcome = 'safe'),

@@ -13,7 +13,7 @@ from typing import Any
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.experiment import Cell
 from avsec_gym.runs.desk import Done, Failed
-from avsec_gym.runs.schema import SCHEMA, VERSION
+from avsec_gym.runs.schema import ADDED, SCHEMA, VERSION
 
 _BAD_ROWS = (sqlite3.IntegrityError, sqlite3.InterfaceError, sqlite3.ProgrammingError)
 _REMEDY = "Name another folder with --out, or remove this one."
@@ -42,6 +42,8 @@ class ResultStore:
                     f"BEGIN; {SCHEMA} PRAGMA user_version = {VERSION}; COMMIT;"
                 )
             there = schema_version(self._database)
+            if there == VERSION:
+                self._add_columns()
         except sqlite3.Error as error:
             raise self._cannot("opened", error) from error
         if there != VERSION:
@@ -50,6 +52,13 @@ class ResultStore:
                 path=path,
                 remedy=_REMEDY,
             )
+
+    def _add_columns(self) -> None:
+        """Let a run of an earlier release go on."""
+        for (table, name), kind in ADDED.items():
+            columns = {row[1] for row in self._database.execute(f"PRAGMA table_info({table})")}
+            if name not in columns:
+                self._database.execute(f"ALTER TABLE {table} ADD COLUMN {name} {kind}")
 
     def close(self) -> None:
         """Fold the write-ahead log into the file."""

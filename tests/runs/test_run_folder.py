@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 import os
@@ -30,15 +31,17 @@ from avsec_gym.runs.fingerprints import fingerprint
 from avsec_gym.runs.rows import rows_of
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
-from avsec_gym.runs.schema import SCHEMA
+from avsec_gym.runs.schema import ADDED, SCHEMA
 from avsec_gym.runs.store import ResultStore
 from avsec_gym.runs.stored_boxes import boxes_from_text, boxes_to_text
 
 NAN = math.nan
 RECORDS = [
-    SafetyRecord("000001", "left", "safe", 1.5, 12, 15.25, 2.0, sm1_cost=3.5),
+    SafetyRecord(
+        "000001", "left", "safe", 1.5, 12, 15.25, 2.0, sm1_cost=3.5, swept_collision=False
+    ),
     SafetyRecord("000001", "right", "unplanned", NAN, 99, NAN, NAN, "exhausted", 2.5),
-    SafetyRecord("000002", "left", "collision", 1.0, 7, 9.5, 1.5, None, NAN, 0.7, 3, 4.5),
+    SafetyRecord("000002", "left", "collision", 1.0, 7, 9.5, 1.5, None, NAN, 0.7, 3, 4.5, True),
 ]
 
 
@@ -80,6 +83,24 @@ def test_records_come_back_as_they_were(run: RunFolder) -> None:
     ]  # fmt: skip
     assert len(run.drives()) == 3 + 2 * 2 * 2
     assert not run.drives(setting="dsgn", strength=3)
+
+
+def test_folders_of_earlier_releases_open_and_go_on(run: RunFolder) -> None:
+    path = run.path / "results.sqlite"
+    with contextlib.closing(sqlite3.connect(path)) as database:
+        for table, name in ADDED:
+            database.execute(f"ALTER TABLE {table} DROP COLUMN {name}")
+    records = run.records(setting="dsgn", strength=4, planner="astar")
+    assert [record.swept_collision for record in records] == [None] * 3
+    assert [record.outcome for record in records] == [record.outcome for record in RECORDS]
+    assert SafetyRates.of(records).swept_collisions is None
+    later = CellResult([DriveRow("later", record, 4) for record in RECORDS])
+    store = ResultStore(path)
+    assert isinstance(store.add(Cell.of("here:Work", n=2), Done(rows_of(later), 3.0)), Done)
+    store.close()
+    records = run.records(setting="later", strength=4, planner="astar")
+    assert [record.swept_collision for record in records] == [False, None, True]
+    assert len(run.records(setting="dsgn", strength=4, planner="astar")) == 3
 
 
 def test_everything_else_comes_back(run: RunFolder) -> None:

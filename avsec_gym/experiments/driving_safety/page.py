@@ -9,6 +9,7 @@ from avsec_gym.planners.planner import Algorithm
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene_sets import WITHOUT_CARS
 
+_RATES = ("success", "collision", "safe driving", "swept collision")
 _NAMES = {Algorithm.ASTAR: "A*", Algorithm.GBFS: "GBFS"}
 
 
@@ -35,12 +36,14 @@ def page(results: dict[str, Any]) -> str:
         "## Ground truth in",
         "",
         *_table(
-            ["planner", "intention", "success", "collision", "safe driving", "thesis, safe"],
+            ["planner", "intention", *_RATES, "thesis, safe"],
             [
-                [*_head(row), *_three(row), f"{100 * thesis[row['planner'], row['intention']]:.1f}"]
+                [*_head(row), *_four(row), f"{100 * thesis[row['planner'], row['intention']]:.1f}"]
                 for row in truth
             ],
         ),
+        "",
+        _swept_remark(truth),
         "",
         "Means over planned scenarios: time to the goal (g), path length, CommonRoad's cost SM1.",
         "",
@@ -122,15 +125,13 @@ def page(results: dict[str, Any]) -> str:
         *_table(
             [
                 "intention",
-                "success",
-                "collision",
-                "safe driving",
+                *_RATES,
                 *(f"thesis, {name} (stereo)" for name in NAMES.values()),
             ],
             [
                 [
                     row["intention"],
-                    *_three(row),
+                    *_four(row),
                     *(
                         f"{100 * SAFETY[detector, 'unattacked', intention].safe:.1f}"
                         for detector in NAMES
@@ -214,6 +215,21 @@ def _head(row: dict[str, Any]) -> list[str]:
 
 def _three(row: dict[str, Any]) -> list[str]:
     return [_rate(row, name) for name in ("success_rate", "collision_rate", "safe_driving_rate")]
+
+
+def _four(row: dict[str, Any]) -> list[str]:
+    return [*_three(row), _rate(row, "swept_collision_rate")]
+
+
+def _swept_remark(rows: list[dict[str, Any]]) -> str:
+    planned = sum(row["planned"] for row in rows)
+    between = sum(row["swept_collisions"] - row["collisions"] for row in rows)
+    return (
+        "*Collision* is the thesis' check: at every time step of 0.1 s. *Swept collision* also"
+        " counts what is touched between two steps, where the vehicle and the objects move on"
+        f" linearly (to a millimetre): {between} of {planned} plans touch something there that no"
+        " time step shows. Success and safe driving go by the time steps, as in the thesis."
+    )
 
 
 def _rate(row: dict[str, Any], name: str) -> str:
