@@ -108,9 +108,9 @@ def page(results: dict[str, Any]) -> str:
 def planner_table(runs: list[dict[str, Any]]) -> list[str]:
     """Ours and the original's, a row for each set of primitives."""
     lines = [
-        "| primitives | rows | same nodes and cost | ours, median | original / ours, median"
-        " | total |",
-        "| --- | --- | --- | --- | --- | --- |",
+        "| primitives | rows | same nodes and cost | ours, median | ours, a node | original, a node"
+        " | original / ours, median | total |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for (_, primitives), result in zip(PLANNER_SETS, runs, strict=True):
         summary = result["summary"]
@@ -118,11 +118,13 @@ def planner_table(runs: list[dict[str, Any]]) -> list[str]:
         lines.append(
             f"| {primitives} | {summary['rows']} | "
             + (f"{summary['same_nodes_and_cost']} of {compared}" if compared else "–")
-            + f" | {1e6 * summary['ours_seconds_median']:.0f} µs | "
+            + f" | {1e6 * summary['ours_seconds_median']:.0f} µs"
+            + f" | {summary['ours_microseconds_a_node']:.2f} µs | "
             + (
+                f"{summary['original_microseconds_a_node']:.0f} µs | "
                 f"{summary['speed_ratio_median']:.0f} | {summary['speed_ratio_total']:.0f} |"
                 if compared
-                else "– | – |"
+                else "– | – | – |"
             )
         )
     timeouts = sum(result["summary"].get("original_timeouts", 0) for result in runs)

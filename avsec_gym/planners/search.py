@@ -110,8 +110,8 @@ def search(problem: Problem, world: World, state: SearchState, budget: int) -> i
     Returns:
         PAUSED (out of budget) or FULL (out of memory): call again with more; FOUND or EXHAUSTED.
     """
-    # Everything that the loop needs, taken out of its tuple once: numba counts references to every
-    # array of a tuple at each access to one of them, which took four fifths of the search.
+    # Everything that the loop needs, taken out of its tuple once: to hand tuples of arrays on in
+    # the loop copies them and counts references to each array, which cost more than the search.
     pose, link, keys, items, table = state.pose, state.link, state.key, state.item, state.table
     counters, root, reach = state.counters, problem.root, problem.reach
     goals, limits, offset = problem.goals, problem.limits, problem.limits.centre_offset
