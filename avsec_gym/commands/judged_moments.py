@@ -39,6 +39,8 @@ class JudgedMoments:
         seed: Of the attack.
         locate: Whether damage is looked for in the sensors that are named.
         as_json: JSON lines instead of words.
+        origin: What the validator was fitted on, in words, which stands in every output.
+        draw_all: Whether moments without an alarm have a picture, too.
     """
 
     moments: Sequence[Moment]
@@ -48,6 +50,8 @@ class JudgedMoments:
     seed: int
     locate: bool
     as_json: bool
+    origin: str = ""
+    draw_all: bool = False
 
     def judge(self, left_out: dict[str, str]) -> None:
         """Say what there is to be said of each, as it comes.
@@ -84,10 +88,11 @@ class JudgedMoments:
             damage = located_damage(validation) if self.locate else {}
             seconds = judged_at - begun, time.perf_counter() - judged_at
             row = row_of(moment.id, validation, tampered.attacked, damage, seconds)
-            if validation.alarm:
-                name = moment.id.replace("/", "_")
-                picture = self.folder.out / "alarms" / f"{name}.png"
-                save_validation_picture(validation, picture, damage)
+            row["fitted_on"] = self.origin
+            if validation.alarm or self.draw_all:
+                kind = "alarms" if validation.alarm else "no_alarms"
+                picture = self.folder.out / kind / f"{moment.id.replace('/', '_')}.png"
+                save_validation_picture(validation, picture, damage, self.origin)
             self.folder.add(row)
             self._tell(row)
         if refused and not self._rows:
@@ -106,7 +111,7 @@ class JudgedMoments:
         if len(left_out) > _REMARKS:
             console.say(f"avsec: left out: {len(left_out) - _REMARKS} more moments")
         found, out = summary(self._rows), self.folder.out
-        found["left_out"] = len(left_out)
+        found |= {"left_out": len(left_out), "fitted_on": self.origin}
         write_text(out / "summary.json", json.dumps(found, indent=1) + "\n", overwrite=True)
         if self.as_json:
             console.print_json_line({"summary": found})
@@ -121,7 +126,8 @@ class JudgedMoments:
                 if (one := found[key])["of"]
             ]
             console.print_table(
-                f"{found['moments']} moments, {found['alarms']} alarms; {out}",
+                f"{found['moments']} moments, {found['alarms']} alarms"
+                f"{f'; {self.origin}' if self.origin else ''}; {out}",
                 ["", "moments", "% (95 %)"],
                 lines,
             )

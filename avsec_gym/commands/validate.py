@@ -18,10 +18,12 @@ from avsec_gym.kitti.text_files import read_text
 
 if TYPE_CHECKING:
     from avsec_gym.attacks.optical_attack import OpticalAttack
+    from avsec_gym.commands.judged_by import JudgedBy
     from avsec_gym.sensor_system import Sensor, SensorSystem
     from avsec_gym.validation.evidence.pair_depth import PairDepth
     from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
     from avsec_gym.validation.moments import Moment, Recordings
+    from avsec_gym.validation.shipped import Kind
     from avsec_gym.validation.threshold_validator import ThresholdValidator
     from avsec_gym.validation.validation_folder import ValidationFolder
 
@@ -44,17 +46,23 @@ class Validate:
     """S_0 to S_n: lidar, if any, then cameras' numbers from right to left, the reference last.
     Default: those that --thresholds or --likelihood was made of, else all that see depth, but for
     those that few moments have."""
+    ids: tuple[str, ...] = ()
+    """Only these moments, such as 000107, or 2011_09_26_drive_0052_sync/0000000005 where there are
+    several drives.  Each has its picture, alarm or not."""
     thresholds: Path | None = None
-    """A threshold table of such sensors, written by an earlier run to OUT/thresholds.json.
-    Default: it is made from the first part of the recording, see --clean."""
+    """A threshold table of such sensors, written by an earlier run to OUT/thresholds.json; or the
+    word shipped, for the package's own.  Default: see --clean."""
     likelihood: Path | None = None
-    """Instead of thresholds: a likelihood model, which gives a probability for each sensor."""
+    """Instead of thresholds: a likelihood model, which gives a probability for each sensor; or the
+    word shipped, for the package's own."""
     fit_likelihood: bool = False
     """Instead of thresholds: make a likelihood model of the first part of the recording, see
     --clean, written to OUT/likelihood.json.  Each clean moment is attacked in every way."""
-    clean: float = 0.25
+    clean: float | None = None
     """Share of the moments, the first ones, that thresholds or likelihoods are made from: nobody
-    may have attacked them.  They are not judged."""
+    may have attacked them.  They are not judged.  Default: 0.25 where these are 1 / r moments or
+    more; else none, if the package ships thresholds of such sensors, fitted on procedural drives of
+    KITTI's rig; else 0.25."""
     rate: float = 0.01
     """Designated false alarm rate r, from 0 to 1."""
     criterion: Literal["error", "any"] = "any"
@@ -90,23 +98,32 @@ class Validate:
         recordings = self._recordings(sensors).first(self.limit)
         if recordings.remark:
             console.say(f"avsec: left out: {recordings.remark}")
-        moments = recordings.moments
-        clean = [] if fitted else moments[: max(1, round(self.clean * len(moments)))]
-        judged = moments[len(clean) :]
-        if not judged:
-            raise ConfigurationError(
-                f"of {len(moments)} moments none is left to be judged: lower --clean, raise "
-                "--limit, or give --thresholds or --likelihood of an earlier run"
-            )
         self._check_attack(recordings.system)
-        folder = self._folder(recordings, len(clean))
-        left_out = {id: f"it lacks {what}" for id, what in recordings.lacking.items()}
-        validator = fitted or self._fit(folder.out, recordings, clean, left_out)
-        for remark in (validator.remark, self._seen_before(validator, recordings, judged)):
+        by = self._judged_by(recordings, fitted is not None)
+        folder = self._folder(recordings, by)
+        # Who names moments does not ask what others lack.
+        lacking = {} if self.ids else recordings.lacking
+        left_out = {id: f"it lacks {what}" for id, what in lacking.items()}
+        validator = fitted or self._fit(folder.out, recordings, by, left_out)
+        origin = self._origin(validator)
+        for remark in (
+            by.remark,
+            validator.remark,
+            self._seen_before(validator, recordings, by.judged),
+            origin and f"what decides here was {origin}",
+        ):
             if remark:
                 console.say(f"avsec: {remark}")
         said = JudgedMoments(
-            judged, validator, folder, self._attack, self.seed, self.locate, self.json
+            by.judged,
+            validator,
+            folder,
+            self._attack,
+            self.seed,
+            self.locate,
+            self.json,
+            origin,
+            bool(self.ids),
         )
         said.judge(left_out)
         return said.report(left_out)
@@ -117,6 +134,7 @@ class Validate:
             ("thresholds", "likelihood"),
             ("thresholds", "fit_likelihood"),
             ("likelihood", "fit_likelihood"),
+            ("ids", "limit"),
         ):
             if getattr(self, one) and getattr(self, other):
                 names = (name.replace("_", "-") for name in (one, other))
@@ -124,13 +142,18 @@ class Validate:
         if (self.likelihood or self.fit_likelihood) and self.criterion != "any":
             raise ConfigurationError("--criterion chooses among thresholds, not with likelihoods")
         for name, good in (
-            ("clean", 0 < self.clean < 1),
+            ("clean", self.clean is None or 0 < self.clean < 1),
             ("rate", 0 <= self.rate <= 1),
             ("limit", self.limit is None or self.limit >= 1),
             ("seed", self.seed >= 0),
         ):
             if not good:
                 raise ConfigurationError(f"--{name} cannot be {getattr(self, name)}")
+        if self.clean is not None and (self.thresholds or self.likelihood):
+            raise ConfigurationError(
+                "--clean says what is fitted on, --thresholds and --likelihood that something is "
+                "fitted already: give one"
+            )
         # What is mistyped is told before anything is measured.
         _ = self._attack, self._depth
 
@@ -165,13 +188,22 @@ class Validate:
     def _sensors(self) -> tuple[Sensor, ...]:
         return tuple(int(one) if one.isdigit() else one for one in self.sensors)
 
+    @property
+    def _asked_for(self) -> Kind | None:
+        """What of the package's own is asked for, by its word in place of a file."""
+        from avsec_gym.validation.shipped import SHIPPED
+
+        if str(self.thresholds) == SHIPPED:
+            return "thresholds"
+        return "likelihood" if str(self.likelihood) == SHIPPED else None
+
     def _fitted(self) -> ThresholdValidator | LikelihoodValidator | None:
         """Of an earlier run."""
         from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
         from avsec_gym.validation.threshold_validator import ThresholdValidator
 
         file = self.thresholds or self.likelihood
-        if file is None:
+        if file is None or self._asked_for:
             return None
         validator: ThresholdValidator | LikelihoodValidator
         if self.thresholds is not None:
@@ -195,7 +227,25 @@ class Validate:
             return object_recordings(self.kitti, sensors or None)
         return raw_recordings(self.kitti_raw or default_suite("raw"), sensors or None)
 
-    def _folder(self, recordings: Recordings, clean: int) -> ValidationFolder:
+    def _judged_by(self, recordings: Recordings, fitted: bool) -> JudgedBy:
+        """Which moments are judged, and by what."""
+        from avsec_gym.commands.judged_by import (
+            USUAL_SHARE,
+            JudgedBy,
+            judged_by_clean,
+            judged_by_enough,
+            judged_by_shipped,
+        )
+
+        if fitted:
+            return JudgedBy(recordings.named(self.ids) or recordings.moments)
+        if self._asked_for:
+            return judged_by_shipped(recordings, self.ids, self._asked_for, self._depth)
+        if self.clean is None and not self.fit_likelihood:
+            return judged_by_enough(recordings, self.ids, self.rate, self._depth)
+        return judged_by_clean(recordings, self.ids, self.clean or USUAL_SHARE)
+
+    def _folder(self, recordings: Recordings, by: JudgedBy) -> ValidationFolder:
         from avsec_gym.validation.fitted_on import FORMAT
         from avsec_gym.validation.validation_folder import ValidationFolder, differences
 
@@ -204,7 +254,7 @@ class Validate:
             "format": FORMAT,
             "recording": "default suite raw" if place is None else str(place.resolve()),
             "sensors": list(recordings.system.sensors),
-            "clean_moments": clean,
+            "clean_moments": len(by.clean),
             "rate": self.rate,
             "criterion": self.criterion,
             "depth": None if self.thresholds or self.likelihood else self._depth.settings,
@@ -214,10 +264,14 @@ class Validate:
         }
         if self.fit_likelihood:
             record["fit_likelihood"] = True
+        if self.ids:
+            record["ids"] = [moment.id for moment in by.judged]
         for name in ("thresholds", "likelihood"):
             file = getattr(self, name)
-            if file is not None:
+            if file is not None and not self._asked_for:
                 record[name] = hashlib.sha256(read_text(file).encode()).hexdigest()
+        if by.shipped is not None:
+            record["shipped"] = hashlib.sha256(read_text(by.shipped).encode()).hexdigest()
         if self.out is not None:
             return ValidationFolder(self.out, record)
         for number in count(1):
@@ -227,20 +281,31 @@ class Validate:
         return ValidationFolder(out, record)
 
     def _fit(
-        self, out: Path, recordings: Recordings, clean: Sequence[Moment], left_out: dict[str, str]
+        self, out: Path, recordings: Recordings, by: JudgedBy, left_out: dict[str, str]
     ) -> ThresholdValidator | LikelihoodValidator:
-        """On the first moments."""
+        """On clean moments, or as the package ships it."""
         from avsec_gym.commands.clean_moments import CleanMoments
         from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
         from avsec_gym.validation.threshold_validator import ThresholdValidator
         from avsec_gym.validation.validation_folder import LIKELIHOOD, SAMPLES, THRESHOLDS
 
-        own = CleanMoments(clean, recordings.system, self._depth, recordings.root)
+        if by.shipped is not None:
+            if self._asked_for == "likelihood":
+                return LikelihoodValidator(by.shipped, self.rate)
+            return ThresholdValidator(by.shipped, self.rate, self.criterion)
+        own = CleanMoments(by.clean, recordings.system, self._depth, recordings.root)
         if self.fit_likelihood:
             left_out |= own.likelihood(out / LIKELIHOOD, out / SAMPLES, self.seed)
             return LikelihoodValidator(out / LIKELIHOOD, self.rate)
         left_out |= own.thresholds(out / THRESHOLDS, out / SAMPLES)
         return ThresholdValidator(out / THRESHOLDS, self.rate, self.criterion)
+
+    def _origin(self, validator: ThresholdValidator | LikelihoodValidator) -> str:
+        """What the validator was fitted on, in words."""
+        from avsec_gym.validation.shipped import origin_of, stale
+
+        changed = "; the code that measures has changed since" * stale(validator.on)
+        return origin_of(validator.on) + changed
 
     def _seen_before(
         self,

@@ -36,7 +36,7 @@ _MARKS = {Verdict.ATTACKED: "#D7263D", Verdict.CANNOT_TELL: "#B8860B", Verdict.S
 
 
 def draw_validation(
-    validation: Validation, damage: Mapping[Sensor, Damage] | None = None
+    validation: Validation, damage: Mapping[Sensor, Damage] | None = None, origin: str = ""
 ) -> Figure:
     """Left: the sensors with their verdicts.  Right: triples.
 
@@ -47,6 +47,7 @@ def draw_validation(
     Args:
         validation: Of one moment.
         damage: In the sensors that are named, where it was looked for.
+        origin: What the validator was fitted on, in words.
     """
     from matplotlib.figure import Figure
 
@@ -62,6 +63,8 @@ def draw_validation(
         figsize=(12, 0.3 + 2.3 * rows), dpi=100, facecolor="white", layout="constrained"
     )
     figure.suptitle(_LEGEND, fontsize=9, x=0.99, ha="right")
+    if origin:
+        figure.supxlabel(f"what decides here was {origin}", fontsize=9, x=0.99, ha="right")
     panels = figure.subplots(rows, 2, squeeze=False)
     for axes in panels.flat:
         axes.set_axis_off()
@@ -95,13 +98,16 @@ def draw_validation(
 
 
 def save_validation_picture(
-    validation: Validation, path: Path, damage: Mapping[Sensor, Damage] | None = None
+    validation: Validation,
+    path: Path,
+    damage: Mapping[Sensor, Damage] | None = None,
+    origin: str = "",
 ) -> None:
     """Write it as PNG, over one that is there; see `draw_validation`."""
     import io
 
     content = io.BytesIO()
-    draw_validation(validation, damage).savefig(content, format="png")
+    draw_validation(validation, damage, origin).savefig(content, format="png")
     write_bytes(path, content.getvalue(), overwrite=True)
 
 

@@ -17,6 +17,8 @@ from avsec_gym.sensor_system import KITTI_SYSTEM, LIDAR, Sensor, SensorSystem
 
 _SAME_PLACE = 0.1
 """Metres; a camera this close to the reference sees no depth in it."""
+_NAMED = 5
+"""So many frames are named where one that was asked for is not there."""
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,26 @@ class Recordings:
         # Ids are in order: they are names of drives, and numbers with all their digits.
         lacking = {id: what for id, what in self.lacking.items() if id < moments[-1].id}
         return replace(self, moments=moments, lacking=lacking)
+
+    def named(self, ids: Sequence[str]) -> tuple[Moment, ...]:
+        """The moments with these ids, in the recording's order.
+
+        Raises:
+            DataError: One of them lacks a sensor, or is not there.
+        """
+        known = {moment.id: moment for moment in self.moments}
+        for id in ids:
+            if id not in known:
+                problem = (
+                    f"The frame {id} lacks {self.lacking[id]}."
+                    if id in self.lacking
+                    else f"There is no frame {id}."
+                )
+                some = ", ".join([*known][:_NAMED]) + (", ..." if len(known) > _NAMED else "")
+                raise DataError(
+                    problem, path=self.root, remedy=f"The frames that can be judged are {some}."
+                )
+        return tuple(moment for moment in self.moments if moment.id in set(ids))
 
 
 def raw_recordings(root: str | Path, sensors: Sequence[Sensor] | None = None) -> Recordings:

@@ -18,7 +18,7 @@ from avsec_gym.validation.validator import Validation
 if TYPE_CHECKING:
     from avsec_gym.validation.repair.damage import Damage
 
-FORMAT = 3
+FORMAT = 4
 """Raised when what is kept of a moment changes: rows of before are not gone on with."""
 RECORD, ROWS = "validation.json", "moments.jsonl"
 """Whose results these are; the results."""

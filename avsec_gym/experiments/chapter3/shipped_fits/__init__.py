@@ -1,0 +1,1 @@
+"""What the package ships, for validation without clean frames: made, and judged."""
