@@ -45,7 +45,7 @@ def judged_by_clean(recordings: Recordings, ids: Sequence[str], share: float) ->
 
     Args:
         recordings: What is there.
-        ids: Of moments to be judged; none is fitted on.  None: all that are not fitted on.
+        ids: Of moments to be judged; none is fitted on.  Empty: all that are not fitted on.
         share: Of all moments, that is fitted on.
 
     Raises:

@@ -77,21 +77,21 @@ def shipped_fit(
         ConfigurationError: Nothing is shipped for such sensors, such depth or such a rig.
         DataError: The file is of another format, or damaged; or the frame's image is.
     """
-    path = shipped_file(kind, system, folder)
+    path, what = shipped_file(kind, system, folder), f"{kind.removesuffix('s')}s"
     if system not in SHIPPED_SYSTEMS:
         known = "; ".join(" ".join(map(str, one.sensors)) for one in SHIPPED_SYSTEMS)
         raise ConfigurationError(
-            f"the package ships no {kind} of the sensors {' '.join(map(str, system.sensors))}, but "
+            f"the package ships no {what} of the sensors {' '.join(map(str, system.sensors))}, but "
             f"of {known}"
         )
     on = (read_threshold_table if kind == "thresholds" else read_likelihood_model)(path).on
     try:
         on.check(system, depth, frame.calibration)
     except ConfigurationError as error:
-        raise ConfigurationError(f"the package's {kind} do not hold here: {error}") from error
+        raise ConfigurationError(f"the package's {what} do not hold here: {error}") from error
     if others := _differences(on.data, rig_of(frame, system)):
         raise ConfigurationError(
-            f"the package's {kind} do not hold here, they were fitted on another rig: "
+            f"the package's {what} do not hold here, they were fitted on another rig: "
             + "; ".join(others)
         )
     return path

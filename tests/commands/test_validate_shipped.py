@@ -122,7 +122,7 @@ def test_one_frame_of_another_rig_is_refused(validated: Told, tmp_path: Path) ->
     assert "the package's thresholds do not hold here" in told
     assert "cameras that stand otherwise" in told
     _, told = validated("--kitti-raw", drive, "--likelihood", "shipped", code=2)
-    assert "the package's likelihood do not hold here" in told
+    assert "the package's likelihoods do not hold here" in told
 
 
 def test_who_has_enough_clean_frames_is_judged_by_these(validated: Told, tmp_path: Path) -> None:
