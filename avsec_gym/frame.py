@@ -22,6 +22,9 @@ Image = NDArray[np.uint8]
 Points = NDArray[np.float32]
 """Shape (M, 4): x, y, z in the velodyne frame (metres), reflectance."""
 
+_FARTHEST_SENSOR = 1000.0  # Metres from another one, on one vehicle or its trailer: generous.
+_LONGEST_FOCUS = 1e5  # Pixels: a telescope's.
+
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
@@ -35,7 +38,9 @@ class Calibration:
         tr_imu_to_velo: From the inertial unit to the velodyne frame, shape (3, 4), if known.
 
     Raises:
-        ConfigurationError: A shape does not fit, a value is not finite, or a rotation is none.
+        ConfigurationError: A shape does not fit, a value is not finite, a rotation is none, a
+            focal length is not positive, the third row of a projection does not begin with 0 0 1,
+            or a sensor is a kilometre away.
     """
 
     projections: Floats
@@ -64,7 +69,11 @@ class Calibration:
                 and np.linalg.det(rotation) > 0
             ):
                 raise ConfigurationError(f"the left 3x3 part of {name} is not a rotation")
+            if array.shape == (3, 4) and np.abs(array[:, 3]).max() > _FARTHEST_SENSOR:
+                raise ConfigurationError(f"{name} moves by more than {_FARTHEST_SENSOR:g} m")
             object.__setattr__(self, name, array)
+        for camera in self.cameras:
+            _check_projection(f"P{camera}", self.projections[camera])
 
     @property
     def cameras(self) -> tuple[int, ...]:
@@ -269,6 +278,24 @@ class LazyImages(Mapping[int, Image]):
     def replaced(self, camera: int, image: Image) -> LazyImages:
         """Another image in one camera; what is loaded stays loaded."""
         return LazyImages({**self._sources, **self._loaded, camera: image})
+
+
+def _check_projection(name: str, projection: Floats) -> None:
+    """Check that a matrix is the projection of a rectified pinhole camera."""
+    focal_lengths = projection[0, 0], projection[1, 1]
+    if not (min(focal_lengths) > 0 and max(focal_lengths) <= _LONGEST_FOCUS):
+        raise ConfigurationError(
+            f"{name} has focal lengths of {focal_lengths[0]:g} and {focal_lengths[1]:g} pixels, "
+            f"which lie between 0 and {_LONGEST_FOCUS:g}"
+        )
+    if not np.allclose(projection[2, :3], [0, 0, 1], rtol=0, atol=1e-6):
+        row = " ".join(f"{value:g}" for value in projection[2, :3])
+        raise ConfigurationError(f"{name} has a third row of {row}, expected 0 0 1")
+    if np.abs(projection[:2, 2]).max() > _LONGEST_FOCUS:
+        raise ConfigurationError(f"{name} has its principal point beyond {_LONGEST_FOCUS:g} pixels")
+    centre = -np.linalg.solve(projection[:, :3], projection[:, 3])
+    if not np.abs(centre).max() <= _FARTHEST_SENSOR:
+        raise ConfigurationError(f"{name} stands more than {_FARTHEST_SENSOR:g} m from camera 0")
 
 
 def _homogeneous(matrix: Floats) -> Floats:

@@ -16,6 +16,8 @@ def write_bytes(path: str | Path, content: bytes, *, overwrite: bool = False) ->
         DataError: The file exists and `overwrite` is false, or the place cannot be written.
     """
     path = Path(path)
+    if "\0" in str(path):
+        raise DataError("No file can have this name.", path=path, remedy="Check the path.")
     temporary = path.with_name(f".{path.name}.{os.getpid()}.{secrets.token_hex(4)}.tmp")
     try:
         if path.exists() and not overwrite:

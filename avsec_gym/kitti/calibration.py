@@ -29,7 +29,7 @@ def read_calibration(path: str | Path) -> Calibration:
 
     Raises:
         DataError: A key is missing or stands twice, a matrix has the wrong number of entries, a
-            value is not a finite number, or a rotation is none.
+            value is not a finite number, or together they are no `Calibration`.
     """
     file = read_matrices(
         path, lambda name: (3, 4) if _is_camera(name) else _SHAPES.get(name), _ALIASES
@@ -49,7 +49,7 @@ def read_calibration(path: str | Path) -> Calibration:
             tr_imu_to_velo=matrices.get(_OPTIONAL),
         )
     except ConfigurationError as error:
-        key = next((key for key in _SHAPES if key.lower() in str(error)), "")
+        key = next((key for key in file.lines if f"{key.lower()} " in f"{error} ".lower()), "")
         raise DataError(
             f"This cannot be a calibration: {error}.",
             path=path,

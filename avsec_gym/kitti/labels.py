@@ -23,6 +23,7 @@ from avsec_gym.image_only import (
     image_only_rows,
     is_image_only,
 )
+from avsec_gym.kitti.label_ranges import all_possible, impossibility
 from avsec_gym.kitti.text_files import read_text, write_text
 
 DONT_CARE = "DontCare"
@@ -34,7 +35,7 @@ CATEGORIES = frozenset(
 """The categories of the benchmark itself; files may hold others."""
 
 LARGEST_NUMBER = 1e6
-"""No metre, pixel, radian or score beyond this is believed."""
+"""No pixel or score beyond this is believed; for what else cannot be, see `label_ranges`."""
 
 _LABEL_COLUMNS, _RESULT_COLUMNS = 15, 16
 _DIMENSIONS, _LOCATION, _ROTATION = slice(7, 10), slice(10, 13), 13
@@ -128,7 +129,7 @@ def _parse(
         values is None
         or _is_suspicious(text)
         or not CATEGORIES.issuperset(names)
-        or not _plausible(names, values)
+        or not _plausible(names, values, columns, columns_before)
     ):
         for number, line in enumerate(lines, start=1):
             _check_line(line, path, number, columns, columns_before)
@@ -162,13 +163,17 @@ def _is_suspicious(text: str) -> bool:
     return "_" in text and _GROUPED_DIGITS.search(text) is not None
 
 
-def _plausible(names: list[str], values: Floats) -> bool:
+def _plausible(names: list[str], values: Floats, columns: int, columns_before: int) -> bool:
     if not names:
         return True
     if not np.abs(values).max() <= LARGEST_NUMBER:  # Also false for NaN.
         return False
-    smallest = values[:, _DIMENSIONS].min(axis=1).tolist()
-    return all(size > 0 or name == DONT_CARE for size, name in zip(smallest, names, strict=True))
+    if (values[:, 5:7] < values[:, 3:5]).any():
+        return False
+    objects = values[[name != DONT_CARE for name in names]]
+    result, tracking = columns == _RESULT_COLUMNS, columns_before > 0
+    sized = bool((objects[:, _DIMENSIONS] > 0).all())
+    return sized and all_possible(objects, result=result, tracking=tracking)
 
 
 def _check_line(
@@ -214,6 +219,11 @@ def _check_line(
             f"A {row[0]} measures {sizes} m (height x width x length).",
             "Real objects have positive sizes; a result with a 2D box alone has -1 -1 -1.",
         )
+    result, tracking = columns == _RESULT_COLUMNS, columns_before > 0
+    if row[0] == DONT_CARE:  # Placeholders, but for its 2D box.
+        values = [-1.0, -1.0, -10.0, *values[3:7], *[-1.0] * 6, -10.0]
+    if problem := impossibility(row[0], values, result=result, tracking=tracking):
+        refuse(problem)
 
 
 def _wrong_count(row: list[str], columns: int) -> tuple[str, str]:

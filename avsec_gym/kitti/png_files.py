@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.storage.regular_files import open_regular, read_bytes
 
 MAX_PIXELS = 64_000_000
 """A PNG that claims more is refused before memory is taken for it (KITTI: half a million)."""
@@ -19,6 +20,7 @@ MAX_PIXELS = 64_000_000
 GREY, INDEXED = 0, 3
 """Colour types of the PNG specification: one channel, and colours by a palette."""
 
+_MOST_BYTES = 8 * MAX_PIXELS
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _IHDR_END = 33
 _AGAIN = "Fetch or write the file again."
@@ -41,16 +43,7 @@ def read_png(path: str | Path) -> tuple[PngHeader, bytes]:
     Raises:
         DataError: Missing, empty, cut off, damaged, no PNG, or larger than `MAX_PIXELS`.
     """
-    try:
-        size = os.stat(path).st_size
-        if size > 8 * MAX_PIXELS:
-            raise DataError(
-                f"An image of {size} bytes is larger than any.", path=path, remedy=_AGAIN
-            )
-        with open(path, "rb") as file:
-            content = file.read()
-    except OSError as error:
-        raise unreadable(path, error) from error
+    content = read_bytes(path, most=_MOST_BYTES)
     header = _header(content[:_IHDR_END], path)
     _check_chunks(content, path)
     return header, content
@@ -62,13 +55,10 @@ def read_png_header(path: str | Path) -> PngHeader:
     Raises:
         DataError: Missing, empty, cut off, no PNG, or larger than `MAX_PIXELS`.
     """
-    try:
-        with open(path, "rb") as file:
-            head = file.read(_IHDR_END)
-            file.seek(max(0, os.fstat(file.fileno()).st_size - 12))
-            tail = file.read(12)
-    except OSError as error:
-        raise unreadable(path, error) from error
+    with open_regular(path, most=_MOST_BYTES) as file:
+        head = file.read(_IHDR_END)
+        file.seek(max(0, os.fstat(file.fileno()).st_size - 12))
+        tail = file.read(12)
     header = _header(head, path)
     if tail[4:8] != b"IEND":
         raise _cut_off(path)
@@ -126,15 +116,6 @@ def encode_png(pixels: NDArray[Any], compression: int) -> bytes:
             f"OpenCV makes no PNG of {pixels.dtype} pixels of shape {pixels.shape}"
         )
     return bytes(encoded)
-
-
-def unreadable(path: str | Path, error: Exception) -> DataError:
-    """The error for a file that the system does not let us read."""
-    return DataError(
-        f"The file cannot be read ({error}).",
-        path=path,
-        remedy="Check the path, the download and the permissions.",
-    )
 
 
 def _header(head: bytes, path: str | Path) -> PngHeader:

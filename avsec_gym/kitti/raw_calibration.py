@@ -6,6 +6,7 @@ two files make its ``Tr_velo_to_cam`` and ``Tr_imu_to_velo`` (raw devkit, readme
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -37,8 +38,8 @@ def read_raw_calibration(folder: str | Path) -> Calibration:
 
     Raises:
         DataError: One of the two other files is missing, a key is missing or stands twice, a
-            matrix has the wrong number of entries, a value is no finite number, or a rotation
-            is none.
+            matrix has the wrong number of entries, a value is no finite number, or together they
+            are no `Calibration`.
     """
     folder = Path(folder)
     if not (folder / CAMERAS_FILE).is_file():
@@ -63,6 +64,8 @@ def read_raw_calibration(folder: str | Path) -> Calibration:
         )
     except ConfigurationError as error:
         file, key = cameras, "R_rect_00"
+        if camera := re.match(r"P([0-9]+) ", str(error)):
+            key = names[int(camera[1])]
         for name, other in (("tr_velo_to_cam", velodyne), ("tr_imu_to_velo", imu)):
             if other is not None and name in str(error):
                 file, key = other, "R"

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Image, Points
@@ -17,13 +17,13 @@ from avsec_gym.kitti.png_files import (
     encode_png,
     read_png,
     read_png_header,
-    unreadable,
 )
+from avsec_gym.storage.regular_files import check_regular, read_bytes
 
 MAX_SCAN_BYTES = 512 * 2**20
 """33 million points (KITTI: 120,000, two megabytes)."""
-FARTHEST_POINT = 1e6
-"""Metres; a coordinate beyond this is no measurement."""
+FARTHEST_POINT = 1000.0
+"""Metres; a coordinate beyond this is no measurement of a car's LiDAR."""
 
 _AGAIN = "Fetch or write the file again."
 
@@ -109,22 +109,27 @@ def read_points(path: str | Path) -> Points:
     """A LiDAR scan, shape (M, 4) float32: x, y, z in the velodyne frame, reflectance.
 
     Raises:
-        DataError: Missing, empty, not whole points of 16 bytes, or a value that is NaN, infinite
-            or beyond `FARTHEST_POINT`.
+        DataError: Missing, empty, not whole points of 16 bytes, a coordinate that is NaN, infinite
+            or beyond `FARTHEST_POINT`, or a reflectance that is not from 0 to 1.
     """
-    check_scan_size(path)
-    try:
-        points = np.fromfile(path, "<f4").astype(np.float32, copy=False).reshape(-1, 4)
-    except (OSError, ValueError) as error:
-        raise unreadable(path, error) from error
-    with np.errstate(invalid="ignore"):
-        sound = (np.abs(points) <= FARTHEST_POINT).all(axis=1)
+    content = bytearray(read_bytes(path, most=MAX_SCAN_BYTES))  # Arrays on it can be written.
+    _check_size(path, len(content))
+    points = np.frombuffer(content, "<f4").astype(np.float32, copy=False).reshape(-1, 4)
+    sound = _are_points(points)
     if not sound.all():
+        near = (np.abs(points[:, :3]) <= FARTHEST_POINT).all()
+        what = (
+            "reflectance that is not from 0 to 1"
+            if near
+            else f"coordinate that is not finite or beyond {FARTHEST_POINT:g} m"
+        )
         raise DataError(
-            f"{int((~sound).sum())} of {len(points)} points hold a value that is not finite or "
-            f"beyond {FARTHEST_POINT:g}; the first is point {int(sound.argmin())}.",
+            f"{int((~sound).sum())} of {len(points)} points hold a {what}; the first is point "
+            f"{int(sound.argmin())}.",
             path=path,
-            remedy="The file is damaged, or not little-endian float32; fetch it again.",
+            remedy="KITTI's are; divide those of other sensors by their largest, such as 255."
+            if near
+            else "The file is damaged, or not little-endian float32; fetch it again.",
         )
     return points
 
@@ -135,19 +140,8 @@ def check_scan_size(path: str | Path) -> int:
     Raises:
         DataError: Missing, empty, not whole points of 16 bytes, or larger than `MAX_SCAN_BYTES`.
     """
-    try:
-        size = os.stat(path).st_size
-    except OSError as error:
-        raise unreadable(path, error) from error
-    if size == 0 or size % 16 or size > MAX_SCAN_BYTES:
-        problem = (
-            "The scan is empty."
-            if size == 0
-            else f"A scan has 16 bytes for each point, this file has {size}."
-            if size % 16
-            else f"A scan of {size} bytes is larger than any ({MAX_SCAN_BYTES})."
-        )
-        raise DataError(problem, path=path, remedy="It may be cut off. " + _AGAIN)
+    size = check_regular(path, most=MAX_SCAN_BYTES)
+    _check_size(path, size)
     return size // 16
 
 
@@ -161,9 +155,28 @@ def write_points(path: str | Path, points: Points, *, overwrite: bool = False) -
     points = np.asarray(points, np.float32)
     if points.ndim != 2 or points.shape[1] != 4 or not len(points):
         raise ConfigurationError(f"a scan has shape (M, 4) with M > 0, got {points.shape}")
-    if not np.abs(points).max() <= FARTHEST_POINT:  # Also false for NaN.
-        raise ConfigurationError("a scan holds a value that is not finite or too far away")
+    if not _are_points(points).all():
+        raise ConfigurationError(
+            "a scan holds a coordinate that is not finite or too far away, or a reflectance that "
+            "is not from 0 to 1"
+        )
     write_bytes(path, points.astype("<f4").tobytes(), overwrite=overwrite)
+
+
+def _are_points(points: Points) -> NDArray[np.bool_]:
+    """Which rows can be measurements, shape (M,); NaN is none."""
+    near = (np.abs(points[:, :3]) <= FARTHEST_POINT).all(axis=1)
+    return np.asarray(near & (points[:, 3] >= 0) & (points[:, 3] <= 1))
+
+
+def _check_size(path: str | Path, size: int) -> None:
+    if size == 0 or size % 16:
+        problem = f"A scan has 16 bytes for each point, this file has {size}."
+        raise DataError(
+            problem if size else "The scan is empty.",
+            path=path,
+            remedy="It may be cut off. " + _AGAIN,
+        )
 
 
 def _check_bits(header: PngHeader, path: str | Path) -> None:

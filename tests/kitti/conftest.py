@@ -74,7 +74,7 @@ def object_root(tmp_path: Path) -> Path:
         (folder / kind).mkdir()
         (folder / kind / f"{name}.png").write_bytes(write_png(4, 3, bytes(range(36))))
     (folder / "velodyne").mkdir()
-    np.arange(40, dtype="<f4").tofile(folder / "velodyne" / "000000.bin")
+    np.linspace(0, 1, 40, dtype="<f4").tofile(folder / "velodyne" / "000000.bin")
     (root / "ImageSets").mkdir()
     (root / "ImageSets" / "val.txt").write_text("000003\n000000\n")
     return root
@@ -109,7 +109,7 @@ def raw_root(tmp_path: Path, rig: Calibration) -> Path:
     for number in range(FRAMES):
         images = {i: generator.integers(0, 255, (8, 12, 3), np.uint8) for i in range(5)}
         images |= {i: np.repeat(images[i][..., :1], 3, axis=2) for i in (0, 1)}
-        scan = generator.normal(0, 10, (50, 4)).astype(np.float32)
+        scan = generator.uniform((-50, -50, -2, 0), (50, 50, 2, 1), (50, 4)).astype(np.float32)
         write_raw_frame(drive, number, SensorFrame(f"{number:010d}", rig, images, scan))
     times = np.datetime64("2026-01-01T12:00:00.000000789", "ns") + 100_000_000 * np.arange(FRAMES)
     write_drive_records(

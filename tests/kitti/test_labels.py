@@ -187,21 +187,25 @@ def test_any_content_gives_boxes_or_a_data_error(tmp_path: Path, content: str | 
 def random_boxes(draw: st.DrawFn) -> Boxes3D:
     count = draw(st.integers(0, 4))
 
-    def array(*tail: int, smallest: float = -1e6) -> np.ndarray:
+    def array(*tail: int, least: float, most: float) -> np.ndarray:
         size = count * math.prod(tail)
-        number = st.floats(smallest, 1e6)
+        number = st.floats(least, most)
         return np.array(draw(st.lists(number, min_size=size, max_size=size))).reshape(count, *tail)
 
+    def of(*values: float) -> np.ndarray:
+        return np.array([draw(st.sampled_from(values)) for _ in range(count)], float)
+
+    corners = array(2, 2, least=-1e6, most=1e6)
     return Boxes3D(
-        location=array(3),
-        dimensions=array(3, smallest=1e-9),
-        rotation_y=array(),
-        score=array(),
+        location=array(3, least=-1000, most=1000),
+        dimensions=array(3, least=1e-9, most=1000),
+        rotation_y=array(least=-math.pi, most=math.pi),
+        score=array(least=-1e6, most=1e6),
         category=np.array([draw(st.sampled_from(["Car", "Van", "Cone"])) for _ in range(count)]),
-        box2d=array(4),
-        truncation=array(),
-        occlusion=array(),
-        alpha=array(),
+        box2d=np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1),
+        truncation=of(-1, 0, 0.25, 1),
+        occlusion=of(-1, 0, 1, 2, 3),
+        alpha=of(-10, -math.pi, 0.1, 3.1),
     )
 
 
@@ -242,6 +246,62 @@ def test_nothing_is_overwritten_unasked_and_nothing_bad_is_written(tmp_path: Pat
     with pytest.raises(DataError, match="positive"):
         write_labels(new, _with(boxes, dimensions=np.zeros((1, 3))))
     assert [entry.name for entry in tmp_path.rglob("*")] == ["000107.txt"]
+
+
+CAR = GOOD.split()
+IMPOSSIBLE = {
+    "truncated by more than all": (1, "1.01"),
+    "truncated by less than nothing": (1, "-0.5"),
+    "occluded beyond unknown": (2, "4"),
+    "occluded by half": (2, "0.5"),
+    "occluded below unknown": (2, "-2"),
+    "alpha beyond a turn": (3, "13"),
+    "ends left of its beginning": (6, "700"),
+    "ends above its beginning": (7, "182.53"),
+    "a kilometre high": (8, "1001"),
+    "a kilometre to the left": (11, "-1000.5"),
+    "a kilometre ahead": (13, "1001"),
+    "rotated beyond a turn": (14, "-13"),
+}
+
+
+@pytest.mark.parametrize(("column", "value"), IMPOSSIBLE.values(), ids=IMPOSSIBLE.keys())
+def test_what_cannot_be_is_refused(tmp_path: Path, column: int, value: str) -> None:
+    words = [*CAR[:column], value, *CAR[column + 1 :]]
+    for reader, end in ((read_labels, ""), (read_detections, " 0.5")):
+        path = write(tmp_path, f"{GOOD}{end}\n{' '.join(words)}{end}\n")
+        with pytest.raises(DataError) as caught:
+            reader(path)
+        assert caught.value.line == 2
+        assert "of a Car" in caught.value.problem or "A Car" in caught.value.problem
+
+
+def test_every_number_of_a_line_has_bounds(tmp_path: Path) -> None:
+    """The quick look at a file and the slow one at a line agree, whatever the number."""
+    for column in range(1, 15):
+        for value in ("-1e5", "-1000.1", "-11", "-9", "-4", "-0.1", "4", "7", "1000.1", "1e7"):
+            words = [*CAR[:column], value, *CAR[column + 1 :]]
+            path = write(tmp_path, " ".join(words))
+            with contextlib.suppress(DataError):  # Anything else is the assertion of the reader.
+                read_labels(path)
+            if value == "1e7":
+                with pytest.raises(DataError):
+                    read_labels(path)
+
+
+def test_angles_of_detectors_may_have_turns_too_many(tmp_path: Path) -> None:
+    line = " ".join([*CAR[:3], "-7.5", *CAR[4:14], "4.4"])
+    assert read_detections(write(tmp_path, line + " 173.5")).rotation_y.tolist() == [4.4]
+    with pytest.raises(DataError, match="alpha"):
+        read_labels(write(tmp_path, line))
+
+
+def test_a_region_not_to_care_about_has_a_box_and_placeholders(tmp_path: Path) -> None:
+    # The tracking benchmark's placeholders stand in other columns than the object benchmark's.
+    odd = "DontCare -1 -1 -10 1 2 3 4 -1000 -1000 -1000 -10 -1 -1 -1"
+    assert len(read_labels(write(tmp_path, odd), keep_dont_care=True)) == 1
+    with pytest.raises(DataError, match="2D box"):
+        read_labels(write(tmp_path, odd.replace("1 2 3 4", "3 2 1 4")))
 
 
 def _with(boxes: Boxes3D, **changes: np.ndarray) -> Boxes3D:
