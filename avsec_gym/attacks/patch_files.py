@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
-from safetensors import SafetensorError
-from safetensors.torch import load, save
+from safetensors.torch import save
 from torch import Tensor
 
 from avsec_gym.attacks.patch_pasting import disc
@@ -19,7 +18,10 @@ from avsec_gym.attacks.patch_placement import RADIUS
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.kitti.sensor_files import write_image
-from avsec_gym.kitti.text_files import read_text, write_text
+from avsec_gym.kitti.text_files import write_text
+from avsec_gym.perception.weights.tensor_files import read_tensors
+from avsec_gym.storage.json_fields import read_fields
+from avsec_gym.storage.regular_files import is_there
 
 _SHIPPED = Path(__file__).parent / "patches"
 _ENLARGED = 4
@@ -135,15 +137,15 @@ def load_patch(path: str | Path) -> Patch:
         DataError: The file is missing, damaged, no patch, or not the one of its card.
     """
     path = Path(path)
-    if not path.is_file():
+    if not is_there(path):
         raise DataError("There is no patch here.", path=path, remedy=_AGAIN)
+    parts, content = read_tensors(path, remedy=_AGAIN)
+    pixels, radius = parts.get("pixels"), parts.get("radius")
+    if pixels is None or not pixels.is_floating_point() or radius is None or radius.ndim:
+        raise DataError("This is no patch: one has pixels and a radius.", path=path, remedy=_AGAIN)
     try:
-        content = path.read_bytes()
-        parts = load(content)
-        patch = Patch(parts["pixels"].float(), float(parts["radius"]))
-    except (OSError, SafetensorError) as error:
-        raise DataError(f"The patch cannot be read ({error}).", path=path, remedy=_AGAIN) from error
-    except (KeyError, RuntimeError, ConfigurationError) as error:
+        patch = Patch(pixels.float(), float(radius.real))
+    except ConfigurationError as error:
         raise DataError(f"This is no patch ({error}).", path=path, remedy=_AGAIN) from error
     card = _read_card(_card_path(path))
     if card is not None and card.sha256 != hashlib.sha256(content).hexdigest():
@@ -152,16 +154,7 @@ def load_patch(path: str | Path) -> Patch:
 
 
 def _read_card(path: Path) -> PatchCard | None:
-    if not path.is_file():
-        return None
-    known = {item.name for item in fields(PatchCard)}
-    try:
-        facts = json.loads(read_text(path))
-        return PatchCard(**{name: value for name, value in facts.items() if name in known})
-    except (ValueError, TypeError, AttributeError) as error:
-        raise DataError(
-            f"This is no card of a patch ({error}).", path=path, remedy=_AGAIN
-        ) from error
+    return read_fields(PatchCard, path, remedy=_AGAIN) if is_there(path) else None
 
 
 def _card_path(path: Path) -> Path:

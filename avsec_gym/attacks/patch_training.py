@@ -33,11 +33,17 @@ from avsec_gym.attacks.patch_pasting import paste
 from avsec_gym.attacks.patch_placement import PatchPlace, random_place
 from avsec_gym.attacks.patch_scenes import PatchScenes
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.errors import ConfigurationError
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.detector import DifferentiableDetector
 from avsec_gym.perception.stereo_batch import batch_of_frames
-from avsec_gym.perception.training.checkpoint import Checkpoint, save_checkpoint, start_or_resume
+from avsec_gym.perception.training.checkpoint import (
+    CHECKPOINT,
+    Checkpoint,
+    resume_optimizer,
+    save_checkpoint,
+    start_or_resume,
+)
 from avsec_gym.perception.training.curves import Curves, read_curves
 
 PATCH = "patch.safetensors"
@@ -148,9 +154,22 @@ class _Run:
         }
         state = start_or_resume(self.folder, identity, resume=resume)
         if state.trained:
-            self.pixels.data.copy_(state.trained["pixels"])
-            self.sizes = state.trained["gradient_sizes"]
-            self.optimizer.load_state_dict(state.optimizer)
+            pixels, sizes = (state.trained.get(name) for name in ("pixels", "gradient_sizes"))
+            if not (
+                isinstance(pixels, torch.Tensor)
+                and (pixels.shape, pixels.dtype) == (self.pixels.shape, self.pixels.dtype)
+                and isinstance(sizes, dict)
+                and set(sizes) == set(self.sizes)
+                and all(isinstance(size, float) for size in sizes.values())
+            ):
+                raise DataError(
+                    "This is no checkpoint of such a patch.",
+                    path=self.folder / CHECKPOINT,
+                    remedy="Remove it to begin anew.",
+                )
+            self.pixels.data.copy_(pixels)
+            self.sizes = sizes
+            resume_optimizer(state, self.optimizer, self.folder)
         return state
 
     def step(self) -> None:

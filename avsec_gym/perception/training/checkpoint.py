@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import io
-import pickle
+import json
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 import torch
+from torch import nn
 
 from avsec_gym.errors import DataError
 from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.perception.training.curves import CURVES
+from avsec_gym.perception.weights.state_dict import fit_state
+from avsec_gym.perception.weights.torch_files import read_torch_file
+from avsec_gym.storage.inert_pickle import unknown_parts
+from avsec_gym.storage.json_files import parse_json
+from avsec_gym.storage.regular_files import is_there
 
 CHECKPOINT = "checkpoint.pt"
 """Its name in the folder of a run."""
 
+_DAMAGED = "It may be cut off or damaged; remove it to begin anew."
 _OTHER_RUN = "Name another folder with --out, or remove this one."
 
 
@@ -74,7 +81,7 @@ def start_or_resume(folder: Path, identity: dict[str, Any], *, resume: bool) -> 
     """
     if resume:
         return _last(folder, identity) or Checkpoint(identity)
-    if (folder / CURVES).exists():
+    if is_there(folder / CURVES):
         raise DataError(
             "A training is here already.",
             path=folder,
@@ -83,19 +90,72 @@ def start_or_resume(folder: Path, identity: dict[str, Any], *, resume: bool) -> 
     return Checkpoint(identity)
 
 
+def resume_network(
+    checkpoint: Checkpoint, network: nn.Module, folder: Path
+) -> dict[str, torch.Tensor]:
+    """Fill a network with the state of a checkpoint.
+
+    Returns:
+        The average of its weights.
+
+    Raises:
+        DataError: They are of another network; what differs is named.
+    """
+    path = folder / CHECKPOINT
+    for state in (checkpoint.trained, checkpoint.average):
+        if not all(isinstance(value, torch.Tensor) for value in state.values()):
+            raise DataError("The checkpoint holds no weights.", path=path, remedy=_DAMAGED)
+    network.load_state_dict(fit_state(checkpoint.trained, network, path))
+    return fit_state(checkpoint.average, network, path)
+
+
+def resume_optimizer(
+    checkpoint: Checkpoint, optimizer: torch.optim.Optimizer, folder: Path
+) -> None:
+    """Let an optimizer go on as a checkpoint says.
+
+    Raises:
+        DataError: Its state is that of another one.
+    """
+    path = folder / CHECKPOINT
+    try:
+        optimizer.load_state_dict(checkpoint.optimizer)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise DataError(
+            f"The checkpoint is of another optimizer ({error}).", path=path, remedy=_DAMAGED
+        ) from error
+    for group in optimizer.param_groups:
+        for parameter in group["params"]:
+            for name, value in optimizer.state[parameter].items():
+                # Beside a value for each weight there are counters of steps.
+                whole = isinstance(value, torch.Tensor) and value.ndim > 0
+                if whole and value.shape != parameter.shape:
+                    raise DataError(
+                        f"The optimizer's {name} has another shape than the weights.",
+                        path=path,
+                        remedy=_DAMAGED,
+                    )
+
+
 def _last(folder: Path, identity: dict[str, Any]) -> Checkpoint | None:
     """The last checkpoint of a run; None where there is none yet."""
     path = folder / CHECKPOINT
-    if not path.is_file():
+    if not is_there(path):
         return None
-    try:
-        checkpoint = Checkpoint(**torch.load(path, map_location="cpu", weights_only=True))
-    except (OSError, RuntimeError, TypeError, EOFError, pickle.UnpicklingError) as error:
+    content = read_torch_file(path, remedy=_DAMAGED)
+    if not (
+        isinstance(content, dict) and set(content) == {item.name for item in fields(Checkpoint)}
+    ):
+        raise DataError("This is no checkpoint of a training.", path=path, remedy=_DAMAGED)
+    if others := unknown_parts(content):
         raise DataError(
-            f"The checkpoint cannot be read ({_first_line(error)}).",
+            f"The checkpoint holds something else than tensors and plain values ({others[0]}).",
             path=path,
-            remedy="Remove it to begin anew.",
-        ) from error
+            remedy=_DAMAGED,
+        )
+    checkpoint = Checkpoint(**content)
+    if problem := _problem(checkpoint):
+        raise DataError(f"The checkpoint's {problem}.", path=path, remedy=_DAMAGED)
     if difference := _difference(checkpoint.identity, identity):
         raise DataError(
             f"The run here was begun with {difference}.", path=folder, remedy=_OTHER_RUN
@@ -114,5 +174,22 @@ def _difference(old: Any, new: Any, name: str = "") -> str:
     return "" if old == new else f"{name} {old!r}, this is {new!r}"
 
 
-def _first_line(error: Exception) -> str:
-    return str(error).partition("\n")[0]
+def _problem(checkpoint: Checkpoint) -> str:
+    """What of a checkpoint is not of its type; empty if nothing."""
+    for name in ("identity", "trained", "average", "optimizer"):
+        value = getattr(checkpoint, name)
+        if not (isinstance(value, dict) and all(isinstance(key, str) for key in value)):
+            return f"{name} is no dictionary"
+    for name in ("step", "best_step", "without_better"):
+        value = getattr(checkpoint, name)
+        if type(value) is not int or value < 0:
+            return f"{name} is {value!r:.40}, expected a count"
+    for name in ("best", "seconds"):
+        value = getattr(checkpoint, name)
+        if not (isinstance(value, (int, float)) or (name == "best" and value is None)):
+            return f"{name} is no number"
+    try:
+        parse_json(json.dumps(checkpoint.identity))
+    except (TypeError, ValueError, RecursionError):
+        return "identity is not what a training writes"
+    return "finished is neither yes nor no" if type(checkpoint.finished) is not bool else ""

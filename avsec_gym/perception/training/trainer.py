@@ -17,7 +17,13 @@ from torch import Tensor, nn
 
 from avsec_gym.errors import AvsecError
 from avsec_gym.perception.training.batches import batches, steps_of_epoch
-from avsec_gym.perception.training.checkpoint import Checkpoint, save_checkpoint, start_or_resume
+from avsec_gym.perception.training.checkpoint import (
+    Checkpoint,
+    resume_network,
+    resume_optimizer,
+    save_checkpoint,
+    start_or_resume,
+)
 from avsec_gym.perception.training.configuration import Machine, TrainingConfiguration
 from avsec_gym.perception.training.curves import Curves, read_curves
 from avsec_gym.perception.training.learning_rate import learning_rate
@@ -152,11 +158,9 @@ class _Run:
         )
         state = start_or_resume(self.folder, identity, resume=resume)
         if state.trained:
-            self.trained.load_state_dict(state.trained)
-            self.average.weights = {
-                name: value.to(self.device) for name, value in state.average.items()
-            }
-            self.optimizer.load_state_dict(state.optimizer)
+            average = resume_network(state, self.trained, self.folder)
+            self.average.weights = {name: value.to(self.device) for name, value in average.items()}
+            resume_optimizer(state, self.optimizer, self.folder)
         return state
 
     @property

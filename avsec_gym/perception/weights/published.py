@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import pickle
-import warnings
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import torch
 from torch import Tensor, nn
 
 from avsec_gym.errors import DataError
 from avsec_gym.perception.weights.state_dict import fit_state
+from avsec_gym.perception.weights.torch_files import read_torch_file
+from avsec_gym.storage.inert_pickle import Unknown
 
 _WRAPPERS = ("state_dict", "model")
 _PARALLEL = "module."
+_DEEPEST = 3
 
 
 def load_published(path: str | Path, network: nn.Module) -> None:
@@ -39,25 +38,7 @@ def published_state(path: str | Path) -> dict[str, Tensor]:
     Raises:
         DataError: As of `load_published`.
     """
-    try:
-        with warnings.catch_warnings():
-            # Of formats that torch may not know in full: it then refuses them by itself.
-            warnings.simplefilter("ignore")
-            content = torch.load(path, map_location="cpu", weights_only=True)
-    except FileNotFoundError as error:
-        raise DataError("There is no such file.", path=path) from error
-    except pickle.UnpicklingError as error:
-        raise DataError(
-            "The file holds more than tensors and plain values, or is no checkpoint.",
-            path=path,
-            remedy="Code in checkpoints is never run.  If you trust it, load it with torch "
-            "yourself and save its state_dict alone.",
-        ) from error
-    except (OSError, RuntimeError, ValueError, EOFError) as error:
-        problem = str(error).partition("\n")[0]
-        raise DataError(
-            f"The checkpoint cannot be read ({problem}).", path=path, remedy="Download it again."
-        ) from error
+    content = read_torch_file(path, remedy="Download it again; it may be cut off.")
     state = _unwrapped(content)
     if not state:
         raise DataError(
@@ -69,9 +50,18 @@ def published_state(path: str | Path) -> dict[str, Tensor]:
 
 
 def _unwrapped(content: Any) -> dict[str, Tensor]:
-    if not isinstance(content, Mapping):
+    """The dictionary of tensors, perhaps within others; empty if there is none."""
+    for _ in range(_DEEPEST):
+        inner = [content[name] for name in _WRAPPERS if name in content] if _is(content) else []
+        content = next(filter(_is, inner), content)
+    if not _is(content):
         return {}
-    for name in _WRAPPERS:
-        if isinstance(content.get(name), Mapping):
-            return _unwrapped(content[name])
-    return dict(content) if all(isinstance(value, Tensor) for value in content.values()) else {}
+    known = {name: value for name, value in content.items() if isinstance(value, Tensor)}
+    # Counters and settings may stand beside the tensors, and no layer is one of them.
+    others = [value for name, value in content.items() if name not in known]
+    plain = all(isinstance(value, (int, float, str, Unknown, type(None))) for value in others)
+    return known if plain and all(isinstance(name, str) for name in known) else {}
+
+
+def _is(content: Any) -> bool:
+    return isinstance(content, dict)

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+import torch
 from torch import Tensor, nn
 
 from avsec_gym.errors import DataError
 
 _NAMED = 4
 _COUNTER = "num_batches_tracked"
+_COUNTING = (torch.int64, torch.int32)
 
 
 def fit_state(
@@ -26,7 +28,8 @@ def fit_state(
         path: Of the file, for messages.
 
     Raises:
-        DataError: A tensor is missing, unexpected, of another shape, or not finite; which ones.
+        DataError: A tensor is missing, unexpected, of another shape or kind of numbers, or not
+            finite; which ones.
     """
     wanted = network.state_dict()
     state = {
@@ -56,14 +59,35 @@ def fit_state(
             path=path,
             remedy="Choose the network and the configuration that they were trained for.",
         )
-    for name, value in state.items():
-        if value.is_floating_point() and not value.isfinite().all():
+    fitted = {}
+    for name, value in wanted.items():
+        if _kind(state[name]) != _kind(value):
+            raise DataError(
+                f"The weight {name} holds numbers of the type {_type(state[name])}, the network's "
+                f"are {_type(value)}.",
+                path=path,
+                remedy="Weights are floating-point numbers; quantised ones cannot be taken.",
+            )
+        fitted[name] = state[name].to(value.dtype)
+        # After the cast: a double may be beyond what a float holds.
+        if value.is_floating_point() and not fitted[name].isfinite().all():
             raise DataError(
                 f"The weight {name} holds a value that is not finite.",
                 path=path,
                 remedy="The file is damaged, or its training diverged.",
             )
-    return {name: state[name].to(value.dtype) for name, value in wanted.items()}
+    return fitted
+
+
+def _kind(value: Tensor) -> str:
+    """What is exchanged for each other without a loss of meaning: floats of all sizes, integers."""
+    if value.is_floating_point():
+        return "float"
+    return "integer" if value.dtype in _COUNTING else _type(value)
+
+
+def _type(value: Tensor) -> str:
+    return str(value.dtype).removeprefix("torch.")
 
 
 def _some(names: Iterable[str]) -> str:

@@ -5,20 +5,22 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import torch
-from safetensors import SafetensorError
-from safetensors.torch import load, save
+from safetensors.torch import save
 from torch import Tensor, nn
 
 from avsec_gym.errors import DataError
 from avsec_gym.kitti.atomic_write import write_bytes
-from avsec_gym.kitti.text_files import read_text, write_text
+from avsec_gym.kitti.text_files import write_text
 from avsec_gym.perception.weights.recorded import check_recorded
 from avsec_gym.perception.weights.state_dict import fit_state
+from avsec_gym.perception.weights.tensor_files import read_tensors
+from avsec_gym.storage.json_fields import read_fields
+from avsec_gym.storage.regular_files import is_there
 
 WHERE_FROM = "Train them with `avsec train`, or take published ones with `avsec weights import`."
 _AGAIN = "Fetch or train the weights again."
@@ -122,15 +124,9 @@ def load_weights(path: str | Path, network: nn.Module) -> ModelCard | None:
             what is missing, unexpected or of another shape is named.
     """
     path = Path(path)
-    if not path.is_file():
+    if not is_there(path):
         raise DataError("There are no weights here.", path=path, remedy=WHERE_FROM)
-    try:
-        content = path.read_bytes()
-        state = load(content)
-    except (OSError, SafetensorError) as error:
-        raise DataError(
-            f"The weights cannot be read ({error}).", path=path, remedy=_AGAIN
-        ) from error
+    state, content = read_tensors(path, remedy=_AGAIN)
     card = read_card(path)
     if card is not None and card.sha256 != hashlib.sha256(content).hexdigest():
         raise DataError("The file is not the one of its card.", path=path, remedy=_AGAIN)
@@ -147,14 +143,9 @@ def read_card(path: str | Path) -> ModelCard | None:
         DataError: It is not one.
     """
     place = card_path(Path(path))
-    if not place.is_file():
+    if not is_there(place):
         return None
-    known = {item.name for item in fields(ModelCard)}
-    try:
-        facts = json.loads(read_text(place))
-        return ModelCard(**{name: value for name, value in facts.items() if name in known})
-    except (ValueError, TypeError, AttributeError) as error:
-        raise DataError(f"This is no model card ({error}).", path=place, remedy=_AGAIN) from error
+    return read_fields(ModelCard, place, remedy=_AGAIN)
 
 
 def card_path(path: Path) -> Path:

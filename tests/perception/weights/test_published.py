@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import pickle
+from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import torch
 from torch import Tensor, nn
@@ -78,9 +80,13 @@ class Evil:
 
 def test_code_in_a_checkpoint_is_never_run(tmp_path: Path) -> None:
     trace, path = tmp_path / "trace", tmp_path / "evil.pth"
+    # Beside the tensors it does no harm: it is not made.
     torch.save({"state_dict": plain(), "extra": Evil(trace)}, path)
-    with pytest.raises(DataError, match=r"more than tensors"):
-        load_published(path, network(1))
+    load_published(path, network(1))
+    for among_tensors in ({"state_dict": plain() | {"0.bias": Evil(trace)}}, Evil(trace)):
+        torch.save(among_tensors, path)
+        with pytest.raises(DataError, match=r"missing: 0.bias|no dictionary of tensors"):
+            load_published(path, network(1))
     path.write_bytes(pickle.dumps(Evil(trace)))
     with pytest.raises(DataError):
         load_published(path, network(1))
@@ -90,6 +96,31 @@ def test_code_in_a_checkpoint_is_never_run(tmp_path: Path) -> None:
     assert not trace.exists()
     with pytest.raises(DataError, match=r"no such file"):
         load_published(tmp_path / "nowhere.pth", network(1))
+
+
+def test_what_programs_keep_beside_their_tensors_is_passed_over(tmp_path: Path) -> None:
+    path = tmp_path / "published.pth"
+    beside = {"loss": np.float64(0.25), "args": Namespace(lr=0.1), "history": {"x": np.arange(3)}}
+    for content in ({"state_dict": plain(), **beside}, plain() | {"epoch": np.int64(3)}):
+        for archive in (True, False):
+            torch.save(content, path, _use_new_zipfile_serialization=archive)
+            loaded = network(2)
+            load_published(path, loaded)
+            assert torch.equal(loaded.state_dict()["0.weight"], plain()["0.weight"])
+
+
+@pytest.mark.parametrize("kind", [torch.complex64, torch.int8, torch.uint8, torch.bool])
+def test_numbers_of_another_kind_are_no_weights(tmp_path: Path, kind: torch.dtype) -> None:
+    path = tmp_path / "published.pth"
+    torch.save(plain() | {"0.bias": plain()["0.bias"].to(kind)}, path)
+    with pytest.raises(DataError, match=r"0.bias holds numbers of the type"):
+        load_published(path, network(1))
+    half = {name: value.half() if value.ndim else value for name, value in plain().items()}
+    torch.save(half, path)
+    load_published(path, network(1))
+    torch.save(plain() | {"0.bias": torch.full((3,), 1e300, dtype=torch.float64)}, path)
+    with pytest.raises(DataError, match=r"0.bias holds a value that is not finite"):
+        load_published(path, network(1))
 
 
 def test_command_imports_a_full_psmnet(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
