@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import io
-import zipfile
-import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +14,15 @@ from avsec_gym.frame import Points, SensorFrame
 from avsec_gym.geometry import Floats, transform_points
 from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.rig import SensorRig
+from avsec_gym.storage.npz_files import read_npz
+from avsec_gym.storage.regular_files import is_there
+
+_MOST_BYTES = 64 * 2**20
+_FARTHEST = 1000.0
+_REMEDY = (
+    "Cut one out of a frame: `write_object_scan(FILE, cut_out(frame, box))` of "
+    "avsec_gym.attacks.object_scan."
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +36,8 @@ class ObjectScan:
         seen_from: Where the LiDAR stood in that frame, x and y, metres: the sides that it saw.
 
     Raises:
-        ConfigurationError: No points, a value that is not finite, or a box without a volume.
+        ConfigurationError: No points, a value that is not finite, a point or the LiDAR beyond a
+            kilometre, a reflectance that is not from 0 to 1, or a box that is no object's.
     """
 
     points: Points
@@ -43,7 +51,14 @@ class ObjectScan:
             )
         if not (np.isfinite(self.points).all() and np.isfinite(self.seen_from).all()):
             raise ConfigurationError("the scan of an object holds a value that is not finite")
-        if not (len(self.dimensions) == 3 and 0 < min(self.dimensions) < np.inf):
+        metres = np.r_[self.points[:, :3].ravel(), self.seen_from, self.dimensions]
+        if not np.abs(metres).max() <= _FARTHEST:
+            raise ConfigurationError(
+                f"an object lies within {_FARTHEST:g} m, and so does the LiDAR"
+            )
+        if not ((self.points[:, 3] >= 0) & (self.points[:, 3] <= 1)).all():
+            raise ConfigurationError("reflectance is from 0 to 1")
+        if not (len(self.dimensions) == 3 and min(self.dimensions) > 0):
             raise ConfigurationError(f"a box has three positive sizes, got {self.dimensions}")
 
 
@@ -98,31 +113,34 @@ def read_object_scan(path: str | Path) -> ObjectScan:
     Raises:
         DataError: Missing, cut off, or something else.
     """
+    if not is_there(path):
+        raise DataError("There is no scan of an object here.", path=path, remedy=_REMEDY)
+    arrays = read_npz(path, most=_MOST_BYTES, remedy=_REMEDY)
+    missing = {"points", "dimensions", "seen_from"} - set(arrays)
+    if missing:
+        raise DataError(
+            f"This is no scan of an object: it lacks {sorted(missing)[0]}.",
+            path=path,
+            remedy=_REMEDY,
+        )
+    shapes = {"dimensions": (3,), "seen_from": (2,), "points": (*arrays["points"].shape[:1], 4)}
+    for name, shape in shapes.items():
+        if arrays[name].dtype.kind not in "fiu" or arrays[name].shape != shape:
+            raise DataError(
+                f"This is no scan of an object: its {name} are {arrays[name].dtype} of shape "
+                f"{arrays[name].shape}.",
+                path=path,
+                remedy=_REMEDY,
+            )
+    height, width, length = map(float, arrays["dimensions"])
+    ahead, left = map(float, arrays["seen_from"])
     try:
-        with np.load(io.BytesIO(Path(path).read_bytes()), allow_pickle=False) as content:
-            height, width, length = content["dimensions"].tolist()
-            ahead, left = content["seen_from"].tolist()
-            points = content["points"].astype(np.float32)
+        points = arrays["points"].astype(np.float32)
         return ObjectScan(points, (height, width, length), (ahead, left))
-    except FileNotFoundError:
-        problem = "There is no scan of an object here."
-    except (
-        ConfigurationError,
-        EOFError,
-        KeyError,
-        OSError,
-        TypeError,
-        ValueError,
-        zipfile.BadZipFile,
-        zlib.error,
-    ) as error:
-        problem = f"This is no scan of an object ({error})."
-    raise DataError(
-        problem,
-        path=path,
-        remedy="Cut one out of a frame: `write_object_scan(FILE, cut_out(frame, box))` of "
-        "avsec_gym.attacks.object_scan.",
-    )
+    except ConfigurationError as error:
+        raise DataError(
+            f"This is no scan of an object ({error}).", path=path, remedy=_REMEDY
+        ) from error
 
 
 def object_pose(pose: Floats, bottom: float) -> Floats:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.storage.json_files import parse_json
 
 
 def named_part(text: str, option: str = "--detector") -> Any:
@@ -21,6 +21,6 @@ def named_part(text: str, option: str = "--detector") -> Any:
     if not text.lstrip().startswith("{"):
         return text
     try:
-        return json.loads(text)
-    except json.JSONDecodeError as error:
-        raise ConfigurationError(f"{option} is no JSON ({error}): {text}") from None
+        return parse_json(text)
+    except ValueError as error:
+        raise ConfigurationError(f"{option} is no JSON ({error}): {text[:200]}") from None

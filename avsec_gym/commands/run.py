@@ -11,6 +11,7 @@ import tyro
 
 from avsec_gym.commands import console
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.storage.json_files import parse_json
 
 if TYPE_CHECKING:
     from avsec_gym.runs.run import RunReport
@@ -101,9 +102,11 @@ def _option(text: str) -> tuple[str, Any]:
     if not sign or not name:
         raise ConfigurationError(f"--options takes NAME=VALUE, got {text!r}")
     try:
-        return name, json.loads(value)
+        return name, parse_json(value)
     except json.JSONDecodeError:
         return name, value
+    except ValueError as error:
+        raise ConfigurationError(f"--options {name} cannot be taken: {error}") from None
 
 
 def _summary(report: RunReport) -> dict[str, Any]:

@@ -11,6 +11,14 @@ from typing import Any
 
 import avsec_gym
 from avsec_gym.errors import DataError
+from avsec_gym.storage.regular_files import (
+    MAX_FILE_BYTES,
+    check_regular,
+    is_file,
+    is_folder,
+    open_regular,
+    read_bytes,
+)
 
 _LIBRARIES = (
     "commonroad-io",
@@ -38,17 +46,12 @@ def fingerprint(path: Path) -> str:
     Raises:
         DataError: It is not there, or cannot be read.
     """
-    try:
-        if (path / "manifest.json").is_file():
-            path = path / "manifest.json"
-        if path.is_file():
-            return _sha256(path)
-        if path.is_dir():
-            return _of_folder(path)
-    except OSError as error:
-        raise DataError(
-            f"It cannot be read ({error}).", path=path, remedy="Check its permissions."
-        ) from error
+    if is_file(path / "manifest.json"):
+        path = path / "manifest.json"
+    if is_file(path):
+        return _sha256(path)
+    if is_folder(path):
+        return _of_folder(path)
     raise DataError("It is not there.", path=path, remedy="Check the path.")
 
 
@@ -58,7 +61,7 @@ def package_fingerprint() -> str:
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*.py")):
         digest.update(path.relative_to(root).as_posix().encode())
-        digest.update(path.read_bytes())
+        digest.update(read_bytes(path, most=MAX_FILE_BYTES))
     return digest.hexdigest()[:16]
 
 
@@ -83,7 +86,11 @@ def _of_folder(root: Path) -> str:
     digest = hashlib.sha256()
     for path in sorted(_files(root)):
         digest.update(path.relative_to(root).as_posix().encode())
-        said = _sha256(path) if path.suffix in _READ_WHOLE else str(path.stat().st_size)
+        said = (
+            _sha256(path)
+            if path.suffix in _READ_WHOLE
+            else str(check_regular(path, most=MAX_FILE_BYTES))
+        )
         digest.update(f" {said}\n".encode())
     return digest.hexdigest()
 
@@ -98,5 +105,5 @@ def _files(root: Path) -> list[Path]:
 
 
 def _sha256(path: Path) -> str:
-    with open(path, "rb") as file:
+    with open_regular(path, most=MAX_FILE_BYTES) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

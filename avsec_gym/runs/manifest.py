@@ -9,10 +9,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from avsec_gym.errors import DataError
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.experiment import Configuration, Experiment
 from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.runs.fingerprints import fingerprint
+from avsec_gym.storage.json_fields import fits, fitting_fields
+from avsec_gym.storage.json_files import read_json_object
+from avsec_gym.storage.regular_files import is_there
 
 MANIFEST = "manifest.json"
 """Its name."""
@@ -21,6 +24,23 @@ _LOG = logging.getLogger(__name__)
 _FORMAT = 1
 _TRACKED = {"sources": "the sources", "versions": "the libraries", "python": "Python"}
 _KIND = "avsec run"
+_CONTENT: dict[str, Any] = {
+    "started": str,
+    "configuration": dict[str, Any],
+    "threads": int,
+    "experiments": dict[str, dict[str, str | None]],
+    "inputs": dict[str, dict[str, str]],
+    "sittings": list[dict[str, Any]],
+}
+_SITTING: dict[str, Any] = {
+    "started": str,
+    "ended": str | None,
+    "versions": dict[str, str],
+    "sources": str,
+    "python": str,
+    "platform": str,
+    "processors": int | None,
+}
 _REMEDY = "Name another folder with --out; the same arguments go on with this run."
 
 
@@ -59,16 +79,54 @@ def read_manifest(root: Path) -> dict[str, Any] | None:
         DataError: It cannot be read, or is not one of a run.
     """
     path = root / MANIFEST
-    if not path.is_file():
+    if not is_there(path):
         return None
+    manifest = read_json_object(path, remedy="Name another folder.")
+    if problem := _problem(manifest):
+        raise DataError(
+            f"This is no manifest of a run: {problem}.", path=path, remedy="Name another folder."
+        )
+    return manifest
+
+
+def _problem(manifest: Mapping[str, Any]) -> str:
+    """What a manifest lacks, or has of another kind than it is; empty if nothing."""
+    if (manifest.get("kind"), manifest.get("format")) != (_KIND, _FORMAT):
+        return "it is of another kind, or format"
+    for name, kind in _CONTENT.items():
+        if name not in manifest:
+            return f"it lacks {name}"
+        if not fits(manifest[name], kind):
+            return f"its {name} {'is' if kind is int or kind is str else 'are'} of another kind"
+    if not manifest["experiments"] or manifest["threads"] < 1:
+        return "it has no experiments, or no threads"
+    for values, names in (
+        (manifest["inputs"].values(), ("path", "sha256")),
+        (manifest["experiments"].values(), ("question", "thesis")),
+    ):
+        if not all(set(names) <= set(value) for value in values):
+            return f"one of its entries lacks {' or '.join(names)}"
+    for sitting in manifest["sittings"]:
+        if not all(name in sitting and fits(sitting[name], _SITTING[name]) for name in _SITTING):
+            return "one of its sittings lacks something, or has it of another kind"
     try:
-        manifest = json.loads(path.read_bytes())
-        sound = (manifest["kind"], manifest["format"]) == (_KIND, _FORMAT)
-    except (OSError, ValueError, KeyError, TypeError):
-        sound = False
-    if not sound:
-        raise DataError("This is no manifest of a run.", path=path, remedy="Name another folder.")
-    return dict(manifest)
+        for time in (manifest["started"], *_times(manifest["sittings"])):
+            if datetime.fromisoformat(time).tzinfo is None:
+                raise ValueError("it has no time zone")
+    except ValueError:
+        return "one of its times is none"
+    try:
+        configuration = fitting_fields(Configuration, manifest["configuration"])
+        if set(configuration) != set(manifest["configuration"]):
+            return "its configuration has other fields"
+        Configuration(**configuration)
+    except (ValueError, ConfigurationError) as error:
+        return f"its configuration cannot be: {error}"
+    return ""
+
+
+def _times(sittings: Sequence[Mapping[str, Any]]) -> list[str]:
+    return [one[name] for one in sittings for name in ("started", "ended") if one[name] is not None]
 
 
 def write_manifest(root: Path, manifest: Mapping[str, Any]) -> None:

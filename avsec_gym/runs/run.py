@@ -166,7 +166,7 @@ def _manifest(
     there = read_manifest(root)
     if there is None:
         _check_empty(root)
-    elif not has_results(root / RESULTS):
+    elif not has_results(root / RESULTS, begun=bool(there["sittings"])):
         there = None  # Nobody loses anything if it begins anew, with another configuration.
     if threads is None:
         threads = usual_threads(cores, workers) if there is None else int(there["threads"])

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import math
+import os
 import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
@@ -17,8 +17,10 @@ from avsec_gym.errors import DataError
 from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.runs.manifest import read_manifest
 from avsec_gym.runs.run import FIGURES, RESULTS
-from avsec_gym.runs.schema import VERSION
+from avsec_gym.runs.soundness import check_files, check_sound, no_sqlite_errors
 from avsec_gym.runs.stored_boxes import boxes_from_text
+from avsec_gym.storage.json_files import parse_json
+from avsec_gym.storage.regular_files import is_there
 
 if TYPE_CHECKING:
     from avsec_gym.metrics.safety import SafetyRecord
@@ -46,17 +48,12 @@ class RunFolder:
         """
         path = Path(path)
         manifest = read_manifest(path)
-        if manifest is None or not (path / RESULTS).is_file():
+        if manifest is None or not is_there(path / RESULTS):
             raise DataError("There is no run here.", path=path, remedy=_REMEDY)
         run = cls(path, manifest)
+        check_files(path / RESULTS)
         with run._database() as database:
-            version = int(database.execute("PRAGMA user_version").fetchone()[0])
-        if version != VERSION:
-            raise DataError(
-                f"The results have schema {version}, this version reads {VERSION}.",
-                path=path / RESULTS,
-                remedy="Read them with the version that the manifest names.",
-            )
+            check_sound(database, path / RESULTS)
         return run
 
     @property
@@ -81,7 +78,7 @@ class RunFolder:
             " (SELECT cell FROM needs WHERE experiment = ?1) ORDER BY work, arguments",
             [experiment],
         )
-        return [{**row, "arguments": json.loads(row["arguments"])} for row in rows]
+        return [{**row, "arguments": self._arguments(row["arguments"])} for row in rows]
 
     def failures(self, experiment: str | None = None) -> list[dict[str, Any]]:
         """Those of `cells` that failed."""
@@ -138,7 +135,7 @@ class RunFolder:
     def detections(self, setting: str, strength: float = 0.0) -> dict[str, Boxes3D]:
         """Boxes by scenario."""
         rows = self._table("detections", "scenario", {"setting": setting, "strength": strength})
-        return {row["scenario"]: boxes_from_text(row["boxes"]) for row in rows}
+        return {row["scenario"]: boxes_from_text(row["boxes"], self.path / RESULTS) for row in rows}
 
     def measurements(self, **where: Any) -> list[dict[str, Any]]:
         """Other numbers.
@@ -156,6 +153,19 @@ class RunFolder:
         )
         return {row["part"]: {"cells": row["cells"], "seconds": row["seconds"]} for row in rows}
 
+    def _arguments(self, text: str) -> dict[str, Any]:
+        try:
+            arguments = parse_json(text)
+        except ValueError as error:
+            arguments = error
+        if not isinstance(arguments, dict):
+            raise DataError(
+                f"The arguments of a cell are damaged ({arguments!r:.80}).",
+                path=self.path / RESULTS,
+                remedy=_REMEDY,
+            )
+        return arguments
+
     def _table(self, name: str, order: str, where: dict[str, Any]) -> list[dict[str, Any]]:
         conditions = " AND ".join(f"{column} IS ?" for column in where) or "TRUE"
         return self._rows(
@@ -169,14 +179,11 @@ class RunFolder:
 
     @contextmanager
     def _database(self) -> Iterator[sqlite3.Connection]:
-        place = f"file:{quote(str((self.path / RESULTS).resolve()))}"
-        try:
-            with closing(_connected(place)) as database:
-                yield database
-        except sqlite3.Error as error:
-            raise DataError(
-                f"The results cannot be read ({error}).", path=self.path / RESULTS, remedy=_REMEDY
-            ) from error
+        # By bytes: under a POSIX locale, a name that is no ASCII is no text.
+        place = f"file:{quote(os.fsencode((self.path / RESULTS).resolve()))}"
+        reading = no_sqlite_errors(self.path / RESULTS, "read")
+        with reading, closing(_connected(place)) as database:
+            yield database
 
 
 def _connected(place: str) -> sqlite3.Connection:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-VERSION = 1
-"""``PRAGMA user_version``; another one is another schema."""
+VERSION_WITHOUT_DIGESTS, VERSION = 1, 2
+"""``PRAGMA user_version``; another one is another schema.  The first had no digests."""
 
 ADDED = {("drives", "swept_collision"): "INTEGER"}
 """Columns that folders of earlier releases lack, by table and name: NULL there, and added where
@@ -71,3 +71,11 @@ CREATE TABLE timings (
     PRIMARY KEY (cell, part)
 ) STRICT;
 """
+
+DIGESTS = """
+CREATE TABLE digests (
+    cell TEXT PRIMARY KEY REFERENCES cells ON DELETE CASCADE,
+    digest TEXT NOT NULL
+) STRICT;
+"""
+"""Added to the schema by its second version: a digest of all rows of a cell."""

@@ -13,7 +13,18 @@ from typing import Any
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.experiment import Cell
 from avsec_gym.runs.desk import Done, Failed
-from avsec_gym.runs.schema import ADDED, SCHEMA, VERSION
+from avsec_gym.runs.schema import ADDED, DIGESTS, SCHEMA, VERSION, VERSION_WITHOUT_DIGESTS
+from avsec_gym.runs.soundness import (
+    as_text,
+    check_files,
+    check_sound,
+    digests,
+    no_sqlite_errors,
+    row_digest,
+    schema_version,
+    stored_columns,
+)
+from avsec_gym.storage.regular_files import is_there
 
 _BAD_ROWS = (sqlite3.IntegrityError, sqlite3.InterfaceError, sqlite3.ProgrammingError)
 _REMEDY = "Name another folder with --out, or remove this one."
@@ -23,35 +34,63 @@ class ResultStore:
     """The only writer of a run's results; readers may look on.
 
     Args:
-        path: Of the database, made if it is not there.
+        path: Of the database, made if it is not there; one of the first version gets digests.
+        begun: Whether the run has been worked on: then the results have to be there.
 
     Raises:
-        DataError: It is not one of a run, or cannot be written.
+        DataError: It is not one of a run, is damaged, or cannot be written; or the run has begun
+            and there are none.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, begun: bool = False) -> None:
         self._path = path
-        try:
+        new = not is_there(path)
+        if not new:
+            check_files(path)
+        with no_sqlite_errors(path, "opened"):
             self._database = sqlite3.connect(path)
+        try:
+            self._open(begun)
+        except DataError:
+            self._database.close()
+            if new and begun:
+                path.unlink(missing_ok=True)
+            raise
+
+    def _open(self, begun: bool) -> None:
+        with no_sqlite_errors(self._path, "opened"):
+            if schema_version(self._database) == 0:
+                if begun:
+                    raise DataError(
+                        "The results of this run are gone: the file is missing or empty.",
+                        path=self._path,
+                        remedy="Put a copy back; or name another folder to run it again.",
+                    )
+                if self._database.execute("SELECT 1 FROM sqlite_master").fetchone():
+                    raise DataError(
+                        "This is a database of something else.", path=self._path, remedy=_REMEDY
+                    )
+                self._database.execute("PRAGMA journal_mode = WAL")
+                self._database.executescript(
+                    f"BEGIN; {SCHEMA} {DIGESTS} PRAGMA user_version = {VERSION}; COMMIT;"
+                )
+            version = check_sound(self._database, self._path)
             self._database.execute("PRAGMA journal_mode = WAL")
             # A killed process loses nothing; a power failure perhaps the last cells.
             self._database.execute("PRAGMA synchronous = NORMAL")
             self._database.execute("PRAGMA foreign_keys = ON")
-            if schema_version(self._database) == 0:
-                self._database.executescript(
-                    f"BEGIN; {SCHEMA} PRAGMA user_version = {VERSION}; COMMIT;"
-                )
-            there = schema_version(self._database)
-            if there == VERSION:
+            if version == VERSION_WITHOUT_DIGESTS:
                 self._add_columns()
-        except sqlite3.Error as error:
-            raise self._cannot("opened", error) from error
-        if there != VERSION:
-            raise DataError(
-                f"The results have schema {there}, this version writes {VERSION}.",
-                path=path,
-                remedy=_REMEDY,
-            )
+                self._add_digests()
+
+    def _add_digests(self) -> None:
+        """Make a database of the first version one of the second."""
+        self._database.executescript(f"BEGIN; {DIGESTS}")
+        self._database.executemany(
+            "INSERT INTO digests VALUES (?, ?)", digests(self._database).items()
+        )
+        self._database.execute(f"PRAGMA user_version = {VERSION}")
+        self._database.commit()
 
     def _add_columns(self) -> None:
         """Let a run of an earlier release go on."""
@@ -66,7 +105,8 @@ class ResultStore:
 
     def statuses(self) -> dict[str, str]:
         """``done`` or ``failed`` of each finished cell, by its id."""
-        return dict(self._database.execute("SELECT cell, status FROM cells").fetchall())
+        with no_sqlite_errors(self._path, "read"):
+            return dict(self._database.execute("SELECT cell, status FROM cells").fetchall())
 
     def plan(self, needs: Mapping[str, Sequence[Cell]], known: Iterable[str]) -> None:
         """Note which cells experiments need; what others need stays.
@@ -136,12 +176,20 @@ class ResultStore:
         }
         tables = {"cells": [finished]} | (outcome.rows if isinstance(outcome, Done) else {})
         with self._transaction():
+            total = 0
             for table, rows in tables.items():
+                stored = ", ".join(stored_columns()[table])
                 for row in rows:
                     names, marks = ", ".join(["cell", *row]), ", ".join("?" * (len(row) + 1))
-                    self._database.execute(
+                    place = self._database.execute(
                         f"INSERT INTO {table} ({names}) VALUES ({marks})", [cell.id, *row.values()]
-                    )
+                    ).lastrowid
+                    # As the table keeps it: a 1 in a column of real numbers is 1.0.
+                    kept = self._database.execute(
+                        f"SELECT {stored} FROM {table} WHERE rowid = ?", [place]
+                    ).fetchone()
+                    total += row_digest(table, kept)
+            self._database.execute("INSERT INTO digests VALUES (?, ?)", [cell.id, as_text(total)])
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:
@@ -151,30 +199,22 @@ class ResultStore:
                 yield
         except _BAD_ROWS:
             raise
-        except sqlite3.Error as error:
-            raise self._cannot("written", error) from error
-
-    def _cannot(self, what: str, error: sqlite3.Error) -> DataError:
-        return DataError(
-            f"The results cannot be {what} ({error}).",
-            path=self._path,
-            remedy="Check the folder's permissions and the free space; a damaged file cannot be"
-            " mended, remove the run's folder then.",
-        )
+        except sqlite3.Error:
+            with no_sqlite_errors(self._path, "written"):
+                raise
 
 
-def has_results(path: Path) -> bool:
+def has_results(path: Path, *, begun: bool = False) -> bool:
     """Whether a cell is finished in a run's database; not if there is none.
 
+    Args:
+        path: Of the database.
+        begun: As of `ResultStore`.
+
     Raises:
-        DataError: It is not one of a run.
+        DataError: As of `ResultStore`.
     """
-    if not path.is_file():
+    if not (begun or is_there(path)):
         return False
-    with closing(ResultStore(path)) as store:
+    with closing(ResultStore(path, begun=begun)) as store:
         return bool(store.statuses())
-
-
-def schema_version(database: sqlite3.Connection) -> int:
-    """Of a database; 0 of a new one."""
-    return int(database.execute("PRAGMA user_version").fetchone()[0])

@@ -9,6 +9,7 @@ import numpy as np
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
+from avsec_gym.storage.regular_files import is_there, read_text
 
 _FLAGS = {"n": (False, False), "0": (True, False), "1": (True, True), "-1": (True, True)}
 """Flag -> (is an obstacle, moves)."""
@@ -30,14 +31,13 @@ def flagged(boxes: Boxes3D, path: Path) -> tuple[Boxes3D, str | None]:
     Raises:
         DataError: The file is missing, or a flag is none of n, 0, 1, -1.
     """
-    try:
-        words = path.read_text("ascii").split("\n")
-    except (OSError, UnicodeDecodeError) as error:
+    if not is_there(path):
         raise DataError(
-            f"the moving flags cannot be read ({error}).",
+            "the moving flags are not there.",
             path=path,
             remedy="Each label file of this folder needs a flag file of the same name.",
-        ) from error
+        )
+    words = read_text(path).split("\n")
     while words and not words[-1].strip():
         words.pop()
     remark = None
@@ -50,7 +50,7 @@ def flagged(boxes: Boxes3D, path: Path) -> tuple[Boxes3D, str | None]:
     for i, word in enumerate(words):
         if word.strip() not in _FLAGS:
             raise DataError(
-                f"{word.strip()!r} is no moving flag.",
+                f"{word.strip()[:40]!r} is no moving flag.",
                 path=path,
                 line=i + 1,
                 remedy="A flag is n (no obstacle), 0 (stands), 1 or -1 (moves).",

@@ -67,7 +67,7 @@ def fits(value: Any, kind: Any) -> bool:
     origin, parts = get_origin(kind), get_args(kind)
     if origin in (Union, types.UnionType):
         return any(fits(value, part) for part in parts)
-    if origin is dict:
+    if origin in (dict, Mapping):
         return isinstance(value, dict) and all(fits(item, parts[1]) for item in value.values())
     if origin is list:
         return isinstance(value, list) and all(fits(item, parts[0]) for item in value)

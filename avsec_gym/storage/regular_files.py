@@ -12,13 +12,16 @@ import os
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
 
 from avsec_gym.errors import DataError
 
 MAX_TEXT_BYTES = 16 * 2**20
 """KITTI's text files have a few kilobytes; what is larger than this is something else."""
+
+MAX_FILE_BYTES = 2**40
+"""Of files that are read piece by piece, for their hash."""
 
 _FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 _NOWHERE = (errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG, errno.ELOOP)
@@ -32,7 +35,7 @@ _KINDS = {
 
 
 @contextmanager
-def open_regular(path: str | Path, *, most: int) -> Iterator[BinaryIO]:
+def open_regular(path: str | Path, *, most: int) -> Iterator[BufferedReader]:
     """Open a regular file for reading.
 
     Args:

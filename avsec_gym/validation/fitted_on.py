@@ -14,6 +14,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Calibration
 from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.sensor_system import SensorSystem
+from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 
 FORMAT = 5
@@ -21,6 +22,8 @@ FORMAT = 5
 hold no more."""
 _SAME_SCALE = 0.05
 """Recording days of KITTI differ by less, rigs by more."""
+_MOST_SENSORS = 16
+_LARGEST_SCALE = 1e6
 _REMEDY = "Fit it anew on clean frames of these sensors, or name another file."
 
 
@@ -125,14 +128,7 @@ def read_fitted(path: str | Path, kind: str) -> tuple[FittedOn, dict[str, Any]]:
     Raises:
         DataError: Missing, cut off, or of another kind or format.
     """
-    try:
-        content = json.loads(Path(path).read_bytes())
-    except OSError as error:
-        problem = f"The file cannot be read ({error.strerror})."
-        raise DataError(problem, path=path, remedy=_REMEDY) from error
-    except ValueError as error:
-        problem = f"The file is no JSON: {error}."
-        raise DataError(problem, path=path, remedy=_REMEDY) from error
+    content = read_json_object(path, remedy=_REMEDY)
     try:
         if (content["kind"], content["format"]) != (kind, FORMAT):
             raise DataError(
@@ -142,12 +138,17 @@ def read_fitted(path: str | Path, kind: str) -> tuple[FittedOn, dict[str, Any]]:
                 remedy=_REMEDY,
             )
         on = content["fitted_on"]
-        system = SensorSystem(tuple(on["sensors"]))
+        sensors = tuple(on["sensors"])
+        if len(sensors) > _MOST_SENSORS:  # Triples grow with the third power.
+            raise ValueError(f"it has {len(sensors)} sensors")
+        system = SensorSystem(sensors)
         scales = tuple(map(float, on["scales"]))
+        if not all(0 < scale < _LARGEST_SCALE for scale in scales):
+            raise ValueError("scales are focal lengths times baselines, positive")
         if len(scales) != len(system.cameras) - 1:
             raise ValueError(f"{len(scales)} scales for {len(system.cameras)} cameras")
         return FittedOn(system, dict(on["depth"]), scales, dict(on["data"])), content
-    except (KeyError, TypeError, ValueError, ConfigurationError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, ConfigurationError) as error:
         raise broken(path, error) from error
 
 

@@ -10,12 +10,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from avsec_gym.errors import DataError
 from avsec_gym.kitti.atomic_write import write_bytes
+from avsec_gym.storage.json_fields import fits
+from avsec_gym.storage.json_files import parse_json
+from avsec_gym.storage.regular_files import is_there, read_text
 
 CURVES, PICTURE, TENSORBOARD = "curves.jsonl", "curves.png", "tensorboard"
 """Names in the folder of a run."""
 
 _SECONDS_BETWEEN_PICTURES = 60.0
+_MOST_BYTES = 2**30
 _LOG = logging.getLogger(__name__)
 
 
@@ -68,12 +73,37 @@ class Curves:
 
 
 def read_curves(folder: Path) -> list[dict[str, Any]]:
-    """The rows of a run's curves; a last line that was cut off is left out."""
+    """The rows of a run's curves; a last line that was cut off is left out.
+
+    Raises:
+        DataError: Another line is damaged.
+    """
     path = folder / CURVES
-    if not path.is_file():
+    if not is_there(path):
         return []
-    lines = path.read_text(encoding="utf-8").split("\n")[:-1]
-    return [json.loads(line) for line in lines]
+    rows = []
+    lines = read_text(path, most=_MOST_BYTES).split("\n")[:-1]
+    for number, line in enumerate(lines, start=1):
+        try:
+            rows.append(_row(line))
+        except ValueError as error:
+            raise DataError(
+                f"This is no row of curves ({error}).",
+                path=path,
+                line=number,
+                remedy="Remove the line; the checkpoint does not depend on it.",
+            ) from error
+    return rows
+
+
+def _row(line: str) -> dict[str, Any]:
+    row = parse_json(line, finite=False)
+    if not (isinstance(row, dict) and type(row.get("step")) is int):
+        raise ValueError("it has no step")
+    for kind in ("losses", "metrics"):
+        if not fits(row.get(kind, {}), dict[str, float]):
+            raise ValueError(f"its {kind} are no numbers")
+    return row
 
 
 def draw_curves(rows: Sequence[Mapping[str, Any]], path: Path) -> None:

@@ -8,12 +8,20 @@ import json
 import os
 from collections.abc import Mapping
 from importlib.metadata import version
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import avsec_gym
 from avsec_gym.errors import DataError
 from avsec_gym.kitti.atomic_write import write_bytes
+from avsec_gym.storage.json_files import read_json_object
+from avsec_gym.storage.regular_files import (
+    MAX_FILE_BYTES,
+    is_file,
+    is_there,
+    open_regular,
+    read_bytes,
+)
 
 MANIFEST = "manifest.json"
 """Its name."""
@@ -53,16 +61,12 @@ def read_manifest(root: str | Path) -> dict[str, Any] | None:
         DataError: It cannot be read, or is none.
     """
     path = Path(root) / MANIFEST
-    if not path.is_file():
+    if not is_there(path):
         return None
-    try:
-        manifest = json.loads(path.read_bytes())
-        sound = manifest["format"] == _FORMAT and {"complete", "settings", "files"} <= set(manifest)
-    except (OSError, ValueError, KeyError, TypeError):
-        sound = False
-    if not sound:
+    manifest = read_json_object(path, remedy=_REMEDY)
+    if not _is_sound(manifest):
         raise DataError("This is no manifest of a data set.", path=path, remedy=_REMEDY)
-    return dict(manifest)
+    return manifest
 
 
 def write_manifest(root: Path, manifest: Mapping[str, Any]) -> None:
@@ -134,17 +138,34 @@ def sweep(root: Path) -> None:
         path.unlink(missing_ok=True)
 
 
+def _is_sound(manifest: dict[str, Any]) -> bool:
+    """Whether everything is there and of its type, and no name leads out of the data set."""
+    files = manifest.get("files")
+    return (
+        manifest.get("format") == _FORMAT
+        and isinstance(manifest.get("complete"), bool)
+        and isinstance(manifest.get("settings"), dict)
+        and isinstance(files, dict)
+        and all(
+            ".." not in (parts := PurePosixPath(name).parts)
+            and parts[:1] not in ((), ("/",))
+            and "\0" not in name
+            and isinstance(facts, dict)
+            and type(facts.get("bytes")) is int
+            and isinstance(facts.get("sha256"), str)
+            for name, facts in files.items()
+        )
+    )
+
+
 def _differs(path: Path, facts: Mapping[str, Any], full: bool) -> bool:
-    try:
-        if path.stat().st_size != facts["bytes"]:
-            return True
-        return full and _sha256(path) != facts["sha256"]
-    except OSError:
+    if not is_file(path) or path.stat().st_size != facts["bytes"]:
         return True
+    return full and _sha256(path) != facts["sha256"]
 
 
 def _sha256(path: Path) -> str:
-    with open(path, "rb") as file:
+    with open_regular(path, most=MAX_FILE_BYTES) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
@@ -164,7 +185,7 @@ def _fingerprint(*names: str) -> str:
         place = _PACKAGE / name
         for path in sorted(place.rglob("*.py")) if place.is_dir() else [place]:
             digest.update(path.relative_to(_PACKAGE).as_posix().encode())
-            digest.update(path.read_bytes())
+            digest.update(read_bytes(path, most=MAX_FILE_BYTES))
     return digest.hexdigest()[:16]
 
 

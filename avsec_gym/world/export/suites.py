@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from avsec_gym.errors import ConfigurationError
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.kitti.label_folders import frame_ids
-from avsec_gym.kitti.text_files import read_text, write_text
+from avsec_gym.kitti.text_files import write_text
 from avsec_gym.road_type import RoadType
+from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.world.capture import take
 from avsec_gym.world.earlier import earlier, plausible_ego_speed
 from avsec_gym.world.export.connected import ConnectedVehicles
@@ -23,6 +23,7 @@ from avsec_gym.world.shots import shot_of_layout
 SUITES = ("street", "highway", "mixed", "connected", "raw")
 """Names of the suites."""
 
+_AGAIN = "Remove the label file of its frame and run the command again: the frame is made anew."
 _VALIDATION = 4
 """Every so manieth frame is for validation."""
 _MOST_PREVIOUS = 3
@@ -154,6 +155,11 @@ def write_lists(root: Path) -> None:
         write_text(root / "ImageSets" / f"{name}.txt", text, overwrite=True)
     rows = ["img_name,label"]
     for id in ids:
-        road_type = json.loads(read_text(training / "scene" / f"{id}.json"))["road_type"]
+        scene = training / "scene" / f"{id}.json"
+        road_type = read_json_object(scene, remedy=_AGAIN).get("road_type")
+        if road_type not in list(RoadType):
+            raise DataError(
+                f"The scene has the road type {road_type!r:.40}.", path=scene, remedy=_AGAIN
+            )
         rows.append(f"{id}.png,{int(road_type == RoadType.STREET)}")
     write_text(training / "road_type.csv", "\n".join(rows) + "\n", overwrite=True)

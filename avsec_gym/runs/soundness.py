@@ -1,0 +1,190 @@
+"""Is a ``results.sqlite`` what a run wrote?  Seen when it is opened, not when a table is odd.
+
+SQLite finds pages that do not hang together and values of a wrong type, and accepts a cost of 9.1
+where 7.1 was written.  So each cell has a digest of all its rows, which are counted up again here.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections import defaultdict, deque
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from functools import cache
+from hashlib import blake2b
+from pathlib import Path
+
+from avsec_gym.errors import DataError
+from avsec_gym.runs.schema import ADDED, DIGESTS, SCHEMA, VERSION, VERSION_WITHOUT_DIGESTS
+from avsec_gym.storage.regular_files import check_regular, is_there
+
+MAX_RESULTS_BYTES = 2**40
+_LONGEST_VALUE = 64 * 2**20
+_DIGITS = 2**128
+_MENDED_BY = {
+    "SQLITE_FULL": "Free some space and give the command again: it goes on where it was.",
+    "SQLITE_IOERR": "Check the disk and its free space, then give the command again: it goes on.",
+    "SQLITE_READONLY": "Check the permissions of the folder and its files.",
+    "SQLITE_CANTOPEN": "Check the permissions of the folder and its files.",
+    "SQLITE_ERROR": "Ask for columns of the tables; docs/runs.md lists them.",
+    "SQLITE_BUSY": "Another process holds the file; wait for it.",
+}
+_DAMAGED = "A damaged file cannot be mended: name another folder, or run the experiments again."
+
+
+@contextmanager
+def no_sqlite_errors(path: Path, what: str) -> Iterator[None]:
+    """SQLite's errors over a database become those of this project.
+
+    Args:
+        path: Of the database.
+        what: Is done with it: ``read``, ``written``.
+
+    Raises:
+        DataError: With the remedy for what SQLite found; only damage asks for another folder.
+    """
+    try:
+        yield
+    except (sqlite3.Error, UnicodeDecodeError) as error:
+        code = getattr(error, "sqlite_errorname", None) or ""
+        remedy = next((text for name, text in _MENDED_BY.items() if code.startswith(name)), None)
+        raise DataError(
+            f"The results cannot be {what} ({error}).", path=path, remedy=remedy or _DAMAGED
+        ) from error
+
+
+def check_files(path: Path) -> None:
+    """Check that a database is a regular file, and so are those that SQLite keeps beside it.
+
+    Raises:
+        DataError: One is a pipe, say, which would be waited for.
+    """
+    for end in ("", "-wal", "-shm", "-journal"):
+        beside = path.with_name(path.name + end)
+        if not end or is_there(beside):
+            check_regular(beside, most=MAX_RESULTS_BYTES)
+
+
+def check_sound(database: sqlite3.Connection, path: Path) -> int:
+    """Check a database that a run has written; a run that writes on is no harm.
+
+    Args:
+        database: Open.
+        path: Of the file, for messages.
+
+    Returns:
+        The version of its schema.
+
+    Raises:
+        DataError: It is damaged, or of another version.
+    """
+    database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _LONGEST_VALUE)
+    with no_sqlite_errors(path, "read"), _one_moment(database):
+        version = schema_version(database)
+        if version not in (VERSION, VERSION_WITHOUT_DIGESTS):
+            raise DataError(
+                f"The results have schema {version}, this version reads {VERSION}.",
+                path=path,
+                remedy="Read them with the version that the manifest names.",
+            )
+        # The schema first: a damaged one decides what the other questions mean.
+        if _schema(database) not in _expected(version):
+            raise _damaged("its tables are not those of a run", path)
+        (found,) = database.execute("PRAGMA integrity_check(1)").fetchone()
+        if found != "ok":
+            raise _damaged(str(found).partition("\n")[0], path)
+        if database.execute("PRAGMA foreign_key_check").fetchone() is not None:
+            raise _damaged("rows belong to no cell", path)
+        if version == VERSION:
+            _check_digests(database, path)
+        else:
+            for table in stored_columns():  # All texts are read once, and are texts.
+                deque(database.execute(f"SELECT * FROM {table}"), maxlen=0)
+    return version
+
+
+def schema_version(database: sqlite3.Connection) -> int:
+    """Of a database; 0 of a new one."""
+    return int(database.execute("PRAGMA user_version").fetchone()[0])
+
+
+def digests(database: sqlite3.Connection) -> dict[str, str]:
+    """The digest of every cell, of the rows that are there."""
+    sums: defaultdict[str, int] = defaultdict(int)
+    for table, columns in stored_columns().items():
+        for row in database.execute(f"SELECT {', '.join(columns)} FROM {table}"):
+            sums[row[0]] += row_digest(table, row)
+    return {cell: as_text(total) for cell, total in sums.items()}
+
+
+def row_digest(table: str, row: tuple[object, ...]) -> int:
+    """Of the stored values of a row; those of a cell are added, so that order does not count."""
+    content = f"{table} {row!r}".encode("utf-8", "surrogatepass")
+    return int.from_bytes(blake2b(content, digest_size=16).digest())
+
+
+def as_text(total: int) -> str:
+    """A cell's digest as it is stored."""
+    return f"{total % _DIGITS:032x}"
+
+
+@cache
+def stored_columns() -> dict[str, tuple[str, ...]]:
+    """The columns of each table with results, the cell first; SQLite makes the others of them."""
+    with closing(sqlite3.connect(":memory:")) as database:
+        database.executescript(SCHEMA)
+        tables = ("cells", "drives", "detections", "measurements", "timings")
+        return {
+            table: tuple(row[1] for row in database.execute(f"PRAGMA table_info({table})"))
+            for table in tables
+        }
+
+
+def _check_digests(database: sqlite3.Connection, path: Path) -> None:
+    noted = dict(database.execute("SELECT cell, digest FROM digests").fetchall())
+    found = digests(database)
+    for cell in noted.keys() | found.keys():
+        if noted.get(cell) != found.get(cell):
+            raise _damaged(f"rows of the cell {cell:.40} are not what was written", path)
+
+
+@cache
+def _expected(version: int) -> tuple[frozenset[tuple[str, ...]], ...]:
+    """What the schema may be: of today, and of earlier releases with what was added since."""
+    earlier, altered = SCHEMA, ""
+    for (table, name), kind in ADDED.items():
+        earlier = earlier.replace(f"    {name} {kind},\n", "")
+        altered += f"ALTER TABLE {table} ADD COLUMN {name} {kind};"
+    scripts = [SCHEMA, earlier + altered]
+    if version == VERSION_WITHOUT_DIGESTS:
+        scripts.append(earlier)
+    else:
+        scripts = [script + DIGESTS for script in scripts]
+    found = []
+    for script in scripts:
+        with closing(sqlite3.connect(":memory:")) as database:
+            database.executescript(script)
+            found.append(_schema(database))
+    return tuple(found)
+
+
+def _schema(database: sqlite3.Connection) -> frozenset[tuple[str, ...]]:
+    query = "SELECT type, name, tbl_name, sql FROM sqlite_master"
+    return frozenset(database.execute(query).fetchall())
+
+
+@contextmanager
+def _one_moment(database: sqlite3.Connection) -> Iterator[None]:
+    """All questions are asked of one state of the file, which a run may be writing to."""
+    if database.in_transaction:
+        yield
+        return
+    database.execute("BEGIN")
+    try:
+        yield
+    finally:
+        database.rollback()
+
+
+def _damaged(how: str, path: Path) -> DataError:
+    return DataError(f"The results are damaged: {how}.", path=path, remedy=_DAMAGED)
