@@ -14,6 +14,7 @@ from typing import Any
 
 from avsec_gym import __version__
 from avsec_gym.commands import console
+from avsec_gym.commands.process import Terminated, end_when_asked, write_any_text
 from avsec_gym.errors import AvsecError, ConfigurationError
 from avsec_gym.suggestions import unknown_name
 
@@ -75,6 +76,8 @@ COMMANDS: Mapping[str, str | Group] = {
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run a command and leave with its exit code."""
+    end_when_asked()
+    write_any_text()
     sys.exit(run(sys.argv[1:] if arguments is None else arguments))
 
 
@@ -105,6 +108,9 @@ def run(arguments: Sequence[str]) -> int:
         # Places that cannot be read or written; the message of the system names them.
         console.say(f"avsec: {error}. Check the path, its permissions and the free space.")
         return console.BAD_DATA
+    except Terminated as signal:
+        console.say("avsec: stopped")
+        return 128 + signal.number
     except KeyboardInterrupt:
         console.say("avsec: stopped")
         return 130

@@ -44,7 +44,8 @@ _SECONDS_BETWEEN_LOOKS = 1.0
 # The search path comes first, so that whatever this process can import the worker can, too.
 _PROGRAM = """
 import signal, sys
-signal.signal(signal.SIGINT, signal.SIG_IGN)
+for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+    signal.signal(number, signal.SIG_IGN)
 from multiprocessing.connection import Connection
 connection = Connection(int(sys.argv[1]))
 sys.path[:] = connection.recv()
@@ -59,7 +60,7 @@ Result = TypeVar("Result")
 class Worker:
     """A process that serves this one, until it is ended or this one is gone, whatever ends it.
 
-    Ctrl-C is left to this process.
+    Ctrl-C is left to this process, and so are the signals that ask a group of processes to end.
 
     Args:
         serve: What it does: a function of a module, that takes the worker's end of the connection
@@ -329,9 +330,11 @@ def _registrations() -> dict[tuple[registry.Kind, str], Callable[..., Any]]:
 def _interrupts_held_back() -> Iterator[None]:
     """A process begins with the signal mask of the thread that starts it.
 
-    So Ctrl-C cannot hit a worker before it knows that it is none of its business.
+    So Ctrl-C, and what asks for an end, cannot hit a worker before it knows to ignore it.
     """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(
+        signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
+    )
     try:
         yield
     finally:

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.errors import DataError
 from avsec_gym.storage.archives import Archive
-from avsec_gym.storage.regular_files import read_bytes
+from avsec_gym.storage.regular_files import MAX_FILE_BYTES, check_regular, read_bytes
 
 _MAGIC = b"\x93NUMPY"
 # What every NumPy writes of a plain array: booleans, integers, floating-point numbers, texts.
@@ -41,6 +42,24 @@ def read_npz(path: str | Path, *, most: int, remedy: str) -> dict[str, NDArray[A
             raise archive.damaged(f"{name[:80]!r} is no plain array")
         arrays[name.removesuffix(".npy")] = array
     return arrays
+
+
+def map_npy(path: str | Path, *, remedy: str) -> NDArray[Any]:
+    """The array of a ``.npy`` file of the package's own cache, mapped: read where it is looked at.
+
+    Args:
+        path: The file.
+        remedy: What a user can do about a damaged file.
+
+    Raises:
+        DataError: The file cannot be read, is cut off, or holds something else than an array.
+    """
+    check_regular(path, most=MAX_FILE_BYTES)
+    try:
+        array = np.load(path, mmap_mode="r", allow_pickle=False)
+    except (OSError, EOFError, ValueError) as error:
+        raise DataError(f"The array is damaged ({error}).", path=path, remedy=remedy) from error
+    return np.asarray(array)
 
 
 def _plain_array(content: bytes) -> NDArray[Any] | None:

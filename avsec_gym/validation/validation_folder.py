@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,8 @@ from avsec_gym.errors import DataError
 from avsec_gym.kitti.text_files import read_text, write_text
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.sensor_system import Sensor, Triple
+from avsec_gym.storage.json_files import parse_json, read_json_object
+from avsec_gym.storage.regular_files import is_there
 from avsec_gym.validation.evidence.disparity_error import MEASURES
 from avsec_gym.validation.validator import Validation
 
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
 FORMAT = 4
 """Raised when what is kept of a moment changes: rows of before are not gone on with."""
+_MOST_BYTES = 2**30
+_AWAY = "Name another --out, or take this folder away."
 RECORD, ROWS = "validation.json", "moments.jsonl"
 """Whose results these are; the results."""
 THRESHOLDS, LIKELIHOOD, SAMPLES = "thresholds.json", "likelihood.json", "samples.jsonl"
@@ -43,7 +46,7 @@ class ValidationFolder:
             raise DataError(
                 f"The results here are of something else: {'; '.join(others)}.",
                 path=out,
-                remedy="Name another --out, or take this folder away.",
+                remedy=_AWAY,
             )
         text = json.dumps({"rows": FORMAT, **record}, indent=1) + "\n"
         write_text(out / RECORD, text, overwrite=True)
@@ -66,12 +69,11 @@ def differences(out: Path, record: Mapping[str, Any]) -> list[str]:
         out: The folder, there or not.
         record: As of `ValidationFolder`.
     """
-    if not any((out / name).exists() for name in (ROWS, THRESHOLDS, LIKELIHOOD, SAMPLES)):
+    if not any(is_there(out / name) for name in (ROWS, THRESHOLDS, LIKELIHOOD, SAMPLES)):
         return []
     there = {}
-    if (out / RECORD).exists():
-        with suppress(ValueError):
-            there = dict(json.loads(read_text(out / RECORD)))
+    if is_there(out / RECORD):
+        there = read_json_object(out / RECORD, remedy=_AWAY)
     if not there:
         return [f"there is no {RECORD} that tells whose they are"]
     asked = json.loads(json.dumps({"rows": FORMAT, **record}))
@@ -94,13 +96,15 @@ class JsonLines:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        lines = read_text(path).split("\n")[:-1] if path.exists() else []
+        lines = read_text(path, most=_MOST_BYTES).split("\n")[:-1] if is_there(path) else []
         self.rows: dict[str, dict[str, Any]] = {}
         for number, line in enumerate(lines, start=1):
             try:
-                row = json.loads(line)
+                row = parse_json(line)
+                if not (isinstance(row, dict) and isinstance(row.get("id"), str)):
+                    raise ValueError("it has no id")
                 self.rows[row["id"]] = row
-            except (ValueError, KeyError, TypeError) as error:
+            except ValueError as error:
                 raise DataError(
                     f"Line {number} is damaged ({error}).",
                     path=path,

@@ -100,7 +100,7 @@ def test_broken_files_name_themselves(tmp_path: Path) -> None:
     save_patch(path, Patch.noise())
     whole, card = path.read_bytes(), path.with_suffix(".json")
     path.write_bytes(whole[:-7])
-    with pytest.raises(DataError, match=r"patch\.safetensors: The patch cannot be read"):
+    with pytest.raises(DataError, match=r"patch\.safetensors: The file is no sound"):
         load_patch(path)
     save_patch(tmp_path / "other.safetensors", Patch.noise(9))
     path.write_bytes((tmp_path / "other.safetensors").read_bytes())

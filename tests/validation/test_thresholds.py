@@ -152,7 +152,7 @@ def test_broken_files_are_named(
 
 
 def test_files_that_are_none(tmp_path: Path) -> None:
-    with pytest.raises(DataError, match="cannot be read"):
+    with pytest.raises(DataError, match="no such file"):
         read_threshold_table(tmp_path / "missing.json")
     for text in ('{"kind": "thresh', "[]", "3", "\ufeff", ""):
         (tmp_path / "x.json").write_text(text)

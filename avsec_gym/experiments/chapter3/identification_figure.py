@@ -7,7 +7,6 @@ Run ``python -m avsec_gym.experiments.chapter3.identification_figure REPORT.json
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -22,8 +21,8 @@ from avsec_gym.errors import DataError
 from avsec_gym.experiments.answer import exit_code
 from avsec_gym.experiments.chapter3.thesis import DETECTION, IDENTIFICATION
 from avsec_gym.experiments.figure_style import FAINT, FIGURE_STYLE
-from avsec_gym.kitti.text_files import read_text
 from avsec_gym.report.scenario_picture import save_picture
+from avsec_gym.storage.json_files import read_json
 
 _OURS, _BLUE, _THESIS = "#D7263D", "#1F77B4", "#222222"
 _HIGHEST_RATE = 0.1
@@ -135,14 +134,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return exit_code(work)
 
 
+_AGAIN = "Write one by `avsec report RUN --json`, of a run of identification."
+
+
 def _figure(path: Path) -> Figure:
     try:
-        return draw_identification(json.loads(read_text(path))["validation"])
+        return draw_identification(read_json(path, remedy=_AGAIN)["validation"])
     except (ValueError, KeyError, TypeError) as error:
         raise DataError(
             "This is no report of what sensors notice, or one of an earlier version.",
             path=path,
-            remedy="Write one by `avsec report RUN --json`, of a run of identification.",
+            remedy=_AGAIN,
         ) from error
 
 

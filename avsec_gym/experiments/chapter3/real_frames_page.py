@@ -6,7 +6,6 @@ Run ``python -m avsec_gym.experiments.chapter3.real_frames_page RESULT.json --ou
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -17,7 +16,8 @@ from avsec_gym.experiments.answer import exit_code
 from avsec_gym.experiments.chapter3.objects.real_impact import IMAGE_DETECTORS, LIDAR_DETECTORS
 from avsec_gym.experiments.chapter3.objects.thesis_of_detectors import TAKEN_FOR_AN_OBSTACLE
 from avsec_gym.experiments.markdown_table import UNKNOWN, markdown_table, number
-from avsec_gym.kitti.text_files import read_text, write_text
+from avsec_gym.kitti.text_files import write_text
+from avsec_gym.storage.json_files import read_json
 
 _CRITERIA = {"any": "all four shares", "error": "E alone (the thesis’)"}
 _SENSORS = {"S0": "LiDAR", "S1": "camera 3", "S2": "camera 2"}
@@ -122,7 +122,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     def work() -> None:
         try:
-            page = real_frames_page(json.loads(read_text(options.result)))
+            page = real_frames_page(read_json(options.result, remedy=_COMMAND))
         except (ValueError, KeyError, TypeError) as error:
             raise DataError(
                 "This is no result of real_frames.", path=options.result, remedy=_COMMAND

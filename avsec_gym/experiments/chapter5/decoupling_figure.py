@@ -8,7 +8,6 @@ REPORT.json is what ``avsec report RUN --json`` prints, ERRORS.json what `costly
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -24,6 +23,7 @@ from avsec_gym.experiments.chapter5.stakes import NOTHING
 from avsec_gym.experiments.figure_style import FAINT, FIGURE_STYLE
 from avsec_gym.geometry import Floats
 from avsec_gym.report.attack_names import attack_name, detector_name
+from avsec_gym.storage.json_files import read_json_object
 
 _STYLE: dict[Any, Any] = {**FIGURE_STYLE}
 _MARKS = {
@@ -106,7 +106,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("errors", type=Path, help="JSON of `costly_errors`")
     parser.add_argument("--figure", type=Path, required=True, help="the picture's file")
     options = parser.parse_args(arguments)
-    report, errors = (json.loads(path.read_text()) for path in (options.report, options.errors))
+    report, errors = (
+        read_json_object(path, remedy="Make it anew.") for path in (options.report, options.errors)
+    )
     draw_decoupling(report["decoupling"], errors["stakes"], options.figure)
     return 0
 

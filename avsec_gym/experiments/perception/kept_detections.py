@@ -24,6 +24,7 @@ from avsec_gym.metrics.average_precision_frames import COUNTED, LEVELS, label_st
 from avsec_gym.perception.detectors import make_detector
 from avsec_gym.perception.result_folder import write_result_folder
 from avsec_gym.perception.weights.store import card_path
+from avsec_gym.storage.regular_files import MAX_FILE_BYTES, is_file, read_bytes
 from avsec_gym.world.export.manifest import MANIFEST, read_manifest
 
 
@@ -161,6 +162,7 @@ def _state(weights: Path | None, data: KittiObject) -> str:
     files = sorted(Path(avsec_gym.perception.__path__[0]).rglob("*.py"))
     own = () if weights is None else (weights, card_path(weights))
     for file in (*files, *own, data.root / MANIFEST):
-        if file.is_file():
-            digest.update(hashlib.sha256(file.read_bytes()).digest())
+        if is_file(file):
+            content = read_bytes(file, most=MAX_FILE_BYTES)
+            digest.update(hashlib.sha256(content).digest())
     return digest.hexdigest()[:12]

@@ -7,7 +7,6 @@ that write these files (``docs/make_detector_results.sh``).
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -27,7 +26,9 @@ from avsec_gym.experiments.perception.page_networks import (
     training,
 )
 from avsec_gym.experiments.perception.page_single_sensor import single_sensor
-from avsec_gym.kitti.text_files import read_text, write_text
+from avsec_gym.kitti.text_files import write_text
+from avsec_gym.storage.json_files import read_json
+from avsec_gym.storage.regular_files import is_file
 
 FILES = {
     "detectors": "detectors.json",
@@ -55,11 +56,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     results = {}
     for name, file in FILES.items():
         path = options.results / file
-        if path.is_file():
-            try:
-                results[name] = json.loads(read_text(path))
-            except ValueError as error:
-                raise DataError(f"This is no JSON ({error}).", path=path) from error
+        if is_file(path):
+            results[name] = read_json(path, remedy="Make it anew.")
     if "detectors" not in results:
         raise DataError(
             "There is no result of the detectors.",

@@ -9,7 +9,6 @@ from above.
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -31,11 +30,11 @@ from avsec_gym.experiments.perception.detection_errors import (
 from avsec_gym.experiments.perception.detector_precision import named
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.detections import above, default_score_threshold
-from avsec_gym.kitti.text_files import read_text
 from avsec_gym.metrics.working_point import MIN_IOU, counted
 from avsec_gym.perception.detectors import make_detector
 from avsec_gym.report.found_and_true import draw_frame, draw_frames_from_above
 from avsec_gym.report.scenario_picture import save_picture
+from avsec_gym.storage.json_files import read_json
 
 FRAMES = ("000107", "000274", "001267", "001570")
 
@@ -165,7 +164,7 @@ def _working_points(path: Path | None) -> Mapping[str, float]:
     if path is None:
         return {}
     try:
-        detectors = json.loads(read_text(path))["detectors"]
+        detectors = read_json(path, remedy="Make it anew.")["detectors"]
         points = {name: one["working_point"] for name, one in detectors.items()}
         return {name: float(point["score"]) for name, point in points.items() if point}
     except (ValueError, KeyError, TypeError) as error:

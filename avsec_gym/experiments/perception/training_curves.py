@@ -9,7 +9,6 @@ networks that are not trained anew.
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import sys
 from collections.abc import Mapping, Sequence
@@ -19,9 +18,9 @@ from typing import Any
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.answer import answer
 from avsec_gym.experiments.figure_style import FIGURE_STYLE
-from avsec_gym.kitti.text_files import read_text
 from avsec_gym.perception.training.curves import CURVES, read_curves
 from avsec_gym.report.scenario_picture import save_picture
+from avsec_gym.storage.json_files import read_json_object
 
 MOST_POINTS = 100
 """Of losses; each is the mean of as many rows as needed."""
@@ -56,13 +55,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _others(file: Path) -> dict[str, Any]:
-    try:
-        result = json.loads(read_text(file))
-    except ValueError as error:
-        raise DataError(
-            f"This is no result of training curves ({error}).", path=file, remedy="Leave it out."
-        ) from error
-    return dict(result)
+    return read_json_object(file, remedy="Leave it out.")
 
 
 def joined(trainings: Sequence[Sequence[Mapping[str, Any]]]) -> list[dict[str, Any]]:

@@ -13,8 +13,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from avsec_gym.kitti.dataset import KittiObject
-from avsec_gym.kitti.text_files import read_text, write_text
+from avsec_gym.kitti.text_files import write_text
 from avsec_gym.road_type import RoadType
+from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.world.capture import Capture, take
 from avsec_gym.world.export.data_set import Progress, make_data_set
 from avsec_gym.world.export.manifest import world_fingerprint
@@ -159,7 +160,10 @@ def measured(
     key = hashlib.sha256(settings.encode()).hexdigest()[:16]
     root = (cache_folder() / "measurements" if rows is None else rows) / key
     make_data_set(recipe, root, workers=workers, on_progress=on_progress)
-    found = [json.loads(read_text(root / recipe.last_file(i))) for i in range(len(recipe))]
+    found = [
+        read_json_object(root / recipe.last_file(i), remedy="Remove it: it is made anew.")
+        for i in range(len(recipe))
+    ]
     return {
         name_of(measure): [row[name_of(measure)] for row in found] for measure in recipe.measures
     }

@@ -29,6 +29,8 @@ from avsec_gym.perception.training.labelled_frames import (
 )
 from avsec_gym.perception.training.prepared_once import fingerprint, whole_folder
 from avsec_gym.perception.training.scan_samples import ABOVE_GROUND, FEWEST_POINTS, NEEDED
+from avsec_gym.storage.json_files import read_json
+from avsec_gym.storage.npz_files import map_npy
 
 MARGIN = 12.5
 """Metres around the region that are kept, for scans to be turned and scaled."""
@@ -38,6 +40,7 @@ _STEPS = np.array([250.0, 250.0, 250.0, 32767.0])
 """Stored as whole numbers of 4 mm, a fifth of the sensor's noise, and shares of reflectance."""
 _ALIKE = {"Car": ("Van",)}
 """Classes that KITTI's metric pardons when they are taken for another."""
+_AGAIN = "Remove the folder; it is made anew."
 _FACTS, _POINTS = "scans.json", "points.npy"
 _THREADS = 2
 
@@ -66,8 +69,8 @@ class CloudSamples(LabelledFrames):
 
     def __init__(self, folder: Path, places: Sequence[FramePlace]) -> None:
         super().__init__(places)
-        self._facts: list[dict[str, Any]] = json.loads((folder / _FACTS).read_text())
-        self._points = np.load(folder / _POINTS, mmap_mode="r")
+        self._facts: list[dict[str, Any]] = read_json(folder / _FACTS, remedy=_AGAIN)
+        self._points = map_npy(folder / _POINTS, remedy=_AGAIN)
         self._ends = np.cumsum([0, *(fact["points"] for fact in self._facts)])
 
     def __getitem__(self, index: int) -> CloudSample:

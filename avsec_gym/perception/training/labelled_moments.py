@@ -6,7 +6,6 @@ or raw drives.  The truth is that of the scene files, which real KITTI lacks.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,8 +20,9 @@ from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.labels import read_labels
 from avsec_gym.kitti.layouts import Layout, recognise
 from avsec_gym.kitti.raw import Drive, KittiRaw
-from avsec_gym.kitti.text_files import read_text
 from avsec_gym.road_type import RoadType
+from avsec_gym.storage.json_fields import fits
+from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.world.export.manifest import read_manifest
 
 _REMEDY = "`avsec world make --suite mixed --previous 3` or `--suite raw` makes such data."
@@ -77,12 +77,12 @@ class LabelledMoment:
         return replace(boxes, moving=np.array([bool(one["moving"]) for one in objects], bool))
 
     def _facts(self) -> dict[str, Any]:
-        try:
-            return dict(json.loads(read_text(self.facts)))
-        except ValueError as error:
-            raise DataError(
-                f"This is no scene file ({error}).", path=self.facts, remedy=_REMEDY
-            ) from error
+        facts = read_json_object(self.facts, remedy=_REMEDY)
+        if facts.get("road_type") not in list(RoadType) or not fits(
+            facts.get("objects"), list[dict[str, Any]]
+        ):
+            raise DataError("This is no scene file.", path=self.facts, remedy=_REMEDY)
+        return facts
 
 
 @dataclass(frozen=True)

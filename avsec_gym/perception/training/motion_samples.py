@@ -19,6 +19,8 @@ from avsec_gym.perception.motion.classifier import Neighbour, neighbour_of, obje
 from avsec_gym.perception.motion.network import MotionConfiguration
 from avsec_gym.perception.training.labelled_moments import LabelledMoment
 from avsec_gym.perception.training.prepared_once import fingerprint
+from avsec_gym.storage.npz_files import read_npz
+from avsec_gym.storage.regular_files import MAX_FILE_BYTES
 
 OBSTACLES = ("Car", "Van", "Truck", "Misc")
 """Who becomes an obstacle of the planner: the others' motion is never asked for."""
@@ -88,8 +90,8 @@ def prepare_motion_samples(
         if not len(columns["moving"]):
             raise DataError("There is no object to be seen in these frames.", path=folder)
         _save(path, columns)
-    with np.load(path) as stored:
-        return MotionSamples(**{name: stored[name] for name in stored.files}, margin=margin)
+    stored = read_npz(path, most=MAX_FILE_BYTES, remedy="Remove the file; it is made anew.")
+    return MotionSamples(**stored, margin=margin)
 
 
 def classified_objects(boxes: Boxes3D) -> NDArray[np.bool_]:

@@ -16,6 +16,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.atomic_write import write_bytes
+from avsec_gym.kitti.sensor_files import MAX_SCAN_BYTES
 from avsec_gym.perception.detectors.pointrcnn.configuration import PointRcnnConfiguration
 from avsec_gym.perception.detectors.pointrcnn.points_input import points_in_view
 from avsec_gym.perception.nn.points_in_boxes import points_in_boxes
@@ -27,6 +28,7 @@ from avsec_gym.perception.training.labelled_frames import (
 )
 from avsec_gym.perception.training.prepared_once import fingerprint
 from avsec_gym.perception.training.scan_samples import ABOVE_GROUND, FEWEST_POINTS, NEEDED
+from avsec_gym.storage.npz_files import read_npz
 
 _FORMAT = 1
 _STEP = 0.004
@@ -58,9 +60,10 @@ class PointSamples(LabelledFrames):
 
     def __getitem__(self, index: int) -> PointSample:
         """A sample as it is."""
-        with np.load(self._files[index]) as stored:
-            points = (stored["points"] * np.float32(_STEP)).astype(np.float32)
-            return PointSample(points, stored["objects"], stored["ignored"])
+        remedy = "Remove the file; it is made anew."
+        stored = read_npz(self._files[index], most=MAX_SCAN_BYTES, remedy=remedy)
+        points = (stored["points"] * np.float32(_STEP)).astype(np.float32)
+        return PointSample(points, stored["objects"], stored["ignored"])
 
 
 def prepare_point_samples(

@@ -34,6 +34,8 @@ from avsec_gym.perception.training.labelled_frames import (
 )
 from avsec_gym.perception.training.prepared_once import fingerprint, whole_folder
 from avsec_gym.perception.training.sample import Map, StereoSample
+from avsec_gym.storage.json_files import read_json_object
+from avsec_gym.storage.npz_files import map_npy
 
 _FORMAT = 1
 _ARRAYS: dict[str, tuple[tuple[int, ...], Any]] = {
@@ -44,6 +46,7 @@ _ARRAYS: dict[str, tuple[tuple[int, ...], Any]] = {
 }
 _STORED_STEPS = 256.0
 """Of a disparity's pixel, as in KITTI's files."""
+_AGAIN = "Remove the folder; it is made anew."
 _FACTS = "samples.json"
 _THREADS = 2
 
@@ -53,11 +56,11 @@ class StereoSamples(LabelledFrames):
 
     def __init__(self, folder: Path, places: Sequence[FramePlace]) -> None:
         super().__init__(places)
-        facts = json.loads((folder / _FACTS).read_text())
+        facts = read_json_object(folder / _FACTS, remedy=_AGAIN)
         self.sizes: list[tuple[int, int]] = [(int(h), int(w)) for h, w in facts["sizes"]]
         """Heights and widths of the cameras' own images."""
         self._projections = np.array(facts["projections"], np.float64).reshape(-1, 2, 3, 4)
-        self._arrays = {name: np.load(folder / f"{name}.npy", mmap_mode="r") for name in _ARRAYS}
+        self._arrays = {name: map_npy(folder / f"{name}.npy", remedy=_AGAIN) for name in _ARRAYS}
 
     def __getitem__(self, index: int) -> StereoSample:
         """A sample as it is, images uint8, objects without regions not to care about."""

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.labels import read_labels, write_labels
 from avsec_gym.kitti.oxts_poses import oxts_from_poses
 from avsec_gym.kitti.raw import VELODYNE
 from avsec_gym.kitti.raw_calibration import write_raw_calibration
-from avsec_gym.kitti.text_files import read_text
 from avsec_gym.kitti.timestamps import write_timestamps
 from avsec_gym.kitti.writing import write_drive_records, write_raw_frame
+from avsec_gym.storage.json_fields import fits
+from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.world.capture import take
 from avsec_gym.world.drives import STEP, DriveShots, drive_shots
 from avsec_gym.world.export.frame_files import label_lines, write_truth
@@ -27,6 +28,7 @@ DATE = "2026_01_01"
 """Of all drives."""
 
 _NOON = np.datetime64("2026-01-01T12:00", "ns")
+_AGAIN = "Remove the label file of its frame and run the command again: the frame is made anew."
 _BETWEEN_DRIVES = np.timedelta64(10, "m")
 
 
@@ -139,12 +141,15 @@ def _nanoseconds(seconds: float) -> np.timedelta64:
 def _sightings(folder: Path, path: Path) -> list[Sighting]:
     """Who is labelled in a frame, from its label and scene files."""
     boxes = read_labels(path)
-    scene = json.loads(read_text(folder / "scene_02" / "data" / f"{path.stem}.json"))
+    place = folder / "scene_02" / "data" / f"{path.stem}.json"
+    objects = read_json_object(place, remedy=_AGAIN).get("objects")
+    if objects is None or not fits(objects, list[dict[str, Any]]) or len(objects) != len(boxes):
+        raise DataError("The scene is not that of the labels.", path=place, remedy=_AGAIN)
     assert boxes.occlusion is not None, "labels have it"
     assert boxes.truncation is not None, "labels have it"
     return [
         Sighting(each["actor"], int(occlusion), float(truncation))
         for each, occlusion, truncation in zip(
-            scene["objects"], boxes.occlusion, boxes.truncation, strict=True
+            objects, boxes.occlusion, boxes.truncation, strict=True
         )
     ]

@@ -12,19 +12,22 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
-from zipfile import BadZipFile
 
 import cv2
 import numpy as np
 import platformdirs
 from numpy.typing import NDArray
 
+from avsec_gym.errors import DataError
+from avsec_gym.storage.npz_files import map_npy, read_npz
+from avsec_gym.storage.regular_files import MAX_FILE_BYTES, read_bytes
 from avsec_gym.world.textures.noise import picture
 from avsec_gym.world.textures.texture import Picture, Texture
 
 FAMILIES = ("ground", "walls", "nature", "people", "vehicles", "street")
 """Modules beside this one; each has a dictionary `TEXTURES`."""
 
+_AGAIN = "It is drawn anew."
 _LOG = logging.getLogger(__name__)
 
 
@@ -71,7 +74,7 @@ def texture_library() -> TextureLibrary:
     texels_path = path.with_suffix(".npy")
     try:
         return _read(path, texels_path)
-    except (OSError, EOFError, KeyError, ValueError, BadZipFile):
+    except (DataError, KeyError, ValueError):
         # Not there yet, or broken: cut off by a full disk, say.
         _LOG.info("drawing the textures, once")
         _draw_all(families, path, texels_path)
@@ -96,12 +99,10 @@ def draw(name: str) -> Picture:
 
 
 def _read(path: Path, texels_path: Path) -> TextureLibrary:
-    texels = np.asarray(np.load(texels_path, mmap_mode="r"))
-    with path.open("rb") as file, np.load(file) as table:
-        arrays = TextureArrays(
-            texels, table["first"], table["shape"], table["levels"], table["size"]
-        )
-        names = tuple(table["names"].tolist())
+    texels = map_npy(texels_path, remedy=_AGAIN)
+    table = read_npz(path, most=MAX_FILE_BYTES, remedy=_AGAIN)
+    arrays = TextureArrays(texels, table["first"], table["shape"], table["levels"], table["size"])
+    names = tuple(table["names"].tolist())
     if arrays.first[-1, -1] + arrays.shape[-1, -1].prod() != len(texels):
         raise ValueError("pixels and table belong to different drawings")
     return TextureLibrary(arrays, names)
@@ -123,7 +124,7 @@ def _fingerprint() -> str:
     """Changes with any source that draws."""
     digest = hashlib.sha256()
     for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.read_bytes())
+        digest.update(read_bytes(path, most=MAX_FILE_BYTES))
     return digest.hexdigest()[:16]
 
 

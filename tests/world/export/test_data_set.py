@@ -47,6 +47,21 @@ def test_goes_on_where_it_stopped(tmp_path: Path, error: BaseException) -> None:
     assert contents(tmp_path / "cut") == contents(tmp_path / "whole")
 
 
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_set_that_was_cut_off_is_completed_with_the_frames_it_has(
+    tmp_path: Path, workers: int
+) -> None:
+    """No frame is left to be made, and there is no work for any process."""
+    with pytest.raises(KeyboardInterrupt):
+        make_data_set(Texts(4, fails_at=2, error=KeyboardInterrupt()), tmp_path, workers=1)
+    for frames in (2, 1):
+        report = make_data_set(Texts(frames), tmp_path, workers=workers)
+        assert (report.made, report.kept) == (0, frames)
+        manifest = read_manifest(tmp_path)
+        assert manifest is not None
+        assert (manifest["complete"], manifest["frames"]) == (True, 2)
+
+
 def test_more_frames_continue_and_fewer_keep(tmp_path: Path) -> None:
     make_data_set(Texts(2), tmp_path, workers=1)
     more = Texts(4)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,10 +10,10 @@ import numpy as np
 from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.raw import Drive
-from avsec_gym.kitti.text_files import read_text
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.scene_sets import labelled_scene
+from avsec_gym.storage.json_files import read_json
 
 
 def scene_of(frame: SensorFrame, id: str, number: int, seed: int = 0) -> Scene:
@@ -46,7 +45,7 @@ def scene_of(frame: SensorFrame, id: str, number: int, seed: int = 0) -> Scene:
     flags = _place(frame.origin, "moving", f"{frame.id}.txt")
     about = _place(frame.origin, "scene", f"{frame.id}.json")
     try:
-        road_type = RoadType(json.loads(read_text(about))["road_type"])
+        road_type = RoadType(read_json(about, remedy="Make the drive anew.")["road_type"])
     except (ValueError, KeyError, TypeError) as error:
         remedy = "Make the drive anew."
         raise DataError("The file names no road type.", path=about, remedy=remedy) from error

@@ -18,6 +18,7 @@ from avsec_gym.experiments.chapter3.recordings import (
 )
 from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.registry import Kind, make
+from avsec_gym.storage.regular_files import MAX_FILE_BYTES, read_bytes
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.thresholds import measured_thresholds
 from avsec_gym.validation.validator import Validator
@@ -91,7 +92,7 @@ def _sources() -> str:
     root = Path(avsec_gym.__file__).parent
     for pattern in ("validation/**/*.py", "perception/depth/**/*.py", "*.py"):
         for path in sorted(root.glob(pattern)):
-            digest.update(path.read_bytes())
+            digest.update(read_bytes(path, most=MAX_FILE_BYTES))
     return digest.hexdigest()
 
 
