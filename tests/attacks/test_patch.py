@@ -107,7 +107,7 @@ def test_broken_files_name_themselves(tmp_path: Path) -> None:
     with pytest.raises(DataError, match="not the one of its card"):
         load_patch(path)
     card.write_text("[1]")
-    with pytest.raises(DataError, match="no card"):
+    with pytest.raises(DataError, match="else than a JSON object"):
         load_patch(path)
     card.write_text(json.dumps({"epochs": 3}))
     path.write_bytes(whole)
