@@ -13,7 +13,7 @@ stops, or goes on without the sensors that the alarm is about.  `Pipeline` is th
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.attacks.attack import Seed, Victim, quantised
+from avsec_gym.attacks.attacked_detector import attack_kind
 from avsec_gym.attacks.optical_attack import OpticalAttack
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.emergency_stop import emergency_stop, judge_stop
@@ -32,7 +33,7 @@ from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.safety import SafetyRecord, judge
 from avsec_gym.planners.plan import Plan
 from avsec_gym.planners.planner import MotionPrimitivePlanner, Planner
-from avsec_gym.registry import Kind, make, names
+from avsec_gym.registry import Kind, make
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.given_scene import GivenScene
 from avsec_gym.scenario.intention import Intention
@@ -134,7 +135,7 @@ class Pipeline:
             Kind.VALIDATOR,
         ):
             part = getattr(self, kind)
-            chosen = Kind.OPTICAL_ATTACK if kind == Kind.ATTACK and _is_optical(part) else kind
+            chosen = attack_kind(part) if kind == Kind.ATTACK else kind
             object.__setattr__(self, kind, None if part is None else make(chosen, part))
         check_detector(self.detector)
         if self.validator is not None and not self.whole_levels:
@@ -300,12 +301,6 @@ def stop(scene: Scene | GivenScene, intention: Intention = Intention.STRAIGHT) -
     problem = scene.problem(intention, Boxes3D.empty(), Motion.STATIC)
     plan, truth = emergency_stop(problem), scene.truth()
     return Drive(problem, plan, truth, judge_stop(plan, problem, truth))
-
-
-def _is_optical(attack: Any) -> bool:
-    """Whether what is given by name, or as a dictionary, is an optical attack."""
-    name = attack.get("name") if isinstance(attack, Mapping) else attack
-    return isinstance(name, str) and name in names(Kind.OPTICAL_ATTACK)
 
 
 @contextmanager

@@ -71,6 +71,7 @@ _BUILT_IN = {
         "avsec_gym.perception.detectors.single_image:SingleImage",
         {},
     ),
+    (Kind.DETECTOR, "attacked"): ("avsec_gym.attacks.attacked_detector:AttackedDetector", {}),
     (Kind.DETECTOR, "oracle"): ("avsec_gym.perception.detectors.recorded:Oracle", {}),
     (Kind.DETECTOR, "replayed"): ("avsec_gym.perception.detectors.recorded:Replayed", {}),
     (Kind.CLASSIFIER, "small"): (

@@ -38,6 +38,11 @@ class Detect:
     """Frames, such as 000107 000274."""
     limit: int | None = None
     """Only the first frames."""
+    attack: str | None = None
+    """What tampers with the frames first: the name of an attack, one of a plug-in's too, or JSON
+    with arguments, such as '{"name": "facula", "camera": 2}'.  Those on a detector need labels."""
+    seed: int = 0
+    """Of the attack."""
     camera: int | None = None
     """Whose image a detector of single images looks at.  Default: 2."""
     workers: int = 1
@@ -92,11 +97,20 @@ class Detect:
         return console.DONE_IN_PART if outcome.skipped else console.DONE
 
     def _asked(self) -> Any:
-        """What the registry takes.
+        """What the registry takes: the detector, perhaps looking through an attack.
 
         Raises:
             ConfigurationError: The JSON is none, or a camera is given to a detector of all images.
         """
+        if self.attack is None:
+            if self.seed:
+                raise ConfigurationError("--seed belongs to --attack")
+            return self._looking
+        attack = named_part(self.attack, "--attack")
+        return {"name": "attacked", "detector": self._looking, "attack": attack, "seed": self.seed}
+
+    @property
+    def _looking(self) -> Any:
         what = named_part(self.detector)
         if (what.get("name") if isinstance(what, dict) else what) in names(Kind.IMAGE_DETECTOR):
             return {

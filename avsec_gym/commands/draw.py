@@ -33,8 +33,8 @@ class Draw:
     detections."""
     intention: Literal["left", "straight", "right"] = "straight"
     """Where to go."""
-    planner: Literal["astar", "gbfs"] = "astar"
-    """Which search."""
+    planner: str = "astar"
+    """Which search: astar or gbfs; or a plug-in's planner by its name, or JSON with arguments."""
     seed: int = 0
     """Of speeds and layouts."""
     out: Path | None = None
@@ -44,16 +44,17 @@ class Draw:
 
     def run(self) -> int:
         """Do it; the exit code."""
+        from avsec_gym.commands.named_planner import named_planner
         from avsec_gym.experiments.driving_safety.files import drive_with_tree
         from avsec_gym.experiments.driving_safety.rates import Detected
         from avsec_gym.kitti.dataset import KittiObject
         from avsec_gym.kitti.detections import DetectionFolder
-        from avsec_gym.planners.planner import Algorithm
         from avsec_gym.report.scenario_picture import draw_drive, save_picture
         from avsec_gym.scenario.intention import Intention
         from avsec_gym.scenario.scene import Motion
         from avsec_gym.scenario.scene_sets import scene_set
 
+        _, planner = named_planner(self.planner)
         if self.kitti is not None:
             KittiObject(self.kitti)
         scenes = scene_set(self.scenarios, kitti=self.kitti, seed=self.seed)
@@ -76,7 +77,7 @@ class Draw:
         if self.motion is not None:
             motion = Motion(self.motion)
         shown = drive_with_tree(
-            known[self.scene], Intention(self.intention), believed, motion, Algorithm(self.planner)
+            known[self.scene], Intention(self.intention), believed, motion, planner
         )
         path = self.out or Path(f"{self.scene}_{self.intention}.png")
         save_picture(draw_drive(shown), path, overwrite=self.overwrite)

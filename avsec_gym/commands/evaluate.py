@@ -6,6 +6,7 @@ import json
 import math
 import os
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -15,6 +16,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 if TYPE_CHECKING:
     from avsec_gym.boxes import Boxes3D
     from avsec_gym.experiments.driving_safety.rates import Detected, DrivingSafety
+    from avsec_gym.planners.planner import Planner
     from avsec_gym.scenario.scene_sets import SceneSet
 
 
@@ -31,8 +33,9 @@ class Evaluate:
     frame of --kitti; without it, `layouts`."""
     detections: Path | None = None
     """A detector's KITTI result folder; its boxes are what the planner believes."""
-    planner: Literal["astar", "gbfs", "all"] = "astar"
-    """Which search."""
+    planner: str = "astar"
+    """Which search: astar, gbfs, all for both; or a plug-in's planner by its name, or JSON with
+    arguments."""
     intention: Literal["left", "straight", "right", "all"] = "all"
     """Where to go."""
     score_threshold: float | None = None
@@ -59,7 +62,6 @@ class Evaluate:
     def run(self) -> int:
         """Do it; the exit code."""
         from avsec_gym.experiments.driving_safety.rates import driving_safety
-        from avsec_gym.planners.planner import Algorithm
         from avsec_gym.scenario.intention import Intention
         from avsec_gym.scenario.scene import Motion
 
@@ -79,6 +81,7 @@ class Evaluate:
                 path=self.out,
                 remedy="Name another folder with --out; nothing is overwritten.",
             )
+        planners = self._planners
         scenes = self._scenes()
         scenes, detected = self._detected(scenes)
         for remark in scenes.remarks:
@@ -87,7 +90,8 @@ class Evaluate:
         with console.progress("driving") as shown:
             result = driving_safety(
                 scenes,
-                planners=tuple(Algorithm) if self.planner == "all" else (Algorithm(self.planner),),
+                planners=tuple(planners),
+                planner_of=planners.__getitem__,
                 intentions=(
                     tuple(Intention) if self.intention == "all" else (Intention(self.intention),)
                 ),
@@ -108,6 +112,12 @@ class Evaluate:
             _show(report)
         in_part = scenes.skipped or (detected is not None and detected.missing)
         return console.DONE_IN_PART if in_part else console.DONE
+
+    @cached_property
+    def _planners(self) -> dict[str, Planner]:
+        from avsec_gym.commands.named_planner import named_planners
+
+        return named_planners(self.planner)
 
     def _settings(self) -> dict[str, Any]:
         """What was asked for, and of which version."""
@@ -203,7 +213,6 @@ class Evaluate:
         import numpy as np
 
         from avsec_gym.experiments.driving_safety.rates import threshold_sweep
-        from avsec_gym.planners.planner import Algorithm
         from avsec_gym.scenario.intention import Intention
         from avsec_gym.scenario.scene import Motion
 
@@ -212,7 +221,8 @@ class Evaluate:
             scenes,
             detected,
             np.quantile(detected.all_scores, quantiles),
-            algorithm=Algorithm("astar" if self.planner == "all" else self.planner),
+            planner=next(iter(self._planners)),
+            planner_of=self._planners.__getitem__,
             intentions=tuple(Intention)
             if self.intention == "all"
             else (Intention(self.intention),),
@@ -228,7 +238,14 @@ class Evaluate:
         self.out.mkdir(parents=True, exist_ok=True)
         write_records(result, self.out / "records.csv")
         with console.progress("drawing") as shown:
-            write_pictures(result, detected, self.out / "pictures", self.pictures, shown)
+            write_pictures(
+                result,
+                detected,
+                self.out / "pictures",
+                self.pictures,
+                shown,
+                self._planners.__getitem__,
+            )
         partial = self.out / f".evaluation.{os.getpid()}.part"
         partial.write_text(json.dumps(report, indent=1, allow_nan=False) + "\n")
         os.replace(partial, self.out / "evaluation.json")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -13,6 +14,7 @@ from avsec_gym.errors import AvsecError, ConfigurationError, DataError
 
 if TYPE_CHECKING:
     from avsec_gym.planners.plan import Plan
+    from avsec_gym.planners.planner import Planner
     from avsec_gym.scenario.planning_scenario import PlanningScenario
 
 
@@ -24,8 +26,9 @@ class PlanFiles:
     """CommonRoad XML files, or folders of them."""
     primitives: Path | None = None
     """Motion primitives in CommonRoad's XML format; default: generated for each file."""
-    planner: Literal["astar", "gbfs"] = "astar"
-    """A* or greedy best-first search."""
+    planner: str = "astar"
+    """astar, gbfs (greedy best-first search), a plug-in's planner by its name; or JSON with
+    arguments, which take the place of the options below."""
     mode: Literal["complete", "reference"] = "complete"
     """complete: always ends, with a certificate; reference: commonroad-search's search, node for
     node."""
@@ -43,22 +46,13 @@ class PlanFiles:
 
     def run(self) -> int:
         """Do it; the exit code."""
-        from avsec_gym.planners.planner import Algorithm, Mode, MotionPrimitivePlanner
-        from avsec_gym.planners.primitive_files import read_primitives
         from avsec_gym.scenario.commonroad import read_commonroad
 
         if self.node_limit < 1 or not self.time_limit > 0:
             raise ConfigurationError("--node-limit and --time-limit are above 0")
         files = _expand(self.files)
         self._check_pictures(files)
-        planner = MotionPrimitivePlanner(
-            Algorithm(self.planner),
-            Mode(self.mode),
-            None if self.primitives is None else read_primitives(self.primitives),
-            self.node_limit,
-            self.time_limit,
-            keep_tree=self.pictures is not None,
-        )
+        planner = self._planner()
         rows, skipped, warm = [], 0, False
         with console.progress("planning") as shown:
             for number, file in enumerate(files, start=1):
@@ -95,6 +89,38 @@ class PlanFiles:
             return console.BAD_DATA
         return console.DONE_IN_PART if skipped else console.DONE
 
+    def _planner(self) -> Planner:
+        """With the limits and primitives that were asked for, if it is one of the package's.
+
+        Raises:
+            ConfigurationError: There is none of that name, or it cannot take an option.
+        """
+        from avsec_gym.commands.named_planner import named_planner
+        from avsec_gym.planners.kept_tree import with_tree
+        from avsec_gym.planners.planner import Algorithm, Mode, MotionPrimitivePlanner
+        from avsec_gym.planners.primitive_files import read_primitives
+
+        planner: Planner
+        if self.planner in list(Algorithm):
+            planner = MotionPrimitivePlanner(
+                Algorithm(self.planner),
+                Mode(self.mode),
+                None if self.primitives is None else read_primitives(self.primitives),
+                self.node_limit,
+                self.time_limit,
+            )
+        else:
+            name, planner = named_planner(self.planner)
+            usual = PlanFiles(())
+            for option in ("primitives", "mode", "node_limit", "time_limit"):
+                if getattr(self, option) != getattr(usual, option):
+                    flag = option.replace("_", "-")
+                    raise ConfigurationError(
+                        f"--{flag} belongs to --planner {' and '.join(Algorithm)}; {name} takes its"
+                        """ arguments as JSON, --planner '{"name": ..., ...}'"""
+                    )
+        return planner if self.pictures is None else with_tree(planner)
+
     def _check_pictures(self, files: list[Path]) -> None:
         """Refuse to lose a picture before anything is planned."""
         if self.pictures is None:
@@ -120,10 +146,11 @@ def _row(file: Path, plan: Plan) -> dict[str, Any]:
         # Sums of time steps, without the noise of adding tenths.
         "cost": round(plan.cost, 9) if plan.found else None,
         "expanded": plan.expanded,
-        "start_speed": plan.start_speed,
+        "start_speed": None if math.isnan(plan.start_speed) else plan.start_speed,
         "seconds": plan.seconds,
         "reason": None if plan.reason is None else str(plan.reason),
-        "goal_occupied": None if plan.found else plan.goal_occupied,
+        # A planner of somebody else's may not say.
+        "goal_occupied": None if math.isnan(plan.goal_occupied) else plan.goal_occupied,
     }
 
 

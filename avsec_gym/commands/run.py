@@ -42,6 +42,15 @@ class Run:
     options: tuple[str, ...] = ()
     """Of the experiments, NAME=VALUE each; `avsec experiments --json` tells names and defaults.
     Values are JSON; what is no JSON is a text."""
+    detector: str | None = None
+    """Of experiments that take any parts, such as `pipeline`: a part by its name, one of a
+    plug-in's too, or JSON with arguments; the same as --options detector=..."""
+    attack: str | None = None
+    """Likewise, such as '{"name": "facula", "camera": 2}'."""
+    planner: str | None = None
+    """Likewise."""
+    validator: str | None = None
+    """Likewise; it sits before the detector."""
     out: Path | None = None
     """Folder of the run: new, empty, or with the same run.  Default: runs/NAMES."""
     workers: int | None = None
@@ -72,7 +81,7 @@ class Run:
             self.scenarios or usual.scenarios,
             self.limit if self.scenarios or self.limit is not None else usual.limit,
             self.seed,
-            dict(map(_option, self.options)),
+            {**dict(map(_option, self.options)), **self._parts},
         )
         default = Path("runs") / "+".join(each.name for each in experiments)
         with console.progress("running") as shown:
@@ -95,6 +104,16 @@ class Run:
         else:
             console.say(_sentence(report))
         return console.DONE_IN_PART if report.failures or report.failed_before else console.DONE
+
+    @property
+    def _parts(self) -> dict[str, Any]:
+        from avsec_gym.commands.named_part import named_part
+
+        return {
+            name: named_part(text, f"--{name}")
+            for name in ("detector", "attack", "planner", "validator")
+            if (text := getattr(self, name)) is not None
+        }
 
 
 def _option(text: str) -> tuple[str, Any]:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from avsec_gym.validation.shipped import Kind
     from avsec_gym.validation.threshold_validator import ThresholdValidator
     from avsec_gym.validation.validation_folder import ValidationFolder
+    from avsec_gym.validation.validator import Validator
 
 _USUAL_OUT = Path("runs/validate")
 
@@ -55,6 +56,9 @@ class Validate:
     likelihood: Path | None = None
     """Instead of thresholds: a likelihood model, which gives a probability for each sensor; or the
     word shipped, for the package's own."""
+    validator: str | None = None
+    """Instead of thresholds: any validator by its name, one of a plug-in's too, or JSON with
+    arguments.  --rate, --criterion and --depth then have no meaning."""
     fit_likelihood: bool = False
     """Instead of thresholds: make a likelihood model of the first part of the recording, see
     --clean, written to OUT/likelihood.json.  Each clean moment is attacked in every way."""
@@ -104,12 +108,11 @@ class Validate:
         # Who names moments does not ask what others lack.
         lacking = {} if self.ids else recordings.lacking
         left_out = {id: f"it lacks {what}" for id, what in lacking.items()}
-        validator = fitted or self._fit(folder.out, recordings, by, left_out)
+        validator: Validator = fitted or self._fit(folder.out, recordings, by, left_out)
         origin = self._origin(validator)
         for remark in (
             by.remark,
-            validator.remark,
-            self._seen_before(validator, recordings, by.judged),
+            *self._remarks(validator, recordings, by.judged),
             origin and f"what decides here was {origin}",
         ):
             if remark:
@@ -134,11 +137,21 @@ class Validate:
             ("thresholds", "likelihood"),
             ("thresholds", "fit_likelihood"),
             ("likelihood", "fit_likelihood"),
+            ("validator", "thresholds"),
+            ("validator", "likelihood"),
+            ("validator", "fit_likelihood"),
+            ("validator", "clean"),
             ("ids", "limit"),
         ):
             if getattr(self, one) and getattr(self, other):
                 names = (name.replace("_", "-") for name in (one, other))
                 raise ConfigurationError("--{} and --{}: give one".format(*names))
+        for name in ("rate", "criterion", "depth"):
+            usual = Validate.__dataclass_fields__[name].default
+            if self.validator is not None and getattr(self, name) != usual:
+                raise ConfigurationError(
+                    f"--{name} is none of --validator's: it takes its arguments as JSON"
+                )
         if (self.likelihood or self.fit_likelihood) and self.criterion != "any":
             raise ConfigurationError("--criterion chooses among thresholds, not with likelihoods")
         for name, good in (
@@ -197,8 +210,10 @@ class Validate:
             return "thresholds"
         return "likelihood" if str(self.likelihood) == SHIPPED else None
 
-    def _fitted(self) -> ThresholdValidator | LikelihoodValidator | None:
-        """Of an earlier run."""
+    def _fitted(self) -> Validator | None:
+        """Of an earlier run, or anybody's."""
+        if self.validator is not None:
+            return self._any_validator(self.validator)
         from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
         from avsec_gym.validation.threshold_validator import ThresholdValidator
 
@@ -210,14 +225,35 @@ class Validate:
             validator = ThresholdValidator(file, self.rate, self.criterion)
         else:
             validator = LikelihoodValidator(file, self.rate)
-        fitted_on = validator.system.sensors
-        if self._sensors not in ((), fitted_on):
-            fitted, asked = (" ".join(map(str, one)) for one in (fitted_on, self._sensors))
-            raise ConfigurationError(
-                f"{file} was fitted on the sensors {fitted}, not {asked}: leave --sensors out, or "
-                "name a file of these; without any, one is made from the first moments"
-            )
+        self._check_sensors(
+            validator,
+            f"{file} was fitted on",
+            "name a file of these; without any, one is made from the first moments",
+        )
         return validator
+
+    def _any_validator(self, text: str) -> Validator:
+        """By name, or as JSON says."""
+        from avsec_gym.registry import Kind, make
+        from avsec_gym.validation.validator import Validator
+
+        validator = make(Kind.VALIDATOR, named_part(text, "--validator"))
+        if not isinstance(validator, Validator):
+            raise ConfigurationError(
+                f"--validator {text} makes a {type(validator).__name__}, which is no validator: it"
+                " has no name, system or validate(frame)"
+            )
+        self._check_sensors(validator, f"the validator {validator.name} judges", "ask for these")
+        return validator
+
+    def _check_sensors(self, validator: Validator, whose: str, remedy: str) -> None:
+        """That it judges those that --sensors asks for, if it does."""
+        judged = validator.system.sensors
+        if self._sensors not in ((), judged):
+            known, asked = (" ".join(map(str, one)) for one in (judged, self._sensors))
+            raise ConfigurationError(
+                f"{whose} the sensors {known}, not {asked}: leave --sensors out, or {remedy}"
+            )
 
     def _recordings(self, sensors: Sequence[Sensor]) -> Recordings:
         from avsec_gym.validation.moments import object_recordings, raw_recordings
@@ -257,13 +293,17 @@ class Validate:
             "clean_moments": len(by.clean),
             "rate": self.rate,
             "criterion": self.criterion,
-            "depth": None if self.thresholds or self.likelihood else self._depth.settings,
+            "depth": None
+            if self.thresholds or self.likelihood or self.validator
+            else self._depth.settings,
             "attack": self.attack and named_part(self.attack, "--attack"),
             "seed": self.seed,
             "locate": self.locate,
         }
         if self.fit_likelihood:
             record["fit_likelihood"] = True
+        if self.validator is not None:
+            record["validator"] = named_part(self.validator, "--validator")
         if self.ids:
             record["ids"] = [moment.id for moment in by.judged]
         for name in ("thresholds", "likelihood"):
@@ -300,8 +340,24 @@ class Validate:
         left_out |= own.thresholds(out / THRESHOLDS, out / SAMPLES)
         return ThresholdValidator(out / THRESHOLDS, self.rate, self.criterion)
 
-    def _origin(self, validator: ThresholdValidator | LikelihoodValidator) -> str:
-        """What the validator was fitted on, in words."""
+    def _remarks(
+        self, validator: Validator, recordings: Recordings, judged: Sequence[Moment]
+    ) -> list[str]:
+        """On one that was fitted; of others nothing is known."""
+        from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
+        from avsec_gym.validation.threshold_validator import ThresholdValidator
+
+        if not isinstance(validator, ThresholdValidator | LikelihoodValidator):
+            return []
+        return [validator.remark, self._seen_before(validator, recordings, judged)]
+
+    def _origin(self, validator: Validator) -> str:
+        """What the validator was fitted on, in words; nothing of others."""
+        from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
+        from avsec_gym.validation.threshold_validator import ThresholdValidator
+
+        if not isinstance(validator, ThresholdValidator | LikelihoodValidator):
+            return ""
         from avsec_gym.validation.shipped import origin_of, stale
 
         changed = "; the code that measures has changed since" * stale(validator.on)

@@ -7,9 +7,11 @@ from typing import Any
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.experiment import Experiment
+from avsec_gym.suggestions import unknown_name
 
 EXPERIMENTS: dict[str, str] = {
     "demo": "avsec_gym.experiments.demo:DEMO",
+    "pipeline": "avsec_gym.experiments.pipeline_drives:PIPELINE",
     "identification": "avsec_gym.experiments.chapter3.experiments:IDENTIFICATION",
     "five_sensors": "avsec_gym.experiments.chapter3.experiments:FIVE_SENSORS",
     "knowing": "avsec_gym.experiments.chapter3.experiments:KNOWING",
@@ -36,7 +38,7 @@ EXPERIMENTS: dict[str, str] = {
         "controls": "CONTROLS",
     }.items()
 }
-"""Name -> ``"module:attribute"``, the demo first, then in the order of the thesis."""
+"""Name -> ``"module:attribute"``, the demo and any parts first, then in the order of the thesis."""
 
 
 def experiment(name: str) -> Experiment:
@@ -50,10 +52,9 @@ def experiment(name: str) -> Experiment:
         ConfigurationError: There is none.
     """
     if ":" not in name and name not in EXPERIMENTS:
-        known = ", ".join(EXPERIMENTS) or "none"
         raise ConfigurationError(
-            f"there is no experiment {name!r}; known: {known}; one of your own is named by its"
-            " place, my_package.my_module:MY_EXPERIMENT"
+            unknown_name(f"there is no experiment {name!r}", name, EXPERIMENTS)
+            + "; one of your own is named by its place, my_package.my_module:MY_EXPERIMENT"
         )
     found = attribute(EXPERIMENTS.get(name, name))
     if not isinstance(found, Experiment):

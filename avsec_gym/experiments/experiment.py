@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.suggestions import unknown_name
 
 if TYPE_CHECKING:
     from avsec_gym.boxes import Boxes3D
@@ -216,8 +217,8 @@ def with_defaults(configuration: Configuration, experiments: Sequence[Experiment
         defaults |= experiment.options
     for name, value in configuration.options.items():
         if name not in defaults:
-            known = ", ".join(sorted(defaults)) or "none"
-            raise ConfigurationError(f"there is no option {name!r}; known: {known}")
+            problem = f"--options: there is no option {name!r}"
+            raise ConfigurationError(unknown_name(problem, name, sorted(defaults) or ["none"]))
         if not _same_type(value, defaults[name]):
             raise ConfigurationError(
                 f"the option {name} is like {json.dumps(defaults[name])}, got {json.dumps(value)}"
@@ -228,5 +229,7 @@ def with_defaults(configuration: Configuration, experiments: Sequence[Experiment
 def _same_type(value: Any, default: Any) -> bool:
     if isinstance(default, bool) or isinstance(value, bool):
         return type(value) is type(default)
+    if isinstance(default, dict) and "name" in default:  # A part of the pipeline.
+        return isinstance(value, str) or (isinstance(value, dict) and "name" in value)
     number = isinstance(default, float) and isinstance(value, int)
     return default is None or number or isinstance(value, type(default))

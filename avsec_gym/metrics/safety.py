@@ -152,7 +152,10 @@ class SafetyRates:
             scenarios=len(records),
             planned=len(planned),
             collisions=sum(record.collision for record in planned),
-            failures=dict(sorted(Counter(str(r.reason) for r in records if not r.planned).items())),
+            # A planner of somebody else's may give no reason.
+            failures=dict(
+                sorted(Counter(r.reason or "unknown" for r in records if not r.planned).items())
+            ),
             mean_path_length=_mean([record.path_length for record in planned]),
             mean_travel_time=_mean([record.travel_time for record in planned]),
             mean_sm1_cost=_mean([record.sm1_cost for record in planned]),

@@ -11,7 +11,8 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.driving_safety.rates import DETECTIONS, AnyScene, Detected, DrivingSafety
 from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.pipeline import Drive, drive
-from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner
+from avsec_gym.planners.kept_tree import with_tree
+from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner, Planner
 from avsec_gym.report.scenario_picture import draw_drive, save_picture
 from avsec_gym.scenario.given_scene import AS_GIVEN
 from avsec_gym.scenario.intention import Intention
@@ -36,6 +37,7 @@ def write_pictures(
     folder: Path,
     most: int,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
+    planner_of: Callable[[str], Planner] | None = None,
 ) -> list[Path]:
     """Pictures of the scenes that detections made unsafe; without detections, of unsafe ones.
 
@@ -45,6 +47,7 @@ def write_pictures(
         folder: Where to; made if need be.
         most: How many at most, spread over the cells.
         on_progress: Told how many of how many are done.
+        planner_of: As of the experiment.
 
     Returns:
         The files.
@@ -65,7 +68,12 @@ def write_pictures(
     for number, (scene, planner, intention) in enumerate(chosen, start=1):
         believed = None if detected is None else boxes.get(scene.id, Boxes3D.empty())
         way = Intention.STRAIGHT if intention == AS_GIVEN else Intention(intention)
-        shown = drive_with_tree(scene, way, believed, motion, Algorithm(planner))
+        driver = (
+            MotionPrimitivePlanner(Algorithm(planner))
+            if planner_of is None
+            else planner_of(planner)
+        )
+        shown = drive_with_tree(scene, way, believed, motion, driver)
         files.append(folder / f"{scene.id}_{intention}_{planner}.png".replace(" ", "-"))
         save_picture(draw_drive(shown), files[-1], overwrite=True)
         on_progress(number, len(chosen))
@@ -77,8 +85,8 @@ def drive_with_tree(
     intention: Intention,
     believed: Boxes3D | None,
     motion: Motion,
-    algorithm: Algorithm = Algorithm.ASTAR,
+    planner: Planner | None = None,
 ) -> Drive:
-    """A drive whose plan kept its search tree, for a picture."""
-    planner = MotionPrimitivePlanner(algorithm, keep_tree=True)
-    return drive(scene, intention, believed, motion=motion, planner=planner)
+    """A drive whose plan kept its search tree, for a picture, if the planner searches like A*."""
+    planner = MotionPrimitivePlanner() if planner is None else planner
+    return drive(scene, intention, believed, motion=motion, planner=with_tree(planner))

@@ -122,7 +122,7 @@ class DrivingSafety:
                     **_named(cell),
                     "scenario": record.scenario,
                     "reason": record.reason,
-                    "goal_occupied": record.goal_occupied,
+                    "goal_occupied": record.to_json()["goal_occupied"],
                 }
                 for cell, records in self.records.items()
                 for record in records
@@ -173,24 +173,24 @@ class DrivingSafety:
 def driving_safety(
     scenes: SceneSet,
     *,
-    planners: Sequence[Algorithm] = (Algorithm.ASTAR,),
+    planners: Sequence[str] = (Algorithm.ASTAR,),
     intentions: Sequence[Intention] = tuple(Intention),
     detected: Detected | None = None,
     truth_motion: Motion = Motion.TRUTH,
     detected_motion: Motion = Motion.STATIC,
-    planner_of: Callable[[Algorithm], Planner] = MotionPrimitivePlanner,
+    planner_of: Callable[[str], Planner] | None = None,
     on_progress: Progress = lambda done, total: None,
 ) -> DrivingSafety:
     """Drive every scene.
 
     Args:
         scenes: Which.
-        planners: Which search algorithms.
+        planners: Names that the records are filed under.
         intentions: Where to go.
         detected: A detector's boxes; None: the ground truth is the only input.
         truth_motion: What the planner knows of motion when it plans on the ground truth.
         detected_motion: The same for detections.
-        planner_of: Makes the planner of an algorithm.
+        planner_of: The planner of a name; None: the names are those of search algorithms.
         on_progress: Told how many of how many drives are done.
     """
     inputs: list[tuple[str, Mapping[str, Boxes3D] | None, Motion]] = [
@@ -203,13 +203,14 @@ def driving_safety(
     ways = [AS_GIVEN] if given else [str(intention) for intention in intentions]
     records: dict[Cell, list[SafetyRecord]] = {}
     total = len(scenes) * len(planners) * len(ways) * len(inputs)
-    for algorithm in planners:
+    planner_of = _searching if planner_of is None else planner_of
+    for name_of_planner in planners:
+        planner = planner_of(name_of_planner)
         for way in ways:
             intention = Intention.STRAIGHT if given else Intention(way)
             for name, boxes, motion in inputs:
-                cell = Cell(str(algorithm), way, name)
+                cell = Cell(str(name_of_planner), way, name)
                 records[cell] = []
-                planner = planner_of(algorithm)
                 for record in _drives(scenes.scenes, planner, intention, boxes, motion):
                     records[cell].append(record)
                     on_progress(sum(map(len, records.values())), total)
@@ -226,20 +227,22 @@ def threshold_sweep(
     detected: Detected,
     thresholds: Iterable[float],
     *,
-    algorithm: Algorithm = Algorithm.ASTAR,
+    planner: str = Algorithm.ASTAR,
     intentions: Sequence[Intention] = tuple(Intention),
     motion: Motion = Motion.STATIC,
+    planner_of: Callable[[str], Planner] | None = None,
 ) -> list[dict[str, Any]]:
-    """The rates with detections at several score thresholds."""
+    """The rates with detections at several score thresholds; arguments as of `driving_safety`."""
+    driver = (_searching if planner_of is None else planner_of)(planner)
     return [
         {
             "score_threshold": float(threshold),
-            "planner": str(algorithm),
+            "planner": str(planner),
             "intention": str(intention),
             **SafetyRates.of(
                 _drives(
                     scenes.scenes,
-                    MotionPrimitivePlanner(algorithm),
+                    driver,
                     intention,
                     detected.kept(threshold),
                     motion,
@@ -249,6 +252,10 @@ def threshold_sweep(
         for threshold in thresholds
         for intention in intentions
     ]
+
+
+def _searching(name: str) -> Planner:
+    return MotionPrimitivePlanner(Algorithm(name))
 
 
 def _drives(

@@ -126,12 +126,15 @@ def _with_other_planners(scenes: SceneSet) -> list[dict[str, Any]]:
     fewer = {road_type: generate_primitives(own) for road_type, own in speeds.items()}
     rows = []
     for name, planner_of in (
-        ("this project's", MotionPrimitivePlanner),
-        ("6 m/s alone on streets", lambda a: _ByRoadType(fewer, MotionPrimitivePlanner(a))),
+        ("this project's", None),
+        (
+            "6 m/s alone on streets",
+            lambda a: _ByRoadType(fewer, MotionPrimitivePlanner(Algorithm(a))),
+        ),
         (
             "and commonroad-search's search",
             lambda a: _ByRoadType(
-                fewer, MotionPrimitivePlanner(a, Mode.REFERENCE, node_limit=_NODE_LIMIT)
+                fewer, MotionPrimitivePlanner(Algorithm(a), Mode.REFERENCE, node_limit=_NODE_LIMIT)
             ),
         ),
     ):

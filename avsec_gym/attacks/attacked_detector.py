@@ -1,0 +1,71 @@
+"""A detector that looks through an attack: what it sees can be written, scored and driven by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from avsec_gym.attacks.attack import Victim, quantised
+from avsec_gym.attacks.optical_attack import OpticalAttack
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti.labels import read_labels
+from avsec_gym.perception.detectors.detector import Detector
+from avsec_gym.registry import Kind, make, names
+
+
+class AttackedDetector:
+    """Any detector, on frames that any attack has tampered with.
+
+    Args:
+        detector: By name, as a dictionary, or an object.
+        attack: Likewise, an optical one or one on what detectors see.
+        seed: Of the attack, beside the frame's number.
+
+    Raises:
+        ConfigurationError: There is none of that name, or what a plug-in makes is none.
+
+    Example:
+        >>> AttackedDetector("oracle", {"name": "facula", "camera": 2}).name
+        'oracle under facula'
+    """
+
+    def __init__(self, detector: Any, attack: Any, seed: int = 0) -> None:
+        self._detector: Detector = make(Kind.DETECTOR, detector)
+        self._attack = make(attack_kind(attack), attack)
+        for part, verb in ((self._detector, "detect"), (self._attack, "attack")):
+            if not callable(getattr(part, verb, None)):
+                raise ConfigurationError(f"a {type(part).__name__} has no {verb}(frame, ...)")
+        self._seed = seed
+        self.name = f"{self._detector.name} under {self._attack.name}"
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        """What the detector sees; images have whole grey levels, as a camera's have.
+
+        Raises:
+            DataError: The frame lacks what the detector needs, or labels that the attack needs.
+        """
+        number = int("".join(filter(str.isdigit, frame.id)) or 0)
+        seed = (self._seed, number)
+        if isinstance(self._attack, OpticalAttack):
+            return self._detector.detect(self._attack.attack(frame, seed).frame)
+        victim = Victim(self._detector, _labels(frame))
+        return self._detector.detect(quantised(self._attack.attack(frame, victim, seed)))
+
+
+def attack_kind(attack: Any) -> Kind:
+    """Whether what is given by name, or as a dictionary, is an optical attack or another one."""
+    name = attack.get("name") if isinstance(attack, Mapping) else attack
+    optical = isinstance(name, str) and name in names(Kind.OPTICAL_ATTACK)
+    return Kind.OPTICAL_ATTACK if optical else Kind.ATTACK
+
+
+def _labels(frame: SensorFrame) -> Boxes3D:
+    if frame.origin is None:
+        raise DataError(
+            f"Frame {frame.id} does not come from a folder: an attack on a detector asks for"
+            " labels.",
+            remedy="Open it with KittiObject(root).frame(id).",
+        )
+    return read_labels(frame.origin / "label_2" / f"{frame.id}.txt")

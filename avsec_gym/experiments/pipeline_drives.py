@@ -1,0 +1,108 @@
+"""Any parts of the pipeline under any attack, those of plug-ins too: what becomes of the drives?
+
+    avsec run pipeline --options detector=dsgn planner=mine attack='{"name": "mine", "size": 2}'
+
+Every scene is driven left, straight and right on the ground truth, on what the detector sees, and
+on what it sees under the attack; a validator may sit before it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from avsec_gym.experiments.chapter5.scenes import scenes_of
+from avsec_gym.experiments.experiment import (
+    Cell,
+    CellResult,
+    Configuration,
+    DetectionRow,
+    DriveRow,
+    Experiment,
+)
+from avsec_gym.experiments.procedural_frames import PROCEDURAL, USUAL_COUNT
+from avsec_gym.pipeline import Pipeline, drive
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene import Motion
+
+OPTIONS: Mapping[str, Any] = {
+    "detector": {"name": "dsgn"},
+    "attack": None,
+    "planner": {"name": "astar"},
+    "validator": None,
+    "response": "stop",
+    "classifier": None,
+    "selector": None,
+    "motion": "truth",
+    "score_threshold": 0.3,
+}
+"""As of `avsec_gym.pipeline.Pipeline`; parts by name, or as JSON of a name and arguments."""
+TRUTH, UNATTACKED, ATTACKED = "pipeline truth", "pipeline unattacked", "pipeline attacked"
+"""What drives are filed under."""
+
+_WORK = "avsec_gym.experiments.pipeline_drives:PipelineDrives"
+
+
+def _cells(configuration: Configuration) -> list[Cell]:
+    """A cell for every scene."""
+    scenes = scenes_of(configuration).scenes.scenes
+    return [Cell.of(_WORK, scene.id, scenario=scene.id) for scene in scenes]
+
+
+class PipelineDrives:
+    """Attacks, looks and drives; see `avsec_gym.experiments.experiment.Work`.
+
+    Args:
+        configuration: Of the run.
+
+    Raises:
+        ConfigurationError: There is no part of one of the names.
+    """
+
+    def __init__(self, configuration: Configuration) -> None:
+        options = {**OPTIONS, **configuration.options}
+        self._seed = configuration.seed
+        self._scenes = scenes_of(configuration)
+        self._by_id = {scene.id: scene for scene in self._scenes.scenes.labelled}
+        self._pipeline = Pipeline(**options)
+        planner = options["planner"]
+        self._planner = planner if isinstance(planner, str) else str(planner["name"])
+
+    def __call__(self, scenario: str) -> CellResult:
+        """The results of one cell.
+
+        Args:
+            scenario: The scene's id.
+
+        Raises:
+            DataError: A file is missing or broken.
+        """
+        scene, pipeline = self._by_id[scenario], self._pipeline
+        clean = self._scenes.frame(scene)
+        drives: list[DriveRow] = []
+        for way in Intention:
+            truth = drive(scene, way, motion=Motion.TRUTH, planner=pipeline.planner)
+            drives.append(DriveRow(TRUTH, truth.record, planner=self._planner))
+        looks = {UNATTACKED: clean}
+        if pipeline.attack is not None:
+            disparity = self._scenes.disparity(scene)
+            seed = (self._seed, scene.number)
+            looks[ATTACKED] = pipeline.tampered(scene, clean, seed=seed, disparity=disparity)
+        detections = []
+        for setting, frame in looks.items():
+            perception = pipeline.perceive(frame)
+            detections.append(DetectionRow(setting, scenario, perception.detections))
+            for way in Intention:
+                driven = pipeline.drive(scene, perception, way)
+                drives.append(DriveRow(setting, driven.record, planner=self._planner))
+        return CellResult(drives, detections)
+
+
+PIPELINE = Experiment(
+    "pipeline",
+    "What becomes of the drives with these parts, under this attack?",
+    "",
+    _cells,
+    options=OPTIONS,
+    usual=Configuration(PROCEDURAL, USUAL_COUNT),
+)
