@@ -39,7 +39,7 @@ class WeightsImport:
     map is enlarged (before 0.4, as the authors' own weights were).  The file does not tell, and
     the wrong choice costs a pixel: say which one, or give a --pair."""
     no_aligned_corners: bool = False
-    """Of psmnet: it was trained with torch's later default."""
+    """Do not align corners, of psmnet: it was trained with torch's later default."""
     pair: tuple[Path, Path, Path] | None = None
     """Of psmnet: a left image, a right one, and the left one's disparities (a 16-bit PNG as in
     KITTI's disp_occ_0), at best of the data that it was trained on: both choices are tried on it,
@@ -93,7 +93,12 @@ class WeightsImport:
         return console.DONE
 
     def _check_corners(self) -> None:
-        """Raise ConfigurationError where the choice is made twice, or for another network."""
+        """Check how maps are said to be enlarged.
+
+        Raises:
+            ConfigurationError: The choice is made twice, or for another network.
+            DataError: A file of the pair is not there.
+        """
         given = [self.aligned_corners, self.no_aligned_corners, self.pair is not None]
         if sum(given) > 1:
             raise ConfigurationError(
@@ -104,6 +109,10 @@ class WeightsImport:
                 "--aligned-corners, --no-aligned-corners and --pair are for psmnet; the originals"
                 f" of {self.network} leave no choice"
             )
+        # Before the checkpoint, which takes its time.
+        for path in self.pair or ():
+            if not path.is_file():
+                raise DataError("There is no such file.", path=path, remedy="Check --pair.")
 
     def _corners(self, network: nn.Module, configuration: PsmNetConfiguration) -> bool:
         """How a PSMNet enlarges its maps: as asked, as known of this file, or as measured.

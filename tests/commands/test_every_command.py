@@ -224,7 +224,10 @@ PLACES: dict[str, dict[str, str]] = {
         "--validation": "dsgn --out {out} --data {kitti}",
         "--start": "dsgn --out {out} --data {kitti}",
     },
-    "weights import": {"": "--network dsgn"},
+    "weights import": {
+        "": "--network dsgn",
+        "--pair": "{out} --network psmnet --pair {missing} {missing} {missing}",
+    },
     "weights calibrate": {"": "--kitti {labels}", "--kitti": "{weights}"},
 }
 """By command and option, what else makes a whole command; ``""`` is its positional argument."""
@@ -271,9 +274,11 @@ def test_a_place_that_is_not_there_has_one_exit_code(
         "out": tmp_path / "out",
         "problem": tmp_path / "free.xml",
         "weights": shipped_weights("pixor_small"),
+        "missing": missing,
     }
     words = PLACES[command][option].format(**there).split()
-    place = [option, missing] if option else [missing]
+    named = "{missing}" in PLACES[command][option]
+    place = [] if named else [option, missing] if option else [missing]
     assert ends([*command.split(), *words, *place]) == 1
     output = capsys.readouterr()
     (line,) = output.err.splitlines()
