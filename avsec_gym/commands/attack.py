@@ -71,6 +71,7 @@ class AttackPatch:
         assert patch.card is not None, "a trained patch has a card"
         if self.json:
             console.print_json(
+                "attack.patch",
                 {
                     "patch": str(self.out / PATCH),
                     "sha256": patch.card.sha256,
@@ -79,7 +80,7 @@ class AttackPatch:
                     "steps": patch.card.steps,
                     "minutes": patch.card.minutes,
                     "losses": patch.card.losses,
-                }
+                },
             )
         else:
             grey, trained = patch.card.losses["grey"], patch.card.losses["patch"]

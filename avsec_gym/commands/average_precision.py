@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from avsec_gym.commands import console
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.json_schemas import with_schema
 
 if TYPE_CHECKING:
     from avsec_gym.boxes import Boxes3D
@@ -44,9 +45,10 @@ class ScoreDetections:
     """Where to write a JSON file with everything: figures, thresholds, number of labels, curves,
     frames left out, settings."""
     json: bool = False
-    """Instead of a table, {class: {"2d"|"bev"|"3d"|"aos": {"ap11": [easy, moderate, hard], "ap40":
-    [...]}, "labels": [...], "ceiling": {"ap11": [...], "ap40": [...]}}}: labels that count, and
-    what perfect detections of them reach; --resamples adds ap11_interval and ap40_interval."""
+    """Instead of a table, {"schema": ..., class: {"2d"|"bev"|"3d"|"aos": {"ap11": [easy, moderate,
+    hard], "ap40": [...]}, "labels": [...], "ceiling": {"ap11": [...], "ap40": [...]}}}: labels that
+    count, and what perfect detections of them reach; --resamples adds ap11_interval and
+    ap40_interval."""
 
     def run(self) -> int:
         """Do it; the exit code."""
@@ -77,6 +79,7 @@ class ScoreDetections:
             from avsec_gym.kitti.text_files import write_text
 
             report = _report(result, frames) | {"settings": self._settings()}
+            report = with_schema("ap.report", report)
             write_text(self.out, json.dumps(report, indent=1, allow_nan=False) + "\n")
         if self.figure is not None:
             from avsec_gym.report.precision_recall import draw_precision_recall
@@ -90,7 +93,7 @@ class ScoreDetections:
                 " stay below 100 %, see the ceiling; and single labels decide"
             )
         if self.json:
-            console.print_json(_with_ceilings(result))
+            console.print_json("ap", _with_ceilings(result))
         else:
             _show(result, f"{self.detections}: {len(frames.truth)} frames")
         in_part = frames.broken or frames.missing

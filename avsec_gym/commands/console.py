@@ -6,24 +6,31 @@ import json
 import sys
 import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
 from avsec_gym.errors import AvsecError
+from avsec_gym.json_schemas import with_schema
 
 DONE, BAD_DATA, BAD_USAGE, DONE_IN_PART = 0, 1, 2, 3
 """Exit codes."""
 
 
-def print_json(value: Any) -> None:
-    """Write one JSON document to standard output."""
-    sys.stdout.write(json.dumps(value, indent=1, allow_nan=False) + "\n")
+def print_json(schema: str, value: Mapping[str, Any]) -> None:
+    """Write one JSON document to standard output.
+
+    Args:
+        schema: One of `SCHEMAS`, which the document names.
+        value: The document.
+    """
+    document = with_schema(schema, value)
+    sys.stdout.write(json.dumps(document, indent=1, allow_nan=False) + "\n")
 
 
-def print_json_line(value: Any) -> None:
-    """Write one JSON line to standard output, at once."""
-    sys.stdout.write(json.dumps(value, allow_nan=False) + "\n")
+def print_json_line(schema: str, value: Mapping[str, Any]) -> None:
+    """Write one JSON line to standard output, at once; arguments as above."""
+    sys.stdout.write(json.dumps(with_schema(schema, value), allow_nan=False) + "\n")
     sys.stdout.flush()
 
 

@@ -32,7 +32,7 @@ class DataCheck:
         with console.progress("checking") as shown:
             report = check_data(self.root, deep=self.deep, on_progress=shown)
         if self.json:
-            console.print_json(report.to_json())
+            console.print_json("data.check", report.to_json())
         else:
             rows = [
                 [part.folder, str(part.files), str(part.broken), _contents(part)]

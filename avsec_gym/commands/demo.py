@@ -58,7 +58,7 @@ class Demo:
         report, reported = page.written()
         answer = report.get("answer")
         if self.json:
-            console.print_json({"out": str(self.out), "rates": rows, "answer": answer})
+            console.print_json("demo", {"out": str(self.out), "rates": rows, "answer": answer})
         for one in answer["detectors"] if answer else []:
             console.say(f"{one['name']}: {' '.join(one['took'])}")
         console.say(page.sentence(report))

@@ -82,12 +82,13 @@ class Detect:
             console.say(f"avsec: left out: {len(outcome.skipped) - _REMARKS} more frames")
         if self.json:
             console.print_json(
+                "detect",
                 {
                     "out": str(self.out),
                     "written": outcome.written,
                     "kept": outcome.kept,
                     "left_out": {id: str(error) for id, error in outcome.skipped.items()},
-                }
+                },
             )
         else:
             console.say(

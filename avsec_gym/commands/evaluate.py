@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from avsec_gym.commands import console
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.json_schemas import with_schema
 
 if TYPE_CHECKING:
     from avsec_gym.boxes import Boxes3D
@@ -100,14 +101,14 @@ class Evaluate:
                 detected_motion=known or Motion.STATIC,
                 on_progress=shown,
             )
-        report = result.to_json()
+        report = with_schema("evaluate", result.to_json())
         report["settings"] |= self._settings()
         if self.sweep and detected is not None:
             report["sweep"] = self._sweep(scenes, detected)
         if self.out is not None:
             self._write(result, report, detected)
         if self.json:
-            console.print_json(report)
+            console.print_json("evaluate", report)
         else:
             _show(report)
         in_part = scenes.skipped or (detected is not None and detected.missing)

@@ -40,7 +40,7 @@ class Experiments:
             for each in found
         ]
         if self.json:
-            console.print_json(listed)
+            console.print_json("experiments", {"experiments": listed})
             return console.DONE
         console.print_table(
             "what `avsec run` can run",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from avsec_gym.commands import console
 from avsec_gym.errors import AvsecError
+from avsec_gym.json_schemas import with_schema
 from avsec_gym.kitti.text_files import write_text
 
 if TYPE_CHECKING:
@@ -112,9 +113,10 @@ class JudgedMoments:
             console.say(f"avsec: left out: {len(left_out) - _REMARKS} more moments")
         found, out = summary(self._rows), self.folder.out
         found |= {"left_out": len(left_out), "fitted_on": self.origin}
-        write_text(out / "summary.json", json.dumps(found, indent=1) + "\n", overwrite=True)
+        document = with_schema("validate.summary", found)
+        write_text(out / "summary.json", json.dumps(document, indent=1) + "\n", overwrite=True)
         if self.as_json:
-            console.print_json_line({"summary": found})
+            console.print_json_line("validate.summary", {"summary": found})
         else:
             lines = [
                 [
@@ -143,6 +145,6 @@ class JudgedMoments:
         from avsec_gym.commands.validation_line import validation_line
 
         if self.as_json:
-            console.print_json_line(row)
+            console.print_json_line("validate.frame", row)
         else:
             console.print_line(validation_line(row))

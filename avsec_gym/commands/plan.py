@@ -81,7 +81,7 @@ class PlanFiles:
                         _draw(scenario, plan, self.pictures / f"{file.stem}.png", self.overwrite)
                 rows.append(row)
                 if self.json:
-                    console.print_json_line(row)
+                    console.print_json_line("plan", row)
                 shown(number, len(files))
         if not self.json:
             console.print_table(f"{self.planner}, {self.mode}", _COLUMNS, [_cells(r) for r in rows])

@@ -52,7 +52,7 @@ class Report:
         """Do it; the exit code: 3 where pictures could not be made."""
         report, code = self.written()
         if self.json:
-            console.print_json(report)
+            console.print_json("report", report)
         console.say(self.sentence(report))
         return code
 

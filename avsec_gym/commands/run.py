@@ -100,7 +100,7 @@ class Run:
         if len(report.failures) > _REMARKS:
             console.say(f"avsec: failed: {len(report.failures) - _REMARKS} more cells")
         if self.json:
-            console.print_json(_summary(report))
+            console.print_json("run", _summary(report))
         else:
             console.say(_sentence(report))
         return console.DONE_IN_PART if report.failures or report.failed_before else console.DONE

@@ -168,7 +168,7 @@ class Train:
             task.leading_metric: outcome.best,
         }
         if self.json:
-            console.print_json(summary)
+            console.print_json("train", summary)
             return
         best = "no validation yet" if outcome.best is None else f"best {outcome.best:.3f}"
         state = "finished" if outcome.finished else "time is up, --resume goes on"

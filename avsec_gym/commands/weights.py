@@ -87,7 +87,7 @@ class WeightsImport:
             ),
         )
         if self.json:
-            console.print_json(asdict(card))
+            console.print_json("weights.import", asdict(card))
         else:
             console.say(f"{out}: {card.parameters:,} parameters, {card.storage}")
         return console.DONE

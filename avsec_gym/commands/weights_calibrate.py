@@ -105,7 +105,7 @@ class WeightsCalibrate:
             "wrong": int(wrong.sum()),
         }
         if self.json:
-            console.print_json(summary)
+            console.print_json("weights.calibrate", summary)
         else:
             console.say(
                 f"{self.file}: by {summary['right']} cars and {summary['wrong']} false alarms in"

@@ -72,7 +72,7 @@ class WorldMake:
             vehicles=self.vehicles,
             drive_frames=self.drive_frames,
         )
-        return _make(recipe, self.out, self.workers, self.json)
+        return _make(recipe, self.out, self.workers, "world.make" if self.json else None)
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ class WorldTwin:
             self.cameras,
             not self.no_lidar,
         )
-        return _make(recipe, self.out, self.workers, self.json)
+        return _make(recipe, self.out, self.workers, "world.twin" if self.json else None)
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ class WorldVerify:
 
         changed = changed_files(self.root, full=True)
         if self.json:
-            console.print_json({"root": str(self.root), "changed": changed})
+            console.print_json("world.verify", {"root": str(self.root), "changed": changed})
         for name in changed:
             console.say(f"missing or changed: {name}")
         if not changed and not self.json:
@@ -158,7 +158,7 @@ class WorldVerify:
         return console.BAD_DATA if changed else console.DONE
 
 
-def _make(recipe: Recipe, out: Path, workers: int | None, json: bool) -> int:
+def _make(recipe: Recipe, out: Path, workers: int | None, schema: str | None) -> int:
     from avsec_gym.world.export import make_data_set
 
     begun = time.monotonic()
@@ -167,7 +167,7 @@ def _make(recipe: Recipe, out: Path, workers: int | None, json: bool) -> int:
     seconds = time.monotonic() - begun
     for remark in report.remarks:
         console.say(f"note: {remark}")
-    if json:
+    if schema is not None:
         summary = {
             "root": str(report.root),
             "frames": report.made + report.kept,
@@ -177,7 +177,7 @@ def _make(recipe: Recipe, out: Path, workers: int | None, json: bool) -> int:
             "seconds": round(seconds, 1),
             "remarks": list(report.remarks),
         }
-        console.print_json(summary)
+        console.print_json(schema, summary)
     else:
         console.say(
             f"{report.root}: {report.made} frames made in {seconds:.0f} s, {report.kept} kept"

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from avsec_gym.errors import DataError
+from avsec_gym.json_schemas import with_schema
 from avsec_gym.kitti.text_files import read_text, write_text
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.sensor_system import Sensor, Triple
@@ -140,7 +141,7 @@ def row_of(
     def whose(triple: Triple) -> list[Sensor]:
         return [sensors[one] for one in triple]
 
-    return {
+    row = {
         "id": id,
         "alarm": validation.alarm,
         "attacked": [sensor for sensor in sensors if sensor in validation.attacked],
@@ -167,6 +168,7 @@ def row_of(
         "seconds": round(seconds[0], 4),
         "locating_seconds": round(seconds[1], 4) if damage else None,
     }
+    return with_schema("validate.frame", row)
 
 
 def summary(rows: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:

@@ -72,7 +72,7 @@ def test_what_cannot_work_is_refused(capsys: pytest.CaptureFixture[str], tmp_pat
         ((PRECISION, "--limit", 0), "--limit"),
         ((PRECISION, "--workers", -1), "--workers"),
         ((PRECISION, "--options", "pause"), "NAME=VALUE"),
-        ((PRECISION, "--options", "speed=3"), "known: pause, weights"),
+        ((PRECISION, "--options", "speed=3"), "Known: pause, weights"),
         ((PRECISION, "--options", 'pause="long"'), "like 0.0"),
         ((PRECISION, "--seed", -1), "seed"),
     ):
@@ -92,8 +92,9 @@ def test_experiments_are_listed(
     assert "Does the car still drive safely?" in shown
     assert "Table 5.1" in shown
     assert ends("experiments", "--json", "--scenarios", "mixed", "--limit", 4) == DONE
-    listed = json.loads(capsys.readouterr().out)
+    listed = json.loads(capsys.readouterr().out)["experiments"]
     assert [(each["name"], each["cells"]) for each in listed] == [("precision", 8), ("safety", 8)]
     assert listed[0]["options"] == {"pause": 0.0, "weights": None}
     assert ends("experiments", SAFETY, "--json") == DONE
-    assert [each["cells"] for each in json.loads(capsys.readouterr().out)] == [None]
+    (safety,) = json.loads(capsys.readouterr().out)["experiments"]
+    assert safety["cells"] is None
