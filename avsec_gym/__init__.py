@@ -6,9 +6,9 @@ Importing the package registers its environments with Gymnasium:
     import avsec_gym
 
     gym.register_envs(avsec_gym)
-    env = gym.make("avsec/GhostObject-v0")
+    env = gym.make("avsec/GhostObject-v1")
 
-In other processes, ``gym.make("avsec_gym:avsec/GhostObject-v0")`` imports it by itself.
+In other processes, ``gym.make("avsec_gym:avsec/GhostObject-v1")`` imports it by itself.
 """
 
 from avsec_gym.boxes import Boxes3D

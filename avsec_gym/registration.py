@@ -28,6 +28,12 @@ CATALOGUE = (
         vector_entry_point="avsec_gym.envs.ghost_object_vector:GhostObjectVectorEnv",
     ),
     EnvironmentEntry(
+        id="avsec/GhostObject-v1",
+        entry_point="avsec_gym.envs.ghost_place:GhostPlaceEnv",
+        max_episode_steps=1,
+        vector_entry_point="avsec_gym.envs.ghost_place_vector:GhostPlaceVectorEnv",
+    ),
+    EnvironmentEntry(
         id="avsec/DetectorBenchmark-v0",
         entry_point="avsec_gym.envs.detector_benchmark:DetectorBenchmarkEnv",
         max_episode_steps=None,  # One step.

@@ -86,12 +86,7 @@ def page(results: dict[str, Any]) -> str:
         "",
         "| what | measured |",
         "| --- | --- |",
-        f"| `avsec/GhostObject-v0`, one core, random actions, resets included | "
-        f"{environment['single_steps_per_second']} steps/s |",
-        *(
-            f"| the same, {count} in a batch | {steps} steps/s |"
-            for count, steps in environment["batched_steps_per_second"].items()
-        ),
+        *environment_rows(environment),
         f"| procedural layouts, one core | {results['layouts']['layouts_per_second']} /s |",
         *(
             f"| `avsec evaluate`, {row['scenario_set']}: {row['drives']} drives, process start"
@@ -103,6 +98,19 @@ def page(results: dict[str, Any]) -> str:
         lines += ["", "## The same files planned by commonroad-search, in the same run", ""]
         lines += planner_table(results["planner"])
     return "\n".join(lines) + "\n"
+
+
+def environment_rows(environment: dict[str, Any]) -> list[str]:
+    """Steps a second of each version, single and batched."""
+    rows = []
+    for id, figures in environment.items():
+        steps = figures["single"]["steps_per_second"]
+        rows.append(f"| `{id}`, CPU time of one core, random actions | {steps} steps/s |")
+        rows += [
+            f"| the same, {count} in a batch | {batched} steps/s |"
+            for count, batched in figures["batched_steps_per_second"].items()
+        ]
+    return rows
 
 
 def planner_table(runs: list[dict[str, Any]]) -> list[str]:

@@ -16,7 +16,7 @@ cp runs/ghosts/sheet.png docs/images/demo.png
 "$PYTHON" benchmarks/world.py > docs/results/world_benchmark.json
 [ -z "${DETECTIONS:-}" ] || "$PYTHON" -m avsec_gym.experiments.driving_safety.report \
     --scenarios "$SCENARIOS" --detections "$DETECTIONS" --out docs/results
-"$PYTHON" examples/train_ghost_attacker.py > docs/results/ghost_attacker.json
+"$PYTHON" benchmarks/ghost_places.py ${SCENARIOS:+--scenarios "$SCENARIOS"} > docs/results/ghost_attacker.json
 PYTHON="$PYTHON" sh docs/make_detector_results.sh
 "$PYTHON" benchmarks/report.py --out docs/results ${SCENARIOS:+--scenarios "$SCENARIOS"} \
     ${PLANNING:+--planning "$PLANNING"} ${ORIGINAL:+--original "$ORIGINAL"}

@@ -14,13 +14,13 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 
 
 @pytest.mark.slow
-def test_a_trained_attacker_beats_random_search_on_held_out_layouts() -> None:
+def test_a_trained_attacker_beats_rules_on_held_out_layouts() -> None:
     command = [sys.executable, str(EXAMPLES / "train_ghost_attacker.py")]
-    command += ["--steps", "160000", "--held-out", "100", "--trials", "20"]
+    command += ["--steps", "100000", "--held-out", "300"]
     done = subprocess.run(command, check=True, capture_output=True, text=True)
     result = json.loads(done.stdout)
-    assert result["ppo"]["success_rate"] > result["random"]["success_rate"]
-    assert result["ppo"]["reward"] > result["random"]["reward"] + 0.1
+    rules = [result[name]["interval"][1] for name in ("random", "first", "nearest")]
+    assert result["ppo"]["interval"][0] > max(rules)
 
 
 def test_two_ghosts_make_most_drives_unsafe(tmp_path: Path) -> None:

@@ -1,12 +1,12 @@
 """The game behind `avsec/GhostObject-v0`, for any number of episodes side by side.
 
 An episode is one scene with one intention that is driven safely without an attack.  Each query
-changes the detections, plans on them and takes the verdict against the truth.
+changes the detections, plans on them and checks the trajectory for collisions with what is real.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -14,56 +14,34 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.attacks.object_injection import GHOSTS
+from avsec_gym.attacks.object_injection import GHOSTS, hide_objects, inject_ghosts
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.envs.ghost_round import (
+    NEAREST,
+    OUTCOMES,
+    SCENE_SIZE,
+    Round,
+    observation,
+    round_of,
+)
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
-from avsec_gym.metrics.safety import COLLISION, SAFE, UNPLANNED
+from avsec_gym.metrics.safety import SAFE
 from avsec_gym.metrics.verdict import batch_collides
 from avsec_gym.planners.batch import RectangleTracks, plan_batch
 from avsec_gym.planners.planner import Mode, MotionPrimitivePlanner, suitable_primitives
 from avsec_gym.planners.problem import Problem
 from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.registry import Kind, make
-from avsec_gym.road_type import RoadType
-from avsec_gym.scenario.builder import GOAL_STEPS
+from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.intention import Intention, intentions_named
 from avsec_gym.scenario.planning_scenario import PlanningScenario
-from avsec_gym.scenario.scene import Motion, Scene
+from avsec_gym.scenario.scene import Motion
 from avsec_gym.scenario.scene_sets import SceneSet, scene_set
 from avsec_gym.suggestions import unknown_name
 
-OUTCOMES = (SAFE, COLLISION, UNPLANNED)
 FAR = 1e7
 """Metres; where obstacles are put that are not there."""
-NEAREST = 32
-"""Objects that an observation tells of."""
-FEATURES = 8
-"""Of each object: present, x, y, cos, sin of the heading, length, width, moving."""
-
-_TIME_STEPS = GOAL_STEPS[1] + 1
-_SCALE = np.array([1.0, 50.0, 20.0, 1.0, 1.0, 10.0, 4.0, 1.0])
-
-
-@dataclass(frozen=True, eq=False)
-class Round:
-    """One scene with one intention, laid out for planning and judging."""
-
-    index: int
-    """The scene's place in its set."""
-    scene: Scene
-    intention: Intention
-    problem: PlanningScenario
-    poses: Floats
-    """Real obstacles from near to far, x, y, cos, sin at every time step, shape (N, T, 4);
-    T is 1 where nothing moves."""
-    believed: Floats
-    """The same as the planner believes them to move, shape (N, T, 4)."""
-    half_sizes: Floats
-    """Shape (N, 2)."""
-    features: Floats
-    """The observation's part on start, goal and objects."""
-    kind: tuple[Any, ...]
-    """Rounds of one kind differ in their obstacles only."""
 
 
 class GhostGame:
@@ -127,10 +105,20 @@ class GhostGame:
     @property
     def observation_size(self) -> int:
         """Start, goal, objects, and the last query."""
-        return 8 + FEATURES * NEAREST + 5 + 5 * self.ghosts + self.hides
+        return SCENE_SIZE + 5 + 5 * self.ghosts + self.hides
 
-    def draw(self, generator: np.random.Generator, options: dict[str, Any] | None) -> Round:
+    def draw(
+        self,
+        generator: np.random.Generator,
+        options: dict[str, Any] | None,
+        fits: Callable[[Round], bool] | None = None,
+    ) -> Round:
         """A round that is driven safely without an attack, or the one that options ask for.
+
+        Args:
+            generator: Of the draw.
+            options: May pick ``scenario`` and ``intention``.
+            fits: What else a drawn round has to be like; None: nothing.
 
         Raises:
             ConfigurationError: No scene has the id, no such intention, or no round is safe.
@@ -150,16 +138,19 @@ class GhostGame:
             index = int(generator.integers(len(self.scenes)))
             intention = intentions[int(generator.integers(len(intentions)))]
             if self.is_safe(index, intention):
-                return self.round(index, intention)
+                safe = self.round(index, intention)
+                if fits is None or fits(safe):
+                    return safe
         raise ConfigurationError(
-            f"no scene of {self.scenes.name} is driven safely without an attack: nothing to attack"
+            f"no scene of {self.scenes.name} is driven safely without an attack"
+            f"{'' if fits is None else ' and unsafely with one'}: nothing to attack"
         )
 
     def round(self, index: int, intention: Intention) -> Round:
         """The round of one scene and intention."""
         key = (index, intention)
         if key not in self._rounds:
-            self._rounds[key] = _round(index, self._labelled[index], intention, self.motion)
+            self._rounds[key] = round_of(index, self._labelled[index], intention, self.motion)
         return self._rounds[key]
 
     def is_safe(self, index: int, intention: Intention) -> bool:
@@ -172,7 +163,7 @@ class GhostGame:
         return self._safe[key]
 
     def play(
-        self, rounds: list[Round], actions: Floats
+        self, rounds: Sequence[Round], actions: Floats
     ) -> tuple[NDArray[np.int64], Floats, NDArray[np.int64], NDArray[np.int64]]:
         """One query in each round.
 
@@ -187,6 +178,24 @@ class GhostGame:
         count = len(rounds)
         on, ghosts = self.range.decode(actions[:, : 4 * self.ghosts].reshape(count, -1, 4))
         hidden = self.hidden(actions[:, 4 * self.ghosts :]) if self.hides else None
+        return self.query(rounds, on, ghosts, hidden)
+
+    def query(
+        self,
+        rounds: Sequence[Round],
+        on: NDArray[np.bool_],
+        ghosts: Floats,
+        hidden: NDArray[np.int64] | None = None,
+    ) -> tuple[NDArray[np.int64], Floats, NDArray[np.int64], NDArray[np.int64]]:
+        """`play` for ghosts and hidden objects that are named in units.
+
+        Args:
+            rounds: B rounds.
+            on: Which ghosts are there, shape (B, G).
+            ghosts: Their x, y (m), heading (rad), shape (B, G, 3).
+            hidden: Rows of the nearest objects to hide, -1 for none, shape (B, H); None: none.
+        """
+        count = len(rounds)
         outcome, cost = np.full(count, 2), np.full(count, np.nan)
         hides = np.zeros(count, np.int64)
         alike: dict[tuple[Any, ...], list[int]] = {}
@@ -220,14 +229,51 @@ class GhostGame:
             outcome[planned] = np.where(collided, 1, 0)
         return outcome, cost, on.sum(axis=1), hides
 
+    def observe(
+        self,
+        rounds: Sequence[Round],
+        outcomes: NDArray[np.int64],
+        costs: Floats,
+        left: Floats,
+        actions: Floats,
+    ) -> NDArray[np.float32]:
+        """Observations of B episodes, a new array.
+
+        Args:
+            rounds: B rounds.
+            outcomes: Row of `OUTCOMES`, -1 before the first query, shape (B,).
+            costs: Planned time, s, nan if unplanned, shape (B,).
+            left: Share of the queries left, shape (B,).
+            actions: The last ones, -1 before the first query, shape (B, action_size).
+
+        Returns:
+            Shape (B, observation_size), float32.
+        """
+        ghosts = actions[:, : 4 * self.ghosts].reshape(len(rounds), -1, 4)
+        angle = np.pi * ghosts[..., 3:]
+        last = [ghosts[..., :1] > 0, ghosts[..., 1:3], np.cos(angle), np.sin(angle)]
+        placed = np.concatenate(last, axis=-1).reshape(len(rounds), -1)
+        tail = np.concatenate([placed, actions[:, 4 * self.ghosts :]], axis=1)
+        return observation(rounds, outcomes, costs, left, tail)
+
+    def believed(self, round: Round, action: Floats) -> Boxes3D:
+        """The detections that the car plans on after an action, shape (action_size,)."""
+        boxes = round.scene.boxes
+        on, poses = self.range.decode(action[: 4 * self.ghosts].reshape(-1, 4))
+        obstacles = np.nonzero(is_obstacle(boxes))[0]
+        nearest = obstacles[np.argsort(np.hypot(*boxes.poses[obstacles, :2].T), kind="stable")]
+        hidden = self.hidden(action[None, 4 * self.ghosts :])[0]
+        gone = nearest[hidden[(hidden >= 0) & (hidden < len(nearest))]]
+        return inject_ghosts(hide_objects(boxes, gone), poses[on], self.range.dimensions)
+
     def _lay_out(
         self, group: list[Round], on: NDArray[np.bool_], ghosts: Floats
     ) -> tuple[Floats, Floats, Floats]:
         """Half sizes, what is believed (ghosts last) and what is real, padded with far objects."""
         rows = max(len(each.poses) for each in group)
         steps = max(each.poses.shape[1] for each in group)
-        half_sizes = np.zeros((len(group), rows + self.ghosts, 2))
-        tracks = np.full((len(group), rows + self.ghosts, steps, 4), FAR)
+        half_sizes = np.zeros((len(group), rows + ghosts.shape[1], 2))
+        tracks = np.full((len(group), rows + ghosts.shape[1], steps, 4), FAR)
         real = np.full((len(group), rows, steps, 4), FAR)
         for b, each in enumerate(group):
             n = len(each.poses)
@@ -283,41 +329,3 @@ def _scenes(scenarios: Any) -> SceneSet:
     if not len(scenes):
         raise ConfigurationError(f"the scene set {scenes.name} is empty")
     return scenes
-
-
-def _round(index: int, scene: Scene, intention: Intention, motion: Motion) -> Round:
-    problem, truth = scene.problem(intention, motion=motion), scene.truth()
-    order = np.argsort(np.hypot(*truth.poses[:, 0, :2].T), kind="stable")
-    half_sizes = 0.5 * np.array([(s.length, s.width) for s in truth.shapes]).reshape(-1, 2)[order]  # type: ignore[union-attr]
-    moving = ~truth.static[order]
-    # Where nothing moves, one time step stands for all.
-    steps = _TIME_STEPS if moving.any() else 1
-    poses = _tracks(truth.poses[order], steps)
-    start, goal = problem.start, problem.goals[0].region[0]  # type: ignore[index]
-    head = [start.velocity / 15.0, float(scene.road_type == RoadType.HIGHWAY)]
-    head += [float(intention == each) for each in Intention]
-    head += [goal.x / 50.0, goal.y / 20.0, min(1.0, len(order) / NEAREST)]  # type: ignore[union-attr]
-    rows = np.zeros((NEAREST, FEATURES))
-    seen = min(NEAREST, len(order))
-    rows[:seen, 0] = 1.0
-    rows[:seen, 1:5] = poses[:seen, 0]
-    rows[:seen, 5:7] = 2.0 * half_sizes[:seen]
-    rows[:seen, 7] = moving[:seen]
-    return Round(
-        index,
-        scene,
-        intention,
-        problem,
-        poses,
-        _tracks(problem.obstacles.poses[order], steps),
-        half_sizes,
-        np.concatenate([head, np.clip(rows / _SCALE, -1.0, 1.0).ravel()]),
-        kind=(scene.road_type, intention, start.velocity, steps),
-    )
-
-
-def _tracks(poses: Floats, steps: int) -> Floats:
-    """x, y, cos, sin at so many time steps, the last known pose kept."""
-    track = np.repeat(poses[:, -1:], steps, axis=1)
-    track[:, : poses.shape[1]] = poses[:, :steps]
-    return np.concatenate([track[..., :2], np.cos(track[..., 2:]), np.sin(track[..., 2:])], axis=-1)

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.envs.actions import checked_action
+from avsec_gym.envs.detection_attack import check_budget
 from avsec_gym.envs.game_validator import check_validator
-from avsec_gym.envs.ghost_object import check_budget
 from avsec_gym.envs.info import drive_info
 from avsec_gym.envs.rendering import DrawnEnv
 from avsec_gym.envs.sensor_attack_features import SIZE, best_scores, features, ghosts_among

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numba
 import numpy as np
 import shapely
 from numpy.typing import NDArray
@@ -18,6 +19,10 @@ from avsec_gym.geometry import Floats, rectangle_corners, rectangle_polygons
 from avsec_gym.planners.vehicle import Vehicle
 from avsec_gym.scenario.planning_scenario import Obstacles
 from avsec_gym.scenario.shapes import Rectangle, Shape, members, placed
+
+
+_SMALL = 1e-6
+"""Metres."""
 
 
 @dataclass(frozen=True)
@@ -92,11 +97,8 @@ def batch_collides(
     Returns:
         Shape (B,).
     """
-    own = trajectories[:, None, :, [0, 1, 3]]
-    reach = np.hypot(half_sizes[..., 0], half_sizes[..., 1])[..., None]
-    driven = (np.arange(trajectories.shape[1]) < np.asarray(lengths)[:, None])[:, None]
-    near = _may_touch(own, vehicle.length, vehicle.width, poses, reach)
-    b, i, t = np.nonzero(driven & near)
+    reach = np.hypot(half_sizes[..., 0], half_sizes[..., 1])
+    b, i, t = _near(trajectories, lengths, poses, reach, 0.5 * vehicle.length, 0.5 * vehicle.width)
     if not len(b):
         return np.zeros(len(trajectories), bool)
     footprints = rectangle_polygons(trajectories[b, t][:, [0, 1, 3]], vehicle.length, vehicle.width)
@@ -109,6 +111,37 @@ def batch_collides(
     return np.isin(np.arange(len(trajectories)), touching)
 
 
+@numba.njit(nogil=True, cache=True)
+def _near(
+    trajectories: Floats,
+    lengths: NDArray[np.int64],
+    poses: Floats,
+    reach: Floats,
+    half_length: float,
+    half_width: float,
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Trajectory, rectangle and step wherever `_may_touch` holds."""
+    rows = np.empty((64, 3), np.int64)
+    count, moves = 0, poses.shape[2] > 1
+    for b in range(trajectories.shape[0]):
+        for t in range(min(lengths[b], trajectories.shape[1])):
+            x, y, heading = trajectories[b, t, 0], trajectories[b, t, 1], trajectories[b, t, 3]
+            cos, sin = np.cos(heading), np.sin(heading)
+            for i in range(poses.shape[1]):
+                dx = poses[b, i, t if moves else 0, 0] - x
+                dy = poses[b, i, t if moves else 0, 1] - y
+                far = reach[b, i] + _SMALL
+                if abs(cos * dx + sin * dy) > half_length + far:
+                    continue
+                if abs(cos * dy - sin * dx) > half_width + far:
+                    continue
+                if count == rows.shape[0]:
+                    rows = np.concatenate((rows, np.empty_like(rows)))
+                rows[count, 0], rows[count, 1], rows[count, 2] = b, i, t
+                count += 1
+    return rows[:count, 0], rows[:count, 1], rows[:count, 2]
+
+
 def _may_touch(
     own: Floats, length: float, width: float, poses: Floats, reach: Floats
 ) -> NDArray[np.bool_]:
@@ -116,8 +149,7 @@ def _may_touch(
     dx, dy = poses[..., 0] - own[..., 0], poses[..., 1] - own[..., 1]
     cos, sin = np.cos(own[..., 2]), np.sin(own[..., 2])
     ahead, aside = np.abs(cos * dx + sin * dy), np.abs(cos * dy - sin * dx)
-    small = 1e-6
-    return (ahead <= 0.5 * length + reach + small) & (aside <= 0.5 * width + reach + small)
+    return (ahead <= 0.5 * length + reach + _SMALL) & (aside <= 0.5 * width + reach + _SMALL)
 
 
 def _placed(shapes: tuple[Shape, ...], which: np.ndarray, poses: Floats) -> np.ndarray:

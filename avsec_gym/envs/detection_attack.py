@@ -1,0 +1,202 @@
+"""The environment of an attacker on detections, whatever the game: reset, step, info, picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, Protocol
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.envs.actions import checked_action
+from avsec_gym.envs.ghost_round import OUTCOMES, Round
+from avsec_gym.envs.rendering import DrawnEnv
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import Floats
+from avsec_gym.metrics.safety import SAFE
+from avsec_gym.planners.planner import MotionPrimitivePlanner
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene import Motion
+
+
+class DetectionGame(Protocol):
+    """Rules and scenes: `GhostGame` and `GhostPlaceGame`."""
+
+    @property
+    def action_size(self) -> int:
+        """Numbers of an action."""
+
+    @property
+    def observation_size(self) -> int:
+        """Numbers of an observation."""
+
+    @property
+    def victim(self) -> MotionPrimitivePlanner:
+        """Who plans."""
+
+    @property
+    def motion(self) -> Motion:
+        """What the planner knows of motion."""
+
+    def draw(self, generator: np.random.Generator, options: dict[str, Any] | None) -> Round:
+        """A round."""
+
+    def is_safe(self, index: int, intention: Intention) -> bool:
+        """Whether a round is driven safely without an attack."""
+
+    def play(
+        self, rounds: Sequence[Round], actions: Floats
+    ) -> tuple[NDArray[np.int64], Floats, NDArray[np.int64], NDArray[np.int64]]:
+        """Outcomes, costs, ghosts placed, objects hidden of one query in each round."""
+
+    def observe(
+        self,
+        rounds: Sequence[Round],
+        outcomes: NDArray[np.int64],
+        costs: Floats,
+        left: Floats,
+        actions: Floats,
+    ) -> NDArray[np.float32]:
+        """Observations, shape (B, observation_size)."""
+
+    def believed(self, round: Round, action: Floats) -> Boxes3D:
+        """The detections that the car plans on after an action."""
+
+
+class DetectionAttackEnv(DrawnEnv[NDArray[np.float32]]):
+    """One episode at a time.
+
+    Args:
+        game: The rules.
+        longest: The budget where `queries` is None, that of the registered id.
+        queries: The budget that observations count, and an end as well.
+        price: Of a query, a ghost, a hidden object.
+        render_mode: None, ``rgb_array`` or ``human``.
+
+    Raises:
+        ConfigurationError: A budget of nothing, a price that is no number, an unknown mode.
+    """
+
+    metadata: dict[str, Any] = DrawnEnv.metadata | {"render_fps": 4}
+
+    def __init__(
+        self,
+        game: DetectionGame,
+        longest: int,
+        queries: int | None,
+        price: float,
+        render_mode: str | None,
+    ) -> None:
+        super().__init__(render_mode)
+        check_budget(queries, price)
+        self.game, self.longest = game, longest
+        self.queries, self.price = queries, price
+        self.action_space = gym.spaces.Box(-1.0, 1.0, (game.action_size,), np.float32)
+        self.observation_space = gym.spaces.Box(-1.0, 1.0, (game.observation_size,), np.float32)
+        self._round: Round | None = None
+        self._action = np.full(game.action_size, -1.0)
+        self._spent = 0
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Begin an episode; ``options`` may pick a ``scenario`` and an ``intention``."""
+        super().reset(seed=seed)
+        self._round = self.game.draw(self.np_random, options)
+        self._action = np.full(self.game.action_size, -1.0)
+        self._spent = 0
+        self.shown()
+        return self._observe(None, np.nan), self._info(None, np.nan, 0, 0)
+
+    def step(
+        self, action: NDArray[np.float32]
+    ) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """Query the car once."""
+        if self._round is None:
+            raise gym.error.ResetNeeded("call reset before step")
+        self._action = checked_action(action, self.game.action_size)
+        outcomes, costs, ghosts, hidden = self.game.play([self._round], self._action[None])
+        outcome, cost = OUTCOMES[int(outcomes[0])], float(costs[0])
+        placed, gone = int(ghosts[0]), int(hidden[0])
+        self._spent += 1
+        success = outcome != SAFE and self.game.is_safe(self._round.index, self._round.intention)
+        reward = float(success) - self.price * (1 + placed + gone)
+        self.shown()
+        return (
+            self._observe(outcome, cost),
+            reward,
+            success,
+            not success and self._ends_itself and self._spent >= self._budget,
+            self._info(outcome, cost, placed, gone, success),
+        )
+
+    def picture(self) -> NDArray[np.uint8] | None:
+        """The scene as it is, as it is believed to be, and the drive that follows."""
+        if self._round is None:
+            return None
+        believed = self._round.scene.boxes
+        if self._spent:
+            believed = self.game.believed(self._round, self._action)
+        return _picture(self.game, self._round, believed)
+
+    @property
+    def _budget(self) -> int:
+        return self.longest if self.queries is None else self.queries
+
+    @property
+    def _ends_itself(self) -> bool:
+        """False where gym.make's time limit, which an environment is not told of, decides."""
+        return self.queries is not None or self.spec is None
+
+    def _observe(self, outcome: str | None, cost: float) -> NDArray[np.float32]:
+        assert self._round is not None
+        return self.game.observe(
+            [self._round],
+            np.array([-1 if outcome is None else OUTCOMES.index(outcome)]),
+            np.array([cost]),
+            np.array([1.0 - self._spent / self._budget]),
+            self._action[None],
+        )[0]
+
+    def _info(
+        self, outcome: str | None, cost: float, ghosts: int, hidden: int, success: bool = False
+    ) -> dict[str, Any]:
+        assert self._round is not None
+        return {
+            "planned": outcome in ("safe", "collision"),
+            "collision": outcome == "collision",
+            "safe": outcome == "safe",
+            "is_success": success,
+            "cost": cost,
+            "outcome": outcome or "reset",
+            "scenario": self._round.scene.id,
+            "intention": str(self._round.intention),
+            "queries": self._spent,
+            "ghosts": ghosts,
+            "hidden": hidden,
+        }
+
+
+def check_budget(queries: int | None, price: float) -> None:
+    """Refuse a budget of nothing, and a price that is none.
+
+    Raises:
+        ConfigurationError: Fewer than one query, or a price that is not a finite number.
+    """
+    if not isinstance(price, int | float) or not np.isfinite(price):
+        raise ConfigurationError(f"price is a finite number, got {price!r}")
+    if queries is not None and queries < 1:
+        raise ConfigurationError(f"queries is 1 or more, got {queries}")
+
+
+def _picture(game: DetectionGame, round: Round, believed: Boxes3D) -> NDArray[np.uint8]:
+    from avsec_gym.metrics.safety import judge
+    from avsec_gym.pipeline import Drive
+    from avsec_gym.report.scenario_picture import draw_drive, picture_array
+
+    problem = round.scene.problem(round.intention, believed, game.motion)
+    plan, truth = replace(game.victim, keep_tree=True).plan(problem), round.scene.truth()
+    return picture_array(draw_drive(Drive(problem, plan, truth, judge(plan, problem, truth))))

@@ -1,0 +1,192 @@
+"""Attackers on detections, many at once: one batch of plans a step."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from avsec_gym.envs.detection_attack import DetectionGame, check_budget
+from avsec_gym.envs.ghost_round import OUTCOMES, Round
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.metrics.safety import SAFE
+
+
+class DetectionAttackVectorEnv(
+    VectorEnv[NDArray[np.float32], NDArray[np.float32], NDArray[np.float64]]
+):
+    """`DetectionAttackEnv` many times over.
+
+    An episode that has ended begins anew at the next step, whose action is not used (autoreset mode
+    NEXT_STEP).  Environment i, seeded with s, plays what a single environment seeded with s + i
+    plays.
+
+    Args:
+        game: The rules.
+        num_envs: How many.
+        max_episode_steps: An episode's end.
+        queries: The budget that observations count, and an end as well; None: `longest`.
+        longest: The budget of the registered id.
+        price: Of a query, a ghost, a hidden object.
+        render_mode: Only None.
+
+    Raises:
+        ConfigurationError: A budget or a number of nothing, a price that is no number, a mode.
+    """
+
+    metadata: dict[str, Any] = {  # noqa: RUF012 - as Gymnasium declares it
+        "render_modes": [],
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
+    }
+
+    def __init__(
+        self,
+        game: DetectionGame,
+        num_envs: int,
+        max_episode_steps: int,
+        queries: int | None,
+        longest: int,
+        price: float,
+        render_mode: str | None,
+    ) -> None:
+        if render_mode is not None:
+            raise ConfigurationError(
+                "many environments at once are not rendered: make a single one"
+            )
+        if num_envs < 1:
+            raise ConfigurationError(f"num_envs is 1 or more, got {num_envs}")
+        check_budget(queries, price)
+        self.game = game
+        self.num_envs, self.price, self.render_mode = num_envs, price, render_mode
+        self.queries = longest if queries is None else queries
+        self.longest = max_episode_steps if queries is None else min(queries, max_episode_steps)
+        size = (game.action_size,)
+        self.single_action_space = gym.spaces.Box(-1.0, 1.0, size, np.float32)
+        self.single_observation_space = gym.spaces.Box(
+            -1.0, 1.0, (game.observation_size,), np.float32
+        )
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self._rounds: list[Round] = []
+        self._generators: list[np.random.Generator] = []
+        self._spent = np.zeros(num_envs, np.int64)
+        self._actions = np.full((num_envs, *size), -1.0)
+        self._ended = np.zeros(num_envs, bool)
+
+    def reset(
+        self,
+        *,
+        seed: int | list[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Begin all episodes, or those of ``options["reset_mask"]``."""
+        options = dict(options or {})
+        mask = np.array(options.pop("reset_mask", np.ones(self.num_envs, bool)), bool)
+        if seed is not None or not self._generators:
+            given = seed if isinstance(seed, list) else self._seeds(seed)
+            fresh = [gym.utils.seeding.np_random(each)[0] for each in given]
+            old = self._generators or fresh
+            changed = [each is not None for each in given]
+            self._generators = [
+                new if change else kept
+                for new, kept, change in zip(fresh, old, changed, strict=True)
+            ]
+        if not self._rounds:
+            mask[:] = True
+            self._rounds = [None] * self.num_envs  # type: ignore[list-item]
+        self._begin(np.nonzero(mask)[0], options)
+        nothing = np.full(self.num_envs, -1)
+        return self._observe(nothing, np.full(self.num_envs, np.nan)), self._info(
+            nothing, np.full(self.num_envs, np.nan), np.zeros(self.num_envs, int), 0
+        )
+
+    def step(  # type: ignore[override]
+        self, actions: NDArray[np.float32]
+    ) -> tuple[
+        NDArray[np.float32],
+        NDArray[np.float64],
+        NDArray[np.bool_],
+        NDArray[np.bool_],
+        dict[str, Any],
+    ]:
+        """Query every car once; episodes that ended at the last step begin anew instead."""
+        if not self._rounds:
+            raise gym.error.ResetNeeded("call reset before step")
+        actions = np.array(actions, float)
+        if actions.shape != self._actions.shape or not np.isfinite(actions).all():
+            raise ConfigurationError(
+                f"actions have shape {self._actions.shape} and finite values, got {actions.shape}"
+            )
+        count = self.num_envs
+        outcomes, costs = np.full(count, -1), np.full(count, np.nan)
+        ghosts, hidden = np.zeros(count, np.int64), np.zeros(count, np.int64)
+        begins = self._ended
+        self._begin(np.nonzero(begins)[0], {})
+        asked = np.nonzero(~begins)[0]
+        self._actions[asked] = np.clip(actions[asked], -1.0, 1.0)
+        if len(asked):
+            outcomes[asked], costs[asked], ghosts[asked], hidden[asked] = self.game.play(
+                [self._rounds[i] for i in asked], self._actions[asked]
+            )
+        self._spent[asked] += 1
+        terminated = (outcomes > OUTCOMES.index(SAFE)) & self._safe_before()
+        truncated = ~terminated & ~begins & (self._spent >= self.longest)
+        rewards = np.where(begins, 0.0, terminated - self.price * (1 + ghosts + hidden))
+        self._ended = terminated | truncated
+        return (
+            self._observe(outcomes, costs),
+            rewards,
+            terminated,
+            truncated,
+            self._info(outcomes, costs, ghosts, hidden, terminated),
+        )
+
+    def _safe_before(self) -> NDArray[np.bool_]:
+        return np.array([self.game.is_safe(r.index, r.intention) for r in self._rounds])
+
+    def _seeds(self, seed: int | None) -> list[int | None]:
+        return [None if seed is None else seed + i for i in range(self.num_envs)]
+
+    def _begin(self, which: NDArray[np.int64], options: dict[str, Any]) -> None:
+        for i in which:
+            self._rounds[i] = self.game.draw(self._generators[i], options)
+        self._actions[which] = -1.0
+        self._spent[which] = 0
+        if len(which):
+            self._ended = self._ended.copy()
+            self._ended[which] = False
+
+    def _observe(
+        self, outcomes: NDArray[np.int64], costs: NDArray[np.float64]
+    ) -> NDArray[np.float32]:
+        left = 1.0 - self._spent / self.queries
+        return self.game.observe(self._rounds, outcomes, costs, left, self._actions)
+
+    def _info(
+        self,
+        outcomes: NDArray[np.int64],
+        costs: NDArray[np.float64],
+        ghosts: NDArray[np.int64],
+        hidden: NDArray[np.int64] | int,
+        success: NDArray[np.bool_] | bool = False,
+    ) -> dict[str, Any]:
+        words = np.array([*OUTCOMES, "reset"], object)
+        values = {
+            "planned": (outcomes == 0) | (outcomes == 1),
+            "collision": outcomes == 1,
+            "safe": outcomes == 0,
+            "is_success": np.broadcast_to(success, self.num_envs).copy(),
+            "cost": costs.copy(),
+            "outcome": words[outcomes],
+            "scenario": np.array([r.scene.id for r in self._rounds], object),
+            "intention": np.array([str(r.intention) for r in self._rounds], object),
+            "queries": self._spent.copy(),
+            "ghosts": ghosts,
+            "hidden": np.broadcast_to(hidden, self.num_envs).copy(),
+        }
+        masks = {f"_{name}": np.ones(self.num_envs, bool) for name in values}
+        return {**values, **masks}

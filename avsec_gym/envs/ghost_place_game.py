@@ -1,0 +1,218 @@
+"""The game behind `avsec/GhostObject-v1`: which of a few places makes this drive unsafe?
+
+No place blocks an empty road: a ghost wins only together with what is really there.  One of the
+places offered makes the drive unsafe, the others do not; which spots are offered is balanced so
+that a spot alone does not give it away (`avsec_gym.envs.ghost_spots`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.attacks.object_injection import inject_ghosts
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.envs.ghost_game import GhostGame
+from avsec_gym.envs.ghost_round import OUTCOMES, SCENE_SIZE, Round, observation
+from avsec_gym.envs.ghost_spots import Spots, spots_of
+from avsec_gym.envs.place_features import SIZE, PlaceFeatures
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import Floats
+from avsec_gym.metrics.safety import SAFE
+from avsec_gym.planners.planner import MotionPrimitivePlanner
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene import Motion
+
+_SAFE = OUTCOMES.index(SAFE)
+
+
+@dataclass(frozen=True, eq=False)
+class Answers:
+    """What the car does about a ghost on each spot of one round."""
+
+    spots: Spots
+    outcome: NDArray[np.int64]
+    """Row of `OUTCOMES`, shape (S,)."""
+    cost: Floats
+    """Seconds to the goal, nan if unplanned, shape (S,)."""
+    features: Floats
+    """Shape (S, SIZE); see `PlaceFeatures`."""
+
+    wins: NDArray[np.bool_]
+    """Whether the drive becomes unsafe, shape (S,)."""
+    contested: bool
+    """Whether some spots win, and enough others do not."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedRound(Round):
+    """A round with the places that its attacker can reach."""
+
+    answers: Answers
+    offered: NDArray[np.int64]
+    """Spots of the places, in their order, shape (K,)."""
+
+
+class GhostPlaceGame:
+    """Rules and scenes.
+
+    Args:
+        scenarios: As of `GhostGame`.
+        planner: The victim's, as of `GhostGame`.
+        places: How many each round offers.
+        motion: What the planner knows of motion.
+
+    Raises:
+        ConfigurationError: Fewer than two places or more than 16, or see `GhostGame`.
+    """
+
+    def __init__(
+        self,
+        scenarios: Any = "layouts",
+        planner: Any = "astar",
+        places: int = 12,
+        motion: Motion | str = Motion.STATIC,
+    ) -> None:
+        if not isinstance(places, int) or not 2 <= places <= 16:
+            raise ConfigurationError(f"places is a whole number from 2 to 16, got {places!r}")
+        self.places = places
+        self.base = GhostGame(scenarios, planner, ghosts=1, motion=motion, ghost="car")
+        self._answers: dict[tuple[int, Intention], Answers] = {}
+        self._passable: dict[tuple[Any, ...], Spots] = {}
+
+    @property
+    def action_size(self) -> int:
+        """A number for each place."""
+        return self.places
+
+    @property
+    def observation_size(self) -> int:
+        """Start, goal and objects; places; the last query."""
+        return SCENE_SIZE + (SIZE + 1) * self.places + 5
+
+    def draw(self, generator: np.random.Generator, options: dict[str, Any] | None) -> Round:
+        """A round that one place makes unsafe, or the one that options ask for, with its places.
+
+        Raises:
+            ConfigurationError: No scene has the id, no such intention, or no round fits.
+        """
+        round = self.base.draw(generator, options, lambda round: self.answers(round).contested)
+        answers = self.answers(round)
+        wins, bias = answers.wins, answers.spots.bias
+        noise = generator.gumbel(size=len(wins))
+        # Gumbel noise draws without replacement: the place that wins with weights exp(-bias), the
+        # others with weights exp(bias).  Where nothing wins, or hardly anything else, as in rounds
+        # that options ask for, the other kind fills up.
+        winner = np.argmax(np.where(wins, noise - bias, -np.inf))
+        rank = np.where(wins, -1e6, noise + bias)
+        if wins.any():
+            rank[winner] = np.inf
+        offered = np.argsort(-rank, kind="stable")[: self.places]
+        return PlacedRound(**vars(round), answers=answers, offered=generator.permutation(offered))
+
+    def is_safe(self, index: int, intention: Intention) -> bool:
+        """Whether a round is driven safely without an attack."""
+        return self.base.is_safe(index, intention)
+
+    def play(
+        self, rounds: Sequence[Round], actions: Floats
+    ) -> tuple[NDArray[np.int64], Floats, NDArray[np.int64], NDArray[np.int64]]:
+        """One query in each round.
+
+        Args:
+            rounds: B rounds of `draw`.
+            actions: Shape (B, places); the ghost goes to the place with the highest number, the
+                first of equals.
+
+        Returns:
+            Row of `OUTCOMES`, seconds to the goal (nan if unplanned), ghosts placed (1), objects
+            hidden (0); each of shape (B,).
+        """
+        best = actions.argmax(axis=1)
+        asked = [_placed(round) for round in rounds]
+        rows = [round.offered[place] for round, place in zip(asked, best, strict=True)]
+        outcome = [round.answers.outcome[row] for round, row in zip(asked, rows, strict=True)]
+        cost = [round.answers.cost[row] for round, row in zip(asked, rows, strict=True)]
+        ones = np.ones(len(asked), np.int64)
+        return np.array(outcome, np.int64), np.array(cost, float), ones, 0 * ones
+
+    def observe(
+        self,
+        rounds: Sequence[Round],
+        outcomes: NDArray[np.int64],
+        costs: Floats,
+        left: Floats,
+        actions: Floats,
+    ) -> NDArray[np.float32]:
+        """Observations of B episodes, as `GhostGame.observe`; actions of -1 chose nothing yet."""
+        features = np.stack([_placed(r).answers.features[_placed(r).offered] for r in rounds])
+        last = np.zeros((len(rounds), self.places))
+        last[np.arange(len(rounds)), actions.argmax(axis=1)] = outcomes >= 0
+        tail = np.concatenate([features.reshape(len(rounds), -1), last], axis=1)
+        return observation(rounds, outcomes, costs, left, tail)
+
+    def believed(self, round: Round, action: Floats) -> Boxes3D:
+        """The detections that the car plans on after an action, shape (places,)."""
+        offered = _placed(round).offered
+        pose = _placed(round).answers.spots.poses[offered[int(np.argmax(action))]]
+        return inject_ghosts(round.scene.boxes, pose, self.base.range.dimensions)
+
+    @property
+    def victim(self) -> MotionPrimitivePlanner:
+        """Who plans."""
+        return self.base.victim
+
+    @property
+    def motion(self) -> Motion:
+        """What the planner knows of motion."""
+        return self.base.motion
+
+    def answers(self, round: Round) -> Answers:
+        """What the car does about each spot, planned once for each scene and intention."""
+        key = (round.index, round.intention)
+        if key not in self._answers:
+            spots = self._passable_spots(round)
+            outcome, cost = self._try(round, spots)
+            features = PlaceFeatures.among(spots.positions, round.poses[:, 0], round.half_sizes)
+            wins = outcome != _SAFE
+            contested = bool(wins.any()) and np.count_nonzero(~wins) >= self.places - 1
+            self._answers[key] = Answers(spots, outcome, cost, features.encode(), wins, contested)
+        return self._answers[key]
+
+    def _passable_spots(self, round: Round) -> Spots:
+        """The spots whose ghost an empty road leaves room for.
+
+        Raises:
+            ConfigurationError: They are too few.
+        """
+        if round.kind not in self._passable:
+            spots = spots_of(round.scene.road_type, round.intention)
+            passable = self.empty_road(round, spots)
+            if np.count_nonzero(passable) < self.places:
+                raise ConfigurationError(
+                    f"{self.places} places are too many: this planner passes ghosts on"
+                    f" {np.count_nonzero(passable)} spots of an empty road"
+                )
+            self._passable[round.kind] = Spots(spots.positions[passable], spots.bias[passable])
+        return self._passable[round.kind]
+
+    def empty_road(self, round: Round, spots: Spots) -> NDArray[np.bool_]:
+        """On which spots a ghost leaves the drive safe where nothing else is, shape (S,)."""
+        none = round.poses[:0]
+        alone = replace(round, poses=none, believed=none, half_sizes=round.half_sizes[:0])
+        return np.asarray(self._try(alone, spots)[0] == _SAFE)
+
+    def _try(self, round: Round, spots: Spots) -> tuple[NDArray[np.int64], Floats]:
+        """Outcome and cost of a ghost on each spot alone."""
+        there = np.ones((len(spots), 1), bool)
+        outcome, cost, *_ = self.base.query([round] * len(spots), there, spots.poses[:, None])
+        return outcome, cost
+
+
+def _placed(round: Round) -> PlacedRound:
+    assert isinstance(round, PlacedRound)
+    return round

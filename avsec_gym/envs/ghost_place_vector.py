@@ -1,0 +1,32 @@
+"""The vectorised entry point of `avsec/GhostObject-v1`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from avsec_gym.envs.detection_attack_vector import DetectionAttackVectorEnv
+from avsec_gym.envs.ghost_place import QUERIES
+from avsec_gym.envs.ghost_place_game import GhostPlaceGame
+from avsec_gym.scenario.scene import Motion
+
+
+class GhostPlaceVectorEnv(DetectionAttackVectorEnv):
+    """`GhostPlaceEnv` many times over; see there for the arguments.
+
+    ``gym.make_vec("avsec/GhostObject-v1", num_envs=64)`` makes it.
+    """
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        max_episode_steps: int = QUERIES,
+        queries: int | None = None,
+        scenarios: Any = "layouts",
+        planner: Any = "astar",
+        places: int = 12,
+        motion: Motion | str = Motion.STATIC,
+        price: float = 0.02,
+        render_mode: str | None = None,
+    ) -> None:
+        game = GhostPlaceGame(scenarios, planner, places, motion)
+        super().__init__(game, num_envs, max_episode_steps, queries, QUERIES, price, render_mode)
