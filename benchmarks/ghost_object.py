@@ -19,7 +19,7 @@ import numpy as np
 
 import avsec_gym
 
-SECONDS = 5.0
+SECONDS = 2.0
 """CPU time of each measurement."""
 VERSIONS = ("avsec/GhostObject-v0", "avsec/GhostObject-v1")
 

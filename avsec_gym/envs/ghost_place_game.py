@@ -41,7 +41,6 @@ class Answers:
     """Seconds to the goal, nan if unplanned, shape (S,)."""
     features: Floats
     """Shape (S, SIZE); see `PlaceFeatures`."""
-
     wins: NDArray[np.bool_]
     """Whether the drive becomes unsafe, shape (S,)."""
     contested: bool
@@ -179,7 +178,7 @@ class GhostPlaceGame:
             outcome, cost = self._try(round, spots)
             features = PlaceFeatures.among(spots.positions, round.poses[:, 0], round.half_sizes)
             wins = outcome != _SAFE
-            contested = bool(wins.any()) and np.count_nonzero(~wins) >= self.places - 1
+            contested = bool(wins.any()) and int(np.count_nonzero(~wins)) >= self.places - 1
             self._answers[key] = Answers(spots, outcome, cost, features.encode(), wins, contested)
         return self._answers[key]
 
