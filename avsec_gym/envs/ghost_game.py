@@ -134,8 +134,9 @@ class GhostGame:
         if wanted is not None:
             index = self._index(str(wanted))
             return self.round(index, intentions[int(generator.integers(len(intentions)))])
-        for _ in range(50 * len(self.scenes)):
-            index = int(generator.integers(len(self.scenes)))
+        count = len(self.scenes)
+        for _ in range(50 * count):
+            index = int(generator.integers(count))
             intention = intentions[int(generator.integers(len(intentions)))]
             if self.is_safe(index, intention):
                 safe = self.round(index, intention)

@@ -19,7 +19,7 @@ from avsec_gym.envs.ghost_place_vector import GhostPlaceVectorEnv
 from avsec_gym.envs.ghost_round import SCENE_SIZE
 from avsec_gym.envs.ghost_spots import grid, spots_of
 from avsec_gym.envs.place_features import MOST_ROOM, SIZE, PlaceFeatures
-from avsec_gym.errors import ConfigurationError
+from avsec_gym.errors import AvsecError, ConfigurationError
 from avsec_gym.geometry import ego_to_camera
 from avsec_gym.pipeline import drive
 from avsec_gym.road_type import RoadType
@@ -248,7 +248,7 @@ def test_spots_are_of_the_grid_and_enough(road_type: RoadType, intention: Intent
 )
 @pytest.mark.parametrize("form", [GhostPlaceEnv, GhostPlaceVectorEnv])
 def test_wrong_arguments_are_refused(form: Any, arguments: dict[str, Any], message: str) -> None:
-    with pytest.raises(ConfigurationError, match=message):
+    with pytest.raises(AvsecError, match=message):
         form(**arguments)
 
 
