@@ -20,7 +20,6 @@ from avsec_gym.planners.vehicle import Vehicle
 from avsec_gym.scenario.planning_scenario import Obstacles
 from avsec_gym.scenario.shapes import Rectangle, Shape, members, placed
 
-
 _SMALL = 1e-6
 """Metres."""
 
