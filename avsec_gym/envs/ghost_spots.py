@@ -9,10 +9,9 @@ lets such a rule learn from drawn places, changes the biases against it, and beg
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ import numpy as np
 from avsec_gym.geometry import Floats
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
+from avsec_gym.storage.json_files import read_json_object
 
 FEWEST = 24
 """A road type and intention with fewer spots of its own gets those of all."""
@@ -65,5 +65,5 @@ def spots_of(road_type: RoadType, intention: Intention) -> Spots:
 
 
 def _table() -> dict[str, Any]:
-    text = files("avsec_gym.envs").joinpath("ghost_spots.json").read_text(encoding="utf-8")
-    return dict(json.loads(text)["spots"])
+    path = Path(__file__).with_name("ghost_spots.json")
+    return dict(read_json_object(path, remedy="Install avsec-gym anew.")["spots"])
