@@ -10,6 +10,7 @@ import pytest
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter3.shipped_fits import page
+from avsec_gym.experiments.chapter3.shipped_fits.confirm import main as confirm
 from avsec_gym.experiments.chapter3.shipped_fits.evidence import (
     SYSTEM,
     evidence_of,
@@ -33,7 +34,7 @@ from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.evidence.state_evidence import StateEvidence
 from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
 from avsec_gym.validation.likelihood.maximum_likelihood import read_likelihood_model
-from avsec_gym.validation.shipped import SHIPPED_SYSTEMS, origin_of, shipped_file
+from avsec_gym.validation.shipped import SHIPPED_SYSTEMS, origin_of, shipped_file, stale
 from avsec_gym.validation.state_posterior import state_vectors
 from avsec_gym.validation.threshold_validator import ThresholdValidator
 from avsec_gym.validation.thresholds import read_threshold_table
@@ -126,7 +127,25 @@ def test_the_command_fits_and_goes_on(tmp_path: Path, monkeypatch: pytest.Monkey
     every = read_threshold_table(shipped_file("thresholds", SYSTEM, tmp_path / "fits"))
     rows = [json.loads(line)["measured"] for line in samples.read_text().splitlines()]
     told = evidence_of(np.array(rows), SYSTEM, state_vectors(len(SYSTEM)))
+    _check_confirmation(tmp_path / "fits", monkeypatch)
     assert sorted(every.shares.ravel()) == pytest.approx(sorted(told.shares[:, 0].ravel()))
+
+
+def _check_confirmation(fits: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files of other sources hold for today's if the same is measured, else they are refused."""
+    module = "avsec_gym.experiments.chapter3.shipped_fits.confirm"
+    monkeypatch.setattr(f"{module}.shipped_drives", lambda count, seed, part: fits.parent)
+    path = shipped_file("thresholds", SYSTEM, fits)
+    content = json.loads(path.read_text())
+    content["fitted_on"]["data"]["sources"] = "0123456789abcdef"
+    path.write_text(json.dumps(content))
+    assert stale(read_threshold_table(path).on)
+    assert confirm(["--frames", "1", "--fits", str(fits)]) == 0
+    assert not stale(read_threshold_table(path).on)
+    content["shares"][0][0][0] += 0.01
+    path.write_text(json.dumps(content))
+    assert confirm(["--frames", "1", "--fits", str(fits)]) == 1
+    assert stale(read_threshold_table(path).on)
 
 
 def test_too_few_frames_and_other_seeds_are_refused(
