@@ -174,7 +174,11 @@ def test_learns_one_pair_by_heart(tiny: DsgnConfiguration, scene: MakeScene) -> 
     network = detector.network.train().requires_grad_(True)
     optimiser = torch.optim.Adam(network.parameters(), 3e-3)
     values = []
-    for _ in range(45):
+    # After 45 steps five of eight seeds missed a car; after 180 with a falling rate the slowest
+    # three of them know all, with overlaps of 0.99 and scores of 0.9.
+    steps = 180
+    for step in range(steps):
+        optimiser.param_groups[0]["lr"] = 3e-3 * min(1.0, 2 - 2 * step / steps)
         optimiser.zero_grad()
         loss = sum(detector.losses(made.batch, [made.boxes], made.disparity).values())
         loss.backward()
