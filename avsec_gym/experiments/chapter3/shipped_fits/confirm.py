@@ -1,7 +1,7 @@
 """Says of shipped fits that they hold for today's code, where it measures what they were made of.
 
 Run ``python -m avsec_gym.experiments.chapter3.shipped_fits.confirm`` after a change of the code
-that is to change no figure: the first frames are rendered and measured again.  A change that does is
+that is to change no figure: the first frames are rendered and measured again. A change that does is
 for `fit`, and for `avsec_gym.validation.fitted_on.FORMAT`.
 """
 
