@@ -17,6 +17,7 @@ from avsec_gym.kitti.layouts import (
 )
 from avsec_gym.kitti.report import DataReport, Files, Look, Progress, Sizes, Survey
 from avsec_gym.kitti.tracking import read_tracking_labels
+from avsec_gym.storage.regular_files import is_folder
 
 _CHECKED = (Layout.OBJECT, Layout.RAW, Layout.TRACKING)
 _SEQUENCE = re.compile(r"[0-9]{4}\.txt")
@@ -56,7 +57,7 @@ def check_data(
     elif text_folder is not None:
         check_text_folder(survey, text_folder)
     elif survey.layout is Layout.UNKNOWN:
-        layouts = {child: recognise(child) for child in sorted(root.iterdir()) if child.is_dir()}
+        layouts = {child: recognise(child) for child in sorted(root.iterdir()) if is_folder(child)}
         survey.notes += [
             f"Its subfolder {child.name}/ has the {layout} layout: name that."
             for child, layout in layouts.items()
@@ -71,7 +72,7 @@ def _check_tracking(survey: Survey) -> None:
     for labels in tracking_folders(survey.root):
         looks[labels] = _look_at_tracking
         calibration = labels.parent / "calib"
-        if labels != survey.root and calibration.is_dir():
+        if labels != survey.root and is_folder(calibration):
             looks[calibration] = look_at_calibration
     groups = []
     for folder, look in looks.items():

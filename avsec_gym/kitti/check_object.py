@@ -15,6 +15,7 @@ from avsec_gym.kitti.layouts import Layout, object_folders
 from avsec_gym.kitti.report import Files, Look, Sizes, Survey
 from avsec_gym.kitti.sensor_files import check_scan_size, read_image, read_image_size, read_points
 from avsec_gym.kitti.splits import read_raw_mapping, read_split
+from avsec_gym.storage.regular_files import is_folder
 
 _TOGETHER = (
     ("label_2", "calib"),
@@ -146,5 +147,5 @@ def _check_lists(survey: Survey, ids: dict[Path, list[str]]) -> None:
 def _beside(folders: Iterable[Path], root: Path, name: str) -> list[Path]:
     """Folders of that name in the root, in its halves, or beside them."""
     places = [root, *(folder.parent for folder in folders), root.absolute().parent]
-    found = {(place / name).resolve(): place / name for place in places if (place / name).is_dir()}
+    found = {(place / name).resolve(): place / name for place in places if is_folder(place / name)}
     return list(found.values())

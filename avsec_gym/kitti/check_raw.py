@@ -13,6 +13,7 @@ from avsec_gym.kitti.raw_calibration import CALIBRATION_FILES, IMU_FILE, read_ra
 from avsec_gym.kitti.report import Files, Look, Sizes, Survey
 from avsec_gym.kitti.timestamps import read_timestamps
 from avsec_gym.kitti.tracklets import read_tracklets
+from avsec_gym.storage.regular_files import is_file
 
 _USUAL = ("image_00", "image_01", "image_02", "image_03", VELODYNE, OXTS)
 _TOGETHER = (
@@ -48,7 +49,7 @@ def check_raw(survey: Survey, *, deep: bool) -> None:
 
 
 def _calibration(survey: Survey, date: Path) -> Files:
-    there = [date / name for name in CALIBRATION_FILES if (date / name).is_file()]
+    there = [date / name for name in CALIBRATION_FILES if is_file(date / name)]
     missing = [name for name in CALIBRATION_FILES if date / name not in there]
     if missing:
         harm = "where the inertial unit is, is unknown"
@@ -72,7 +73,7 @@ def _sensors(survey: Survey, drive: Drive, deep: bool) -> list[Files]:
         looks: dict[str, Look] = {VELODYNE: look_at_scan(deep), OXTS: _look_at_oxts}
         groups.append(Files(folder, paths, looks.get(sensor) or look_at_image(deep)))
     others = sorted(drive.folder.glob("*/timestamps*.txt"))
-    others += [path for path in [drive.folder / TRACKLETS] if path.is_file()]
+    others += [path for path in [drive.folder / TRACKLETS] if is_file(path)]
 
     def look(path: Path, objects: Counter[str], _: Sizes) -> None:
         if path.name == TRACKLETS:
@@ -104,10 +105,10 @@ def _compare(survey: Survey, drive: Drive) -> None:
         harms = [f"no {_WITHOUT[sensor]}" for sensor in missing if sensor in _WITHOUT]
         without = f": {', '.join(harms)}" if harms else ""
         survey.notes.append(f"{name} has no {', '.join(missing)}{without}.")
-    untimed = [s for s in sensors if not (drive.folder / s / "timestamps.txt").is_file()]
+    untimed = [s for s in sensors if not is_file(drive.folder / s / "timestamps.txt")]
     if untimed:
         survey.notes.append(f"{name} has no timestamps of {', '.join(untimed)}.")
-    if not (drive.folder / TRACKLETS).is_file():
+    if not is_file(drive.folder / TRACKLETS):
         survey.notes.append(f"{name} has no {TRACKLETS}; KITTI labelled some drives only.")
     for sensor, numbers in sensors.items():
         span = numbers[-1] - numbers[0] + 1

@@ -14,6 +14,7 @@ from avsec_gym.kitti.label_folders import check_id, frame_ids
 from avsec_gym.kitti.labels import read_labels
 from avsec_gym.kitti.sensor_files import ImageFile, ScanFile
 from avsec_gym.kitti.splits import RawOrigin, read_raw_mapping, read_split
+from avsec_gym.storage.regular_files import is_file, is_folder
 
 SUFFIXES = {"label_2": ".txt", "calib": ".txt", "velodyne": ".bin"}
 """Folders of the layout besides ``image_N`` and ``prev_N``, whose files are ``.png``."""
@@ -41,7 +42,7 @@ class KittiObject:
                 return
         raise DataError(
             "Nothing of the KITTI object layout is here."
-            if self.root.is_dir()
+            if is_folder(self.root)
             else "There is no such folder.",
             path=self.root,
             remedy="Name the folder that holds training/ with label_2/, calib/, image_2/ and so "
@@ -112,7 +113,7 @@ class KittiObject:
             id,
             calibration,
             LazyImages(images),
-            ScanFile(scan) if scan.is_file() else None,
+            ScanFile(scan) if is_file(scan) else None,
             tuple(previous),
             self.folder,
         )
@@ -135,7 +136,7 @@ class KittiObject:
 
     def _file(self, kind: str, id: str) -> Path:
         path = self.folder / kind / f"{check_id(id)}{file_suffix(kind)}"
-        if not path.is_file():
+        if not is_file(path):
             raise DataError(
                 f"Frame {id} has no file in {kind}/.",
                 path=path,
@@ -148,7 +149,7 @@ class KittiObject:
         for folder in layout_folders(self.folder):
             match = _IMAGES.fullmatch(folder)
             path = self.folder / folder / name
-            if match and match[1] == kind and path.is_file():
+            if match and match[1] == kind and is_file(path):
                 result[int(match[2])] = ImageFile(path)
         return result
 
@@ -156,7 +157,7 @@ class KittiObject:
         places = (self.folder, self.folder.absolute().parent, self.folder.absolute().parent.parent)
         for place in dict.fromkeys(places):
             for path in (place / name, place / "devkit_object" / name, place / "devkit" / name):
-                if path.is_file():
+                if is_file(path):
                     return path
         raise DataError(
             f"There is no {name}.",
@@ -173,7 +174,7 @@ def layout_folders(folder: Path) -> list[str]:
             for entry in folder.iterdir()
             if (entry.name in SUFFIXES or _IMAGES.fullmatch(entry.name)) and entry.is_dir()
         )
-    except OSError:
+    except (OSError, ValueError):
         return []
 
 

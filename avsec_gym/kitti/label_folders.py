@@ -47,7 +47,7 @@ def frame_ids(folder: str | Path, suffix: str) -> list[str]:
     try:
         with os.scandir(folder) as entries:
             names = [entry.name for entry in entries]
-    except OSError as error:
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name.
         raise DataError(
             "There is no such folder, or it cannot be read.",
             path=folder,

@@ -11,6 +11,7 @@ from avsec_gym.kitti.dataset import layout_folders
 from avsec_gym.kitti.label_folders import frame_ids
 from avsec_gym.kitti.raw import find_raw
 from avsec_gym.kitti.text_files import read_text
+from avsec_gym.storage.regular_files import is_folder
 
 TRACKING_LABELS = "label_02"
 """The folder of the tracking benchmark's labels."""
@@ -65,7 +66,7 @@ def recognise(root: Path) -> Layout:
     Raises:
         DataError: There is no such folder.
     """
-    if not root.is_dir():
+    if not is_folder(root):
         raise DataError("There is no such folder.", path=root, remedy="Check the path.")
     text_folder = text_file_folder(root)
     if text_folder is not None:
@@ -91,13 +92,13 @@ def tracking_folders(root: Path) -> list[Path]:
     if Path(os.path.abspath(root)).name == TRACKING_LABELS:
         return [root]
     halves = (root / half / TRACKING_LABELS for half in ("training", "testing", "."))
-    return [folder for folder in halves if folder.is_dir()]
+    return [folder for folder in halves if is_folder(folder)]
 
 
 def text_file_folder(root: Path) -> Path | None:
     """The folder with files such as ``000107.txt``: the root or its ``data/``."""
     for folder in (root, root / "data"):
-        if folder.is_dir() and frame_ids(folder, ".txt"):
+        if is_folder(folder) and frame_ids(folder, ".txt"):
             return folder
     return None
 

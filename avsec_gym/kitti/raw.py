@@ -18,6 +18,7 @@ from avsec_gym.kitti.raw_calibration import CALIBRATION_FILES, read_raw_calibrat
 from avsec_gym.kitti.sensor_files import ImageFile, ScanFile
 from avsec_gym.kitti.timestamps import Timestamps, read_timestamps
 from avsec_gym.kitti.tracklets import Tracklet, read_tracklets, tracklet_boxes
+from avsec_gym.storage.regular_files import is_file, is_folder
 
 VELODYNE, OXTS, TRACKLETS = "velodyne_points", "oxts", "tracklet_labels.xml"
 """What a drive may hold besides ``image_00``, ``image_01`` and so on."""
@@ -46,7 +47,7 @@ class KittiRaw:
         if not self._dates:
             raise DataError(
                 "Nothing of the KITTI raw layout is here."
-                if self.root.is_dir()
+                if is_folder(self.root)
                 else "There is no such folder.",
                 path=self.root,
                 remedy="Name the folder that holds dates such as 2011_09_26, the folder of a date, "
@@ -103,7 +104,7 @@ class Drive:
 
     def __init__(self, folder: str | Path) -> None:
         self.folder = Path(folder)
-        if not self.folder.is_dir():
+        if not is_folder(self.folder):
             raise DataError("There is no such drive.", path=folder, remedy="Check the path.")
 
     def __repr__(self) -> str:
@@ -192,7 +193,7 @@ class Drive:
             DataError: The drive does not say, or the file is broken.
         """
         path = self.folder / sensor / "timestamps.txt"
-        if not path.is_file():
+        if not is_file(path):
             there = [name for name in _sensors(self.folder) if self._has_timestamps(name)]
             also = f"Here are those of {', '.join(there)}. " if there else ""
             raise self._absent(f"{sensor}/timestamps.txt", f"{also}{_SYNCED}")
@@ -206,7 +207,7 @@ class Drive:
             DataError: The drive has no labels, or the file is broken.
         """
         path = self.folder / TRACKLETS
-        if not path.is_file():
+        if not is_file(path):
             raise self._absent(
                 TRACKLETS, "KITTI labelled some drives only; fetch the drive's tracklets"
             )
@@ -236,7 +237,7 @@ class Drive:
         )
 
     def _has_timestamps(self, sensor: str) -> bool:
-        return (self.folder / sensor / "timestamps.txt").is_file()
+        return is_file(self.folder / sensor / "timestamps.txt")
 
     def _absent(self, what: str, remedy: str) -> DataError:
         return DataError(f"The drive has no {what}.", path=self.folder, remedy=f"{remedy}.")
@@ -257,16 +258,16 @@ def find_raw(root: Path) -> tuple[dict[str, Path], dict[str, Path]]:
     """Folders of dates and of drives in a root, a date or a drive; empty where it is none."""
     name = Path(os.path.abspath(root)).name
     match = _DRIVE.fullmatch(name)
-    if match and root.is_dir():
+    if match and is_folder(root):
         return {match["date"]: root.absolute().parent}, {name: root}
-    dates = {name: root} if _DATE.fullmatch(name) and root.is_dir() else _folders(root, _DATE)
+    dates = {name: root} if _DATE.fullmatch(name) and is_folder(root) else _folders(root, _DATE)
     drives: dict[str, Path] = {}
     for date in dates.values():
         drives |= _folders(date, _DRIVE)
     there = {
         name: date
         for name, date in dates.items()
-        if _folders(date, _DRIVE) or any((date / file).is_file() for file in CALIBRATION_FILES)
+        if _folders(date, _DRIVE) or any(is_file(date / file) for file in CALIBRATION_FILES)
     }
     return there, drives
 
@@ -274,19 +275,21 @@ def find_raw(root: Path) -> tuple[dict[str, Path], dict[str, Path]]:
 def _folders(folder: Path, pattern: re.Pattern[str]) -> dict[str, Path]:
     try:
         children = sorted(folder.iterdir())
-    except OSError:
+    except (OSError, ValueError):
         return {}
-    return {path.name: path for path in children if pattern.fullmatch(path.name) and path.is_dir()}
+    return {
+        path.name: path for path in children if pattern.fullmatch(path.name) and is_folder(path)
+    }
 
 
 def _sensors(folder: Path) -> list[str]:
-    return [*_folders(folder, _IMAGES), *(name for name in _SUFFIXES if (folder / name).is_dir())]
+    return [*_folders(folder, _IMAGES), *(name for name in _SUFFIXES if is_folder(folder / name))]
 
 
 def _numbers(folder: Path, sensor: str) -> tuple[int, ...]:
     data = folder / sensor / "data"
     numbers, expected = [], _SUFFIXES.get(sensor, ".png")
-    for name in os.listdir(data) if data.is_dir() else ():
+    for name in os.listdir(data) if is_folder(data) else ():
         stem, suffix = os.path.splitext(name)
         if suffix == expected and _FRAME.fullmatch(stem):
             numbers.append(int(stem))

@@ -17,6 +17,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.kitti.calibration import FEWEST_CAMERAS
 from avsec_gym.kitti.matrix_files import MatrixFile, Shape, matrix_lines, read_matrices
 from avsec_gym.kitti.text_files import write_text
+from avsec_gym.storage.regular_files import is_file
 
 CAMERAS_FILE, VELODYNE_FILE, IMU_FILE = CALIBRATION_FILES = (
     "calib_cam_to_cam.txt",
@@ -42,7 +43,7 @@ def read_raw_calibration(folder: str | Path) -> Calibration:
             are no `Calibration`.
     """
     folder = Path(folder)
-    if not (folder / CAMERAS_FILE).is_file():
+    if not is_file(folder / CAMERAS_FILE):
         raise DataError(
             f"There is no {CAMERAS_FILE}.",
             path=folder,
@@ -54,7 +55,7 @@ def read_raw_calibration(folder: str | Path) -> Calibration:
     names = [f"{_PROJECTION}{i:02d}" for i in range(count)]
     cameras.require([*names, "R_rect_00"], _AGAIN)
     velodyne = _rigid_file(folder / VELODYNE_FILE)
-    imu = _rigid_file(folder / IMU_FILE) if (folder / IMU_FILE).is_file() else None
+    imu = _rigid_file(folder / IMU_FILE) if is_file(folder / IMU_FILE) else None
     try:
         return Calibration(
             projections=np.stack([cameras.matrices[name] for name in names]),

@@ -14,7 +14,11 @@ from avsec_gym.kitti.text_files import read_text, write_text
 Timestamps = NDArray[np.datetime64]
 """Shape (N,), ``datetime64[ns]``; NaT where a frame has none."""
 
-_STAMP = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2} [0-9]{2}:[0-9]{2}:[0-9]{2}(\.[0-9]{1,9})?")
+# Nanoseconds of 64 bits begin in 1677 and end in 2262, and wrap around beyond.
+_STAMP = re.compile(
+    r"(?:19|20|21)[0-9]{2}-[0-9]{2}-[0-9]{2} "
+    r"[0-9]{2}:[0-9]{2}:[0-9]{2}(\.[0-9]{1,9})?"
+)
 
 
 def read_timestamps(path: str | Path) -> Timestamps:

@@ -32,6 +32,7 @@ from avsec_gym.runs.schedule import Workers, finished_cells
 from avsec_gym.runs.shares import room, usual_threads, usual_workers
 from avsec_gym.runs.store import ResultStore, has_results
 from avsec_gym.runs.this_process import ThisProcess
+from avsec_gym.storage.regular_files import is_folder, is_there
 
 RESULTS, LOG, FIGURES = "results.sqlite", "run.log", "figures"
 """In a run's folder."""
@@ -248,7 +249,7 @@ def _cores() -> int:
 
 
 def _make_folder(root: Path) -> None:
-    if root.exists() and not root.is_dir():
+    if is_there(root) and not is_folder(root):
         raise DataError("This is a file.", path=root, remedy="Name a folder with --out.")
     try:
         root.mkdir(parents=True, exist_ok=True)

@@ -17,6 +17,7 @@ from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.given_scene import GivenScene
 from avsec_gym.scenario.moving_flags import flagged
 from avsec_gym.scenario.scene import Scene
+from avsec_gym.storage.regular_files import is_file, is_folder
 from avsec_gym.unknown_source import unknown_source
 from avsec_gym.world.layouts import generate_layouts
 
@@ -98,7 +99,7 @@ def labelled_scenarios(root: str | Path, *, seed: int = 0) -> SceneSet:
     errors: list[DataError] = []
     for labels, notes, group, road_type in _PARTS:
         folder = root / labels
-        if not folder.is_dir():
+        if not is_folder(folder):
             continue
         remarks += _unread(folder)
         for id in frame_ids(folder, ".txt"):
@@ -140,6 +141,8 @@ def label_folder(
     Raises:
         DataError: A file is missing or broken, or the folder holds no label file.
     """
+    if not is_folder(folder):
+        raise DataError("There is no such folder.", path=folder, remedy="Check the path.")
     folder = Path(folder)
     scenes: list[Scene] = []
     remarks = _unread(folder) if ids is None else []
@@ -149,7 +152,7 @@ def label_folder(
         try:
             scene, remark = labelled_scene(
                 folder / f"{id}.txt",
-                own if own is not None and own.is_file() else None,
+                own if own is not None and is_file(own) else None,
                 road_type,
                 seed,
                 str(road_type),
@@ -238,13 +241,13 @@ def scene_set(
     path = Path(name)
     if str(name) == LAYOUTS:
         return procedural_scenes(200 if count is None else count, seed=seed)
-    if path.is_file() and kitti is not None:
+    if is_file(path) and kitti is not None:
         from avsec_gym.kitti import KittiObject, read_split
 
         ids = read_split(path)[:count]
         return kitti_scenes(KittiObject(kitti), ids, seed=seed)
-    if not path.is_dir():
-        if path.is_file():
+    if not is_folder(path):
+        if is_file(path):
             raise ConfigurationError(
                 f"{path} is a file: a list of frame ids stands beside --kitti ROOT"
             )
@@ -254,13 +257,13 @@ def scene_set(
             "Name a folder of labels or of CommonRoad files, a list of frame ids beside --kitti, or"
             f" {LAYOUTS!r}.",
         )
-    if any((path / part[0]).is_dir() for part in _PARTS):
+    if any(is_folder(path / part[0]) for part in _PARTS):
         return labelled_scenarios(path, seed=seed).limited(count)
     if any(path.glob("*.xml")):
         return commonroad_folder(path).limited(count)
-    labels = next((path / sub for sub in ("label_2", "labels") if (path / sub).is_dir()), path)
+    labels = next((path / sub for sub in ("label_2", "labels") if is_folder(path / sub)), path)
     flags = next(
-        (f for f in (path / "flags", path.parent / "flags") if f.is_dir() and f != labels), None
+        (f for f in (path / "flags", path.parent / "flags") if is_folder(f) and f != labels), None
     )
     return label_folder(labels, flags=flags, seed=seed).limited(count)
 

@@ -21,6 +21,7 @@ import avsec_gym
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import KITTI_SYSTEM, LIDAR, SensorSystem
+from avsec_gym.storage.regular_files import read_text
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import FittedOn, fitted_on
 from avsec_gym.validation.likelihood.maximum_likelihood import read_likelihood_model
@@ -166,7 +167,7 @@ def evidence_sources() -> str:
     for name in _SOURCES:
         found = root / name
         for path in [found] if found.is_file() else sorted(found.rglob("*.py")):
-            digest.update(_code_of(path.read_text(encoding="utf-8")).encode())
+            digest.update(_code_of(read_text(path)).encode())
     return digest.hexdigest()[:16]
 
 

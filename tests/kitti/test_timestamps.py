@@ -73,3 +73,11 @@ def test_a_real_file_comes_out_as_it_was(shared: Path, tmp_path: Path) -> None:
     assert ((seconds > 0.08) & (seconds < 0.12)).all()
     write_timestamps(tmp_path / "timestamps.txt", times)
     assert (tmp_path / "timestamps.txt").read_bytes() == source.read_bytes()
+
+
+def test_years_that_nanoseconds_cannot_count_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "timestamps.txt"
+    for year in ("0001", "1677", "2263", "9999"):
+        path.write_text(f"{year}-09-26 13:02:25.964389445\n")
+        with pytest.raises(DataError, match="holds a time"):
+            read_timestamps(path)

@@ -9,6 +9,7 @@ from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.image_only import WHAT_IT_IS_FOR, is_image_only
 from avsec_gym.kitti.labels import read_detections, read_labels
+from avsec_gym.storage.regular_files import is_file, is_folder
 
 
 class Oracle:
@@ -43,7 +44,7 @@ class Replayed:
 
     def __init__(self, detections: str | Path, name: str | None = None) -> None:
         self._folder = Path(detections)
-        if not self._folder.is_dir():
+        if not is_folder(self._folder):
             raise DataError(
                 "There is no such folder of detections.",
                 path=self._folder,
@@ -58,7 +59,7 @@ class Replayed:
             DataError: The file is broken, or holds 2D boxes alone, by which no car can drive.
         """
         path = self._folder / f"{frame.id}.txt"
-        if not path.is_file():
+        if not is_file(path):
             return Boxes3D.empty()
         found = read_detections(path)
         if is_image_only(found).any():

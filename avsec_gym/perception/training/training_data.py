@@ -11,6 +11,7 @@ from typing import Any
 from avsec_gym.errors import DataError
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.perception.training.labelled_frames import DataFrames
+from avsec_gym.storage.regular_files import is_folder
 from avsec_gym.world.export.default_suites import default_suite
 from avsec_gym.world.export.manifest import read_manifest
 
@@ -62,7 +63,7 @@ def training_data(
     """
     # Before the default suites are made, or many frames listed.
     for root in map(Path, (*roots, *validation)):
-        if not root.is_dir():
+        if not is_folder(root):
             remedy = _REMEDY.format(root=root)
             raise DataError("There is no such folder.", path=root, remedy=remedy)
     folders = [Path(root) for root in roots] or [default_suite(name) for name in _DEFAULT_SUITES]

@@ -9,6 +9,7 @@ from torch import Tensor, nn
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.perception.weights.store import WHERE_FROM, ModelCard, load_weights, read_card
+from avsec_gym.storage.regular_files import is_file
 
 SHIPPED = "shipped"
 """Stands for the weights that come with the package."""
@@ -66,7 +67,7 @@ def shipped_weights(name: str) -> Path:
         DataError: None come with the package for this network and preset.
     """
     path = Path(__file__).parent / f"{name}.safetensors"
-    if not path.is_file():
+    if not is_file(path):
         raise DataError(
             f"No weights of {name} come with the package.",
             path=path,

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.storage.regular_files import is_file, is_folder, is_there
 from avsec_gym.world.export.folder_lock import folder_lock
 from avsec_gym.world.export.manifest import (
     check_same,
@@ -100,11 +101,11 @@ def make_data_set(
 
 
 def _missing(recipe: Recipe, root: Path) -> list[int]:
-    return [i for i in range(len(recipe)) if not (root / recipe.last_file(i)).is_file()]
+    return [i for i in range(len(recipe)) if not is_file(root / recipe.last_file(i))]
 
 
 def _make_folder(root: Path) -> None:
-    if root.exists() and not root.is_dir():
+    if is_there(root) and not is_folder(root):
         raise DataError("This is a file.", path=root, remedy="Name a folder.")
     try:
         root.mkdir(parents=True, exist_ok=True)
@@ -129,7 +130,7 @@ def _check_empty(root: Path) -> None:
 def _check_sizes(root: Path, files: dict[str, dict[str, int]]) -> None:
     for name, facts in files.items():
         path = root / name
-        if not path.is_file() or path.stat().st_size != facts["bytes"]:
+        if not is_file(path) or path.stat().st_size != facts["bytes"]:
             raise DataError(
                 "The file is missing or has another size than the manifest says.",
                 path=path,

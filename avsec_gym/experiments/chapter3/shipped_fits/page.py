@@ -6,7 +6,6 @@ Run ``python -m avsec_gym.experiments.chapter3.shipped_fits.page FILE --out PAGE
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,9 +15,10 @@ from avsec_gym.errors import DataError
 from avsec_gym.experiments.answer import exit_code
 from avsec_gym.experiments.chapter3.shipped_fits.judge import NOBODY
 from avsec_gym.experiments.markdown_table import markdown_table
-from avsec_gym.kitti.text_files import read_text, write_text
+from avsec_gym.kitti.text_files import write_text
 from avsec_gym.report.page_table import UNKNOWN, number
 from avsec_gym.sensor_system import LIDAR
+from avsec_gym.storage.json_files import read_json
 
 _COMMAND = "Make it with `python -m avsec_gym.experiments.chapter3.shipped_fits.judge --json FILE`."
 _HEADINGS = (
@@ -130,7 +130,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     def work() -> None:
         try:
-            page = shipped_page(json.loads(read_text(options.result)))
+            page = shipped_page(read_json(options.result, remedy=_COMMAND))
         except (ValueError, KeyError, TypeError) as error:
             raise DataError(
                 "This is no result of judge.", path=options.result, remedy=_COMMAND
