@@ -20,6 +20,7 @@ from avsec_gym.experiments.answer import exit_code
 from avsec_gym.experiments.chapter3.recordings import FITTED
 from avsec_gym.experiments.chapter3.shipped_fits.evidence import SYSTEM, shipped_drives
 from avsec_gym.kitti.atomic_write import write_bytes
+from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.moments import raw_recordings
 from avsec_gym.validation.shipped import FITS, evidence_sources, shipped_file
@@ -52,7 +53,7 @@ def confirm_fits(frames: int, fits: Path) -> None:
                 remedy="Fit anew: python -m avsec_gym.experiments.chapter3.shipped_fits.fit.",
             )
     for path in sorted(fits.glob("*.json")):
-        content = json.loads(path.read_bytes())
+        content = read_json_object(path, remedy="Fit anew.")
         content["fitted_on"]["data"]["sources"] = evidence_sources()
         write_bytes(path, json.dumps(content, allow_nan=False).encode(), overwrite=True)
 
