@@ -22,8 +22,8 @@ from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
 
 CLASSES = [(road_type, intention) for road_type in RoadType for intention in Intention]
-PLACES = 8
-"""That each round offers while biases are sought; the game offers 12 by default."""
+PLACES = 12
+"""That each round offers, as many as the game does by default."""
 RATE = 0.3
 """Of the biases."""
 MOST = 6.0

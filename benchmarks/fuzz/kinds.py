@@ -239,12 +239,17 @@ def _object_root(folder: Path) -> Any:
 
 
 def _data_set(folder: Path) -> Any:
-    from avsec_gym.world.export.manifest import changed_files, check_same, read_manifest
+    from avsec_gym.world.export.manifest import (
+        changed_files,
+        check_same,
+        new_manifest,
+        read_manifest,
+    )
 
     changed = changed_files(folder, full=True)
     manifest = read_manifest(folder)
     assert manifest is not None, "`changed_files` refuses a folder without one"
-    check_same(folder, manifest, manifest)
+    check_same(folder, manifest, new_manifest(sound_files.WORLD_SETTINGS))
     return changed
 
 
@@ -310,7 +315,7 @@ KINDS = {
         Kind("weights", "tiny.safetensors", _at(sound_files.weights, "tiny.safetensors"), _weights,
              BYTES | SAFETENSORS, impossible.finite),
         Kind("weights card", "tiny.json", _at(sound_files.weights, "tiny.safetensors"), _weights,
-             _LINES | JSON, impossible.finite),
+             _LINES | JSON),
         Kind("published weights", "tiny.pth", _at(sound_files.published, "tiny.pth"), _published,
              BYTES | CHECKPOINT, impossible.finite),
         Kind("training checkpoint", "checkpoint.pt", sound_files.training, _training,
@@ -320,7 +325,7 @@ KINDS = {
         Kind("patch", "patch.safetensors", _at(sound_files.patch, "patch.safetensors"), _patch,
              BYTES | SAFETENSORS, impossible.finite),
         Kind("patch card", "patch.json", _at(sound_files.patch, "patch.safetensors"), _patch,
-             _LINES | JSON, impossible.finite),
+             _LINES | JSON),
         Kind("object scan", "car.npz", _at(sound_files.object_scan, "car.npz"), _object_scan,
              BYTES | NPZ, impossible.finite),
     )

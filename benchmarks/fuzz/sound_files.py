@@ -31,6 +31,8 @@ TRACKS = "".join(
     for track, x in ((0, 2.73), (1, -3.5))
 )
 
+WORLD_SETTINGS = {"suite": "mixed", "frames": 1, "seed": 0}
+
 
 def image(path: Path) -> None:
     """A camera's PNG."""
@@ -202,8 +204,8 @@ def data_set(folder: Path) -> None:
     (folder / "training" / "label_2").mkdir(parents=True)
     (folder / "training" / "label_2" / "000000.txt").write_text(LABELS)
     files = list_files(folder)
-    settings = {"suite": "mixed", "frames": 1, "seed": 0}
-    write_manifest(folder, {**new_manifest(settings), "complete": True, "files": files})
+    manifest = new_manifest(WORLD_SETTINGS)
+    write_manifest(folder, {**manifest, "complete": True, "files": files})
 
 
 def label_list(path: Path) -> None:

@@ -15,6 +15,7 @@ import pytest
 from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.runs.soundness import digests
 
 SCENES = 6
 CHROMIUM_OPTIONS = [
@@ -82,6 +83,9 @@ def torso(run: RunFolder, tmp_path_factory: pytest.TempPathFactory) -> RunFolder
             "UPDATE cells SET status = 'failed', error = 'the <printer> is out of paper'"
             " WHERE cell = ?",
             (cell,),
+        )
+        database.execute(
+            "UPDATE digests SET digest = ? WHERE cell = ?", (digests(database)[cell], cell)
         )
     return RunFolder.open(root)
 
