@@ -20,11 +20,14 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from random import Random
 from typing import Any
 
 from kinds import KINDS, Kind
+from page import page
+from reader import MOST_MEMORY
 from replace_file import REPLACEMENTS
 
 ALLOWED = ("read", "refused")
@@ -41,23 +44,31 @@ def main() -> int:
     parser.add_argument("--files", type=int, default=1000, help="of each kind")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--kinds", nargs="*", default=list(KINDS), choices=list(KINDS))
+    parser.add_argument("--jobs", type=int, default=2, help="kinds at once")
     parser.add_argument("--keep", type=Path, help="folder for the files with a fault")
-    parser.add_argument("--out", type=Path, help="file for the JSON, beside the printed one")
+    parser.add_argument("--out", type=Path, help="file for the JSON, and a page beside it")
     arguments = parser.parse_args()
     begun = time.monotonic()
     counts, faults = {}, []
-    for number, name in enumerate(arguments.kinds, 1):
-        found = fuzz(KINDS[name], arguments.files, arguments.seed, arguments.keep)
-        counts[name] = {word: found[0][word] for word in (*ALLOWED, *FAULTS)}
-        faults += found[1]
-        spent = time.monotonic() - begun
-        left = spent / number * (len(arguments.kinds) - number)
-        print(
-            f"{number}/{len(arguments.kinds)} {name}: "
-            + ", ".join(f"{count} {word}" for word, count in found[0].items())
-            + f" ({spent:.0f} s, {left:.0f} s left)",
-            file=sys.stderr,
+    # A thread for each kind that is under way: the reading is done in processes.
+    with ThreadPoolExecutor(arguments.jobs) as pool:
+        results = pool.map(
+            lambda name: fuzz(KINDS[name], arguments.files, arguments.seed, arguments.keep),
+            arguments.kinds,
         )
+        for number, (name, (found, wrong)) in enumerate(
+            zip(arguments.kinds, results, strict=True), 1
+        ):
+            counts[name] = {word: found[word] for word in (*ALLOWED, *FAULTS)}
+            faults += wrong
+            spent = time.monotonic() - begun
+            left = spent / number * (len(arguments.kinds) - number)
+            outcomes = ", ".join(f"{count} {word}" for word, count in found.items())
+            print(
+                f"{number}/{len(arguments.kinds)} {name}: {outcomes}"
+                f" ({spent:.0f} s, {left:.0f} s left)",
+                file=sys.stderr,
+            )
     total = {word: sum(row[word] for row in counts.values()) for word in (*ALLOWED, *FAULTS)}
     result = {
         "files_of_each_kind": arguments.files,
@@ -70,6 +81,7 @@ def main() -> int:
     print(text)
     if arguments.out is not None:
         arguments.out.write_text(text + "\n")
+        arguments.out.with_suffix(".md").write_text(page(result, MOST_MEMORY, PATIENCE))
     return int(any(total[word] for word in FAULTS))
 
 
