@@ -232,7 +232,7 @@ def version_0(scenarios: Any, count: int) -> dict[str, Any]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--episodes", type=int, default=600, help="to search on, and to judge by")
+    parser.add_argument("--episodes", type=int, default=1200, help="to search on, and to judge by")
     parser.add_argument("--agents", type=int, default=3, help="PPO agents, a seed each")
     parser.add_argument("--steps", type=int, default=80_000, help="training steps of each")
     parser.add_argument("--jobs", type=int, default=3, help="agents that learn at once")

@@ -33,7 +33,7 @@ from avsec_gym.metrics.intervals import wilson_interval
 
 ID = "avsec/GhostObject-v1"
 TRAINING = {"name": "layouts", "seed": 0, "count": 400}
-HELD_OUT = {"name": "layouts", "seed": 6, "count": 300}
+HELD_OUT = {"name": "layouts", "seed": 7, "count": 600}
 CONSTRAINTS = 7
 """Numbers at an observation's beginning: speed, road type, intention, goal."""
 
