@@ -31,6 +31,7 @@ processes shoot: some 45 minutes of two cores in all.
 from __future__ import annotations
 
 import argparse
+import json
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -45,7 +46,7 @@ from laser_shots import LEARNERS, SHOOTERS, TRAINED, Outcome, Situation, laser, 
 from scipy.stats import t
 from train_perturbation_attacker import arguments, given
 
-from avsec_gym.commands.console import percent, print_json, print_table, progress
+from avsec_gym.commands.console import percent, print_table, progress
 from avsec_gym.envs.sensor_attack_game import SensorAttackGame
 from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.frame import SensorFrame
@@ -237,7 +238,10 @@ def main() -> None:
     parser.add_argument("--json", action="store_true", help="JSON instead of a table")
     options = parser.parse_args()
     result = compare(options)
-    (print_json if options.json else show)(result)
+    if options.json:
+        print(json.dumps(result, indent=1))
+    else:
+        show(result)
 
 
 if __name__ == "__main__":

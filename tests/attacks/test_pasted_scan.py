@@ -162,7 +162,8 @@ def test_other_files_are_refused_by_name_with_a_remedy(file: Path, tmp_path: Pat
     for path in [*sorted(tmp_path.iterdir()), tmp_path, tmp_path / "missing.npz"]:
         if path == file:
             continue
-        with pytest.raises(DataError, match=r"write_object_scan\(FILE, cut_out") as raised:
+        remedy = "Name a regular file" if path.is_dir() else r"write_object_scan\(FILE, cut_out"
+        with pytest.raises(DataError, match=remedy) as raised:
             PastedScan(path)
         assert str(raised.value).startswith(f"{path}: ")
 

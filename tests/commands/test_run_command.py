@@ -36,6 +36,7 @@ def test_a_run_and_its_continuation(capsys: pytest.CaptureFixture[str], tmp_path
     assert ends(*usual, "--json") == DONE
     summary = json.loads(capsys.readouterr().out)
     assert summary == {
+        "schema": "avsec.run/1",
         "out": "here", "cells": 6, "kept": 6, "done": 0, "failed": 0, "failed_before": 0,
         "failures": [],
     }  # fmt: skip

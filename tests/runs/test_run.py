@@ -167,7 +167,7 @@ def test_arguments_that_cannot_work(tiny: ModuleType, tmp_path: Path) -> None:
         ([tiny.PRECISION, tiny.PRECISION], {}, "different names"),
         ([], {}, "different names"),
         ([nothing], {}, "nothing to do"),
-        ([tiny.SAFETY], {"asked": Configuration(options={"pause": 1})}, "known: planner"),
+        ([tiny.SAFETY], {"asked": Configuration(options={"pause": 1})}, "Known: planner"),
         ([tiny.SAFETY], {"asked": Configuration(options={"planner": 1})}, "like \"astar\", got 1"),
     ):  # fmt: skip
         with pytest.raises(ConfigurationError, match=told):

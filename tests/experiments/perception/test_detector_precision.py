@@ -81,7 +81,8 @@ def test_a_run_goes_on_with_what_was_detected(kitti: Path, tmp_path: Path) -> No
     (folder,) = (tmp_path / "found").iterdir()
     (folder / "000001.txt").write_text("")
     assert run(kitti, tmp_path, "--detectors", "oracle")["detectors"]["oracle"]["detections"] == 4
-    (kitti / "manifest.json").write_text('{"format": 1, "complete": 0, "settings": {}, "files": 0}')
+    manifest = {"format": 1, "complete": False, "settings": {}, "files": {}}
+    (kitti / "manifest.json").write_text(json.dumps(manifest))
     again = run(kitti, tmp_path, "--detectors", "oracle")
     assert again["detectors"]["oracle"]["detections"] == 8, "of other data than before"
 

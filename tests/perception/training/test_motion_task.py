@@ -149,7 +149,7 @@ def test_moments_know_their_truth_and_scenes_are_held_out(root: Path) -> None:
 def test_moments_that_do_not_tell_the_truth_are_refused(root: Path, tmp_path: Path) -> None:
     moment = split_moments([root]).training[0]
     facts = tmp_path / "facts.json"
-    for text, message in (("{", "no scene file"), ('{"objects": []}', "0 objects")):
+    for text, message in (("{", "no sound JSON"), ('{"objects": []}', "no scene file")):
         facts.write_text(text)
         with pytest.raises(DataError, match=message):
             replace(moment, facts=facts).boxes()

@@ -148,6 +148,7 @@ def test_command_trains_in_sittings_and_leaves_weights_with_a_card(
     assert "--resume" in capsys.readouterr().err
     assert run([*arguments, "--resume"]) == 0
     assert json.loads(capsys.readouterr().out) | {"seconds": 0} == {
+        "schema": "avsec.train/1",
         "network": "stereo_rcnn", "out": str(out), "finished": True, "steps": 4, "seconds": 0,
         "Car_3d_ap40": 0.0,
     }  # fmt: skip
