@@ -47,8 +47,8 @@ class Bounds:
         return f"a number from {self.low:g} to {self.high:g}{unit}"
 
 
-COORDINATE = Bounds(-1e8, 1e8, "m")
-"""Maps may count from a far origin, such as the equator."""
+COORDINATE = Bounds(-3e7, 3e7, "m")
+"""Maps may count from a far origin: web Mercator, the widest, ends 2.0e7 m from the equator."""
 SIZE = Bounds(1e-9, 1e5, "m")
 ANGLE = Bounds(-1e3, 1e3, "rad")
 SPEED = Bounds(-1e3, 1e3, "m/s")

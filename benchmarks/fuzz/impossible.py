@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 _FARTHEST = 1e3
-_EARTH = 1e7
+_EARTH = 3e7
 
 
 def finite(value: Any) -> str | None:
