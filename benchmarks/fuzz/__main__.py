@@ -34,6 +34,8 @@ ALLOWED = ("read", "refused")
 FAULTS = ("traceback", "impossible", "nameless", "memory", "hang", "died")
 PATIENCE = 30.0
 """Seconds for a file of a few kilobytes; the slowest sound one takes a tenth of one."""
+_LARGE = 500_000
+"""Bytes; a file that has grown so large is not changed further."""
 _REPLACED = 0.06
 """The share of files that something else stands in place of."""
 
@@ -135,6 +137,8 @@ def damage(kind: Kind, path: Path, random: Random) -> list[str]:
     names = []
     while content == sound and len(names) < 10:
         for name in random.choices(list(kind.mutators), k=random.choice((1, 1, 1, 2, 3))):
+            if len(content) > _LARGE:
+                break  # Searching through it takes the mutators too long.
             try:
                 content = kind.mutators[name](content, random)
             except Exception:

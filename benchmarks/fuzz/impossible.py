@@ -37,10 +37,15 @@ def boxes(value: Any) -> str | None:
         box2d = one.box2d
         if box2d is not None and (box2d[:, 2:] < box2d[:, :2]).any():
             return "a 2D box ends before it begins"
-        if one.occlusion is not None and not np.isin(one.occlusion, (-1, 0, 1, 2, 3)).all():
+        # All but the 2D box of a DontCare line is placeholders.
+        cared = one[one.category != "DontCare"]
+        if cared.occlusion is not None and not np.isin(cared.occlusion, (-1, 0, 1, 2, 3)).all():
             return "an occlusion is none of 0 to 3"
-        if one.truncation is not None and ((one.truncation > 1) | (one.truncation < -1)).any():
-            return "a truncation is above 1"
+        if (
+            cared.truncation is not None
+            and ((cared.truncation > 1) | (cared.truncation < -1)).any()
+        ):
+            return "a truncation is not from -1 to 1"
         known = one.rotation_y[real & (one.rotation_y != -10)]
         if len(known) and np.abs(known).max() > 2 * np.pi + 0.01:
             return "a rotation is more than a turn"

@@ -64,7 +64,7 @@ def word(text: str, random: Random) -> str:
 
 def missing_word(text: str, random: Random) -> str:
     """A column too few."""
-    return _replace(text, re.compile(r"[ \t,]*[^\s,]+"), "", random)
+    return _replace(text, re.compile(r"[^\s,]+"), "", random)
 
 
 def doubled_word(text: str, random: Random) -> str:
