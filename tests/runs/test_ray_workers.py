@@ -30,7 +30,7 @@ from avsec_gym.runs.schedule import finished_cells
 SMALL = Configuration(limit=3)
 HAS_RAY = importlib.util.find_spec("ray") is not None
 KILLS = 20
-AT_MOST = 900
+AT_MOST = 600
 """Seconds that a test may take: what hangs fails."""
 Rows = Callable[[Path], dict[str, list[tuple[Any, ...]]]]
 
