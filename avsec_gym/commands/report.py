@@ -58,7 +58,7 @@ class Report:
 
     def written(self) -> tuple[dict[str, Any], int]:
         """Write the page; all its figures, and the exit code."""
-        from avsec_gym.kitti.atomic_write import write_bytes
+        from avsec_gym.kitti.text_files import write_text
         from avsec_gym.report.html import html_page
         from avsec_gym.report.run_markdown import markdown_page
         from avsec_gym.report.run_remarks import remarks
@@ -84,9 +84,9 @@ class Report:
         spreads, blank = self._spreads(folder, report["spread"])
         repairs, unseen = self._repairs(folder, report["localisation"])
         page = html_page(report, strips, spreads, repairs)
-        write_bytes(self._page, page.encode(), overwrite=True)
+        write_text(self._page, page, overwrite=True)
         if self.markdown is not None:
-            write_bytes(self.markdown, markdown_page(report).encode(), overwrite=True)
+            write_text(self.markdown, markdown_page(report), overwrite=True)
         return report, console.DONE_IN_PART if failed or blank or unseen else console.DONE
 
     def sentence(self, report: dict[str, Any]) -> str:

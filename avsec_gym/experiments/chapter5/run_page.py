@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from avsec_gym.experiments.answer import answer
-from avsec_gym.kitti.atomic_write import write_bytes
+from avsec_gym.kitti.text_files import write_text
 from avsec_gym.runs.run_folder import RunFolder
 
 
@@ -40,7 +40,7 @@ def run_page(
         result = rows_of(RunFolder.open(options.run))
         if options.markdown is not None:
             text = page(result, f"python -m {module} RUN --markdown FILE")
-            write_bytes(options.markdown, text.encode(), overwrite=True)
+            write_text(options.markdown, text, overwrite=True)
         return result
 
     return answer(parser.parse_args(arguments), made)

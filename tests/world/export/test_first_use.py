@@ -96,6 +96,22 @@ _ = envs.reset()
 print("scene", *[info["scenario"] for info in envs.reset_infos])
 envs.close()
 """
+# As SB3 asks for where processes are started anew, which is its default.
+GUARDED = """
+from stable_baselines3.common.env_util import make_vec_env
+from stable_baselines3.common.vec_env import SubprocVecEnv
+
+if __name__ == "__main__":
+    started = {"start_method": "METHOD"}
+    envs = make_vec_env(
+        "avsec/DetectorBenchmark-v0", 3, vec_env_cls=SubprocVecEnv, vec_env_kwargs=started
+    )
+    envs.seed(0)
+    envs.reset()
+    print("scene", *[info["scenario"] for info in envs.reset_infos])
+    envs.close()
+"""
+FORKSERVER, SPAWN = (GUARDED.replace("METHOD", method) for method in ("forkserver", "spawn"))
 
 
 @pytest.fixture
@@ -143,6 +159,8 @@ def run(way: str, program: str, cache: Path) -> subprocess.CompletedProcess[str]
         ("script", ASYNC, 2),
         ("script", SUBPROC, 3),
         ("stdin", SUBPROC, 3),
+        ("script", FORKSERVER, 3),
+        ("script", SPAWN, 3),
     ],
 )
 def test_the_suite_is_made_once(

@@ -1,0 +1,50 @@
+"""Names that are no ASCII, where the locale knows nothing else."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+FOLDER = "größe-日本"
+
+
+def avsec(folder: Path, *words: str) -> subprocess.CompletedProcess[bytes]:
+    plain = {"LC_ALL": "POSIX", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    return subprocess.run(
+        [sys.executable, "-m", "avsec_gym", *words],
+        cwd=folder,
+        env=os.environ | plain | {"PYTHONPATH": os.pathsep.join(sys.path)},
+        capture_output=True,
+        timeout=300,
+    )
+
+
+def test_a_run_and_its_report(tiny: ModuleType, diary: Path, tmp_path: Path) -> None:
+    folder = tmp_path / FOLDER
+    folder.mkdir()
+    experiment = f"{tiny.__name__}:PRECISION"
+    made = avsec(folder, "run", experiment, "--limit", "3", "--workers", "1", "--out", FOLDER)
+    assert made.returncode == 0, made.stderr
+    again = avsec(folder, "run", experiment, "--limit", "3", "--out", FOLDER)
+    assert b"0 done, 6 were there" in again.stderr, again.stderr
+    page = "Straße.html"
+    shown = avsec(folder, "report", FOLDER, "--out", page, "--markdown", "Straße.md", "--json")
+    assert shown.returncode == 0, shown.stderr
+    assert json.loads(shown.stdout)
+    assert FOLDER in (folder / page).read_text("utf-8")
+    assert (folder / "Straße.md").read_text("utf-8")
+
+
+def test_the_rates_of_a_folder(tmp_path: Path) -> None:
+    folder = tmp_path / FOLDER
+    folder.mkdir()
+    done = avsec(folder, "evaluate", "--limit", "2", "--out", FOLDER)
+    assert done.returncode == 0, done.stderr
+    assert json.loads((folder / FOLDER / "evaluation.json").read_text("utf-8"))
+    missing = avsec(folder, "evaluate", "--kitti", "Straße")
+    assert missing.returncode == 1
+    assert b"Traceback" not in missing.stderr
