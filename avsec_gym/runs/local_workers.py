@@ -10,11 +10,9 @@ from pathlib import Path
 
 from avsec_gym.experiments.experiment import Cell, Configuration
 from avsec_gym.runs.desk import Desk, Done, Failed, Unready
+from avsec_gym.runs.run_log import LogFile
 from avsec_gym.runs.schedule import Died, News, Ready
 from avsec_gym.worker_processes import Worker, wait_for
-
-LOG_FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
-"""Of ``run.log``, which several processes write."""
 
 
 class LocalWorkers:
@@ -94,7 +92,7 @@ class LocalWorkers:
 
 def _serve(connection: Connection, configuration: Configuration, threads: int, log: Path) -> None:
     """A worker's life, until nobody listens any more."""
-    logging.basicConfig(filename=log, format=LOG_FORMAT, level=logging.WARNING)
+    logging.basicConfig(handlers=[LogFile(log)], level=logging.WARNING)
     logging.captureWarnings(True)
     desk = Desk(configuration, threads)
     while True:

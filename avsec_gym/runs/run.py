@@ -5,8 +5,8 @@ from __future__ import annotations
 import logging
 import os
 import sys
-from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import ExitStack, closing, contextmanager
+from collections.abc import Callable, Generator, Sequence
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -17,7 +17,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.experiment import Cell, Configuration, Experiment, with_defaults
 from avsec_gym.runs.desk import Failed
 from avsec_gym.runs.fingerprints import environment
-from avsec_gym.runs.local_workers import LOG_FORMAT, LocalWorkers
+from avsec_gym.runs.local_workers import LocalWorkers
 from avsec_gym.runs.manifest import (
     begin_sitting,
     check_same_question,
@@ -28,6 +28,7 @@ from avsec_gym.runs.manifest import (
     write_manifest,
 )
 from avsec_gym.runs.ray_cluster import RayCluster, ray_cluster
+from avsec_gym.runs.run_log import JOURNAL, log_into
 from avsec_gym.runs.schedule import Workers, finished_cells
 from avsec_gym.runs.shares import room, usual_threads, usual_workers
 from avsec_gym.runs.store import ResultStore, has_results
@@ -38,7 +39,6 @@ RESULTS, LOG, FIGURES = "results.sqlite", "run.log", "figures"
 """In a run's folder."""
 
 _LOG = logging.getLogger(__name__)
-_JOURNAL = logging.getLogger("avsec_gym.journal")
 
 
 class Backend(StrEnum):
@@ -119,7 +119,7 @@ def run_experiments(
         cells = list({cell: cell for own in needs.values() for cell in own})
         if not manifest["sittings"]:  # Before the results, so that they belong to something.
             write_manifest(root, manifest)
-        with closing(ResultStore(root / RESULTS)) as store, _log_into(root / LOG):
+        with closing(ResultStore(root / RESULTS)) as store, log_into(root / LOG):
             store.plan(needs, manifest["experiments"])
             if retry:
                 store.forget_failures(cells)
@@ -133,7 +133,7 @@ def run_experiments(
                 sitting = begin_sitting(manifest, environment())
                 sitting |= {"command": command_line(), "workers": workers, "backend": backend}
                 write_manifest(root, manifest)
-                _JOURNAL.info("%s: %d of %d cells", ", ".join(needs), len(missing), len(cells))
+                JOURNAL.info("%s: %d of %d cells", ", ".join(needs), len(missing), len(cells))
                 count = min(workers, len(missing))
                 team = _team(cluster, configuration, count, manifest["threads"], root / LOG)
                 with closing(_stored(missing, team, store)) as outcomes:
@@ -144,7 +144,7 @@ def run_experiments(
                 sitting |= {"ended": now(), "done": len(missing) - len(failures)}
                 sitting["failed"] = len(failures)
                 write_manifest(root, manifest)
-                _JOURNAL.info("%d cells done, %d failed", sitting["done"], len(failures))
+                JOURNAL.info("%d cells done, %d failed", sitting["done"], len(failures))
     return RunReport(
         root=root,
         cells=len(cells),
@@ -187,7 +187,7 @@ def _stored(
             failure = stored if isinstance(stored, Failed) else None
             if failure is not None:
                 trace = f"\n{failure.trace}" if failure.trace else ""
-                _JOURNAL.error("failed: %s %s: %s%s", cell.work, cell.key, failure.error, trace)
+                JOURNAL.error("failed: %s %s: %s%s", cell.work, cell.key, failure.error, trace)
             yield cell, failure
 
 
@@ -269,21 +269,3 @@ def _check_empty(root: Path) -> None:
             path=root,
             remedy="Name a new or empty folder with --out; nothing is overwritten.",
         )
-
-
-@contextmanager
-def _log_into(path: Path) -> Iterator[None]:
-    """The journal goes into the run's log only; warnings of the package also there."""
-    handler = logging.FileHandler(path, encoding="utf-8")
-    handler.setFormatter(logging.Formatter(LOG_FORMAT))
-    package = logging.getLogger("avsec_gym")
-    _JOURNAL.propagate = False
-    _JOURNAL.setLevel(logging.INFO)
-    for logger in (package, _JOURNAL):
-        logger.addHandler(handler)
-    try:
-        yield
-    finally:
-        for logger in (package, _JOURNAL):
-            logger.removeHandler(handler)
-        handler.close()
