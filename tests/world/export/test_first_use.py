@@ -215,12 +215,12 @@ def test_a_forked_process_does_not_keep_the_lock(tmp_path: Path) -> None:
         "from avsec_gym.world.export.folder_lock import folder_lock\n"
         "with folder_lock(Path(sys.argv[1])):\n"
         "    if os.fork() == 0:\n"
-        "        print('forked', flush=True)\n"
+        "        os.write(1, b'forked\\n')\n"
         "        sys.stdin.read()\n"
         "        os._exit(0)\n"
-        "    if sys.argv[2] == 'killed': time.sleep(600)\n"
-        "print('let go', flush=True)\n"
-        "time.sleep(600)\n"
+        "    if sys.argv[2] == 'killed': time.sleep(60)\n"
+        "os.write(1, b'let go\\n')\n"
+        "time.sleep(60)\n"
     )
     for how in ("killed", "let go"):
         with subprocess.Popen(
@@ -229,14 +229,16 @@ def test_a_forked_process_does_not_keep_the_lock(tmp_path: Path) -> None:
             stdout=subprocess.PIPE,
             text=True,
         ) as process:
-            assert process.stdout is not None
-            said = {process.stdout.readline().strip()}
-            if how == "let go":
-                said.add(process.stdout.readline().strip())
-            assert said <= {"forked", "let go"}
-            if how == "killed":
+            try:
+                assert process.stdout is not None
+                said = {process.stdout.readline().strip()}
+                if how == "let go":
+                    said.add(process.stdout.readline().strip())
+                assert said == ({"forked"} if how == "killed" else {"forked", "let go"})
+                if how == "killed":
+                    process.kill()
+                    process.wait()
+                with folder_lock(tmp_path):  # Refused if the other one had it.
+                    pass
+            finally:
                 process.kill()
-                process.wait()
-            with folder_lock(tmp_path):  # Refused if the other one had it.
-                pass
-            process.kill()
