@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 import time
 from dataclasses import dataclass
 from enum import StrEnum
@@ -48,6 +49,7 @@ _ROOM = 2048
 """Nodes to make room for at first."""
 _FEW = 16
 """So many obstacles are faster kept than sorted out."""
+_memories = threading.local()
 _NO_TABLE = np.zeros((0, 1, 6))
 _WIDE_SPEED, _WIDE_STEP = 20.0, 2.0
 """Highest and spacing of the speeds where no road type says which, m/s."""
@@ -216,7 +218,7 @@ class MotionPrimitivePlanner:
         self, problem: Problem, parts: tuple[Any, ...], world: World, begun: float
     ) -> tuple[int, Floats, SearchState]:
         """Search in slices of about a millisecond, looking at the clock in between."""
-        state = new_state(_ROOM, 2 if problem.reference else _ROOM)
+        state = _empty_memory(problem.reference)
         nodes, paused = _FIRST_SLICE, begun
         while True:
             budget = min(nodes, self.node_limit - int(state.counters[EXPANDED]))
@@ -231,6 +233,17 @@ class MotionPrimitivePlanner:
             else:
                 nodes = min(2 * nodes, max(1, int(nodes * _SLICE / (now - paused))))
             paused = time.perf_counter()
+
+
+def _empty_memory(reference: bool) -> SearchState:
+    """Where this thread's searches begin; the next one overwrites what is in it."""
+    kept: dict[bool, SearchState] = vars(_memories).setdefault("kept", {})
+    state = kept.get(reference)
+    if state is None:
+        state = kept[reference] = new_state(_ROOM, 2 if reference else _ROOM)
+    state.counters.fill(0)
+    state.table.fill(-1)
+    return state
 
 
 def _load_kernels(problem: Problem, parts: tuple[Any, ...], world: World) -> None:
