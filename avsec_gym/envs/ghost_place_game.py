@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from avsec_gym.attacks.object_injection import inject_ghosts
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.envs.ghost_game import GhostGame
+from avsec_gym.envs.ghost_game import GhostGame, one_number
 from avsec_gym.envs.ghost_round import OUTCOMES, SCENE_SIZE, Round, observation
 from avsec_gym.envs.ghost_spots import Spots, spots_of
 from avsec_gym.envs.place_features import SIZE, PlaceFeatures
@@ -28,6 +29,8 @@ from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion
 
 _SAFE = OUTCOMES.index(SAFE)
+_NEVER = 1e200
+"""An inverse weight that comes after all others."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +48,21 @@ class Answers:
     """Whether the drive becomes unsafe, shape (S,)."""
     contested: bool
     """Whether some spots win, and enough others do not."""
+
+    @cached_property
+    def winnable(self) -> bool:
+        """Whether any spot wins."""
+        return bool(self.wins.any())
+
+    @cached_property
+    def as_winner(self) -> Floats:
+        """Inverse weights with which a spot is drawn as the one that wins, shape (S,)."""
+        return np.where(self.wins, np.exp(self.spots.bias), _NEVER)
+
+    @cached_property
+    def as_other(self) -> Floats:
+        """The same as one of the others, shape (S,)."""
+        return np.where(self.wins, _NEVER, np.exp(-self.spots.bias))
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,19 +117,20 @@ class GhostPlaceGame:
         Raises:
             ConfigurationError: No scene has the id, no such intention, or no round fits.
         """
-        round = self.base.draw(generator, options, lambda round: self.answers(round).contested)
+        round = self.base.draw(generator, options, self._contested, one_number)
         answers = self.answers(round)
-        wins, bias = answers.wins, answers.spots.bias
-        noise = generator.gumbel(size=len(wins))
-        # Gumbel noise draws without replacement: the place that wins with weights exp(-bias), the
-        # others with weights exp(bias).  Where nothing wins, or hardly anything else, as in rounds
-        # that options ask for, the other kind fills up.
-        winner = np.argmax(np.where(wins, noise - bias, -np.inf))
-        rank = np.where(wins, -1e6, noise + bias)
-        if wins.any():
-            rank[winner] = np.inf
-        offered = np.argsort(-rank, kind="stable")[: self.places]
+        # Exponential variates over weights draw without replacement, the smallest ones first: the
+        # place that wins, and the others.  Where nothing wins, or hardly anything else, as in
+        # rounds that options ask for, the other kind fills up.
+        waits = generator.standard_exponential(len(answers.wins))
+        order = waits * answers.as_other
+        if answers.winnable:
+            order[(waits * answers.as_winner).argmin()] = -1.0
+        offered = order.argsort()[: self.places]
         return PlacedRound(**vars(round), answers=answers, offered=generator.permutation(offered))
+
+    def _contested(self, round: Round) -> bool:
+        return self.answers(round).contested
 
     def is_safe(self, index: int, intention: Intention) -> bool:
         """Whether a round is driven safely without an attack."""

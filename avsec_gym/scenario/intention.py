@@ -25,16 +25,19 @@ class Intention(StrEnum):
         return {Intention.LEFT: 1, Intention.STRAIGHT: 0, Intention.RIGHT: -1}[self]
 
 
-def intentions_named(wanted: Any) -> list[Intention]:
+_ALL = tuple(Intention)
+
+
+def intentions_named(wanted: Any) -> tuple[Intention, ...]:
     """The one of that name; all of them for None.
 
     Raises:
         ConfigurationError: There is no such intention.
     """
     if wanted is None:
-        return list(Intention)
+        return _ALL
     try:
-        return [Intention(wanted)]
+        return (Intention(wanted),)
     except ValueError:
         problem = f"there is no intention {wanted!r}"
         raise ConfigurationError(unknown_name(problem, str(wanted), Intention)) from None
