@@ -22,7 +22,7 @@ from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
 
 CLASSES = [(road_type, intention) for road_type in RoadType for intention in Intention]
-PLACES = 12
+PLACES = 16
 """That each round offers, as many as the game does by default."""
 RATE = 0.3
 """Of the biases."""

@@ -3,7 +3,7 @@
     python examples/train_ghost_attacker.py   # a minute or two
     python examples/train_ghost_attacker.py --steps 65536 --held-out 200
 
-In `avsec/GhostObject-v1` the attacker has one go at one of twelve places.  The policy here scores
+In `avsec/GhostObject-v1` the attacker has one go at one of sixteen places.  The policy here scores
 each place by the same small network, whatever its position in the list.
 `benchmarks/ghost_places.py` compares it with more rules, searched as long as it learns.
 """

@@ -17,9 +17,9 @@ class GhostPlaceEnv(DetectionAttackEnv):
     ## Description
     A car plans a lane change, or to keep its lane, among the objects of a traffic scene, with A*
     over motion primitives.  A spoofer can put one ghost, a whole car, into the detections, but its
-    equipment reaches only twelve places.  On an empty road the car would pass a ghost on any of
+    equipment reaches only sixteen places.  On an empty road the car would pass a ghost on any of
     them: a ghost wins only together with what is really there, by closing the last gap.  At one
-    place it does, at the other eleven it does not.  An episode is one scene with one driving
+    place it does, at the others it does not.  An episode is one scene with one driving
     intention that the car drives safely without an attack, and the places; by default the attacker
     has one go.  The trajectory that the car plans on the attacked detections is checked for
     collisions with what is really there.  No image is involved.
@@ -49,7 +49,7 @@ class GhostPlaceEnv(DetectionAttackEnv):
 
     ## Episode end
     Terminated when the drive became unsafe; truncated after `max_episode_steps` (1) or `queries`
-    steps, whichever is less.  Who may ask twelve times can try all of them: success is compared
+    steps, whichever is less.  Who may ask sixteen times can try all of them: success is compared
     at the first query.
 
     ## Info
@@ -61,7 +61,7 @@ class GhostPlaceEnv(DetectionAttackEnv):
     * `scenarios="layouts"`: 200 procedural layouts; a folder of labelled scenarios or of KITTI
       labels; or a dictionary such as `{"name": "layouts", "seed": 1, "count": 1000}`.
     * `planner="astar"`: or `"gbfs"`, or a dictionary such as `{"name": "astar", "node_limit": 99}`.
-    * `places=12`: from 2 to 16.
+    * `places=16`: from 2 to 16.
     * `motion="static"`: the planner takes everything to stand, as detections carry no motion;
       `"truth"`: it knows how the real objects move.
     * `queries=None`: the budget that the observation counts; None: 1.  Gymnasium does not tell an
@@ -83,7 +83,7 @@ class GhostPlaceEnv(DetectionAttackEnv):
         self,
         scenarios: Any = "layouts",
         planner: Any = "astar",
-        places: int = 12,
+        places: int = 16,
         motion: Motion | str = Motion.STATIC,
         queries: int | None = None,
         price: float = 0.02,

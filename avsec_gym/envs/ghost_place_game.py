@@ -91,7 +91,7 @@ class GhostPlaceGame:
         self,
         scenarios: Any = "layouts",
         planner: Any = "astar",
-        places: int = 12,
+        places: int = 16,
         motion: Motion | str = Motion.STATIC,
     ) -> None:
         if not isinstance(places, int) or not 2 <= places <= 16:

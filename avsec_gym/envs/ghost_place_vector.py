@@ -23,7 +23,7 @@ class GhostPlaceVectorEnv(DetectionAttackVectorEnv):
         queries: int | None = None,
         scenarios: Any = "layouts",
         planner: Any = "astar",
-        places: int = 12,
+        places: int = 16,
         motion: Motion | str = Motion.STATIC,
         price: float = 0.02,
         render_mode: str | None = None,

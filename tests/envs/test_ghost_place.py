@@ -28,7 +28,7 @@ from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.scenario.scene_sets import SceneSet, scene_set
 
 ID = "avsec/GhostObject-v1"
-PLACES = 12
+PLACES = 16
 
 
 def places_in(observation: np.ndarray) -> PlaceFeatures:
