@@ -28,7 +28,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.detector import Detector
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_images
-from avsec_gym.world.export.folder_lock import folder_lock
+from avsec_gym.storage.folder_lock import folder_lock
 
 _HOME = Path(os.path.expanduser("~"))
 try:

@@ -12,8 +12,8 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Points, SensorFrame
 from avsec_gym.geometry import Floats, transform_points
-from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.rig import SensorRig
+from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.npz_files import read_npz
 from avsec_gym.storage.regular_files import is_there
 

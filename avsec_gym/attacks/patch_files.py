@@ -16,12 +16,12 @@ from torch import Tensor
 from avsec_gym.attacks.patch_pasting import disc
 from avsec_gym.attacks.patch_placement import RADIUS
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.kitti.sensor_files import write_image
-from avsec_gym.kitti.text_files import write_text
 from avsec_gym.perception.weights.tensor_files import read_tensors
+from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.json_fields import read_fields
 from avsec_gym.storage.regular_files import is_there
+from avsec_gym.storage.text_files import write_text
 
 _SHIPPED = Path(__file__).parent / "patches"
 _ENLARGED = 4

@@ -76,7 +76,7 @@ class ScoreDetections:
             seed=self.seed,
         )
         if self.out is not None:
-            from avsec_gym.kitti.text_files import write_text
+            from avsec_gym.storage.text_files import write_text
 
             report = _report(result, frames) | {"settings": self._settings()}
             report = with_schema("ap.report", report)

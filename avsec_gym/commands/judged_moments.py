@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from avsec_gym.commands import console
 from avsec_gym.errors import AvsecError
 from avsec_gym.json_schemas import with_schema
-from avsec_gym.kitti.text_files import write_text
+from avsec_gym.storage.text_files import write_text
 
 if TYPE_CHECKING:
     from avsec_gym.attacks.optical_attack import OpticalAttack

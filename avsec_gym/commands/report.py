@@ -58,12 +58,12 @@ class Report:
 
     def written(self) -> tuple[dict[str, Any], int]:
         """Write the page; all its figures, and the exit code."""
-        from avsec_gym.kitti.text_files import write_text
         from avsec_gym.report.html import html_page
         from avsec_gym.report.run_markdown import markdown_page
         from avsec_gym.report.run_remarks import remarks
         from avsec_gym.report.run_report import holds_chapter_5, outcomes_of, run_report
         from avsec_gym.runs.run_folder import RunFolder
+        from avsec_gym.storage.text_files import write_text
 
         if self.pictures < 0:
             raise ConfigurationError(f"--pictures is 0 or more, got {self.pictures}")

@@ -14,7 +14,7 @@ from avsec_gym.commands import console
 from avsec_gym.commands.judged_moments import JudgedMoments
 from avsec_gym.commands.named_part import named_part
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.kitti.text_files import read_text
+from avsec_gym.storage.text_files import read_text
 
 if TYPE_CHECKING:
     from avsec_gym.attacks.optical_attack import OpticalAttack

@@ -9,7 +9,7 @@ import numpy as np
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Calibration
 from avsec_gym.kitti.matrix_files import matrix_lines, read_matrices
-from avsec_gym.kitti.text_files import write_text
+from avsec_gym.storage.text_files import write_text
 
 FEWEST_CAMERAS = 4
 """KITTI's files always speak of cameras 0 to 3."""

@@ -24,7 +24,7 @@ from avsec_gym.image_only import (
     is_image_only,
 )
 from avsec_gym.kitti.label_ranges import all_possible, impossibility
-from avsec_gym.kitti.text_files import read_text, write_text
+from avsec_gym.storage.text_files import read_text, write_text
 
 DONT_CARE = "DontCare"
 """The category of image regions that nobody labelled: a 2D box and placeholders."""

@@ -10,8 +10,8 @@ from avsec_gym.errors import DataError
 from avsec_gym.kitti.dataset import layout_folders
 from avsec_gym.kitti.label_folders import frame_ids
 from avsec_gym.kitti.raw import find_raw
-from avsec_gym.kitti.text_files import read_text
 from avsec_gym.storage.regular_files import is_folder
+from avsec_gym.storage.text_files import read_text
 
 TRACKING_LABELS = "label_02"
 """The folder of the tracking benchmark's labels."""

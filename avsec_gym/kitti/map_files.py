@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.kitti.png_files import GREY, INDEXED, decode_png, encode_png, read_png
+from avsec_gym.storage.atomic_write import write_bytes
 
 Disparity = NDArray[np.float32]
 """Shape (H, W), pixels; NaN where unknown."""

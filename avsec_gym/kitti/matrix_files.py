@@ -10,7 +10,7 @@ import numpy as np
 
 from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
-from avsec_gym.kitti.text_files import read_text
+from avsec_gym.storage.text_files import read_text
 
 Shape = tuple[int, ...]
 _LARGEST_NUMBER = 1e9

@@ -11,7 +11,7 @@ import numpy as np
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.geometry import Floats
-from avsec_gym.kitti.text_files import read_text, write_text
+from avsec_gym.storage.text_files import read_text, write_text
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,8 +16,8 @@ from avsec_gym.frame import Calibration
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.calibration import FEWEST_CAMERAS
 from avsec_gym.kitti.matrix_files import MatrixFile, Shape, matrix_lines, read_matrices
-from avsec_gym.kitti.text_files import write_text
 from avsec_gym.storage.regular_files import is_file
+from avsec_gym.storage.text_files import write_text
 
 CAMERAS_FILE, VELODYNE_FILE, IMU_FILE = CALIBRATION_FILES = (
     "calib_cam_to_cam.txt",

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Image, Points
-from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.kitti.png_files import (
     PngHeader,
     decode_png,
@@ -18,6 +17,7 @@ from avsec_gym.kitti.png_files import (
     read_png,
     read_png_header,
 )
+from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.regular_files import check_regular, read_bytes
 
 MAX_SCAN_BYTES = 512 * 2**20

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from avsec_gym.errors import DataError
 from avsec_gym.kitti.label_folders import is_id
-from avsec_gym.kitti.text_files import read_text
+from avsec_gym.storage.text_files import read_text
 
 _DRIVE = re.compile(r"([0-9]{4}_[0-9]{2}_[0-9]{2})_drive_([0-9]{4})_(?:sync|extract)")
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.kitti.text_files import read_text, write_text
+from avsec_gym.storage.text_files import read_text, write_text
 
 Timestamps = NDArray[np.datetime64]
 """Shape (N,), ``datetime64[ns]``; NaT where a frame has none."""

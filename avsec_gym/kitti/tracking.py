@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
 from avsec_gym.kitti.labels import DONT_CARE, parse_labels
-from avsec_gym.kitti.text_files import read_text
+from avsec_gym.storage.text_files import read_text
 
 _COLUMNS = 17
 _INTEGER = re.compile(r"-1|[0-9]{1,9}")

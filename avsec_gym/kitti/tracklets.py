@@ -17,8 +17,8 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Calibration
 from avsec_gym.geometry import Floats, transform_points
-from avsec_gym.kitti.text_files import write_text
-from avsec_gym.kitti.xml_tree import Element, read_xml
+from avsec_gym.storage.text_files import write_text
+from avsec_gym.storage.xml_tree import Element, read_xml
 
 INTERPOLATED, LABELLED = 1, 2
 """Values of `Tracklet.state`; 0 is unset."""

@@ -16,8 +16,8 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.label_folders import frame_ids
 from avsec_gym.kitti.labels import write_detections
-from avsec_gym.kitti.text_files import read_text, write_text
 from avsec_gym.registry import make
+from avsec_gym.storage.text_files import read_text, write_text
 from avsec_gym.worker_processes import each_in_processes
 
 if TYPE_CHECKING:

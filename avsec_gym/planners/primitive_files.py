@@ -10,9 +10,9 @@ import numpy as np
 
 from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
-from avsec_gym.kitti.xml_tree import read_plain_xml
 from avsec_gym.planners.primitives import MotionPrimitives
 from avsec_gym.planners.vehicle import BMW_320I
+from avsec_gym.storage.xml_tree import read_plain_xml
 
 _FIELDS = ("x", "y", "velocity", "orientation", "steering_angle")
 _DECIMAL_SECOND = 0.1

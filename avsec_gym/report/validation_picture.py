@@ -10,9 +10,9 @@ import numpy as np
 
 from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.geometry import project, transform_points
-from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.report.frame_picture import points_in_image
 from avsec_gym.sensor_system import LIDAR, Sensor, Triple
+from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.validation.evidence.comparison import Comparison, comparison_map
 from avsec_gym.validation.state_posterior import Verdict
 from avsec_gym.validation.validator import SHARES, Validation

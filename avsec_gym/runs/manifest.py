@@ -11,8 +11,8 @@ from typing import Any
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.experiment import Configuration, Experiment
-from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.runs.fingerprints import fingerprint
+from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.json_fields import fits, fitting_fields
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.regular_files import is_there

@@ -103,7 +103,7 @@ def run_experiments(
             process, or cannot be written; or an input is missing.
     """
     # Brings half of the package with it, which a worker process has no use for.
-    from avsec_gym.world.export.folder_lock import folder_lock
+    from avsec_gym.storage.folder_lock import folder_lock
 
     _check_arguments(experiments, workers, threads, backend)
     configuration = with_defaults(configuration, experiments)

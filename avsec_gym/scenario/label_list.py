@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from avsec_gym.errors import DataError
-from avsec_gym.kitti.text_files import read_text
 from avsec_gym.road_type import RoadType
+from avsec_gym.storage.text_files import read_text
 
 HEAD = "img_name,label"
 ROAD_TYPES = {1: RoadType.STREET, 0: RoadType.HIGHWAY}

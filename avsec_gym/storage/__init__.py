@@ -1,1 +1,1 @@
-"""What several rooms need of the disk: the one door through which files are read."""
+"""What several rooms need of the disk: whole writes, strict reading through one door, locks."""

@@ -12,8 +12,8 @@ import numpy as np
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Calibration
-from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.sensor_system import SensorSystem
+from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 

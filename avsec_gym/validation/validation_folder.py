@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from avsec_gym.errors import DataError
 from avsec_gym.json_schemas import with_schema
-from avsec_gym.kitti.text_files import read_text, write_text
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.sensor_system import Sensor, Triple
 from avsec_gym.storage.json_files import parse_json, read_json_object
 from avsec_gym.storage.regular_files import is_there
+from avsec_gym.storage.text_files import read_text, write_text
 from avsec_gym.validation.evidence.disparity_error import MEASURES
 from avsec_gym.validation.validator import Validation
 

@@ -10,11 +10,11 @@ from PIL import Image as Pillow
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Calibration, SensorFrame
-from avsec_gym.kitti import atomic_write
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.raw import KittiRaw
 from avsec_gym.kitti.sensor_files import read_image, read_points, write_image, write_points
 from avsec_gym.kitti.writing import write_object_frame, write_raw_frame
+from avsec_gym.storage import atomic_write
 
 COLOUR = np.random.default_rng(0).integers(0, 255, (6, 9, 3), np.uint8)
 GREY = np.repeat(COLOUR[..., :1], 3, axis=2)

@@ -219,7 +219,7 @@ def test_another_version_may_go_on_and_says_so(
 HOLD = """
 import sys, time
 from pathlib import Path
-from avsec_gym.world.export.folder_lock import folder_lock
+from avsec_gym.storage.folder_lock import folder_lock
 with folder_lock(Path(sys.argv[1])):
     print("held", flush=True)
     time.sleep(60)

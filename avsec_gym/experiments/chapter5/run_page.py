@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from avsec_gym.experiments.answer import answer
-from avsec_gym.kitti.text_files import write_text
 from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.storage.text_files import write_text
 
 
 def run_page(

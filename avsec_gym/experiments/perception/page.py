@@ -26,9 +26,9 @@ from avsec_gym.experiments.perception.page_networks import (
     training,
 )
 from avsec_gym.experiments.perception.page_single_sensor import single_sensor
-from avsec_gym.kitti.text_files import write_text
 from avsec_gym.storage.json_files import read_json
 from avsec_gym.storage.regular_files import is_file
+from avsec_gym.storage.text_files import write_text
 
 FILES = {
     "detectors": "detectors.json",

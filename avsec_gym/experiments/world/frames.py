@@ -13,9 +13,9 @@ from typing import Any, Protocol
 import numpy as np
 
 from avsec_gym.kitti.dataset import KittiObject
-from avsec_gym.kitti.text_files import write_text
 from avsec_gym.road_type import RoadType
 from avsec_gym.storage.json_files import read_json_object
+from avsec_gym.storage.text_files import write_text
 from avsec_gym.world.capture import Capture, take
 from avsec_gym.world.export.data_set import Progress, make_data_set
 from avsec_gym.world.export.manifest import world_fingerprint

@@ -12,10 +12,10 @@ import torch
 from torch import nn
 
 from avsec_gym.errors import DataError
-from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.perception.training.curves import CURVES
 from avsec_gym.perception.weights.state_dict import fit_state
 from avsec_gym.perception.weights.torch_files import read_torch_file
+from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.inert_pickle import unknown_parts
 from avsec_gym.storage.json_files import parse_json
 from avsec_gym.storage.regular_files import is_there

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from avsec_gym.errors import DataError
-from avsec_gym.kitti.atomic_write import write_bytes
+from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.json_fields import fits
 from avsec_gym.storage.json_files import parse_json
 from avsec_gym.storage.regular_files import is_there, read_text

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
-from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.perception.motion.classifier import Neighbour, neighbour_of, object_crops
 from avsec_gym.perception.motion.network import MotionConfiguration
 from avsec_gym.perception.training.labelled_moments import LabelledMoment
 from avsec_gym.perception.training.prepared_once import fingerprint
+from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.npz_files import read_npz
 from avsec_gym.storage.regular_files import MAX_FILE_BYTES
 

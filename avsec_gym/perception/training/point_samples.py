@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
-from avsec_gym.kitti.atomic_write import write_bytes
 from avsec_gym.kitti.sensor_files import MAX_SCAN_BYTES
 from avsec_gym.perception.detectors.pointrcnn.configuration import PointRcnnConfiguration
 from avsec_gym.perception.detectors.pointrcnn.points_input import points_in_view
@@ -28,6 +27,7 @@ from avsec_gym.perception.training.labelled_frames import (
 )
 from avsec_gym.perception.training.prepared_once import fingerprint
 from avsec_gym.perception.training.scan_samples import ABOVE_GROUND, FEWEST_POINTS, NEEDED
+from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.npz_files import read_npz
 
 _FORMAT = 1

@@ -14,13 +14,13 @@ from safetensors.torch import save
 from torch import Tensor, nn
 
 from avsec_gym.errors import DataError
-from avsec_gym.kitti.atomic_write import write_bytes
-from avsec_gym.kitti.text_files import write_text
 from avsec_gym.perception.weights.recorded import check_recorded
 from avsec_gym.perception.weights.state_dict import fit_state
 from avsec_gym.perception.weights.tensor_files import read_tensors
+from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.json_fields import read_fields
 from avsec_gym.storage.regular_files import is_there
+from avsec_gym.storage.text_files import write_text
 
 WHERE_FROM = "Train them with `avsec train`, or take published ones with `avsec weights import`."
 _AGAIN = "Fetch or train the weights again."

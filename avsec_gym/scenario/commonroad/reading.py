@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.errors import DataError, PlanningError
-from avsec_gym.kitti.xml_tree import read_plain_xml
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.commonroad.elements import check_numbers
 from avsec_gym.scenario.commonroad.format import MARK, finite, import_quietly, points_of
@@ -25,6 +24,7 @@ from avsec_gym.scenario.planning_scenario import (
 )
 from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle, Shape
 from avsec_gym.storage.json_files import parse_json
+from avsec_gym.storage.xml_tree import read_plain_xml
 
 
 def read_commonroad(path: str | Path, problem_id: int | None = None) -> PlanningScenario:

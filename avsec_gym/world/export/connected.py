@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from avsec_gym.kitti.text_files import write_text
+from avsec_gym.storage.text_files import write_text
 from avsec_gym.world.capture import take
 from avsec_gym.world.drives import drive_shots
 from avsec_gym.world.export.frame_files import write_object_files

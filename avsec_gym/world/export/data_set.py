@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.storage.folder_lock import folder_lock
 from avsec_gym.storage.regular_files import is_file, is_folder, is_there
-from avsec_gym.world.export.folder_lock import folder_lock
 from avsec_gym.world.export.manifest import (
     check_same,
     list_files,

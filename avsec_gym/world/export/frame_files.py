@@ -26,8 +26,8 @@ import numpy as np
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.map_files import write_disparity, write_mask
-from avsec_gym.kitti.text_files import write_text
 from avsec_gym.kitti.writing import write_object_frame
+from avsec_gym.storage.text_files import write_text
 from avsec_gym.world.capture import Capture
 from avsec_gym.world.labels import dont_care_boxes
 from avsec_gym.world.shots import Shot

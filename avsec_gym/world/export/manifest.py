@@ -13,7 +13,7 @@ from typing import Any
 
 import avsec_gym
 from avsec_gym.errors import DataError
-from avsec_gym.kitti.atomic_write import write_bytes
+from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.regular_files import (
     MAX_FILE_BYTES,

@@ -8,9 +8,9 @@ from typing import Any
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.kitti.label_folders import frame_ids
-from avsec_gym.kitti.text_files import write_text
 from avsec_gym.road_type import RoadType
 from avsec_gym.storage.json_files import read_json_object
+from avsec_gym.storage.text_files import write_text
 from avsec_gym.world.capture import take
 from avsec_gym.world.earlier import earlier, plausible_ego_speed
 from avsec_gym.world.export.connected import ConnectedVehicles

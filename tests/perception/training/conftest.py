@@ -16,13 +16,13 @@ from avsec_gym.frame import Calibration, SensorFrame
 from avsec_gym.geometry import Floats, box_corners, project, transform_points
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.map_files import write_disparity
-from avsec_gym.kitti.text_files import write_text
 from avsec_gym.kitti.writing import write_object_frame
 from avsec_gym.perception.training.checkpoint import CHECKPOINT
 from avsec_gym.perception.training.configuration import TrainingConfiguration
 from avsec_gym.perception.training.sample import StereoSample
 from avsec_gym.perception.training.task import Task
 from avsec_gym.perception.training.trainer import train
+from avsec_gym.storage.text_files import write_text
 
 HEIGHT, WIDTH = 120, 400
 BEHIND = 4.0

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from avsec_gym.kitti.text_files import write_text
 from avsec_gym.rig import KITTI_CAMERAS, SensorRig, camera_rig
+from avsec_gym.storage.text_files import write_text
 from avsec_gym.world.export import Sensors, make_data_set, suite_recipe
 
 

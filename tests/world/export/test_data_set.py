@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.storage.folder_lock import folder_lock
 from avsec_gym.world.export import changed_files, default_suites, make_data_set, read_manifest
-from avsec_gym.world.export.folder_lock import folder_lock
 
 from .conftest import Texts, contents
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from avsec_gym.world.export.folder_lock import folder_lock
+from avsec_gym.storage.folder_lock import folder_lock
 
 TIMEOUT = 300
 """Seconds after which a program counts as hanging."""
@@ -212,7 +212,7 @@ def test_a_forked_process_does_not_keep_the_lock(tmp_path: Path) -> None:
     """Neither when its parent lets go of it, nor when that is killed."""
     program = (
         "import os, sys, time; from pathlib import Path;"
-        "from avsec_gym.world.export.folder_lock import folder_lock\n"
+        "from avsec_gym.storage.folder_lock import folder_lock\n"
         "with folder_lock(Path(sys.argv[1])):\n"
         "    if os.fork() == 0:\n"
         "        os.write(1, b'forked\\n')\n"

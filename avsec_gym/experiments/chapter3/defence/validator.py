@@ -18,11 +18,11 @@ from avsec_gym.experiments.chapter3.recordings import (
 )
 from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.registry import Kind, make
+from avsec_gym.storage.folder_lock import folder_lock
 from avsec_gym.storage.regular_files import MAX_FILE_BYTES, read_bytes
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.thresholds import measured_thresholds
 from avsec_gym.validation.validator import Validator
-from avsec_gym.world.export.folder_lock import folder_lock
 from avsec_gym.world.textures.library import cache_folder
 
 VALIDATOR_OPTIONS = {**OPTIONS, "validator": "thresholds", "fitted_file": "", "rate": 0.01}

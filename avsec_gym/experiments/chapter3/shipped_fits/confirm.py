@@ -19,7 +19,7 @@ from avsec_gym.errors import DataError
 from avsec_gym.experiments.answer import exit_code
 from avsec_gym.experiments.chapter3.recordings import FITTED
 from avsec_gym.experiments.chapter3.shipped_fits.evidence import SYSTEM, shipped_drives
-from avsec_gym.kitti.atomic_write import write_bytes
+from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.moments import raw_recordings

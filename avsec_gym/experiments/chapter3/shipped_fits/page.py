@@ -15,10 +15,10 @@ from avsec_gym.errors import DataError
 from avsec_gym.experiments.answer import exit_code
 from avsec_gym.experiments.chapter3.shipped_fits.judge import NOBODY
 from avsec_gym.experiments.markdown_table import markdown_table
-from avsec_gym.kitti.text_files import write_text
 from avsec_gym.report.page_table import UNKNOWN, number
 from avsec_gym.sensor_system import LIDAR
 from avsec_gym.storage.json_files import read_json
+from avsec_gym.storage.text_files import write_text
 
 _COMMAND = "Make it with `python -m avsec_gym.experiments.chapter3.shipped_fits.judge --json FILE`."
 _HEADINGS = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from avsec_gym.kitti.atomic_write import write_bytes
+from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.regular_files import read_text
 
 __all__ = ["read_text", "write_text"]

@@ -9,7 +9,7 @@ from typing import NoReturn
 from xml.parsers import expat
 
 from avsec_gym.errors import DataError
-from avsec_gym.kitti.text_files import read_text
+from avsec_gym.storage.text_files import read_text
 
 _DEEPEST = 16
 _LARGEST = 256 * 2**20
