@@ -82,8 +82,8 @@ class ScoreDetections:
             report = with_schema("ap.report", report)
             write_text(self.out, json.dumps(report, indent=1, allow_nan=False) + "\n")
         if self.figure is not None:
-            from avsec_gym.report.precision_recall import draw_precision_recall
-            from avsec_gym.report.scenario_picture import save_picture
+            from avsec_gym.drawing.precision_recall import draw_precision_recall
+            from avsec_gym.drawing.scenario_picture import save_picture
 
             save_picture(draw_precision_recall(result, title=self.detections.name), self.figure)
         few = _few(result)

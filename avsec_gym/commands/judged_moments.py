@@ -65,7 +65,7 @@ class JudgedMoments:
         """
         from avsec_gym.attacks.optical_attack import TamperedFrame
         from avsec_gym.commands.clean_moments import readable
-        from avsec_gym.report.validation_picture import save_validation_picture
+        from avsec_gym.drawing.validation_picture import save_validation_picture
         from avsec_gym.validation.repair.damage import located_damage
         from avsec_gym.validation.validation_folder import row_of
 

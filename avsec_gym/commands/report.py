@@ -145,9 +145,9 @@ class Report:
         """Pictures of repaired moments, and whether they are missing."""
         if not summary or not self.pictures:
             return [], False
+        from avsec_gym.drawing.scenario_picture import save_picture
         from avsec_gym.experiments.chapter3.localisation.repaired_moments import RepairedMoments
         from avsec_gym.report.repair_pictures import repair_pictures
-        from avsec_gym.report.scenario_picture import save_picture
 
         _use_threads(int(folder.manifest["threads"]))
         try:

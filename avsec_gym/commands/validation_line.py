@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from avsec_gym.report.validation_picture import compared_in_words, damage_in_words, named
+from avsec_gym.drawing.validation_picture import compared_in_words, damage_in_words, named
 from avsec_gym.sensor_system import LIDAR, Sensor
 from avsec_gym.validation.validator import SHARES
 

@@ -37,7 +37,7 @@ class WorldSheet:
 
     def run(self) -> int:
         """Do it; the exit code."""
-        from avsec_gym.report.frame_picture import contact_sheet
+        from avsec_gym.drawing.frame_picture import contact_sheet
 
         if min(self.frames, self.columns) < 1 or self.width < 16:
             raise ConfigurationError("--frames and --columns are 1 or more, --width 16 or more")
@@ -69,9 +69,9 @@ class WorldShow:
 
     def run(self) -> int:
         """Do it; the exit code."""
+        from avsec_gym.drawing.frame_picture import frame_picture
         from avsec_gym.kitti.dataset import KittiObject
         from avsec_gym.kitti.map_files import read_disparity, read_mask
-        from avsec_gym.report.frame_picture import frame_picture
 
         data = _open(self.root)
         name = self.id or _names(data, f"image_{self.camera}")[0]

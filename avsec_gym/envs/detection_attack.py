@@ -193,9 +193,9 @@ def check_budget(queries: int | None, price: float) -> None:
 
 
 def _picture(game: DetectionGame, round: Round, believed: Boxes3D) -> NDArray[np.uint8]:
+    from avsec_gym.drawing.scenario_picture import draw_drive, picture_array
     from avsec_gym.metrics.safety import judge
     from avsec_gym.pipeline import Drive
-    from avsec_gym.report.scenario_picture import draw_drive, picture_array
 
     problem = round.scene.problem(round.intention, believed, game.motion)
     plan, truth = replace(game.victim, keep_tree=True).plan(problem), round.scene.truth()

@@ -169,7 +169,7 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
         """The left image with the believed boxes, above the drive that follows from them."""
         if self._scene is None:
             return None
-        from avsec_gym.report.detection_picture import detection_picture
+        from avsec_gym.drawing.detection_picture import detection_picture
 
         believed = self._reported
         shown = self._drive or drive(self._scene, self._intention, believed, planner=self.planner)

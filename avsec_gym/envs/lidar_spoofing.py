@@ -157,7 +157,7 @@ class LidarSpoofingEnv(OpticalAttackEnv):
 
     def view(self) -> tuple[SensorFrame, int]:
         """The left image with the scan over it."""
-        from avsec_gym.report.frame_picture import points_in_image
+        from avsec_gym.drawing.frame_picture import points_in_image
 
         frame = self._look.frame
         return frame.with_image(LEFT, points_in_image(frame.image(LEFT), frame, LEFT)), LEFT

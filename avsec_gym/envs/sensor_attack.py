@@ -172,7 +172,7 @@ class SensorAttackEnv(DrawnEnv[Observation]):
         """What the car saw, with what it believed, above its drive."""
         if self._situation is None:
             return None
-        from avsec_gym.report.detection_picture import detection_picture
+        from avsec_gym.drawing.detection_picture import detection_picture
 
         frame, camera = self.view()
         look = self._look

@@ -190,8 +190,8 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         """The sensors with what was said of them, beside where they contradict each other."""
         if self._errors is None:
             return None
-        from avsec_gym.report.scenario_picture import picture_array
-        from avsec_gym.report.validation_picture import draw_validation
+        from avsec_gym.drawing.scenario_picture import picture_array
+        from avsec_gym.drawing.validation_picture import draw_validation
 
         flags = np.zeros(len(self.system), bool) if self._named is None else self._named
         said = [Verdict.ATTACKED if flag else Verdict.SOUND for flag in flags]

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.drawing.drive_drawing import draw_drive_from_above
+from avsec_gym.drawing.embedded_image import embedded
 from avsec_gym.experiments.chapter5.ghost_positions import ghosts
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.seen import found_cars
@@ -24,8 +26,6 @@ from avsec_gym.kitti.labels import DONT_CARE
 from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.pipeline import PipelineRun
 from avsec_gym.report.attack_names import attack_name, detector_name
-from avsec_gym.report.drive_drawing import draw_drive_from_above
-from avsec_gym.report.embedded_image import embedded
 from avsec_gym.report.telling_scenes import Telling
 from avsec_gym.scenario.intention import Intention
 

@@ -18,13 +18,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
+from avsec_gym.drawing.figure_style import FIGURE_STYLE
+from avsec_gym.drawing.scenario_picture import save_picture
+from avsec_gym.drawing.validation_picture import compared_picture
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.answer import exit_code
-from avsec_gym.experiments.figure_style import FIGURE_STYLE
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.depth.depth import DisparityMap
-from avsec_gym.report.scenario_picture import save_picture
-from avsec_gym.report.validation_picture import compared_picture
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
 from avsec_gym.validation.evidence.comparison import comparison_map
 from avsec_gym.validation.evidence.disparity_error import DisparityErrors

@@ -17,11 +17,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
+from avsec_gym.drawing.figure_style import FAINT, FIGURE_STYLE
+from avsec_gym.drawing.scenario_picture import save_picture
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.answer import exit_code
 from avsec_gym.experiments.chapter3.thesis import DETECTION, IDENTIFICATION
-from avsec_gym.experiments.figure_style import FAINT, FIGURE_STYLE
-from avsec_gym.report.scenario_picture import save_picture
 from avsec_gym.storage.json_files import read_json
 
 _OURS, _BLUE, _THESIS = "#D7263D", "#1F77B4", "#222222"

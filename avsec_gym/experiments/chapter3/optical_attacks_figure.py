@@ -17,12 +17,12 @@ from matplotlib.figure import Figure
 
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
+from avsec_gym.drawing.figure_style import FIGURE_STYLE
+from avsec_gym.drawing.scenario_picture import save_picture
 from avsec_gym.experiments.answer import exit_code
-from avsec_gym.experiments.figure_style import FIGURE_STYLE
 from avsec_gym.frame import Points, SensorFrame
 from avsec_gym.geometry import project, transform_points
 from avsec_gym.kitti.dataset import KittiObject
-from avsec_gym.report.scenario_picture import save_picture
 from avsec_gym.world.export import world_frames
 
 _NAME = "optical_attacks.png"

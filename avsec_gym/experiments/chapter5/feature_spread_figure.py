@@ -9,8 +9,8 @@ from typing import Any
 import matplotlib
 from matplotlib.figure import Figure
 
+from avsec_gym.drawing.figure_style import FAINT, FIGURE_STYLE
 from avsec_gym.experiments.chapter5.feature_spread import FeatureSpread
-from avsec_gym.experiments.figure_style import FAINT, FIGURE_STYLE
 
 _STYLE: dict[Any, Any] = {**FIGURE_STYLE}
 

@@ -8,12 +8,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.drawing.scenario_picture import draw_drive, save_picture
 from avsec_gym.experiments.driving_safety.rates import DETECTIONS, AnyScene, Detected, DrivingSafety
 from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.pipeline import Drive, drive
 from avsec_gym.planners.kept_tree import with_tree
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner, Planner
-from avsec_gym.report.scenario_picture import draw_drive, save_picture
 from avsec_gym.scenario.given_scene import AS_GIVEN
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion

@@ -9,14 +9,14 @@ from typing import Any
 import cv2
 
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.drawing.found_and_true import draw_frame
+from avsec_gym.drawing.precision_recall import draw_precision_recall
+from avsec_gym.drawing.scenario_picture import picture_array, save_picture
 from avsec_gym.experiments.perception.detection_errors import CATEGORY, wanted_cars
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.average_precision import average_precision
 from avsec_gym.metrics.working_point import Counts, counted
-from avsec_gym.report.found_and_true import draw_frame
-from avsec_gym.report.precision_recall import draw_precision_recall
-from avsec_gym.report.scenario_picture import picture_array, save_picture
 from avsec_gym.storage.atomic_write import write_bytes
 
 RANKS = ("best", "median", "worst")

@@ -18,6 +18,8 @@ import numpy as np
 
 from avsec_gym.box_overlap import rectangle_iou
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.drawing.found_and_true import draw_frame, draw_frames_from_above
+from avsec_gym.drawing.scenario_picture import save_picture
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.answer import answer
 from avsec_gym.experiments.perception.detection_errors import (
@@ -32,8 +34,6 @@ from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.detections import above, default_score_threshold
 from avsec_gym.metrics.working_point import MIN_IOU, counted
 from avsec_gym.perception.detectors import make_detector
-from avsec_gym.report.found_and_true import draw_frame, draw_frames_from_above
-from avsec_gym.report.scenario_picture import save_picture
 from avsec_gym.storage.json_files import read_json
 
 FRAMES = ("000107", "000274", "001267", "001570")

@@ -15,11 +15,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from avsec_gym.drawing.figure_style import FIGURE_STYLE
+from avsec_gym.drawing.scenario_picture import save_picture
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.answer import answer
-from avsec_gym.experiments.figure_style import FIGURE_STYLE
 from avsec_gym.perception.training.curves import CURVES, read_curves
-from avsec_gym.report.scenario_picture import save_picture
 from avsec_gym.storage.json_files import read_json_object
 
 MOST_POINTS = 100

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from avsec_gym.experiments.figure_style import FAINT, FIGURE_STYLE
+from avsec_gym.drawing.figure_style import FAINT, FIGURE_STYLE
 from avsec_gym.experiments.world.scans import ELEVATIONS, RANGES, REFLECTANCES
 
 _OURS, _REAL = "#0072B2", "#BDBDBD"

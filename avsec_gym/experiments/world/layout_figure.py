@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from avsec_gym.experiments.figure_style import FAINT, FIGURE_STYLE, INK
+from avsec_gym.drawing.figure_style import FAINT, FIGURE_STYLE, INK
 from avsec_gym.experiments.world.layout_quantities import CATEGORIES, QUANTITIES, Quantity, Sample
 from avsec_gym.geometry import Floats
 

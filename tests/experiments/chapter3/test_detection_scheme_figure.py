@@ -7,8 +7,8 @@ from types import ModuleType
 
 import pytest
 
+from avsec_gym.drawing.scenario_picture import picture_array
 from avsec_gym.experiments.chapter3.detection_scheme_figure import draw_detection_scheme, main
-from avsec_gym.report.scenario_picture import picture_array
 from avsec_gym.validation.thresholds import Threshold
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from avsec_gym.drawing.scenario_picture import picture_array
 from avsec_gym.experiments.chapter3.identification_figure import draw_identification, main
-from avsec_gym.report.scenario_picture import picture_array
 
 REPORT = Path(__file__).parents[3] / "docs" / "results" / "identification_sgbm.json"
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from avsec_gym.drawing.scenario_picture import picture_array
 from avsec_gym.experiments.chapter3.optical_attacks_figure import draw_optical_attacks, main
 from avsec_gym.frame import SensorFrame
-from avsec_gym.report.scenario_picture import picture_array
 from avsec_gym.rig import kitti_rig
 
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from avsec_gym.attacks.optical_attack import TamperedFrame
-from avsec_gym.experiments.figure_style import FIGURE_STYLE
+from avsec_gym.drawing.figure_style import FIGURE_STYLE
 from avsec_gym.frame import Points, SensorFrame
 from avsec_gym.geometry import project, transform_points
 from avsec_gym.validation.repair.repair import Repair

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.text import Text
 
+from avsec_gym.drawing.validation_picture import draw_validation
 from avsec_gym.frame import SensorFrame
-from avsec_gym.report.validation_picture import draw_validation
 from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.validation.evidence.disparity_error import DisparityErrors

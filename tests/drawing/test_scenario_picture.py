@@ -11,11 +11,7 @@ from matplotlib.colors import to_rgb
 
 from avsec_gym.attacks.object_injection import inject_ghosts
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.geometry import ego_to_camera
-from avsec_gym.metrics.safety import judge
-from avsec_gym.pipeline import Drive, drive
-from avsec_gym.planners.planner import MotionPrimitivePlanner
-from avsec_gym.report.scenario_picture import (
+from avsec_gym.drawing.scenario_picture import (
     BELIEVED,
     EGO,
     GOAL,
@@ -26,6 +22,10 @@ from avsec_gym.report.scenario_picture import (
     picture_array,
     save_picture,
 )
+from avsec_gym.geometry import ego_to_camera
+from avsec_gym.metrics.safety import judge
+from avsec_gym.pipeline import Drive, drive
+from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import EgoState, Goal, Obstacles, PlanningScenario
 from avsec_gym.scenario.scene import Scene

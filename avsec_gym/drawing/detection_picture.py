@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.drawing.frame_picture import with_boxes
+from avsec_gym.drawing.scenario_picture import draw_drive, picture_array
 from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.pipeline import Drive
-from avsec_gym.report.frame_picture import with_boxes
-from avsec_gym.report.scenario_picture import draw_drive, picture_array
 
 
 def detection_picture(

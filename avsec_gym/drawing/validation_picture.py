@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from avsec_gym.drawing.frame_picture import points_in_image
 from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.geometry import project, transform_points
-from avsec_gym.report.frame_picture import points_in_image
 from avsec_gym.sensor_system import LIDAR, Sensor, Triple
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.validation.evidence.comparison import Comparison, comparison_map

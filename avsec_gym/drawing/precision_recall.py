@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from avsec_gym.experiments.figure_style import FAINT, FIGURE_STYLE, INK
+from avsec_gym.drawing.figure_style import FAINT, FIGURE_STYLE, INK
 from avsec_gym.metrics.average_precision import METRICS, AveragePrecision
 from avsec_gym.metrics.average_precision_frames import LEVELS
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.drawing.scenario_picture import INK, REAL, ROAD
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats, box_corners, project, rectangle_corners
 from avsec_gym.kitti.labels import DONT_CARE
-from avsec_gym.report.scenario_picture import INK, REAL, ROAD
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.drawing.drive_drawing import draw_drive_from_above
 from avsec_gym.pipeline import drive
-from avsec_gym.report.drive_drawing import draw_drive_from_above
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene
 

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.drawing.found_and_true import draw_frame, draw_frames_from_above
+from avsec_gym.drawing.scenario_picture import picture_array
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import project
-from avsec_gym.report.found_and_true import draw_frame, draw_frames_from_above
-from avsec_gym.report.scenario_picture import picture_array
 from avsec_gym.rig import kitti_rig
 
 ORANGE = np.array([0xD5, 0x5E, 0x00])

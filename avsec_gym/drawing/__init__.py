@@ -1,0 +1,1 @@
+"""Pictures that environments, commands and studies share: frames, scenes, drives, curves."""
