@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
-from avsec_gym import __version__
-from avsec_gym.commands import console
+from avsec_gym import __version__, console
 from avsec_gym.commands.process import Terminated, end_when_asked, write_any_text
 from avsec_gym.errors import AvsecError, ConfigurationError
 from avsec_gym.suggestions import unknown_name

@@ -20,7 +20,7 @@ from train_perturbation_attacker import Watched, evolution, given, search, train
 
 import avsec_gym
 from avsec_gym.attacks.facula import Facula
-from avsec_gym.commands.console import progress
+from avsec_gym.console import progress
 
 LEARNERS = ("sac", "cma_es", "random_search")
 TRAINED = tuple(f"{how}_{who}" for who in LEARNERS for how in ("quiet", "loud"))

@@ -25,7 +25,7 @@ import torch
 from stable_baselines3 import SAC
 
 import avsec_gym
-from avsec_gym.commands.console import Progress, progress
+from avsec_gym.console import Progress, progress
 from avsec_gym.metrics.intervals import wilson_interval
 
 TRIALS = 4

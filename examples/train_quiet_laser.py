@@ -46,7 +46,7 @@ from laser_shots import LEARNERS, SHOOTERS, TRAINED, Outcome, Situation, laser, 
 from scipy.stats import t
 from train_perturbation_attacker import arguments, given
 
-from avsec_gym.commands.console import percent, print_table, progress
+from avsec_gym.console import percent, print_table, progress
 from avsec_gym.envs.sensor_attack_game import SensorAttackGame
 from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.frame import SensorFrame

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from avsec_gym import console
 from avsec_gym.attacks.patch_configuration import PatchTraining
-from avsec_gym.commands import console
 from avsec_gym.errors import ConfigurationError
 
 

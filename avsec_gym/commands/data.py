@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from avsec_gym.commands import console
+from avsec_gym import console
 
 if TYPE_CHECKING:
     from avsec_gym.kitti.report import Part

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from avsec_gym.commands import console
+from avsec_gym import console
 from avsec_gym.commands.report import Report
 from avsec_gym.commands.run import Run
 from avsec_gym.errors import ConfigurationError

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from avsec_gym.commands import console
+from avsec_gym import console
 from avsec_gym.commands.named_part import named_part
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.registry import Kind, names

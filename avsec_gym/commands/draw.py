@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from avsec_gym.commands import console
+from avsec_gym import console
 from avsec_gym.errors import ConfigurationError
 
 _MOST_LAYOUTS = 100_000

@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from avsec_gym.commands import console
+from avsec_gym import console
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.json_schemas import with_schema
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from avsec_gym.commands import console
+from avsec_gym import console
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Experiments:
 
     def run(self) -> int:
         """Do it; the exit code."""
-        from avsec_gym.experiments.catalogue import EXPERIMENTS, experiment
+        from avsec_gym.runs.catalogue import EXPERIMENTS, experiment
 
         found = [experiment(name) for name in self.names or EXPERIMENTS]
         listed: list[dict[str, Any]] = [
@@ -58,7 +58,7 @@ class Experiments:
         return console.DONE
 
     def _count(self, experiment: Any) -> int | None:
-        from avsec_gym.experiments.experiment import Configuration, with_defaults
+        from avsec_gym.runs.experiment import Configuration, with_defaults
 
         if self.scenarios is None:
             return None

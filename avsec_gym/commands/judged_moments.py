@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from avsec_gym.commands import console
+from avsec_gym import console
 from avsec_gym.errors import AvsecError
 from avsec_gym.json_schemas import with_schema
 from avsec_gym.storage.text_files import write_text

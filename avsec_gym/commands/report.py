@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from avsec_gym.commands import console
+from avsec_gym import console
 from avsec_gym.errors import AvsecError, ConfigurationError, DataError
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from avsec_gym.commands import console
+from avsec_gym import console
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.storage.json_files import parse_json
 
@@ -69,8 +69,8 @@ class Run:
 
     def run(self) -> int:
         """Do it; the exit code: 3 where cells failed."""
-        from avsec_gym.experiments.catalogue import experiment
-        from avsec_gym.experiments.experiment import Configuration
+        from avsec_gym.runs.catalogue import experiment
+        from avsec_gym.runs.experiment import Configuration
         from avsec_gym.runs.run import Backend, run_experiments
 
         if not self.names:

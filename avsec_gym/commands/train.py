@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
+from avsec_gym import console
 from avsec_gym.command_line import command_line
-from avsec_gym.commands import console
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.perception.training.configuration import (
     Augmentation,

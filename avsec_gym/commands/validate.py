@@ -10,7 +10,7 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from avsec_gym.commands import console
+from avsec_gym import console
 from avsec_gym.commands.judged_moments import JudgedMoments
 from avsec_gym.commands.named_part import named_part
 from avsec_gym.errors import ConfigurationError

@@ -9,8 +9,8 @@ from typing import Annotated, Any
 import numpy as np
 import tyro
 
+from avsec_gym import console
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.commands import console
 from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats

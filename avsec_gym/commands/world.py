@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
-from avsec_gym.commands import console
+from avsec_gym import console
 from avsec_gym.errors import ConfigurationError
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from avsec_gym.commands import console
+from avsec_gym import console
 from avsec_gym.errors import ConfigurationError, DataError
 
 if TYPE_CHECKING:

@@ -13,12 +13,12 @@ from avsec_gym.experiments.chapter5.settings import DETECTORS, PATCHES, PERTURBA
 from avsec_gym.experiments.chapter5.tables import Row, named
 from avsec_gym.experiments.chapter5.trained import patches_there
 from avsec_gym.experiments.chapter5.true_drives import true_cells
-from avsec_gym.experiments.experiment import Cell, Configuration, Experiment
 from avsec_gym.experiments.procedural_frames import PROCEDURAL, USUAL_COUNT
 from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU
 from avsec_gym.metrics.average_precision_frames import LEVELS
 from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.planners.planner import Algorithm
+from avsec_gym.runs.experiment import Cell, Configuration, Experiment
 from avsec_gym.scenario.intention import Intention
 
 _PATCH = PATCHES[0]

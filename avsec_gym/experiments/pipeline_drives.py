@@ -12,7 +12,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from avsec_gym.experiments.chapter5.scenes import scenes_of
-from avsec_gym.experiments.experiment import (
+from avsec_gym.experiments.procedural_frames import PROCEDURAL, USUAL_COUNT
+from avsec_gym.pipeline import Pipeline, drive
+from avsec_gym.runs.experiment import (
     Cell,
     CellResult,
     Configuration,
@@ -20,8 +22,6 @@ from avsec_gym.experiments.experiment import (
     DriveRow,
     Experiment,
 )
-from avsec_gym.experiments.procedural_frames import PROCEDURAL, USUAL_COUNT
-from avsec_gym.pipeline import Pipeline, drive
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion
 
@@ -50,7 +50,7 @@ def _cells(configuration: Configuration) -> list[Cell]:
 
 
 class PipelineDrives:
-    """Attacks, looks and drives; see `avsec_gym.experiments.experiment.Work`.
+    """Attacks, looks and drives; see `avsec_gym.runs.experiment.Work`.
 
     Args:
         configuration: Of the run.

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from avsec_gym.errors import AvsecError, ConfigurationError
-from avsec_gym.experiments.catalogue import attribute
-from avsec_gym.experiments.experiment import Cell, CellResult, Configuration
+from avsec_gym.runs.catalogue import attribute
+from avsec_gym.runs.experiment import Cell, CellResult, Configuration
 from avsec_gym.runs.rows import Rows, rows_of
 
 

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from avsec_gym.experiments.experiment import Cell, Configuration
 from avsec_gym.runs.desk import Desk, Done, Failed, Unready
+from avsec_gym.runs.experiment import Cell, Configuration
 from avsec_gym.runs.run_log import LogFile
 from avsec_gym.runs.schedule import Died, News, Ready
 from avsec_gym.worker_processes import Worker, wait_for

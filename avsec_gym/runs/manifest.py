@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.experiments.experiment import Configuration, Experiment
+from avsec_gym.runs.experiment import Configuration, Experiment
 from avsec_gym.runs.fingerprints import fingerprint
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.json_fields import fits, fitting_fields

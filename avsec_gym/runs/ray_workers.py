@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.experiment import Cell, Configuration
 from avsec_gym.runs.desk import Desk, Failed, Unready
+from avsec_gym.runs.experiment import Cell, Configuration
 from avsec_gym.runs.ray_cluster import RayCluster
 from avsec_gym.runs.schedule import Died, News, Ready
 from avsec_gym.worker_processes import THREAD_VARIABLES

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from avsec_gym.experiments.experiment import CellResult
+from avsec_gym.runs.experiment import CellResult
 from avsec_gym.runs.stored_boxes import boxes_to_text
 
 Rows = dict[str, list[dict[str, Any]]]

@@ -14,8 +14,8 @@ from typing import Any
 
 from avsec_gym.command_line import command_line
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.experiments.experiment import Cell, Configuration, Experiment, with_defaults
 from avsec_gym.runs.desk import Failed
+from avsec_gym.runs.experiment import Cell, Configuration, Experiment, with_defaults
 from avsec_gym.runs.fingerprints import environment
 from avsec_gym.runs.local_workers import LocalWorkers
 from avsec_gym.runs.manifest import (

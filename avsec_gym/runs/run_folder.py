@@ -14,7 +14,7 @@ from urllib.parse import quote
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
-from avsec_gym.experiments.experiment import Configuration
+from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.manifest import read_manifest
 from avsec_gym.runs.run import FIGURES, RESULTS
 from avsec_gym.runs.soundness import check_files, check_sound, no_sqlite_errors

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from avsec_gym.errors import DataError
-from avsec_gym.experiments.experiment import Cell
 from avsec_gym.runs.desk import Done, Failed, Unready
+from avsec_gym.runs.experiment import Cell
 
 _LOG = logging.getLogger(__name__)
 _DEATHS = 2

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from avsec_gym.errors import DataError
-from avsec_gym.experiments.experiment import Cell
 from avsec_gym.runs.desk import Done, Failed
+from avsec_gym.runs.experiment import Cell
 from avsec_gym.runs.schema import ADDED, DIGESTS, SCHEMA, VERSION, VERSION_WITHOUT_DIGESTS
 from avsec_gym.runs.soundness import (
     as_text,

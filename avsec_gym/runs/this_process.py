@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from avsec_gym.experiments.experiment import Cell, Configuration
 from avsec_gym.runs.desk import Desk
+from avsec_gym.runs.experiment import Cell, Configuration
 from avsec_gym.runs.schedule import News, Ready
 
 

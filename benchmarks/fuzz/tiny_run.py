@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.experiment import (
+from avsec_gym.pipeline import drive
+from avsec_gym.runs.experiment import (
     Cell,
     CellResult,
     Configuration,
@@ -16,7 +17,6 @@ from avsec_gym.experiments.experiment import (
     Experiment,
     Measurement,
 )
-from avsec_gym.pipeline import drive
 from avsec_gym.scenario.scene_sets import procedural_scenes
 
 SETTINGS = ("tiny", "tiny+attack")

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from avsec_gym.cli import run
-from avsec_gym.experiments import catalogue
+from avsec_gym.runs import catalogue
 
 DONE, BAD_DATA, BAD_USAGE, IN_PART = 0, 1, 2, 3
 PRECISION, SAFETY = "tiny_experiments:PRECISION", "tiny_experiments:SAFETY"

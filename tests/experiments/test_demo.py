@@ -9,14 +9,14 @@ import pytest
 
 from avsec_gym.attacks.patch_files import Patch, save_patch
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.catalogue import experiment
 from avsec_gym.experiments.chapter5 import attacked_drives, true_drives
 from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.tables import precision_rows
 from avsec_gym.experiments.demo import DEMO, demo_rows, unpatched
-from avsec_gym.experiments.experiment import Configuration, with_defaults
 from avsec_gym.metrics.average_precision_curves import best_average_precisions
 from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.runs.catalogue import experiment
+from avsec_gym.runs.experiment import Configuration, with_defaults
 from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene

@@ -10,8 +10,8 @@ import pytest
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments import procedural_frames as module
 from avsec_gym.experiments.chapter5 import scenes
-from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.experiments.procedural_frames import PROCEDURAL, procedural_frames
+from avsec_gym.runs.experiment import Configuration
 
 
 @pytest.fixture

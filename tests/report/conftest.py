@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from avsec_gym.experiments.experiment import Configuration
+from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.soundness import digests

@@ -32,7 +32,12 @@ from avsec_gym.experiments.chapter5.settings import (
     specific,
 )
 from avsec_gym.experiments.chapter5.true_drives import true_cells
-from avsec_gym.experiments.experiment import (
+from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti.detections import above
+from avsec_gym.kitti.writing import write_object_frame
+from avsec_gym.pipeline import Perception, PipelineRun, drive
+from avsec_gym.rig import kitti_rig
+from avsec_gym.runs.experiment import (
     Cell,
     CellResult,
     Configuration,
@@ -41,11 +46,6 @@ from avsec_gym.experiments.experiment import (
     Experiment,
     Measurement,
 )
-from avsec_gym.frame import SensorFrame
-from avsec_gym.kitti.detections import above
-from avsec_gym.kitti.writing import write_object_frame
-from avsec_gym.pipeline import Perception, PipelineRun, drive
-from avsec_gym.rig import kitti_rig
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.world.layouts import generate_layouts

@@ -23,7 +23,12 @@ from avsec_gym.experiments.chapter3.objects.sensor_detections import (
 )
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
 from avsec_gym.experiments.chapter3.shares import share_of
-from avsec_gym.experiments.experiment import (
+from avsec_gym.report.html import html_page
+from avsec_gym.report.optical_attacks_in_words import optical_sentences
+from avsec_gym.report.run_markdown import markdown_page
+from avsec_gym.report.run_report import run_report
+from avsec_gym.report.tables_of_optical_attacks import BELIEVED_IN_WORDS
+from avsec_gym.runs.experiment import (
     Cell,
     CellResult,
     Configuration,
@@ -31,11 +36,6 @@ from avsec_gym.experiments.experiment import (
     Experiment,
     Measurement,
 )
-from avsec_gym.report.html import html_page
-from avsec_gym.report.optical_attacks_in_words import optical_sentences
-from avsec_gym.report.run_markdown import markdown_page
-from avsec_gym.report.run_report import run_report
-from avsec_gym.report.tables_of_optical_attacks import BELIEVED_IN_WORDS
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.sensor_system import LIDAR

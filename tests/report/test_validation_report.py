@@ -22,17 +22,17 @@ from avsec_gym.experiments.chapter3.identification.knowing_attackers import (
 )
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import alone, bits, measured
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
-from avsec_gym.experiments.experiment import (
+from avsec_gym.report.run_markdown import markdown_page
+from avsec_gym.report.run_report import run_report
+from avsec_gym.report.tables_of_validation import unseen_table
+from avsec_gym.report.validation_in_words import validation_sentences
+from avsec_gym.runs.experiment import (
     Cell,
     CellResult,
     Configuration,
     Experiment,
     Measurement,
 )
-from avsec_gym.report.run_markdown import markdown_page
-from avsec_gym.report.run_report import run_report
-from avsec_gym.report.tables_of_validation import unseen_table
-from avsec_gym.report.validation_in_words import validation_sentences
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.validation.evidence.evidence import evidence_elements

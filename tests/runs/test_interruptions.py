@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from avsec_gym.experiments.experiment import Configuration
+from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 
@@ -24,7 +24,7 @@ PROGRAM = """
 import sys
 from pathlib import Path
 import tiny_experiments as tiny
-from avsec_gym.experiments.experiment import Configuration
+from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.run import run_experiments
 
 if __name__ == "__main__":

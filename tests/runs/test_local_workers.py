@@ -10,7 +10,7 @@ from types import ModuleType
 import pytest
 
 from avsec_gym.errors import DataError
-from avsec_gym.experiments.experiment import Configuration
+from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.local_workers import LocalWorkers
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder

@@ -20,7 +20,7 @@ from typing import Any
 import pytest
 
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.experiments.experiment import Configuration
+from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.ray_cluster import ray_cluster
 from avsec_gym.runs.ray_workers import RayWorkers
 from avsec_gym.runs.run import Backend, run_experiments

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.experiments.experiment import Cell, Configuration, Experiment
+from avsec_gym.runs.experiment import Cell, Configuration, Experiment
 from avsec_gym.runs.run import RunReport, run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 

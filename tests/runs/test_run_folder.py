@@ -17,7 +17,9 @@ import pytest
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
-from avsec_gym.experiments.experiment import (
+from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
+from avsec_gym.runs.desk import Done, Failed
+from avsec_gym.runs.experiment import (
     Cell,
     CellResult,
     Configuration,
@@ -25,8 +27,6 @@ from avsec_gym.experiments.experiment import (
     DriveRow,
     Measurement,
 )
-from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
-from avsec_gym.runs.desk import Done, Failed
 from avsec_gym.runs.fingerprints import fingerprint
 from avsec_gym.runs.rows import rows_of
 from avsec_gym.runs.run import run_experiments

@@ -7,8 +7,8 @@ from collections import Counter, deque
 import pytest
 
 from avsec_gym.errors import DataError
-from avsec_gym.experiments.experiment import Cell
 from avsec_gym.runs.desk import Done, Failed, Unready
+from avsec_gym.runs.experiment import Cell
 from avsec_gym.runs.schedule import CellQueue, Died, News, Ready, finished_cells
 
 

@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 
 from avsec_gym.errors import DataError
-from avsec_gym.experiments.experiment import Cell, CellResult, Measurement
 from avsec_gym.runs.desk import Done
+from avsec_gym.runs.experiment import Cell, CellResult, Measurement
 from avsec_gym.runs.rows import rows_of
 from avsec_gym.runs.run import RESULTS
 from avsec_gym.runs.run_folder import RunFolder

@@ -19,7 +19,7 @@ import numpy as np
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
-from avsec_gym.experiments.experiment import (
+from avsec_gym.runs.experiment import (
     Cell,
     CellResult,
     Configuration,

@@ -29,8 +29,8 @@ from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     detection_inputs,
 )
 from avsec_gym.experiments.chapter3.recordings import OPTIONS, USUAL_COUNT
-from avsec_gym.experiments.experiment import Configuration, Experiment
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
+from avsec_gym.runs.experiment import Configuration, Experiment
 
 _USUAL = Configuration(PROCEDURAL, USUAL_COUNT)
 

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.experiments.experiment import Cell, Configuration
 from avsec_gym.experiments.procedural_frames import PROCEDURAL, check_place
 from avsec_gym.rig import camera_rig
+from avsec_gym.runs.experiment import Cell, Configuration
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import FittedOn, fitted_on

@@ -37,7 +37,11 @@ from avsec_gym.experiments.chapter5.settings import (
     specific,
 )
 from avsec_gym.experiments.chapter5.trained import patch_file, trained_detector, trained_inputs
-from avsec_gym.experiments.experiment import (
+from avsec_gym.frame import SensorFrame
+from avsec_gym.perception.detectors.detector import DifferentiableDetector
+from avsec_gym.perception.stereo_batch import batch_of_frames
+from avsec_gym.pipeline import Pipeline, PipelineRun
+from avsec_gym.runs.experiment import (
     Cell,
     CellResult,
     Configuration,
@@ -45,10 +49,6 @@ from avsec_gym.experiments.experiment import (
     DriveRow,
     Measurement,
 )
-from avsec_gym.frame import SensorFrame
-from avsec_gym.perception.detectors.detector import DifferentiableDetector
-from avsec_gym.perception.stereo_batch import batch_of_frames
-from avsec_gym.pipeline import Pipeline, PipelineRun
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 
@@ -118,7 +118,7 @@ class _Result:
 
 
 class AttackedDrives:
-    """Attacks, looks and drives; see `avsec_gym.experiments.experiment.Work`.
+    """Attacks, looks and drives; see `avsec_gym.runs.experiment.Work`.
 
     Args:
         configuration: Of the run.

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from avsec_gym.commands.console import progress
+from avsec_gym.console import progress
 from avsec_gym.experiments.chapter5.mended_drives import AS_FOUND, MENDED, SAME, mended_rows
 from avsec_gym.experiments.chapter5.outcomes import Outcomes
 from avsec_gym.experiments.chapter5.run_page import run_page

@@ -22,7 +22,7 @@ from avsec_gym.experiments.chapter5.settings import (
 )
 from avsec_gym.experiments.chapter5.trained import patches_there
 from avsec_gym.experiments.chapter5.true_drives import true_cells, true_inputs
-from avsec_gym.experiments.experiment import Cell, Configuration, Experiment
+from avsec_gym.runs.experiment import Cell, Configuration, Experiment
 
 
 def _with_truth(configuration: Configuration, attacks: Sequence[str]) -> list[Cell]:

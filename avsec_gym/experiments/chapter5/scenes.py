@@ -17,13 +17,13 @@ from avsec_gym.attacks.side_area import (
 )
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.settings import WITHOUT_PYRAMID
-from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.experiments.procedural_frames import (
     PROCEDURAL,
     check_place,
     procedural_frames,
 )
 from avsec_gym.kitti.map_files import read_disparity, read_mask
+from avsec_gym.runs.experiment import Configuration
 from avsec_gym.scenario.frame_scenes import SUITES, FrameScenes, frame_scenes
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.world.road.section import Surface

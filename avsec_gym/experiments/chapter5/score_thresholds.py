@@ -13,7 +13,7 @@ from functools import partial
 from typing import Any
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.commands.console import progress
+from avsec_gym.console import progress
 from avsec_gym.experiments.chapter5.outcomes import Outcomes
 from avsec_gym.experiments.chapter5.planned_anew import planned_anew
 from avsec_gym.experiments.chapter5.run_page import run_page

@@ -6,9 +6,9 @@ import time
 from pathlib import Path
 
 from avsec_gym.experiments.chapter5.scenes import scenes_of
-from avsec_gym.experiments.experiment import Cell, CellResult, Configuration, DriveRow
 from avsec_gym.pipeline import drive
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner
+from avsec_gym.runs.experiment import Cell, CellResult, Configuration, DriveRow
 from avsec_gym.scenario.intention import Intention
 
 GROUND_TRUTH = "ground_truth"
@@ -29,7 +29,7 @@ def true_inputs(configuration: Configuration) -> dict[str, Path]:
 
 
 class TrueDrives:
-    """The planner knows everything; see `avsec_gym.experiments.experiment.Work`.
+    """The planner knows everything; see `avsec_gym.runs.experiment.Work`.
 
     Args:
         configuration: Of the run.

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.commands.console import progress
+from avsec_gym.console import progress
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.answer import answer
 from avsec_gym.frame import SensorFrame

@@ -20,7 +20,7 @@ from typing import Any, ClassVar, NamedTuple
 import cv2
 import numpy as np
 
-from avsec_gym.commands.console import progress
+from avsec_gym.console import progress
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.answer import answer
 from avsec_gym.experiments.perception.disparity_errors import Errors, disparity_errors, error_rates

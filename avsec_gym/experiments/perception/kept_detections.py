@@ -14,7 +14,7 @@ import numpy as np
 
 import avsec_gym.perception
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.commands.console import progress
+from avsec_gym.console import progress
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.perception.detection_errors import CATEGORY
 from avsec_gym.kitti.dataset import KittiObject

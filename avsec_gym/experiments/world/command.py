@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from avsec_gym.commands.console import progress
+from avsec_gym.console import progress
 from avsec_gym.experiments.answer import answer
 from avsec_gym.experiments.world.frames import (
     SUITES,

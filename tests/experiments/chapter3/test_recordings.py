@@ -22,12 +22,12 @@ from avsec_gym.experiments.chapter3.recordings import (
     recordings_of,
     seed_of,
 )
-from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.raw_calibration import write_raw_calibration
 from avsec_gym.kitti.writing import write_raw_frame
 from avsec_gym.rig import camera_rig
+from avsec_gym.runs.experiment import Configuration
 from avsec_gym.validation.moments import Recordings
 from avsec_gym.world.export.manifest import world_fingerprint, write_manifest
 

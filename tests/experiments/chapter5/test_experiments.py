@@ -9,9 +9,9 @@ import pytest
 from avsec_gym.attacks.patch_files import Patch, save_patch
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.catalogue import EXPERIMENTS, experiment
 from avsec_gym.experiments.chapter5 import attacked_drives, patch_spreads, true_drives
-from avsec_gym.experiments.experiment import Cell, Configuration, with_defaults
+from avsec_gym.runs.catalogue import EXPERIMENTS, experiment
+from avsec_gym.runs.experiment import Cell, Configuration, with_defaults
 from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.scene_sets import SceneSet

@@ -13,8 +13,8 @@ from avsec_gym.attacks.patch_files import Patch, save_patch
 from avsec_gym.experiments.chapter5 import patch_spreads
 from avsec_gym.experiments.chapter5.feature_spread import FeatureSpread, LayerSpread
 from avsec_gym.experiments.chapter5.patch_spreads import PatchSpreads, spread_cells, spread_rows
-from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
+from avsec_gym.runs.experiment import Configuration
 
 WITHOUT = "dsgn_without_pyramid"
 

@@ -28,7 +28,12 @@ from avsec_gym.experiments.chapter3.defence.validator import (
 from avsec_gym.experiments.chapter3.objects.detector_weights import weight_inputs, weights_of
 from avsec_gym.experiments.chapter3.recordings import JUDGED, USUAL_COUNT, recordings_of
 from avsec_gym.experiments.chapter3.shares import drive_of
-from avsec_gym.experiments.experiment import (
+from avsec_gym.experiments.procedural_frames import PROCEDURAL
+from avsec_gym.frame import SensorFrame
+from avsec_gym.perception.detectors.detector import Detector
+from avsec_gym.pipeline import Perception, Pipeline
+from avsec_gym.registry import Kind, make
+from avsec_gym.runs.experiment import (
     Cell,
     CellResult,
     Configuration,
@@ -36,11 +41,6 @@ from avsec_gym.experiments.experiment import (
     Experiment,
     Measurement,
 )
-from avsec_gym.experiments.procedural_frames import PROCEDURAL
-from avsec_gym.frame import SensorFrame
-from avsec_gym.perception.detectors.detector import Detector
-from avsec_gym.pipeline import Perception, Pipeline
-from avsec_gym.registry import Kind, make
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem

@@ -16,8 +16,8 @@ from avsec_gym.experiments.chapter3.recordings import (
     check_parts,
     recordings_of,
 )
-from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.registry import Kind, make
+from avsec_gym.runs.experiment import Configuration
 from avsec_gym.storage.folder_lock import folder_lock
 from avsec_gym.storage.regular_files import MAX_FILE_BYTES, read_bytes
 from avsec_gym.validation.evidence.pair_depth import PairDepth

@@ -20,8 +20,8 @@ from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
 from avsec_gym.attacks.optical_attack import TamperedFrame
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import evidence_rows
 from avsec_gym.experiments.chapter3.recordings import JUDGED, OPTIONS, moment_cells, recordings_of
-from avsec_gym.experiments.experiment import Cell, CellResult, Configuration
 from avsec_gym.frame import SensorFrame
+from avsec_gym.runs.experiment import Cell, CellResult, Configuration
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
 from avsec_gym.validation.evidence.brightness import MIN_LIGHT
 from avsec_gym.validation.evidence.evidence import EVIDENCE_FORMAT

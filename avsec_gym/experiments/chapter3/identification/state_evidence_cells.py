@@ -20,7 +20,7 @@ from avsec_gym.experiments.chapter3.recordings import (
     recordings_of,
     seed_of,
 )
-from avsec_gym.experiments.experiment import Cell, CellResult, Configuration, Measurement
+from avsec_gym.runs.experiment import Cell, CellResult, Configuration, Measurement
 from avsec_gym.sensor_system import SensorSystem
 from avsec_gym.validation.evidence.evidence import EVIDENCE_FORMAT, evidence_elements
 from avsec_gym.validation.evidence.pair_depth import PairDepth

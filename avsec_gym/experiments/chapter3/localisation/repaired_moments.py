@@ -39,10 +39,10 @@ from avsec_gym.experiments.chapter3.recordings import (
     moment_cells,
     recordings_of,
 )
-from avsec_gym.experiments.experiment import Cell, CellResult, Configuration, Measurement
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.detections import above
 from avsec_gym.perception.detectors import Detector, make_detector
+from avsec_gym.runs.experiment import Cell, CellResult, Configuration, Measurement
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.repair.repair import REFILL_ERROR, Repair, repair
 

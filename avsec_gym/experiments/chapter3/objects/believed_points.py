@@ -39,14 +39,14 @@ from avsec_gym.experiments.chapter3.recordings import (
     recordings_of,
     seed_of,
 )
-from avsec_gym.experiments.experiment import (
+from avsec_gym.frame import SensorFrame
+from avsec_gym.runs.experiment import (
     Cell,
     CellResult,
     Configuration,
     DetectionRow,
     Measurement,
 )
-from avsec_gym.frame import SensorFrame
 
 PLANE, PLANE_RAYS_LOST, PLANE_OF_A_CAR = "plane", "plane, rays lost", "plane of a car"
 PASTED, PASTED_RAYS_LOST = "car", "car, rays lost"

@@ -33,14 +33,14 @@ from avsec_gym.experiments.chapter3.recordings import (
     moment_cells,
     recordings_of,
 )
-from avsec_gym.experiments.experiment import (
+from avsec_gym.frame import SensorFrame
+from avsec_gym.runs.experiment import (
     Cell,
     CellResult,
     Configuration,
     DetectionRow,
     Measurement,
 )
-from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
 from avsec_gym.validation.moments import Recordings
 

@@ -22,10 +22,10 @@ from avsec_gym.experiments.chapter3.defence.defended_drives import (
 from avsec_gym.experiments.chapter3.defence.rates import alarm_rows, defence_rows
 from avsec_gym.experiments.chapter3.defence.scenes import scene_of
 from avsec_gym.experiments.chapter3.defence.validator import defending_validator
-from avsec_gym.experiments.experiment import Configuration
 from avsec_gym.kitti.raw import KittiRaw
 from avsec_gym.kitti.tracklets import Tracklet, write_tracklets
 from avsec_gym.metrics.safety import SafetyRecord
+from avsec_gym.runs.experiment import Configuration
 from avsec_gym.sensor_system import KITTI_SYSTEM
 
 NAN = float("nan")

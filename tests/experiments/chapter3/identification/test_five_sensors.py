@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avsec_gym.experiments.catalogue import experiment
 from avsec_gym.experiments.chapter3.identification import five_sensors
 from avsec_gym.experiments.chapter3.identification.evidence_table import evidence_table
 from avsec_gym.experiments.chapter3.identification.five_sensors import (
@@ -24,9 +23,10 @@ from avsec_gym.experiments.chapter3.identification.state_evidence_cells import (
     bits,
     measured,
 )
-from avsec_gym.experiments.experiment import CellResult, Configuration, Measurement
 from avsec_gym.report.tables_of_five_sensors import tables_of_five
 from avsec_gym.report.validation_in_words import five_sentences
+from avsec_gym.runs.catalogue import experiment
+from avsec_gym.runs.experiment import CellResult, Configuration, Measurement
 from avsec_gym.validation.evidence.evidence import evidence_elements
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.evidence.state_evidence import StateEvidence

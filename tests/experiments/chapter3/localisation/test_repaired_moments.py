@@ -28,7 +28,6 @@ from avsec_gym.experiments.chapter3.localisation.measures import (
 )
 from avsec_gym.experiments.chapter3.localisation.rates import localisation_summary
 from avsec_gym.experiments.chapter3.localisation.repaired_moments import RepairedMoments
-from avsec_gym.experiments.experiment import CellResult, Configuration
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import transform_points
 from avsec_gym.kitti.raw_calibration import write_raw_calibration
@@ -38,6 +37,7 @@ from avsec_gym.report.repair_pictures import SHOWN
 from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_report import run_report
 from avsec_gym.rig import camera_rig
+from avsec_gym.runs.experiment import CellResult, Configuration
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 

@@ -13,7 +13,6 @@ from shapely import MultiPoint, Polygon
 from avsec_gym import registry
 from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.catalogue import experiment
 from avsec_gym.experiments.chapter3.objects import believed_rates
 from avsec_gym.experiments.chapter3.objects.believed_points import (
     CARS,
@@ -28,7 +27,6 @@ from avsec_gym.experiments.chapter3.objects.pasted_cars import (
     CarsOfMoments,
     pasted_box,
 )
-from avsec_gym.experiments.experiment import CellResult, Configuration
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import rectangle_corners, transform_points
 from avsec_gym.kitti.labels import read_labels
@@ -36,6 +34,8 @@ from avsec_gym.kitti.raw import Drive
 from avsec_gym.kitti.raw_calibration import write_raw_calibration
 from avsec_gym.kitti.writing import write_raw_frame
 from avsec_gym.rig import camera_rig
+from avsec_gym.runs.catalogue import experiment
+from avsec_gym.runs.experiment import CellResult, Configuration
 from avsec_gym.validation.moments import Moment
 
 RIG = camera_rig(

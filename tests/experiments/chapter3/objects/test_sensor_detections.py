@@ -13,7 +13,6 @@ import pytest
 
 from avsec_gym import registry
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.catalogue import experiment
 from avsec_gym.experiments.chapter3.objects.attack_sizes import (
     COVERED,
     RADII,
@@ -35,7 +34,6 @@ from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     detection_inputs,
     truth_setting,
 )
-from avsec_gym.experiments.experiment import CellResult, Configuration
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import transform_points
 from avsec_gym.kitti.labels import read_labels
@@ -43,6 +41,8 @@ from avsec_gym.kitti.raw import Drive, KittiRaw
 from avsec_gym.kitti.tracklets import Tracklet, write_tracklets
 from avsec_gym.perception.detectors.image_detector import image_boxes
 from avsec_gym.perception.weights.given import shipped_weights
+from avsec_gym.runs.catalogue import experiment
+from avsec_gym.runs.experiment import CellResult, Configuration
 from avsec_gym.sensor_system import KITTI_SYSTEM
 from avsec_gym.validation.evidence.evidence import EVIDENCE_FORMAT
 

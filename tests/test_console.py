@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from avsec_gym.commands import console
+from avsec_gym import console
 
 
 def test_the_remaining_time_is_that_of_the_pace_now_not_of_what_was_there(

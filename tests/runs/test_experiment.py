@@ -8,9 +8,9 @@ from types import ModuleType
 import pytest
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments import catalogue
-from avsec_gym.experiments.catalogue import EXPERIMENTS, experiment
-from avsec_gym.experiments.experiment import Cell, Configuration, Experiment, with_defaults
+from avsec_gym.runs import catalogue
+from avsec_gym.runs.catalogue import EXPERIMENTS, experiment
+from avsec_gym.runs.experiment import Cell, Configuration, Experiment, with_defaults
 
 TRUTH = Experiment("truth", "Is it?", "Table 5.1", lambda configuration: [])
 

@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import Any
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.experiments.experiment import Experiment
+from avsec_gym.runs.experiment import Experiment
 from avsec_gym.suggestions import unknown_name
 
 EXPERIMENTS: dict[str, str] = {
