@@ -46,8 +46,8 @@ class Draw:
         """Do it; the exit code."""
         from avsec_gym.commands.named_planner import named_planner
         from avsec_gym.drawing.scenario_picture import draw_drive, save_picture
-        from avsec_gym.experiments.driving_safety.files import drive_with_tree
-        from avsec_gym.experiments.driving_safety.rates import Detected
+        from avsec_gym.evaluation.files import drive_with_tree
+        from avsec_gym.evaluation.rates import Detected
         from avsec_gym.kitti.dataset import KittiObject
         from avsec_gym.kitti.detections import DetectionFolder
         from avsec_gym.scenario.intention import Intention

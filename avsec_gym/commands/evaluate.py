@@ -16,7 +16,7 @@ from avsec_gym.json_schemas import with_schema
 
 if TYPE_CHECKING:
     from avsec_gym.boxes import Boxes3D
-    from avsec_gym.experiments.driving_safety.rates import Detected, DrivingSafety
+    from avsec_gym.evaluation.rates import Detected, DrivingSafety
     from avsec_gym.planners.planner import Planner
     from avsec_gym.scenario.scene_sets import SceneSet
 
@@ -62,7 +62,7 @@ class Evaluate:
 
     def run(self) -> int:
         """Do it; the exit code."""
-        from avsec_gym.experiments.driving_safety.rates import driving_safety
+        from avsec_gym.evaluation.rates import driving_safety
         from avsec_gym.scenario.intention import Intention
         from avsec_gym.scenario.scene import Motion
 
@@ -159,7 +159,7 @@ class Evaluate:
 
     def _detected(self, scenes: SceneSet) -> tuple[SceneSet, Detected | None]:
         """The detections, and the scenes without those whose result file is broken."""
-        from avsec_gym.experiments.driving_safety.rates import Detected
+        from avsec_gym.evaluation.rates import Detected
         from avsec_gym.kitti.detections import DetectionFolder
         from avsec_gym.kitti.label_folders import is_id
 
@@ -213,7 +213,7 @@ class Evaluate:
     def _sweep(self, scenes: SceneSet, detected: Detected) -> list[dict[str, Any]]:
         import numpy as np
 
-        from avsec_gym.experiments.driving_safety.rates import threshold_sweep
+        from avsec_gym.evaluation.rates import threshold_sweep
         from avsec_gym.scenario.intention import Intention
         from avsec_gym.scenario.scene import Motion
 
@@ -233,7 +233,7 @@ class Evaluate:
     def _write(
         self, result: DrivingSafety, report: dict[str, Any], detected: Detected | None
     ) -> None:
-        from avsec_gym.experiments.driving_safety.files import write_pictures, write_records
+        from avsec_gym.evaluation.files import write_pictures, write_records
 
         assert self.out is not None
         self.out.mkdir(parents=True, exist_ok=True)

@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from avsec_gym.experiments.driving_safety.page import page
-from avsec_gym.experiments.driving_safety.rates import (
+from avsec_gym.evaluation.rates import (
     DETECTIONS,
     GROUND_TRUTH,
     AnyScene,
@@ -26,6 +25,7 @@ from avsec_gym.experiments.driving_safety.rates import (
     in_group,
     threshold_sweep,
 )
+from avsec_gym.experiments.driving_safety.page import page
 from avsec_gym.kitti.detections import DetectionFolder
 from avsec_gym.planners.plan import Plan
 from avsec_gym.planners.planner import Algorithm, Mode, MotionPrimitivePlanner

@@ -12,8 +12,8 @@ import pytest
 
 from avsec_gym.attacks.object_injection import inject_ghosts
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.driving_safety.files import write_pictures, write_records
-from avsec_gym.experiments.driving_safety.rates import (
+from avsec_gym.evaluation.files import write_pictures, write_records
+from avsec_gym.evaluation.rates import (
     DETECTIONS,
     GROUND_TRUTH,
     Cell,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.drawing.scenario_picture import draw_drive, save_picture
-from avsec_gym.experiments.driving_safety.rates import DETECTIONS, AnyScene, Detected, DrivingSafety
+from avsec_gym.evaluation.rates import DETECTIONS, AnyScene, Detected, DrivingSafety
 from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.pipeline import Drive, drive
 from avsec_gym.planners.kept_tree import with_tree
