@@ -28,8 +28,8 @@ import numpy as np
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.attacks.sensor_combination import thesis_attack
 from avsec_gym.console import progress
-from avsec_gym.experiments.markdown_table import markdown_table
 from avsec_gym.frame import SensorFrame
+from avsec_gym.report.markdown_table import markdown_table
 from avsec_gym.rig import camera_rig
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.validation.evidence.disparity_error import DisparityErrors

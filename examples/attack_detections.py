@@ -15,7 +15,7 @@ from pathlib import Path
 
 from avsec_gym.drawing.scenario_picture import draw_drive, draw_sheet, save_picture
 from avsec_gym.evaluation.files import drive_with_tree
-from avsec_gym.experiments.ghost_attack import AttackedDrive, ghost_attack, summary
+from avsec_gym.evaluation.ghost_attack import AttackedDrive, ghost_attack, summary
 from avsec_gym.scenario.scene import Motion
 from avsec_gym.scenario.scene_sets import procedural_scenes
 

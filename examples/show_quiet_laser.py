@@ -18,7 +18,7 @@ from train_quiet_laser import RATES, ROWS
 
 from avsec_gym.drawing.figure_style import FAINT, FIGURE_STYLE
 from avsec_gym.drawing.scenario_picture import save_picture
-from avsec_gym.experiments.markdown_table import interval, markdown_table, number
+from avsec_gym.report.markdown_table import interval, markdown_table, number
 from avsec_gym.storage.text_files import read_text, write_text
 
 COLOURS = {"quiet": "#1F77B4", "loud": "#D7263D"}

@@ -15,7 +15,7 @@ from avsec_gym.errors import DataError
 from avsec_gym.experiments.answer import exit_code
 from avsec_gym.experiments.chapter3.objects.real_impact import IMAGE_DETECTORS, LIDAR_DETECTORS
 from avsec_gym.experiments.chapter3.objects.thesis_of_detectors import TAKEN_FOR_AN_OBSTACLE
-from avsec_gym.experiments.markdown_table import UNKNOWN, markdown_table, number
+from avsec_gym.report.markdown_table import UNKNOWN, markdown_table, number
 from avsec_gym.storage.json_files import read_json
 from avsec_gym.storage.text_files import write_text
 

@@ -36,8 +36,8 @@ from avsec_gym.experiments.chapter3.recordings import (
     fitted_to,
     recordings_of,
 )
-from avsec_gym.experiments.results import Results
 from avsec_gym.runs.experiment import Configuration
+from avsec_gym.runs.results import Results
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 from avsec_gym.validation.state_posterior import attack_prior, state_vectors

@@ -18,8 +18,8 @@ from avsec_gym.experiments.chapter5.run_page import run_page
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
 from avsec_gym.experiments.chapter5.stakes import NOTHING, RANDOM, SPECIFIC, TRUTH, stake_rows
 from avsec_gym.experiments.chapter5.telling_measures import IN_REACH, PRECISION, telling_rows
-from avsec_gym.experiments.markdown_table import interval, markdown_table, share
 from avsec_gym.report.attack_names import attack_name, detector_name
+from avsec_gym.report.markdown_table import interval, markdown_table, share
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion

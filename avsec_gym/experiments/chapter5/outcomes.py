@@ -22,7 +22,6 @@ from avsec_gym.experiments.chapter5.settings import (
     specific,
 )
 from avsec_gym.experiments.chapter5.true_drives import GROUND_TRUTH
-from avsec_gym.experiments.results import Results
 from avsec_gym.metrics.average_precision import (
     STANDARD_IOU,
     AveragePrecision,
@@ -31,6 +30,7 @@ from avsec_gym.metrics.average_precision import (
 )
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.planners.planner import Algorithm
+from avsec_gym.runs.results import Results
 from avsec_gym.scenario.intention import Intention
 
 RESAMPLES = 1000

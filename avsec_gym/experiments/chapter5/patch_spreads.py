@@ -20,11 +20,11 @@ from avsec_gym.experiments.chapter5.trained import (
     patches_there,
     trained_detector,
 )
-from avsec_gym.experiments.results import Results
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.detector import Detector
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
 from avsec_gym.runs.experiment import Cell, CellResult, Configuration, Measurement
+from avsec_gym.runs.results import Results
 
 NOISE = "noise"
 """A patch of noise, the control; and images of noise."""

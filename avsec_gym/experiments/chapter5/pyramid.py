@@ -15,7 +15,7 @@ from avsec_gym.experiments.chapter5.settings import (
     WITHOUT_PYRAMID,
 )
 from avsec_gym.experiments.chapter5.tables import Row
-from avsec_gym.experiments.results import Results
+from avsec_gym.runs.results import Results
 
 MEASURES = {"precision": precision, "safety": safety}
 

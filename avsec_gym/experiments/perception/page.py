@@ -14,7 +14,6 @@ from typing import Any
 
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.answer import answer
-from avsec_gym.experiments.markdown_table import interval, markdown_table, number
 from avsec_gym.experiments.perception.page_classifiers import classifiers
 from avsec_gym.experiments.perception.page_errors import examples, metres, reasons
 from avsec_gym.experiments.perception.page_networks import (
@@ -26,6 +25,7 @@ from avsec_gym.experiments.perception.page_networks import (
     training,
 )
 from avsec_gym.experiments.perception.page_single_sensor import single_sensor
+from avsec_gym.report.markdown_table import interval, markdown_table, number
 from avsec_gym.storage.json_files import read_json
 from avsec_gym.storage.regular_files import is_file
 from avsec_gym.storage.text_files import write_text

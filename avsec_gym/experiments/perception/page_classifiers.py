@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from avsec_gym.experiments.markdown_table import interval, markdown_table, share
+from avsec_gym.report.markdown_table import interval, markdown_table, share
 
 
 def classifiers(found: Mapping[str, Any]) -> list[str]:

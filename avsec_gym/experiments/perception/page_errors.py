@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from avsec_gym.experiments.markdown_table import markdown_table, number, share
+from avsec_gym.report.markdown_table import markdown_table, number, share
 
 _KINDS = {
     "nothing": "as found",

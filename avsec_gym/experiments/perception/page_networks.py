@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from avsec_gym.experiments.markdown_table import UNKNOWN, interval, markdown_table, number
+from avsec_gym.report.markdown_table import UNKNOWN, interval, markdown_table, number
 
 _ESTIMATORS = {
     "psmnet": "PSMNet, small",

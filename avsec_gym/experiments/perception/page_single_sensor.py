@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from avsec_gym.experiments.markdown_table import interval, markdown_table, number
+from avsec_gym.report.markdown_table import interval, markdown_table, number
 
 _WHERE = {"2d": "in the image", "bev": "from above", "3d": "in space"}
 _MODERATE = 1

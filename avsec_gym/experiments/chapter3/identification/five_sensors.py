@@ -22,8 +22,8 @@ from avsec_gym.experiments.chapter3.recordings import (
     fitted_to,
     moment_cells,
 )
-from avsec_gym.experiments.results import Results
 from avsec_gym.runs.experiment import Cell, Configuration
+from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.validation.evidence.evidence import EVIDENCE_FORMAT
 from avsec_gym.validation.state_posterior import state_vectors

@@ -24,9 +24,9 @@ from avsec_gym.experiments.chapter3.objects.score_thresholds import score_thresh
 from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED, SYSTEM
 from avsec_gym.experiments.chapter3.shares import drive_of
 from avsec_gym.experiments.chapter3.summary import FEWEST
-from avsec_gym.experiments.results import Results
 from avsec_gym.geometry import Floats
 from avsec_gym.runs.experiment import Configuration
+from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import SensorSystem, Triple
 from avsec_gym.validation.state_posterior import state_vectors
 

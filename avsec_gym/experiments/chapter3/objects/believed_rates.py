@@ -20,8 +20,8 @@ from avsec_gym.experiments.chapter3.objects.believed_points import (
 from avsec_gym.experiments.chapter3.objects.score_thresholds import score_threshold
 from avsec_gym.experiments.chapter3.shares import drive_of, share_of
 from avsec_gym.experiments.chapter3.summary import FEWEST
-from avsec_gym.experiments.results import Results
 from avsec_gym.runs.experiment import Configuration
+from avsec_gym.runs.results import Results
 
 
 def believed_summary(results: Results, configuration: Configuration) -> dict[str, Any] | None:

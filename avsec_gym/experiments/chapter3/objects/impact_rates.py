@@ -18,8 +18,8 @@ from avsec_gym.experiments.chapter3.objects.sensor_detections import (
 from avsec_gym.experiments.chapter3.recordings import JUDGED, SYSTEM
 from avsec_gym.experiments.chapter3.shares import drive_of, share_of
 from avsec_gym.experiments.chapter3.summary import FEWEST
-from avsec_gym.experiments.results import Results
 from avsec_gym.runs.experiment import Configuration
+from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import LIDAR
 
 IOU = 0.5

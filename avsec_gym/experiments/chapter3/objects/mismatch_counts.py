@@ -17,8 +17,8 @@ from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     view_setting,
 )
 from avsec_gym.experiments.chapter3.recordings import FITTED, SYSTEM
-from avsec_gym.experiments.results import Results
 from avsec_gym.geometry import Floats
+from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import LIDAR
 from avsec_gym.validation.evidence.disparity_maps import Pair
 

@@ -15,8 +15,8 @@ from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     truth_setting,
 )
 from avsec_gym.experiments.chapter3.recordings import FITTED, SYSTEM
-from avsec_gym.experiments.results import Results
 from avsec_gym.metrics.working_point import FROM_ABOVE, IN_IMAGE, working_point
+from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import LIDAR, Sensor
 
 USUAL = 0.3

@@ -27,10 +27,10 @@ from avsec_gym.experiments.chapter3.objects.car_precision import (
 from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED
 from avsec_gym.experiments.chapter3.shares import drive_of, share_of
 from avsec_gym.experiments.chapter3.summary import FEWEST
-from avsec_gym.experiments.results import Results
 from avsec_gym.geometry import Floats
 from avsec_gym.rig import KITTI_SIZE
 from avsec_gym.runs.experiment import Configuration
+from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import LIDAR
 from avsec_gym.validation.evidence.disparity_error import MEASURES
 from avsec_gym.validation.evidence.pair_depth import PairDepth

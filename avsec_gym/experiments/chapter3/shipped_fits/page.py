@@ -14,7 +14,7 @@ from typing import Any
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.answer import exit_code
 from avsec_gym.experiments.chapter3.shipped_fits.judge import NOBODY
-from avsec_gym.experiments.markdown_table import markdown_table
+from avsec_gym.report.markdown_table import markdown_table
 from avsec_gym.report.page_table import UNKNOWN, number
 from avsec_gym.sensor_system import LIDAR
 from avsec_gym.storage.json_files import read_json

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.attacks.object_injection import RandomGhosts
-from avsec_gym.experiments.ghost_attack import AttackedDrive, ghost_attack, summary
+from avsec_gym.evaluation.ghost_attack import AttackedDrive, ghost_attack, summary
 from avsec_gym.pipeline import drive
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene_sets import procedural_scenes

@@ -1,0 +1,1 @@
+"""The evidence: what only this project's pages of results need."""
