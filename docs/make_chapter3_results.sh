@@ -33,10 +33,10 @@ run identification_psmnet identification --limit "$LIMIT" --options fit_seed=0 d
 page identification_psmnet
 run five_sensors five_sensors --limit 300 --options fit_seed=0
 page five_sensors
-"$PYTHON" -m avsec_gym.experiments.chapter3.identification_figure \
+"$PYTHON" -m studies.chapter3.identification_figure \
     docs/results/identification_sgbm.json --out docs/images/identification.png
-"$PYTHON" -m avsec_gym.experiments.chapter3.optical_attacks_figure --out docs/images
-"$PYTHON" -m avsec_gym.experiments.chapter3.detection_scheme_figure --out docs/images
+"$PYTHON" -m studies.chapter3.optical_attacks_figure --out docs/images
+"$PYTHON" -m studies.chapter3.detection_scheme_figure --out docs/images
 run optical_attacks object_level impact sensitivity --limit "$LIMIT" --options fit_seed=0
 page optical_attacks
 run believed believed --limit 300 --options fit_seed=0
@@ -47,18 +47,18 @@ run defence defence --limit 600 --options fit_seed=0 "fit_limit=$LIMIT"
 page defence
 run defence_stereo_rcnn defence --limit 120 --options fit_seed=0 "fit_limit=$LIMIT" detectors=stereo_rcnn
 page defence_stereo_rcnn
-"$PYTHON" -m avsec_gym.experiments.chapter3.defence.other_pairs --seed 2 --json docs/results/other_pairs.json
-[ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.chapter3.real_frames --kitti "$KITTI" \
+"$PYTHON" -m studies.chapter3.other_pairs --seed 2 --json docs/results/other_pairs.json
+[ -z "${KITTI:-}" ] || "$PYTHON" -m studies.chapter3.real_frames --kitti "$KITTI" \
     --json docs/results/identification_real.json
-"$PYTHON" -m avsec_gym.experiments.chapter3.real_frames_page docs/results/identification_real.json \
+"$PYTHON" -m studies.chapter3.real_frames_page docs/results/identification_real.json \
     --out docs/results/identification_real.md
 # The package's own thresholds and likelihoods; whoever makes them anew judges them anew.
-"$PYTHON" -m avsec_gym.experiments.chapter3.shipped_fits.fit --frames "$SHIPPED" \
+"$PYTHON" -m studies.chapter3.shipped_fits.fit --frames "$SHIPPED" \
     --samples "$RUNS/shipped_fits/samples.jsonl"
-"$PYTHON" -m avsec_gym.experiments.chapter3.shipped_fits.judge --frames "$SHIPPED_JUDGED" \
+"$PYTHON" -m studies.chapter3.shipped_fits.judge --frames "$SHIPPED_JUDGED" \
     ${KITTI:+--kitti "$KITTI"} --samples "$RUNS/shipped_fits/judged.jsonl" \
     --json docs/results/shipped_fits.json
-"$PYTHON" -m avsec_gym.experiments.chapter3.shipped_fits.page docs/results/shipped_fits.json \
+"$PYTHON" -m studies.chapter3.shipped_fits.page docs/results/shipped_fits.json \
     --out docs/results/shipped_fits.md
 rm -rf "$RUNS/alarm"
 avsec validate --clean 0.25 --attack '{"name": "facula", "camera": 3}' --out "$RUNS/alarm" > /dev/null

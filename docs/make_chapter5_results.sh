@@ -25,11 +25,11 @@ avsec report "$RUNS/chapter5" --markdown docs/results/chapter5.md --overwrite --
     > "$RUNS/chapter5.json"
 placeless "$RUNS/chapter5.json" > docs/results/chapter5.json
 placeless "$RUNS/chapter5/manifest.json" > docs/results/chapter5_manifest.json
-"$PYTHON" -m avsec_gym.experiments.chapter5.score_thresholds "$RUNS/chapter5" \
+"$PYTHON" -m studies.chapter5.score_thresholds "$RUNS/chapter5" \
     --markdown docs/results/chapter5_thresholds.md --json docs/results/chapter5_thresholds.json
-"$PYTHON" -m avsec_gym.experiments.chapter5.costly_errors "$RUNS/chapter5" \
+"$PYTHON" -m studies.chapter5.costly_errors "$RUNS/chapter5" \
     --markdown docs/results/chapter5_errors.md --json docs/results/chapter5_errors.json
-"$PYTHON" -m avsec_gym.experiments.chapter5.decoupling_figure docs/results/chapter5.json \
+"$PYTHON" -m studies.chapter5.decoupling_figure docs/results/chapter5.json \
     docs/results/chapter5_errors.json --figure docs/images/chapter5.png
 
 # All 600 with nobody attacking: the U columns, and how long one setting takes.

@@ -15,16 +15,16 @@ SCANS=${SCANS:-runs/lidar/held_out}
 RUNS=${RUNS:-runs}
 "$PYTHON" -m avsec_gym world verify "$HELD_OUT" > /dev/null 2>&1 || "$PYTHON" -m avsec_gym \
     world make --suite mixed --frames 240 --seed 2 --no-lidar --out "$HELD_OUT"
-"$PYTHON" -m avsec_gym.experiments.perception.detector_precision --kitti "$HELD_OUT" \
+"$PYTHON" -m studies.perception.detector_precision --kitti "$HELD_OUT" \
     --figures docs/images --json docs/results/detectors.json
-"$PYTHON" -m avsec_gym.experiments.perception.disparity_accuracy --world "$HELD_OUT" \
+"$PYTHON" -m studies.perception.disparity_accuracy --world "$HELD_OUT" \
     ${KITTI:+--kitti "$KITTI"} --json docs/results/disparity.json
-[ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.perception.real_frames --kitti "$KITTI" \
+[ -z "${KITTI:-}" ] || "$PYTHON" -m studies.perception.real_frames --kitti "$KITTI" \
     --precision docs/results/detectors.json --figure docs/images/real_frames.png \
     --json docs/results/real_frames.json
 "$PYTHON" -m avsec_gym world verify "$SCANS" > /dev/null 2>&1 || "$PYTHON" -m avsec_gym \
     world make --suite mixed --frames 200 --seed 2 --out "$SCANS"
-"$PYTHON" -m avsec_gym.experiments.perception.single_sensor_precision --kitti "$SCANS" \
+"$PYTHON" -m studies.perception.single_sensor_precision --kitti "$SCANS" \
     ${KITTI:+--real "$KITTI"} --json docs/results/single_sensor_detectors.json
 set --
 for name in dsgn stereo_rcnn psmnet pixor pointrcnn faster_rcnn yolo; do
@@ -34,13 +34,13 @@ for name in dsgn stereo_rcnn psmnet pixor pointrcnn faster_rcnn yolo; do
     done
     [ -z "$folders" ] || set -- "$@" "$name=$folders"
 done
-[ $# -eq 0 ] || "$PYTHON" -m avsec_gym.experiments.perception.training_curves "$@" \
+[ $# -eq 0 ] || "$PYTHON" -m studies.perception.training_curves "$@" \
     --others docs/results/detector_training.json --figure docs/images/detector_training.png \
     --json docs/results/detector_training.json
-[ -z "${CLASSIFIERS:-}" ] || "$PYTHON" -m avsec_gym.experiments.perception.classifier_accuracy \
+[ -z "${CLASSIFIERS:-}" ] || "$PYTHON" -m studies.perception.classifier_accuracy \
     --world $CLASSIFIERS ${KITTI:+--kitti "$KITTI"} ${SCENARIOS:+--scenarios "$SCENARIOS"} \
     --json docs/results/classifiers.json
 "$PYTHON" benchmarks/detectors.py > docs/results/detector_benchmark.json
 "$PYTHON" examples/rank_detectors.py > docs/results/detector_ranking.json
 [ -z "${PARITY:-}" ] || "$PYTHON" -m benchmarks.parity "$PARITY" --json > docs/results/parity.json
-"$PYTHON" -m avsec_gym.experiments.perception.page --results docs/results > /dev/null
+"$PYTHON" -m studies.perception.page --results docs/results > /dev/null

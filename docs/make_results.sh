@@ -9,12 +9,12 @@ cd "$(dirname "$0")/.."
 PYTHON=${PYTHON:-python}
 "$PYTHON" examples/attack_detections.py --out runs/ghosts > /dev/null
 cp runs/ghosts/sheet.png docs/images/demo.png
-[ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.world.layout_statistics \
+[ -z "${KITTI:-}" ] || "$PYTHON" -m studies.world.layout_statistics \
     --kitti "$KITTI" --scenarios "$SCENARIOS" --out docs/images
-[ -z "${KITTI:-}" ] || "$PYTHON" -m avsec_gym.experiments.world.evidence \
+[ -z "${KITTI:-}" ] || "$PYTHON" -m studies.world.evidence \
     --kitti "$KITTI" --out docs/results --images docs/images --json docs/results/world.json
 "$PYTHON" benchmarks/world.py > docs/results/world_benchmark.json
-[ -z "${DETECTIONS:-}" ] || "$PYTHON" -m avsec_gym.experiments.driving_safety.report \
+[ -z "${DETECTIONS:-}" ] || "$PYTHON" -m studies.driving_safety.report \
     --scenarios "$SCENARIOS" --detections "$DETECTIONS" --out docs/results
 "$PYTHON" benchmarks/ghost_places.py ${SCENARIOS:+--scenarios "$SCENARIOS"} > docs/results/ghost_attacker.json
 PYTHON="$PYTHON" sh docs/make_detector_results.sh

@@ -1,6 +1,6 @@
 """Thresholds and likelihoods that the package ships, for who has no clean frames of a rig.
 
-They were fitted on the procedural world by `avsec_gym.experiments.chapter3.shipped_fits.fit`, for
+They were fitted on the procedural world by `studies.chapter3.shipped_fits.fit`, for
 some sensors of KITTI's rig.  What a real vehicle's clean frames are like, they do not know: whoever
 has enough of those fits on them.
 """

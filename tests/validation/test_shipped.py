@@ -114,12 +114,12 @@ def test_other_sources_of_the_evidence_are_said() -> None:
 
 def test_fewer_sensors_say_what_they_say_among_more(wall_of) -> None:  # type: ignore[no-untyped-def]
     """What is measured of all sensors at once is what validators of some of them look at."""
-    from avsec_gym.experiments.chapter3.shipped_fits.evidence import evidence_of, measured
     from avsec_gym.validation.evidence.disparity_error import DisparityErrors
     from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
     from avsec_gym.validation.evidence.evidence import gather_evidence
     from avsec_gym.validation.evidence.state_evidence import StateEvidence
     from avsec_gym.validation.thresholds import shares_of
+    from studies.chapter3.shipped_fits.evidence import evidence_of, measured
 
     every = SensorSystem((LIDAR, 2, 1, 0))
     frame, states = wall_of(1), state_vectors(4)

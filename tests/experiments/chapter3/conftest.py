@@ -17,4 +17,4 @@ def walls() -> Iterator[ModuleType]:
         import walls_of_dots
 
         yield walls_of_dots
-    del sys.modules["walls_of_dots"]
+    sys.modules.pop("walls_of_dots", None)

@@ -10,15 +10,15 @@ import pytest
 
 from avsec_gym.attacks.attack import LEFT, RIGHT
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter3.defence import other_pairs
-from avsec_gym.experiments.chapter3.defence.other_pairs import (
+from avsec_gym.frame import SensorFrame
+from avsec_gym.sensor_system import SensorSystem
+from avsec_gym.validation.moments import raw_recordings
+from studies.chapter3 import other_pairs
+from studies.chapter3.other_pairs import (
     cars_ahead,
     distances,
     found_by_pairs,
 )
-from avsec_gym.frame import SensorFrame
-from avsec_gym.sensor_system import SensorSystem
-from avsec_gym.validation.moments import raw_recordings
 
 
 def boxes(*places: tuple[float, float], category: str = "Car") -> Boxes3D:

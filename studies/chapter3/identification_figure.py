@@ -1,0 +1,152 @@
+"""A picture of what sensors notice and name, from the JSON of a report, the thesis beside it.
+
+Run ``python -m studies.chapter3.identification_figure REPORT.json --out FILE``, where
+``avsec report RUN --json`` wrote the report of `identification`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import PercentFormatter
+
+from avsec_gym.drawing.figure_style import FAINT, FIGURE_STYLE
+from avsec_gym.drawing.scenario_picture import save_picture
+from avsec_gym.errors import DataError
+from avsec_gym.experiments.chapter3.thesis import DETECTION, IDENTIFICATION
+from avsec_gym.storage.json_files import read_json
+from studies.answer import exit_code
+
+_OURS, _BLUE, _THESIS = "#D7263D", "#1F77B4", "#222222"
+_HIGHEST_RATE = 0.1
+_METHODS = {
+    "maximum likelihood": ("maximum likelihood", _OURS, "-"),
+    "algorithm 2, any": ("algorithm 2, all four shares", _BLUE, "-"),
+    "algorithm 2, error": ("algorithm 2, E alone", _BLUE, ":"),
+}
+
+
+def draw_identification(summary: Mapping[str, Any]) -> Figure:
+    """E clean and attacked, detection and identification over r, and what probabilities are worth.
+
+    Args:
+        summary: As `avsec_gym.experiments.chapter3.summary.validation_summary` makes it.
+    """
+    import matplotlib as mpl
+
+    style: dict[Any, Any] = {**FIGURE_STYLE}
+    with mpl.rc_context(style):
+        figure = Figure(figsize=(9.2, 9.0), dpi=110, facecolor="white", layout="constrained")
+        panels = figure.subplots(3, 2)
+        for axes, row in zip(panels[0], summary["case_distributions"], strict=True):
+            _distribution(axes, row)
+        for axes, row in zip(panels[1], summary["case_distributions"], strict=True):
+            _detection(axes, row["scenario"], summary["detection"])
+        _identification(panels[2, 0], summary["identification"])
+        _reliability(panels[2, 1], summary["honesty"])
+    return figure
+
+
+def _distribution(axes: Axes, row: Mapping[str, Any]) -> None:
+    """Figures 3.5 and 3.7, all seven cases as one."""
+    edges = np.linspace(0.0, row["largest"], len(row["clean"]) + 1)
+    attacked = np.mean([*row["cases"].values()], axis=0)
+    for shares, colour, label in ((row["clean"], _BLUE, "clean"), (attacked, _OURS, "attacked")):
+        axes.stairs(shares, edges, color=colour, fill=True, alpha=0.3)
+        axes.stairs(shares, edges, color=colour, label=label)
+    for bound, label in zip(row["bounds"], ("thesis' bounds", ""), strict=True):
+        axes.axvline(bound, color=_THESIS, lw=0.8, ls="--", label=label)
+    _finish(axes, f"disparity error E of {row['scenario']}", "E", "share of moments")
+    axes.set(xlim=(0, row["largest"]), ylim=(0, None))
+
+
+def _detection(axes: Axes, scenario: str, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Figures 3.6 and 3.8, the mean of all seven cases."""
+    for criterion, label, line in (("any", "all four shares", "-"), ("error", "E alone", ":")):
+        own = [r for r in rows if (r["scenario"], r["criterion"]) == (scenario, criterion)]
+        _curve(axes, own, label, _OURS, line)
+    told = {rate: share for (name, rate), share in DETECTION.items() if name == scenario}
+    axes.plot([*told], [*told.values()], "o", mfc="none", color=_THESIS, label="thesis")
+    _finish(axes, f"attacks noticed by {scenario}", "r", "")
+    axes.set(xlim=(-0.003, _HIGHEST_RATE), ylim=(0, 1.03))
+
+
+def _identification(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Figure 3.10, the mean of all sensors."""
+    for method, (label, colour, line) in _METHODS.items():
+        _curve(axes, [row for row in rows if row["method"] == method], label, colour, line)
+    told = [mean for *_, mean in IDENTIFICATION.values()]
+    axes.plot([*IDENTIFICATION], told, "o", mfc="none", color=_THESIS, label="thesis")
+    _finish(axes, "the attacked one of four sensors named", "r", "")
+    axes.set(xlim=(-0.003, _HIGHEST_RATE), ylim=(0, 1.03))
+
+
+def _reliability(axes: Axes, honesty: Mapping[str, Any]) -> None:
+    axes.plot([0, 1], [0, 1], color=FAINT, lw=0.8)
+    for told, label, colour, marker in (
+        (honesty, "the prior as it comes", _OURS, "o"),
+        (honesty["all_alike"], "all states alike", _BLUE, "s"),
+    ):
+        rows = told["reliability"]
+        said, was = ([row[one] for row in rows] for one in ("said", "was"))
+        spread = np.abs(np.array([row["interval"] for row in rows]).T - was)
+        axes.errorbar(said, was, spread, fmt=marker, ms=4, lw=0.8, color=colour, label=label)
+    _finish(axes, "sensors attacked, by the probability that was said", "P(attacked)", "")
+    axes.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02))
+
+
+def _curve(
+    axes: Axes, rows: Sequence[Mapping[str, Any]], label: str, colour: str, line: str
+) -> None:
+    rates, shares = ([row[one] for row in rows] for one in ("rate", "average"))
+    low, high = np.array([row["interval"] for row in rows]).T
+    axes.fill_between(rates, low, high, color=colour, alpha=0.2, lw=0)
+    axes.plot(rates, shares, line, color=colour, label=label)
+
+
+def _finish(axes: Axes, title: str, below: str, beside: str) -> None:
+    axes.set_title(title, loc="left")
+    axes.set(xlabel=below, ylabel=beside)
+    axes.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
+    axes.yaxis.set_major_formatter(PercentFormatter(1.0, decimals=0))
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(frameon=False, fontsize=8)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command; its exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("report", type=Path, help="of identification, as JSON")
+    parser.add_argument("--out", type=Path, default=Path("identification.png"))
+    options = parser.parse_args(arguments)
+
+    def work() -> None:
+        figure = _figure(options.report)
+        save_picture(figure, options.out, overwrite=True)
+
+    return exit_code(work)
+
+
+_AGAIN = "Write one by `avsec report RUN --json`, of a run of identification."
+
+
+def _figure(path: Path) -> Figure:
+    try:
+        return draw_identification(read_json(path, remedy=_AGAIN)["validation"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise DataError(
+            "This is no report of what sensors notice, or one of an earlier version.",
+            path=path,
+            remedy=_AGAIN,
+        ) from error
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,154 @@
+"""Does a stereo detector see as much by another pair of the rig's cameras?
+
+Where a camera of its pair is attacked, the response ``drop`` gives a detector another pair, whose
+baseline is another one. Run ``python -m studies.chapter3.other_pairs`` to
+count the cars that it finds by each pair, in moments that nobody attacked.
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.experiments.chapter3.defence.defended_drives import DRIVE_FRAMES
+from avsec_gym.experiments.chapter3.defence.scenes import scene_of
+from avsec_gym.experiments.chapter3.recordings import JUDGED, recordings_of
+from avsec_gym.experiments.chapter3.shares import drive_of, share_of
+from avsec_gym.experiments.procedural_frames import PROCEDURAL
+from avsec_gym.geometry import Floats
+from avsec_gym.kitti.detections import above
+from avsec_gym.perception.detectors import Detector, make_detector
+from avsec_gym.runs.experiment import Configuration
+from avsec_gym.validation.moments import Recordings
+from avsec_gym.validation.suspects import as_stereo_pair, stereo_pairs
+from studies.answer import answer
+
+_LOG = logging.getLogger(__name__)
+_NEAREST, _FARTHEST = 5.0, 40.0
+"""Metres ahead; of cars that count."""
+_SAME_BEARING = np.radians(2.0)
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Count by every pair.
+
+    Raises:
+        ConfigurationError: No such detector.
+        DataError: Its weights are missing or broken.
+    """
+    detector = make_detector({"name": options.detector})
+    configuration = Configuration(PROCEDURAL, options.limit, options.seed)
+    recordings = recordings_of(configuration, JUDGED, DRIVE_FRAMES)
+    return {
+        "detector": options.detector,
+        "seed": options.seed,
+        "moments": len(recordings.moments),
+        "score_threshold": options.score_threshold,
+        "pairs": found_by_pairs(recordings, detector, options.score_threshold),
+    }
+
+
+def found_by_pairs(
+    recordings: Recordings, detector: Detector, score_threshold: float
+) -> list[dict[str, Any]]:
+    """A row for each pair, that of the baseline most like the usual one first.
+
+    Args:
+        recordings: Of labelled drives.
+        detector: Of images.
+        score_threshold: Of boxes that count.
+
+    Returns:
+        Rows with ``left`` and ``right``, cameras; ``baseline``, over that of cameras 2 and 3;
+        ``found``, of the cars 5 to 40 m ahead those in whose direction it has a box, with a 95 %
+        interval that allows for cars of one drive being alike; and ``distance``, that box's over
+        the true one: median, 10th and 90th percentile.
+    """
+    calibration = recordings.moments[0].frame().calibration
+    pairs = stereo_pairs(calibration, recordings.system.cameras)
+    drives: list[str] = []
+    seen = {pair: [np.empty(0)] for pair in pairs}
+    start, count = time.perf_counter(), len(recordings.moments)
+    for number, moment in enumerate(recordings.moments):
+        frame = moment.frame()
+        true = cars_ahead(scene_of(frame, moment.id, number).boxes)
+        drives += [drive_of(moment.id)] * len(true)
+        for pair in pairs:
+            found = above(detector.detect(as_stereo_pair(frame, *pair)), score_threshold)
+            seen[pair].append(distances(true, found))
+        if number % 20 == 19:
+            left = (time.perf_counter() - start) * (count / (number + 1) - 1)
+            _LOG.info("%d of %d moments, about %.0f s left", number + 1, count, left)
+    return [
+        {
+            "left": pair[0],
+            "right": pair[1],
+            "baseline": round(baseline, 3),
+            **_row(np.concatenate(seen[pair]), drives),
+        }
+        for pair, baseline in pairs.items()
+    ]
+
+
+def _row(ratios: Floats, drives: Sequence[str]) -> dict[str, Any]:
+    """Of one pair: see `distances`, and the drive of each car."""
+    found = ~np.isnan(ratios)
+    known = ratios[found]
+    low, middle, high = np.percentile(known, (10, 50, 90)).tolist() if len(known) else [None] * 3
+    return {
+        "found": share_of(found.tolist(), drives),
+        "distance": {"median": middle, "from": low, "to": high},
+    }
+
+
+def cars_ahead(boxes: Boxes3D) -> Boxes3D:
+    """Cars of which a pair should tell."""
+    away = boxes.location[:, 2]
+    return boxes[(boxes.category == "Car") & (away > _NEAREST) & (away < _FARTHEST)]
+
+
+def distances(cars: Boxes3D, found: Boxes3D) -> Floats:
+    """Of each car the distance of the box in its direction over its own; NaN without one.
+
+    Args:
+        cars: As they are, N.
+        found: By a detector.
+
+    Returns:
+        Shape (N,).
+    """
+    ratios = np.full(len(cars), np.nan)
+    if not len(cars) or not len(found):
+        return ratios
+    bearings = [np.arctan2(one.location[:, 0], one.location[:, 2]) for one in (cars, found)]
+    apart = np.abs(bearings[0][:, None] - bearings[1][None, :])
+    same = apart < _SAME_BEARING
+    # A box finds one car; no pair is worth losing another one.
+    for car, box in zip(*linear_sum_assignment(np.where(same, apart, 10.0)), strict=True):
+        if same[car, box]:
+            ratios[car] = found.location[box, 2] / cars.location[car, 2]
+    return ratios
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command; its exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--detector", default="stereo_rcnn", help="one of images; its name")
+    parser.add_argument("--limit", type=int, default=120, help="moments")
+    parser.add_argument("--seed", type=int, default=0, help="of the drives")
+    parser.add_argument("--score-threshold", type=float, default=0.3, help="of boxes that count")
+    parser.add_argument("--json", type=Path, help="file for the result; default: standard output")
+    return answer(parser.parse_args(arguments), run)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

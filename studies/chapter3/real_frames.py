@@ -1,0 +1,139 @@
+"""Attacks on real frames of KITTI: what three sensors notice, and what detectors are led to see.
+
+Run ``python -m studies.chapter3.real_frames --kitti ROOT --json FILE``. Too few real
+frames are at hand to fit thresholds on, so these come from procedural frames of KITTI's own rig;
+that a clean real frame stays below them, is told first.  What detectors are led to see is counted
+in the frames that have labels.  `real_frames_page` makes a page of the result.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.experiments.chapter3.attacks import tampered_frames
+from avsec_gym.experiments.chapter3.identification.detection_rates import case_name
+from avsec_gym.experiments.chapter3.recordings import JUDGED
+from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS, detect_attack
+from avsec_gym.validation.evidence.disparity_error import MEASURES
+from avsec_gym.validation.evidence.pair_depth import PairDepth
+from avsec_gym.validation.evidence.state_evidence import StateEvidence
+from avsec_gym.validation.moments import object_recordings
+from avsec_gym.validation.state_posterior import state_vectors
+from avsec_gym.validation.thresholds import Criterion, ThresholdTable, measured_thresholds
+from avsec_gym.world.export import default_suite
+from studies.answer import answer
+from studies.chapter3.real_impact import impact_on_real_frames
+
+_SYSTEM = LIDAR_AND_TWO_CAMERAS
+_TRIPLE = _SYSTEM.triples[0]
+_CRITERIA: tuple[Criterion, ...] = ("any", "error")
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Fit, and attack every real frame.
+
+    Raises:
+        ConfigurationError: No draws.
+        DataError: No real frame has both images and a scan.
+    """
+    if options.draws < 1:
+        raise ConfigurationError(f"--draws is 1 or more, got {options.draws}")
+    depth = PairDepth("sgbm")
+    suite = default_suite("mixed")
+    clean = object_recordings(suite, _SYSTEM.sensors).moments
+    data = {"suite": "mixed", "moments": len(clean)}
+    table = measured_thresholds((one.frame() for one in clean), _SYSTEM, depth, data)
+    real = object_recordings(options.kitti, _SYSTEM.sensors)
+    return {
+        "fitted": data,
+        "rate": options.rate,
+        "draws": options.draws,
+        "thresholds": {
+            criterion: _named(table.thresholds(options.rate, criterion)[_TRIPLE].shares)
+            for criterion in _CRITERIA
+        },
+        "frames": {
+            one.id: noticed(one.frame(), table, depth, options.rate, options.draws)
+            for one in real.moments
+        },
+        "impact": impact_on_real_frames(
+            KittiObject(options.kitti), KittiObject(suite), options.draws
+        ),
+    }
+
+
+def noticed(
+    frame: SensorFrame, table: ThresholdTable, depth: PairDepth, rate: float, draws: int
+) -> dict[str, Any]:
+    """What a frame is like when nobody attacks it, and how many of the thesis' attacks are noticed.
+
+    Args:
+        frame: With both images and the scan.
+        table: Of thresholds.
+        depth: The one that they hold for.
+        rate: r.
+        draws: Of the attacks.
+
+    Returns:
+        ``clean``: all `MEASURES`, and by criterion whether it raises an alarm; ``cases``: of each
+        attack case and criterion the share that is noticed, with its interval.
+    """
+    states = state_vectors(len(_SYSTEM))
+    evidence = StateEvidence(frame, {}, _SYSTEM, depth)
+    chosen = {criterion: table.thresholds(rate, criterion) for criterion in _CRITERIA}
+    sound = evidence.errors(states[0])
+    alarms = np.zeros((draws, len(states), len(_CRITERIA)), bool)
+    for draw in range(draws):
+        tampered = tampered_frames(frame, _SYSTEM, JUDGED, draw)
+        evidence = evidence.otherwise({sensor: one.frame for sensor, one in tampered.items()})
+        for number, state in enumerate(states):
+            found = evidence.errors(state)
+            alarms[draw, number] = [detect_attack(found, chosen[one]) for one in _CRITERIA]
+    return {
+        "clean": _named(sound[_TRIPLE].shares),
+        "false_alarm": {one: detect_attack(sound, chosen[one]) for one in _CRITERIA},
+        "cases": {
+            case_name(np.flatnonzero(state).tolist()): {
+                criterion: _share(int(alarms[:, number, column].sum()), draws)
+                for column, criterion in enumerate(_CRITERIA)
+            }
+            for number, state in enumerate(states)
+            if state.any()
+        },
+    }
+
+
+def _named(shares: Sequence[float] | np.ndarray) -> dict[str, float | None]:
+    """Of all `MEASURES`; None for a threshold that does not matter."""
+    return {
+        name: round(float(share), 5) if np.isfinite(share) else None
+        for name, share in zip(MEASURES, shares, strict=True)
+    }
+
+
+def _share(count: int, of: int) -> dict[str, Any]:
+    return {"count": count, "of": of, "rate": count / of, "interval": wilson_interval(count, of)}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command; its exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--kitti", type=Path, required=True, help="root of the object benchmark")
+    parser.add_argument("--draws", type=int, default=50, help="of the attacks on each frame")
+    parser.add_argument("--rate", type=float, default=0.01, help="r")
+    parser.add_argument("--json", type=Path, help="file for the result; default: standard output")
+    return answer(parser.parse_args(arguments), run)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,268 @@
+"""What shipped thresholds and likelihoods are worth: on other procedural drives, and for real.
+
+Run ``python -m studies.chapter3.shipped_fits.judge --json FILE``, ``--kitti`` for
+real frames; `page` makes a page.  Judged are drives that nothing was fitted on, clean
+and under the thesis' attacks; of real frames those that have both images and a scan.  Of real pairs
+of images one share is known without a scan, which is compared with its threshold.
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.experiments.chapter3.attacks import tampered_frames
+from avsec_gym.experiments.chapter3.recordings import JUDGED
+from avsec_gym.frame import SensorFrame
+from avsec_gym.geometry import Floats
+from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.validation.evidence.disparity_error import MEASURES
+from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
+from avsec_gym.validation.evidence.pair_depth import PairDepth
+from avsec_gym.validation.evidence.state_evidence import StateEvidence
+from avsec_gym.validation.identification import identify_attacked_sensors
+from avsec_gym.validation.likelihood.maximum_likelihood import (
+    LikelihoodModel,
+    read_likelihood_model,
+)
+from avsec_gym.validation.moments import Moment, object_recordings, raw_recordings
+from avsec_gym.validation.shipped import (
+    FITS,
+    SHIPPED_SYSTEMS,
+    origin_of,
+    shipped_file,
+    shipped_fit,
+)
+from avsec_gym.validation.state_posterior import States, Verdict, state_vectors
+from avsec_gym.validation.thresholds import ThresholdTable, read_threshold_table
+from avsec_gym.validation.validation_folder import JsonLines
+from studies.answer import answer
+from studies.chapter3.shipped_fits.evidence import (
+    SYSTEM,
+    SystemEvidence,
+    evidence_of,
+    measured,
+    sample_id,
+    shipped_drives,
+)
+
+NOBODY = "nobody"
+CERTAINTY = 0.95
+"""As `LikelihoodValidator` has it."""
+_OBJECT = SensorSystem((LIDAR, 3, 2))
+_PAIR = (1, 2)
+"""Cameras 3 and 2 of it."""
+_LOG = logging.getLogger(__name__)
+
+Said = tuple[Any, list[frozenset[int]] | None]
+"""Alarms, shape (N,), and the positions of the sensors that are named; None: none ever can be."""
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Judge procedural drives, and real frames if there are any.
+
+    Raises:
+        ConfigurationError: No frames or draws; or a shipped file does not hold for the frames.
+        DataError: A shipped file is not there, or no real frame has both images and a scan.
+    """
+    if min(options.frames, options.draws) < 1:
+        raise ConfigurationError("--frames and --draws are 1 or more")
+    root, kept = shipped_drives(options.frames, options.seed, JUDGED), JsonLines(options.samples)
+    moments = raw_recordings(root, SYSTEM.sensors).moments[: options.frames]
+    depth = PairDepth("sgbm")
+    rows = []
+    for number, moment in enumerate(moments):
+        rows.append(attacked_in_turn_rows(moment, SYSTEM, depth, kept, [(options.seed, number)])[0])
+        _LOG.info("measured %d of %d frames", number + 1, len(moments))
+    every = evidence_of(np.array(rows), SYSTEM, one_at_a_time(SYSTEM))
+    frame = moments[0].frame()
+    return {
+        "rate": options.rate,
+        "seed": options.seed,
+        "frames": len(moments),
+        "systems": [
+            judged(every.of(system), frame, options.rate, options.fits)
+            for system in SHIPPED_SYSTEMS
+        ],
+        "real": None if options.kitti is None else _real(options, depth, kept),
+    }
+
+
+def one_at_a_time(system: SensorSystem) -> States:
+    """Nobody attacked, then each sensor alone."""
+    states = state_vectors(len(system))
+    return np.asarray(states[states.sum(axis=1) <= 1])
+
+
+def attacked_in_turn_rows(
+    moment: Moment,
+    system: SensorSystem,
+    depth: PairDepth,
+    kept: JsonLines,
+    seeds: Iterable[tuple[int, int]],
+) -> Floats:
+    """What a moment tells, see `measured`, clean and with each sensor attacked as in the thesis.
+
+    Args:
+        moment: Of a recording.
+        system: Of sensors.
+        depth: How disparities are found.
+        kept: What was measured before, which is not measured again.
+        seeds: Of the attacks.
+
+    Returns:
+        Of each seed, shape (seeds, n + 2, any).
+    """
+    rows, clean = [], None
+    for seed in seeds:
+        id = sample_id(f"{moment.id} {' '.join(map(str, system.sensors))} {seed[1]}", seed[0])
+        if id not in kept.rows:
+            frame = moment.frame()
+            clean = clean or StateEvidence(frame, {}, system, depth)
+            tampered = tampered_frames(frame, system, JUDGED, seed)
+            evidence = clean.otherwise({sensor: one.frame for sensor, one in tampered.items()})
+            found = measured(evidence, one_at_a_time(system))
+            kept.add({"id": id, "measured": found.tolist()})
+            # What is known of the clean moment stays known.
+            clean = evidence
+        rows.append(kept.rows[id]["measured"])
+    return np.array(rows)
+
+
+def judged(evidence: SystemEvidence, frame: SensorFrame, rate: float, fits: Path) -> dict[str, Any]:
+    """How often there is an alarm, and exactly the attacked sensors are named, case by case.
+
+    Args:
+        evidence: In the states of `one_at_a_time`.
+        frame: Of the rig.
+        rate: r.
+        fits: Folder of the files.
+    """
+    system, depth = evidence.system, PairDepth("sgbm")
+    table = read_threshold_table(shipped_fit("thresholds", system, depth, frame, fits))
+    model = read_likelihood_model(shipped_fit("likelihood", system, depth, frame, fits))
+    by: dict[str, dict[str, Any]] = {"thresholds": {}, "likelihood": {}}
+    for number, state in enumerate(evidence.states):
+        attacked = frozenset(np.flatnonzero(state).tolist())
+        case = ", ".join(str(system.sensors[one]) for one in attacked) or NOBODY
+        for name, (alarms, named) in {
+            "thresholds": said_by_thresholds(table, evidence.shares[:, number], rate),
+            "likelihood": said_by_likelihood(model, evidence.elements[:, number], rate),
+        }.items():
+            by[name][case] = {
+                "alarms": _share(alarms),
+                "named": None if named is None else _share([one == attacked for one in named]),
+            }
+    return {"sensors": list(system.sensors), "fitted_on": origin_of(table.on), "by": by}
+
+
+def said_by_thresholds(table: ThresholdTable, shares: Floats, rate: float) -> Said:
+    """What `ThresholdValidator` says of N moments.
+
+    Args:
+        table: Of thresholds.
+        shares: Of every triple, shape (N, triples, 4).
+        rate: r.
+    """
+    system, chosen = table.on.system, table.thresholds(rate)
+    limits = np.array([chosen[triple].shares for triple in system.triples])
+    beyond = np.asarray((shares > limits).any(axis=2))
+    if len(system) == 3:
+        return beyond[:, 0], None
+    found = [
+        identify_attacked_sensors(
+            dict(zip(system.triples, row, strict=True)).__getitem__, len(system)
+        )
+        for row in beyond.tolist()
+    ]
+    alarms = np.array([bool(one.named or one.doubtful) for one in found])
+    return alarms, [frozenset(one.named) for one in found]
+
+
+def said_by_likelihood(model: LikelihoodModel, elements: Floats, rate: float) -> Said:
+    """What `LikelihoodValidator` says of N moments.
+
+    Args:
+        model: Of likelihoods.
+        elements: Shape (N, M).
+        rate: r.
+    """
+    decoding = model.decode(elements, rate)
+    verdicts = decoding.verdicts(CERTAINTY)
+    named = [
+        frozenset(i for i, one in enumerate(said) if one == Verdict.ATTACKED) for said in verdicts
+    ]
+    return decoding.alarms, named
+
+
+def _real(options: argparse.Namespace, depth: PairDepth, kept: JsonLines) -> dict[str, Any]:
+    """Frames with both images and a scan, each attacked `draws` times; and pairs of images."""
+    frames = {}
+    for moment in object_recordings(options.kitti, _OBJECT.sensors).moments:
+        seeds = [(options.seed, draw) for draw in range(options.draws)]
+        rows = attacked_in_turn_rows(moment, _OBJECT, depth, kept, seeds)
+        evidence = evidence_of(rows, _OBJECT, one_at_a_time(_OBJECT))
+        told = judged(evidence, moment.frame(), options.rate, options.fits)
+        # Nobody's attack is the same moment in every draw.
+        for name, cases in told["by"].items():
+            count = cases[NOBODY]["alarms"]["count"] // options.draws
+            told["by"][name][NOBODY] = {"alarms": _share([bool(count)]), "named": None}
+        frames[moment.id] = {**told, "clean": _measures(evidence.shares[0, 0, 0])}
+    table = read_threshold_table(shipped_file("thresholds", _OBJECT, options.fits))
+    thresholds = table.thresholds(options.rate)[_OBJECT.triples[0]]
+    return {
+        "draws": options.draws,
+        "frames": frames,
+        "thresholds": _measures(thresholds.shares),
+        "pairs": _pairs(options.kitti, depth),
+    }
+
+
+def _pairs(kitti: Path, depth: PairDepth) -> dict[str, float]:
+    """Other brightness of cameras 3 and 2, of each real frame with both images."""
+    data = KittiObject(kitti)
+    return {
+        id: round(DisparityMaps(data.frame(id), _OBJECT, depth).brightness(_PAIR).patches, 6)
+        for id in data.ids(having=("image_2", "image_3", "calib"))
+    }
+
+
+def _measures(shares: Floats) -> Mapping[str, float]:
+    return {name: round(float(one), 6) for name, one in zip(MEASURES, shares, strict=True)}
+
+
+def _share(hits: Sequence[bool] | Any) -> dict[str, Any]:
+    count, of = int(np.sum(hits)), len(hits)
+    return {
+        "count": count,
+        "of": of,
+        "rate": count / of,
+        "interval": list(wilson_interval(count, of)),
+    }
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command; its exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--frames", type=int, default=100, help="procedural ones to judge")
+    parser.add_argument("--seed", type=int, default=0, help="of the drives and of the attacks")
+    parser.add_argument("--rate", type=float, default=0.01, help="r")
+    parser.add_argument("--draws", type=int, default=50, help="of the attacks on each real frame")
+    parser.add_argument("--kitti", type=Path, help="root of the object benchmark")
+    parser.add_argument("--fits", type=Path, default=FITS, help="folder of what is judged")
+    parser.add_argument("--samples", type=Path, default=Path("runs/shipped_fits/judged.jsonl"))
+    parser.add_argument("--json", type=Path, help="file for the result; default: standard output")
+    return answer(parser.parse_args(arguments), run)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

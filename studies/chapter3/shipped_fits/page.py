@@ -1,0 +1,144 @@
+"""The page of `judge`, as Markdown.
+
+Run ``python -m studies.chapter3.shipped_fits.page FILE --out PAGE``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.errors import DataError
+from avsec_gym.report.markdown_table import markdown_table
+from avsec_gym.report.page_table import UNKNOWN, number
+from avsec_gym.sensor_system import LIDAR
+from avsec_gym.storage.json_files import read_json
+from avsec_gym.storage.text_files import write_text
+from studies.answer import exit_code
+from studies.chapter3.shipped_fits.judge import NOBODY
+
+_COMMAND = "Make it with `python -m studies.chapter3.shipped_fits.judge --json FILE`."
+_HEADINGS = (
+    "attacked", "alarm by thresholds, %", "alarm by likelihood, %", "named by thresholds, %",
+    "named by likelihood, %",
+)  # fmt: skip
+
+
+def shipped_page(result: Mapping[str, Any]) -> str:
+    """The page.
+
+    Args:
+        result: Of `judge`.
+    """
+    rate = number(100 * result["rate"], digits=0)
+    lines = [
+        "# Validation without clean frames of one's own",
+        "",
+        "Thresholds and likelihoods that the package ships, judged on procedural drives that"
+        " nothing was fitted on, and on real frames of KITTI. Made by"
+        " `python -m studies.chapter3.shipped_fits.judge`, shown by its `page`. The"
+        f" thesis’ attacks, one draw for each frame; r = {rate} % for each triple; in brackets:"
+        " 95 % intervals. Named: exactly the attacked sensor, by likelihoods with 95 % or more.",
+        "",
+    ]
+    for told in result["systems"]:
+        lines += [
+            f"## {_listed(told['sensors'])}: {result['frames']} procedural frames, seed"
+            f" {result['seed']} of those to judge",
+            "",
+            f"What decides was {told['fitted_on']}.",
+            "",
+            *_table(told),
+            "",
+        ]
+    if result["real"] is not None:
+        lines += _real(result["real"], rate)
+    return "\n".join(lines)
+
+
+def _real(real: Mapping[str, Any], rate: str) -> list[str]:
+    lines = []
+    for id, told in real["frames"].items():
+        clean = ", ".join(
+            f"{name} {value:.3g} of {real['thresholds'][name]:.3g}"
+            for name, value in told["clean"].items()
+        )
+        lines += [
+            f"## A real frame: {id}, {_listed(told['sensors'])}",
+            "",
+            f"What decides was {told['fitted_on']}. As it was recorded, of each threshold: {clean}."
+            f" {real['draws']} draws of each attack.",
+            "",
+            *_table(told),
+            "",
+        ]
+        false = [name for name, by in told["by"].items() if by[NOBODY]["alarms"]["count"]]
+        if false:
+            lines += [
+                f"As it was recorded it raises a false alarm by {' and by '.join(false)}: what real"
+                " cameras are like, these have not seen. Who is named then is no evidence.",
+                "",
+            ]
+    limit = real["thresholds"]["brightness"]
+    beyond = [id for id, value in real["pairs"].items() if value > limit]
+    each = ", ".join(f"{id} {value:.3g}" for id, value in real["pairs"].items())
+    return [
+        *lines,
+        "## Real pairs of images",
+        "",
+        f"Other brightness of cameras 3 and 2, as recorded: {each}. Beyond the shipped threshold of"
+        f" {limit:.3g} at r = {rate} % are {len(beyond)} of {len(real['pairs'])}"
+        f"{f' ({chr(44).join(beyond)})' if beyond else ''}: each would be a false alarm. Procedural"
+        " frames are cleaner than real ones, so that more real frames raise one than r says.",
+        "",
+    ]
+
+
+def _table(told: Mapping[str, Any]) -> list[str]:
+    rows = []
+    for case in told["by"]["thresholds"]:
+        cells = [told["by"][name][case] for name in ("thresholds", "likelihood")]
+        words = NOBODY if case == NOBODY else _listed([case])
+        # Who is named where nobody is attacked is counted with the alarms.
+        named = [None if case == NOBODY else one["named"] for one in cells]
+        rows.append([words, *(_share(one["alarms"]) for one in cells), *map(_share, named)])
+    return markdown_table(_HEADINGS, rows)
+
+
+def _listed(sensors: Sequence[Any]) -> str:
+    words = ["LiDAR" if one == LIDAR else f"camera {one}" for one in sensors]
+    return ", ".join(words)
+
+
+def _share(share: Mapping[str, Any] | None) -> str:
+    if share is None:
+        return UNKNOWN
+    low, high = (number(100 * bound, 1) for bound in share["interval"])
+    rate = number(100 * share["rate"], 1)
+    return f"{rate} [{low}, {high}] ({share['count']} of {share['of']})"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command; its exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("result", type=Path, help="of judge, as JSON")
+    parser.add_argument("--out", type=Path, required=True, help="the page")
+    options = parser.parse_args(arguments)
+
+    def work() -> None:
+        try:
+            page = shipped_page(read_json(options.result, remedy=_COMMAND))
+        except (ValueError, KeyError, TypeError) as error:
+            raise DataError(
+                "This is no result of judge.", path=options.result, remedy=_COMMAND
+            ) from error
+        write_text(options.out, page, overwrite=True)
+
+    return exit_code(work)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

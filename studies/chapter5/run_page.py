@@ -1,0 +1,46 @@
+"""Commands that make one more page of a finished run: JSON, and Markdown where it is asked for."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.storage.text_files import write_text
+from studies.answer import answer
+
+
+def run_page(
+    module: str,
+    what: str | None,
+    arguments: Sequence[str] | None,
+    rows_of: Callable[[RunFolder], dict[str, Any]],
+    page: Callable[[dict[str, Any], str], str],
+) -> int:
+    """Parse the command line, measure, print or write.
+
+    Args:
+        module: Which is run, by its full name.
+        what: Its docstring, whose first line is the help.
+        arguments: Of the command line; None: those of the process.
+        rows_of: From the run to the result.
+        page: The result as Markdown, and the command that made it.
+
+    Returns:
+        The exit code.
+    """
+    parser = argparse.ArgumentParser(description=(what or "").partition("\n")[0])
+    parser.add_argument("run", type=Path, help="folder that `avsec run` wrote")
+    parser.add_argument("--markdown", type=Path, help="also write tables into this file")
+    parser.add_argument("--json", type=Path, help="write here instead of standard output")
+
+    def made(options: argparse.Namespace) -> dict[str, Any]:
+        result = rows_of(RunFolder.open(options.run))
+        if options.markdown is not None:
+            text = page(result, f"python -m {module} RUN --markdown FILE")
+            write_text(options.markdown, text, overwrite=True)
+        return result
+
+    return answer(parser.parse_args(arguments), made)

@@ -1,0 +1,111 @@
+"""Does the answer depend on the score from which on boxes are planned on?
+
+    python -m studies.chapter5.score_thresholds RUN
+
+Plans anew on the detections that a run has stored, for several thresholds; no network is needed.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.console import progress
+from avsec_gym.experiments.chapter5.outcomes import Outcomes
+from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
+from avsec_gym.experiments.chapter5.settings import PATCHES, PERTURBATIONS, UNATTACKED
+from avsec_gym.experiments.chapter5.tables import Row, named
+from avsec_gym.kitti.detections import above
+from avsec_gym.metrics.safety import SafetyRates
+from avsec_gym.report.attack_names import attack_name, detector_name
+from avsec_gym.report.markdown_table import markdown_table, share
+from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.scenario.frame_scenes import FrameScenes
+from avsec_gym.scenario.scene import Motion, Scene
+from studies.chapter5.planned_anew import planned_anew
+from studies.chapter5.run_page import run_page
+
+THRESHOLDS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7)
+"""Of scores that are probabilities."""
+
+
+def threshold_rows(
+    outcomes: Outcomes,
+    scenes: FrameScenes,
+    motion: Motion,
+    thresholds: Sequence[float] = THRESHOLDS,
+    on_progress: Callable[[int, int], None] = lambda done, total: None,
+) -> list[Row]:
+    """Rates by threshold: unattacked, under the last step of perturbations, and under patches.
+
+    Args:
+        outcomes: Of a run.
+        scenes: Its scenes.
+        motion: What its planner was told of motion.
+        thresholds: Less sure boxes are not planned on.
+        on_progress: Told how many scenarios of how many are driven.
+
+    Returns:
+        A row for each condition and threshold, the three intentions together
+        (`SafetyRates.to_json`).
+    """
+    wanted = (UNATTACKED, *PERTURBATIONS, *PATCHES)
+    conditions = [one for one in outcomes.strongest if one.attack in wanted]
+    changes = {least: partial(_surer, least) for least in thresholds}
+    records = planned_anew(outcomes, scenes, motion, conditions, changes, on_progress)
+    return [
+        {**named(one), "threshold": least, **SafetyRates.of(driven).to_json()}
+        for (one, least), driven in records.items()
+    ]
+
+
+def _surer(least: float, boxes: Boxes3D, _: Scene) -> Boxes3D:
+    return above(boxes, least)
+
+
+def page(found: Mapping[str, Any], command: str) -> str:
+    """Safe driving by condition and threshold as Markdown, collisions below.
+
+    Args:
+        found: ``scenarios``, how many, and ``rows``.
+        command: That made it.
+    """
+    rows = found["rows"]
+    thresholds = list(dict.fromkeys(row["threshold"] for row in rows))
+    lines = [
+        "# Driving safety by score threshold",
+        "",
+        f"{found['scenarios']:,} scenarios, the three intentions together, planned anew on the"
+        f" detections of [chapter5.md](chapter5.md)'s run by `{command}`. Boxes with a lower"
+        " score are not planned on. In %.",
+        "",
+    ]
+    for rate, title in (("safe_driving_rate", "Safe driving"), ("collision_rate", "Collisions")):
+        cells: dict[tuple[str, str], list[str]] = {}
+        for row in rows:
+            names = (detector_name(row["detector"]), attack_name(row["attack"], row["strength"]))
+            cells.setdefault(names, []).append(share(row[rate]))
+        columns = ["detector", "attack", *(f"{one:g}" for one in thresholds)]
+        table = markdown_table(columns, [[*names, *own] for names, own in cells.items()])
+        lines += [f"## {title}", "", *table, ""]
+    return "\n".join(lines)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print rows as JSON; returns the exit code."""
+    return run_page(__spec__.name, __doc__, arguments, _swept, page)
+
+
+def _swept(run: RunFolder) -> dict[str, Any]:
+    outcomes = Outcomes(run, labels_of(run.configuration))
+    motion = Motion.named({**OPTIONS, **run.configuration.options}["motion"])
+    with progress("driving") as shown:
+        rows = threshold_rows(outcomes, scenes_of(run.configuration), motion, on_progress=shown)
+    return {"scenarios": len(outcomes.scenarios), "rows": rows}
+
+
+if __name__ == "__main__":
+    sys.exit(main())

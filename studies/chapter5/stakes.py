@@ -1,0 +1,85 @@
+"""What is at stake at all: cars that see nothing, or everything and a patch's ghost as well."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from avsec_gym.attacks.attack import LEFT
+from avsec_gym.attacks.patch_ghosts import ghost_box
+from avsec_gym.attacks.patch_placement import random_place
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.experiments.chapter5.settings import PLACEMENTS
+from avsec_gym.experiments.chapter5.tables import Row
+from avsec_gym.frame import SensorFrame
+from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
+from avsec_gym.pipeline import drive
+from avsec_gym.planners.planner import MotionPrimitivePlanner
+from avsec_gym.scenario.frame_scenes import FrameScenes
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene import Motion, Scene
+from studies.chapter5.mended_drives import gain
+
+TRUTH, NOTHING = "truth", "nothing"
+RANDOM, SPECIFIC = PLACEMENTS
+
+
+def stake_rows(
+    scenes: FrameScenes,
+    scenarios: Sequence[str],
+    motion: Motion,
+    seed: int,
+    on_progress: Callable[[int, int], None] = lambda done, total: None,
+) -> list[Row]:
+    """Rates of cars that no detector drives: what missing everything costs, and seeing a ghost.
+
+    Args:
+        scenes: Of a run.
+        scenarios: Those to drive.
+        motion: What the planner is told of motion.
+        seed: Of the run: patches stand where they stood there.
+        on_progress: Told how many scenarios of how many are driven.
+
+    Returns:
+        A row for the truth, for nothing at all, and for the truth with b* of a patch of the usual
+        size beside it, at random and specific places; ``gain`` as of `mended_rows`, against the
+        truth; ``by_intention`` has the safe driving rate of each.
+    """
+    by_id = {scene.id: scene for scene in scenes.scenes.labelled}
+    planner = MotionPrimitivePlanner()
+    records: dict[str, list[SafetyRecord]] = {}
+    for number, scenario in enumerate(scenarios):
+        scene = by_id[scenario]
+        frame = scenes.frame(scene)
+        for intention in Intention:
+            believed = {TRUTH: scene.boxes, NOTHING: Boxes3D.empty()}
+            for placement in PLACEMENTS:
+                ghost = _ghost(frame, scene, seed, intention if placement == SPECIFIC else None)
+                believed[placement] = Boxes3D.concatenate([scene.boxes, ghost])
+            for name, boxes in believed.items():
+                driven = drive(scene, intention, boxes, motion=motion, planner=planner)
+                records.setdefault(name, []).append(driven.record)
+        on_progress(number + 1, len(scenarios))
+    return [
+        {
+            "seen": name,
+            **SafetyRates.of(driven).to_json(),
+            **gain(records[TRUTH], driven),
+            "by_intention": {str(intention): _safe(driven, intention) for intention in Intention},
+        }
+        for name, driven in records.items()
+    ]
+
+
+def _safe(records: Sequence[SafetyRecord], intention: Intention) -> float:
+    own = [record.safe for record in records if record.intention == intention]
+    return sum(own) / len(own)
+
+
+def _ghost(frame: SensorFrame, scene: Scene, seed: int, intention: Intention | None) -> Boxes3D:
+    """b* where the run has its patch; an intention if it is specific."""
+    own = [seed, scene.number]
+    if intention is not None:
+        own.append(list(Intention).index(intention))
+    size = frame.image(LEFT).shape[:2]
+    place = random_place(frame.calibration, size, own, objects=scene.boxes, intention=intention)
+    return ghost_box(place, frame.calibration)

@@ -1,0 +1,120 @@
+"""Which measure of perception tells of driving safety?
+
+Average precision counts cars that no drive comes near, and wants boxes that fit closely.  Measures
+that are about what is in reach, and that forgive a box that stands a little aside, are held against
+safety in the same way as it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+import numpy as np
+
+from avsec_gym.experiments.chapter5.decoupling import (
+    TRUE_ATTACKS,
+    Sampled,
+    precision,
+    safety,
+    spearman,
+)
+from avsec_gym.experiments.chapter5.outcomes import RESAMPLES, Condition, Outcomes
+from avsec_gym.experiments.chapter5.seen import found_cars
+from avsec_gym.experiments.chapter5.tables import Row
+from avsec_gym.kitti.detections import above
+from avsec_gym.metrics.average_precision import LOW_IOU
+from avsec_gym.metrics.average_precision_curves import draw_resamples
+from studies.chapter5.mended_drives import SAME
+
+IN_REACH = 20.0
+"""Metres from the camera: goals are 15 m ahead."""
+PRECISION = "AP, IoU 0.7"
+
+Measure = Callable[[Outcomes, Condition, float], Sampled]
+
+
+def telling_rows(outcomes: Outcomes, threshold: float) -> list[Row]:
+    """How far the loss of each measure goes with the loss of safety, over the attacks.
+
+    Args:
+        outcomes: Of a run.
+        threshold: Less sure boxes are not planned on, and not counted but in precision.
+
+    Returns:
+        A row for each measure and detector, and for ``both``: ``attacks``, Spearman's ``rho`` with
+        its ``interval`` (95 %, bootstrap over scenarios, both losses from the same draw), and
+        ``more``, how much larger it is than that of the average precision, with ``more_interval``.
+    """
+    attacks = [
+        one
+        for one in outcomes.conditions
+        if one.attack in TRUE_ATTACKS
+        and not one.whole_levels
+        and one.unattacked in outcomes.conditions
+    ]
+    safe = _lost(lambda _, one, __: safety(outcomes, one), outcomes, attacks, threshold)
+    groups = {name: [one for one in attacks if one.detector == name] for name in outcomes.detectors}
+    rows: list[Row] = []
+    usual: dict[str, Sampled | None] = {}
+    for measure, of in MEASURES.items():
+        lost = _lost(of, outcomes, attacks, threshold)
+        for name, some in {**groups, "both": attacks}.items():
+            rho = spearman([(lost[one], safe[one]) for one in some])
+            first = usual.setdefault(name, rho)
+            more = None if rho is None or first is None else rho - first
+            rows.append(
+                {
+                    "measure": measure,
+                    "detector": name,
+                    "attacks": len(some),
+                    "rho": rho and rho.value,
+                    "interval": rho and rho.interval_around,
+                    "more": more and more.value,
+                    "more_interval": more and more.interval,
+                }
+            )
+    return rows
+
+
+def _lost(
+    measure: Measure, outcomes: Outcomes, attacks: list[Condition], threshold: float
+) -> Mapping[Condition, Sampled]:
+    clean = {
+        one: measure(outcomes, one, threshold)
+        for one in dict.fromkeys(attack.unattacked for attack in attacks)
+    }
+    return {one: clean[one.unattacked] - measure(outcomes, one, threshold) for one in attacks}
+
+
+def _cars_seen(
+    outcomes: Outcomes,
+    condition: Condition,
+    threshold: float,
+    reach: float = np.inf,
+) -> Sampled:
+    """Share of the cars in reach that a box means, percent."""
+    counts = np.zeros((len(outcomes.scenarios), 2))
+    for intention in outcomes.looks(condition):
+        seen = outcomes.detections(condition, intention)
+        for number, (scenario, boxes) in enumerate(zip(outcomes.scenarios, seen, strict=True)):
+            truth = outcomes.labels[scenario]
+            near = np.hypot(truth.location[:, 0], truth.location[:, 2]) < reach
+            seen_there = found_cars(above(boxes, threshold), truth[near], SAME)
+            counts[number] += seen_there.sum(), len(seen_there)
+    samples = draw_resamples(len(outcomes.scenarios), RESAMPLES, 0)
+    found, cars_there = counts.T
+    with np.errstate(invalid="ignore"):
+        return Sampled(
+            100 * float(found.sum() / cars_there.sum()),
+            100 * (samples @ found) / (samples @ cars_there),
+        )
+
+
+MEASURES: Mapping[str, Measure] = {
+    PRECISION: lambda outcomes, one, _: precision(outcomes, one),
+    "AP, IoU 0.5": lambda outcomes, one, _: precision(outcomes, one, LOW_IOU),
+    "cars found": _cars_seen,
+    "cars in reach found": partial(_cars_seen, reach=IN_REACH),
+}
+"""The usual one first; the last two count cars that a box overlaps by more than `SAME`."""

@@ -1,0 +1,254 @@
+"""How often the moving-object classifier and the driving-constraint selector are right.
+
+Run ``python -m studies.perception.classifier_accuracy --world DIR... --kitti ROOT
+--scenarios DIR --json FILE``: on held-out scenes of the procedural world, and, apart from them,
+on the real frames at hand whose truth the authors of the thesis published.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.console import progress
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.metrics.intervals import wilson_interval
+from avsec_gym.perception.motion.classifier import MovingObjectClassifier, neighbour_of
+from avsec_gym.perception.road_type import DrivingConstraintSelector
+from avsec_gym.perception.training.labelled_moments import moments_of
+from avsec_gym.perception.training.motion_samples import OBSTACLES, classified_objects
+from avsec_gym.perception.weights.given import shipped_weights
+from avsec_gym.perception.weights.store import read_card
+from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.label_list import ROAD_TYPES, read_label_list
+from avsec_gym.scenario.scene_sets import labelled_scenarios
+from studies.answer import answer
+
+THESIS = {"motion": 0.9831, "road_type": 0.9464}
+"""Section 5.4.1, on the authors' validation data."""
+
+_DISTANCES = ((0.0, 20.0), (20.0, 40.0), (40.0, 1e3))
+
+
+@dataclass(frozen=True)
+class ObjectVerdict:
+    """What was said of an object, and what is true.
+
+    Args:
+        frame: It is in.
+        distance: Metres.
+        moving: Truth.
+        probability: Of moving, with a neighbouring moment where there is one.
+        single: Of moving, by the current crop alone.
+        has_neighbour: Whether there was one.
+    """
+
+    frame: str
+    distance: float
+    moving: bool
+    probability: float
+    single: float
+    has_neighbour: bool
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Measure everything that the options name.
+
+    Raises:
+        ConfigurationError: They name nothing.
+        DataError: A file is broken.
+    """
+    if not options.world and options.kitti is None:
+        raise ConfigurationError("there is nothing to judge: give --world DIR or --kitti ROOT")
+    if (options.kitti is None) != (options.scenarios is None):
+        raise ConfigurationError("--kitti and --scenarios go together: images, and their truth")
+    classifier = MovingObjectClassifier(weights=options.motion_weights)
+    selector = DrivingConstraintSelector(weights=options.road_type_weights)
+    motion: dict[str, Any] = {"thesis": THESIS["motion"], "weights": _hash(options.motion_weights)}
+    road: dict[str, Any] = {
+        "thesis": THESIS["road_type"],
+        "weights": _hash(options.road_type_weights),
+    }
+    if options.world:
+        moments = [m for root in options.world for m in moments_of(root, options.split or None)]
+        scenes = len({moment.scene for moment in moments})
+        verdicts, roads = [], []
+        with progress("judging") as shown:
+            for done, moment in enumerate(moments, start=1):
+                frame, boxes = moment.frame(), moment.boxes()
+                verdicts += judged(classifier, frame, boxes[classified_objects(boxes)])
+                roads.append((moment.road_type, selector.select(frame)))
+                shown(done, len(moments))
+        motion["world"] = {"scenes": scenes, **_motion_summary(verdicts)}
+        road["world"] = {"scenes": scenes, **_road_summary(roads)}
+    if options.kitti is not None:
+        motion["real"] = _real_motion(classifier, options.kitti, options.scenarios)
+        road["real"] = _real_roads(selector, options.kitti, options.scenarios)
+    return {"motion": motion, "road_type": road}
+
+
+def judged(
+    classifier: MovingObjectClassifier, frame: SensorFrame, boxes: Boxes3D
+) -> list[ObjectVerdict]:
+    """What the classifier says of a frame's objects, with `moving` as truth."""
+    if not len(boxes):
+        return []
+    assert boxes.moving is not None, "the truth"
+    has_neighbour = neighbour_of(frame, boxes) is not None
+    with_neighbour = classifier.probabilities(boxes, frame)
+    alone = classifier.probabilities(boxes, replace(frame, previous=()))
+    columns = zip(boxes.location[:, 2], boxes.moving, with_neighbour, alone, strict=True)
+    return [
+        ObjectVerdict(
+            frame.id, round(float(z), 1), bool(moves), round(float(p), 4), round(float(q), 4),
+            has_neighbour,
+        )
+        for z, moves, p, q in columns
+    ]  # fmt: skip
+
+
+def counted(truth: Sequence[bool], said: Sequence[bool]) -> dict[str, Any]:
+    """Accuracy with its interval (Wilson, 95 %, cases taken as independent), and the confusion."""
+    pairs = list(zip(truth, said, strict=True))
+    right = sum(a == b for a, b in pairs)
+    return {
+        "cases": len(pairs),
+        "accuracy": right / len(pairs) if pairs else None,
+        "interval": list(wilson_interval(right, len(pairs))) if pairs else None,
+        "confusion": {
+            f"{_word(a)}_said_{_word(b)}": pairs.count((a, b))
+            for a in (False, True)
+            for b in (False, True)
+        },
+    }
+
+
+def _word(answer: bool) -> str:
+    return "yes" if answer else "no"
+
+
+def _motion_summary(verdicts: Sequence[ObjectVerdict]) -> dict[str, Any]:
+    def of(chosen: Iterable[ObjectVerdict], single: bool = False) -> dict[str, Any]:
+        chosen = list(chosen)
+        said = [(one.single if single else one.probability) >= 0.5 for one in chosen]
+        return counted([one.moving for one in chosen], said)
+
+    neighboured = [one for one in verdicts if one.has_neighbour]
+    return {
+        "with_neighbour": of(neighboured),
+        "single_crop": of(verdicts, single=True),
+        "single_crop_of_the_same": of(neighboured, single=True),
+        "by_distance": {
+            f"{near:.0f}-{far:.0f} m": of(one for one in neighboured if near <= one.distance < far)
+            for near, far in _DISTANCES
+        },
+    }
+
+
+def _road_summary(roads: Sequence[tuple[RoadType, RoadType]]) -> dict[str, Any]:
+    """Yes is a highway."""
+    truth, said = (
+        [one is RoadType.HIGHWAY for one in column] for column in zip(*roads, strict=True)
+    )
+    return counted(truth, said)
+
+
+def _real_motion(
+    classifier: MovingObjectClassifier, kitti: Path, scenarios: Path
+) -> dict[str, Any]:
+    """Objects of the frames that have an image, apart for the two kinds of truth."""
+    data = KittiObject(kitti)
+    ids = data.ids(having=("image_2", "label_2", "calib"))
+    flags = {
+        scene.id: scene.boxes for scene in labelled_scenarios(scenarios).labelled if scene.id in ids
+    }
+    static = {id for id in _static_frames(scenarios) if id in ids and id not in flags}
+    by_list = {id: _all_standing(data.labels(id)) for id in sorted(static)}
+    result: dict[str, Any] = {}
+    for name, truth in (("flags_of_scenarios", flags), ("static_by_list", by_list)):
+        verdicts = []
+        for id, boxes in sorted(truth.items()):
+            chosen = boxes[classified_objects(boxes)]
+            verdicts += judged(classifier, data.frame(id), chosen)
+        result[name] = {
+            "frames": sorted(truth),
+            **_motion_summary(verdicts),
+            "objects": [vars(verdict) for verdict in verdicts],
+        }
+    return result
+
+
+def _real_roads(
+    selector: DrivingConstraintSelector, kitti: Path, scenarios: Path
+) -> dict[str, Any]:
+    data = KittiObject(kitti)
+    there = set(data.ids(having=("image_2", "calib")))
+    labels = _lists(scenarios / "road_type")
+    frames: list[dict[str, Any]] = []
+    pairs = []
+    for id in sorted(there & labels.keys()):
+        frame, truth = data.frame(id), ROAD_TYPES[labels[id]]
+        pairs.append((truth, selector.select(frame)))
+        highway = round(selector.highway_probability(frame), 4)
+        frames.append({"frame": id, "truth": str(truth), "highway": highway})
+    return {**_road_summary(pairs), "frames": frames}
+
+
+def _static_frames(scenarios: Path) -> set[str]:
+    """Frames none of whose objects moves, by the authors' list of crops."""
+    labels: dict[str, set[int]] = defaultdict(set)
+    for image, label in _lists(scenarios / "moving_object").items():
+        labels[image.partition("_")[0]].add(label)
+    return {id for id, seen in labels.items() if seen == {0}}
+
+
+def _all_standing(boxes: Boxes3D) -> Boxes3D:
+    boxes = boxes[np.isin(boxes.category, OBSTACLES)]
+    return replace(boxes, moving=np.zeros(len(boxes), bool))
+
+
+def _lists(folder: Path) -> dict[str, int]:
+    """Labels by image of all lists of a folder."""
+    lists = sorted(folder.glob("*.csv"))
+    if not lists:
+        raise DataError(
+            "No list of images is here.",
+            path=folder,
+            remedy="It belongs to the labelled scenarios of the thesis' authors.",
+        )
+    return {image: label for path in lists for image, label in read_label_list(path).items()}
+
+
+def _hash(path: Path) -> str | None:
+    card = read_card(path)
+    return None if card is None else card.sha256
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command; its exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--world", type=Path, nargs="*", default=[], help="folders of moments")
+    parser.add_argument("--split", default="val", help="of them; '' for all (default: val)")
+    parser.add_argument("--kitti", type=Path, help="real frames: root of the object benchmark")
+    parser.add_argument("--scenarios", type=Path, help="the authors' labelled scenarios")
+    parser.add_argument("--motion-weights", type=Path, default=shipped_weights("motion_small"))
+    parser.add_argument(
+        "--road-type-weights", type=Path, default=shipped_weights("road_type_small")
+    )
+    parser.add_argument("--json", type=Path, help="file for the result; default: standard output")
+    options = parser.parse_args(arguments)
+    return answer(options, run)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,100 @@
+"""How precise detectors are on held-out frames, with intervals, and why precision is lost.
+
+Run ``python -m studies.perception.detector_precision --kitti DIR --detectors dsgn
+stereo_rcnn --json FILE --figures DIR``. A detector is a name, or ``name=FILE`` with weights of
+one's own. A run that was stopped goes on: what was detected is kept in ``--out``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.perception.weights.given import shipped_weights
+from studies.answer import answer
+from studies.perception.detector_figures import draw_examples, draw_precision
+from studies.perception.detector_scores import detector_scores
+from studies.perception.kept_detections import (
+    add_options,
+    described,
+    detected,
+    labelled_frames,
+    seconds_a_frame,
+)
+from studies.perception.weights_facts import weights_facts
+
+BARS = {"dsgn": 53.0, "stereo_rcnn": 38.0}
+"""AP11 of cars in space, moderate, IoU 0.7, that the small networks are to reach here."""
+THESIS = {"dsgn": (70.94, 52.98, 47.29), "stereo_rcnn": (56.47, 38.20, 32.66)}
+"""The same of the full networks on real KITTI, easy, moderate and hard (section 5.4)."""
+
+NEEDED = ("label_2", "calib", "image_2", "image_3")
+"""Folders in which a frame has a file."""
+_MAKE = "avsec world make --suite mixed --frames 240 --seed 2 --out DIR"
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Detect, score, draw.
+
+    Raises:
+        ConfigurationError: A detector is unknown, or an option makes no sense.
+        DataError: The folder has no frames, a file is broken, or there are no weights.
+    """
+    data, ids, truth = labelled_frames(options, NEEDED, _MAKE)
+    found, result = {}, {}
+    for asked in map(named, options.detectors):
+        name = asked["name"]
+        weights = _weights(asked)
+        found[name] = detected(asked, weights, data, ids, options.out, options.workers)
+        result[name] = {
+            "weights": weights_facts(weights),
+            "bar": BARS.get(name),
+            "thesis": THESIS.get(name),
+            **detector_scores(truth, found[name], options.resamples, options.seed),
+            "seconds": seconds_a_frame(asked, data, ids[: options.timed]),
+        }
+    examples = None
+    if options.figures is not None:
+        draw_precision(truth, found, options.figures)
+        points = {name: one["working_point"] for name, one in result.items()}
+        examples = draw_examples(data, ids, truth, found, points, options.figures)
+    return {
+        "data": described(data, truth),
+        "resamples": options.resamples,
+        "detectors": result,
+        "examples": examples,
+    }
+
+
+def named(text: str) -> dict[str, str]:
+    """What the registry takes, of ``name`` or ``name=FILE``.
+
+    Example:
+        >>> named("dsgn=my.safetensors")
+        {'name': 'dsgn', 'weights': 'my.safetensors'}
+    """
+    name, _, weights = text.partition("=")
+    return {"name": name} | ({"weights": weights} if weights else {})
+
+
+def _weights(asked: Mapping[str, str]) -> Path | None:
+    """The file of weights that a detector takes; None for one without."""
+    if "weights" in asked:
+        return Path(asked["weights"])
+    return shipped_weights(f"{asked['name']}_small") if asked["name"] in BARS else None
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command; its exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    add_options(parser)
+    parser.add_argument("--detectors", nargs="+", default=["dsgn", "stereo_rcnn"])
+    parser.add_argument("--figures", type=Path, help="folder for pictures")
+    return answer(parser.parse_args(arguments), run)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,199 @@
+"""How exact disparities are: the small PSMNet against semi-global matching.
+
+Run ``python -m studies.perception.disparity_accuracy --world DIR --kitti ROOT --json
+FILE``: on held-out pairs of the procedural world with dense truth, and, apart from them, on the
+real pairs of KITTI's stereo benchmarks at hand. Matching is done at the cameras' size, and at that
+to which PSMNet reduces images, which is the fair comparison.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple
+
+import cv2
+import numpy as np
+
+from avsec_gym.console import progress
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.frame import LazyImages, SensorFrame
+from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.kitti.map_files import Disparity, read_disparity
+from avsec_gym.kitti.sensor_files import ImageFile
+from avsec_gym.perception.depth.depth import DisparityMap, pair_scale
+from avsec_gym.perception.depth.ground_truth import GroundTruthDepth
+from avsec_gym.perception.depth.psmnet_depth import PsmNetDepth
+from avsec_gym.perception.depth.sgbm import SemiGlobalMatching
+from avsec_gym.perception.stereo_batch import batch_of_frames
+from avsec_gym.perception.weights.given import shipped_weights
+from avsec_gym.rig import kitti_rig
+from studies.answer import answer
+from studies.perception.disparity_errors import Errors, disparity_errors, error_rates
+from studies.perception.weights_facts import weights_facts
+
+_BENCHMARKS = {
+    "stereo2012": ("colored_0", "colored_1", "disp_occ"),
+    "stereo2015": ("image_2", "image_3", "disp_occ_0"),
+}
+"""Left and right images and truth, occluded pixels among it."""
+
+
+class Pair(NamedTuple):
+    """What is matched, and what is true."""
+
+    frame: SensorFrame
+    truth: Disparity
+
+
+@dataclass(frozen=True)
+class ReducedMatching:
+    """Semi-global matching of pairs reduced to a network's input size."""
+
+    name: ClassVar[str] = "sgbm_reduced"
+    size: tuple[int, int]
+    """Height and width, pixels."""
+    disparities: int
+    """Searched, of these pixels."""
+
+    def disparity(self, frame: SensorFrame) -> DisparityMap:
+        """See `DepthEstimator`; enlarged to the camera's pixels."""
+        batch = batch_of_frames([frame])
+        small = batch.resized(*self.size)
+        pair = (
+            images[0].round().clamp(0, 255).byte().permute(1, 2, 0).contiguous().numpy()
+            for images in (small.left, small.right)
+        )
+        found = SemiGlobalMatching(disparities=self.disparities).match(*pair)
+        height, width = batch.size
+        smooth, nearest = (
+            cv2.resize(found, (width, height), interpolation=kind)
+            for kind in (cv2.INTER_LINEAR, cv2.INTER_NEAREST)
+        )
+        # Next to a hole nothing can be interpolated.
+        values = np.where(np.isfinite(smooth), smooth, nearest) * np.float32(width / self.size[1])
+        return DisparityMap(values, pair_scale(frame, 2, 3))
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Measure everything that the options name.
+
+    Raises:
+        ConfigurationError: They name nothing.
+        DataError: A file is missing or broken, or there are no weights.
+    """
+    if options.world is None and options.kitti is None:
+        raise ConfigurationError("there is nothing to judge: give --world DIR or --kitti ROOT")
+    weights = options.weights or shipped_weights("psmnet_small")
+    network = PsmNetDepth("small", str(weights))
+    size = network.configuration.input_size
+    assert size is not None, "the small network has one"
+    estimators = (
+        network,
+        ReducedMatching(size, network.configuration.disparities),
+        SemiGlobalMatching(),
+    )
+    result: dict[str, Any] = {"weights": weights_facts(weights), "input_size": list(size)}
+    if options.world is not None:
+        pairs = world_pairs(options.world, options.limit)
+        result["world"] = measured(estimators, pairs, options.resamples, options.seed)
+    if options.kitti is not None:
+        result["real"] = {
+            pair.frame.id: measured(estimators, [pair]) for pair in real_pairs(options.kitti)
+        }
+    return result
+
+
+def measured(
+    estimators: Sequence[Any],
+    pairs: Iterable[Pair],
+    resamples: int = 0,
+    seed: int = 0,
+) -> dict[str, Any]:
+    """Errors of each estimator, and its time for a pair.
+
+    Args:
+        estimators: `DepthEstimator`s.
+        pairs: One or more.
+        resamples: Pairs are drawn anew so many times for 95 % intervals; 0: none.
+        seed: Of these draws.
+    """
+    import torch
+
+    errors: dict[str, list[Errors]] = {one.name: [] for one in estimators}
+    seconds: dict[str, list[float]] = {one.name: [] for one in estimators}
+    for pair in pairs:
+        pair.frame.stereo()
+        for one in estimators:
+            begun = time.perf_counter()
+            found = one.disparity(pair.frame).values
+            seconds[one.name].append(time.perf_counter() - begun)
+            errors[one.name].append(disparity_errors(found, pair.truth))
+    rows = {
+        name: {
+            **error_rates(errors[name], resamples, seed),
+            "seconds": round(statistics.median(seconds[name]), 4),
+        }
+        for name in errors
+    }
+    count = len(errors[estimators[0].name])
+    return {"pairs": count, "threads": torch.get_num_threads(), "estimators": rows}
+
+
+def world_pairs(root: Path, limit: int | None = None) -> Iterator[Pair]:
+    """The pairs of a procedural data set, one after another.
+
+    Raises:
+        DataError: There are none, or without true disparities.
+    """
+    data = KittiObject(root)
+    ids = data.ids(having=("image_2", "image_3", "calib"))[:limit]
+    if not ids:
+        raise DataError("No frame here has a pair of images.", path=root)
+    with progress("matching") as shown:
+        for done, id in enumerate(ids, start=1):
+            frame = data.frame(id)
+            yield Pair(frame, GroundTruthDepth().disparity(frame).values)
+            shown(done, len(ids))
+
+
+def real_pairs(kitti: Path) -> Iterator[Pair]:
+    """The first moments of KITTI's stereo benchmarks, looked for in the folder and beside it.
+
+    They come without calibration here; disparities need none, and that of a usual rig stands in.
+    """
+    for name, (left, right, truth) in _BENCHMARKS.items():
+        for base in (kitti, kitti.parent):
+            folder = base / name / "training"
+            for path in sorted((folder / truth).glob("*_10.png")):
+                images = {
+                    camera: ImageFile(folder / side / path.name)
+                    for camera, side in ((2, left), (3, right))
+                }
+                frame = SensorFrame(
+                    f"{name} {path.stem}", kitti_rig().calibration, LazyImages(images)
+                )
+                yield Pair(frame, read_disparity(path))
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command; its exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--world", type=Path, help="frames with disparity_2, in KITTI's layout")
+    parser.add_argument("--kitti", type=Path, help="root of the object benchmark; stereo2012 and"
+                        " stereo2015 are looked for in it and beside it")  # fmt: skip
+    parser.add_argument("--weights", type=Path, help="of the small PSMNet; default: the package's")
+    parser.add_argument("--limit", type=int, help="only the first frames of the world")
+    parser.add_argument("--resamples", type=int, default=1000, help="of pairs, for intervals")
+    parser.add_argument("--seed", type=int, default=0, help="of these")
+    parser.add_argument("--json", type=Path, help="file for the result; default: standard output")
+    return answer(parser.parse_args(arguments), run)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,277 @@
+"""Parts of docs/results/detectors.md on training, real frames, disparity, time, driving, parity."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from avsec_gym.report.markdown_table import UNKNOWN, interval, markdown_table, number
+
+_ESTIMATORS = {
+    "psmnet": "PSMNet, small",
+    "sgbm_reduced": "SGBM at PSMNet's input size",
+    "sgbm": "SGBM at the camera's size",
+}
+_VALIDATED = {
+    "Car_3d_ap11": "AP11 in space",
+    "Car_bev_ap11": "AP11 from above",
+    "Car_2d_ap11": "AP11 in the image",
+    "right_3px": "right to 3 px and 5 %",
+}
+
+
+def training(
+    detectors: Mapping[str, Any],
+    single: Mapping[str, Any] | None,
+    disparity: Mapping[str, Any] | None,
+    curves: Any,
+) -> list[str]:
+    """What the cards of the weights say, and the curves.
+
+    Args:
+        detectors: Of `detector_precision`.
+        single: Of `single_sensor_precision`.
+        disparity: Of `disparity_accuracy`, whose network has a card, too.
+        curves: Of `training_curves`; None where there are none.
+    """
+    measured = {**detectors, **(single["detectors"] if single else {})}
+    cards = {name: one["weights"] for name, one in measured.items()}
+    cards["psmnet"] = disparity and disparity["weights"]
+    known = {name: card for name, card in cards.items() if card}
+    if not known:
+        return []
+    rows = [
+        [
+            f"`{name}`",
+            number(card["parameters"], 0),
+            number(card["bytes"] / 1e6, 1),
+            _frames(card["data"]["training"]),
+            _frames(card["data"]["validation"]),
+            f"{_in_all(card, 'epochs')}; {_in_all(card, 'steps')}",
+            _in_all(card, "minutes"),
+            card["hardware"] or UNKNOWN,
+            number(card["seed"], 0),
+            _validated(card["metrics"]),
+            f"`{card['sha256'][:12]}`",
+        ]
+        for name, card in known.items()
+    ]
+    lines = [
+        "## Training",
+        "",
+        "By the cards beside the weights: of the best validation, or the last (`--keep last`).",
+        "",
+        *markdown_table(
+            ["network", "parameters", "MB", "trained on", "validated on", "epochs; steps",
+             "minutes", "hardware", "seed", "validation", "sha256"],
+            rows,
+        ),
+        "",
+        "```",
+        *(
+            training["command"]
+            for card in known.values()
+            for training in card["trainings"]
+            if training["command"]
+        ),
+        "```",
+    ]  # fmt: skip
+    if curves:
+        lines += [
+            "",
+            "The numbers of the curves are in [detector_training.json](detector_training.json).",
+            "",
+            "![Loss and validation over steps](../images/detector_training.png)",
+        ]
+    return lines
+
+
+def _in_all(card: Mapping[str, Any], what: str) -> str:
+    """The sum over the trainings that made the weights, up to their best validations."""
+    counts = [training[what] for training in card["trainings"]]
+    return UNKNOWN if None in counts else number(sum(counts), 0)
+
+
+def real(result: Mapping[str, Any]) -> list[str]:
+    """Of `real_frames`."""
+    rows = []
+    for name, one in result["detectors"].items():
+        for id, frame in [*one["frames"].items(), ("all", one["all"])]:
+            sure = [f"{found['score']:.2f}" for found in frame.get("surest", ())[:3]]
+            rows.append(
+                [
+                    f"`{name}`",
+                    id,
+                    str(len(frame["cars"])) if "cars" in frame else "",
+                    str(frame["to_find"]),
+                    str(frame["seen_in_image"]),
+                    *(str(frame[kind]) for kind in ("found", "missed", "false_alarms")),
+                    ", ".join(sure),
+                ]
+            )
+    least = ", ".join(
+        f"`{name}` {one['least_score']:.2f}" for name, one in result["detectors"].items()
+    )
+    return [
+        "## Real frames, out of domain",
+        "",
+        "The networks have seen rendered images only. Four real frames say little of how well they"
+        " do on real roads, and that is how this table is meant: by boxes from these scores,"
+        f" {least}, the moderate cars seen in the image, found (IoU 0.5 from above) and missed."
+        " Every car and the surest detections are in [real_frames.json](real_frames.json); KITTI's"
+        " photographs may not be shown here, the command writes them with boxes to `runs/`:",
+        "",
+        "```",
+        "python -m studies.perception.real_frames --kitti ROOT"
+        " --precision docs/results/detectors.json",
+        "```",
+        "",
+        *markdown_table(
+            ["detector", "frame", "cars", "to find", "seen", "found", "missed", "false alarms",
+             "highest scores"],
+            rows,
+        ),
+        "",
+        "![Real frames from above](../images/real_frames.png)",
+    ]  # fmt: skip
+
+
+def disparity(result: Mapping[str, Any]) -> list[str]:
+    """Of `disparity_accuracy`."""
+    parts = {}
+    if "world" in result:
+        parts[f"{result['world']['pairs']} held-out pairs, dense truth"] = result["world"]
+    parts |= {f"{name}, one real pair": one for name, one in result.get("real", {}).items()}
+    lines = [
+        "## Disparity",
+        "",
+        "End-point error in pixels of the camera's image; wrong: off by more than 3 pixels, and"
+        " (D1) by more than 5 % as well, in percent. *Found*: the pixels where an estimator says"
+        " something; *all*: every pixel with truth, occluded ones among them, holes filled as"
+        " KITTI's development kit fills them. PSMNet reduces images to"
+        f" {result['input_size'][1]} x {result['input_size'][0]} pixels. Intervals (95 %) by"
+        " bootstrap over pairs; real pairs are out of PSMNet's domain.",
+        "",
+        "```",
+        "python -m studies.perception.disparity_accuracy --world HELD_OUT --kitti ROOT",
+        "```",
+    ]
+    for title, part in parts.items():
+        rows = [
+            [
+                _ESTIMATORS[name],
+                _rate(one["density"], 100),
+                *(
+                    _rate(one[where][what], scale)
+                    for where in ("found", "all")
+                    for what, scale in (("end_point_error", 1), ("off_3px", 100), ("d1", 100))
+                ),
+                number(one["seconds"], 2),
+            ]
+            for name, one in part["estimators"].items()
+        ]
+        lines += ["", f"**{title}** (time on {part['threads']} threads)", ""]
+        lines += markdown_table(
+            ["estimator", "found, %", "found: error, px", "> 3 px, %", "D1, %", "all: error, px",
+             "> 3 px, %", "D1, %", "s a pair"],
+            rows,
+        )  # fmt: skip
+    return lines
+
+
+def seconds(result: Mapping[str, Any]) -> list[str]:
+    """Of ``benchmarks/detectors.py``."""
+    names = [name for name, one in result.items() if isinstance(one, Mapping)]
+    return [
+        "## Time",
+        "",
+        f"Seconds, median over {result['frames']} frames of 1242 x 375 pixels on"
+        f" {result['threads']} threads of a shared machine, by `python benchmarks/detectors.py`: a"
+        " frame from decoded images to boxes; the gradient of the loss down to the pixels (a step"
+        " of an attack); training, for each image.",
+        "",
+        *markdown_table(
+            ["detector", "trained weights", "a frame", "pixel gradient", "training, an image"],
+            [
+                [
+                    f"`{name}`",
+                    "yes" if result[name]["trained"] else "no",
+                    *(
+                        number(result[name][what], 2)
+                        for what in ("detect", "pixel_gradient", "training_per_image")
+                    ),
+                ]
+                for name in names
+            ],
+        ),
+    ]
+
+
+def ranking(rows: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Of ``examples/rank_detectors.py``."""
+    return [
+        "## Who drives safely",
+        "",
+        "`avsec/DetectorBenchmark-v0` on the default suite `mixed`, the same episodes for every"
+        " detector, by `python examples/rank_detectors.py`; rates in percent with 95 % Wilson"
+        " intervals. `nobody` reports nothing. The networks were validated on frames of this"
+        " suite.",
+        "",
+        *markdown_table(
+            ["detector", "safe driving", "collisions", "without a plan", "objects found"],
+            [
+                [
+                    f"`{row['detector']}`",
+                    interval(
+                        100 * row["safe_driving_rate"], [100 * bound for bound in row["interval"]]
+                    ),
+                    str(row["collisions"]),
+                    str(row["unplanned"]),
+                    number(100 * row["found"], 1),
+                ]
+                for row in rows
+            ],
+        ),
+    ]
+
+
+def parity(result: Mapping[str, Mapping[str, float]]) -> list[str]:
+    """Of ``benchmarks/parity.py``."""
+    return [
+        "## The full networks against the originals",
+        "",
+        "Largest error of any output relative to its largest value, with weights filled by one"
+        " rule, by `python -m benchmarks.parity DIR --json`; the bound is 1e-3.",
+        "",
+        *markdown_table(
+            ["network", "outputs", "largest error"],
+            [
+                [f"`{name}`", str(len(errors)), f"{max(errors.values()):.1e}"]
+                for name, errors in result.items()
+            ],
+        ),
+    ]
+
+
+def _frames(sources: Sequence[Mapping[str, Any]]) -> str:
+    known = []
+    for source in sources:
+        known.append(f"{source['frames']} frames of `{source['suite']}`, seed {source['seed']}")
+        if source.get("baseline"):
+            known[-1] += f", {100 * source['baseline']:.0f} cm between the cameras"
+    return "; ".join(known) or UNKNOWN
+
+
+def _validated(metrics: Mapping[str, float]) -> str:
+    """Of the metric that leads, which a card tells first."""
+    for name, value in metrics.items():
+        if name in _VALIDATED:
+            return f"{_VALIDATED[name]} {value:.1f}"
+    return UNKNOWN
+
+
+def _rate(rate: Mapping[str, Any], scale: float) -> str:
+    value, bounds = rate["value"], rate["interval"]
+    scaled = None if value is None else scale * value
+    digits = 1 if scale > 1 else 2
+    return interval(scaled, bounds and [scale * bound for bound in bounds], digits)

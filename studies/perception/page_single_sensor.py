@@ -1,0 +1,87 @@
+"""The part of docs/results/detectors.md on the detectors of one sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from avsec_gym.report.markdown_table import interval, markdown_table, number
+
+_WHERE = {"2d": "in the image", "bev": "from above", "3d": "in space"}
+_MODERATE = 1
+
+
+def single_sensor(result: Mapping[str, Any]) -> list[str]:
+    """Of `single_sensor_precision`."""
+    data, rows = result["data"], []
+    for name, one in result["detectors"].items():
+        precision = one["average_precision"]
+        for metric in next(iter(precision.values())):
+            cells = [
+                interval(values[metric][points][_MODERATE], _bounds(values[metric], points))
+                for values in precision.values()
+                for points in ("ap11", "ap40")
+            ]
+            seconds = number(one["seconds"]["median"], 2)
+            rows.append([f"`{name}`", one["sensor"], _WHERE[metric], *cells, seconds])
+    ious = next(iter(result["detectors"].values()))["average_precision"]
+    titles = [f"{points}, IoU {iou}" for iou in ious for points in ("AP11", "AP40")]
+    threads = {one["seconds"]["threads"] for one in result["detectors"].values()}
+    made, whose = [], ""
+    if data["suite"] is not None:
+        suite, seed = data["suite"], data["seed"]
+        whose = f" of the procedural world (suite `{suite}`, seed {seed})"
+        made = [
+            f"avsec world make --suite {suite} --frames {data['frames']} --seed {seed} --out DIR"
+        ]
+    return [
+        "## Of one sensor",
+        "",
+        "The detectors that chapter 3 compares between sensors, on"
+        f" {data['frames']} held-out frames with scans{whose}, {data['cars']['moderate']} moderate"
+        " cars in them: average precision of cars, moderate, with 95 %"
+        f" bootstrap intervals over frames ({result['resamples']} draws), in what the sensor lets"
+        " them tell: PIXOR knows no heights, an image no places. Seconds a frame on"
+        f" {' or '.join(map(str, sorted(threads)))} threads. Numbers in"
+        " [single_sensor_detectors.json](single_sensor_detectors.json).",
+        "",
+        "```",
+        *made,
+        "python -m studies.perception.single_sensor_precision --kitti DIR"
+        + " --real ROOT" * any("real" in one for one in result["detectors"].values()),
+        "```",
+        "",
+        *markdown_table(["detector", "sees", "scored", *titles, "s a frame"], rows),
+        *_in_real_frames(result["detectors"]),
+    ]
+
+
+def _in_real_frames(detectors: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    rows = [
+        [
+            f"`{name}`",
+            number(one["working_point"]["score"], 2),
+            str(len(real["frames"])),
+            *(str(real[key]) for key in ("found", "missed", "false_alarms")),
+        ]
+        for name, one in detectors.items()
+        if (real := one.get("real"))
+    ]
+    if not rows:
+        return []
+    return [
+        "",
+        "The networks have learned from the procedural world alone. In the few frames of KITTI at"
+        " hand that have labels and the sensor, moderate cars found and missed, and"
+        " boxes that are none (IoU 0.5, from above or in the image), from that score on at which"
+        " most is found for its false alarms (best F1) in the held-out frames:",
+        "",
+        *markdown_table(
+            ["detector", "score", "real frames", "found", "missed", "false alarms"], rows
+        ),
+    ]
+
+
+def _bounds(values: Mapping[str, Any], points: str) -> Any:
+    found = values.get(f"{points}_interval")
+    return found and found[_MODERATE]

@@ -1,0 +1,139 @@
+"""How precise the detectors of one sensor are on held-out frames: those that chapter 3 compares.
+
+Run ``python -m studies.perception.single_sensor_precision --kitti DIR --json FILE``,
+on frames with scans.  A detector is a name, or ``name=FILE`` with weights of one's own.  A run that
+was stopped goes on: what was detected is kept in ``--out``.  ``--real ROOT`` counts, too, what each
+finds in real frames of KITTI.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.kitti.detections import above
+from avsec_gym.metrics.average_precision import average_precision
+from avsec_gym.metrics.working_point import FROM_ABOVE, IN_IMAGE, counted, working_point
+from avsec_gym.perception.detectors import make_detector
+from avsec_gym.perception.weights.given import shipped_weights
+from studies.answer import answer
+from studies.perception.detection_errors import CATEGORY
+from studies.perception.kept_detections import (
+    add_options,
+    described,
+    detected,
+    labelled_frames,
+    seconds_a_frame,
+)
+from studies.perception.weights_facts import weights_facts
+
+IOUS = (0.7, 0.5)
+CAMERA = 2
+NEEDED = ("label_2", "calib", "image_2", "velodyne")
+"""Folders in which a frame has a file."""
+_MAKE = "avsec world make --suite mixed --frames 200 --seed 2 --out DIR"
+
+
+class Network(NamedTuple):
+    """What a detector looks at, and what it says that can be scored."""
+
+    sensor: str
+    folder: str
+    metrics: tuple[str, ...]
+
+    @property
+    def seen(self) -> int:
+        """Where its boxes are counted."""
+        return IN_IMAGE if "2d" in self.metrics else FROM_ABOVE
+
+
+NETWORKS = {
+    "pixor": Network("LiDAR", "velodyne", ("bev",)),
+    "pointrcnn": Network("LiDAR", "velodyne", ("bev", "3d")),
+    "faster_rcnn": Network(f"camera {CAMERA}", f"image_{CAMERA}", ("2d",)),
+    "yolo": Network(f"camera {CAMERA}", f"image_{CAMERA}", ("2d",)),
+}
+"""PIXOR tells no height, and a single image no place in space."""
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Detect and score.
+
+    Raises:
+        ConfigurationError: A detector is none of `NETWORKS`, or an option makes no sense.
+        DataError: The folder has no frames, a file is broken, or there are no weights.
+    """
+    data, ids, truth = labelled_frames(options, NEEDED, _MAKE)
+    result = {}
+    for text in options.detectors:
+        name, _, file = text.partition("=")
+        if name not in NETWORKS:
+            raise ConfigurationError(f"{name!r} is none of {', '.join(NETWORKS)}")
+        network, weights = NETWORKS[name], Path(file) if file else shipped_weights(f"{name}_small")
+        what: dict[str, Any] = {"name": name, "weights": str(weights)}
+        if "2d" in network.metrics:
+            what = {"name": "single_image", "detector": what, "camera": CAMERA}
+        found = detected(what, weights, data, ids, options.out, options.workers)
+        precision = {}
+        for iou in IOUS:
+            every = average_precision(
+                truth,
+                found,
+                classes=(CATEGORY,),
+                min_iou={CATEGORY: (iou, iou, iou)},
+                resamples=options.resamples,
+                seed=options.seed,
+            ).to_json()[CATEGORY]
+            precision[str(iou)] = {metric: every[metric] for metric in network.metrics}
+        point = working_point(truth, found, network.seen)
+        result[name] = {
+            "sensor": network.sensor,
+            "weights": weights_facts(weights),
+            "average_precision": precision,
+            "working_point": None if point is None else point._asdict(),
+            "seconds": seconds_a_frame(what, data, ids[: options.timed]),
+        }
+        if options.real is not None and point is not None:
+            result[name]["real"] = in_real_frames(options.real, network, what, point.score)
+    return {"data": described(data, truth), "resamples": options.resamples, "detectors": result}
+
+
+def in_real_frames(
+    root: Path, network: Network, what: dict[str, Any], least_score: float
+) -> dict[str, Any]:
+    """Moderate cars found and missed, and false alarms, in all labelled frames with the sensor.
+
+    Args:
+        root: Of the object benchmark.
+        network: Whose sensor it is.
+        what: What `make_detector` takes.
+        least_score: Of boxes that count.
+
+    Raises:
+        DataError: There is no such frame, or a file is broken.
+    """
+    data, detector = KittiObject(root), make_detector(what)
+    ids = data.ids(having=("label_2", "calib", network.folder))
+    if not ids:
+        raise DataError(f"No frame has labels, calib and {network.folder}.", path=root)
+    truth = [data.labels(id, keep_dont_care=True) for id in ids]
+    found = [above(detector.detect(data.frame(id)), least_score) for id in ids]
+    return {"frames": ids, **counted(truth, found, network.seen)._asdict()}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command; its exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    add_options(parser)
+    parser.add_argument("--detectors", nargs="+", default=list(NETWORKS))
+    parser.add_argument("--real", type=Path, help="root of the object benchmark")
+    return answer(parser.parse_args(arguments), run)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,172 @@
+"""How networks were trained: the curves of their runs, thinned, with a picture.
+
+Run ``python -m studies.perception.training_curves dsgn=runs/dsgn,runs/dsgn_2
+stereo_rcnn=runs/stereo_rcnn --json FILE --figure PNG``; of trainings that went on with each
+other's weights, the folders stand in a row.  ``--others FILE`` keeps what an earlier result says of
+networks that are not trained anew.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.drawing.figure_style import FIGURE_STYLE
+from avsec_gym.drawing.scenario_picture import save_picture
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.perception.training.curves import CURVES, read_curves
+from avsec_gym.storage.json_files import read_json_object
+from studies.answer import answer
+
+MOST_POINTS = 100
+"""Of losses; each is the mean of as many rows as needed."""
+
+_SHOWN = {
+    "Car_2d_ap11": "in the image",
+    "Car_3d_ap11_iou50": "in space, IoU 0.5",
+    "Car_bev_ap11_iou50": "from above, IoU 0.5",
+    "Car_bev_ap11": "from above, IoU 0.7",
+    "Car_3d_ap11": "in space, IoU 0.7",
+    "right_3px": "right to 3 px and 5 %",
+}
+"""Of the metrics, all in percent."""
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Read, thin, draw.
+
+    Raises:
+        ConfigurationError: A run is not given as ``name=FOLDER``.
+        DataError: A folder holds no curves, or the earlier result is not one.
+    """
+    result = {} if options.others is None else _others(options.others)
+    for text in options.runs:
+        name, _, folder = text.partition("=")
+        if not (name and folder):
+            raise ConfigurationError(f"a run is given as name=FOLDER, got {text!r}")
+        result[name] = thinned(joined([_curves(Path(one)) for one in folder.split(",")]))
+    if options.figure is not None:
+        save_picture(_figure(result), options.figure, overwrite=True)
+    return result
+
+
+def _others(file: Path) -> dict[str, Any]:
+    return read_json_object(file, remedy="Leave it out.")
+
+
+def joined(trainings: Sequence[Sequence[Mapping[str, Any]]]) -> list[dict[str, Any]]:
+    """The rows of trainings, each of which began with the best weights of the one before.
+
+    Steps and seconds go on; a row ``{"step": ..., "begins": n}`` stands where the n-th begins.
+    """
+    rows: list[dict[str, Any]] = []
+    step, seconds = 0, 0.0
+    for number, training in enumerate(trainings, start=1):
+        if number > 1:
+            rows.append({"step": step, "begins": number})
+        for row in training:
+            rows.append({**row, "step": step + row["step"]})
+            if "seconds" in row:
+                rows[-1]["seconds"] = seconds + row["seconds"]
+        step = rows[-1]["step"]
+        seconds = max((row["seconds"] for row in rows if "seconds" in row), default=0.0)
+    return rows
+
+
+def _curves(folder: Path) -> list[dict[str, Any]]:
+    rows = read_curves(folder)
+    if not rows:
+        raise DataError(
+            f"There is no {CURVES} of a training.",
+            path=folder,
+            remedy="`avsec train` writes it.",
+        )
+    return rows
+
+
+def thinned(rows: Sequence[Mapping[str, Any]], most: int = MOST_POINTS) -> dict[str, Any]:
+    """Every validation, and means of the losses; JSON-able, None for what is not finite.
+
+    And ``begins``, where trainings began that went on with the weights of others.
+
+    Args:
+        rows: Of `read_curves`.
+        most: Points that are left of the losses.
+    """
+    logged = [row for row in rows if "losses" in row]
+    every = max(1, math.ceil(len(logged) / most))
+    losses = []
+    for first in range(0, len(logged), every):
+        part = logged[first : first + every]
+        names = dict.fromkeys(name for row in part for name in row["losses"])
+        means = {
+            name: _mean([row["losses"][name] for row in part if name in row["losses"]])
+            for name in names
+        }
+        losses.append({"step": part[-1]["step"], **means})
+    metrics = [
+        {"step": row["step"], "minutes": round(row["seconds"] / 60, 1)}
+        | {name: _mean([value]) for name, value in row["metrics"].items()}
+        for row in rows
+        if "metrics" in row
+    ]
+    begins = [row["step"] for row in rows if "begins" in row]
+    return {"losses": losses, "metrics": metrics} | ({"begins": begins} if begins else {})
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    mean = sum(values) / len(values)
+    return round(mean, 5) if math.isfinite(mean) else None
+
+
+def _figure(curves: Mapping[str, Mapping[str, Any]]) -> Any:
+    """A row for each network: its loss, its validation."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    style: dict[Any, Any] = {**FIGURE_STYLE, "axes.spines.top": False, "axes.spines.right": False}
+    with mpl.rc_context(style):
+        figure = Figure(figsize=(10, 2.4 * len(curves)), dpi=110, layout="constrained")
+        panels = figure.subplots(len(curves), 2, squeeze=False, sharex="row")
+        for (left, right), (name, one) in zip(panels, curves.items(), strict=True):
+            left.plot(*_points(one["losses"], "total"), color="#0072B2", lw=1.4)
+            left.set_title(f"{name}: loss", loc="left", size=9)
+            for metric, title in _SHOWN.items():
+                if any(metric in row for row in one["metrics"]):
+                    right.plot(*_points(one["metrics"], metric), marker=".", lw=1.4, label=title)
+            right.set_title(f"{name}: validation, %", loc="left", size=9)
+            right.set_ylim(0, 1.05 * max(right.dataLim.y1, 1.0))
+            for axes in (left, right):
+                for step in one.get("begins", ()):
+                    axes.axvline(step, color="grey", lw=0.8, ls=":")
+            if right.lines:
+                # Beside the panel: curves may run anywhere in it.
+                right.legend(frameon=False, fontsize=7, loc="upper left", bbox_to_anchor=(1, 1))
+        for axes in panels[-1]:
+            axes.set_xlabel("steps")
+    return figure
+
+
+def _points(rows: Sequence[Mapping[str, Any]], name: str) -> tuple[list[int], list[float]]:
+    known = [row for row in rows if row.get(name) is not None]
+    return [row["step"] for row in known], [row[name] for row in known]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command; its exit code."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("runs", nargs="+", help="name=FOLDER of `avsec train`")
+    parser.add_argument(
+        "--others", type=Path, help="result of before: other networks stay as there"
+    )
+    parser.add_argument("--figure", type=Path, help="PNG")
+    parser.add_argument("--json", type=Path, help="file for the result; default: standard output")
+    return answer(parser.parse_args(arguments), run)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,83 @@
+"""The command line that all measurements of rendered frames share."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.console import progress
+from studies.answer import answer
+from studies.world.frames import (
+    SUITES,
+    Measure,
+    MeasuredFrames,
+    Scenes,
+    SuiteScenes,
+    measured,
+)
+
+Rows = list[dict[str, Any]]
+
+
+def command(
+    what: str | None,
+    arguments: Sequence[str] | None,
+    run: Callable[[argparse.Namespace], Mapping[str, Any]],
+    *,
+    frames: int = 100,
+    add_arguments: Callable[[argparse.ArgumentParser], None] | None = None,
+) -> int:
+    """Parse arguments, measure, write JSON.
+
+    Args:
+        what: Documentation of the module.
+        arguments: Of the command line; those of the process if None.
+        run: From the options to the result.
+        frames: How many by default.
+        add_arguments: Adds options of its own.
+
+    Returns:
+        The exit code.
+    """
+    parser = argparse.ArgumentParser(description=(what or "").partition("\n")[0])
+    parser.add_argument("--frames", type=int, default=frames, help="rendered frames")
+    parser.add_argument("--suite", choices=sorted(SUITES), default="mixed")
+    parser.add_argument("--seed", type=int, default=0, help="of the suite")
+    parser.add_argument("--workers", type=int, help="processes; default: 2")
+    parser.add_argument("--kitti", type=Path, help="real frames: folder of the object benchmark")
+    parser.add_argument("--rows", type=Path, help="keeps the rows; default: in the cache")
+    parser.add_argument("--json", type=Path, help="file for the result; default: standard output")
+    if add_arguments is not None:
+        add_arguments(parser)
+    options = parser.parse_args(arguments)
+    return answer(options, run)
+
+
+def measure_all(
+    options: argparse.Namespace,
+    *measures: Measure,
+    images: bool = True,
+    scenes: Scenes | None = None,
+    frames: int | None = None,
+) -> dict[str, Rows]:
+    """The rows of measures, of the frames that the options name; see `measured`.
+
+    Args:
+        options: Of `command`.
+        measures: What to measure.
+        images: Whether it needs images and scans.
+        scenes: Instead of the suite's.
+        frames: Instead of the options'.
+    """
+    scenes = scenes or SuiteScenes(options.suite, options.seed)
+    recipe = MeasuredFrames(scenes, frames or options.frames, measures, images)
+    with progress("measuring") as shown:
+        return measured(recipe, workers=options.workers, rows=options.rows, on_progress=shown)
+
+
+def measure_one(options: argparse.Namespace, measure: Measure, *, images: bool = True) -> Rows:
+    """The rows of one measure."""
+    (rows,) = measure_all(options, measure, images=images).values()
+    return rows

@@ -1,0 +1,72 @@
+"""How close the procedural world is to KITTI: all measurements, the page and its figures.
+
+Run ``python -m studies.world.evidence --kitti ROOT --out docs/results``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from studies.world import checks, images, labels, occlusion, scans, stereo
+from studies.world.command import command, measure_all
+from studies.world.figures import draw_labels, draw_scans, draw_stereo
+from studies.world.page import page
+
+_OF_IMAGES = (stereo, scans, images)
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """Measure everything; write the page and its figures.
+
+    The frames are rendered once for all that needs images, and once for the rest.
+
+    Raises:
+        ConfigurationError: There are no real frames to compare with.
+        DataError: A real file is broken.
+    """
+    kitti = options.kitti
+    real_labels = labels.real_sample(labels.required(kitti))
+    seen = measure_all(options, *(module.measure for module in _OF_IMAGES))
+    known = measure_all(
+        options, labels.measure, images=False, frames=max(options.frames, options.labels)
+    )
+    checked = measure_all(options, checks.measure, images=False, frames=options.checks)
+    real_pairs = stereo.real_pairs(kitti)
+    result = {
+        "suite": options.suite,
+        "seed": options.seed,
+        "stereo": stereo.summary(seen["stereo"], real_pairs),
+        "scans": scans.summary(seen["scans"], scans.real_scans(kitti)),
+        "images": images.summary(seen["images"], images.real_images(kitti)),
+        "labels": labels.summary(known["labels"], real_labels),
+        "occlusion": occlusion.calibrate(options, options.twins),
+        "checks": checks.summary(checked["checks"]),
+    }
+    options.images.mkdir(parents=True, exist_ok=True)
+    draw_stereo(seen["stereo"], result["stereo"]["real"], options.images / "world_stereo.png")
+    draw_scans(result["scans"], options.images / "world_scans.png")
+    draw_labels(result["labels"], options.images / "world_labels.png")
+    options.out.mkdir(parents=True, exist_ok=True)
+    (options.out / "world.md").write_text(page(result))
+    return result
+
+
+def _arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--labels", type=int, default=300, help="frames whose labels are compared")
+    parser.add_argument("--checks", type=int, default=50, help="frames that are checked")
+    parser.add_argument("--twins", type=int, default=240, help="real frames with a twin")
+    parser.add_argument("--out", type=Path, default=Path("docs/results"), help="for the page")
+    parser.add_argument("--images", type=Path, default=Path("docs/images"), help="for the figures")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Measure, write JSON, page and figures; returns the exit code."""
+    return command(__doc__, arguments, run, add_arguments=_arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,255 @@
+"""LiDAR scans against rendered depth, against their label boxes, and against real scans.
+
+Run ``python -m studies.world.scans --frames 100 --kitti ROOT``.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.frame import Points
+from avsec_gym.geometry import Floats, transform_points
+from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.kitti.sensor_files import read_points
+from avsec_gym.perception.depth.lidar import visible_points
+from avsec_gym.rig import SensorRig
+from avsec_gym.world.capture import Capture
+from avsec_gym.world.road.section import Surface
+from avsec_gym.world.shots import Shot
+from studies.world.command import command, measure_one
+from studies.world.frames import quantiles
+
+TOLERANCE = 0.05
+"""Metres by which a point may lie outside its object's box."""
+DEEP = 0.10
+"""Metres inside a box, on all sides, where no point of anything else may lie."""
+NEAR_EDGE = 5
+"""Pixels from a jump in disparity within which rendered depth and scan are not compared."""
+JUMP = 1.0
+"""Pixels of disparity between neighbouring pixels."""
+
+_INSIDE = 0.10
+
+RANGES = (0.0, 3.0, 5.0, 7.5, 10.0, 15.0, 20.0, 30.0, 40.0, 60.0, 80.0, 130.0)
+ELEVATIONS = (-30.0, -24.0, -20.0, -16.0, -12.0, -8.0, -4.0, -2.0, 0.0, 2.0, 4.0, 10.0)
+REFLECTANCES = tuple(np.arange(11) / 10.0)
+
+
+def statistics(points: Points) -> dict[str, Any]:
+    """A scan in numbers.
+
+    Args:
+        points: Shape (M, 4), in the order of KITTI's files.
+
+    Returns:
+        JSON-able: how many ``points``; the shares of them in `RANGES` (metres), `ELEVATIONS`
+        (degrees) and `REFLECTANCES`; the share without any reflectance; how many there are in
+        each of the ``beams``.
+    """
+    distance = np.linalg.norm(points[:, :3], axis=1)
+    elevation = np.degrees(np.arcsin(points[:, 2] / np.maximum(distance, 1e-6)))
+    count = max(len(points), 1)
+    return {
+        "points": len(points),
+        "dark": float((points[:, 3] == 0).mean()),
+        "mean_reflectance": float(points[:, 3].mean()),
+        "range": (np.histogram(distance, RANGES)[0] / count).tolist(),
+        "elevation": (np.histogram(elevation, ELEVATIONS)[0] / count).tolist(),
+        "reflectance": (np.histogram(points[:, 3], REFLECTANCES)[0] / count).tolist(),
+        "beams": np.bincount(beams(points)).tolist(),
+    }
+
+
+def beams(points: Points) -> NDArray[np.int64]:
+    """Which beam each point of a KITTI scan belongs to, counted from the top, shape (M,).
+
+    A file holds beam after beam, each once round counter-clockwise from straight ahead.
+    """
+    turn = np.arctan2(points[:, 1], points[:, 0]) % (2 * np.pi)
+    begins = np.diff(turn, prepend=turn[:1]) < -np.pi
+    return np.cumsum(begins)
+
+
+def against_depth(capture: Capture, rig: SensorRig) -> dict[str, Any]:
+    """Whether a scan agrees with the rendered disparity, which is interpolated between pixels.
+
+    Returns:
+        JSON-able: how many ``points`` were compared, the share that ``agree`` to less than one
+        pixel, and the median difference in pixels, all without the points ``behind_windows``
+        (their number): pulses pass the panes that a camera sees.
+    """
+    import cv2
+
+    assert capture.scan is not None, "this compares the scan"
+    height, width = capture.disparity.shape
+    uv, depth, _ = visible_points(capture.scan.points, rig.calibration, (height, width), 2)
+    pixel = np.round(uv).astype(np.int64)
+    baseline = rig.calibration.baseline(2, 3)
+    scanned = rig.calibration.focal_length(2) * baseline / depth
+    map_u, map_v = (column.astype(np.float32)[:, None] for column in uv.T)
+    known = np.nan_to_num(capture.disparity)
+    rendered = cv2.remap(known, map_u, map_v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    vehicle = capture.geometry.surface[pixel[:, 1], pixel[:, 0]] == Surface.VEHICLE
+    deeper = depth - capture.geometry.depth[pixel[:, 1], pixel[:, 0]] > _INSIDE
+    plain = ~near_edges(capture.disparity)[pixel[:, 1], pixel[:, 0]]
+    passed = plain & vehicle & deeper
+    difference = np.abs(scanned - rendered[:, 0])[plain & ~passed]
+    return {
+        "behind_windows": int(passed.sum()),
+        "points": len(difference),
+        "agree": float((difference < 1.0).mean()) if len(difference) else None,
+        "median": float(np.median(difference)) if len(difference) else None,
+    }
+
+
+def near_edges(disparity: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Pixels near a jump in disparity or the border of the sky, shape (H, W)."""
+    import cv2
+
+    known = np.nan_to_num(disparity)
+    edge = np.zeros(known.shape, np.uint8)
+    across, down = (np.abs(np.diff(known, axis=axis)) > JUMP for axis in (1, 0))
+    edge[:, 1:] |= across
+    edge[:, :-1] |= across
+    edge[1:] |= down
+    edge[:-1] |= down
+    size = 2 * NEAR_EDGE + 1
+    return np.asarray(cv2.dilate(edge, np.ones((size, size), np.uint8)) > 0)
+
+
+def against_boxes(capture: Capture, rig: SensorRig) -> dict[str, Any]:
+    """Whether label boxes hold their objects' points, and nothing else.
+
+    Returns:
+        JSON-able: the ``points`` on labelled objects, the share ``inside`` their boxes, the share
+        in the ``worst`` box of ten points or more, and how many ``foreign`` points lie deep in a
+        box.
+    """
+    assert capture.scan is not None, "this compares the scan"
+    boxes, actor = capture.labels.boxes, capture.labels.actor
+    places = transform_points(rig.calibration.velodyne_to_camera, capture.scan.points[:, :3])
+    total = inside = foreign = 0
+    worst = 1.0
+    for index in range(len(boxes)):
+        outside = distance_outside(places, boxes[index : index + 1])
+        own = capture.scan.object_id == actor[index]
+        held = int((outside[own] <= TOLERANCE).sum())
+        count = int(own.sum())
+        total, inside = total + count, inside + held
+        foreign += int(((outside < -DEEP) & ~own).sum())
+        if count >= 10:
+            worst = min(worst, held / count)
+    return {
+        "points": total,
+        "inside": inside / total if total else None,
+        "worst": worst,
+        "foreign": foreign,
+    }
+
+
+def distance_outside(places: Floats, box: Boxes3D) -> Floats:
+    """How far points lie outside the nearest side of one box; negative inside, shape (M,)."""
+    height, width, length = box.dimensions[0]
+    cos, sin = np.cos(box.rotation_y[0]), np.sin(box.rotation_y[0])
+    away = places - box.location[0]
+    along = np.abs(cos * away[:, 0] - sin * away[:, 2]) - 0.5 * length
+    across = np.abs(sin * away[:, 0] + cos * away[:, 2]) - 0.5 * width
+    up = np.abs(-away[:, 1] - 0.5 * height) - 0.5 * height
+    return np.asarray(np.max([along, across, up], axis=0))
+
+
+def measure(shot: Shot, capture: Capture) -> dict[str, Any]:
+    """All of it, of a procedural frame."""
+    assert capture.scan is not None, "this measures the scan"
+    return {
+        "scan": statistics(capture.scan.points),
+        "depth": against_depth(capture, shot.rig),
+        "boxes": against_boxes(capture, shot.rig),
+    }
+
+
+def real_scans(kitti: Path) -> dict[str, dict[str, Any]]:
+    """`statistics` of real scans, by frame.
+
+    Raises:
+        DataError: A file is broken.
+    """
+    nested = kitti / "object"
+    data = KittiObject(nested if nested.is_dir() else kitti)
+    ids = data.ids(having=("velodyne",))
+    return {id: statistics(read_points(data.folder / "velodyne" / f"{id}.bin")) for id in ids}
+
+
+def summary(rows: Sequence[dict[str, Any]], real: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    """Percentiles of procedural frames beside real scans.
+
+    Args:
+        rows: Of `measure`.
+        real: Of `real_scans`.
+    """
+    points = sum(row["depth"]["points"] for row in rows)
+    on_objects = sum(row["boxes"]["points"] for row in rows)
+    return {
+        "frames": len(rows),
+        "depth": {
+            "points": points,
+            "behind_windows": sum(row["depth"]["behind_windows"] for row in rows),
+            "agree": _weighted(rows, "depth", "agree"),
+            "frames": quantiles([row["depth"]["agree"] for row in rows]),
+            "median": quantiles([row["depth"]["median"] for row in rows]),
+        },
+        "boxes": {
+            "points": on_objects,
+            "inside": _weighted(rows, "boxes", "inside"),
+            "worst": quantiles([row["boxes"]["worst"] for row in rows]),
+            "foreign": sum(row["boxes"]["foreign"] for row in rows),
+        },
+        "scans": _scans([row["scan"] for row in rows]),
+        "real": _scans(list(real.values())) if real else None,
+    }
+
+
+def _weighted(rows: Sequence[dict[str, Any]], part: str, name: str) -> float | None:
+    pairs = [(row[part][name], row[part]["points"]) for row in rows if row[part]["points"]]
+    total = sum(points for _, points in pairs)
+    return sum(value * points for value, points in pairs) / total if total else None
+
+
+def _scans(scans: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    parts = ("range", "elevation", "reflectance", "beams")
+    complete = [scan for scan in scans if len(scan["beams"]) == 64]
+    return {
+        "scans": len(scans),
+        **{name: quantiles([s[name] for s in scans]) for name in _NUMBERS},
+        **{
+            name: np.mean([scan[name] for scan in (complete if name == "beams" else scans)], axis=0)
+            .round(4)
+            .tolist()
+            for name in parts
+        },
+    }
+
+
+_NUMBERS = ("points", "dark", "mean_reflectance")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Measure, write JSON; returns the exit code."""
+    return command(
+        __doc__,
+        arguments,
+        lambda options: summary(
+            measure_one(options, measure), real_scans(options.kitti) if options.kitti else {}
+        ),
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,48 @@
+"""Accuracy of the two classifiers, as JSON."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from studies.perception.classifier_accuracy import counted, main
+
+
+def test_counts_and_interval() -> None:
+    # The thesis' 524 of 533; the interval by hand: (p + z²/2n ± z sqrt(...)) / (1 + z²/n).
+    result = counted([True] * 500 + [False] * 33, [True] * 491 + [False] * 42)
+    assert result["cases"] == 533
+    assert result["accuracy"] == pytest.approx(524 / 533)
+    assert result["interval"] == pytest.approx([0.9682, 0.9911], abs=2e-4)
+    assert result["confusion"] == {
+        "no_said_no": 33,
+        "no_said_yes": 0,
+        "yes_said_no": 9,
+        "yes_said_yes": 491,
+    }
+    assert counted([], [])["accuracy"] is None
+
+
+def test_nothing_to_judge_is_an_error() -> None:
+    assert main([]) == 1
+    assert main(["--kitti", "somewhere"]) == 1
+
+
+@pytest.mark.slow
+def test_real_frames_are_reported_apart(shared: Path, tmp_path: Path) -> None:
+    out = tmp_path / "result.json"
+    kitti, scenarios = shared / "kitti" / "object", shared / "safety_scenarios"
+    arguments = ["--kitti", str(kitti), "--scenarios", str(scenarios), "--json", str(out)]
+    assert main(arguments) == 0
+    result = json.loads(out.read_text())
+    flags = result["motion"]["real"]["flags_of_scenarios"]
+    assert flags["frames"] == ["000001", "000002", "000004", "000005", "000006", "000107"]
+    assert flags["with_neighbour"]["cases"] == 0, "these frames have no earlier images"
+    assert flags["single_crop"]["cases"] == len(flags["objects"]) > 8
+    listed = result["motion"]["real"]["static_by_list"]
+    assert "000274" in listed["frames"]
+    assert listed["with_neighbour"]["cases"] == 10
+    assert result["road_type"]["real"]["cases"] == 5
+    assert "world" not in result["motion"]

@@ -1,0 +1,128 @@
+"""Errors of disparity by hand, and the comparison on pairs whose truth is known."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti.map_files import write_disparity
+from avsec_gym.kitti.writing import write_object_frame
+from avsec_gym.perception.depth.sgbm import SemiGlobalMatching
+from avsec_gym.rig import kitti_rig
+from studies.perception.disparity_accuracy import (
+    Pair,
+    ReducedMatching,
+    main,
+    measured,
+    real_pairs,
+    world_pairs,
+)
+from studies.perception.disparity_errors import disparity_errors, error_rates, filled
+
+NAN = float("nan")
+
+
+def row(*values: float) -> np.ndarray:
+    return np.array([values], np.float32)
+
+
+def test_holes_get_what_is_behind() -> None:
+    found = np.float32([[NAN] * 6, [NAN, 5, NAN, NAN, 2, NAN], [NAN] * 6])
+    assert filled(found).tolist() == [[5, 5, 2, 2, 2, 2]] * 3
+    assert filled(np.full((2, 3), np.nan, np.float32)).tolist() == [[0] * 3] * 2
+    whole = np.random.default_rng(0).random((4, 5)).astype(np.float32)
+    assert np.array_equal(filled(whole), whole)
+
+
+def test_errors_by_hand() -> None:
+    truth = row(100, 100, 100, 10, 10, NAN)
+    found = row(104, 106, NAN, 13, 14, 3)
+    errors = disparity_errors(found, truth)
+    # 104 is off by more than 3 px, not by more than 5 %; 13 is off by 3 px, not by more.
+    assert errors.found == (4, 17, 3, 2)
+    # The hole becomes 13, the smaller of 106 and 13.
+    assert errors.all == (5, 104, 4, 3)
+    rates = error_rates([errors, errors])
+    assert rates["density"] == {"value": 0.8, "interval": None}
+    assert rates["found"]["end_point_error"]["value"] == pytest.approx(17 / 4)
+    assert rates["all"]["off_3px"]["value"] == pytest.approx(4 / 5)
+    assert rates["all"]["d1"]["value"] == pytest.approx(3 / 5)
+
+
+def test_pixels_count_not_pairs_and_intervals_hold_the_value() -> None:
+    large = disparity_errors(np.full((3, 30), 10, np.float32), np.full((3, 30), 10, np.float32))
+    small = disparity_errors(row(20, 20), row(10, 10))
+    d1 = error_rates([large, small], resamples=200)["all"]["d1"]
+    assert d1["value"] == pytest.approx(2 / 92, abs=1e-5)
+    assert d1["interval"] == [0.0, 1.0]
+    nothing = disparity_errors(row(1, 1), row(NAN, NAN))
+    assert error_rates([nothing])["all"]["d1"] == {"value": None, "interval": None}
+
+
+def shifted(disparity: int) -> SensorFrame:
+    """A pair of one texture, the same disparity everywhere."""
+    rng = np.random.default_rng(0)
+    coarse = rng.integers(0, 256, (24, 90, 1)).astype(np.uint8)
+    wide = np.repeat(coarse.repeat(5, axis=0).repeat(5, axis=1), 3, axis=2)
+    images = {2: wide[:, : 450 - disparity], 3: wide[:, disparity:]}
+    return SensorFrame("000000", kitti_rig().calibration, images)
+
+
+def test_reduced_matching_speaks_of_the_cameras_pixels() -> None:
+    frame = shifted(20)
+    found = ReducedMatching((60, 215), 32).disparity(frame)
+    assert found.values.shape == (120, 430)
+    inside = found.values[:, 80:]
+    assert np.isfinite(inside).mean() > 0.9
+    assert np.nanmedian(np.abs(inside - 20)) < 0.5
+
+
+def test_estimators_are_compared_on_the_same_pairs(tmp_path: Path) -> None:
+    frame = shifted(20)
+    truth = np.full((120, 430), 20, np.float32)
+    write_object_frame(tmp_path / "training", frame)
+    write_disparity(tmp_path / "training" / "disparity_2" / "000000.png", truth)
+    (pair,) = world_pairs(tmp_path)
+    assert np.array_equal(pair.truth, truth)
+    result = measured((SemiGlobalMatching(disparities=32),), [pair, Pair(frame, truth)])
+    assert result["pairs"] == 2
+    sgbm = result["estimators"]["sgbm"]
+    assert sgbm["found"]["end_point_error"]["value"] < 0.2
+    assert 0.8 < sgbm["density"]["value"] < 1.0
+    assert sgbm["seconds"] > 0
+
+
+def test_real_pairs_are_found_beside_the_object_benchmark(shared: Path) -> None:
+    pairs = list(real_pairs(shared / "kitti" / "object"))
+    assert [pair.frame.id for pair in pairs] == ["stereo2012 000000_10", "stereo2015 000000_10"]
+    sgbm = measured((SemiGlobalMatching(),), pairs[1:])["estimators"]["sgbm"]
+    assert sgbm["found"]["d1"]["value"] < sgbm["all"]["d1"]["value"] < 0.3
+
+
+def test_nothing_to_judge_is_an_error(tmp_path: Path) -> None:
+    assert main([]) == 1
+    missing = tmp_path / "weights.safetensors"
+    assert main(["--world", str(tmp_path), "--weights", str(missing)]) == 1
+
+
+@pytest.mark.slow
+def test_the_command(tmp_path: Path, shared: Path) -> None:
+    import torch
+
+    from avsec_gym.perception.depth.psmnet_depth import PsmNetDepth
+    from avsec_gym.perception.weights.store import ModelCard, save_weights
+
+    torch.manual_seed(0)
+    weights, out = tmp_path / "psmnet.safetensors", tmp_path / "result.json"
+    save_weights(weights, PsmNetDepth().network, ModelCard("psmnet"))
+    kitti = shared / "kitti" / "object"
+    assert main(["--kitti", str(kitti), "--weights", str(weights), "--json", str(out)]) == 0
+    result = json.loads(out.read_text())
+    assert result["input_size"] == [160, 528]
+    for one in result["real"].values():
+        assert set(one["estimators"]) == {"psmnet", "sgbm_reduced", "sgbm"}
+        assert one["estimators"]["psmnet"]["density"]["value"] == 1.0

@@ -1,0 +1,63 @@
+"""Curves of trainings are thinned without losing a validation."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from studies.perception.training_curves import joined, main, thinned
+
+
+def rows() -> list[dict[str, object]]:
+    losses = [{"step": 20 * i, "losses": {"total": float(i)}} for i in range(1, 8)]
+    metrics = [{"step": 70, "seconds": 90.0, "metrics": {"Car_3d_ap11": 5.0, "loss": float("nan")}}]
+    return [*losses[:4], *metrics, *losses[4:]]  # type: ignore[list-item]
+
+
+def test_losses_are_means_and_every_validation_stays() -> None:
+    result = thinned(rows(), most=3)
+    assert result["losses"] == [
+        {"step": 60, "total": 2.0}, {"step": 120, "total": 5.0}, {"step": 140, "total": 7.0}
+    ]  # fmt: skip
+    assert result["metrics"] == [{"step": 70, "minutes": 1.5, "Car_3d_ap11": 5.0, "loss": None}]
+    assert [row["total"] for row in thinned(rows())["losses"]] == pytest.approx(range(1, 8))
+
+
+def test_a_training_that_went_on_continues_the_curve() -> None:
+    both = joined([rows(), rows()])
+    assert [row["step"] for row in both if "metrics" in row] == [70, 210]
+    assert [row["seconds"] for row in both if "metrics" in row] == [90.0, 180.0]
+    result = thinned(both)
+    assert result["begins"] == [140]
+    assert [row["step"] for row in result["losses"]] == [20 * i for i in range(1, 15)]
+
+
+def test_the_command_draws_what_it_tells(tmp_path: Path) -> None:
+    folder, out, figure = (tmp_path / name for name in ("run", "curves.json", "curves.png"))
+    assert main([f"dsgn={folder}"]) == 1
+    assert main(["dsgn"]) == 1
+    folder.mkdir()
+    lines = "".join(json.dumps(row) + "\n" for row in rows())
+    (folder / "curves.jsonl").write_text(lines)
+    assert main([f"dsgn={folder}", "--json", str(out), "--figure", str(figure)]) == 0
+    assert json.loads(out.read_text())["dsgn"]["metrics"][0]["step"] == 70
+    assert figure.read_bytes().startswith(b"\x89PNG")
+    assert main([f"dsgn={folder},{folder}", "--json", str(out)]) == 0
+    assert [row["step"] for row in json.loads(out.read_text())["dsgn"]["metrics"]] == [70, 210]
+
+
+def test_networks_that_are_not_trained_anew_stay(tmp_path: Path) -> None:
+    folder, out = tmp_path / "run", tmp_path / "curves.json"
+    folder.mkdir()
+    (folder / "curves.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows()))
+    before = {"psmnet": {"losses": [], "metrics": []}, "dsgn": "of before"}
+    out.write_text(json.dumps(before))
+    assert main([f"dsgn={folder}", "--others", str(out), "--json", str(out)]) == 0
+    after = json.loads(out.read_text())
+    assert after["psmnet"] == before["psmnet"]
+    assert after["dsgn"]["metrics"][0]["step"] == 70
+    out.write_text("no JSON")
+    assert main([f"dsgn={folder}", "--others", str(out), "--json", str(out)]) == 1
+    assert out.read_text() == "no JSON"
