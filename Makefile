@@ -34,10 +34,10 @@ bench: .venv/installed
 	$(BIN)/python benchmarks/layouts.py
 	$(BIN)/python benchmarks/validation.py
 
-# Figures and results that the documentation shows; docs/make_results.sh tells which variables
+# Figures and results that the documentation shows; studies/make_results.sh tells which variables
 # (KITTI, SCENARIOS, DETECTIONS, ...) bring in the parts on real data.
 docs: .venv/installed
-	PYTHON=$(BIN)/python sh docs/make_results.sh
+	PYTHON=$(BIN)/python sh studies/make_results.sh
 
 # Forget compiled numba kernels.
 fresh:

@@ -3,7 +3,7 @@
     python benchmarks/ghost_places.py                             # procedural layouts
     python benchmarks/ghost_places.py --scenarios SCENARIOS       # and on labelled scenarios
     python benchmarks/ghost_places.py --agents 0 --episodes 200   # rules alone, smaller
-    python benchmarks/ghost_places.py --table docs/results/ghost_attacker.json   # as in docs/
+    python benchmarks/ghost_places.py --table studies/results/ghost_attacker.json   # as in docs/
 
 Rules are chosen on training layouts, with 5,000 evaluations each where there is something to
 search, and judged on held-out ones, as PPO agents are.  An evaluation is the success of one rule

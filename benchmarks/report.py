@@ -1,6 +1,6 @@
-"""Runs the benchmarks and writes docs/results/benchmarks.json and benchmarks.md.
+"""Runs the benchmarks and writes studies/results/benchmarks.json and benchmarks.md.
 
-    python benchmarks/report.py [--out docs/results] [--scenarios DIR]
+    python benchmarks/report.py [--out studies/results] [--scenarios DIR]
         [--planning DIR --original PATH]
 
 ``--scenarios`` adds the labelled KITTI scenarios; ``--planning`` a folder with ``scenarios/``,
@@ -40,7 +40,7 @@ def run(script: str, *arguments: str) -> Any:
 def main() -> None:
     """Run everything, write both files."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("docs/results"))
+    parser.add_argument("--out", type=Path, default=Path("studies/results"))
     parser.add_argument("--scenarios")
     parser.add_argument("--planning", type=Path)
     parser.add_argument("--original")

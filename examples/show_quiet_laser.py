@@ -89,7 +89,7 @@ def page(result: Mapping[str, Any], figure: str) -> list[str]:
         " (`examples/train_quiet_laser.py` tells how).",
         "",
         "```",
-        "python examples/train_quiet_laser.py --json > docs/results/quiet_laser.json",
+        "python examples/train_quiet_laser.py --json > studies/results/quiet_laser.json",
         "```",
         "",
         f"![Unsafe drives against noticed ones, by attacker]({figure})",
@@ -121,8 +121,10 @@ def main() -> None:
     """Read, draw, write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("result", type=Path, help="JSON of train_quiet_laser.py")
-    parser.add_argument("--figure", type=Path, default=Path("docs/images/quiet_laser.png"))
-    parser.add_argument("--markdown", type=Path, default=Path("docs/results/quiet_laser.md"))
+    parser.add_argument(
+        "--figure", type=Path, default=Path("studies/results/images/quiet_laser.png")
+    )
+    parser.add_argument("--markdown", type=Path, default=Path("studies/results/quiet_laser.md"))
     options = parser.parse_args()
     result = json.loads(read_text(options.result))
     save_picture(draw(result["attackers"]), options.figure, overwrite=True)

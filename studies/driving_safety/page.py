@@ -1,4 +1,4 @@
-"""The page docs/results/driving_safety.md, from the numbers of `report`."""
+"""The page studies/results/driving_safety.md, from the numbers of `report`."""
 
 from __future__ import annotations
 

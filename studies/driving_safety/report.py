@@ -1,4 +1,4 @@
-"""Writes docs/results/driving_safety.md: the main job on the labelled scenarios of real KITTI.
+"""Writes studies/results/driving_safety.md: the main job on the labelled scenarios of real KITTI.
 
 python -m studies.driving_safety.report --scenarios DIR --detections DIR
 """
@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenarios", type=Path, required=True)
     parser.add_argument("--detections", type=Path, required=True)
-    parser.add_argument("--out", type=Path, default=Path("docs/results"))
+    parser.add_argument("--out", type=Path, default=Path("studies/results"))
     options = parser.parse_args(arguments)
     results = run(options.scenarios, options.detections)
     options.out.mkdir(parents=True, exist_ok=True)

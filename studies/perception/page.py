@@ -1,7 +1,7 @@
-"""Writes docs/results/detectors.md: every figure of it comes from the JSON files beside it.
+"""Writes studies/results/detectors.md: every figure of it comes from the JSON files beside it.
 
-Run ``python -m studies.perception.page --results docs/results``, after the commands
-that write these files (``docs/make_detector_results.sh``).
+Run ``python -m studies.perception.page --results studies/results``, after the commands
+that write these files (``studies/make_detector_results.sh``).
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ def _head(scores: Mapping[str, Any]) -> list[str]:
         f" {cars['hard']} (hard). {_held_out(scores)}"
         " Average precision of cars by KITTI's rules in percent, with 95 % bootstrap intervals over"
         f" frames ({scores['resamples']} draws). Numbers in [detectors.json](detectors.json);"
-        " everything on this page is made by `docs/make_detector_results.sh`, this part by",
+        " everything on this page is made by `studies/make_detector_results.sh`, this part by",
         "",
         "```",
         *made,
@@ -198,7 +198,7 @@ def _in_full(scores: Mapping[str, Any]) -> list[str]:
                 rows.append([title, iou, *cells])
         lines += ["", f"**`{name}`**", ""]
         lines += markdown_table(["metric", "IoU", "AP11", "AP40"], rows)
-        lines += ["", f"![Precision over recall of {name}](../images/{name}_precision.png)"]
+        lines += ["", f"![Precision over recall of {name}](images/{name}_precision.png)"]
     return lines
 
 
@@ -244,7 +244,7 @@ def _levels(values: Mapping[str, Any], points: str) -> str:
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; its exit code."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--results", type=Path, default=Path("docs/results"))
+    parser.add_argument("--results", type=Path, default=Path("studies/results"))
     parser.add_argument("--json", type=Path, help="file for a summary; default: standard output")
     return answer(parser.parse_args(arguments), run)
 

@@ -1,4 +1,4 @@
-"""The part of docs/results/detectors.md on the two classifiers."""
+"""The part of studies/results/detectors.md on the two classifiers."""
 
 from __future__ import annotations
 

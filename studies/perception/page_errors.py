@@ -1,4 +1,4 @@
-"""Parts of docs/results/detectors.md: why precision is lost, and frames to look at."""
+"""Parts of studies/results/detectors.md: why precision is lost, and frames to look at."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def examples(scores: Mapping[str, Any]) -> list[str]:
     for one in chosen:
         counts = "; ".join(f"`{name}` {_counts(count)}" for name, count in one["counts"].items())
         lines += ["", f"Frame {one['frame']}, the {one['rank']}: {counts}."]
-        lines += ["", f"![The {one['rank']} frame](../images/detections_{one['rank']}.jpg)"]
+        lines += ["", f"![The {one['rank']} frame](images/detections_{one['rank']}.jpg)"]
     return lines
 
 

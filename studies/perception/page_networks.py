@@ -1,4 +1,4 @@
-"""Parts of docs/results/detectors.md on training, real frames, disparity, time, driving, parity."""
+"""Parts of studies/results/detectors.md on training, real frames, disparity, time, driving, parity."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def training(
             "",
             "The numbers of the curves are in [detector_training.json](detector_training.json).",
             "",
-            "![Loss and validation over steps](../images/detector_training.png)",
+            "![Loss and validation over steps](images/detector_training.png)",
         ]
     return lines
 
@@ -123,7 +123,7 @@ def real(result: Mapping[str, Any]) -> list[str]:
         "",
         "```",
         "python -m studies.perception.real_frames --kitti ROOT"
-        " --precision docs/results/detectors.json",
+        " --precision studies/results/detectors.json",
         "```",
         "",
         *markdown_table(
@@ -132,7 +132,7 @@ def real(result: Mapping[str, Any]) -> list[str]:
             rows,
         ),
         "",
-        "![Real frames from above](../images/real_frames.png)",
+        "![Real frames from above](images/real_frames.png)",
     ]  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""The part of docs/results/detectors.md on the detectors of one sensor."""
+"""The part of studies/results/detectors.md on the detectors of one sensor."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """How close the procedural world is to KITTI: all measurements, the page and its figures.
 
-Run ``python -m studies.world.evidence --kitti ROOT --out docs/results``.
+Run ``python -m studies.world.evidence --kitti ROOT --out studies/results``.
 """
 
 from __future__ import annotations
@@ -59,8 +59,10 @@ def _arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--labels", type=int, default=300, help="frames whose labels are compared")
     parser.add_argument("--checks", type=int, default=50, help="frames that are checked")
     parser.add_argument("--twins", type=int, default=240, help="real frames with a twin")
-    parser.add_argument("--out", type=Path, default=Path("docs/results"), help="for the page")
-    parser.add_argument("--images", type=Path, default=Path("docs/images"), help="for the figures")
+    parser.add_argument("--out", type=Path, default=Path("studies/results"), help="for the page")
+    parser.add_argument(
+        "--images", type=Path, default=Path("studies/results/images"), help="for the figures"
+    )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

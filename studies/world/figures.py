@@ -1,4 +1,4 @@
-"""The figures of `docs/results/world.md`: rendered frames (blue) over real ones (grey)."""
+"""The figures of `studies/results/world.md`: rendered frames (blue) over real ones (grey)."""
 
 from __future__ import annotations
 

@@ -166,7 +166,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--scenarios", type=Path, help="labelled driving-safety scenarios")
     parser.add_argument("--out", type=Path, default=Path("docs/images"), help="for the figure")
     parser.add_argument(
-        "--results", type=Path, default=Path("docs/results"), help="for the JSON file"
+        "--results", type=Path, default=Path("studies/results"), help="for the JSON file"
     )
     parser.add_argument("--count", type=int, default=7481, help="layouts to generate")
     parser.add_argument("--seed", type=int, default=0, help="of the set of layouts")

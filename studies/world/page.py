@@ -1,4 +1,4 @@
-"""`docs/results/world.md`: every figure of it comes from the measurements."""
+"""`studies/results/world.md`: every figure of it comes from the measurements."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _stereo(stereo: Mapping[str, Any]) -> list[str]:
         " disparity is wrong if it is off by more than 3 pixels and 5 %; the LiDAR's nearest point"
         " in a pixel counts, and nothing left of column 130.",
         "",
-        "![Difficulty of rendered and real pairs](../images/world_stereo.png)",
+        "![Difficulty of rendered and real pairs](images/world_stereo.png)",
         "",
         "| rendered pairs | mean | 5 % | 25 % | median | 75 % | 95 % |",
         "| --- | --- | --- | --- | --- | --- | --- |",
@@ -95,7 +95,7 @@ def _scans(scans: Mapping[str, Any]) -> list[str]:
         "| --- | --- | --- |",
         *("| " + " | ".join(row) + " |" for row in rows),
         "",
-        "![Range, elevation, reflectance and beams](../images/world_scans.png)",
+        "![Range, elevation, reflectance and beams](images/world_scans.png)",
     ]
 
 
@@ -124,7 +124,7 @@ def _labels(labels: Mapping[str, Any]) -> list[str]:
         " vehicles (car, van, truck, misc) unless said otherwise. *By chance*: the distance of as"
         " many random frames of KITTI from all of them.",
         "",
-        "![Labels of rendered and real frames](../images/world_labels.png)",
+        "![Labels of rendered and real frames](images/world_labels.png)",
         "",
         "| quantity | distance | rendered to KITTI | by chance | mean, rendered | mean, KITTI |",
         "| --- | --- | --- | --- | --- | --- |",

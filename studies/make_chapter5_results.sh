@@ -1,5 +1,5 @@
 #!/bin/sh
-# Makes docs/results/chapter5.md: the thesis' central experiment on digital twins of the authors' 600
+# Makes studies/results/chapter5.md: the thesis' central experiment on digital twins of the authors' 600
 # scenarios, with the small detectors and the patches of the package.  Hours; every step goes on
 # where it was stopped.  Environment: PYTHON; KITTI (object root, whose labels and calibrations the
 # twins are made of); SCENARIOS, the authors' labelled scenarios; RUNS, where twins and runs lie;
@@ -21,21 +21,21 @@ avsec world twin --kitti "$KITTI" --ids $(ids dynamic_label static_label nocar) 
 FRAMES=frames=$RUNS/twins/street,$RUNS/twins/highway
 avsec run chapter5 --scenarios "$SCENARIOS" --limit "${LIMIT:-200}" --options "$FRAMES" --threads 1 \
     --out "$RUNS/chapter5"
-avsec report "$RUNS/chapter5" --markdown docs/results/chapter5.md --overwrite --json \
+avsec report "$RUNS/chapter5" --markdown studies/results/chapter5.md --overwrite --json \
     > "$RUNS/chapter5.json"
-placeless "$RUNS/chapter5.json" > docs/results/chapter5.json
-placeless "$RUNS/chapter5/manifest.json" > docs/results/chapter5_manifest.json
+placeless "$RUNS/chapter5.json" > studies/results/chapter5.json
+placeless "$RUNS/chapter5/manifest.json" > studies/results/chapter5_manifest.json
 "$PYTHON" -m studies.chapter5.score_thresholds "$RUNS/chapter5" \
-    --markdown docs/results/chapter5_thresholds.md --json docs/results/chapter5_thresholds.json
+    --markdown studies/results/chapter5_thresholds.md --json studies/results/chapter5_thresholds.json
 "$PYTHON" -m studies.chapter5.costly_errors "$RUNS/chapter5" \
-    --markdown docs/results/chapter5_errors.md --json docs/results/chapter5_errors.json
-"$PYTHON" -m studies.chapter5.decoupling_figure docs/results/chapter5.json \
-    docs/results/chapter5_errors.json --figure docs/images/chapter5.png
+    --markdown studies/results/chapter5_errors.md --json studies/results/chapter5_errors.json
+"$PYTHON" -m studies.chapter5.decoupling_figure studies/results/chapter5.json \
+    studies/results/chapter5_errors.json --figure docs/images/chapter5.png
 
 # All 600 with nobody attacking: the U columns, and how long one setting takes.
 avsec run unattacked --scenarios "$SCENARIOS" --options "$FRAMES" sanity_sheet=false --threads 1 \
     --out "$RUNS/unattacked"
-avsec report "$RUNS/unattacked" --pictures 0 --markdown docs/results/chapter5_unattacked.md --overwrite
+avsec report "$RUNS/unattacked" --pictures 0 --markdown studies/results/chapter5_unattacked.md --overwrite
 
 # Stereo R-CNN whose scores tell the class alone, as published, instead of the images' agreement too;
 # calibrated on the frames that the package's own was (docs/detectors.md, "Training").
@@ -53,7 +53,7 @@ avsec run patch --scenarios "$SCENARIOS" --limit "${LIMIT:-200}" --threads 1 \
     --options "$FRAMES" sanity_sheet=false "stereo_rcnn=$PLAIN/stereo_rcnn_small.safetensors" \
     --out "$RUNS/chapter5_without_evidence"
 avsec report "$RUNS/chapter5_without_evidence" --pictures 0 \
-    --markdown docs/results/chapter5_without_evidence.md --overwrite
+    --markdown studies/results/chapter5_without_evidence.md --overwrite
 
 # DSGN without its spatial pyramid pooling: the package's weights go on learning without it, and a
 # patch is trained against them as the package's were.
@@ -76,4 +76,4 @@ avsec run without_pyramid --scenarios "$SCENARIOS" --limit "${LIMIT:-200}" --thr
     --options "$FRAMES" sanity_sheet=false "patches=$RUNS/patches" \
     "dsgn_without_pyramid=$WITHOUT/weights.safetensors" --out "$RUNS/without_pyramid"
 avsec report "$RUNS/without_pyramid" --pictures 0 \
-    --markdown docs/results/chapter5_without_pyramid.md --overwrite
+    --markdown studies/results/chapter5_without_pyramid.md --overwrite

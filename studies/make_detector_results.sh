@@ -1,5 +1,5 @@
 #!/bin/sh
-# Makes docs/results/detectors.md with its numbers and pictures, from the weights in the package.
+# Makes studies/results/detectors.md with its numbers and pictures, from the weights in the package.
 # Environment: PYTHON; HELD_OUT, where the frames lie on which the detectors are judged (made if they
 # are not there); SCANS, the same with scans, for the detectors of one sensor; KITTI (object root;
 # stereo2012 and stereo2015 beside it are used too) for real frames; RUNS, where `avsec train` left the
@@ -16,16 +16,16 @@ RUNS=${RUNS:-runs}
 "$PYTHON" -m avsec_gym world verify "$HELD_OUT" > /dev/null 2>&1 || "$PYTHON" -m avsec_gym \
     world make --suite mixed --frames 240 --seed 2 --no-lidar --out "$HELD_OUT"
 "$PYTHON" -m studies.perception.detector_precision --kitti "$HELD_OUT" \
-    --figures docs/images --json docs/results/detectors.json
+    --figures studies/results/images --json studies/results/detectors.json
 "$PYTHON" -m studies.perception.disparity_accuracy --world "$HELD_OUT" \
-    ${KITTI:+--kitti "$KITTI"} --json docs/results/disparity.json
+    ${KITTI:+--kitti "$KITTI"} --json studies/results/disparity.json
 [ -z "${KITTI:-}" ] || "$PYTHON" -m studies.perception.real_frames --kitti "$KITTI" \
-    --precision docs/results/detectors.json --figure docs/images/real_frames.png \
-    --json docs/results/real_frames.json
+    --precision studies/results/detectors.json --figure studies/results/images/real_frames.png \
+    --json studies/results/real_frames.json
 "$PYTHON" -m avsec_gym world verify "$SCANS" > /dev/null 2>&1 || "$PYTHON" -m avsec_gym \
     world make --suite mixed --frames 200 --seed 2 --out "$SCANS"
 "$PYTHON" -m studies.perception.single_sensor_precision --kitti "$SCANS" \
-    ${KITTI:+--real "$KITTI"} --json docs/results/single_sensor_detectors.json
+    ${KITTI:+--real "$KITTI"} --json studies/results/single_sensor_detectors.json
 set --
 for name in dsgn stereo_rcnn psmnet pixor pointrcnn faster_rcnn yolo; do
     folders=
@@ -35,12 +35,12 @@ for name in dsgn stereo_rcnn psmnet pixor pointrcnn faster_rcnn yolo; do
     [ -z "$folders" ] || set -- "$@" "$name=$folders"
 done
 [ $# -eq 0 ] || "$PYTHON" -m studies.perception.training_curves "$@" \
-    --others docs/results/detector_training.json --figure docs/images/detector_training.png \
-    --json docs/results/detector_training.json
+    --others studies/results/detector_training.json --figure studies/results/images/detector_training.png \
+    --json studies/results/detector_training.json
 [ -z "${CLASSIFIERS:-}" ] || "$PYTHON" -m studies.perception.classifier_accuracy \
     --world $CLASSIFIERS ${KITTI:+--kitti "$KITTI"} ${SCENARIOS:+--scenarios "$SCENARIOS"} \
-    --json docs/results/classifiers.json
-"$PYTHON" benchmarks/detectors.py > docs/results/detector_benchmark.json
-"$PYTHON" examples/rank_detectors.py > docs/results/detector_ranking.json
-[ -z "${PARITY:-}" ] || "$PYTHON" -m benchmarks.parity "$PARITY" --json > docs/results/parity.json
-"$PYTHON" -m studies.perception.page --results docs/results > /dev/null
+    --json studies/results/classifiers.json
+"$PYTHON" benchmarks/detectors.py > studies/results/detector_benchmark.json
+"$PYTHON" examples/rank_detectors.py > studies/results/detector_ranking.json
+[ -z "${PARITY:-}" ] || "$PYTHON" -m benchmarks.parity "$PARITY" --json > studies/results/parity.json
+"$PYTHON" -m studies.perception.page --results studies/results > /dev/null
