@@ -1,4 +1,4 @@
-"""Parts of studies/results/detectors.md on training, real frames, disparity, time, driving, parity."""
+"""Parts of detectors.md on training, real frames, disparity, time, driving, parity."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ from avsec_gym.runs.run_folder import RunFolder
 
 pytestmark = pytest.mark.slow
 
-RESULTS = Path(__file__).parents[2] / "docs" / "results"
+RESULTS = Path(__file__).parents[2] / "studies" / "results"
 PAGES = (
     "page", "torso", "identification_sgbm", "five_sensors", "optical_attacks", "believed",
     "localisation", "defence", "other",

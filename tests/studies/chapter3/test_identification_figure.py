@@ -10,7 +10,7 @@ import pytest
 from avsec_gym.drawing.scenario_picture import picture_array
 from studies.chapter3.identification_figure import draw_identification, main
 
-REPORT = Path(__file__).parents[3] / "docs" / "results" / "identification_sgbm.json"
+REPORT = Path(__file__).parents[3] / "studies" / "results" / "identification_sgbm.json"
 
 
 def test_it_shows_what_the_report_says(tmp_path: Path) -> None:

@@ -157,7 +157,7 @@ def test_too_few_frames_and_other_seeds_are_refused(
 
 
 def test_the_page_says_what_came_out(tmp_path: Path) -> None:
-    results = Path(__file__).parents[3] / "docs" / "results"
+    results = Path(__file__).parents[3] / "studies" / "results"
     made = json.loads((results / "shipped_fits.json").read_text())
     assert page.main([str(results / "shipped_fits.json"), "--out", str(tmp_path / "page.md")]) == 0
     told = (tmp_path / "page.md").read_text()
