@@ -9,9 +9,9 @@ _HEAD = """# Damaged files
 
 `python benchmarks/fuzz --files {files} --seed {seed} --out studies/results/fuzz.json` damages
 {files} files of each kind and reads them as the commands do. *Read*: what was read is possible.
-*Refused*: by an error of this project that names the file. Faults are a traceback of another error, a value
-that no sound file holds, an error that does not name the file, memory beyond {memory} GiB, no
-answer in {patience:.0f} s, a process that ended.
+*Refused*: by an error of this project that names the file. Faults are a traceback of another
+error, a value that no sound file holds, an error that does not name the file, memory beyond
+{memory} GiB, no answer in {patience:.0f} s, a process that ended.
 
 | kind | read | refused | faults |
 |---|---:|---:|---:|
