@@ -129,7 +129,8 @@ class Train:
         import torch
 
         from avsec_gym import __version__
-        from avsec_gym.perception.weights.store import ModelCard, read_card, save_weights
+        from avsec_gym.perception.weights.model_card import ModelCard
+        from avsec_gym.perception.weights.store import read_card, save_weights
 
         description = task.description()
         began_with = None if self.start is None else read_card(self.start)

@@ -58,8 +58,9 @@ class WeightsImport:
         """Do it; the exit code."""
         from dataclasses import asdict
 
+        from avsec_gym.perception.weights.model_card import ModelCard
         from avsec_gym.perception.weights.published import load_published
-        from avsec_gym.perception.weights.store import ModelCard, save_weights
+        from avsec_gym.perception.weights.store import save_weights
 
         out = self.out or self.file.with_suffix(".safetensors")
         if out.suffix != ".safetensors":

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from avsec_gym.experiments.chapter3.attacks import OTHER, SMALLER
-from avsec_gym.experiments.chapter3.identification.detection_rates import RATES, SCENARIOS
 from avsec_gym.experiments.chapter3.identification.knowing_attackers import (
     AGREED_DEPTH,
     AGREEING,
@@ -16,6 +15,7 @@ from avsec_gym.experiments.chapter3.identification.knowing_attackers import (
     REMOVED,
     VEIL,
 )
+from avsec_gym.experiments.chapter3.settings import RATES, SCENARIOS
 from avsec_gym.experiments.chapter3.thesis import DETECTION, ERROR_BOUNDS, IDENTIFICATION
 from avsec_gym.report.page_table import Cell, Table, figure, name, number
 from avsec_gym.validation.evidence.brightness import MIN_LIGHT

@@ -16,10 +16,10 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import Floats, rectangle_corners, rectangle_polygons, wrap_angle
 from avsec_gym.rig import SensorRig
 from avsec_gym.world.actors import Actors
+from avsec_gym.world.course import Course
 from avsec_gym.world.ground import Ground
 from avsec_gym.world.layouts.view import without_overlaps
-from avsec_gym.world.road.course import Course
-from avsec_gym.world.road.section import CrossSection
+from avsec_gym.world.section import CrossSection
 
 EGO_DIMENSIONS = (1.50, 1.80, 4.70)
 """Height, width, length of the car with the sensors, metres."""

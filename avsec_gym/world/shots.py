@@ -11,6 +11,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.rig import SensorRig, kitti_rig
 from avsec_gym.road_type import RoadType
 from avsec_gym.world.actors import Actors, Moment
+from avsec_gym.world.course import Course, course_from_curvature
 from avsec_gym.world.framing import (
     actors_from_boxes,
     ground_through,
@@ -27,7 +28,6 @@ from avsec_gym.world.ground import Ground
 from avsec_gym.world.layouts import Layout
 from avsec_gym.world.layouts.road import Road
 from avsec_gym.world.rendering.light import draw_light
-from avsec_gym.world.road.course import Course, course_from_curvature
 from avsec_gym.world.road.sections import section_for_lanes
 from avsec_gym.world.site import Site, Style
 from avsec_gym.world.stage import Stage, build_stage

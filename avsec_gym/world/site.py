@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from avsec_gym.road_type import RoadType
+from avsec_gym.world.course import Course
 from avsec_gym.world.ground import Ground
-from avsec_gym.world.road.course import Course
-from avsec_gym.world.road.section import CrossSection
+from avsec_gym.world.section import CrossSection
 
 
 class Style(StrEnum):

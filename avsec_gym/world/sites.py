@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from avsec_gym.world.course import Course, course_from_curvature
 from avsec_gym.world.ground import Ground
 from avsec_gym.world.road import sections
-from avsec_gym.world.road.course import Course, course_from_curvature
-from avsec_gym.world.road.section import CrossSection, Lane, Strip, Surface
+from avsec_gym.world.section import CrossSection, Lane, Strip, Surface
 from avsec_gym.world.site import SideStreet, Site, Style
 
 BEHIND = 80.0

@@ -18,10 +18,10 @@ from avsec_gym.world.rendering.renderer import Renderer
 from avsec_gym.world.rendering.texturing import OverlayArrays
 from avsec_gym.world.road.land import land_mesh
 from avsec_gym.world.road.overlay import Overlay, paint_overlay
-from avsec_gym.world.road.section import Surface
 from avsec_gym.world.road.surface import road_meshes
 from avsec_gym.world.scenery.composition import compose
 from avsec_gym.world.scenery.plot import Placement
+from avsec_gym.world.section import Surface
 from avsec_gym.world.site import Site
 
 SIGHT = 170.0

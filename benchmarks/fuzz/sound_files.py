@@ -151,7 +151,8 @@ def network() -> object:
 
 def weights(path: Path) -> None:
     """Weights with their card."""
-    from avsec_gym.perception.weights.store import ModelCard, save_weights
+    from avsec_gym.perception.weights.model_card import ModelCard
+    from avsec_gym.perception.weights.store import save_weights
 
     card = ModelCard("tiny", configuration={"width": 4}, metrics={"ap": 0.5}, steps=10)
     save_weights(path, network(), card)  # type: ignore[arg-type]

@@ -21,7 +21,7 @@ from avsec_gym.world.actors import Actors
 from avsec_gym.world.capture import Capture, pinhole
 from avsec_gym.world.mesh import Float32s
 from avsec_gym.world.rendering.ray_scene import Hits, RayScene
-from avsec_gym.world.road.section import Surface
+from avsec_gym.world.section import Surface
 from avsec_gym.world.shots import Shot
 from avsec_gym.world.stage import actor_mesh
 from studies.world.command import command, measure_one

@@ -22,7 +22,7 @@ from avsec_gym.world.capture import Capture, pinhole
 from avsec_gym.world.labels import FULLY_VISIBLE, PARTLY_VISIBLE
 from avsec_gym.world.rendering.ray_scene import RayScene, Thing
 from avsec_gym.world.rendering.silhouettes import silhouettes
-from avsec_gym.world.road.section import Surface
+from avsec_gym.world.section import Surface
 from avsec_gym.world.shots import Shot
 from avsec_gym.world.stage import actor_mesh
 from studies.world.command import command, measure_all

@@ -21,7 +21,7 @@ from avsec_gym.kitti.sensor_files import read_points
 from avsec_gym.perception.depth.lidar import visible_points
 from avsec_gym.rig import SensorRig
 from avsec_gym.world.capture import Capture
-from avsec_gym.world.road.section import Surface
+from avsec_gym.world.section import Surface
 from avsec_gym.world.shots import Shot
 from studies.world.command import command, measure_one
 from studies.world.frames import quantiles

@@ -8,7 +8,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.world.mesh import Float32s
 from avsec_gym.world.rendering.camera import PinholeCamera
 from avsec_gym.world.rendering.renderer import Renderer
-from avsec_gym.world.road.section import Surface
+from avsec_gym.world.section import Surface
 from avsec_gym.world.shots import Shot
 
 LARGEST_REPEAT = 0.5

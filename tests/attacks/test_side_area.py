@@ -18,7 +18,7 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import project, transform_points
 from avsec_gym.kitti.map_files import write_disparity, write_mask
 from avsec_gym.rig import kitti_rig
-from avsec_gym.world.road.section import Surface
+from avsec_gym.world.section import Surface
 
 CALIBRATION = kitti_rig().calibration
 PARALLAX = CALIBRATION.focal_length() * CALIBRATION.baseline()

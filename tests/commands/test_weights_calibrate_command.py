@@ -18,7 +18,8 @@ from avsec_gym.kitti import write_calibration, write_labels
 from avsec_gym.perception import stereo_batch
 from avsec_gym.perception.detectors.image_detector import image_boxes
 from avsec_gym.perception.detectors.score_calibration import NAME, ScoreCalibration
-from avsec_gym.perception.weights.store import ModelCard, read_card, save_weights
+from avsec_gym.perception.weights.model_card import ModelCard
+from avsec_gym.perception.weights.store import read_card, save_weights
 from avsec_gym.registry import Kind
 from avsec_gym.rig import kitti_rig
 

@@ -13,7 +13,6 @@ import pytest
 from avsec_gym.commands.report import Report
 from avsec_gym.experiments.chapter3 import summary as chapter_3
 from avsec_gym.experiments.chapter3.attacks import BEYOND
-from avsec_gym.experiments.chapter3.identification.detection_rates import SCENARIOS
 from avsec_gym.experiments.chapter3.identification.knowing_attackers import (
     DIM,
     FAR,
@@ -22,6 +21,7 @@ from avsec_gym.experiments.chapter3.identification.knowing_attackers import (
 )
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import alone, bits, measured
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
+from avsec_gym.experiments.chapter3.settings import SCENARIOS
 from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_report import run_report
 from avsec_gym.report.tables_of_validation import unseen_table

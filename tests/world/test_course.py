@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from avsec_gym.world.road.course import Course, course_from_curvature
-from avsec_gym.world.road.section import CrossSection, Lane, Line, LineKind, Strip, Surface
+from avsec_gym.world.course import Course, course_from_curvature
+from avsec_gym.world.section import CrossSection, Lane, Line, LineKind, Strip, Surface
 
 bends = st.lists(st.floats(-0.02, 0.02), min_size=3, max_size=6)
 

@@ -10,6 +10,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import rectangle_corners, rectangle_polygons
 from avsec_gym.rig import kitti_rig
 from avsec_gym.world.actors import Actors
+from avsec_gym.world.course import course_from_curvature
 from avsec_gym.world.framing import (
     actors_from_boxes,
     ground_through,
@@ -22,8 +23,7 @@ from avsec_gym.world.framing import (
     with_street_behind,
 )
 from avsec_gym.world.ground import Ground
-from avsec_gym.world.road.course import course_from_curvature
-from avsec_gym.world.road.section import CrossSection, Strip, Surface
+from avsec_gym.world.section import CrossSection, Strip, Surface
 
 STRAIGHT = course_from_curvature(np.zeros(301), start=-100.0)
 

@@ -18,7 +18,7 @@ from avsec_gym.world.rendering.light import Light
 from avsec_gym.world.rendering.ray_scene import RayScene, Thing
 from avsec_gym.world.rendering.renderer import Renderer
 from avsec_gym.world.rendering.silhouettes import silhouettes
-from avsec_gym.world.road.section import Surface
+from avsec_gym.world.section import Surface
 from avsec_gym.world.shapes import box
 
 pytestmark = pytest.mark.usefixtures("little_textures")

@@ -7,10 +7,7 @@ from typing import Any
 
 from avsec_gym.experiments.chapter3.attacks import BEYOND
 from avsec_gym.experiments.chapter3.identification.beyond_rates import beyond_rates
-from avsec_gym.experiments.chapter3.identification.detection_rates import (
-    CURVE_RATES,
-    detection_rates,
-)
+from avsec_gym.experiments.chapter3.identification.detection_rates import detection_rates
 from avsec_gym.experiments.chapter3.identification.error_distributions import (
     case_distributions,
     reference_distributions,
@@ -36,6 +33,7 @@ from avsec_gym.experiments.chapter3.recordings import (
     fitted_to,
     recordings_of,
 )
+from avsec_gym.experiments.chapter3.settings import CURVE_RATES
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results
 from avsec_gym.validation.fitted_on import FittedOn

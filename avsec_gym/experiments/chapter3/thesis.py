@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from avsec_gym.experiments.chapter3.identification.detection_rates import RATES, SCENARIOS
+from avsec_gym.experiments.chapter3.settings import RATES, SCENARIOS
 from avsec_gym.sensor_system import Triple
 
 DETECTION = {

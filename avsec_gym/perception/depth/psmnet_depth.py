@@ -13,8 +13,8 @@ from avsec_gym.perception.depth.depth import DisparityMap, pair_scale
 from avsec_gym.perception.depth.psmnet import PsmNet, PsmNetConfiguration, psmnet_loss
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
 from avsec_gym.perception.weights.given import Weights, card_of, give_weights
+from avsec_gym.perception.weights.model_card import ModelCard
 from avsec_gym.perception.weights.recorded import recorded_corners
-from avsec_gym.perception.weights.store import ModelCard
 
 _MEAN, _DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
 """Of ImageNet's red, green and blue, as shares of 255."""

@@ -15,7 +15,7 @@ from scipy.special import expit, log_expit, logit
 
 from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
-from avsec_gym.perception.weights.store import ModelCard
+from avsec_gym.perception.weights.model_card import ModelCard
 
 NAME = "score_calibration"
 """Among what the card of weights has `beside`."""

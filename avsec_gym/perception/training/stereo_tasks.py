@@ -11,7 +11,8 @@ from avsec_gym.perception.training.detection_task import DetectionTask, Trainabl
 from avsec_gym.perception.training.disparity_task import DisparityTask
 from avsec_gym.perception.training.stereo_task import stereo_samples
 from avsec_gym.perception.training.tasks import TaskOptions
-from avsec_gym.perception.weights.store import ModelCard, load_weights
+from avsec_gym.perception.weights.model_card import ModelCard
+from avsec_gym.perception.weights.store import load_weights
 
 
 def dsgn_task(options: TaskOptions) -> DetectionTask:

@@ -8,7 +8,8 @@ from pathlib import Path
 from torch import Tensor, nn
 
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.perception.weights.store import WHERE_FROM, ModelCard, load_weights, read_card
+from avsec_gym.perception.weights.model_card import ModelCard
+from avsec_gym.perception.weights.store import WHERE_FROM, load_weights, read_card
 from avsec_gym.storage.regular_files import is_file
 
 SHIPPED = "shipped"

@@ -16,7 +16,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 if TYPE_CHECKING:
     from torch import nn
 
-    from avsec_gym.perception.weights.store import ModelCard
+    from avsec_gym.perception.weights.model_card import ModelCard
 
 CORNERS = "aligned_corners"
 """The name of such settings in every configuration: whether the centres of the outermost cells stay

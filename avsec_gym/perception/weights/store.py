@@ -5,15 +5,15 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import torch
 from safetensors.torch import save
 from torch import Tensor, nn
 
 from avsec_gym.errors import DataError
+from avsec_gym.perception.weights.model_card import ModelCard
 from avsec_gym.perception.weights.recorded import check_recorded
 from avsec_gym.perception.weights.state_dict import fit_state
 from avsec_gym.perception.weights.tensor_files import read_tensors
@@ -24,55 +24,6 @@ from avsec_gym.storage.text_files import write_text
 
 WHERE_FROM = "Train them with `avsec train`, or take published ones with `avsec weights import`."
 _AGAIN = "Fetch or train the weights again."
-
-
-@dataclass(frozen=True)
-class ModelCard:
-    """What is known of weights; JSON beside the file.
-
-    Args:
-        network: Such as ``dsgn``.
-        configuration: Of the network.
-        data: What it was trained and validated on.
-        training: Configuration of the training, seed among it.
-        metrics: On the validation data.
-        beside: What was learned with the network and is no part of it, such as weights of losses.
-        steps: Of training.
-        epochs: Of training.
-        minutes: It took.
-        hardware: It ran on.
-        command: That made the weights.
-        before: Trainings whose weights this one began with, the first one first; see `trainings`.
-        versions: Of what made them.
-        source: Where weights come from that were not made here.
-        parameters: How many numbers are learned.
-        storage: Of floating-point numbers in the file.
-        sha256: Of the file.
-    """
-
-    network: str
-    configuration: dict[str, Any] = field(default_factory=dict)
-    data: dict[str, Any] = field(default_factory=dict)
-    training: dict[str, Any] = field(default_factory=dict)
-    metrics: dict[str, float] = field(default_factory=dict)
-    beside: dict[str, list[float]] = field(default_factory=dict)
-    steps: int | None = None
-    epochs: int | None = None
-    minutes: float | None = None
-    hardware: str | None = None
-    command: str | None = None
-    before: list[dict[str, Any]] = field(default_factory=list)
-    versions: dict[str, str] = field(default_factory=dict)
-    source: str | None = None
-    parameters: int | None = None
-    storage: str = "float16"
-    sha256: str = ""
-
-    def trainings(self) -> list[dict[str, Any]]:
-        """One after the other, this one last: command, seed, epochs, steps, minutes, sha256."""
-        facts = ("command", "epochs", "steps", "minutes", "sha256")
-        this = {name: getattr(self, name) for name in facts} | {"seed": self.training.get("seed")}
-        return [*self.before, this]
 
 
 def save_weights(path: str | Path, network: nn.Module, card: ModelCard) -> ModelCard:

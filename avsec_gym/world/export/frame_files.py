@@ -5,7 +5,7 @@ such as ``disparity_02/data``:
 
 ==============  ==================================================================================
 ``disparity``   16-bit PNG, KITTI's stereo format: of every pixel but the sky
-``surface``     8-bit PNG: `avsec_gym.world.road.section.Surface`
+``surface``     8-bit PNG: `avsec_gym.world.section.Surface`
 ``instance``    16-bit PNG: number of the label line, counted from 1; 0 for all else
 ``moving``      a flag a label line: ``n`` no obstacle, ``0`` stands, ``1`` moves, ``-1`` comes
                 towards the ego vehicle

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from avsec_gym.world.road.section import Surface
+from avsec_gym.world.section import Surface
 
 _VEGETATION = int(Surface.VEGETATION)
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.world.mesh import Float32s, Int32s, Mesh, merge
-from avsec_gym.world.road.section import Surface
+from avsec_gym.world.section import Surface
 from avsec_gym.world.textures.library import texture_library
 
 NOTHING = -1

@@ -24,7 +24,7 @@ from avsec_gym.world.rendering.shading import (
 )
 from avsec_gym.world.rendering.surfaces import Surfaces, surfaces
 from avsec_gym.world.rendering.texturing import OverlayArrays, no_overlay
-from avsec_gym.world.road.section import Surface
+from avsec_gym.world.section import Surface
 from avsec_gym.world.textures.library import texture_library
 
 _GRID_STEP = 5

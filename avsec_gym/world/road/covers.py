@@ -10,7 +10,7 @@ import numpy as np
 
 from avsec_gym.world.road.canvas import Canvas, offset, rectangle
 from avsec_gym.world.road.junction import Mouth
-from avsec_gym.world.road.section import Surface
+from avsec_gym.world.section import Surface
 from avsec_gym.world.site import Site, Style
 
 _IRON = (66.0, 63.0, 60.0)

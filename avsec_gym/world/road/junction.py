@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
 from avsec_gym.geometry import Floats
-from avsec_gym.world.road.section import CrossSection, Strip
+from avsec_gym.world.section import CrossSection, Strip
 from avsec_gym.world.site import SideStreet, Site
 
 _KERB = 0.14

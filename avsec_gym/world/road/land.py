@@ -12,8 +12,8 @@ from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.road.loft import ground_normals, triangles
 from avsec_gym.world.road.materials import ground_materials
-from avsec_gym.world.road.section import Surface
 from avsec_gym.world.road.surface import outline
+from avsec_gym.world.section import Surface
 from avsec_gym.world.site import Site, Style
 
 _REACH = 900.0

@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike
 from shapely.geometry.base import BaseGeometry
 
 from avsec_gym.geometry import Floats
+from avsec_gym.world.course import Course
 from avsec_gym.world.ground import Ground
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import Float32s, Mesh
-from avsec_gym.world.road.course import Course
 from avsec_gym.world.shapes import grid
 
 _ACROSS, _ACROSS_PADS = 3.0, 1.0

@@ -9,8 +9,8 @@ import numpy as np
 from avsec_gym.geometry import Floats
 from avsec_gym.world.road.canvas import Canvas, offset, rectangle, wear_tile
 from avsec_gym.world.road.junction import Mouth
-from avsec_gym.world.road.section import Line, LineKind, Strip, Surface
 from avsec_gym.world.road.symbols import ARROWS, STROKES, placed
+from avsec_gym.world.section import Line, LineKind, Strip, Surface
 from avsec_gym.world.site import Site, Style
 
 _WHITE = (214.0, 213.0, 206.0)

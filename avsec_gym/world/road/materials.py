@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from avsec_gym.world.material import Material
-from avsec_gym.world.road.section import Strip, Surface
+from avsec_gym.world.section import Strip, Surface
 from avsec_gym.world.site import Site, Style
 
 _ASPHALTS = {

@@ -6,7 +6,7 @@ import numpy as np
 
 from avsec_gym.geometry import Floats
 from avsec_gym.world.road.canvas import Canvas, Colour, offset, rectangle, wear_tile
-from avsec_gym.world.road.section import Strip, Surface
+from avsec_gym.world.section import Strip, Surface
 from avsec_gym.world.site import Site, Style
 
 _FRESH: tuple[Colour, ...] = ((62, 63, 66), (74, 74, 76), (86, 86, 87))

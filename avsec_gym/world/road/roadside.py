@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from avsec_gym.world.road.section import Surface
+from avsec_gym.world.section import Surface
 from avsec_gym.world.site import Style
 
 

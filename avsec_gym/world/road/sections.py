@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from avsec_gym.world.road.roadside import Part, parking, roadside
-from avsec_gym.world.road.section import CrossSection, Lane, Line, LineKind, Strip, Surface
+from avsec_gym.world.section import CrossSection, Lane, Line, LineKind, Strip, Surface
 from avsec_gym.world.site import Style
 
 _SPEEDS = {

@@ -14,7 +14,7 @@ from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.road.junction import Mouth, left_out, mouths
 from avsec_gym.world.road.loft import Lay, area_meshes, strip_meshes, wall_meshes
 from avsec_gym.world.road.materials import ground_materials, strip_material
-from avsec_gym.world.road.section import CrossSection, Surface
+from avsec_gym.world.section import CrossSection, Surface
 from avsec_gym.world.site import Site
 
 PAINTED = (Surface.ROAD, Surface.PARKING, Surface.CYCLE_PATH, Surface.PAVEMENT)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from avsec_gym.geometry import Floats
 from avsec_gym.world.road.canvas import Canvas, Mask, offset
 from avsec_gym.world.road.junction import Mouth
-from avsec_gym.world.road.section import CrossSection, Surface
+from avsec_gym.world.section import CrossSection, Surface
 from avsec_gym.world.site import Site, Style
 from avsec_gym.world.textures.noise import fractal_noise
 

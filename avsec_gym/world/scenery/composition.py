@@ -10,10 +10,10 @@ import shapely
 
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.plants import distant_woods, hills
-from avsec_gym.world.road.section import Surface
 from avsec_gym.world.scenery.built_up import campus, city, residential
 from avsec_gym.world.scenery.open_country import highway, rural
 from avsec_gym.world.scenery.plot import Placement, Plot
+from avsec_gym.world.section import Surface
 from avsec_gym.world.site import Site, Style
 
 _STYLES: dict[Style, Callable[[Plot, np.random.Generator], None]] = {

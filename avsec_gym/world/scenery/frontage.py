@@ -10,9 +10,9 @@ import numpy as np
 
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.buildings import garden_wall, make_building, picket_fence
-from avsec_gym.world.road.section import Surface
 from avsec_gym.world.scenery.planting import plant_bushes, plant_hedge, plant_trees
 from avsec_gym.world.scenery.plot import Plot
+from avsec_gym.world.section import Surface
 
 HOUSES = 16
 """Different houses of one kind and size: some thousands in all."""

@@ -9,10 +9,10 @@ from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.buildings import make_building
 from avsec_gym.world.models.furniture.barriers import guard_rail, noise_barrier
 from avsec_gym.world.models.furniture.crossings import overpass, sign_gantry
-from avsec_gym.world.road.section import Surface
 from avsec_gym.world.scenery.planting import grove, plant_bushes, plant_trees
 from avsec_gym.world.scenery.plot import Plot
 from avsec_gym.world.scenery.street_side import line_up, scatter
+from avsec_gym.world.section import Surface
 
 _WOODS = ("maple", "lime", "spruce", "pine", "birch", "maple")
 _CROWNS = 2.5

@@ -9,8 +9,8 @@ import numpy as np
 
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.plants import BUSHES, VARIANTS, Detail, bush, hedge, tree
-from avsec_gym.world.road.section import Surface
 from avsec_gym.world.scenery.plot import Make, Plot
+from avsec_gym.world.section import Surface
 
 _MIDDLE, _FAR = 26.0, 55.0
 

@@ -11,7 +11,7 @@ import shapely
 
 from avsec_gym.geometry import rectangle_polygons
 from avsec_gym.world.mesh import Mesh
-from avsec_gym.world.road.section import Surface
+from avsec_gym.world.section import Surface
 from avsec_gym.world.site import Site
 
 Make = Callable[[float], Mesh]

@@ -10,8 +10,8 @@ import numpy as np
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.furniture.catalogue import FURNITURE
 from avsec_gym.world.models.people import make_bicycle
-from avsec_gym.world.road.section import Surface
 from avsec_gym.world.scenery.plot import Plot
+from avsec_gym.world.section import Surface
 
 GROUPS = {
     "street_sign": (

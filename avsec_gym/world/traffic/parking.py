@@ -11,7 +11,7 @@ from avsec_gym.geometry import Floats, rectangle_polygons
 from avsec_gym.world.layouts.dimensions import CATEGORIES, CategoryMix
 from avsec_gym.world.layouts.road import Placed, join, place_row
 from avsec_gym.world.layouts.view import without_overlaps
-from avsec_gym.world.road.section import Strip, Surface
+from avsec_gym.world.section import Strip, Surface
 from avsec_gym.world.site import Site
 from avsec_gym.world.traffic.population import Bystander
 from avsec_gym.world.traffic.routes import Route

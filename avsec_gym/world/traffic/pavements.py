@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from avsec_gym.geometry import Floats, rectangle_corners
-from avsec_gym.world.road.section import Strip, Surface
+from avsec_gym.world.section import Strip, Surface
 from avsec_gym.world.site import Site, Style
 from avsec_gym.world.traffic.population import Bystander
 from avsec_gym.world.traffic.routes import SPACING, Route, along_course, join, stations

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from avsec_gym.geometry import Floats
-from avsec_gym.world.road.section import Lane, Surface
+from avsec_gym.world.section import Lane, Surface
 from avsec_gym.world.site import SideStreet, Site, Style
 from avsec_gym.world.traffic.routes import Route, along_course, join
 from avsec_gym.world.traffic.state import Integers

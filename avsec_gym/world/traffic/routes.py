@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from avsec_gym.geometry import Floats
-from avsec_gym.world.road.course import Course
+from avsec_gym.world.course import Course
 from avsec_gym.world.traffic.driving import bend_limits
 
 SPACING = 0.5

@@ -15,7 +15,8 @@ from avsec_gym.experiments.chapter5.attacked_drives import (
 )
 from avsec_gym.kitti.sensor_files import write_image
 from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
-from avsec_gym.perception.weights.store import ModelCard, save_weights
+from avsec_gym.perception.weights.model_card import ModelCard
+from avsec_gym.perception.weights.store import save_weights
 from avsec_gym.rig import kitti_rig
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.scenario.intention import Intention

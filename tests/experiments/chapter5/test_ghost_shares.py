@@ -17,7 +17,7 @@ from avsec_gym.kitti.map_files import write_disparity, write_mask
 from avsec_gym.kitti.writing import write_object_frame
 from avsec_gym.rig import kitti_rig
 from avsec_gym.scenario.frame_scenes import FrameScenes, frame_scenes
-from avsec_gym.world.road.section import Surface
+from avsec_gym.world.section import Surface
 
 CALIBRATION = kitti_rig().calibration
 HALF_WIDTH = 8.0

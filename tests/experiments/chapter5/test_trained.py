@@ -15,7 +15,8 @@ from avsec_gym.experiments.chapter5.trained import (
 )
 from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
 from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
-from avsec_gym.perception.weights.store import ModelCard, save_weights
+from avsec_gym.perception.weights.model_card import ModelCard
+from avsec_gym.perception.weights.store import save_weights
 
 NAME = "dsgn_without_pyramid"
 SMALL = DsgnConfiguration.preset("small")

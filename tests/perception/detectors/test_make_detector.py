@@ -15,7 +15,8 @@ from avsec_gym.perception.detectors.detector import Detector, DifferentiableDete
 from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
 from avsec_gym.perception.detectors.scan_obstacles import ScanObstacles
 from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
-from avsec_gym.perception.weights.store import ModelCard, save_weights
+from avsec_gym.perception.weights.model_card import ModelCard
+from avsec_gym.perception.weights.store import save_weights
 
 LABEL = "Car 0.00 0 -1.58 587.01 173.33 614.12 200.12 1.65 1.67 3.64 -0.65 1.71 46.70 -1.59"
 

@@ -11,7 +11,7 @@ from avsec_gym.perception.detectors.score_calibration import (
     ScoreCalibration,
     fit_score_calibration,
 )
-from avsec_gym.perception.weights.store import ModelCard
+from avsec_gym.perception.weights.model_card import ModelCard
 
 
 def test_a_bent_scale_is_straightened() -> None:

@@ -19,7 +19,8 @@ from avsec_gym.perception.depth.psmnet import PsmNet, PsmNetConfiguration
 from avsec_gym.perception.depth.psmnet_depth import PsmNetDepth
 from avsec_gym.perception.nn.pyramid_pooling import FeatureConfiguration
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
-from avsec_gym.perception.weights.store import ModelCard, load_weights, read_card, save_weights
+from avsec_gym.perception.weights.model_card import ModelCard
+from avsec_gym.perception.weights.store import load_weights, read_card, save_weights
 from avsec_gym.rig import kitti_rig
 
 TINY = PsmNetConfiguration(

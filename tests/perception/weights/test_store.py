@@ -11,7 +11,8 @@ import torch
 from torch import nn
 
 from avsec_gym.errors import DataError
-from avsec_gym.perception.weights.store import ModelCard, load_weights, read_card, save_weights
+from avsec_gym.perception.weights.model_card import ModelCard
+from avsec_gym.perception.weights.store import load_weights, read_card, save_weights
 
 CARD = ModelCard("toy", metrics={"precision": 0.5}, command="avsec train toy", steps=7)
 

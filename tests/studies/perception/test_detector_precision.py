@@ -15,7 +15,8 @@ from avsec_gym.kitti.labels import parse_labels
 from avsec_gym.kitti.writing import write_object_frame
 from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
 from avsec_gym.perception.weights.given import shipped_weights
-from avsec_gym.perception.weights.store import ModelCard, save_weights
+from avsec_gym.perception.weights.model_card import ModelCard
+from avsec_gym.perception.weights.store import save_weights
 from avsec_gym.rig import kitti_rig
 from studies.perception.detector_precision import main, named
 from studies.perception.page import FILES, page

@@ -114,7 +114,8 @@ def test_the_command(tmp_path: Path, shared: Path) -> None:
     import torch
 
     from avsec_gym.perception.depth.psmnet_depth import PsmNetDepth
-    from avsec_gym.perception.weights.store import ModelCard, save_weights
+    from avsec_gym.perception.weights.model_card import ModelCard
+    from avsec_gym.perception.weights.store import save_weights
 
     torch.manual_seed(0)
     weights, out = tmp_path / "psmnet.safetensors", tmp_path / "result.json"

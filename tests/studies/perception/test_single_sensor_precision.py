@@ -18,7 +18,8 @@ from avsec_gym.kitti.labels import parse_labels
 from avsec_gym.kitti.writing import write_object_frame
 from avsec_gym.perception.detectors.pixor.detector import PixorDetector
 from avsec_gym.perception.detectors.yolo.detector import YoloDetector
-from avsec_gym.perception.weights.store import ModelCard, save_weights
+from avsec_gym.perception.weights.model_card import ModelCard
+from avsec_gym.perception.weights.store import save_weights
 from avsec_gym.rig import kitti_rig
 from studies.perception import single_sensor_precision
 from studies.perception.page_single_sensor import single_sensor

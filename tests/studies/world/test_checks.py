@@ -9,7 +9,7 @@ import pytest
 
 from avsec_gym.world.actors import Actors
 from avsec_gym.world.rendering.ray_scene import RayScene, Thing
-from avsec_gym.world.road.section import Surface
+from avsec_gym.world.section import Surface
 from avsec_gym.world.shapes import box
 from studies.world.checks import (
     feet_gaps,

@@ -16,7 +16,7 @@ from avsec_gym.kitti import KittiObject, check_data, read_disparity, read_labels
 from avsec_gym.rig import SensorRig
 from avsec_gym.scenario.moving_flags import flagged
 from avsec_gym.world.export import SUITES, Sensors, changed_files, make_data_set, suite_recipe
-from avsec_gym.world.road.section import Surface
+from avsec_gym.world.section import Surface
 
 from .conftest import contents
 

@@ -4,7 +4,7 @@ import pytest
 from avsec_gym.world.material import Material
 from avsec_gym.world.mesh import merge
 from avsec_gym.world.rendering.ray_scene import NO_OVERLAY, NOTHING, RayScene, Thing
-from avsec_gym.world.road.section import Surface
+from avsec_gym.world.section import Surface
 from avsec_gym.world.shapes import box, grid
 
 pytestmark = pytest.mark.usefixtures("little_textures")

@@ -10,7 +10,7 @@ from avsec_gym.world.rendering.ray_scene import RayScene, Thing
 from avsec_gym.world.rendering.renderer import Renderer
 from avsec_gym.world.rendering.shading import radiance
 from avsec_gym.world.rendering.surfaces import Surfaces, surfaces
-from avsec_gym.world.road.section import Surface
+from avsec_gym.world.section import Surface
 from avsec_gym.world.shapes import box, polygon
 
 pytestmark = pytest.mark.usefixtures("little_textures")

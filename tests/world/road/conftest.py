@@ -7,9 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from avsec_gym.world.course import course_from_curvature
 from avsec_gym.world.ground import Ground
-from avsec_gym.world.road.course import course_from_curvature
-from avsec_gym.world.road.section import CrossSection, Lane, Strip, Surface
 from avsec_gym.world.road.sections import (
     campus_section,
     city_section,
@@ -17,6 +16,7 @@ from avsec_gym.world.road.sections import (
     residential_section,
     rural_section,
 )
+from avsec_gym.world.section import CrossSection, Lane, Strip, Surface
 from avsec_gym.world.site import SideStreet, Site, Style
 
 SECTIONS = {

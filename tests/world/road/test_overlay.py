@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from avsec_gym.world.road.overlay import Overlay, paint_overlay
-from avsec_gym.world.road.section import Line, LineKind
 from avsec_gym.world.road.surface import painted_edges
+from avsec_gym.world.section import Line, LineKind
 from avsec_gym.world.site import Style
 
 START, END = -30.0, 90.0

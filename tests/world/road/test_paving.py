@@ -6,7 +6,7 @@ import pytest
 
 from avsec_gym.world.road.canvas import Canvas
 from avsec_gym.world.road.paving import paint_paving
-from avsec_gym.world.road.section import CrossSection, Lane, Strip, Surface
+from avsec_gym.world.section import CrossSection, Lane, Strip, Surface
 from avsec_gym.world.site import Site, Style
 from avsec_gym.world.textures.paving import LAYINGS
 

@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from avsec_gym.world.road.materials import ground_materials, strip_material
-from avsec_gym.world.road.section import Surface
 from avsec_gym.world.road.sections import (
     campus_section,
     city_section,
@@ -15,6 +14,7 @@ from avsec_gym.world.road.sections import (
     rural_section,
     section_for_lanes,
 )
+from avsec_gym.world.section import Surface
 from avsec_gym.world.site import Style
 from avsec_gym.world.textures.ground import TEXTURES
 

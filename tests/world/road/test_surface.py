@@ -7,8 +7,8 @@ from embreex.rtcore_scene import EmbreeScene
 from avsec_gym.world.mesh import merge
 from avsec_gym.world.road.junction import mouths, road_height
 from avsec_gym.world.road.land import land_mesh
-from avsec_gym.world.road.section import Surface
 from avsec_gym.world.road.surface import PAINTED, painted_edges, road_meshes
+from avsec_gym.world.section import Surface
 from avsec_gym.world.site import Style
 
 START, END = -30.0, 90.0

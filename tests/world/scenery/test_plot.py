@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 import shapely
 
+from avsec_gym.world.course import course_from_curvature
 from avsec_gym.world.ground import Ground
-from avsec_gym.world.road.course import course_from_curvature
-from avsec_gym.world.road.section import CrossSection, Lane, Strip, Surface
 from avsec_gym.world.road.sections import (
     campus_section,
     city_section,
@@ -16,6 +15,7 @@ from avsec_gym.world.road.sections import (
 )
 from avsec_gym.world.scenery.composition import compose
 from avsec_gym.world.scenery.plot import Placement, Plot
+from avsec_gym.world.section import CrossSection, Lane, Strip, Surface
 from avsec_gym.world.shapes import box
 from avsec_gym.world.site import SideStreet, Site, Style
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from avsec_gym.world.actors import Moment
+from avsec_gym.world.course import course_from_curvature
 from avsec_gym.world.ground import Ground
-from avsec_gym.world.road.course import course_from_curvature
-from avsec_gym.world.road.section import CrossSection, Lane, Strip, Surface
+from avsec_gym.world.section import CrossSection, Lane, Strip, Surface
 from avsec_gym.world.site import Site, Style
 from avsec_gym.world.sites import draw_site
 from avsec_gym.world.traffic import Population, populate, run

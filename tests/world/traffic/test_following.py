@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from avsec_gym.world.actors import Moment
+from avsec_gym.world.course import course_from_curvature
 from avsec_gym.world.models.people import stride_length
-from avsec_gym.world.road.course import course_from_curvature
 from avsec_gym.world.site import Site
 from avsec_gym.world.traffic import Population, run
 from avsec_gym.world.traffic.driving import Manners, equilibrium_gap

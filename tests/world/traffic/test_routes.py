@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.geometry import wrap_angle
-from avsec_gym.world.road.course import course_from_curvature
+from avsec_gym.world.course import course_from_curvature
 from avsec_gym.world.traffic.routes import SPACING, along_course, evenly, join
 
 

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from avsec_gym.experiments.chapter3.identification.detection_rates import SCENARIOS, exceeded
+from avsec_gym.experiments.chapter3.identification.detection_rates import exceeded
 from avsec_gym.experiments.chapter3.identification.evidence_table import EvidenceTable
 from avsec_gym.experiments.chapter3.identification.identification_rates import (
     algorithm_2,
     maximum_likelihood,
 )
+from avsec_gym.experiments.chapter3.settings import SCENARIOS
 from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel

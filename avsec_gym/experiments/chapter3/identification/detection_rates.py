@@ -9,18 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.experiments.chapter3.identification.evidence_table import EvidenceTable
+from avsec_gym.experiments.chapter3.settings import RATES, SCENARIOS
 from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.sensor_system import Triple
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.state_posterior import States, state_vectors
 from avsec_gym.validation.thresholds import Criterion, ThresholdTable
-
-SCENARIOS: dict[str, Triple] = {"LiDAR and two cameras": (0, 2, 3), "three cameras": (1, 2, 3)}
-"""Of a LiDAR and three cameras."""
-RATES = (0.0, 0.01, 0.02, 0.03, 0.05)
-"""Designated false alarm rates of the thesis' tables."""
-CURVE_RATES = (*RATES, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
-"""And of its figures."""
 
 
 def exceeded(

@@ -8,7 +8,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from avsec_gym.experiments.chapter3.identification.detection_rates import RATES
 from avsec_gym.experiments.chapter3.identification.evidence_table import evidence_table
 from avsec_gym.experiments.chapter3.identification.identification_rates import (
     fitted_model,
@@ -22,6 +21,7 @@ from avsec_gym.experiments.chapter3.recordings import (
     fitted_to,
     moment_cells,
 )
+from avsec_gym.experiments.chapter3.settings import RATES
 from avsec_gym.runs.experiment import Cell, Configuration
 from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import LIDAR, SensorSystem

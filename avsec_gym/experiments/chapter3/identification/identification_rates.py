@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.experiments.chapter3.identification.detection_rates import RATES, at_most, exceeded
+from avsec_gym.experiments.chapter3.identification.detection_rates import at_most, exceeded
 from avsec_gym.experiments.chapter3.identification.evidence_table import EvidenceTable
+from avsec_gym.experiments.chapter3.settings import RATES
 from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.fitted_on import FittedOn

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.experiments.chapter3.identification.beyond_rates import RATE
-from avsec_gym.experiments.chapter3.identification.detection_rates import SCENARIOS, exceeded
+from avsec_gym.experiments.chapter3.identification.detection_rates import exceeded
 from avsec_gym.experiments.chapter3.identification.evidence_table import (
     EvidenceTable,
     evidence_table,
@@ -19,6 +19,7 @@ from avsec_gym.experiments.chapter3.identification.identification_rates import (
 from avsec_gym.experiments.chapter3.identification.knowing_attackers import KINDS, states_of
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import bits
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
+from avsec_gym.experiments.chapter3.settings import SCENARIOS
 from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.runs.results import Results
 from avsec_gym.validation.fitted_on import FittedOn

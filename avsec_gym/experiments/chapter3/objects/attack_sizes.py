@@ -13,7 +13,6 @@ from pathlib import Path
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
 from avsec_gym.attacks.optical_attack import OpticalAttack
-from avsec_gym.experiments.chapter3.identification.detection_rates import SCENARIOS
 from avsec_gym.experiments.chapter3.objects.detector_weights import (
     WEIGHT_OPTIONS,
     image_detector,
@@ -30,6 +29,7 @@ from avsec_gym.experiments.chapter3.recordings import (
     moment_cells,
     recordings_of,
 )
+from avsec_gym.experiments.chapter3.settings import SCENARIOS
 from avsec_gym.frame import SensorFrame
 from avsec_gym.runs.experiment import (
     Cell,

@@ -18,7 +18,8 @@ from avsec_gym.perception.detectors.stereo_rcnn.losses import (
 )
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
 from avsec_gym.perception.detectors.stereo_rcnn.targets import Sampling
-from avsec_gym.perception.weights.store import ModelCard, save_weights
+from avsec_gym.perception.weights.model_card import ModelCard
+from avsec_gym.perception.weights.store import save_weights
 
 BATCH, ANCHORS, REGIONS = 2, 12, 6
 
