@@ -1,1 +1,1 @@
-"""One short module for each family of tables or figures."""
+"""The thesis' tables and figures, chapter by chapter."""

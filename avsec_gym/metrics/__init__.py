@@ -1,1 +1,1 @@
-"""Verdicts on planned trajectories and the rates that follow from them."""
+"""The collision check of planned trajectories, rates with intervals, average precision."""

@@ -1,1 +1,1 @@
-"""Pictures for people."""
+"""The page about a run."""
