@@ -3,15 +3,22 @@ PYTHON ?= python3
 BIN := .venv/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 
-.PHONY: demo test test-lowest lint bench docs fresh clean
+.PHONY: demo test test-fast test-slow test-lowest lint bench docs fresh clean
 
 demo: .venv/installed
 	$(BIN)/avsec demo
 
 # A thread for each of the two processes: more would wait for one another's cores, three times as
 # long in tests of networks.
+PYTEST := OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile
 test: .venv/installed
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile
+	$(PYTEST)
+
+test-fast: .venv/installed
+	$(PYTEST) -m "not slow"
+
+test-slow: .venv/installed
+	$(PYTEST) -m slow
 
 # What computes in floating point once more, with the arithmetic of a processor of 2008: without AVX,
 # torch, oneDNN, MKL and OpenBLAS add up in another order, and other last digits come out. The parity
@@ -20,8 +27,7 @@ LOWEST := ATEN_CPU_CAPABILITY=default ONEDNN_MAX_CPU_ISA=SSE41 MKL_ENABLE_INSTRU
 	OPENBLAS_CORETYPE=Prescott
 NUMERICAL := tests/perception tests/attacks tests/validation tests/envs
 test-lowest: .venv/installed
-	$(LOWEST) OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadfile $(NUMERICAL) \
-		--ignore tests/perception/test_parity.py
+	$(LOWEST) $(PYTEST) -m "$(if $(SLOW),,not slow)" $(NUMERICAL) --ignore tests/perception/test_parity.py
 
 lint: .venv/installed
 	$(BIN)/ruff check .

@@ -214,6 +214,7 @@ def test_what_cannot_run_says_so() -> None:
         estimator.fit(packed([frame]), targets([CARS]))
 
 
+@pytest.mark.slow
 def test_processes_with_a_new_home_may_import_it_at_once(tmp_path: Path) -> None:
     code = "import avsec_gym.attacks.art_estimator"
     environment = os.environ | {"HOME": str(tmp_path)}

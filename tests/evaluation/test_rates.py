@@ -234,6 +234,7 @@ def test_the_600_scenarios_are_at_or_above_the_thesis(labelled: SceneSet) -> Non
     assert {row["scenarios"] for row in without} == {556}
 
 
+@pytest.mark.slow
 def test_a_real_detector_on_the_600_scenarios(labelled: SceneSet, shared: Path) -> None:
     boxes, missing = DetectionFolder(shared / "detections/point_gnn").read(
         [scene.id for scene in labelled.scenes]

@@ -9,6 +9,8 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
+import pytest
+
 FOLDER = "größe-日本"
 
 
@@ -23,6 +25,7 @@ def avsec(folder: Path, *words: str) -> subprocess.CompletedProcess[bytes]:
     )
 
 
+@pytest.mark.slow
 def test_a_run_and_its_report(tiny: ModuleType, diary: Path, tmp_path: Path) -> None:
     folder = tmp_path / FOLDER
     folder.mkdir()
@@ -39,6 +42,7 @@ def test_a_run_and_its_report(tiny: ModuleType, diary: Path, tmp_path: Path) -> 
     assert (folder / "Straße.md").read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_the_rates_of_a_folder(tmp_path: Path) -> None:
     folder = tmp_path / FOLDER
     folder.mkdir()

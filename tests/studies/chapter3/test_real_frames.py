@@ -88,6 +88,7 @@ class Window:
         return known if (frame.image(camera) == clean).all() else known[:0]
 
 
+@pytest.mark.slow
 def test_detectors_are_led_astray_on_real_frames(
     shared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

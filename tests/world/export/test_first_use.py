@@ -159,8 +159,8 @@ def run(way: str, program: str, cache: Path) -> subprocess.CompletedProcess[str]
         ("script", ASYNC, 2),
         ("script", SUBPROC, 3),
         ("stdin", SUBPROC, 3),
-        ("script", FORKSERVER, 3),
-        ("script", SPAWN, 3),
+        pytest.param("script", FORKSERVER, 3, marks=pytest.mark.slow),
+        pytest.param("script", SPAWN, 3, marks=pytest.mark.slow),
     ],
 )
 def test_the_suite_is_made_once(

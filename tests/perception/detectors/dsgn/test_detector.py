@@ -129,6 +129,7 @@ def test_padding_is_grey_of_imagenet_at_the_right_and_below(tiny: DsgnConfigurat
     torch.testing.assert_close(given.left[0, :, 49, 199], torch.tensor([1.0, 0.0, -2.0]))
 
 
+@pytest.mark.slow
 def test_depth_is_compared_where_the_disparity_is_known(
     detector: DsgnDetector, scene: MakeScene
 ) -> None:

@@ -50,6 +50,7 @@ def test_weights_by_name_file_and_state(tiny: PixorConfiguration, tmp_path: Any)
         make_detector({"name": "pixor", "weights": str(tmp_path / "none.safetensors")})
 
 
+@pytest.mark.slow
 def test_learns_a_scene_by_heart(tiny: PixorConfiguration, scene: MakeScene) -> None:
     torch.manual_seed(0)
     detector, scenes = PixorDetector(tiny), [scene(1), scene(2)]
