@@ -119,6 +119,15 @@ class Watchdog:
 EMPTY_STREET = Scene("000001", cars([]))
 
 
+def test_a_camera_delivers_whole_grey_levels() -> None:
+    """Of 240.4, what the attack asks for, the detector sees 240."""
+    detector = Believer()
+    Pipeline(detector, Glare())(EMPTY_STREET, frame())
+    assert set(np.unique(detector.seen[-1])) == {240}
+    Pipeline(detector, Glare(), whole_levels=False)(EMPTY_STREET, frame())
+    assert set(np.unique(detector.seen[-1])) == {np.float32(240.4)}
+
+
 def test_an_attack_that_conjures_a_wall_stops_the_car() -> None:
     detector, attack = Believer(), Glare()
     clean = Pipeline(detector)(EMPTY_STREET, frame())

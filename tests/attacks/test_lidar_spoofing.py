@@ -150,6 +150,17 @@ def test_a_given_bearing_needs_no_camera() -> None:
         LidarSpoofing().attack(SensorFrame("0", RIG.calibration))
 
 
+@pytest.mark.parametrize("bearing", [-0.4, 0.0, 0.3, 3.0])
+def test_the_plane_stands_where_it_is_given(bearing: float) -> None:
+    """As the LiDAR sees it: by the points alone, not by what the attack states of itself."""
+    frame = SensorFrame("0", RIG.calibration, {}, frame_of(10).points)
+    tampered = LidarSpoofing(distance=8.0, bearing=bearing).attack(frame)
+    x, y = tampered.frame.points[tampered.points][:, :2].T
+    middle = np.array([np.ptp(x) / 2 + x.min(), np.ptp(y) / 2 + y.min()])
+    assert np.arctan2(middle[1], middle[0]) == pytest.approx(bearing, abs=np.radians(1.0))
+    assert np.hypot(*middle) == pytest.approx(8.0, abs=0.1)
+
+
 def test_other_cameras_and_image_sizes() -> None:
     rig = camera_rig([0.0, 0.3, 0.6], focal_length=360.0, centre=(310, 90), size=(621, 188))
     image = np.zeros((188, 621, 3), np.uint8)

@@ -105,6 +105,19 @@ def test_the_iterates_of_a_linear_loss_are_known(alpha: float) -> None:
         assert attacked.image(2).dtype == np.float32
 
 
+@pytest.mark.parametrize("attack", ALL, ids=lambda attack: attack.name)
+@pytest.mark.parametrize(("level", "sign"), [(255, 1.0), (0, -1.0)])
+def test_no_image_is_brighter_than_white_or_darker_than_black(
+    attack: Perturbation, level: int, sign: float
+) -> None:
+    frame = noise_frame(low=level, high=level + 1)
+    detector = Slopes(np.full((2, 3, 6, 10), sign))
+    for attacked in attack.iterates(frame, victim_of(detector)):
+        assert views(attacked).min() >= 0.0
+        assert views(attacked).max() <= 255.0
+    assert views(attacked).mean() == pytest.approx(level, abs=1e-4) or attack.random_start
+
+
 def test_epsilon_bounds_a_step_and_not_the_sum() -> None:
     frame, detector = noise_frame(), random_slopes()
     attacked = Perturbation(alpha=1.0, epsilon=0.25, steps=3).attack(frame, victim_of(detector))

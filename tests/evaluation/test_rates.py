@@ -7,12 +7,14 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from avsec_gym.attacks.object_injection import inject_ghosts
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.evaluation.files import write_pictures, write_records
+from avsec_gym.drawing.scenario_picture import draw_drive, save_picture
+from avsec_gym.evaluation.files import drive_with_tree, write_pictures, write_records
 from avsec_gym.evaluation.rates import (
     DETECTIONS,
     GROUND_TRUTH,
@@ -192,6 +194,18 @@ def test_pictures_show_what_became_unsafe(
     assert len(files) == 3
     assert {file.name for file in files} <= flips
     assert {file.name for file in (tmp_path / "some").iterdir()} == {file.name for file in files}
+    for file in files:
+        scene = next(each for each in result.scenes.scenes if file.name.startswith(each.id))
+        intention = Intention(file.name.split("_")[-2])
+        boxes = detected.kept().get(scene.id, Boxes3D.empty())
+        motion = Motion(result.settings["motion"][DETECTIONS])
+        pictures = []
+        for name, believed in (("believed", boxes), ("truth", scene.boxes)):
+            shown = drive_with_tree(scene, intention, believed, motion)
+            save_picture(draw_drive(shown), tmp_path / f"{name}.png", overwrite=True)
+            pictures.append(cv2.imread(str(tmp_path / f"{name}.png")))
+        np.testing.assert_array_equal(cv2.imread(str(file)), pictures[0])
+        assert (pictures[0] != pictures[1]).any()
 
 
 THESIS = {

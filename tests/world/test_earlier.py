@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from avsec_gym.geometry import rectangle_corners
 from avsec_gym.road_type import RoadType
 from avsec_gym.world.earlier import earlier, plausible_ego_speed
 from avsec_gym.world.layouts import generate_layout
@@ -52,6 +55,40 @@ def test_noise_differs_and_cameras_stay(shot: Shot) -> None:
     assert earlier(shot, 0.1, 5.0).stage is shot.stage
 
 
-def test_nobody_is_run_into(shot: Shot) -> None:
-    assert 0.0 <= plausible_ego_speed(shot) <= 14.0
-    assert plausible_ego_speed(shot) == plausible_ego_speed(shot)
+def with_leader(shot: Shot, gap: float) -> Shot:
+    """The shot with one other road user: this far ahead, bumper to bumper, in the same lane."""
+    actors, own = shot.moment.actors, shot.moment.egos[0]
+    other = (own + 1) % len(actors.pose)
+    half = 0.5 * (actors.dimensions[other, 2] + actors.dimensions[own, 2])
+    course = shot.site.course
+    along, left = course.coordinates(*actors.pose[own, :2])
+    pose = actors.pose.copy()
+    pose[:, :2] += 500.0 * (np.arange(len(pose)) != own)[:, None]
+    pose[other] = course.poses([float(along) + half + gap], float(left))[0]
+    return replace(shot, moment=replace(shot.moment, actors=replace(actors, pose=pose)))
+
+
+def test_the_ego_vehicle_keeps_its_distance(shot: Shot) -> None:
+    """1.5 s behind, beyond the 3 m of a queue; faster than the road allows, never."""
+    alone = plausible_ego_speed(with_leader(shot, 200.0))
+    assert 10.0 <= alone <= 14.0
+    for gap in (3.0, 6.0, 12.0):
+        assert plausible_ego_speed(with_leader(shot, gap)) == pytest.approx(
+            (gap - 3.0) / 1.5, abs=0.05
+        )
+    assert plausible_ego_speed(with_leader(shot, 1.0)) == 0.0
+    assert plausible_ego_speed(with_leader(shot, 60.0)) == alone
+
+
+def test_no_road_user_is_run_into(shot: Shot) -> None:
+    """In the 0.3 s before, no rectangle reaches into that of the ego vehicle."""
+    from shapely.geometry import Polygon
+
+    speed = plausible_ego_speed(shot)
+    for seconds in (0.1, 0.2, 0.3):
+        before = earlier(shot, seconds, speed).moment
+        sizes = before.actors.dimensions
+        corners = rectangle_corners(before.actors.pose[:, :3], sizes[:, 2], sizes[:, 1])
+        own = Polygon(corners[before.egos[0]])
+        others = np.delete(corners, before.egos[0], axis=0)
+        assert not any(own.intersects(Polygon(each)) for each in others)
