@@ -1,0 +1,202 @@
+"""Which changes of the code do the tests see?  A random sample of mutants, tested one by one.
+
+    python tests/mutants.py                        # 300 mutants, an hour or two; prints JSON
+    python tests/mutants.py --count 40 --seed 7 --only planners metrics
+    python tests/mutants.py --keep mutants.jsonl   # goes on where it was stopped
+
+cosmic-ray (extra ``mutants``) changes one operator, number or keyword of a module, in a copy of the
+repository.  The tests that mirror the module run first, then the fast ones of its room; a mutant
+that all of them pass survives.  Kernels run as plain Python (``NUMBA_DISABLE_JIT=1``).
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import difflib
+import json
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
+ROOT = Path(__file__).parents[1]
+ROOMS = ("attacks", "metrics", "planners", "validation", "pipeline.py")
+PATIENCE = 300.0
+"""Seconds after which tests count as failed: a mutant may loop for ever."""
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One change of one module."""
+
+    module: str
+    operator: str
+    occurrence: int
+    line: int
+
+
+def all_mutants(rooms: list[str], seed: int) -> Iterator[Mutant]:
+    """In random order, each place of the code once, with one of the operators that apply there."""
+    import cosmic_ray.plugins as plugins
+    from cosmic_ray.ast import ast_nodes, get_ast_from_path
+
+    places: dict[tuple[str, Any], list[Mutant]] = {}
+    operators = {name: plugins.get_operator(name) for name in plugins.operator_names()}
+    for path in sorted(p for room in rooms for p in _modules(room)):
+        module, tree = str(path.relative_to(ROOT)), get_ast_from_path(path)
+        silent = _annotations(path)
+        for name, kind in operators.items():
+            if kind.arguments():
+                continue
+            found = (span for node in ast_nodes(tree) for span in kind().mutation_positions(node))
+            for occurrence, (start, end) in enumerate(found):
+                if not any(first <= start and end <= last for first, last in silent):
+                    mutant = Mutant(module, name, occurrence, start[0])
+                    places.setdefault((module, start), []).append(mutant)
+    chance = random.Random(seed)
+    keys = sorted(places)
+    chance.shuffle(keys)
+    for key in keys:
+        yield chance.choice(places[key])
+
+
+def _modules(room: str) -> list[Path]:
+    path = ROOT / "avsec_gym" / room
+    return [path] if path.is_file() else list(path.rglob("*.py"))
+
+
+def _annotations(path: Path) -> list[tuple[tuple[int, int], tuple[int, int]]]:
+    """Spans that nothing evaluates: annotations."""
+    spans = []
+    for node in ast.walk(ast.parse(path.read_text())):
+        for name in ("annotation", "returns"):
+            part = getattr(node, name, None)
+            if part is not None:
+                spans.append(
+                    ((part.lineno, part.col_offset), (part.end_lineno, part.end_col_offset))
+                )
+    return spans
+
+
+def tests_of(module: str) -> list[list[str]]:
+    """Tests of the module's name, then those of its room; a room without a folder has one file."""
+    inside = Path(module).relative_to("avsec_gym")
+    room = Path("tests", inside.parts[0])
+    if room.suffix:
+        return [[str(room.with_name(f"test_{room.name}"))]]
+    mirrored = sorted(str(p.relative_to(ROOT)) for p in (ROOT / room).rglob(f"test_{inside.name}"))
+    return ([mirrored] if mirrored else []) + [[str(room)]]
+
+
+def killed_by(copy: Path, mutant: Mutant) -> str:
+    """The tests that fail, as they were asked for; empty if the mutant survives."""
+    kernels = "numba" in (copy / mutant.module).read_text()
+    environment = os.environ | {
+        "PYTHONPATH": str(copy),
+        "OMP_NUM_THREADS": "1",
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "NUMBA_DISABLE_JIT": str(int(kernels)),
+    }
+    for tests in tests_of(mutant.module):
+        command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-m", "not slow"]
+        command += ["-p", "no:cacheprovider", *tests]
+        try:
+            done = subprocess.run(
+                command, cwd=copy, env=environment, capture_output=True, timeout=PATIENCE
+            )
+        except subprocess.TimeoutExpired:
+            return f"{' '.join(tests)} (time)"
+        if done.returncode not in (0, 5):  # 5: no tests there
+            return " ".join(tests)
+    return ""
+
+
+def tried(mutant: Mutant, copy: Path) -> dict[str, Any]:
+    """What becomes of a mutant, with the change itself."""
+    import cosmic_ray.plugins as plugins
+    from cosmic_ray.mutating import mutate_code
+
+    path, begun = copy / mutant.module, time.monotonic()
+    before = path.read_text()
+    after = mutate_code(before, plugins.get_operator(mutant.operator)(), mutant.occurrence)
+    change = [
+        line
+        for line in difflib.unified_diff(before.splitlines(), after.splitlines(), lineterm="", n=0)
+        if line[:1] in "+-" and line[:3] not in ("+++", "---")
+    ]
+    try:
+        path.write_text(after)
+        by = killed_by(copy, mutant)
+    finally:
+        path.write_text(before)
+    return asdict(mutant) | {
+        "change": change,
+        "killed_by": by,
+        "seconds": round(time.monotonic() - begun, 1),
+    }
+
+
+def copied_repository(folder: Path) -> Path:
+    """The tracked files, and a link to the data beside the repository."""
+    copy = folder / "repository"
+    names = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True).stdout
+    for name in names.splitlines():
+        source = ROOT / name
+        if source.exists():
+            (copy / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(source, copy / name, follow_symlinks=False)
+    if (ROOT.parent / "shared").exists():
+        (folder / "shared").symlink_to(ROOT.parent / "shared")
+    return copy
+
+
+def main() -> None:
+    """Try a sample, print how many the tests killed and which ones they did not."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--count", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", nargs="+", default=list(ROOMS), help="rooms of the package")
+    parser.add_argument("--keep", type=Path, help="lines of JSON; goes on with what is there")
+    options = parser.parse_args()
+    known = options.keep.read_text().splitlines() if options.keep and options.keep.exists() else []
+    rows = {json.dumps(_key(row)): row for row in map(json.loads, known)}
+    sample = list(islice(all_mutants(options.only, options.seed), options.count))
+    columns = ("{task.description}", BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with tempfile.TemporaryDirectory() as folder, Progress(*columns, transient=True) as progress:
+        copy = copied_repository(Path(folder))
+        for mutant in progress.track(sample, description="mutants"):
+            key = json.dumps(_key(asdict(mutant)))
+            if key in rows:
+                continue
+            rows[key] = tried(mutant, copy)
+            if options.keep:
+                with options.keep.open("a") as file:
+                    file.write(json.dumps(rows[key]) + "\n")
+    chosen = [rows[json.dumps(_key(asdict(mutant)))] for mutant in sample]
+    survivors = [row for row in chosen if not row["killed_by"]]
+    result = {
+        "mutants": len(chosen),
+        "killed": len(chosen) - len(survivors),
+        "share": round(1 - len(survivors) / len(chosen), 3),
+        "survivors": survivors,
+    }
+    print(json.dumps(result, indent=1))
+
+
+def _key(row: dict[str, Any]) -> list[Any]:
+    return [row["module"], row["operator"], row["occurrence"]]
+
+
+if __name__ == "__main__":
+    main()
