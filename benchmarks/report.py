@@ -55,7 +55,7 @@ def main() -> None:
     if options.scenarios:
         results["evaluate"].append(run("evaluate.py", "--scenarios", options.scenarios))
     if options.planning:
-        original = ["--original", options.original] if options.original else []
+        original = ["--original", options.original, "--repeat", "10"] if options.original else []
         results["planner"] = [
             run(
                 "planner.py",
