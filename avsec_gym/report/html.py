@@ -8,10 +8,10 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from avsec_gym.drawing.page_table import Table, bounds, number
 from avsec_gym.report.defence_in_words import defence_sentences
 from avsec_gym.report.localisation_in_words import localisation_sentences
 from avsec_gym.report.optical_attacks_in_words import optical_sentences
-from avsec_gym.report.page_table import Table, bounds, number
 from avsec_gym.report.plots_defence import draw_defence, legend_of_defence
 from avsec_gym.report.plots_ghosts import PLACE_WORDS, draw_ghosts
 from avsec_gym.report.plots_losses import draw_losses, legend

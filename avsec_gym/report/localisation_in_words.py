@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from avsec_gym.drawing.page_table import number
 from avsec_gym.experiments.chapter3.localisation.measures import CAR
 from avsec_gym.experiments.chapter3.localisation.rates import BOGUS_SEEN
-from avsec_gym.report.page_table import number
 from avsec_gym.report.tables_of_optical_attacks import detector_words
 
 _ERRORS = ("error_before", "error_after")

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from avsec_gym.drawing.page_plots import Frame, Scale, drawing, marker, outline, text
+from avsec_gym.drawing.page_table import number
 from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK, UNDEFENDED
 from avsec_gym.experiments.chapter3.defence.rates import ANY_ATTACK
-from avsec_gym.report.page_table import number
-from avsec_gym.report.plots import Frame, Scale, drawing, marker, outline, text
 from avsec_gym.report.tables_of_defence import attacked_sensors, defended_detector
 from avsec_gym.sensor_system import LIDAR
 from avsec_gym.validation.response import Response

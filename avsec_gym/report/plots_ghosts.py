@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from avsec_gym.drawing.page_plots import Frame, Scale, band, drawing, text
+from avsec_gym.drawing.page_table import number
 from avsec_gym.experiments.chapter5.ghost_positions import CORRIDOR, FARTHEST, Place
 from avsec_gym.experiments.chapter5.settings import PERTURBATIONS, TEXTURE_ATTACKED, UNATTACKED
 from avsec_gym.report.attack_names import attack_name, detector_name
-from avsec_gym.report.page_table import number
-from avsec_gym.report.plots import Frame, Scale, band, drawing, text
 
 Rows = Sequence[Mapping[str, Any]]
 

@@ -6,6 +6,19 @@ from collections.abc import Mapping, Sequence
 from statistics import mean
 from typing import Any
 
+from avsec_gym.drawing.page_plots import (
+    Frame,
+    Point,
+    Scale,
+    cross,
+    drawing,
+    limits,
+    marker,
+    outline,
+    polyline,
+    text,
+)
+from avsec_gym.drawing.page_table import bounds, number
 from avsec_gym.experiments.chapter5.settings import (
     GREY_PATCHES,
     JOINT_PATCHES,
@@ -19,19 +32,6 @@ from avsec_gym.experiments.chapter5.settings import (
 )
 from avsec_gym.experiments.thesis import LEVELS, PRECISION, SAFETY
 from avsec_gym.report.attack_names import attack_name, detector_name
-from avsec_gym.report.page_table import bounds, number
-from avsec_gym.report.plots import (
-    Frame,
-    Point,
-    Scale,
-    cross,
-    drawing,
-    limits,
-    marker,
-    outline,
-    polyline,
-    text,
-)
 from avsec_gym.scenario.intention import Intention
 
 Rows = Sequence[Mapping[str, Any]]

@@ -9,9 +9,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from avsec_gym.drawing.page_plots import Frame, Point, Scale, band, drawing, marker, polyline, text
+from avsec_gym.drawing.page_table import number
 from avsec_gym.experiments.chapter3.thesis import DETECTION, IDENTIFICATION
-from avsec_gym.report.page_table import number
-from avsec_gym.report.plots import Frame, Point, Scale, band, drawing, marker, polyline, text
 from avsec_gym.report.tables_of_validation import CRITERIA, METHODS, error_name
 
 Row = Mapping[str, Any]

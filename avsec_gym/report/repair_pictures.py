@@ -10,12 +10,12 @@ from typing import Any, Protocol
 from matplotlib.figure import Figure
 
 from avsec_gym.drawing.embedded_image import embedded
+from avsec_gym.drawing.page_table import number
 from avsec_gym.drawing.scenario_picture import picture_array
 from avsec_gym.experiments.chapter3.localisation.figure import draw_repair
 from avsec_gym.experiments.chapter3.localisation.measures import measures_of
 from avsec_gym.experiments.chapter3.localisation.rates import LOWEST, MEDIAN
 from avsec_gym.experiments.chapter3.localisation.repaired_moments import Attempt
-from avsec_gym.report.page_table import number
 
 SHOWN = {
     "facula": "facula, camera 2, 225 px",

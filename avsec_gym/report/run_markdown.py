@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from avsec_gym.drawing.page_table import Table, bounds, number
 from avsec_gym.report.defence_in_words import defence_sentences
 from avsec_gym.report.localisation_in_words import localisation_sentences
 from avsec_gym.report.markdown_table import markdown_table
 from avsec_gym.report.optical_attacks_in_words import optical_sentences
-from avsec_gym.report.page_table import Table, bounds, number
 from avsec_gym.report.run_remarks import facts, inputs, remarks
 from avsec_gym.report.tables_beyond import (
     control_table,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from avsec_gym.report.page_table import Table, figure, name
+from avsec_gym.drawing.page_table import Table, figure, name
 from avsec_gym.report.tables_of_validation import INTERVALS, METHODS, PRIOR, TOLD, share_cell
 
 

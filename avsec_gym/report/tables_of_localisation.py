@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from avsec_gym.drawing.page_table import Table, figure, name
 from avsec_gym.experiments.chapter3.localisation.rates import BOGUS_SEEN, LOWEST, SUMS
-from avsec_gym.report.page_table import Table, figure, name
 from avsec_gym.report.tables_of_optical_attacks import detector_words
 
 _SHARES = ("precision", "recall", "iou_of_lost")

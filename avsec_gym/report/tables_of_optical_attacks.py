@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from avsec_gym.drawing.page_table import Cell, Table, figure, name, number
 from avsec_gym.experiments.chapter3.objects.attack_sizes import CAMERA
 from avsec_gym.experiments.chapter3.objects.believed_points import (
     PASTED,
@@ -22,7 +23,6 @@ from avsec_gym.experiments.chapter3.objects.thesis_of_detectors import (
 from avsec_gym.experiments.chapter3.thesis import OBJECT_LEVEL
 from avsec_gym.metrics.average_precision_frames import LEVELS
 from avsec_gym.report.attack_names import detector_name
-from avsec_gym.report.page_table import Cell, Table, figure, name, number
 from avsec_gym.report.tables_of_validation import INTERVALS
 from avsec_gym.sensor_system import LIDAR
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from avsec_gym.drawing.page_table import Cell, Table, figure, name, number
 from avsec_gym.experiments.chapter3.attacks import OTHER, SMALLER
 from avsec_gym.experiments.chapter3.identification.knowing_attackers import (
     AGREED_DEPTH,
@@ -17,7 +18,6 @@ from avsec_gym.experiments.chapter3.identification.knowing_attackers import (
 )
 from avsec_gym.experiments.chapter3.settings import RATES, SCENARIOS
 from avsec_gym.experiments.chapter3.thesis import DETECTION, ERROR_BOUNDS, IDENTIFICATION
-from avsec_gym.report.page_table import Cell, Table, figure, name, number
 from avsec_gym.validation.evidence.brightness import MIN_LIGHT
 from avsec_gym.validation.state_posterior import PRIOR_ATTACKED, PRIOR_BEYOND
 

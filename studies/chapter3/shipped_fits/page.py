@@ -11,9 +11,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from avsec_gym.drawing.page_table import UNKNOWN, number
 from avsec_gym.errors import DataError
 from avsec_gym.report.markdown_table import markdown_table
-from avsec_gym.report.page_table import UNKNOWN, number
 from avsec_gym.sensor_system import LIDAR
 from avsec_gym.storage.json_files import read_json
 from avsec_gym.storage.text_files import write_text

@@ -1,6 +1,6 @@
 """Parts of line drawings for pages: SVG whose colours are the page's, light or dark.
 
-Marks carry class names (`templates/report.css` says what they look like), never colours.
+Marks carry class names, never colours: the style sheet of `report` says what they look like.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 
-from avsec_gym.report.page_table import number
+from avsec_gym.drawing.page_table import number
 
 Point = tuple[float, float]
 
@@ -80,7 +80,7 @@ def drawing(width: float, height: float, parts: Iterable[str], label: str) -> st
 
     Args:
         width: Of its own pixels; it is shown as wide as its place on the page, but never smaller,
-            so that its words stay as large as `templates/report.css` says.
+            so that its words stay as large as the style sheet says.
         height: As above.
         parts: What is drawn, from back to front.
         label: Said instead of it to those who do not see it.
