@@ -66,7 +66,7 @@ class Demo:
 
 
 def _print(rows: list[dict[str, Any]]) -> None:
-    from avsec_gym.report.attack_names import attack_name, detector_name
+    from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 
     drives = rows[0]["scenarios"]
     console.print_table(

@@ -12,10 +12,10 @@ from avsec_gym import console
 from avsec_gym.errors import AvsecError, ConfigurationError, DataError
 
 if TYPE_CHECKING:
+    from avsec_gym.experiments.chapter3.localisation.repair_pictures import RepairPicture
     from avsec_gym.experiments.chapter5.outcomes import Outcomes
-    from avsec_gym.report.repair_pictures import RepairPicture
-    from avsec_gym.report.scene_strip import Strip
-    from avsec_gym.report.spread_pictures import SpreadPicture
+    from avsec_gym.experiments.chapter5.section.scene_strip import Strip
+    from avsec_gym.experiments.chapter5.section.spread_pictures import SpreadPicture
     from avsec_gym.runs.run_folder import RunFolder
 
 PAGE = "report.html"
@@ -100,14 +100,14 @@ class Report:
     def _strips(self, folder: RunFolder, outcomes: Outcomes) -> tuple[list[Strip], bool]:
         """The pictures, and whether some are missing."""
         from avsec_gym.experiments.chapter5.scenes import OPTIONS
-        from avsec_gym.report.telling_scenes import telling_scenes
+        from avsec_gym.experiments.chapter5.section.telling_scenes import telling_scenes
 
         options = {**OPTIONS, **folder.configuration.options}
         telling = telling_scenes(outcomes, self.pictures, options["score_threshold"])
         if not telling:
             return [], False
         from avsec_gym.experiments.chapter5 import attacked_drives
-        from avsec_gym.report.scene_strip import scene_strips
+        from avsec_gym.experiments.chapter5.section.scene_strip import scene_strips
 
         _use_threads(int(folder.manifest["threads"]))
         try:
@@ -126,7 +126,10 @@ class Report:
             return [], False
         from avsec_gym.experiments.chapter5.feature_spread_figure import draw_feature_spread
         from avsec_gym.experiments.chapter5.patch_spreads import PatchSpreads
-        from avsec_gym.report.spread_pictures import shown_spreads, spread_picture
+        from avsec_gym.experiments.chapter5.section.spread_pictures import (
+            shown_spreads,
+            spread_picture,
+        )
 
         _use_threads(int(folder.manifest["threads"]))
         try:
@@ -146,8 +149,8 @@ class Report:
         if not summary or not self.pictures:
             return [], False
         from avsec_gym.drawing.scenario_picture import save_picture
+        from avsec_gym.experiments.chapter3.localisation.repair_pictures import repair_pictures
         from avsec_gym.experiments.chapter3.localisation.repaired_moments import RepairedMoments
-        from avsec_gym.report.repair_pictures import repair_pictures
 
         _use_threads(int(folder.manifest["threads"]))
         try:
@@ -171,9 +174,12 @@ def _use_threads(count: int) -> None:
 
 
 def _answer(report: dict[str, Any]) -> str:
-    from avsec_gym.report.localisation_in_words import localisation_sentences
-    from avsec_gym.report.optical_attacks_in_words import optical_sentences
-    from avsec_gym.report.validation_in_words import five_sentences, validation_sentences
+    from avsec_gym.experiments.chapter3.identification.in_words import (
+        five_sentences,
+        validation_sentences,
+    )
+    from avsec_gym.experiments.chapter3.localisation.in_words import localisation_sentences
+    from avsec_gym.experiments.chapter3.objects.in_words import optical_sentences
 
     said = validation_sentences(report["validation"]) if report["validation"] else []
     said += five_sentences(report)

@@ -9,20 +9,28 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from avsec_gym.drawing.page_table import Table, bounds, number
-from avsec_gym.report.defence_in_words import defence_sentences
-from avsec_gym.report.localisation_in_words import localisation_sentences
-from avsec_gym.report.optical_attacks_in_words import optical_sentences
-from avsec_gym.report.plots_defence import draw_defence, legend_of_defence
-from avsec_gym.report.plots_ghosts import PLACE_WORDS, draw_ghosts
-from avsec_gym.report.plots_losses import draw_losses, legend
-from avsec_gym.report.plots_sensitivity import CURVES, draw_sensitivity
-from avsec_gym.report.plots_steps import RATES, draw_precision, draw_safety
-from avsec_gym.report.plots_validation import figures_of_validation
-from avsec_gym.report.repair_pictures import RepairPicture
-from avsec_gym.report.run_remarks import facts, inputs, remarks
-from avsec_gym.report.scene_strip import Strip
-from avsec_gym.report.spread_pictures import SpreadPicture
-from avsec_gym.report.tables_beyond import (
+from avsec_gym.experiments.chapter3.defence.in_words import defence_sentences
+from avsec_gym.experiments.chapter3.defence.plots import draw_defence, legend_of_defence
+from avsec_gym.experiments.chapter3.defence.tables import tables_of_defence
+from avsec_gym.experiments.chapter3.identification.in_words import (
+    five_sentences,
+    validation_sentences,
+)
+from avsec_gym.experiments.chapter3.identification.plots import figures_of_validation
+from avsec_gym.experiments.chapter3.identification.tables import tables_of_validation
+from avsec_gym.experiments.chapter3.identification.tables_of_five_sensors import tables_of_five
+from avsec_gym.experiments.chapter3.localisation.in_words import localisation_sentences
+from avsec_gym.experiments.chapter3.localisation.repair_pictures import RepairPicture
+from avsec_gym.experiments.chapter3.localisation.tables import tables_of_localisation
+from avsec_gym.experiments.chapter3.objects.in_words import optical_sentences
+from avsec_gym.experiments.chapter3.objects.plots import CURVES, draw_sensitivity
+from avsec_gym.experiments.chapter3.objects.tables import tables_of_optical_attacks
+from avsec_gym.experiments.chapter5.section.plots_ghosts import PLACE_WORDS, draw_ghosts
+from avsec_gym.experiments.chapter5.section.plots_losses import draw_losses, legend
+from avsec_gym.experiments.chapter5.section.plots_steps import RATES, draw_precision, draw_safety
+from avsec_gym.experiments.chapter5.section.scene_strip import Strip
+from avsec_gym.experiments.chapter5.section.spread_pictures import SpreadPicture
+from avsec_gym.experiments.chapter5.section.tables_beyond import (
     control_table,
     flip_table,
     loss_table,
@@ -34,15 +42,14 @@ from avsec_gym.report.tables_beyond import (
     time_table,
     trend_table,
 )
-from avsec_gym.report.tables_of_defence import tables_of_defence
-from avsec_gym.report.tables_of_five_sensors import tables_of_five
-from avsec_gym.report.tables_of_localisation import tables_of_localisation
-from avsec_gym.report.tables_of_optical_attacks import tables_of_optical_attacks
-from avsec_gym.report.tables_of_thesis import tables_of_thesis
-from avsec_gym.report.tables_of_validation import tables_of_validation
-from avsec_gym.report.tables_why import ghost_table, pyramid_table, spread_table
-from avsec_gym.report.telling_scenes import RULES
-from avsec_gym.report.validation_in_words import five_sentences, validation_sentences
+from avsec_gym.experiments.chapter5.section.tables_of_thesis import tables_of_thesis
+from avsec_gym.experiments.chapter5.section.tables_why import (
+    ghost_table,
+    pyramid_table,
+    spread_table,
+)
+from avsec_gym.experiments.chapter5.section.telling_scenes import RULES
+from avsec_gym.report.run_remarks import facts, inputs, remarks
 
 Report = Mapping[str, Any]
 _SECTIONS = {

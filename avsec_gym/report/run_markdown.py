@@ -6,12 +6,19 @@ from collections.abc import Mapping
 from typing import Any
 
 from avsec_gym.drawing.page_table import Table, bounds, number
-from avsec_gym.report.defence_in_words import defence_sentences
-from avsec_gym.report.localisation_in_words import localisation_sentences
-from avsec_gym.report.markdown_table import markdown_table
-from avsec_gym.report.optical_attacks_in_words import optical_sentences
-from avsec_gym.report.run_remarks import facts, inputs, remarks
-from avsec_gym.report.tables_beyond import (
+from avsec_gym.experiments.chapter3.defence.in_words import defence_sentences
+from avsec_gym.experiments.chapter3.defence.tables import tables_of_defence
+from avsec_gym.experiments.chapter3.identification.in_words import (
+    five_sentences,
+    validation_sentences,
+)
+from avsec_gym.experiments.chapter3.identification.tables import tables_of_validation
+from avsec_gym.experiments.chapter3.identification.tables_of_five_sensors import tables_of_five
+from avsec_gym.experiments.chapter3.localisation.in_words import localisation_sentences
+from avsec_gym.experiments.chapter3.localisation.tables import tables_of_localisation
+from avsec_gym.experiments.chapter3.objects.in_words import optical_sentences
+from avsec_gym.experiments.chapter3.objects.tables import tables_of_optical_attacks
+from avsec_gym.experiments.chapter5.section.tables_beyond import (
     control_table,
     loss_table,
     other_table,
@@ -21,14 +28,14 @@ from avsec_gym.report.tables_beyond import (
     time_table,
     trend_table,
 )
-from avsec_gym.report.tables_of_defence import tables_of_defence
-from avsec_gym.report.tables_of_five_sensors import tables_of_five
-from avsec_gym.report.tables_of_localisation import tables_of_localisation
-from avsec_gym.report.tables_of_optical_attacks import tables_of_optical_attacks
-from avsec_gym.report.tables_of_thesis import tables_of_thesis
-from avsec_gym.report.tables_of_validation import tables_of_validation
-from avsec_gym.report.tables_why import ghost_table, pyramid_table, spread_table
-from avsec_gym.report.validation_in_words import five_sentences, validation_sentences
+from avsec_gym.experiments.chapter5.section.tables_of_thesis import tables_of_thesis
+from avsec_gym.experiments.chapter5.section.tables_why import (
+    ghost_table,
+    pyramid_table,
+    spread_table,
+)
+from avsec_gym.report.markdown_table import markdown_table
+from avsec_gym.report.run_remarks import facts, inputs, remarks
 
 _LEFT_OUT = ("machine", "scenarios")
 """They name places of one machine."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from avsec_gym.report.attack_names import attack_name, detector_name
+from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 
 Report = Mapping[str, Any]
 

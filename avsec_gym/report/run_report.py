@@ -9,12 +9,12 @@ from typing import Any
 
 from avsec_gym.experiments.chapter3.defence.rates import defence_summary, is_of_defence
 from avsec_gym.experiments.chapter3.identification.five_sensors import five_summary
+from avsec_gym.experiments.chapter3.identification.summary import validation_summary
 from avsec_gym.experiments.chapter3.localisation.rates import localisation_summary
 from avsec_gym.experiments.chapter3.objects.baseline_rates import baseline_summary
 from avsec_gym.experiments.chapter3.objects.believed_rates import believed_summary
 from avsec_gym.experiments.chapter3.objects.impact_rates import impact_summary
 from avsec_gym.experiments.chapter3.objects.sensitivity_curves import sensitivity_summary
-from avsec_gym.experiments.chapter3.summary import validation_summary
 from avsec_gym.experiments.chapter5.controls import control_rows, rounding_rows, trend_rows
 from avsec_gym.experiments.chapter5.decoupling import decoupling
 from avsec_gym.experiments.chapter5.flips import flips
@@ -24,6 +24,7 @@ from avsec_gym.experiments.chapter5.patch_effects import patch_effect_rows
 from avsec_gym.experiments.chapter5.patch_spreads import spread_rows
 from avsec_gym.experiments.chapter5.pyramid import pyramid_rows
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
+from avsec_gym.experiments.chapter5.section.answer_in_words import answer
 from avsec_gym.experiments.chapter5.seen import seen_rows
 from avsec_gym.experiments.chapter5.settings import ATTACKS, DETECTORS, WITHOUT_PYRAMID
 from avsec_gym.experiments.chapter5.tables import (
@@ -35,7 +36,6 @@ from avsec_gym.experiments.chapter5.tables import (
 )
 from avsec_gym.experiments.chapter5.true_drives import GROUND_TRUTH
 from avsec_gym.metrics.safety import SafetyRates
-from avsec_gym.report.answer_in_words import answer
 from avsec_gym.runs.run_folder import RunFolder
 
 Report = dict[str, Any]

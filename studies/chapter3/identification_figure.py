@@ -37,7 +37,7 @@ def draw_identification(summary: Mapping[str, Any]) -> Figure:
     """E clean and attacked, detection and identification over r, and what probabilities are worth.
 
     Args:
-        summary: As `avsec_gym.experiments.chapter3.summary.validation_summary` makes it.
+        summary: Of `avsec_gym.experiments.chapter3.identification.summary.validation_summary`.
     """
     import matplotlib as mpl
 

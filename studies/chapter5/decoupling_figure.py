@@ -19,9 +19,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from avsec_gym.drawing.figure_style import FAINT, FIGURE_STYLE
+from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.settings import JOINT_PATCHES, NOISES, PATCHES, PERTURBATIONS
 from avsec_gym.geometry import Floats
-from avsec_gym.report.attack_names import attack_name, detector_name
 from avsec_gym.storage.json_files import read_json_object
 from studies.chapter5.stakes import NOTHING
 

@@ -14,13 +14,13 @@ from typing import Any
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.console import progress
+from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.outcomes import Outcomes
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
 from avsec_gym.experiments.chapter5.settings import PATCHES, PERTURBATIONS, UNATTACKED
 from avsec_gym.experiments.chapter5.tables import Row, named
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.safety import SafetyRates
-from avsec_gym.report.attack_names import attack_name, detector_name
 from avsec_gym.report.markdown_table import markdown_table, share
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.scenario.frame_scenes import FrameScenes

@@ -105,11 +105,11 @@ def page(
     tmp_path_factory: pytest.TempPathFactory,
 ) -> Path:
     """The page of the finished run, with pictures."""
+    from avsec_gym.experiments.chapter5.section.scene_strip import scene_strips
+    from avsec_gym.experiments.chapter5.section.spread_pictures import shown_spreads, spread_picture
+    from avsec_gym.experiments.chapter5.section.telling_scenes import telling_scenes
     from avsec_gym.report.html import html_page
     from avsec_gym.report.run_report import outcomes_of
-    from avsec_gym.report.scene_strip import scene_strips
-    from avsec_gym.report.spread_pictures import shown_spreads, spread_picture
-    from avsec_gym.report.telling_scenes import telling_scenes
 
     outcomes = outcomes_of(run)
     drives = drawn.DrawnDrives(run.configuration)

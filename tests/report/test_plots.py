@@ -7,8 +7,8 @@ import re
 import pytest
 
 from avsec_gym.drawing.page_plots import Scale, limits
-from avsec_gym.report.plots_losses import draw_losses, legend, thesis_losses
-from avsec_gym.report.plots_steps import draw_precision
+from avsec_gym.experiments.chapter5.section.plots_losses import draw_losses, legend, thesis_losses
+from avsec_gym.experiments.chapter5.section.plots_steps import draw_precision
 
 
 def attack(

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 
 from avsec_gym.drawing.embedded_image import embedded
 from avsec_gym.drawing.scenario_picture import picture_array
+from avsec_gym.experiments.chapter3.localisation.repair_pictures import RepairPicture
 from avsec_gym.report.html import html_page
-from avsec_gym.report.repair_pictures import RepairPicture
 from avsec_gym.report.run_report import run_report
 from avsec_gym.runs.run_folder import RunFolder
 

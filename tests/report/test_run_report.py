@@ -15,13 +15,19 @@ import pytest
 from avsec_gym.commands.report import Report
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.chapter5 import attacked_drives, patch_spreads
+from avsec_gym.experiments.chapter5.section.scene_strip import amplified, scene_strips
+from avsec_gym.experiments.chapter5.section.telling_scenes import (
+    COLLAPSE,
+    OFTEN,
+    PATCHED,
+    TEXTURED,
+    telling_scenes,
+)
 from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.report.html import html_page
 from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_remarks import remarks
 from avsec_gym.report.run_report import outcomes_of, run_report
-from avsec_gym.report.scene_strip import amplified, scene_strips
-from avsec_gym.report.telling_scenes import COLLAPSE, OFTEN, PATCHED, TEXTURED, telling_scenes
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder

@@ -17,12 +17,12 @@ from avsec_gym.experiments.chapter3.identification.detection_rates import (
     attack_cases_of,
     case_rates,
 )
+from avsec_gym.experiments.chapter3.identification.summary import FEWEST
 from avsec_gym.experiments.chapter3.objects.mismatch_counts import IOUS, mismatch_counts
 from avsec_gym.experiments.chapter3.objects.score_thresholds import score_thresholds
 from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED, SYSTEM
 from avsec_gym.experiments.chapter3.settings import RATES, SCENARIOS
 from avsec_gym.experiments.chapter3.shares import drive_of
-from avsec_gym.experiments.chapter3.summary import FEWEST
 from avsec_gym.geometry import Floats
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from avsec_gym.experiments.chapter3.identification.summary import FEWEST
 from avsec_gym.experiments.chapter3.objects.believed_points import (
     ATTACKED,
     BELIEVED_OPTIONS,
@@ -19,7 +20,6 @@ from avsec_gym.experiments.chapter3.objects.believed_points import (
 )
 from avsec_gym.experiments.chapter3.objects.score_thresholds import score_threshold
 from avsec_gym.experiments.chapter3.shares import drive_of, share_of
-from avsec_gym.experiments.chapter3.summary import FEWEST
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from avsec_gym.experiments.chapter3.identification.summary import FEWEST
 from avsec_gym.experiments.chapter3.objects.bogus_obstacles import taken_for_an_obstacle
 from avsec_gym.experiments.chapter3.objects.car_precision import car_precision, precision_rows
 from avsec_gym.experiments.chapter3.objects.score_thresholds import score_thresholds
@@ -17,7 +18,6 @@ from avsec_gym.experiments.chapter3.objects.sensor_detections import (
 )
 from avsec_gym.experiments.chapter3.recordings import JUDGED, SYSTEM
 from avsec_gym.experiments.chapter3.shares import drive_of, share_of
-from avsec_gym.experiments.chapter3.summary import FEWEST
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import LIDAR

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.experiments.chapter3.identification.identification_rates import CRITERIA
+from avsec_gym.experiments.chapter3.identification.summary import FEWEST
 from avsec_gym.experiments.chapter3.objects.attack_sizes import (
     CAMERA,
     COVERED,
@@ -26,7 +27,6 @@ from avsec_gym.experiments.chapter3.objects.car_precision import (
 )
 from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED
 from avsec_gym.experiments.chapter3.shares import drive_of, share_of
-from avsec_gym.experiments.chapter3.summary import FEWEST
 from avsec_gym.geometry import Floats
 from avsec_gym.rig import KITTI_SIZE
 from avsec_gym.runs.experiment import Configuration

@@ -18,13 +18,13 @@ from avsec_gym.experiments.chapter3.identification.five_sensors import (
     five_cells,
     five_summary,
 )
+from avsec_gym.experiments.chapter3.identification.in_words import five_sentences
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import (
     OF_TRIPLES,
     bits,
     measured,
 )
-from avsec_gym.report.tables_of_five_sensors import tables_of_five
-from avsec_gym.report.validation_in_words import five_sentences
+from avsec_gym.experiments.chapter3.identification.tables_of_five_sensors import tables_of_five
 from avsec_gym.runs.catalogue import experiment
 from avsec_gym.runs.experiment import CellResult, Configuration, Measurement
 from avsec_gym.validation.evidence.evidence import evidence_elements

@@ -19,6 +19,7 @@ from avsec_gym.commands.report import Report
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.chapter3.experiments import LOCALISATION
 from avsec_gym.experiments.chapter3.localisation import repaired_moments
+from avsec_gym.experiments.chapter3.localisation.in_words import localisation_sentences
 from avsec_gym.experiments.chapter3.localisation.measures import (
     CAR,
     Overlap,
@@ -27,13 +28,12 @@ from avsec_gym.experiments.chapter3.localisation.measures import (
     overlap,
 )
 from avsec_gym.experiments.chapter3.localisation.rates import localisation_summary
+from avsec_gym.experiments.chapter3.localisation.repair_pictures import SHOWN
 from avsec_gym.experiments.chapter3.localisation.repaired_moments import RepairedMoments
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import transform_points
 from avsec_gym.kitti.raw_calibration import write_raw_calibration
 from avsec_gym.kitti.writing import write_raw_frame
-from avsec_gym.report.localisation_in_words import localisation_sentences
-from avsec_gym.report.repair_pictures import SHOWN
 from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_report import run_report
 from avsec_gym.rig import camera_rig

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from avsec_gym.drawing.page_table import number
-from avsec_gym.report.tables_of_validation import BEYOND_IN_WORDS
+from avsec_gym.experiments.chapter3.identification.tables import BEYOND_IN_WORDS
 
 _RATE = 0.01
 
@@ -15,7 +15,7 @@ def validation_sentences(summary: Mapping[str, Any]) -> list[str]:
     """Detection, identification, false alarms, at r = 1 %.
 
     Args:
-        summary: As `avsec_gym.experiments.chapter3.summary.validation_summary` makes it.
+        summary: Of `avsec_gym.experiments.chapter3.identification.summary.validation_summary`.
     """
     noticed = {
         (row["scenario"], row["criterion"]): row

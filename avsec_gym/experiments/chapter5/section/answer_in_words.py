@@ -13,8 +13,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from avsec_gym.drawing.page_table import bounds, number
+from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.settings import PATCHES, PERTURBATIONS
-from avsec_gym.report.attack_names import attack_name, detector_name
 
 FEWEST = 3
 """Attacks that a rank correlation needs."""

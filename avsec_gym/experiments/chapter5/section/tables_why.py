@@ -7,10 +7,10 @@ from itertools import product
 from typing import Any
 
 from avsec_gym.drawing.page_table import UNKNOWN, Cell, Table, figure, name, number
+from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.patch_spreads import IMAGES, NOISE, PATCHES, SCENES
 from avsec_gym.experiments.chapter5.settings import UNATTACKED, WITHOUT_PYRAMID
 from avsec_gym.experiments.chapter5.trained import TRAINED_PATCHES
-from avsec_gym.report.attack_names import attack_name, detector_name
 
 Rows = Sequence[Mapping[str, Any]]
 

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from avsec_gym.commands.report import Report
-from avsec_gym.experiments.chapter3 import summary as chapter_3
 from avsec_gym.experiments.chapter3.attacks import BEYOND
+from avsec_gym.experiments.chapter3.identification import summary as chapter_3
+from avsec_gym.experiments.chapter3.identification.in_words import validation_sentences
 from avsec_gym.experiments.chapter3.identification.knowing_attackers import (
     DIM,
     FAR,
@@ -20,12 +21,11 @@ from avsec_gym.experiments.chapter3.identification.knowing_attackers import (
     states_of,
 )
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import alone, bits, measured
+from avsec_gym.experiments.chapter3.identification.tables import unseen_table
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
 from avsec_gym.experiments.chapter3.settings import SCENARIOS
 from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_report import run_report
-from avsec_gym.report.tables_of_validation import unseen_table
-from avsec_gym.report.validation_in_words import validation_sentences
 from avsec_gym.runs.experiment import (
     Cell,
     CellResult,

@@ -8,7 +8,7 @@ from typing import Any
 from avsec_gym.drawing.page_table import number
 from avsec_gym.experiments.chapter3.localisation.measures import CAR
 from avsec_gym.experiments.chapter3.localisation.rates import BOGUS_SEEN
-from avsec_gym.report.tables_of_optical_attacks import detector_words
+from avsec_gym.experiments.chapter3.objects.tables import detector_words
 
 _ERRORS = ("error_before", "error_after")
 

@@ -7,9 +7,9 @@ from typing import Any
 
 from avsec_gym.drawing.page_plots import Frame, Scale, band, drawing, limits, marker, polyline, text
 from avsec_gym.drawing.page_table import bounds, number
+from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.settings import PERTURBATIONS, STEPS, UNATTACKED
 from avsec_gym.experiments.thesis import LEVELS
-from avsec_gym.report.attack_names import attack_name, detector_name
 from avsec_gym.scenario.intention import Intention
 
 Rows = Sequence[Mapping[str, Any]]

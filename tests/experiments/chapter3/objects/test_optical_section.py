@@ -14,6 +14,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter3.objects import attack_sizes, sensor_detections
 from avsec_gym.experiments.chapter3.objects.attack_sizes import CAMERA, SIZES, size_setting
 from avsec_gym.experiments.chapter3.objects.believed_points import CARS
+from avsec_gym.experiments.chapter3.objects.in_words import optical_sentences
 from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     WIDTH,
     reach_name,
@@ -21,13 +22,12 @@ from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     truth_setting,
     view_setting,
 )
+from avsec_gym.experiments.chapter3.objects.tables import BELIEVED_IN_WORDS
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
 from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.report.html import html_page
-from avsec_gym.report.optical_attacks_in_words import optical_sentences
 from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_report import run_report
-from avsec_gym.report.tables_of_optical_attacks import BELIEVED_IN_WORDS
 from avsec_gym.runs.experiment import (
     Cell,
     CellResult,

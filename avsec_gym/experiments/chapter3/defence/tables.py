@@ -10,9 +10,9 @@ from avsec_gym.drawing.validation_picture import named
 from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK, UNDEFENDED
 from avsec_gym.experiments.chapter3.defence.oracles import LIDAR_ORACLE, STEREO_ORACLE
 from avsec_gym.experiments.chapter3.defence.rates import ANY_ATTACK
+from avsec_gym.experiments.chapter3.identification.tables import INTERVALS
 from avsec_gym.experiments.chapter3.shares import share_of
-from avsec_gym.report.attack_names import detector_name
-from avsec_gym.report.tables_of_validation import INTERVALS
+from avsec_gym.experiments.chapter5.attack_names import detector_name
 from avsec_gym.sensor_system import LIDAR
 
 _ORACLES = {STEREO_ORACLE: "oracle of images", LIDAR_ORACLE: "oracle of scans"}

@@ -11,8 +11,8 @@ from typing import Any
 
 from avsec_gym.drawing.page_plots import Frame, Point, Scale, band, drawing, marker, polyline, text
 from avsec_gym.drawing.page_table import number
+from avsec_gym.experiments.chapter3.identification.tables import CRITERIA, METHODS, error_name
 from avsec_gym.experiments.chapter3.thesis import DETECTION, IDENTIFICATION
-from avsec_gym.report.tables_of_validation import CRITERIA, METHODS, error_name
 
 Row = Mapping[str, Any]
 Lines = Mapping[str, Sequence[Point]]
@@ -53,7 +53,7 @@ def figures_of_validation(summary: Mapping[str, Any]) -> list[Figure]:
     """All of a run.
 
     Args:
-        summary: As `avsec_gym.experiments.chapter3.summary.validation_summary` makes it.
+        summary: Of `avsec_gym.experiments.chapter3.identification.summary.validation_summary`.
     """
     figures = []
     rows = summary["case_distributions"]

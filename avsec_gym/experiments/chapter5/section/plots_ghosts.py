@@ -7,9 +7,9 @@ from typing import Any
 
 from avsec_gym.drawing.page_plots import Frame, Scale, band, drawing, text
 from avsec_gym.drawing.page_table import number
+from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.ghost_positions import CORRIDOR, FARTHEST, Place
 from avsec_gym.experiments.chapter5.settings import PERTURBATIONS, TEXTURE_ATTACKED, UNATTACKED
-from avsec_gym.report.attack_names import attack_name, detector_name
 
 Rows = Sequence[Mapping[str, Any]]
 

@@ -73,7 +73,7 @@ def tables_of_validation(summary: Mapping[str, Any]) -> list[Table]:
     """Tables 3.1 and 3.2, attacks beyond theirs, and what the likelihood's answers are worth.
 
     Args:
-        summary: As `avsec_gym.experiments.chapter3.summary.validation_summary` makes it.
+        summary: Of `avsec_gym.experiments.chapter3.identification.summary.validation_summary`.
     """
     return [
         _detection_table(summary["detection"]),

@@ -8,7 +8,7 @@ from typing import Any
 from avsec_gym.drawing.page_table import number
 from avsec_gym.experiments.chapter3.objects.attack_sizes import CAMERA
 from avsec_gym.experiments.chapter3.objects.believed_points import PASTED_RAYS_LOST, PLANE
-from avsec_gym.report.tables_of_optical_attacks import SHOWN_LEVEL, detector_words
+from avsec_gym.experiments.chapter3.objects.tables import SHOWN_LEVEL, detector_words
 from avsec_gym.sensor_system import LIDAR
 
 _RATE = 0.01

@@ -7,7 +7,7 @@ from typing import Any
 
 from avsec_gym.drawing.page_table import Table, figure, name
 from avsec_gym.experiments.chapter3.localisation.rates import BOGUS_SEEN, LOWEST, SUMS
-from avsec_gym.report.tables_of_optical_attacks import detector_words
+from avsec_gym.experiments.chapter3.objects.tables import detector_words
 
 _SHARES = ("precision", "recall", "iou_of_lost")
 _BOGUS = ("bogus obstacle clean, %", "attacked, %", "repaired, %")

@@ -9,7 +9,7 @@ from avsec_gym.drawing.page_plots import Frame, Scale, drawing, marker, outline,
 from avsec_gym.drawing.page_table import number
 from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK, UNDEFENDED
 from avsec_gym.experiments.chapter3.defence.rates import ANY_ATTACK
-from avsec_gym.report.tables_of_defence import attacked_sensors, defended_detector
+from avsec_gym.experiments.chapter3.defence.tables import attacked_sensors, defended_detector
 from avsec_gym.sensor_system import LIDAR
 from avsec_gym.validation.response import Response
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from avsec_gym.drawing.page_table import Cell, Table, figure, name, number
+from avsec_gym.experiments.chapter3.identification.tables import INTERVALS
 from avsec_gym.experiments.chapter3.objects.attack_sizes import CAMERA
 from avsec_gym.experiments.chapter3.objects.believed_points import (
     PASTED,
@@ -21,9 +22,8 @@ from avsec_gym.experiments.chapter3.objects.thesis_of_detectors import (
     TAKEN_FOR_AN_OBSTACLE,
 )
 from avsec_gym.experiments.chapter3.thesis import OBJECT_LEVEL
+from avsec_gym.experiments.chapter5.attack_names import detector_name
 from avsec_gym.metrics.average_precision_frames import LEVELS
-from avsec_gym.report.attack_names import detector_name
-from avsec_gym.report.tables_of_validation import INTERVALS
 from avsec_gym.sensor_system import LIDAR
 
 DETECTORS = {

@@ -19,6 +19,7 @@ from avsec_gym.drawing.page_plots import (
     text,
 )
 from avsec_gym.drawing.page_table import bounds, number
+from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.settings import (
     GREY_PATCHES,
     JOINT_PATCHES,
@@ -31,7 +32,6 @@ from avsec_gym.experiments.chapter5.settings import (
     thesis_setting,
 )
 from avsec_gym.experiments.thesis import LEVELS, PRECISION, SAFETY
-from avsec_gym.report.attack_names import attack_name, detector_name
 from avsec_gym.scenario.intention import Intention
 
 Rows = Sequence[Mapping[str, Any]]

@@ -10,11 +10,11 @@ import matplotlib
 import numpy as np
 
 from avsec_gym.drawing.embedded_image import embedded
+from avsec_gym.experiments.chapter5.attack_names import detector_name
 from avsec_gym.experiments.chapter5.feature_spread import FeatureSpread
 from avsec_gym.experiments.chapter5.patch_spreads import IMAGES
+from avsec_gym.experiments.chapter5.section.tables_why import IMAGE_WORDS, PATCH_WORDS
 from avsec_gym.geometry import Floats
-from avsec_gym.report.attack_names import detector_name
-from avsec_gym.report.tables_why import IMAGE_WORDS, PATCH_WORDS
 
 _BEST = ("joint", "patch", "noise")
 """The thesis' figure is of the joint patch."""

@@ -17,16 +17,16 @@ from avsec_gym.attacks.attack import LEFT
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.drawing.drive_drawing import draw_drive_from_above
 from avsec_gym.drawing.embedded_image import embedded
+from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.ghost_positions import ghosts
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
+from avsec_gym.experiments.chapter5.section.telling_scenes import Telling
 from avsec_gym.experiments.chapter5.seen import found_cars
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats, box_corners, project
 from avsec_gym.kitti.labels import DONT_CARE
 from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.pipeline import PipelineRun
-from avsec_gym.report.attack_names import attack_name, detector_name
-from avsec_gym.report.telling_scenes import Telling
 from avsec_gym.scenario.intention import Intention
 
 _GREY = 128

@@ -6,7 +6,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from avsec_gym.drawing.page_table import Table, figure, name
-from avsec_gym.report.tables_of_validation import INTERVALS, METHODS, PRIOR, TOLD, share_cell
+from avsec_gym.experiments.chapter3.identification.tables import (
+    INTERVALS,
+    METHODS,
+    PRIOR,
+    TOLD,
+    share_cell,
+)
 
 
 def tables_of_five(report: Mapping[str, Any]) -> list[Table]:

@@ -8,7 +8,7 @@ from typing import Any
 from avsec_gym.drawing.page_table import number
 from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK
 from avsec_gym.experiments.chapter3.defence.rates import ANY_ATTACK
-from avsec_gym.report.tables_of_defence import defended_detector
+from avsec_gym.experiments.chapter3.defence.tables import defended_detector
 from avsec_gym.validation.response import Response
 
 _WORTH = {

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from avsec_gym.report.answer_in_words import answer
+from avsec_gym.experiments.chapter5.section.answer_in_words import answer
 
 
 def losses(rho: float | None, interval: Any, discordant: int, **changed: Any) -> dict[str, Any]:

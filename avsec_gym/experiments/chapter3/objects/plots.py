@@ -8,8 +8,8 @@ from typing import Any
 from avsec_gym.drawing.page_plots import Frame, Scale, band, drawing, marker, polyline, text
 from avsec_gym.drawing.page_table import bounds, number
 from avsec_gym.experiments.chapter3.objects.attack_sizes import CAMERA
+from avsec_gym.experiments.chapter3.objects.tables import SHOWN_LEVEL, detector_words
 from avsec_gym.experiments.chapter3.objects.thesis_of_detectors import PRECISION_OF_SIZE
-from avsec_gym.report.tables_of_optical_attacks import SHOWN_LEVEL, detector_words
 from avsec_gym.sensor_system import LIDAR
 
 Row = Mapping[str, Any]

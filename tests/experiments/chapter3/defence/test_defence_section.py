@@ -7,12 +7,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from avsec_gym.commands.report import Report
+from avsec_gym.experiments.chapter3.defence.in_words import defence_sentences
+from avsec_gym.experiments.chapter3.defence.plots import draw_defence
+from avsec_gym.experiments.chapter3.defence.tables import tables_of_defence
 from avsec_gym.metrics.safety import SafetyRecord
-from avsec_gym.report.defence_in_words import defence_sentences
-from avsec_gym.report.plots_defence import draw_defence
 from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_report import holds_chapter_5, run_report
-from avsec_gym.report.tables_of_defence import tables_of_defence
 from avsec_gym.runs.experiment import (
     Cell,
     CellResult,

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from avsec_gym.drawing.page_table import UNKNOWN, Cell, Table, figure, name, number, p_value
+from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.settings import UNATTACKED
-from avsec_gym.report.attack_names import attack_name, detector_name
 
 Rows = Sequence[Mapping[str, Any]]
 _POINTS = "In percentage points; in brackets: 95 % bootstrap intervals over scenarios."

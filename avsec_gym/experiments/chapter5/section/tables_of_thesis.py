@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from avsec_gym.drawing.page_table import Cell, Table, figure, name
+from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.settings import (
     JOINT_PATCHES,
     PATCHES,
@@ -14,7 +15,6 @@ from avsec_gym.experiments.chapter5.settings import (
 )
 from avsec_gym.experiments.thesis import LEVELS
 from avsec_gym.metrics.average_precision_curves import FEWEST_LABELS
-from avsec_gym.report.attack_names import attack_name, detector_name
 from avsec_gym.scenario.intention import Intention
 
 Rows = Sequence[Mapping[str, Any]]
