@@ -38,9 +38,9 @@ class Demo:
 
     def run(self) -> int:
         """Do it; the exit code: 3 where something failed."""
+        from avsec_gym.experiments.chapter5.section.findings import outcomes_of
         from avsec_gym.experiments.demo import demo_rows, unpatched
         from avsec_gym.experiments.procedural_frames import PROCEDURAL
-        from avsec_gym.report.run_report import outcomes_of
         from avsec_gym.runs.run_folder import RunFolder
 
         if self.scenarios < 1:
@@ -56,7 +56,7 @@ class Demo:
             console.say(f"avsec: no patch against {detector}: there is no trained one here")
         page = Report(self.out, pictures=_PICTURES)
         report, reported = page.written()
-        answer = report.get("answer")
+        answer = report.data.get("answer")
         if self.json:
             console.print_json("demo", {"out": str(self.out), "rates": rows, "answer": answer})
         for one in answer["detectors"] if answer else []:

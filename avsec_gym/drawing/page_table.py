@@ -51,6 +51,7 @@ class Table:
         names: Columns on the left that hold names.
         sortable: Whether readers can sort and filter it.
         filters: Columns that readers pick values of.
+        folded: Whether the page shows its title only, until a reader opens it.
 
     Raises:
         ValueError: A heading is empty: to who hears the page it would say nothing of its column.
@@ -64,6 +65,7 @@ class Table:
     names: int = 1
     sortable: bool = False
     filters: Sequence[int] = field(default=())
+    folded: bool = False
 
     def __post_init__(self) -> None:
         if not all(text.strip() for text in self.columns):

@@ -7,6 +7,7 @@ from statistics import fmean
 from typing import Any
 
 from avsec_gym.experiments.chapter5.attacked_drives import attacked_cells, attacked_inputs
+from avsec_gym.experiments.chapter5.experiments import SECTION
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, Outcomes
 from avsec_gym.experiments.chapter5.scenes import OPTIONS
 from avsec_gym.experiments.chapter5.settings import DETECTORS, PATCHES, PERTURBATIONS, UNATTACKED
@@ -101,4 +102,5 @@ DEMO = Experiment(
     attacked_inputs,
     {**OPTIONS, "sanity_sheet": False},
     Configuration(PROCEDURAL, USUAL_COUNT),
+    section=SECTION,
 )

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
+from avsec_gym.report.run_report import RunReport
 
-Report = Mapping[str, Any]
+Data = Mapping[str, Any]
 
 
-def remarks(report: Report) -> list[str]:
+def remarks(report: RunReport) -> list[str]:
     """What is to be said before everything else; nothing for a run that lacks nothing."""
-    cells, told = report["cells"], []
+    cells, told = report.data["cells"], []
     whole = cells["done"] + cells["failed"] + cells["missing"]
     if cells["missing"]:
         told.append(
@@ -22,26 +22,12 @@ def remarks(report: Report) -> list[str]:
         told.append(
             f"{cells['failed']:,} of {whole:,} cells failed; the end of this page says why."
         )
-    if told and report.get("scenarios"):
-        told.append(
-            f"All figures are of the {report['scenarios']:,} scenarios that every attack shown here"
-            " was done for."
-        )
-    if "scenarios" in report and not report["scenarios"]:
-        told.append("There is no scenario yet that every attack was done for.")
-    hardly_begun = [
-        f"{attack_name(one['attack'], one['strength'], one['whole_levels'])} on"
-        f" {detector_name(one['detector'])} ({one['scenarios']:,})"
-        for one in report.get("left_out", ())
-    ]
-    if hardly_begun:
-        told.append(f"Left out, with too few scenarios: {', '.join(hardly_begun)}.")
-    return told
+    return told + [remark for found in report.findings for remark in found.remarks]
 
 
-def facts(report: Report) -> list[tuple[str, str]]:
+def facts(data: Data) -> list[tuple[str, str]]:
     """What was run, of what, by what."""
-    manifest, cells = report["manifest"], report["cells"]
+    manifest, cells = data["manifest"], data["cells"]
     asked = manifest["configuration"]
     given = {name: value for name, value in asked["options"].items() if value not in ("", None)}
     first = f", the first {asked['limit']:,}" if asked["limit"] else ""
@@ -68,12 +54,12 @@ def facts(report: Report) -> list[tuple[str, str]]:
             ("versions", ", ".join(f"{name} {version}" for name, version in versions.items())),
             ("sources", ", ".join(dict.fromkeys(sitting["sources"] for sitting in sittings))),
         ]
-    wall = report["timings"]["wall"]
+    wall = data["timings"]["wall"]
     if wall:
         found.append(("took", f"{wall / 60:,.1f} minutes in sittings that were not cut short"))
     return found
 
 
-def inputs(report: Report) -> list[tuple[str, str]]:
+def inputs(data: Data) -> list[tuple[str, str]]:
     """Weights, patches and data: name, and SHA-256."""
-    return [(name, one["sha256"]) for name, one in report["manifest"]["inputs"].items()]
+    return [(name, one["sha256"]) for name, one in data["manifest"]["inputs"].items()]

@@ -194,6 +194,8 @@ class Experiment:
             A run keeps their hashes and does not go on with others.
         options: Names of `Configuration.options` that it knows, and their defaults.
         usual: Its scenarios, and how many of them, where nobody names any.
+        section: ``"module:function"`` that makes its sections of a report, see
+            `avsec_gym.runs.section`; empty: its rates stand among those of other settings.
     """
 
     name: str
@@ -203,6 +205,7 @@ class Experiment:
     inputs: Callable[[Configuration], Mapping[str, Path]] = _no_inputs
     options: Mapping[str, Any] = field(default_factory=dict)
     usual: Configuration = Configuration()
+    section: str = ""
 
 
 def with_defaults(configuration: Configuration, experiments: Sequence[Experiment]) -> Configuration:

@@ -62,7 +62,11 @@ def new_manifest(
         "configuration": configuration.to_json(),
         "threads": threads,
         "experiments": {
-            experiment.name: {"question": experiment.question, "thesis": experiment.thesis}
+            experiment.name: {
+                "question": experiment.question,
+                "thesis": experiment.thesis,
+                "section": experiment.section,
+            }
             for experiment in experiments
         },
         "inputs": {

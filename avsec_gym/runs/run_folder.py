@@ -71,6 +71,15 @@ class RunFolder:
         """The folder for pictures of the results."""
         return self.path / FIGURES
 
+    def use_its_threads(self) -> None:
+        """Let this process compute with as many threads as the run.
+
+        The last digits of gradients depend on it.
+        """
+        import torch
+
+        torch.set_num_threads(int(self.manifest["threads"]))
+
     def cells(self, experiment: str | None = None) -> list[dict[str, Any]]:
         """Finished cells, of one experiment or all, with their arguments as dictionaries."""
         rows = self._rows(

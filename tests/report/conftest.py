@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -16,6 +16,9 @@ from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.soundness import digests
+
+if TYPE_CHECKING:
+    from avsec_gym.report.run_report import RunReport
 
 SCENES = 6
 CHROMIUM_OPTIONS = [
@@ -91,32 +94,25 @@ def torso(run: RunFolder, tmp_path_factory: pytest.TempPathFactory) -> RunFolder
 
 
 @pytest.fixture(scope="session")
-def report(run: RunFolder) -> dict[str, Any]:
+def report(run: RunFolder) -> RunReport:
     from avsec_gym.report.run_report import run_report
 
     return run_report(run)
 
 
 @pytest.fixture(scope="session")
-def page(
-    run: RunFolder,
-    report: dict[str, Any],
-    drawn: ModuleType,
-    tmp_path_factory: pytest.TempPathFactory,
-) -> Path:
+def page(run: RunFolder, drawn: ModuleType, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page of the finished run, with pictures."""
-    from avsec_gym.experiments.chapter5.section.scene_strip import scene_strips
-    from avsec_gym.experiments.chapter5.section.spread_pictures import shown_spreads, spread_picture
-    from avsec_gym.experiments.chapter5.section.telling_scenes import telling_scenes
+    from avsec_gym.experiments.chapter5 import attacked_drives, patch_spreads
     from avsec_gym.report.html import html_page
-    from avsec_gym.report.run_report import outcomes_of
+    from avsec_gym.report.run_report import run_report
+    from avsec_gym.runs.section import ReportRequest
 
-    outcomes = outcomes_of(run)
-    drives = drawn.DrawnDrives(run.configuration)
-    strips = scene_strips(telling_scenes(outcomes, 3), outcomes, drives)
-    assert len(strips) == 3
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(attacked_drives, "AttackedDrives", drawn.DrawnDrives)
+        patch.setattr(patch_spreads, "PatchSpreads", drawn.DrawnSpreads)
+        report = run_report(run, ReportRequest(pictures=3))
+    assert not report.problems
     path = tmp_path_factory.mktemp("page") / "report.html"
-    spreads = shown_spreads(report["spread"], drawn.DrawnSpreads(run.configuration))
-    maps = [spread_picture(title, one) for title, one in spreads.items()]
-    path.write_text(html_page(report, strips, maps))
+    path.write_text(html_page(report))
     return path

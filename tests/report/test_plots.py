@@ -54,7 +54,7 @@ def test_losses_are_drawn_to_scale() -> None:
     interval = re.search(r'<line x1="([\d.]+)"[^>]* x2="([\d.]+)"[^>]*of-pgd-1', dsgn)
     assert interval is not None
     assert float(interval[2]) - float(interval[1]) == pytest.approx(4 * per_point, abs=0.2)
-    assert [name for *_, name in legend(rows)] == ["PGD α 1", "random patch"]
+    assert [key.words for key in legend(rows)] == ["PGD α 1", "random patch"]
 
 
 def test_the_thesis_takes_what_it_says() -> None:

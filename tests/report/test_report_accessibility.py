@@ -14,10 +14,16 @@ from matplotlib.figure import Figure
 
 from avsec_gym.drawing.embedded_image import embedded
 from avsec_gym.drawing.scenario_picture import picture_array
+from avsec_gym.experiments.chapter3.defence.section import defence_section
+from avsec_gym.experiments.chapter3.identification.five_sensors_section import five_section
+from avsec_gym.experiments.chapter3.identification.section import validation_section
 from avsec_gym.experiments.chapter3.localisation.repair_pictures import RepairPicture
+from avsec_gym.experiments.chapter3.localisation.section import localisation_section
+from avsec_gym.experiments.chapter3.objects.section import optical_section
 from avsec_gym.report.html import html_page
-from avsec_gym.report.run_report import run_report
+from avsec_gym.report.run_report import RunReport, run_report
 from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.runs.section import Findings, Section
 
 pytestmark = pytest.mark.slow
 
@@ -27,6 +33,17 @@ PAGES = (
     "localisation", "defence", "other",
 )  # fmt: skip
 """The run of `conftest`, whole and in part; committed results; a run of other settings."""
+SECTIONS: dict[str, Callable[[Any], Section]] = {
+    "validation": validation_section,
+    "five_sensors": five_section,
+    "defence": defence_section,
+}
+"""Of committed results, by the names of their figures."""
+IDS = (
+    "scenes", "losses", "precision", "safety", "ghosts", "spread", "controls", "flips",
+    "validation", "five", "optical", "localisation", "defence", "other", "run",
+)  # fmt: skip
+"""Of all sections."""
 LOOKS = (("light", 1280), ("dark", 390), ("light", 390), ("dark", 1280))
 RULES = """
 () => axe.run(document, {
@@ -66,16 +83,20 @@ def source(page: Path, torso: RunFolder, drawn: ModuleType, frames: Path) -> Cal
             return html_page(run_report(torso))
         if name == "other":
             base = json.loads((RESULTS / "five_sensors.json").read_text())
-            safety = run_report(torso)["safety"]
-            return html_page({**base, "other": [{**row, "setting": "mine"} for row in safety]})
+            safety = run_report(torso).data["safety"]
+            other = [{**row, "setting": "mine"} for row in safety]
+            return html_page(RunReport({**base, "other": other}))
         report = json.loads((RESULTS / f"{name}.json").read_text())
-        repairs = []
+        sections = [of(report[part]) for part, of in SECTIONS.items() if report.get(part)]
+        if any(report.get(part) for part in ("baseline", "impact", "believed", "sensitivity")):
+            sections.append(optical_section(report))
         if name == "localisation":
             figure = Figure(figsize=(4, 2), dpi=50)
             figure.subplots().plot([0, 1])
             image = embedded(picture_array(figure))
-            repairs = [RepairPicture("facula", "facula: 000000", figure, image, as_stored=False)]
-        return html_page(report, repairs=repairs)
+            repair = RepairPicture("facula", "facula: 000000", figure, image, as_stored=False)
+            sections = [localisation_section(report["localisation"], [repair])]
+        return html_page(RunReport(report, [Findings(sections)]))
 
     return of
 
@@ -129,10 +150,8 @@ def test_every_kind_of_page_can_be_read(
 
 
 def test_all_sections_are_on_some_page(source: Callable[[str], str]) -> None:
-    from avsec_gym.report.html import _SECTIONS
-
     every = "".join(source(name) for name in PAGES)
-    assert [section for section in _SECTIONS if f'<section id="{section}">' not in every] == []
+    assert [section for section in IDS if f'<section id="{section}">' not in every] == []
     assert 'id="failures"' in every
 
 

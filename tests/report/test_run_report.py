@@ -15,6 +15,7 @@ import pytest
 from avsec_gym.commands.report import Report
 from avsec_gym.errors import DataError
 from avsec_gym.experiments.chapter5 import attacked_drives, patch_spreads
+from avsec_gym.experiments.chapter5.section.findings import outcomes_of
 from avsec_gym.experiments.chapter5.section.scene_strip import amplified, scene_strips
 from avsec_gym.experiments.chapter5.section.telling_scenes import (
     COLLAPSE,
@@ -27,7 +28,7 @@ from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.report.html import html_page
 from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_remarks import remarks
-from avsec_gym.report.run_report import outcomes_of, run_report
+from avsec_gym.report.run_report import RunReport, run_report
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
@@ -35,24 +36,24 @@ from avsec_gym.runs.run_folder import RunFolder
 pytestmark = pytest.mark.slow
 
 
-def test_figures_are_those_of_the_run(run: RunFolder, report: dict[str, Any]) -> None:
-    json.dumps(report, allow_nan=False)
-    assert report["scenarios"] == 6
+def test_figures_are_those_of_the_run(run: RunFolder, report: RunReport) -> None:
+    json.dumps(report.data, allow_nan=False)
+    assert report.data["scenarios"] == 6
     assert remarks(report) == []
     row = next(
         row
-        for row in report["safety"]
+        for row in report.data["safety"]
         if (row["detector"], row["attack"], row["strength"], row["intention"], row["whole_levels"])
         == ("stereo_rcnn", "patch-random", 0, "left", False)
     )
     records = run.records(setting="stereo_rcnn patch-random", intention="left")
     assert row["safe_driving_rate"] == SafetyRates.of(records).safe_driving_rate
     assert row["thesis"]["safe"] == 0.689
-    parts = report["timings"]["parts"]
+    parts = report.data["timings"]["parts"]
     assert set(parts) == {"attack", "detector", "planner", "spread"}
-    assert {row["detector"] for row in report["safety"]} == {"dsgn", "stereo_rcnn"}
-    assert report["other"] == []
-    assert report["cells"] == {"done": len(run.cells()), "failed": 0, "missing": 0}
+    assert {row["detector"] for row in report.data["safety"]} == {"dsgn", "stereo_rcnn"}
+    assert report.data["other"] == []
+    assert report.data["cells"] == {"done": len(run.cells()), "failed": 0, "missing": 0}
 
 
 def test_a_page_holds_everything_it_needs(page: Path) -> None:
@@ -73,18 +74,18 @@ def test_a_page_holds_everything_it_needs(page: Path) -> None:
         assert words in text
 
 
-def test_reasons_are_told(report: dict[str, Any]) -> None:
+def test_reasons_are_told(report: RunReport) -> None:
     """What the drawn detections and maps were made to say."""
-    ghosts = {(row["detector"], row["attack"]): row for row in report["ghosts"]}
+    ghosts = {(row["detector"], row["attack"]): row for row in report.data["ghosts"]}
     assert ("stereo_rcnn", "patch-specific") not in ghosts
     strong = ghosts["dsgn", "pgd-1"]
     assert strong["strength"] == 4
     assert strong["share_on_road"] < 0.1
     assert strong["ghosts"] == sum(map(len, strong["positions"].values()))
-    assert [row["attack"] for row in report["pyramid"]] == [
+    assert [row["attack"] for row in report.data["pyramid"]] == [
         "unattacked", "patch-random", "patch-specific"
     ]  # fmt: skip
-    radii = [row["radius"] for row in report["spread"] if row["detector"] == "dsgn"]
+    radii = [row["radius"] for row in report.data["spread"] if row["detector"] == "dsgn"]
     assert radii == [10, 20, 10, 20]
     text = markdown_page(report)
     assert "| DSGN | conv2 | 2.0 | 2.0 | 2.0 | 2.0 | 4.0 |" in text
@@ -99,8 +100,8 @@ def test_a_run_that_is_not_finished_says_so(torso: RunFolder) -> None:
     assert re.search(r"1 of \d+ cells failed", told)
     assert "specific patch on DSGN" in told
     # The last scene lacks everything, the fourth the random patch on DSGN.
-    assert report["scenarios"] == 4
-    assert "patch-specific" not in {row["attack"] for row in report["safety"]}
+    assert report.data["scenarios"] == 4
+    assert "patch-specific" not in {row["attack"] for row in report.data["safety"]}
     text = html_page(report)
     assert "the &lt;printer&gt; is out of paper" in text
     assert "not finished" in text
@@ -117,8 +118,8 @@ def test_a_run_of_somebody_else_is_told_by_its_settings(
     asked = Configuration(limit=2)
     run_experiments([tiny_experiments.PRECISION], asked, root, workers=0, threads=1)
     report = run_report(RunFolder.open(root))
-    assert report["question"] == "Does the detector still see?"
-    assert {row["setting"] for row in report["other"]} == {"none", "weak"}
+    assert report.data["question"] == "Does the detector still see?"
+    assert {row["setting"] for row in report.data["other"]} == {"none", "weak"}
     assert "weak" in html_page(report)
     assert "| weak |" in markdown_page(report)
 
@@ -129,7 +130,7 @@ def test_only_drives_on_the_ground_truth_make_a_page(frames: Path, tmp_path: Pat
     asked = Configuration(str(frames), 2)
     run_experiments([PLANNERS], asked, tmp_path / "planners", workers=0, threads=1)
     report = run_report(RunFolder.open(tmp_path / "planners"))
-    assert "answer" not in report
+    assert "answer" not in report.data
     text = html_page(report)
     assert "Table 5.6" in text
     assert "Table 5.1" not in text

@@ -33,6 +33,8 @@ from avsec_gym.experiments.procedural_frames import PROCEDURAL
 from avsec_gym.runs.experiment import Configuration, Experiment
 
 _USUAL = Configuration(PROCEDURAL, USUAL_COUNT)
+_IDENTIFICATION = "avsec_gym.experiments.chapter3.identification.section:findings"
+_OPTICAL = "avsec_gym.experiments.chapter3.objects.section:findings"
 
 IDENTIFICATION = Experiment(
     "identification",
@@ -42,6 +44,7 @@ IDENTIFICATION = Experiment(
     evidence_inputs,
     OPTIONS,
     _USUAL,
+    section=_IDENTIFICATION,
 )
 
 FIVE_SENSORS = Experiment(
@@ -52,6 +55,7 @@ FIVE_SENSORS = Experiment(
     five_inputs,
     OPTIONS,
     Configuration(PROCEDURAL, 200),
+    section="avsec_gym.experiments.chapter3.identification.five_sensors_section:findings",
 )
 
 KNOWING = Experiment(
@@ -62,6 +66,7 @@ KNOWING = Experiment(
     evidence_inputs,
     OPTIONS,
     _USUAL,
+    section=_IDENTIFICATION,
 )
 
 OBJECT_LEVEL = Experiment(
@@ -72,6 +77,7 @@ OBJECT_LEVEL = Experiment(
     detection_inputs,
     DETECTION_OPTIONS,
     _USUAL,
+    section=_OPTICAL,
 )
 
 IMPACT = Experiment(
@@ -82,6 +88,7 @@ IMPACT = Experiment(
     detection_inputs,
     DETECTION_OPTIONS,
     _USUAL,
+    section=_OPTICAL,
 )
 
 BELIEVED = Experiment(
@@ -92,6 +99,7 @@ BELIEVED = Experiment(
     believed_inputs,
     BELIEVED_OPTIONS,
     _USUAL,
+    section=_OPTICAL,
 )
 
 SENSITIVITY = Experiment(
@@ -102,6 +110,7 @@ SENSITIVITY = Experiment(
     size_inputs,
     SIZE_OPTIONS,
     _USUAL,
+    section=_OPTICAL,
 )
 
 LOCALISATION = Experiment(
@@ -112,4 +121,5 @@ LOCALISATION = Experiment(
     localisation_inputs,
     LOCALISATION_OPTIONS,
     _USUAL,
+    section="avsec_gym.experiments.chapter3.localisation.section:findings",
 )

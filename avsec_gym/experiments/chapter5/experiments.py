@@ -24,6 +24,8 @@ from avsec_gym.experiments.chapter5.trained import patches_there
 from avsec_gym.experiments.chapter5.true_drives import true_cells, true_inputs
 from avsec_gym.runs.experiment import Cell, Configuration, Experiment
 
+SECTION = "avsec_gym.experiments.chapter5.section.findings:findings"
+
 
 def _with_truth(configuration: Configuration, attacks: Sequence[str]) -> list[Cell]:
     return [*true_cells(configuration), *attacked_cells(configuration, attacks)]
@@ -37,6 +39,7 @@ def _attacked(name: str, question: str, thesis: str, *attacks: str) -> Experimen
         partial(attacked_cells, attacks=(UNATTACKED, *attacks)),
         attacked_inputs,
         OPTIONS,
+        section=SECTION,
     )
 
 
@@ -76,6 +79,7 @@ PLANNERS = Experiment(
     true_cells,
     true_inputs,
     OPTIONS,
+    section=SECTION,
 )
 UNATTACKED_DRIVES = Experiment(
     "unattacked",
@@ -84,6 +88,7 @@ UNATTACKED_DRIVES = Experiment(
     partial(attacked_cells, attacks=(UNATTACKED,)),
     attacked_inputs,
     OPTIONS,
+    section=SECTION,
 )
 INPUTS = Experiment(
     "inputs",
@@ -92,6 +97,7 @@ INPUTS = Experiment(
     partial(_with_truth, attacks=(UNATTACKED, "pgd-1", "patch-random")),
     attacked_inputs,
     OPTIONS,
+    section=SECTION,
 )
 PERTURBATION = _attacked(
     "perturbation",
@@ -133,6 +139,7 @@ FEATURE_SPREAD = Experiment(
     spread_cells,
     spread_inputs,
     PYRAMID_OPTIONS,
+    section=SECTION,
 )
 PYRAMID_ABLATION = Experiment(
     "without_pyramid",
@@ -141,6 +148,7 @@ PYRAMID_ABLATION = Experiment(
     _pyramid_cells,
     partial(attacked_inputs, detectors=(DSGN, WITHOUT_PYRAMID)),
     PYRAMID_OPTIONS,
+    section=SECTION,
 )
 CONTROLS = _attacked(
     "controls",
@@ -156,4 +164,5 @@ CHAPTER_5 = Experiment(
     _chapter_5_cells,
     attacked_inputs,
     OPTIONS,
+    section=SECTION,
 )

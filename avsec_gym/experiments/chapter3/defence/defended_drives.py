@@ -209,4 +209,5 @@ DEFENCE = Experiment(
     defence_inputs,
     OPTIONS,
     Configuration(PROCEDURAL, USUAL_COUNT),
+    section="avsec_gym.experiments.chapter3.defence.section:findings",
 )

@@ -18,15 +18,12 @@ _WORTH = {
 """Shares: of which drives, and what becomes of them."""
 
 
-def defence_sentences(report: Mapping[str, Any]) -> list[str]:
+def defence_sentences(summary: Mapping[str, Any]) -> list[str]:
     """What each response is worth, and what it costs where nobody attacks.
 
     Args:
-        report: As `avsec_gym.report.run_report.run_report` makes it; parts may lack.
+        summary: Of `avsec_gym.experiments.chapter3.defence.rates.defence_summary`.
     """
-    summary = report.get("defence")
-    if not summary:
-        return []
     rows = {(row["detector"], row["attack"], row["response"]): row for row in summary["worth"]}
     sentences = []
     for detector in dict.fromkeys(one for one, _, _ in rows):

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from avsec_gym.drawing.page_plots import Frame, Scale, drawing, marker, outline, text
+from avsec_gym.drawing.page_figure import Figure, mark_key
+from avsec_gym.drawing.page_plots import Frame, Scale, drawing, marker, text
 from avsec_gym.drawing.page_table import number
 from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK, UNDEFENDED
 from avsec_gym.experiments.chapter3.defence.rates import ANY_ATTACK
@@ -42,9 +43,20 @@ def draw_defence(summary: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def legend_of_defence() -> list[tuple[str, str, str]]:
-    """Of each mark: class names, its drawing, and what the car does."""
-    return [(kind, outline((7, 7), shape), words) for shape, kind, words in MARKS.values()]
+def figure_of_defence(summary: Mapping[str, Any]) -> Figure:
+    """A drawing for each detector, with its legend.
+
+    Args:
+        summary: Of `avsec_gym.experiments.chapter3.defence.rates.defence_summary`.
+    """
+    return Figure(
+        "Drives that are safe, by the attacked sensor and the response to an alarm, %",
+        draw_defence(summary),
+        [mark_key(kind, words, shape) for shape, kind, words in MARKS.values()],
+        "Safe: the goal is reached without a collision; a car that stops reaches none.",
+        layout="maps",
+        label="Safe drives",
+    )
 
 
 def _draw(detector: str, rows: Sequence[Row]) -> str:

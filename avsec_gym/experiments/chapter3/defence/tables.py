@@ -19,14 +19,13 @@ _ORACLES = {STEREO_ORACLE: "oracle of images", LIDAR_ORACLE: "oracle of scans"}
 _SHARES = ("avoided", "avoided_of_attack", "caused", "regained", "given_up", "stopped")
 
 
-def tables_of_defence(report: Mapping[str, Any]) -> list[Table]:
-    """Collisions avoided against false stops, and frames to alarm; nothing without such a run.
+def tables_of_defence(summary: Mapping[str, Any]) -> list[Table]:
+    """Collisions avoided against false stops, and frames to alarm.
 
     Args:
-        report: As `avsec_gym.report.run_report.run_report` makes it; parts may lack.
+        summary: Of `avsec_gym.experiments.chapter3.defence.rates.defence_summary`.
     """
-    summary = report.get("defence")
-    return [_worth_table(summary["worth"]), _alarm_table(summary["alarms"])] if summary else []
+    return [_worth_table(summary["worth"]), _alarm_table(summary["alarms"])]
 
 
 def _worth_table(rows: Any) -> Table:

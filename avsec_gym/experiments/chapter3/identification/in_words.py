@@ -50,27 +50,24 @@ def validation_sentences(summary: Mapping[str, Any]) -> list[str]:
     return sentences
 
 
-def five_sentences(report: Mapping[str, Any]) -> list[str]:
-    """What is named of five sensors, at r = 1 %; nothing without such a run.
+def five_sentence(told: Mapping[str, Any]) -> str:
+    """What is named of five sensors, at r = 1 %.
 
     Args:
-        report: As `avsec_gym.report.run_report.run_report` makes it; parts may lack.
+        told: Of `avsec_gym.experiments.chapter3.identification.five_sensors.five_summary`.
     """
-    told = report.get("five_sensors")
-    if not told:
-        return []
     rows = {row["method"]: row for row in told["identification"] if row["rate"] == _RATE}
     by_algorithm, likeliest = rows["algorithm 2, any"], rows["maximum likelihood"]
     one, two = (
         [_percent(row["together"][count]["rate"]) for row in (by_algorithm, likeliest)]
         for count in ("1", "2")
     )
-    return [
+    return (
         f"Of five sensors one that is attacked is named in {one[0]} of the cases by algorithm 2"
         f" and in {one[1]} by maximum likelihood, two together in {two[0]} and {two[1]}, with"
         f" {_percent(by_algorithm['false_alarms']['rate'])} and"
         f" {_percent(likeliest['false_alarms']['rate'])} false alarms."
-    ]
+    )
 
 
 def _percent(share: float) -> str:

@@ -6,9 +6,9 @@ And how far probabilities keep what they promise, which the thesis has none of.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from avsec_gym.drawing.page_figure import Figure, line_key
 from avsec_gym.drawing.page_plots import Frame, Point, Scale, band, drawing, marker, polyline, text
 from avsec_gym.drawing.page_table import number
 from avsec_gym.experiments.chapter3.identification.tables import CRITERIA, METHODS, error_name
@@ -30,25 +30,6 @@ _METHOD_KINDS = {
 }
 
 
-@dataclass(frozen=True)
-class Figure:
-    """Drawings that belong together.
-
-    Args:
-        title: What they show.
-        panels: The drawings.
-        legend: Class names of lines, and what they are of.
-        columns: Drawings beside each other.
-        note: How to read them.
-    """
-
-    title: str
-    panels: Sequence[str]
-    legend: Sequence[tuple[str, str]] = ()
-    columns: int = 4
-    note: str = ""
-
-
 def figures_of_validation(summary: Mapping[str, Any]) -> list[Figure]:
     """All of a run.
 
@@ -68,7 +49,7 @@ def figures_of_validation(summary: Mapping[str, Any]) -> list[Figure]:
             for case, shares in row["cases"].items()
         ]
         title = f"Figure {shown}: disparity error E of {row['scenario']}, share of moments in %"
-        legend = [(_CLEAN, "not attacked"), (_ATTACKED, "attacked")]
+        legend = [line_key(_CLEAN, "not attacked"), line_key(_ATTACKED, "attacked")]
         figures.append(Figure(title, panels, legend, note=_bounds_note(row)))
         detection = [one for one in summary["detection"] if one["scenario"] == row["scenario"]]
         figures.append(_detection_figure(curves, row["scenario"], detection))
@@ -97,8 +78,8 @@ def _detection_figure(figure: str, scenario: str, rows: Sequence[Row]) -> Figure
         (100 * rate, 100 * rated) for (name, rate), rated in DETECTION.items() if name == scenario
     ]
     panels.append(_curves("mean of the seven cases", mean, told))
-    legend = [(kind, CRITERIA[criterion]) for criterion, kind in _CRITERION_KINDS.items()]
-    legend.append(("thin line-0", "false alarms, of all four shares"))
+    legend = [line_key(kind, CRITERIA[criterion]) for criterion, kind in _CRITERION_KINDS.items()]
+    legend.append(line_key("thin line-0", "false alarms, of all four shares"))
     title = f"Figure {figure}: detection rate over r, {scenario}, %"
     return Figure(title, panels, legend, note=_HOLLOW)
 
@@ -116,7 +97,7 @@ def _identification_figure(rows: Sequence[Row]) -> Figure:
         }
         thesis = [(100 * rate, 100 * told[place]) for rate, told in IDENTIFICATION.items()]
         panels.append(_curves(_attacked(sensor), lines, thesis))
-    legend = [(kind, METHODS[method]) for method, kind in _METHOD_KINDS.items()]
+    legend = [line_key(kind, METHODS[method]) for method, kind in _METHOD_KINDS.items()]
     return Figure(
         "Figure 3.10: identification rate over r, %",
         panels,
@@ -134,7 +115,10 @@ def _reference_figure(rows: Sequence[Row]) -> Figure:
             title = f"{name}, {_attacked(case)}"
             drawn, bounds = [("clean", shares)], row.get("bounds", ())
             panels.append(_histograms(title, row["largest"], drawn, bounds, touched))
-    legend = [(_CLEAN, "no sensor of the triple attacked"), (_ATTACKED, "one of them attacked")]
+    legend = [
+        line_key(_CLEAN, "no sensor of the triple attacked"),
+        line_key(_ATTACKED, "one of them attacked"),
+    ]
     title = "Figure 3.9: disparity errors that the reference is in, share of moments in %"
     notes = [_bounds_note(row, error_name(row["triple"])) for row in rows if "bounds" in row]
     return Figure(title, panels, legend, columns=5, note=" ".join(notes))

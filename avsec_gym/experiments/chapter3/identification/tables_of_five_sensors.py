@@ -15,15 +15,12 @@ from avsec_gym.experiments.chapter3.identification.tables import (
 )
 
 
-def tables_of_five(report: Mapping[str, Any]) -> list[Table]:
-    """What is named of five sensors; nothing without such a run.
+def table_of_five(told: Mapping[str, Any]) -> Table:
+    """What is named of five sensors.
 
     Args:
-        report: As `avsec_gym.report.run_report.run_report` makes it; parts may lack.
+        told: Of `avsec_gym.experiments.chapter3.identification.five_sensors.five_summary`.
     """
-    told = report.get("five_sensors")
-    if not told:
-        return []
     lines = [
         [
             name(METHODS[row["method"]]),
@@ -34,7 +31,7 @@ def tables_of_five(report: Mapping[str, Any]) -> list[Table]:
         ]
         for row in told["identification"]
     ]
-    table = Table(
+    return Table(
         "Identification rate of one LiDAR and four cameras",
         [
             *("method", "r, %", "one attacked, %", "two attacked, %", "mean, %"),
@@ -45,4 +42,3 @@ def tables_of_five(report: Mapping[str, Any]) -> list[Table]:
         f" fitted. Identified: exactly the attacked sensors were named. {TOLD} Beyond n − 2: among"
         f" three to five attacked sensors. {PRIOR} {INTERVALS}",
     )
-    return [table]

@@ -13,14 +13,14 @@ from avsec_gym.experiments.chapter3.objects.tables import detector_words
 _ERRORS = ("error_before", "error_after")
 
 
-def localisation_sentences(report: Mapping[str, Any]) -> list[str]:
+def localisation_sentences(summary: Mapping[str, Any]) -> list[str]:
     """How well attacks are located, from the worst to the best, and what repair leaves.
 
     Args:
-        report: As `avsec_gym.report.run_report.run_report` makes it; parts may lack.
+        summary: Of `avsec_gym.experiments.chapter3.localisation.rates.localisation_summary`.
     """
-    attacks = (report.get("localisation") or {"attacks": ()})["attacks"]
-    rows = sorted((row for row in attacks if row["iou"] is not None), key=lambda row: row["iou"])
+    located = (row for row in summary["attacks"] if row["iou"] is not None)
+    rows = sorted(located, key=lambda row: row["iou"])
     if not rows:
         return []
     low, high = (f"{number(row['iou'], 100)} % ({row['attack']})" for row in (rows[0], rows[-1]))
@@ -35,7 +35,7 @@ def localisation_sentences(report: Mapping[str, Any]) -> list[str]:
     pasted = [row for row in rows if row["attack"] == CAR and row["bogus_after"] is not None]
     for row in pasted:
         clean, before, after = (f"{number(row[one], 100)} %" for one in BOGUS_SEEN)
-        detector = detector_words(report["localisation"]["scan_detector"])
+        detector = detector_words(summary["scan_detector"])
         sentences.append(
             f"Where a car’s scan is pasted {detector} sees an obstacle in {before} of the moments,"
             f" after the repair in {after}; without attack in {clean}."

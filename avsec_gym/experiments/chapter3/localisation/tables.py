@@ -15,17 +15,12 @@ _FOUND = ("objects", "found attacked", "not refilled", "found repaired")
 _ERRORS = ("error_before", "error_after")
 
 
-def tables_of_localisation(report: Mapping[str, Any]) -> list[Table]:
-    """A row for each attack; nothing without such a run.
+def table_of_localisation(summary: Mapping[str, Any]) -> Table:
+    """A row for each attack.
 
     Args:
-        report: As `avsec_gym.report.run_report.run_report` makes it; parts may lack.
+        summary: Of `avsec_gym.experiments.chapter3.localisation.rates.localisation_summary`.
     """
-    summary = report.get("localisation")
-    return [_table(summary)] if summary else []
-
-
-def _table(summary: Mapping[str, Any]) -> Table:
     scores = {"detector": "score_threshold", "scan_detector": "scan_score_threshold"}
     detectors = {summary[one]: summary[score] for one, score in scores.items() if summary[one]}
     told = " or ".join(

@@ -14,27 +14,27 @@ from avsec_gym.sensor_system import LIDAR
 _RATE = 0.01
 
 
-def optical_sentences(report: Mapping[str, Any]) -> list[str]:
+def optical_sentences(summaries: Mapping[str, Any]) -> list[str]:
     """Of the parts that a run has figures of.
 
     Args:
-        report: As `avsec_gym.report.run_report.run_report` makes it; parts may lack.
+        summaries: See `avsec_gym.experiments.chapter3.objects.tables.tables_of_optical_attacks`.
     """
     sentences = []
-    if report.get("baseline"):
-        for row in report["baseline"]["rows"]:
+    if summaries.get("baseline"):
+        for row in summaries["baseline"]["rows"]:
             if (row["iou"], row["rate"]) == (0.5, _RATE):
                 sentences.append(
                     f"Objects of {row['scenario']} tell of {_percent(row['average'])} of the"
                     f" attacks, with {_percent(row['false_alarms']['rate'])} false alarms (IoU 0.5,"
                     " r = 1 %)."
                 )
-    if report.get("impact"):
-        sentences += _impact(report["impact"])
-    if report.get("believed"):
-        sentences += _believed(report["believed"])
-    if report.get("sensitivity"):
-        sentences += [_sizes(what, report["sensitivity"][what]) for what in (LIDAR, CAMERA)]
+    if summaries.get("impact"):
+        sentences += _impact(summaries["impact"])
+    if summaries.get("believed"):
+        sentences += _believed(summaries["believed"])
+    if summaries.get("sensitivity"):
+        sentences += [_sizes(what, summaries["sensitivity"][what]) for what in (LIDAR, CAMERA)]
     return sentences
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from avsec_gym.drawing.page_figure import Figure, line_key, mark_key
 from avsec_gym.drawing.page_plots import Frame, Scale, band, drawing, marker, polyline, text
 from avsec_gym.drawing.page_table import bounds, number
 from avsec_gym.experiments.chapter3.objects.attack_sizes import CAMERA
@@ -13,7 +14,7 @@ from avsec_gym.experiments.chapter3.objects.thesis_of_detectors import PRECISION
 from avsec_gym.sensor_system import LIDAR
 
 Row = Mapping[str, Any]
-Figure = tuple[float, Sequence[float] | None]
+Percent = tuple[float, Sequence[float] | None]
 """Percent, and its interval."""
 
 CURVES = {
@@ -35,6 +36,22 @@ def draw_sensitivity(summary: Mapping[str, Any]) -> list[str]:
     return [_draw(what, summary[what]) for what in (LIDAR, CAMERA)]
 
 
+def figure_of_sensitivity(summary: Mapping[str, Any]) -> Figure:
+    """Both drawings, with their legend.
+
+    Args:
+        summary: Of `avsec_gym.experiments.chapter3.objects.sensitivity_curves.sensitivity_summary`.
+    """
+    legend = [line_key(kind, words) for kind, words in CURVES.items()]
+    return Figure(
+        "Figures 3.11 and 3.12: what is noticed, and what a detector still finds, %",
+        draw_sensitivity(summary),
+        [*legend, mark_key("hollow line-1", "AP in the thesis", size=4)],
+        layout="maps",
+        label="Figures 3.11 and 3.12",
+    )
+
+
 def _draw(what: str, told: Mapping[str, Any]) -> str:
     rows = told["sizes"]
     places = [100 * row["covered"] if what == CAMERA else row["size"] for row in rows]
@@ -48,7 +65,7 @@ def _draw(what: str, told: Mapping[str, Any]) -> str:
         text(((frame.x.start + frame.x.end) / 2, _HEIGHT - 6), _AXES[what], "middle"),
     ]
     marks: list[str] = []
-    curves: dict[str, Callable[[Row], Figure | None]] = {
+    curves: dict[str, Callable[[Row], Percent | None]] = {
         "dashed line-0": lambda row: _noticed(row, "error"),
         "line-0": lambda row: _noticed(row, "any"),
         "line-1": _precision,
@@ -74,12 +91,12 @@ def _draw(what: str, told: Mapping[str, Any]) -> str:
     return drawing(_WIDTH, _HEIGHT, [*parts, *marks], label)
 
 
-def _noticed(row: Row, criterion: str) -> Figure:
+def _noticed(row: Row, criterion: str) -> Percent:
     share = row["detected"][criterion]
     return 100 * share["rate"], [100 * bound for bound in share["interval"]]
 
 
-def _precision(row: Row) -> Figure | None:
+def _precision(row: Row) -> Percent | None:
     if row["precision"] is None:
         return None
     one = row["precision"][SHOWN_LEVEL]

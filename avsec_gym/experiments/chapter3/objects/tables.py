@@ -49,21 +49,22 @@ _METRICS = {"2d": "in the image", "3d": "in 3D"}
 _TOLD_RATE = 0.01
 
 
-def tables_of_optical_attacks(report: Mapping[str, Any]) -> list[Table]:
+def tables_of_optical_attacks(summaries: Mapping[str, Any]) -> list[Table]:
     """Those that a run has figures of.
 
     Args:
-        report: As `avsec_gym.report.run_report.run_report` makes it; parts may lack.
+        summaries: Of the experiments on objects by their names in the report: ``baseline``,
+            ``impact``, ``believed``, ``sensitivity``; None or absent where the run lacks them.
     """
     tables = []
-    if report.get("baseline"):
-        tables.append(_baseline_table(report["baseline"]))
-    if report.get("impact"):
-        tables += [_impact_table(report["impact"]), _score_table(report["impact"]["lidar"])]
-    if report.get("believed"):
-        tables.append(_believed_table(report["believed"]))
-    if report.get("sensitivity"):
-        tables += [_size_table(what, report["sensitivity"]) for what in (LIDAR, CAMERA)]
+    if summaries.get("baseline"):
+        tables.append(_baseline_table(summaries["baseline"]))
+    if summaries.get("impact"):
+        tables += [_impact_table(summaries["impact"]), _score_table(summaries["impact"]["lidar"])]
+    if summaries.get("believed"):
+        tables.append(_believed_table(summaries["believed"]))
+    if summaries.get("sensitivity"):
+        tables += [_size_table(what, summaries["sensitivity"]) for what in (LIDAR, CAMERA)]
     return tables
 
 

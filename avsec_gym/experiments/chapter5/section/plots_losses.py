@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from statistics import mean
 from typing import Any
 
+from avsec_gym.drawing.page_figure import Key, mark_key
 from avsec_gym.drawing.page_plots import (
     Frame,
     Point,
@@ -14,7 +15,6 @@ from avsec_gym.drawing.page_plots import (
     drawing,
     limits,
     marker,
-    outline,
     polyline,
     text,
 )
@@ -69,8 +69,8 @@ def draw_losses(attacks: Rows) -> list[str]:
     ]
 
 
-def legend(attacks: Rows) -> list[tuple[str, str, str]]:
-    """Of the attacks that are drawn: class name, mark, and name; controls of one kind are one."""
+def legend(attacks: Rows) -> list[Key]:
+    """The keys of the attacks that are drawn; controls of one kind are one."""
     names = dict.fromkeys(row["attack"] for row in attacks if not row["whole_levels"])
     entries = {}
     for attack in names:
@@ -78,7 +78,7 @@ def legend(attacks: Rows) -> list[tuple[str, str, str]]:
             kind = attack.partition("-")[0]
             words = {"noise": "noise (control)", "grey": "grey disc (control)"}
             entries[words.get(kind, attack_name(attack))] = attack
-    return [(colour(attack), _sample(SHAPES[attack]), words) for words, attack in entries.items()]
+    return [mark_key(colour(attack), words, SHAPES[attack]) for words, attack in entries.items()]
 
 
 def thesis_losses(detector: str) -> list[tuple[str, float, Point]]:
@@ -165,9 +165,3 @@ def _every(rows: Rows, what: str) -> list[float]:
 
 def _thesis_safe(detector: str, key: str) -> float:
     return mean(SAFETY[detector, key, intention].safe for intention in Intention)
-
-
-def _sample(shape: str) -> str:
-    return (
-        f'<svg viewBox="0 0 14 14" class="sample" aria-hidden="true">{outline((7, 7), shape)}</svg>'
-    )

@@ -66,7 +66,7 @@ def paired_table(rows: Rows) -> Table:
         lines,
         "p: McNemar’s exact test, two-sided, not corrected for the number of rows. Change in"
         " percentage points; in brackets: 95 % bootstrap intervals over scenarios.",
-        names=3, sortable=True, filters=(0, 2),
+        names=3, sortable=True, filters=(0, 2), folded=True,
     )  # fmt: skip
 
 
@@ -224,45 +224,6 @@ def flip_table(rows: Rows) -> Table:
         "At the largest n where there are several. Attacks in 8 bits are in the JSON only.",
         names=7, sortable=True, filters=(0, 1, 3, 5),
     )  # fmt: skip
-
-
-def time_table(report: Mapping[str, Any]) -> Table:
-    """Where the time goes, by attack."""
-    lines = [
-        [
-            name(attack_name(attack)),
-            _count(row["cells"]),
-            figure(row["seconds"] / max(row["cells"], 1), digits=2),
-            figure(row["seconds"] / 60, digits=1),
-        ]
-        for attack, row in report["timings"]["attacks"].items()
-    ]
-    return Table(
-        "Time by attack",
-        ["attack", "cells", "seconds each", "minutes in all"],
-        lines,
-        "A cell is one scene, detector and attack with all its strengths and intentions.",
-    )
-
-
-def other_table(rows: Rows) -> Table:
-    """Rates under settings that are not chapter 5's."""
-    rates = ("success_rate", "collision_rate", "safe_driving_rate")
-    lines = [
-        [
-            name(row["setting"]),
-            figure(row["strength"], digits=1),
-            _count(row["scenarios"]),
-            *(figure(row[rate], row[f"{rate}_interval"], scale=100) for rate in rates),
-        ]
-        for row in rows
-    ]
-    return Table(
-        "Other settings, %",
-        ["setting", "strength", "drives", "success", "collision", "safe driving"],
-        lines,
-        "In brackets: 95 % Wilson intervals.",
-    )
 
 
 def _names(row: Mapping[str, Any]) -> list[Cell]:

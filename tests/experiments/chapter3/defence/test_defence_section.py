@@ -12,7 +12,7 @@ from avsec_gym.experiments.chapter3.defence.plots import draw_defence
 from avsec_gym.experiments.chapter3.defence.tables import tables_of_defence
 from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.report.run_markdown import markdown_page
-from avsec_gym.report.run_report import holds_chapter_5, run_report
+from avsec_gym.report.run_report import run_report
 from avsec_gym.runs.experiment import (
     Cell,
     CellResult,
@@ -69,10 +69,11 @@ KNOWN = Experiment("known", "What is a defence worth?", "", cells)
 def test_a_page_says_what_a_defence_is_worth(tmp_path: Path) -> None:
     run_experiments([KNOWN], Configuration("made_up"), tmp_path / "run", workers=0, threads=1)
     run = RunFolder.open(tmp_path / "run")
-    assert not holds_chapter_5(run)
     report = run_report(run)
-    json.dumps(report, allow_nan=False)
-    worth, alarms = tables_of_defence(report)
+    json.dumps(report.data, allow_nan=False)
+    assert [section.id for section in report.sections] == ["defence"]
+    assert report.data["other"] == []
+    worth, alarms = tables_of_defence(report.data["defence"])
     rows = {tuple(cell.text for cell in row[1:3]): row[3:] for row in worth.rows}
     assert list(rows) == [
         (attacked, response)
@@ -103,7 +104,7 @@ def test_a_page_says_what_a_defence_is_worth(tmp_path: Path) -> None:
     ]
     assert Report(run.path).run() == 0
     page = (run.path / "report.html").read_text()
-    said = defence_sentences(report)
+    said = defence_sentences(report.data["defence"])
     assert said == [
         "Stereo R-CNN: of 6 cases that collide only because of an attack, 33.3 % (stop),"
         " 33.3 % (drop), 33.3 % (repair) do not collide.",
@@ -138,8 +139,3 @@ def test_attacks_on_several_sensors_have_short_labels() -> None:
     assert ">LiDAR+2<" in wide
     assert ">nothing<" in wide
     assert "camera 1 and camera 2 attacked, stops: 50.0 % safe" in wide
-
-
-def test_a_run_without_it_has_no_such_table() -> None:
-    assert tables_of_defence({"defence": None}) == tables_of_defence({}) == []
-    assert defence_sentences({"defence": None}) == defence_sentences({}) == []

@@ -100,8 +100,8 @@ def test_a_page_says_what_sensors_notice(
     run: RunFolder, capsys: pytest.CaptureFixture[str]
 ) -> None:
     report = run_report(run)
-    json.dumps(report, allow_nan=False)
-    summary = report["validation"]
+    json.dumps(report.data, allow_nan=False)
+    summary = report.data["validation"]
     rows = {(row["scenario"], row["criterion"], row["rate"]): row for row in summary["detection"]}
     for scenario in ("LiDAR and two cameras", "three cameras"):
         # One of the seven cases is an attack on the camera that E does not see.
@@ -157,7 +157,7 @@ def test_moments_that_were_looked_at_are_left_out_once(
 ) -> None:
     moments = [SimpleNamespace(id=f"drive_{number:03d}/0") for number in range(MOMENTS)]
     monkeypatch.setattr(chapter_3, "recordings_of", lambda *_: SimpleNamespace(moments=moments))
-    whole = run_report(run)["validation"]
+    whole = run_report(run).data["validation"]
     assert whole["unseen"] is None
     told = chapter_3.validation_summary(run, run.configuration, 5)["unseen"]
     assert (told["looked_at"], told["moments"]) == (5, MOMENTS - 5)
@@ -171,5 +171,5 @@ def test_too_few_moments_are_not_summed_up(tmp_path: Path) -> None:
     configuration = Configuration("made_up", limit=3)
     run_experiments([KNOWN], configuration, tmp_path / "few", workers=0, threads=1)
     report = run_report(RunFolder.open(tmp_path / "few"))
-    assert report["validation"] is None
-    assert report["question"] == "Is it noticed?"
+    assert report.data["validation"] is None
+    assert report.data["question"] == "Is it noticed?"

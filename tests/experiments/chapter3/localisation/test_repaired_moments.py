@@ -19,7 +19,6 @@ from avsec_gym.commands.report import Report
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.chapter3.experiments import LOCALISATION
 from avsec_gym.experiments.chapter3.localisation import repaired_moments
-from avsec_gym.experiments.chapter3.localisation.in_words import localisation_sentences
 from avsec_gym.experiments.chapter3.localisation.measures import (
     CAR,
     Overlap,
@@ -232,7 +231,7 @@ def test_a_pasted_car_is_gone_after_the_repair(
     root = tmp_path / "run"
     assert run_experiments([LOCALISATION], asked, root, workers=0, threads=1).done == 3
     report = run_report(RunFolder.open(root))
-    rows = {row["attack"]: row for row in report["localisation"]["attacks"]}
+    rows = {row["attack"]: row for row in report.data["localisation"]["attacks"]}
     assert list(rows) == [FACULA, BOGUS, CAR]
     for attack in (BOGUS, CAR):
         row = rows[attack]
@@ -241,7 +240,7 @@ def test_a_pasted_car_is_gone_after_the_repair(
         assert row["bogus_after"] == 0
         assert [row[one] for one in ("objects", "found_before", "found_after")] == [3, 3, 3]
     assert rows[FACULA]["bogus_before"] is None
-    [said] = [one for one in localisation_sentences(report) if "is pasted" in one]
+    [said] = [one for one in report.sentences if "is pasted" in one]
     assert "in 100.0 % of the moments, after the repair in 0.0 %" in said
     assert "bogus obstacle clean" in markdown_page(report)
     moments = RepairedMoments(asked)
@@ -267,8 +266,8 @@ def test_from_drives_to_the_page(drives: Path, tmp_path: Path) -> None:
     assert Report(root, pictures=0).run() == 0
     assert "data:image/webp" not in (root / "report.html").read_text()
     report = run_report(RunFolder.open(root))
-    json.dumps(report, allow_nan=False)
-    assert [row["attack"] for row in report["localisation"]["attacks"]] == [FACULA, BOGUS]
+    json.dumps(report.data, allow_nan=False)
+    assert [row["attack"] for row in report.data["localisation"]["attacks"]] == [FACULA, BOGUS]
 
 
 class Rows:

@@ -15,6 +15,7 @@ from avsec_gym.experiments.chapter3.objects import attack_sizes, sensor_detectio
 from avsec_gym.experiments.chapter3.objects.attack_sizes import CAMERA, SIZES, size_setting
 from avsec_gym.experiments.chapter3.objects.believed_points import CARS
 from avsec_gym.experiments.chapter3.objects.in_words import optical_sentences
+from avsec_gym.experiments.chapter3.objects.section import optical_section
 from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     WIDTH,
     reach_name,
@@ -27,7 +28,7 @@ from avsec_gym.experiments.chapter3.recordings import SYSTEM
 from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.report.html import html_page
 from avsec_gym.report.run_markdown import markdown_page
-from avsec_gym.report.run_report import run_report
+from avsec_gym.report.run_report import RunReport, run_report
 from avsec_gym.runs.experiment import (
     Cell,
     CellResult,
@@ -38,6 +39,7 @@ from avsec_gym.runs.experiment import (
 )
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.runs.section import Findings
 from avsec_gym.sensor_system import LIDAR
 from avsec_gym.validation.evidence.disparity_error import MEASURES
 
@@ -154,17 +156,24 @@ def sizes_of_work(configuration: Configuration) -> Any:
 
 
 @pytest.fixture(scope="module")
-def report(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def report(tmp_path_factory: pytest.TempPathFactory) -> RunReport:
     root = tmp_path_factory.mktemp("run") / "run"
     experiments = [known(objects_of), known(sizes_of)]
     run_experiments(experiments, Configuration("made_up"), root, workers=0, threads=1)
     report = run_report(RunFolder.open(root))
-    json.dumps(report, allow_nan=False)
+    json.dumps(report.data, allow_nan=False)
     return report
 
 
-def test_mismatches_raise_alarms(report: dict[str, Any]) -> None:
-    rows = {(row["scenario"], row["iou"], row["rate"]): row for row in report["baseline"]["rows"]}
+def shown(report: RunReport, summaries: dict[str, Any]) -> RunReport:
+    """The report with a section of other figures."""
+    return RunReport(report.data, [Findings([optical_section(summaries)])])
+
+
+def test_mismatches_raise_alarms(report: RunReport) -> None:
+    rows = {
+        (row["scenario"], row["iou"], row["rate"]): row for row in report.data["baseline"]["rows"]
+    }
     for scenario in ("LiDAR and two cameras", "three cameras"):
         loose, strict = rows[scenario, 0.5, 0.01], rows[scenario, 0.7, 0.01]
         # All three cameras together miss the same car.
@@ -172,11 +181,11 @@ def test_mismatches_raise_alarms(report: dict[str, Any]) -> None:
         assert loose["average"] == pytest.approx(noticed / 3)
         assert loose["false_alarms"]["rate"] == 0.0
         assert strict["false_alarms"]["rate"] == 0.5
-    assert report["baseline"]["moments"] == {"fitted": MOMENTS, "judged": MOMENTS}
+    assert report.data["baseline"]["moments"] == {"fitted": MOMENTS, "judged": MOMENTS}
 
 
-def test_the_impact_has_its_control(report: dict[str, Any]) -> None:
-    lidar, camera = report["impact"]["lidar"], report["impact"]["camera"]
+def test_the_impact_has_its_control(report: RunReport) -> None:
+    lidar, camera = report.data["impact"]["lidar"], report.data["impact"]["camera"]
     # Both cars of every fitted moment are found from the lower one's score on.
     assert lidar["score"] == 0.8
     taken = {row["score"]: row["taken"]["count"] for row in lidar["by_score"]}
@@ -194,9 +203,9 @@ def test_the_impact_has_its_control(report: dict[str, Any]) -> None:
     assert 0 < lit["lost_interval"][0] < lit["lost"] < lit["lost_interval"][1]
 
 
-def test_sensitivity_counts_what_is_beyond_the_threshold(report: dict[str, Any]) -> None:
+def test_sensitivity_counts_what_is_beyond_the_threshold(report: RunReport) -> None:
     for what, sizes in SIZES.items():
-        rows = report["sensitivity"][what]["sizes"]
+        rows = report.data["sensitivity"][what]["sizes"]
         assert [row["size"] for row in rows] == [0.0, *sizes]
         for place, row in enumerate(rows[1:], 1):
             noticed = place / len(sizes)
@@ -206,14 +215,14 @@ def test_sensitivity_counts_what_is_beyond_the_threshold(report: dict[str, Any])
             # One car of two: recall 0.5, six of 11 points.
             lost = 100 * 5 / 11 if missed else 0.0
             assert row["precision"]["moderate"]["lost"] == pytest.approx(lost)
-    shares = [100 * row["covered"] for row in report["sensitivity"][CAMERA]["sizes"]]
+    shares = [100 * row["covered"] for row in report.data["sensitivity"][CAMERA]["sizes"]]
     # The thesis' figures.
     assert shares == pytest.approx([0, 0.95, 3.79, 8.54, 15.18, 23.71, 34.15], abs=0.006)
-    assert report["sensitivity"][CAMERA]["sizes"][2]["changed"] == pytest.approx(0.2)
+    assert report.data["sensitivity"][CAMERA]["sizes"][2]["changed"] == pytest.approx(0.2)
 
 
-def test_page_and_text_show_all_of_it(report: dict[str, Any]) -> None:
-    said = optical_sentences(report)
+def test_page_and_text_show_all_of_it(report: RunReport) -> None:
+    said = report.sentences
     taken = "PIXOR takes the bogus return for an obstacle in 23 of 24 moments; without the attack"
     assert f"{taken} it has one there in 1." in said
     page, text = html_page(report), markdown_page(report)
@@ -225,13 +234,13 @@ def test_page_and_text_show_all_of_it(report: dict[str, Any]) -> None:
     assert said[0] in text
 
 
-def test_without_detectors_the_page_shows_what_is_noticed(report: dict[str, Any]) -> None:
-    alone = json.loads(json.dumps(report)) | {"baseline": None, "impact": None}
+def test_without_detectors_the_page_shows_what_is_noticed(report: RunReport) -> None:
+    alone = {"sensitivity": json.loads(json.dumps(report.data["sensitivity"]))}
     for what in SIZES:
         alone["sensitivity"][what]["detector"] = ""
         for row in alone["sensitivity"][what]["sizes"]:
             row["precision"] = None
-    page = html_page(alone)
+    page = html_page(shown(report, alone))
     assert page.count("AP was not measured.") == 2
     assert "of the moments." in optical_sentences(alone)[0]
 
@@ -241,11 +250,11 @@ def test_too_few_moments_are_not_summed_up(tmp_path: Path) -> None:
     configuration = Configuration("made_up", limit=3)
     run_experiments(experiments, configuration, tmp_path / "few", workers=0, threads=1)
     report = run_report(RunFolder.open(tmp_path / "few"))
-    assert not any(report[name] for name in ("baseline", "impact", "sensitivity"))
+    assert not any(report.data[name] for name in ("baseline", "impact", "sensitivity"))
     assert 'id="optical"' not in html_page(report)
 
 
-def test_which_bogus_points_are_believed_is_told(report: dict[str, Any]) -> None:
+def test_which_bogus_points_are_believed_is_told(report: RunReport) -> None:
     def share(count: int) -> dict[str, Any]:
         return share_of(np.arange(MOMENTS) < count, [str(one) for one in range(MOMENTS)])
 
@@ -260,13 +269,14 @@ def test_which_bogus_points_are_believed_is_told(report: dict[str, Any]) -> None
         for kind in BELIEVED_IN_WORDS
     ]
     objects = {"pixor": {"score": 0.61, "precision": 0.9, "recall": 0.8}}
-    told = {**report, "believed": {"objects": objects, "rows": rows}}
+    told = {**report.data, "believed": {"objects": objects, "rows": rows}}
     [said] = [one for one in optical_sentences(told) if "planes" in one]
     assert "8.33 % of the bogus planes" in said
     assert "70.83 % of the scans of cars" in said
     planes = {"objects": objects, "rows": [row for row in rows if row["kind"] not in CARS]}
-    [said] = [one for one in optical_sentences({**report, "believed": planes}) if "planes" in one]
+    [said] = [one for one in optical_sentences({"believed": planes}) if "planes" in one]
     assert "cars" not in said
-    for page in (html_page(told), markdown_page(told)):
+    anew = shown(report, told)
+    for page in (html_page(anew), markdown_page(anew)):
         for words in ("as wide as a car", "PIXOR’s from 0.61", "75.00", "98.60"):
             assert words in page

@@ -1,0 +1,37 @@
+"""What a run shows of two attacked sensors of five."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from avsec_gym.experiments.chapter3.identification.five_sensors import five_summary
+from avsec_gym.experiments.chapter3.identification.in_words import five_sentence
+from avsec_gym.experiments.chapter3.identification.tables_of_five_sensors import table_of_five
+from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.runs.section import Findings, ReportRequest, Section
+
+
+def findings(run: RunFolder, request: ReportRequest) -> Findings:
+    """The report's ``five_sensors``.
+
+    Raises:
+        DataError: The recordings are not where they were.
+    """
+    summary = five_summary(run, run.configuration)
+    return Findings([five_section(summary)] if summary else [], {"five_sensors": summary})
+
+
+def five_section(summary: Mapping[str, Any]) -> Section:
+    """The section of a summary.
+
+    Args:
+        summary: Of `avsec_gym.experiments.chapter3.identification.five_sensors.five_summary`.
+    """
+    return Section(
+        "five",
+        "Are two attacked ones of five sensors named?",
+        [five_sentence(summary)],
+        [table_of_five(summary)],
+        link="Two of five sensors attacked",
+    )

@@ -1,0 +1,79 @@
+"""Pictures of a run of chapter 5: attacks on a few scenes, repeated for their images."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from avsec_gym.errors import AvsecError
+from avsec_gym.experiments.chapter5.outcomes import Outcomes
+from avsec_gym.experiments.chapter5.scenes import OPTIONS
+from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.runs.section import ReportRequest
+
+if TYPE_CHECKING:
+    from avsec_gym.experiments.chapter5.section.scene_strip import Strip
+    from avsec_gym.experiments.chapter5.section.spread_pictures import SpreadPicture
+
+SPREAD = "feature_spread.png"
+"""The file of figure 5.8."""
+
+
+def strips_of(
+    run: RunFolder, outcomes: Outcomes | None, request: ReportRequest
+) -> tuple[list[Strip], list[str]]:
+    """Strips of the most telling scenes, and why there are none.
+
+    Args:
+        run: The run.
+        outcomes: The run's outcomes, if it has any of chapter 5.
+        request: How many pictures.
+    """
+    from avsec_gym.experiments.chapter5.section.telling_scenes import telling_scenes
+
+    if outcomes is None:
+        return [], []
+    options = {**OPTIONS, **run.configuration.options}
+    telling = telling_scenes(outcomes, request.pictures, options["score_threshold"])
+    if not telling:
+        return [], []
+    from avsec_gym.experiments.chapter5 import attacked_drives
+    from avsec_gym.experiments.chapter5.section.scene_strip import scene_strips
+
+    run.use_its_threads()
+    try:
+        drives = attacked_drives.AttackedDrives(run.configuration)
+        with request.progress("repeating attacks") as shown:
+            return scene_strips(telling, outcomes, drives, shown), []
+    except AvsecError as error:
+        return [], [f"no pictures: {error}"]
+
+
+def maps_of(
+    run: RunFolder, rows: Sequence[Mapping[str, Any]], request: ReportRequest
+) -> tuple[list[SpreadPicture], list[str]]:
+    """Feature maps that patches change, and why there are none.
+
+    Args:
+        run: The run.
+        rows: Of `avsec_gym.experiments.chapter5.patch_spreads.spread_rows`.
+        request: Whether there are pictures, and whether they become files.
+    """
+    if not rows or not request.pictures:
+        return [], []
+    from avsec_gym.experiments.chapter5 import patch_spreads
+    from avsec_gym.experiments.chapter5.feature_spread_figure import draw_feature_spread
+    from avsec_gym.experiments.chapter5.section.spread_pictures import (
+        shown_spreads,
+        spread_picture,
+    )
+
+    run.use_its_threads()
+    try:
+        with request.progress("following patches") as shown:
+            spreads = shown_spreads(rows, patch_spreads.PatchSpreads(run.configuration), shown)
+    except AvsecError as error:
+        return [], [f"no feature maps: {error}"]
+    if request.keeps_pictures:
+        draw_feature_spread(spreads, run.figures / SPREAD)
+    return [spread_picture(title, each) for title, each in spreads.items()], []

@@ -1,0 +1,229 @@
+"""The sections of chapter 5, made of the figures that `findings` reads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from avsec_gym.drawing.page_figure import Figure, Key, Picture, PictureRow, line_key, mark_key
+from avsec_gym.drawing.page_table import Table, bounds, number
+from avsec_gym.experiments.chapter5.section.plots_ghosts import PLACE_WORDS, draw_ghosts
+from avsec_gym.experiments.chapter5.section.plots_losses import draw_losses, legend
+from avsec_gym.experiments.chapter5.section.plots_steps import RATES, draw_precision, draw_safety
+from avsec_gym.experiments.chapter5.section.tables_beyond import (
+    control_table,
+    flip_table,
+    loss_table,
+    paired_table,
+    patch_effect_table,
+    rounding_table,
+    seen_table,
+    trend_table,
+)
+from avsec_gym.experiments.chapter5.section.tables_of_thesis import tables_of_thesis
+from avsec_gym.experiments.chapter5.section.tables_why import (
+    ghost_table,
+    pyramid_table,
+    spread_table,
+)
+from avsec_gym.experiments.chapter5.section.telling_scenes import RULES
+from avsec_gym.runs.section import Answer, AnswerOn, Part, Section
+
+if TYPE_CHECKING:
+    from avsec_gym.experiments.chapter5.section.scene_strip import Strip
+    from avsec_gym.experiments.chapter5.section.spread_pictures import SpreadPicture
+
+Data = Mapping[str, Any]
+_LINES = ("line-0", "line-1", "line-2")
+
+
+def answer_of(data: Data) -> Answer:
+    """The answer to the chapter's question, with the picture of it."""
+    found, attacks = data["answer"], data["decoupling"]["attacks"]
+    figure = Figure(
+        "What each attack takes",
+        draw_losses(attacks),
+        [*legend(attacks), mark_key("hollow of-soft", "hollow: the thesis")],
+        "Were precision a guide to safety, marks would climb to the right. A pair of attacks"
+        " contradicts that if one surely takes more precision and surely less safety. Thin crosses:"
+        " 95 % bootstrap intervals over scenarios. Average precision of cars in 3D (IoU 0.7,"
+        " moderate, 11 recall points), of a specific patch the mean over the intentions; safe"
+        " driving over left, straight and right.",
+    )
+    cases = [AnswerOn(one["name"], one["evidence"], one["took"]) for one in found["detectors"]]
+    both = data["decoupling"]["rank_correlation"]["both"]
+    together = ""
+    if both["rho"] is not None:
+        rho, interval = number(both["rho"], digits=2), bounds(both["interval"], digits=2)
+        together = f"Both together: ρ = {rho} {interval} over {both['attacks']} attacks."
+    return Answer(found["word"], found["sentence"], cases, figure, together)
+
+
+def scenes_section(strips: Sequence[Strip]) -> Section:
+    """Pictures of the most telling scenes.
+
+    Args:
+        strips: One for each scene.
+    """
+    environment = Environment(
+        loader=PackageLoader("avsec_gym.experiments.chapter5.section"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    shown = environment.get_template("scenes.html.j2").render(strips=strips)
+    return Section("scenes", "Seen in scenes", parts=[Markup(shown)], link="Scenes", context=RULES)
+
+
+def sections_of(data: Data) -> list[Section]:
+    """What attacks take, and why; of a run of planners alone, their table.
+
+    Args:
+        data: The figures, see `avsec_gym.experiments.chapter5.section.findings`; parts may lack.
+    """
+    of_thesis = tables_of_thesis(data)
+    if "decoupling" not in data:
+        return [_safety_section(data, of_thesis)] if of_thesis else []
+    attacks = data["decoupling"]["attacks"]
+    seen = seen_table(data["seen"])
+    checks = (
+        (data["controls"], control_table),
+        (data["trends"], trend_table),
+        (data["rounding"], rounding_table),
+    )
+    return [
+        Section(
+            "losses",
+            "What attacks take",
+            parts=[loss_table(attacks), paired_table(data["safety"]), seen],
+            context=_correlation(data["decoupling"]["rank_correlation"]["both"]),
+            text_tables=[loss_table([one for one in attacks if not one["whole_levels"]]), seen],
+        ),
+        _precision_section(data, [one for one in of_thesis if _is_of_precision(one)]),
+        _safety_section(data, [one for one in of_thesis if not _is_of_precision(one)]),
+        _ghost_section(data),
+        Section(
+            "controls",
+            "Are the attacks sane?",
+            parts=[table(rows) for rows, table in checks if rows],
+            link="Controls",
+        ),
+        Section(
+            "flips",
+            "Which drives became unsafe",
+            parts=[flip_table(data["flips"])],
+            link="Flips",
+            text_tables=(),
+        ),
+    ]
+
+
+def spread_section(
+    rows: Sequence[Data], pyramid: Sequence[Data], maps: Sequence[SpreadPicture] = ()
+) -> list[Section]:
+    """How far patches spread, in feature maps and without DSGN's pyramid; none without figures.
+
+    Args:
+        rows: Of `avsec_gym.experiments.chapter5.patch_spreads.spread_rows`.
+        pyramid: Of `avsec_gym.experiments.chapter5.pyramid.pyramid_rows`.
+        maps: Pictures of feature maps.
+    """
+    parts: list[Part] = [
+        *([_map_figure(maps)] if maps else []),
+        *([pyramid_table(pyramid)] if pyramid else []),
+        *([spread_table(rows)] if rows else []),
+    ]
+    if not rows and not pyramid:
+        return []
+    return [Section("spread", "How far a patch spreads", parts=parts, link="Spread of a patch")]
+
+
+def _precision_section(data: Data, tables: Sequence[Table]) -> Section:
+    drawings = draw_precision(data["precision"])
+    figure = Figure(
+        "Figure 5.3: average precision over the steps n of PGD, %",
+        drawings,
+        [
+            *map(line_key, _LINES, ("easy", "moderate", "hard")),
+            mark_key("hollow of-soft", "the thesis, where it gives a number"),
+        ],
+        label="Figure 5.3",
+    )
+    return Section("precision", "Precision", parts=[*([figure] if drawings else []), *tables])
+
+
+def _safety_section(data: Data, tables: Sequence[Table]) -> Section:
+    figures = _safety_figures(data["safety"]) if "safety" in data else ()
+    return Section("safety", "Driving safety", parts=[*figures, *tables])
+
+
+def _safety_figures(rows: Sequence[Data]) -> Iterator[Figure]:
+    keys = [*map(line_key, _LINES, ("left", "straight", "right"))]
+    keys.append(line_key("dashed of-soft", "the thesis"))
+    for rate, words in RATES.items():
+        if drawings := draw_safety(rows, rate):
+            title = f"Figure 5.4: {words} over the steps n of PGD, %"
+            yield Figure(title, drawings, keys, label=f"Figure 5.4, {words}")
+
+
+def _ghost_section(data: Data) -> Section:
+    drawings, effects = draw_ghosts(data["ghosts"]), data["patch_effects"]
+    keys = [mark_key(place, words, size=4) for place, words in PLACE_WORDS.items()]
+    lanes = "the three lanes that the car may take"
+    figure = Figure(
+        "Ghosts from above",
+        drawings,
+        [*keys, Key("lanes", '<span class="key"></span>', lanes)],
+        "The camera stands below, in the middle; metres. At most the first 1,000 ghosts of each"
+        " map, those that are farther aside left out.",
+        layout="maps",
+    )
+    parts: list[Part] = [
+        *([figure] if drawings else []),
+        ghost_table(data["ghosts"]),
+        *([patch_effect_table(effects)] if effects else []),
+    ]
+    return Section("ghosts", "Where ghosts are", parts=parts, link="Ghosts")
+
+
+def _map_figure(maps: Sequence[SpreadPicture]) -> Figure:
+    rows = []
+    for one in maps:
+        layers = [
+            Picture(
+                layer.image,
+                layer.layer,
+                layer.layer,
+                small=f"{layer.radius:.1f} / {layer.radius_absolute:.1f}",
+            )
+            for layer in one.maps
+        ]
+        seen = Picture(one.image, "input", "The patch in the middle of the image")
+        rows.append(PictureRow([seen, *layers], "layers", one.title))
+    return Figure(
+        "Figure 5.8: what a patch changes in feature maps, from shallow to deep",
+        pictures=rows,
+        note="Central squares of 240 pixels, each map from no change (black) to its own largest."
+        " Below: the radius that counts as changed in multiples of the patch’s, by the map’s"
+        " maximum and by what another image would change.",
+        label="Figure 5.8",
+    )
+
+
+def _correlation(both: Data) -> str:
+    if both["rho"] is None:
+        return ""
+    return (
+        "Over the attacks of both detectors together, the rank correlation of the loss of precision"
+        f" with the loss of safety is ρ = {number(both['rho'], digits=2)}"
+        f" {bounds(both['interval'], digits=2)} ({both['attacks']} attacks; controls, rounded"
+        " pixels and changed scenes left out)."
+    )
+
+
+def _is_of_precision(table: Table) -> bool:
+    return "precision" in table.title
