@@ -1,1 +1,1 @@
-"""The page about a run."""
+"""The renderer: page, text and JSON of the sections that experiments show of a run."""

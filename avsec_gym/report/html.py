@@ -52,9 +52,10 @@ def html_page(report: RunReport) -> str:
 
 
 def _other(data: Mapping[str, Any]) -> list[Section]:
-    return [Section("other", "Other settings", parts=[other_table(data["other"])])] * bool(
-        data["other"]
-    )
+    """Rates that no experiment tells; none, if they all do."""
+    if not data["other"]:
+        return []
+    return [Section("other", "Other settings", parts=[other_table(data["other"])])]
 
 
 def _kind(part: Part) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,7 +14,8 @@ from avsec_gym.runs.catalogue import EXPERIMENTS, attribute, experiment
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import Answer, Findings, FindingsMaker, ReportRequest, Section
 
-_LOG = logging.getLogger(__name__)
+_OTHER, _RUN = "other", "run"
+"""Sections of the report itself."""
 
 
 @dataclass(frozen=True)
@@ -74,36 +74,41 @@ def run_report(run: RunFolder, request: ReportRequest = ReportRequest()) -> RunR
         request: Which pictures, and what else was asked.
 
     Raises:
-        ConfigurationError: Two experiments give a figure the same name.
+        ConfigurationError: Two experiments give figures, or sections, the same name.
         DataError: Data that a section needs are not where they were.
     """
-    findings = [make(run, request) for make in _makers(run)]
-    report = RunReport({}, findings)
+    findings = [_findings(place, run, request) for place in _places(run)]
+    _check_names(findings)
     own = next(iter(run.manifest["experiments"].values()))["question"]
     question = next((found.question for found in findings if found.question), own)
-    data: dict[str, Any] = {"question": question, **_run(run, list(report.attack_names))}
+    data = {"question": question, **_run(run, list(RunReport({}, findings).attack_names))}
     for found in findings:
-        if taken := data.keys() & found.data.keys():
-            raise ConfigurationError(
-                f"two experiments give figures the name {', '.join(sorted(taken))}"
-            )
+        if taken := {*data, _OTHER} & found.data.keys():
+            raise ConfigurationError(f"two experiments give figures the name {min(taken)}")
         data |= found.data
     told = {setting for found in findings for setting in found.settings}
-    data["other"] = _other_rates(run, told)
-    return RunReport(data, findings)
+    return RunReport({**data, _OTHER: _other_rates(run, told)}, findings)
 
 
-def _makers(run: RunFolder) -> list[FindingsMaker]:
-    """Those of the catalogue, each once, then those that only the manifest names."""
-    places = [experiment(name).section for name in EXPERIMENTS]
-    places += [entry.get("section") or "" for entry in run.manifest["experiments"].values()]
-    makers = []
-    for place in dict.fromkeys(filter(None, places)):
-        try:
-            makers.append(attribute(place))
-        except ConfigurationError as error:
-            _LOG.warning("the report lacks a section: %s", error)
-    return makers
+def _places(run: RunFolder) -> list[str]:
+    """Of functions: those of the catalogue, each once, then those that only the manifest names."""
+    known = [experiment(name).section for name in EXPERIMENTS]
+    asked = [entry.get("section") or "" for entry in run.manifest["experiments"].values()]
+    return list(dict.fromkeys(place for place in (*known, *asked) if place))
+
+
+def _findings(place: str, run: RunFolder, request: ReportRequest) -> Findings:
+    try:
+        make: FindingsMaker = attribute(place)
+    except ConfigurationError as error:
+        return Findings(remarks=[f"A section is missing: {error}."])
+    return make(run, request)
+
+
+def _check_names(findings: Sequence[Findings]) -> None:
+    ids = Counter([_OTHER, _RUN, *(one.id for found in findings for one in found.sections)])
+    if twice := [name for name, count in ids.items() if count > 1]:
+        raise ConfigurationError(f"two sections of the report have the id {twice[0]}")
 
 
 def _run(run: RunFolder, known: Sequence[str]) -> dict[str, Any]:
