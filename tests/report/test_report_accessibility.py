@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from dataclasses import fields
 from importlib import resources
 from pathlib import Path
 from types import ModuleType
@@ -14,12 +15,19 @@ from matplotlib.figure import Figure
 
 from avsec_gym.drawing.embedded_image import embedded
 from avsec_gym.drawing.scenario_picture import picture_array
+from avsec_gym.experiments.chapter3.defence.rates import (
+    AlarmRow,
+    DefenceRow,
+    DefenceSummary,
+    Worth,
+)
 from avsec_gym.experiments.chapter3.defence.section import defence_section
 from avsec_gym.experiments.chapter3.identification.five_sensors_section import five_section
 from avsec_gym.experiments.chapter3.identification.section import validation_section
 from avsec_gym.experiments.chapter3.localisation.repair_pictures import RepairPicture
 from avsec_gym.experiments.chapter3.localisation.section import localisation_section
 from avsec_gym.experiments.chapter3.objects.section import optical_section
+from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.report.html import html_page
 from avsec_gym.report.run_report import RunReport, run_report
 from avsec_gym.runs.run_folder import RunFolder
@@ -36,7 +44,7 @@ PAGES = (
 SECTIONS: dict[str, Callable[[Any], Section]] = {
     "validation": validation_section,
     "five_sensors": five_section,
-    "defence": defence_section,
+    "defence": lambda told: defence_section(defence_of(told)),
 }
 """Of committed results, by the names of their figures."""
 IDS = (
@@ -70,6 +78,19 @@ FAULTS = {
     "a heading without words": TABLE.format(" "),
 }
 """What has to be said of each."""
+
+
+def defence_of(told: dict[str, Any]) -> DefenceSummary:
+    """The rows of a committed result."""
+    rows = []
+    for row in told["worth"]:
+        # Results of earlier releases lack the last field.
+        known = {one.name: row[one.name] for one in fields(SafetyRates) if one.name in row}
+        rates = SafetyRates(**known)
+        changes = {one.name: row[one.name] for one in fields(Worth) if one.name in row}
+        worth = Worth(**changes) if changes else None
+        rows.append(DefenceRow(row["detector"], row["attack"], row["response"], rates, worth))
+    return DefenceSummary(rows, [AlarmRow(**row) for row in told["alarms"]])
 
 
 @pytest.fixture(scope="module")

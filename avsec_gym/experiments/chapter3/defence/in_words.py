@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from avsec_gym.drawing.page_table import number
 from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK
-from avsec_gym.experiments.chapter3.defence.rates import ANY_ATTACK
+from avsec_gym.experiments.chapter3.defence.rates import ANY_ATTACK, DefenceSummary, Share
 from avsec_gym.experiments.chapter3.defence.tables import defended_detector
 from avsec_gym.validation.response import Response
 
@@ -18,22 +15,27 @@ _WORTH = {
 """Shares: of which drives, and what becomes of them."""
 
 
-def defence_sentences(summary: Mapping[str, Any]) -> list[str]:
+def defence_sentences(summary: DefenceSummary) -> list[str]:
     """What each response is worth, and what it costs where nobody attacks.
 
     Args:
-        summary: Of `avsec_gym.experiments.chapter3.defence.rates.defence_summary`.
+        summary: The rows of a run.
     """
-    rows = {(row["detector"], row["attack"], row["response"]): row for row in summary["worth"]}
+    worth = {
+        (row.detector, row.attack, row.response): row.worth
+        for row in summary.worth
+        if row.worth is not None
+    }
     sentences = []
-    for detector in dict.fromkeys(one for one, _, _ in rows):
+    for detector in dict.fromkeys(one for one, _, _ in worth):
         own = {
-            response: rows[detector, ANY_ATTACK, response]
+            response: worth[detector, ANY_ATTACK, response]
             for response in Response
-            if (detector, ANY_ATTACK, response) in rows
+            if (detector, ANY_ATTACK, response) in worth
         }
         for share, (which, now) in _WORTH.items():
-            hits = {response: row[share] for response, row in own.items() if row[share]["of"]}
+            shares = {response: getattr(one, share) for response, one in own.items()}
+            hits = {response: hit for response, hit in shares.items() if hit["of"]}
             if not hits:
                 continue
             told = ", ".join(f"{_percent(hit)} ({response})" for response, hit in hits.items())
@@ -41,15 +43,15 @@ def defence_sentences(summary: Mapping[str, Any]) -> list[str]:
             who = defended_detector(detector)
             whose = who[0].upper() + who[1:]
             sentences.append(f"{whose}: of {count:,} cases that {which}, {told} {now}.")
-    for (_, attack, response), row in rows.items():
+    for (_, attack, response), one in worth.items():
         if attack == NO_ATTACK and response == Response.STOP:
             sentences.append(
-                f"Unattacked, a car that stops at alarms does so in {_percent(row['stopped'])} of"
+                f"Unattacked, a car that stops at alarms does so in {_percent(one.stopped)} of"
                 " the moments."
             )
             break
     return sentences
 
 
-def _percent(hits: Mapping[str, Any]) -> str:
+def _percent(hits: Share) -> str:
     return f"{number(hits['rate'], 100)} %"

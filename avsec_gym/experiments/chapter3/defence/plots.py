@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from avsec_gym.drawing.page_figure import Figure, mark_key
 from avsec_gym.drawing.page_plots import Frame, Scale, drawing, marker, text
 from avsec_gym.drawing.page_table import number
 from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK, UNDEFENDED
-from avsec_gym.experiments.chapter3.defence.rates import ANY_ATTACK
+from avsec_gym.experiments.chapter3.defence.rates import ANY_ATTACK, DefenceRow
 from avsec_gym.experiments.chapter3.defence.tables import attacked_sensors, defended_detector
 from avsec_gym.sensor_system import LIDAR
 from avsec_gym.validation.response import Response
 
-Row = Mapping[str, Any]
-
-MARKS = {
+MARKS: dict[str, tuple[str, str, str]] = {
     UNDEFENDED: ("circle", "hollow line-1", "undefended"),
     Response.DROP: ("square", "line-0", "drops the suspects"),
     Response.REPAIR: ("diamond", "line-2", "repairs them"),
@@ -30,28 +27,28 @@ _BESIDE = 0.18
 """How far the marks of one attack are apart, of the way to the next attack."""
 
 
-def draw_defence(summary: Mapping[str, Any]) -> list[str]:
+def draw_defence(worth: Sequence[DefenceRow]) -> list[str]:
     """A drawing for each detector.
 
     Args:
-        summary: Of `avsec_gym.experiments.chapter3.defence.rates.defence_summary`.
+        worth: Of `avsec_gym.experiments.chapter3.defence.rates.defence_rows`.
     """
-    rows = [row for row in summary["worth"] if row["attack"] != ANY_ATTACK]
+    rows = [row for row in worth if row.attack != ANY_ATTACK]
     return [
-        _draw(detector, [row for row in rows if row["detector"] == detector])
-        for detector in dict.fromkeys(row["detector"] for row in rows)
+        _draw(detector, [row for row in rows if row.detector == detector])
+        for detector in dict.fromkeys(row.detector for row in rows)
     ]
 
 
-def figure_of_defence(summary: Mapping[str, Any]) -> Figure:
+def figure_of_defence(worth: Sequence[DefenceRow]) -> Figure:
     """A drawing for each detector, with its legend.
 
     Args:
-        summary: Of `avsec_gym.experiments.chapter3.defence.rates.defence_summary`.
+        worth: Of `avsec_gym.experiments.chapter3.defence.rates.defence_rows`.
     """
     return Figure(
         "Drives that are safe, by the attacked sensor and the response to an alarm, %",
-        draw_defence(summary),
+        draw_defence(worth),
         [mark_key(kind, words, shape) for shape, kind, words in MARKS.values()],
         "Safe: the goal is reached without a collision; a car that stops reaches none.",
         layout="maps",
@@ -59,8 +56,8 @@ def figure_of_defence(summary: Mapping[str, Any]) -> Figure:
     )
 
 
-def _draw(detector: str, rows: Sequence[Row]) -> str:
-    attacks = list(dict.fromkeys(row["attack"] for row in rows))
+def _draw(detector: str, rows: Sequence[DefenceRow]) -> str:
+    attacks = list(dict.fromkeys(row.attack for row in rows))
     width = max(_WIDTH, 46 + _COLUMN * len(attacks))
     frame = Frame(Scale(-0.5, len(attacks) - 0.5, 38, width - 8), Scale(0, 100, _HEIGHT - 26, 26))
     several = any("+" in attack for attack in attacks)
@@ -74,10 +71,10 @@ def _draw(detector: str, rows: Sequence[Row]) -> str:
         short = attack.replace(LIDAR, "LiDAR") if several and attack != NO_ATTACK else ""
         parts.append(text(at, short or attacked_sensors(attack), "tick middle"))
     for row in rows:
-        shape, kind, words = MARKS[row["response"]]
-        beside = _BESIDE * (list(MARKS).index(row["response"]) - (len(MARKS) - 1) / 2)
-        x, rate = attacks.index(row["attack"]) + beside, row["safe_driving_rate"]
-        hint = f"{attacked_sensors(row['attack'])} attacked, {words}: {number(rate, 100)} % safe"
+        shape, kind, words = MARKS[row.response]
+        beside = _BESIDE * (list(MARKS).index(row.response) - (len(MARKS) - 1) / 2)
+        x, rate = attacks.index(row.attack) + beside, row.rates.safe_driving_rate
+        hint = f"{attacked_sensors(row.attack)} attacked, {words}: {number(rate, 100)} % safe"
         parts.append(marker(frame.at((x, 100 * rate)), shape, kind, hint))
     label = f"{defended_detector(detector)}: safe drives in percent, by the attacked sensor"
     return drawing(width, _HEIGHT, parts, label)

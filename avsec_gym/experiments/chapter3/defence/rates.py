@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from avsec_gym.emergency_stop import STOPPED
@@ -14,17 +15,105 @@ from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.runs.results import Results
 from avsec_gym.validation.response import Response
 
-Row = dict[str, Any]
+Share = Mapping[str, Any]
+"""How many of how many, as `share_of` makes it."""
 Drive = tuple[str, str]
 """Scenario and intention."""
 ANY_ATTACK = "any"
 """All attacks together, each of them as often as the others."""
 
 
-def defence_summary(results: Results) -> dict[str, list[Row]] | None:
-    """`defence_rows` as ``worth`` and `alarm_rows` as ``alarms``; None if nobody was defended."""
-    worth = [row for row in defence_rows(results) if row["scenarios"]]
-    return {"worth": worth, "alarms": alarm_rows(results)} if worth else None
+@dataclass(frozen=True)
+class Worth:
+    """What a defence changes, against the undefended car.
+
+    Args:
+        avoided: Drives that do not collide any more, of those that did.
+        avoided_of_attack: The same, of those that did not collide before the attack.
+        caused: Drives that collide now, of those that did not.
+        regained: Drives that are safe again, of those that the attack made unsafe.
+        given_up: Drives that reach no goal any more, of those that were safe.
+        stopped: Frames that the car stops in, which are false stops where nobody attacks.
+        paired: Differences of the rates, see `paired_differences`.
+    """
+
+    avoided: Share
+    avoided_of_attack: Share
+    caused: Share
+    regained: Share
+    given_up: Share
+    stopped: Share
+    paired: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class DefenceRow:
+    """What becomes of drives with one response to alarms.
+
+    Args:
+        detector: The detector that is planned on.
+        attack: The attacked sensors, `NO_ATTACK` or `ANY_ATTACK`.
+        response: What the car does at an alarm, or `UNDEFENDED`.
+        rates: The rates of the drives, where a stop reaches no goal.
+        worth: What the defence changes; None: the car is undefended.
+    """
+
+    detector: str
+    attack: str
+    response: str
+    rates: SafetyRates
+    worth: Worth | None
+
+    def to_json(self) -> dict[str, Any]:
+        """All figures in one object."""
+        told = {"detector": self.detector, "attack": self.attack, "response": self.response}
+        return {**told, **self.rates.to_json(), **(vars(self.worth) if self.worth else {})}
+
+
+@dataclass(frozen=True)
+class AlarmRow:
+    """Whether an attack is detected, and how soon.
+
+    Args:
+        attack: The attacked sensors, or `NO_ATTACK`.
+        alarms: Frames with an alarm.
+        named_exactly: Frames in which the attacked sensors were named and no others, with an alarm
+            for an attack and without one for none.
+        frames_to_alarm: Of so many drives, which frame brought the first alarm, see
+            `frames_to_alarm`; None without an attack.
+    """
+
+    attack: str
+    alarms: Share
+    named_exactly: Share
+    frames_to_alarm: Mapping[str, int] | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """All figures in one object."""
+        return {name: value for name, value in vars(self).items() if value is not None}
+
+
+@dataclass(frozen=True)
+class DefenceSummary:
+    """What a run tells of a defence.
+
+    Args:
+        worth: Of `defence_rows`.
+        alarms: Of `alarm_rows`.
+    """
+
+    worth: Sequence[DefenceRow]
+    alarms: Sequence[AlarmRow]
+
+    def to_json(self) -> dict[str, Any]:
+        """All rows."""
+        return {name: [row.to_json() for row in rows] for name, rows in vars(self).items()}
+
+
+def defence_summary(results: Results) -> DefenceSummary | None:
+    """All rows of a run; None if nobody was defended."""
+    worth = [row for row in defence_rows(results) if row.rates.scenarios]
+    return DefenceSummary(worth, alarm_rows(results)) if worth else None
 
 
 def is_of_defence(setting: str) -> bool:
@@ -33,22 +122,12 @@ def is_of_defence(setting: str) -> bool:
     return len(words) == 3 and words[2] in (UNDEFENDED, *Response)
 
 
-def defence_rows(results: Results) -> list[Row]:
-    """For each detector, attack (`NO_ATTACK` first, `ANY_ATTACK` last) and response: its worth.
+def defence_rows(results: Results) -> list[DefenceRow]:
+    """For each detector, attack and response what the defence is worth.
 
     Returns:
-        Rows with ``detector``, ``attack``, ``response`` (`UNDEFENDED` first) and the rates as of
-        `SafetyRates.to_json`, where a stop reaches no goal.  Of a defence also shares (`share_of`,
-        by the drive that was recorded), of drives
-
-        ``avoided``  that do not collide any more, of those that did;
-        ``avoided_of_attack`` the same, of those that did not collide before the attack;
-        ``caused``   that collide now, of those that did not;
-        ``regained`` that are safe again, of those that the attack made unsafe;
-        ``given_up`` that were safe and reach no goal any more, of those that were safe;
-
-        of moments ``stopped`` in, which are false stops where nobody attacks; and ``paired``, the
-        differences of the rates to the undefended car (`paired_differences`).
+        Rows, `NO_ATTACK` first and `ANY_ATTACK` last, of each attack `UNDEFENDED` first. Shares
+        are of clusters: the drives that were recorded.
     """
     found: dict[tuple[str, str], dict[str, list[SafetyRecord]]] = {}
     for setting, _ in results.settings():
@@ -69,23 +148,14 @@ def defence_rows(results: Results) -> list[Row]:
                     for one in together
                     for pair in zip(own[one][UNDEFENDED], own[one][response], strict=True)
                 ]
-                rates = SafetyRates.of(now for _, now in pairs).to_json()
-                worth = {} if response == UNDEFENDED else _worth(pairs, clean)
-                told = {"detector": detector, "attack": name, "response": str(response)}
-                rows.append({**told, **rates, **worth})
+                rates = SafetyRates.of(now for _, now in pairs)
+                worth = None if response == UNDEFENDED else _worth(pairs, clean)
+                rows.append(DefenceRow(detector, name, str(response), rates, worth))
     return rows
 
 
-def alarm_rows(results: Results) -> list[Row]:
-    """For each attack (`NO_ATTACK` first): is it noticed, and how soon?
-
-    Returns:
-        Rows with ``attack``; ``alarms``, the share of moments; ``named_exactly``, the share of
-        moments in which the attacked sensors were named and no others, with an alarm for an attack
-        and without one for none; and of an attack
-        ``frames_to_alarm``: of so many drives, the first frame with an alarm, counted from the one
-        that the attack began in, 0 at once; ``never``: in none.
-    """
+def alarm_rows(results: Results) -> list[AlarmRow]:
+    """For each attack whether it is detected, and how soon; `NO_ATTACK` first."""
     alarms: dict[str, dict[str, bool]] = {}
     for row in results.measurements(name="alarm"):
         alarms.setdefault(row["setting"], {})[row["scenario"]] = bool(row["value"])
@@ -98,26 +168,24 @@ def alarm_rows(results: Results) -> list[Row]:
     for attack in sorted(alarms, key=lambda name: (name != NO_ATTACK, name.count("+"), name)):
         true = set() if attack == NO_ATTACK else set(attack.split("+"))
         said = named.get(attack, {})
-        rows.append(
-            {
-                "attack": attack,
-                "alarms": _share(alarms[attack].items()),
-                "named_exactly": _share(
-                    (id, alarm == bool(true) and said.get(id, set()) == true)
-                    for id, alarm in alarms[attack].items()
-                ),
-            }
+        exact = (
+            (id, alarm == bool(true) and said.get(id, set()) == true)
+            for id, alarm in alarms[attack].items()
         )
-        if attack != NO_ATTACK:
-            rows[-1]["frames_to_alarm"] = frames_to_alarm(alarms[attack])
+        waited = None if attack == NO_ATTACK else frames_to_alarm(alarms[attack])
+        rows.append(AlarmRow(attack, _share(alarms[attack].items()), _share(exact), waited))
     return rows
 
 
 def frames_to_alarm(alarms: dict[str, bool]) -> dict[str, int]:
-    """Of each drive, which frame brought the first alarm; see `alarm_rows`.
+    """Of so many drives, which frame brought the first alarm.
 
     Args:
-        alarms: By moment, of an attack that begins with each drive's first frame.
+        alarms: Whether there is one, by the frame's id; the attack begins with each drive's first
+            frame.
+
+    Returns:
+        Counts of drives by the number of the frame, 0 at once; ``never``: by none.
 
     Example:
         >>> frames_to_alarm({"a/0": False, "a/1": True, "b/0": True, "b/1": True, "c/0": False})
@@ -131,20 +199,20 @@ def frames_to_alarm(alarms: dict[str, bool]) -> dict[str, int]:
     return {**counted, "never": len(drives) - sum(firsts.values())}
 
 
-def _share(hits: Iterable[tuple[str, bool]]) -> dict[str, Any]:
-    """Of moments' ids, and whether it is a hit."""
+def _share(hits: Iterable[tuple[str, bool]]) -> Share:
+    """Of frames' ids, and whether it is a hit."""
     cases = list(hits)
     return share_of([hit for _, hit in cases], [drive_of(id) for id, _ in cases])
 
 
 def _worth(
     pairs: Sequence[tuple[SafetyRecord, SafetyRecord]], clean: Mapping[Drive, SafetyRecord]
-) -> Row:
-    """See `defence_rows`.
+) -> Worth:
+    """What a defence changes.
 
     Args:
-        pairs: Of drives without a defence and with one.
-        clean: The same drives without attack and defence.
+        pairs: Records of drives without a defence and with one.
+        clean: Records of the same drives without attack and defence.
     """
     were = [(now.scenario, was, now) for was, now in pairs]
     collided = [(id, now) for id, was, now in were if was.collision]
@@ -152,19 +220,19 @@ def _worth(
     safe = {drive: record.safe for drive, record in clean.items()}
     # A moment is stopped in for every intention, or for none.
     moments = [(id, now) for id, _, now in were if now.intention == pairs[0][1].intention]
-    return {
-        "avoided": _share((id, not now.collision) for id, now in collided),
-        "avoided_of_attack": _share(
+    return Worth(
+        avoided=_share((id, not now.collision) for id, now in collided),
+        avoided_of_attack=_share(
             (id, not now.collision) for id, now in collided if before.get(_drive(now)) is False
         ),
-        "caused": _share((id, now.collision) for id, was, now in were if not was.collision),
-        "regained": _share(
+        caused=_share((id, now.collision) for id, was, now in were if not was.collision),
+        regained=_share(
             (id, now.safe) for id, was, now in were if not was.safe and safe.get(_drive(now))
         ),
-        "given_up": _share((id, not now.planned) for id, was, now in were if was.safe),
-        "stopped": _share((id, now.reason == STOPPED) for id, now in moments),
-        "paired": paired_differences([was for was, _ in pairs], [now for _, now in pairs]),
-    }
+        given_up=_share((id, not now.planned) for id, was, now in were if was.safe),
+        stopped=_share((id, now.reason == STOPPED) for id, now in moments),
+        paired=paired_differences([was for was, _ in pairs], [now for _, now in pairs]),
+    )
 
 
 def _drive(record: SafetyRecord) -> Drive:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from avsec_gym.experiments.chapter3.defence.in_words import defence_sentences
 from avsec_gym.experiments.chapter3.defence.plots import figure_of_defence
-from avsec_gym.experiments.chapter3.defence.rates import defence_summary, is_of_defence
+from avsec_gym.experiments.chapter3.defence.rates import (
+    DefenceSummary,
+    defence_summary,
+    is_of_defence,
+)
 from avsec_gym.experiments.chapter3.defence.tables import tables_of_defence
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import Findings, ReportRequest, Section
@@ -18,19 +19,19 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
     summary = defence_summary(run)
     settings = {setting for setting, _ in run.settings() if is_of_defence(setting)}
     sections = [defence_section(summary)] if summary else []
-    return Findings(sections, {"defence": summary}, settings)
+    return Findings(sections, {"defence": summary and summary.to_json()}, settings)
 
 
-def defence_section(summary: Mapping[str, Any]) -> Section:
+def defence_section(summary: DefenceSummary) -> Section:
     """The section of a summary.
 
     Args:
-        summary: Of `avsec_gym.experiments.chapter3.defence.rates.defence_summary`.
+        summary: The rows of a run.
     """
     return Section(
         "defence",
         "What is a validator before the detector worth?",
         defence_sentences(summary),
-        [figure_of_defence(summary), *tables_of_defence(summary)],
+        [figure_of_defence(summary.worth), *tables_of_defence(summary)],
         link="What a defence is worth",
     )

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Sequence
 
 from avsec_gym.drawing.page_table import UNKNOWN, Cell, Table, figure, name
 from avsec_gym.drawing.validation_picture import named
-from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK, UNDEFENDED
+from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK
 from avsec_gym.experiments.chapter3.defence.oracles import LIDAR_ORACLE, STEREO_ORACLE
-from avsec_gym.experiments.chapter3.defence.rates import ANY_ATTACK
+from avsec_gym.experiments.chapter3.defence.rates import (
+    ANY_ATTACK,
+    AlarmRow,
+    DefenceRow,
+    DefenceSummary,
+    Share,
+)
 from avsec_gym.experiments.chapter3.identification.tables import INTERVALS
 from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.experiments.chapter5.attack_names import detector_name
@@ -19,28 +24,27 @@ _ORACLES = {STEREO_ORACLE: "oracle of images", LIDAR_ORACLE: "oracle of scans"}
 _SHARES = ("avoided", "avoided_of_attack", "caused", "regained", "given_up", "stopped")
 
 
-def tables_of_defence(summary: Mapping[str, Any]) -> list[Table]:
+def tables_of_defence(summary: DefenceSummary) -> list[Table]:
     """Collisions avoided against false stops, and frames to alarm.
 
     Args:
-        summary: Of `avsec_gym.experiments.chapter3.defence.rates.defence_summary`.
+        summary: The rows of a run.
     """
-    return [_worth_table(summary["worth"]), _alarm_table(summary["alarms"])]
+    return [_worth_table(summary.worth), _alarm_table(summary.alarms)]
 
 
-def _worth_table(rows: Any) -> Table:
+def _worth_table(rows: Sequence[DefenceRow]) -> Table:
     lines, undefended = [], {}
     for row in rows:
-        case = row["detector"], row["attack"]
-        if row["response"] == UNDEFENDED:
-            rates = row["collisions"] / row["scenarios"], row["safe_driving_rate"]
-            undefended[case] = [figure(rate, scale=100) for rate in rates]
+        case, rates = (row.detector, row.attack), row.rates
+        if row.worth is None:
+            shares = rates.collisions / rates.scenarios, rates.safe_driving_rate
+            undefended[case] = [figure(share, scale=100) for share in shares]
             continue
-        attacked = attacked_sensors(row["attack"])
-        words = defended_detector(row["detector"]), attacked, row["response"]
-        shares = [_share(row[one]) for one in _SHARES]
-        safe = figure(row["safe_driving_rate"], scale=100)
-        lines.append([*map(name, words), *undefended[case], safe, *shares])
+        words = defended_detector(row.detector), attacked_sensors(row.attack), row.response
+        changes = [_share(getattr(row.worth, one)) for one in _SHARES]
+        safe = figure(rates.safe_driving_rate, scale=100)
+        lines.append([*map(name, words), *undefended[case], safe, *changes])
     return Table(
         "What a defence is worth: collisions avoided and safety regained, against drives given up"
         " and false stops, %",
@@ -60,11 +64,11 @@ def _worth_table(rows: Any) -> Table:
     )
 
 
-def _alarm_table(rows: Any) -> Table:
+def _alarm_table(rows: Sequence[AlarmRow]) -> Table:
     lines = []
     for row in rows:
-        shares = [_share(row["alarms"]), _share(row["named_exactly"])]
-        lines.append([name(attacked_sensors(row["attack"])), *shares, *_first_alarms(row)])
+        shares = [_share(row.alarms), _share(row.named_exactly)]
+        lines.append([name(attacked_sensors(row.attack)), *shares, *_first_alarms(row)])
     return Table(
         "How soon an attack is noticed",
         ["attacked", "alarms, %", "named exactly, %", "at once, %", "later", "never, %"],
@@ -75,11 +79,11 @@ def _alarm_table(rows: Any) -> Table:
     )
 
 
-def _first_alarms(row: Mapping[str, Any]) -> list[Cell]:
+def _first_alarms(row: AlarmRow) -> list[Cell]:
     """At once, later and never."""
-    if "frames_to_alarm" not in row:
+    waited = row.frames_to_alarm
+    if waited is None:
         return [Cell(UNKNOWN)] * 3
-    waited = row["frames_to_alarm"]
     counts = [frames for frames, count in waited.items() for _ in range(count)]
     later = [f"{n} after {frames}" for frames, n in waited.items() if frames not in ("0", "never")]
     drives = [str(number) for number in range(len(counts))]
@@ -102,5 +106,5 @@ def attacked_sensors(attack: str) -> str:
     return " and ".join(sensors)
 
 
-def _share(hits: Mapping[str, Any]) -> Cell:
+def _share(hits: Share) -> Cell:
     return figure(hits["rate"], hits["interval"], scale=100)

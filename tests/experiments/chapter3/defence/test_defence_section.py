@@ -9,8 +9,9 @@ from pathlib import Path
 from avsec_gym.commands.report import Report
 from avsec_gym.experiments.chapter3.defence.in_words import defence_sentences
 from avsec_gym.experiments.chapter3.defence.plots import draw_defence
+from avsec_gym.experiments.chapter3.defence.rates import DefenceRow, defence_summary
 from avsec_gym.experiments.chapter3.defence.tables import tables_of_defence
-from avsec_gym.metrics.safety import SafetyRecord
+from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_report import run_report
 from avsec_gym.runs.experiment import (
@@ -73,7 +74,10 @@ def test_a_page_says_what_a_defence_is_worth(tmp_path: Path) -> None:
     json.dumps(report.data, allow_nan=False)
     assert [section.id for section in report.sections] == ["defence"]
     assert report.data["other"] == []
-    worth, alarms = tables_of_defence(report.data["defence"])
+    summary = defence_summary(run)
+    assert summary is not None
+    assert report.data["defence"] == summary.to_json()
+    worth, alarms = tables_of_defence(summary)
     rows = {tuple(cell.text for cell in row[1:3]): row[3:] for row in worth.rows}
     assert list(rows) == [
         (attacked, response)
@@ -104,7 +108,7 @@ def test_a_page_says_what_a_defence_is_worth(tmp_path: Path) -> None:
     ]
     assert Report(run.path).run() == 0
     page = (run.path / "report.html").read_text()
-    said = defence_sentences(report.data["defence"])
+    said = defence_sentences(summary)
     assert said == [
         "Stereo R-CNN: of 6 cases that collide only because of an attack, 33.3 % (stop),"
         " 33.3 % (drop), 33.3 % (repair) do not collide.",
@@ -126,11 +130,10 @@ def test_a_page_says_what_a_defence_is_worth(tmp_path: Path) -> None:
 
 def test_attacks_on_several_sensors_have_short_labels() -> None:
     def drawn(*attacks: str) -> str:
-        rows = [
-            {"detector": "oracle", "attack": one, "response": "stop", "safe_driving_rate": 0.5}
-            for one in attacks
-        ]
-        (drawing,) = draw_defence({"worth": rows})
+        half = SafetyRates(2, 1, 0, {}, NAN, NAN, NAN)
+        (drawing,) = draw_defence(
+            [DefenceRow("oracle", one, "stop", half, worth=None) for one in attacks]
+        )
         return drawing
 
     assert 'viewBox="0 0 400 220"' in drawn("none", "1", "2", "3", "lidar")

@@ -182,14 +182,17 @@ class Stored:
         return [row for row in rows if where.get("name", row["name"]) == row["name"]]
 
 
-def counts(row: dict[str, Any], *names: str) -> list[tuple[int, int]]:
-    return [(row[name]["count"], row[name]["of"]) for name in names]
+def counts(row: object, *names: str) -> list[tuple[int, int]]:
+    shares = [getattr(row, name) for name in names]
+    return [(share["count"], share["of"]) for share in shares]
 
 
 def test_collisions_avoided_and_false_stops() -> None:
-    rows = {(row["attack"], row["response"]): row for row in defence_rows(Stored())}
-    assert list(rows)[::4] == [(attack, "undefended") for attack in ("none", "2", "any")]
-    assert "avoided" not in rows["2", "undefended"]
+    found = {(row.attack, row.response): row for row in defence_rows(Stored())}
+    assert list(found)[::4] == [(attack, "undefended") for attack in ("none", "2", "any")]
+    assert found["2", "undefended"].worth is None
+    assert "avoided" not in found["2", "undefended"].to_json()
+    rows = {case: row.worth for case, row in found.items()}
     worth = ("avoided", "caused", "given_up", "stopped")
     # Without attack the second moment is safe, and so is the first: both collide by the attack.
     assert counts(rows["2", "stop"], "avoided_of_attack") == [(1, 2)]
@@ -202,21 +205,22 @@ def test_collisions_avoided_and_false_stops() -> None:
     assert regained == [(0, 2), (1, 2), (2, 2)]
     assert counts(rows["none", "stop"], "regained") == [(0, 0)]
     assert counts(rows["any", "repair"], *worth) == [(2, 2), (0, 2), (0, 2), (0, 4)]
-    assert rows["2", "repair"]["safe_driving_rate"] == 1.0
-    assert rows["2", "repair"]["paired"]["safe_driving_rate"] == 0.5
-    assert rows["2", "stop"]["safe_driving_rate"] == 0.0
+    assert found["2", "repair"].rates.safe_driving_rate == 1.0
+    told = found["2", "repair"].to_json()
+    assert (told["safe_driving_rate"], told["paired"]["safe_driving_rate"]) == (1.0, 0.5)
+    assert found["2", "stop"].rates.safe_driving_rate == 0.0
 
 
 def test_frames_to_alarm_and_who_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    rows = {row["attack"]: row for row in alarm_rows(Stored())}
+    rows = {row.attack: row for row in alarm_rows(Stored())}
     assert list(rows) == ["none", "2", "3"]
-    assert "frames_to_alarm" not in rows["none"]
-    assert rows["2"]["frames_to_alarm"] == {"1": 1, "never": 1}
-    assert rows["3"]["frames_to_alarm"] == {"0": 2, "never": 0}
+    assert "frames_to_alarm" not in rows["none"].to_json()
+    assert rows["2"].frames_to_alarm == {"1": 1, "never": 1}
+    assert rows["3"].frames_to_alarm == {"0": 2, "never": 0}
     assert counts(rows["none"], "alarms", "named_exactly") == [(1, 4), (3, 4)]
     # An alarm that names nobody is none too many only where somebody was attacked.
     monkeypatch.setitem(Stored.named, "none", {})
-    unnamed = {row["attack"]: row for row in alarm_rows(Stored())}["none"]
+    unnamed = {row.attack: row for row in alarm_rows(Stored())}["none"]
     assert counts(unnamed, "named_exactly") == [(3, 4)]
     assert counts(rows["2"], "alarms", "named_exactly") == [(1, 4), (1, 4)]
     assert counts(rows["3"], "alarms", "named_exactly") == [(4, 4), (2, 4)]
