@@ -6,7 +6,6 @@ import re
 
 import pytest
 
-from avsec_gym.drawing.page_plots import Scale, limits
 from avsec_gym.experiments.chapter5.section.plots_losses import draw_losses, legend, thesis_losses
 from avsec_gym.experiments.chapter5.section.plots_steps import draw_precision
 
@@ -25,14 +24,6 @@ def marks(drawing: str) -> dict[str, tuple[float, float]]:
     """Pixels by hint."""
     pattern = r'data-hint="([^"]+)"[^>]*><circle cx="([\d.]+)" cy="([\d.]+)"'
     return {hint: (float(x), float(y)) for hint, x, y in re.findall(pattern, drawing)}
-
-
-def test_scales_have_round_ticks() -> None:
-    assert Scale(-2.3, 41.0, 0, 100).ticks() == [0, 10, 20, 30, 40]
-    assert Scale(0, 1, 0, 100).ticks(4) == [0, 0.25, 0.5, 0.75, 1]
-    assert Scale(0, 10, 100, 0)(2.5) == 75
-    low, high = limits([3.0, None, 20.0])
-    assert low < 0 < 20 < high
 
 
 def test_losses_are_drawn_to_scale() -> None:
