@@ -8,8 +8,6 @@ has enough of those fits on them.
 from __future__ import annotations
 
 import hashlib
-import io
-import tokenize
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -22,6 +20,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import KITTI_SYSTEM, LIDAR, SensorSystem
 from avsec_gym.storage.regular_files import read_text
+from avsec_gym.storage.source_code import code_of
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import FittedOn, fitted_on
 from avsec_gym.validation.likelihood.maximum_likelihood import read_likelihood_model
@@ -167,30 +166,8 @@ def evidence_sources() -> str:
     for name in _SOURCES:
         found = root / name
         for path in [found] if found.is_file() else sorted(found.rglob("*.py")):
-            digest.update(_code_of(read_text(path)).encode())
+            digest.update(code_of(read_text(path)).encode())
     return digest.hexdigest()[:16]
-
-
-def _code_of(source: str) -> str:
-    """A source without comments, docstrings and layout.
-
-    Example:
-        >>> _code_of("x = 1  # Why.")
-        'x=1'
-    """
-    between = (tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT)
-    words, begins = [], True
-    for token in tokenize.generate_tokens(io.StringIO(source).readline):
-        if token.type in (tokenize.NL, tokenize.COMMENT):
-            continue
-        if token.type in between:
-            begins = True
-            continue
-        # A string that begins a statement is a docstring, or words behind a constant.
-        if not (begins and token.type == tokenize.STRING):
-            words.append(token.string)
-        begins = False
-    return "".join("".join(words).split())
 
 
 def _differences(fitted: Mapping[str, Any], there: Mapping[str, Any]) -> list[str]:
