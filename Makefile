@@ -34,6 +34,7 @@ lint: .venv/installed
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo --no-cache
+	$(BIN)/python -m studies check
 
 bench: .venv/installed
 	$(BIN)/python benchmarks/ghost_object.py
@@ -41,10 +42,11 @@ bench: .venv/installed
 	$(BIN)/python benchmarks/layouts.py
 	$(BIN)/python benchmarks/validation.py
 
-# Figures and results that the documentation shows; studies/make_results.sh tells which variables
-# (KITTI, SCENARIOS, DETECTIONS, ...) bring in the parts on real data.
+# Pages and pictures of the documentation, anew: `make docs STUDIES="world driving_safety"
+# DATA="--kitti DIR --scenarios DIR --detections DIR"`; studies/README.md lists them.
+STUDIES ?= pictures world_benchmark detectors
 docs: .venv/installed
-	PYTHON=$(BIN)/python sh studies/make_results.sh
+	$(BIN)/python -m studies $(STUDIES) $(DATA)
 
 # Forget compiled numba kernels.
 fresh:

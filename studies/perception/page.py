@@ -1,7 +1,7 @@
 """Writes studies/results/detectors.md: every figure of it comes from the JSON files beside it.
 
 Run ``python -m studies.perception.page --results studies/results``, after the commands
-that write these files (``studies/make_detector_results.sh``).
+that write these files (``python -m studies.detectors``).
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ def _head(scores: Mapping[str, Any]) -> list[str]:
         f" {cars['hard']} (hard). {_held_out(scores)}"
         " Average precision of cars by KITTI's rules in percent, with 95 % bootstrap intervals over"
         f" frames ({scores['resamples']} draws). Numbers in [detectors.json](detectors.json);"
-        " everything on this page is made by `studies/make_detector_results.sh`, this part by",
+        " everything on this page is made by `python -m studies.detectors`, this part by",
         "",
         "```",
         *made,

@@ -22,6 +22,8 @@ from avsec_gym.perception.training.curves import CURVES, read_curves
 from avsec_gym.storage.json_files import read_json_object
 from studies.answer import answer
 
+NETWORKS = ("dsgn", "stereo_rcnn", "psmnet", "pixor", "pointrcnn", "faster_rcnn", "yolo")
+"""Whose curves are shown."""
 MOST_POINTS = 100
 """Of losses; each is the mean of as many rows as needed."""
 
@@ -40,11 +42,11 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     """Read, thin, draw.
 
     Raises:
-        ConfigurationError: A run is not given as ``name=FOLDER``.
+        ConfigurationError: A run is not given as ``name=FOLDER``, or none is given.
         DataError: A folder holds no curves, or the earlier result is not one.
     """
     result = {} if options.others is None else _others(options.others)
-    for text in options.runs:
+    for text in options.runs or _below(options.below):
         name, _, folder = text.partition("=")
         if not (name and folder):
             raise ConfigurationError(f"a run is given as name=FOLDER, got {text!r}")
@@ -52,6 +54,21 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if options.figure is not None:
         save_picture(_figure(result), options.figure, overwrite=True)
     return result
+
+
+def _below(folder: Path | None) -> list[str]:
+    """Runs that are named as networks, and as NETWORK_2 if they went on with another's weights."""
+    if folder is None:
+        raise ConfigurationError("no run is named: give name=FOLDER, or --below FOLDER")
+    parts = {name: [folder / name, folder / f"{name}_2"] for name in NETWORKS}
+    trained = {
+        name: [one for one in both if (one / CURVES).is_file()] for name, both in parts.items()
+    }
+    if not any(trained.values()):
+        raise DataError(
+            "There is no run of a network.", path=folder, remedy="`avsec train` writes them."
+        )
+    return [f"{name}={','.join(map(str, found))}" for name, found in trained.items() if found]
 
 
 def _others(file: Path) -> dict[str, Any]:
@@ -159,7 +176,8 @@ def _points(rows: Sequence[Mapping[str, Any]], name: str) -> tuple[list[int], li
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; its exit code."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("runs", nargs="+", help="name=FOLDER of `avsec train`")
+    parser.add_argument("runs", nargs="*", help="name=FOLDER of `avsec train`")
+    parser.add_argument("--below", type=Path, help="instead: the folder of runs named as networks")
     parser.add_argument(
         "--others", type=Path, help="result of before: other networks stay as there"
     )

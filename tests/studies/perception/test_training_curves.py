@@ -61,3 +61,17 @@ def test_networks_that_are_not_trained_anew_stay(tmp_path: Path) -> None:
     out.write_text("no JSON")
     assert main([f"dsgn={folder}", "--others", str(out), "--json", str(out)]) == 1
     assert out.read_text() == "no JSON"
+
+
+def test_runs_below_a_folder_are_found_by_their_names(tmp_path: Path) -> None:
+    out = tmp_path / "curves.json"
+    for name in ("dsgn", "dsgn_2", "yolo", "my_network"):
+        (tmp_path / name).mkdir()
+        text = "".join(json.dumps(row) + "\n" for row in rows())
+        (tmp_path / name / "curves.jsonl").write_text(text)
+    assert main(["--below", str(tmp_path), "--json", str(out)]) == 0
+    curves = json.loads(out.read_text())
+    assert list(curves) == ["dsgn", "yolo"]
+    assert [row["step"] for row in curves["dsgn"]["metrics"]] == [70, 210]
+    assert main(["--below", str(tmp_path / "dsgn")]) == 1
+    assert main([]) == 1

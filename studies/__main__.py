@@ -1,0 +1,129 @@
+"""Lists the studies, makes them anew, compares their sources with those of today.
+
+``python -m studies.NAME`` is this command, too: see `studies.__init__`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from avsec_gym.console import BAD_DATA, BAD_USAGE, DONE, print_line, print_table, say
+from avsec_gym.errors import AvsecError, ConfigurationError
+from avsec_gym.storage.text_files import write_text
+from avsec_gym.suggestions import unknown_name
+from studies.catalogue import STUDIES
+from studies.index import SourceState, outdated, pages, source_states
+from studies.make_anew import Given, make_anew
+from studies.provenance import read_records
+from studies.study import DATA, ROOT, Study
+
+
+def main(arguments: Sequence[str]) -> int:
+    """The command; its exit code."""
+    parser = argparse.ArgumentParser("python -m studies", description="Makes pages of results.")
+    parser.add_argument("names", nargs="*", help="studies to make anew, or `check`, or `index`")
+    for name, what in DATA.items():
+        parser.add_argument(f"--{name}", nargs="+", metavar="DIR", default=[], help=what)
+    parser.add_argument("--runs", default="runs", help="where runs lie (default: runs)")
+    parser.add_argument("--json", action="store_true", help="list the studies as JSON")
+    options = parser.parse_args(arguments)
+    try:
+        given = {name: [_place(one) for one in getattr(options, name)] for name in DATA}
+        given["runs"] = [_place(options.runs)]
+        match options.names:
+            case []:
+                _list(options.json)
+            case ["check"]:
+                _check()
+            case ["index"]:
+                _write()
+            case names:
+                for study in _asked(names, given):
+                    make_anew(study, given)
+                    _write()
+    except AvsecError as error:
+        say(f"studies: {error}")
+        return BAD_USAGE if isinstance(error, ConfigurationError) else BAD_DATA
+    return DONE
+
+
+def _asked(names: Sequence[str], given: Given) -> list[Study]:
+    """The studies of some names, each behind those that its page shows and whose data are there.
+
+    Raises:
+        ConfigurationError: There is no such study, or data are not given.
+    """
+    found = []
+    for name in names:
+        if name not in STUDIES:
+            raise ConfigurationError(unknown_name(f"there is no study {name!r}", name, STUDIES))
+        study = STUDIES[name]
+        if lacking := [f"--{one} DIR ({DATA[one]})" for one in study.needs if not given[one]]:
+            raise ConfigurationError(f"{name} needs {' and '.join(lacking)}")
+        for part in (STUDIES[part] for part in study.shows):
+            if lacking := [f"--{one}" for one in part.needs if not given[one]]:
+                say(f"{part.name} stays as it is: it needs {' and '.join(lacking)}")
+            else:
+                found.append(part)
+        found.append(study)
+    return list(dict.fromkeys(found))
+
+
+def _place(path: str) -> str:
+    """As seen from the checkout, in which steps are taken."""
+    place = Path(path).resolve()
+    return str(place.relative_to(ROOT) if place.is_relative_to(ROOT) else place)
+
+
+def _list(as_json: bool) -> None:
+    if as_json:
+        states = source_states(read_records())
+        print_line(
+            json.dumps([_facts(one, states[one.name]) for one in STUDIES.values()], indent=1)
+        )
+        return
+    rows = [
+        [study.name, study.question, f"{study.minutes} min", study.command]
+        for study in STUDIES.values()
+    ]
+    print_table("Studies", ["study", "question", "takes", "command"], rows)
+
+
+def _facts(study: Study, state: SourceState) -> dict[str, object]:
+    return {
+        "name": study.name,
+        "question": study.question,
+        "command": study.command,
+        "minutes": study.minutes,
+        "writes": study.writes,
+        "stale": state.stale,
+        "sources": state.text,
+    }
+
+
+def _check() -> None:
+    """Tell, no more: a page that has become stale is no reason to stop anybody."""
+    states = source_states(read_records())
+    kinds = [state.stale for state in states.values()]
+    print_line(
+        f"studies: {kinds.count(False)} of unchanged sources, {kinds.count(True)} stale,"
+        f" {kinds.count(None)} made before sources were recorded"
+    )
+    if others := [path.relative_to(ROOT).as_posix() for path in outdated(pages(read_records()))]:
+        print_line(f"`python -m studies index` would say so in {', '.join(others)}")
+
+
+def _write() -> None:
+    written = pages(read_records())
+    for path in outdated(written):
+        write_text(path, written[path], overwrite=True)
+        print_line(f"{path.relative_to(ROOT)} written")
+
+
+if __name__ == "__main__":
+    asked = (__spec__.name if __spec__ else "").removesuffix(".__main__").partition(".")[2]
+    sys.exit(main([*([asked] if asked else []), *sys.argv[1:]]))

@@ -1,0 +1,118 @@
+"""What is said of each study's sources: on its pages, and for all of them in studies/README.md."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from os.path import relpath
+from pathlib import Path
+
+from avsec_gym.storage.text_files import read_text
+from studies.catalogue import STUDIES
+from studies.provenance import Record, changed, sources_of
+from studies.study import ROOT, Study
+
+README = ROOT / "studies/README.md"
+
+_BEGIN, _END = "<!-- sources -->", "<!-- /sources -->"
+_REMARK = re.compile(f"\n{_BEGIN}\n.*?\n{_END}\n", re.DOTALL)
+_NAMED = 3
+"""So many of the sources that have changed are named."""
+
+_HEAD = """# Studies
+
+What the pages of results stand on: each study answers a question by one command, which writes its
+files anew and records its sources. A command that was stopped goes on where its runs are, which lie
+in `runs` or in `--runs DIR`; *DIR* is data that cannot be in the repository: `python -m studies
+--help` says which. `python -m studies` lists the studies, `python -m studies check` compares their
+sources with those of today, and `python -m studies index` writes the result into this page and
+into the remark at the top of every other one.
+
+| study | question | command | takes | sources |
+| --- | --- | --- | --- | --- |
+"""
+
+
+@dataclass(frozen=True)
+class SourceState:
+    """Whether a study's sources are those that it was made from."""
+
+    stale: bool | None
+    """None: unknown, since its sources were not recorded."""
+    text: str
+    """In a sentence."""
+
+
+def source_states(records: Mapping[str, Record]) -> dict[str, SourceState]:
+    """That of every study; see `source_state`."""
+    return {name: source_state(study, records) for name, study in STUDIES.items()}
+
+
+def source_state(study: Study, records: Mapping[str, Record], root: Path = ROOT) -> SourceState:
+    """Compare the sources of a study, and of those that its page shows, with what was recorded.
+
+    Args:
+        study: One of the catalogue.
+        records: Of all studies.
+        root: Of the checkout.
+    """
+    parts = [study, *(STUDIES[name] for name in study.shows)]
+    if any(part.name not in records for part in parts):
+        return SourceState(None, "Not made yet")
+    made = min((records[part.name] for part in parts), key=_age)
+    if made.sources is None:
+        return SourceState(
+            None, f"Made before its sources were recorded (commit {made.commit}, {made.date})"
+        )
+    then = {k: v for part in parts for k, v in (records[part.name].sources or {}).items()}
+    now = sources_of((name for part in parts for name in part.sources), root)
+    since = f"since it was made, {made.date} (avsec-gym {made.version})"
+    if not (others := changed(then, now)):
+        return SourceState(False, f"Sources: unchanged {since}")
+    named = ", ".join([*others[:_NAMED], *(["..."] if len(others) > _NAMED else [])])
+    count = f"{len(others)} of {len(then)} source files have changed ({named})"
+    return SourceState(True, f"Stale: {count} {since}")
+
+
+def with_remark(page: str, remark: str) -> str:
+    """A page that says something of itself below its title, in place of what it said before."""
+    title, end, rest = _REMARK.sub("", page, count=1).partition("\n")
+    return f"{title}{end}\n{_BEGIN}\n{remark}\n{_END}\n{rest}"
+
+
+def without_remark(page: str) -> str:
+    """A page as its study writes it."""
+    return _REMARK.sub("", page, count=1)
+
+
+def pages(records: Mapping[str, Record]) -> dict[Path, str]:
+    """File -> what has to be in it: the index, and every page with its remark."""
+    states = source_states(records)
+    written = {README: _HEAD}
+    for study in STUDIES.values():
+        written[README] += f"| {' | '.join(_row(study, states[study.name], records))} |\n"
+        for name in study.pages:
+            all_of_them = f"[all studies]({relpath(README, (ROOT / name).parent)})"
+            remark = f"*{states[study.name].text}. `{study.command}` makes it anew; {all_of_them}.*"
+            written[ROOT / name] = with_remark(read_text(ROOT / name), remark)
+    return written
+
+
+def outdated(written: Mapping[Path, str]) -> list[Path]:
+    """Those of the pages that hold something else, or are not there."""
+    return [path for path, text in written.items() if not path.is_file() or read_text(path) != text]
+
+
+def _row(study: Study, state: SourceState, records: Mapping[str, Record]) -> Iterable[str]:
+    seconds = records[study.name].seconds if study.name in records else 0
+    yield f"[{study.name}]({relpath(ROOT / study.writes[0], README.parent)})"
+    yield study.question
+    yield f"`{study.command}`"
+    yield f"{max(1, round(seconds / 60))} min" if seconds else f"about {study.minutes} min"
+    yield state.text
+
+
+def _age(record: Record) -> tuple[bool, str]:
+    """What was recorded counts as newer than what was not."""
+    return record.sources is not None, record.date

@@ -1,0 +1,66 @@
+"""Every result belongs to one study, whose commands and sources are there."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from studies.catalogue import STUDIES
+from studies.provenance import RECORDS, read_records, sources_of
+from studies.study import DATA, RESULTS, ROOT, Step
+
+
+def test_every_result_belongs_to_one_study() -> None:
+    results = {
+        file.relative_to(ROOT).as_posix()
+        for file in (ROOT / RESULTS).rglob("*")
+        if file.is_file() and file != RECORDS
+    }
+    written = Counter(name for study in STUDIES.values() for name in study.writes)
+    assert [name for name, count in written.items() if count > 1] == []
+    assert results == {name for name in written if name.startswith(RESULTS)}
+    assert [name for name in written if not (ROOT / name).is_file()] == []
+    assert set(read_records()) == set(STUDIES)
+
+
+def test_what_studies_name_is_there() -> None:
+    for study in STUDIES.values():
+        assert study.steps, study.name
+        missing = [name for name in study.sources if not (ROOT / name).exists()]
+        assert not missing, f"{study.name}: {missing}"
+        assert set(study.shows) <= set(STUDIES), study.name
+        # Nothing but what is given, and the folder of runs, is left to be filled in.
+        given = {name: ["DIR"] for name in (*DATA, "runs")}
+        assert not any("$" in word for step in study.steps for word in step.filled(given))
+
+
+def test_words_of_a_command() -> None:
+    chapter5 = STUDIES["chapter5"]
+    assert chapter5.needs == ["kitti", "scenarios"]
+    assert chapter5.command == "python -m studies.chapter5 --kitti DIR --scenarios DIR"
+    assert [step.to for step in chapter5.steps if step.to] == [
+        f"{RESULTS}/chapter5.json", f"{RESULTS}/chapter5_manifest.json"
+    ]  # fmt: skip
+    run = chapter5.steps[1]
+    assert run.words[:6] == ("-m", "avsec_gym", "run", "chapter5", "--limit", "200")
+    assert "frames=r/twins/street,r/twins/highway" in run.filled(
+        {"scenarios": ["s"], "runs": ["r"]}
+    )
+    facula = '{"name": "facula", "camera": 3}'
+    assert any(facula in step.words for step in STUDIES["pictures"].steps)
+
+
+def test_a_name_alone_stands_for_all_that_is_given() -> None:
+    step = Step(("a.py", "--world", "$classifiers", "--out", "$runs/a"))
+    given = {"classifiers": ["one", "two"], "runs": ["runs"]}
+    assert list(step.filled(given)) == ["a.py", "--world", "one", "two", "--out", "runs/a"]
+
+
+def test_sources_reach_the_experiment_its_detectors_and_their_weights() -> None:
+    found = set(sources_of(STUDIES["believed"].sources).values())
+    assert {
+        "avsec_gym/boxes.py",
+        "avsec_gym/perception/detectors/pixor/network.py",
+        "avsec_gym/perception/weights/pixor_small.safetensors",
+        "avsec_gym/attacks/lidar_spoofing.py",
+    } <= found
+    assert not any("dsgn_small" in name or name.startswith("studies/") for name in found)

@@ -1,0 +1,75 @@
+"""Pages say what is known of their sources; CI holds them to all of it but the staleness."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from studies.catalogue import STUDIES
+from studies.index import pages, source_state, with_remark, without_remark
+from studies.provenance import Record, read_records, sources_of
+from studies.study import Step, Study
+
+STALENESS = re.compile(r"Sources: unchanged|Stale: \d+ of \d+ source files have changed \(.*?\)")
+
+
+def test_the_index_and_the_pages_agree_with_the_records() -> None:
+    wrong = [
+        path.name
+        for path, text in pages(read_records()).items()
+        if STALENESS.sub("", path.read_text()) != STALENESS.sub("", text)
+    ]
+    assert not wrong, "run `python -m studies index`"
+
+
+def test_what_is_said_of_sources(tmp_path: Path) -> None:
+    (tmp_path / "a.py").write_text("import b\n")
+    (tmp_path / "b.py").write_text("B = 1\n")
+    study = Study("new", "?", 1, ("new.md",), (Step(("a.py",)),), ("a.py",))
+
+    def state(record: Record | None) -> tuple[bool | None, str]:
+        found = source_state(study, {} if record is None else {"new": record}, tmp_path)
+        return found.stale, found.text
+
+    assert state(None) == (None, "Not made yet")
+    assert state(Record("2026-11-21", "020f0c9")) == (
+        None, "Made before its sources were recorded (commit 020f0c9, 2026-11-21)"
+    )  # fmt: skip
+    made = Record("2026-12-01", version="0.1.0", sources=sources_of(["a.py"], tmp_path))
+    since = "since it was made, 2026-12-01 (avsec-gym 0.1.0)"
+    assert state(made) == (False, f"Sources: unchanged {since}")
+    (tmp_path / "b.py").write_text("B = 2\n")
+    assert state(made) == (True, f"Stale: 1 of 2 source files have changed (b.py) {since}")
+    assert STALENESS.sub("", state(made)[1]) == f" {since}"
+
+
+def test_a_page_is_as_stale_as_the_parts_that_it_shows() -> None:
+    study = STUDIES["detectors"]
+    made = {
+        name: Record("2026-12-01", version="0.1.0", sources=sources_of(STUDIES[name].sources))
+        for name in (study.name, *study.shows)
+    }
+    assert source_state(study, made).stale is False
+    changed = made["parity"].sources
+    assert changed is not None
+    made["parity"] = Record("2026-12-01", version="0.1.0", sources={**changed, "0": "gone.py"})
+    assert source_state(study, made).text.startswith("Stale: 1 of ")
+    made["disparity"] = Record("2026-11-22", "3b525f0")
+    assert source_state(study, made).stale is None
+
+
+def test_a_remark_comes_below_the_title_and_goes_again() -> None:
+    page = "# A title\n\nText.\n"
+    once = with_remark(page, "*Stale.*")
+    assert once.startswith("# A title\n\n<!-- sources -->\n*Stale.*\n<!-- /sources -->\n\nText.")
+    assert with_remark(once, "*New.*") == with_remark(page, "*New.*")
+    assert without_remark(once) == page == without_remark(page)
+
+
+@pytest.mark.parametrize("name", ["chapter5_errors", "benchmarks"])
+def test_remarks_of_this_repository(name: str) -> None:
+    text = (Path(__file__).parents[2] / f"studies/results/{name}.md").read_text()
+    assert text.count("<!-- sources -->") == 1
+    assert "[all studies](../README.md)" in text
