@@ -1,7 +1,8 @@
 """Which sources a study was made from, and whether they have changed since.
 
-The sources of a study are the files that it runs and all that these import, by what the import
-statements say: modules that are named by strings, and weights, are listed by the study.
+The sources of a study are the files that it begins with, what these name by ``"module:attribute"``,
+as an experiment does with its section, and all that either import.  Whatever else is named by
+strings, such as detectors, and weights are listed by the study.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import ast
 import hashlib
 import json
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cache
@@ -21,6 +23,8 @@ from avsec_gym.storage.text_files import write_text
 from studies.study import RESULTS, ROOT
 
 RECORDS = ROOT / RESULTS / "sources.json"
+_PLACE = re.compile(r"\w+(\.\w+)+:\w+")
+"""``"module:attribute"``."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +53,8 @@ def sources_of(begin: Iterable[str], root: Path = ROOT) -> dict[str, str]:
         Eight digits -> path.  They change with the path and with the code, not with comments,
         docstrings and layout; of other files with any byte.
     """
-    todo = [file for name in begin for file in _files(root / name)]
+    first = {file for name in begin for file in _files(root / name)}
+    todo = list(first)
     found: dict[Path, str] = {}
     while todo:
         file = todo.pop()
@@ -59,7 +64,7 @@ def sources_of(begin: Iterable[str], root: Path = ROOT) -> dict[str, str]:
         if file.suffix == ".py":
             text = read_text(file)
             found[file] = _digest_of_code(path, text)
-            todo += _imported(file, text, root)
+            todo += _imported(file, text, root, by_string=file in first)
         else:
             found[file] = _digest(path, read_bytes(file, most=MAX_FILE_BYTES))
     return {digest: file.relative_to(root).as_posix() for file, digest in found.items()}
@@ -121,8 +126,8 @@ def _digest(path: str, content: bytes) -> str:
 
 
 @cache
-def _imported(file: Path, text: str, root: Path) -> tuple[Path, ...]:
-    """The files below the root that a source imports, wherever in it.
+def _imported(file: Path, text: str, root: Path, *, by_string: bool) -> tuple[Path, ...]:
+    """The files below the root that a source imports, wherever in it, or names by strings.
 
     A package's ``__init__`` counts where something is taken from it, not where it is passed by.
     """
@@ -132,6 +137,8 @@ def _imported(file: Path, text: str, root: Path) -> tuple[Path, ...]:
             names += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             names += [f"{node.module}.{alias.name}" for alias in node.names]
+        elif by_string and isinstance(node, ast.Constant) and _PLACE.fullmatch(str(node.value)):
+            names.append(str(node.value).replace(":", "."))
     # A script imports its neighbours by their bare names.
     bases = (root, file.parent)
     found = {_module(base, name) for name in names for base in bases}

@@ -62,5 +62,6 @@ def test_sources_reach_the_experiment_its_detectors_and_their_weights() -> None:
         "avsec_gym/perception/detectors/pixor/network.py",
         "avsec_gym/perception/weights/pixor_small.safetensors",
         "avsec_gym/attacks/lidar_spoofing.py",
+        "avsec_gym/experiments/chapter3/objects/believed_rates.py",
     } <= found
     assert not any("dsgn_small" in name or name.startswith("studies/") for name in found)

@@ -40,6 +40,14 @@ def test_a_script_brings_in_what_it_imports_and_no_more(root: Path) -> None:
     assert set(sources_of(["house"], root).values()) == {name for name in FILES if "house" in name}
 
 
+def test_what_the_first_file_names_by_a_string_counts(root: Path) -> None:
+    (root / "house/attic.py").write_text('DOOR = "house.cellar.shelf:apples"\n')
+    assert "house/cellar/shelf.py" in sources_of(["house/attic.py"], root).values()
+    # A registry that everything imports would bring in everything.
+    (root / "show/run.py").write_text("import house.attic\n")
+    assert "house/cellar/shelf.py" not in sources_of(["show/run.py"], root).values()
+
+
 @pytest.mark.parametrize(
     ("name", "text", "told"),
     [
