@@ -24,6 +24,11 @@ from avsec_gym.experiments.chapter3.defence.rates import (
 from avsec_gym.experiments.chapter3.defence.section import defence_section
 from avsec_gym.experiments.chapter3.identification.five_sensors_section import five_section
 from avsec_gym.experiments.chapter3.identification.section import validation_section
+from avsec_gym.experiments.chapter3.localisation.rates import (
+    LocalisationSummary,
+    LocatedAttack,
+    LocatedFrame,
+)
 from avsec_gym.experiments.chapter3.localisation.repair_pictures import RepairPicture
 from avsec_gym.experiments.chapter3.localisation.section import localisation_section
 from avsec_gym.experiments.chapter3.objects.section import optical_section
@@ -93,6 +98,15 @@ def defence_of(told: dict[str, Any]) -> DefenceSummary:
     return DefenceSummary(rows, [AlarmRow(**row) for row in told["alarms"]])
 
 
+def localisation_of(told: dict[str, Any]) -> LocalisationSummary:
+    """The rows of a committed result."""
+    rows = []
+    for row in told["attacks"]:
+        frames = {name: LocatedFrame(**row[name]) for name in ("lowest", "median")}
+        rows.append(LocatedAttack(**{**row, **frames}))
+    return LocalisationSummary(**{**told, "attacks": rows})
+
+
 @pytest.fixture(scope="module")
 def source(page: Path, torso: RunFolder, drawn: ModuleType, frames: Path) -> Callable[[str], str]:
     """The HTML of one of `PAGES`."""
@@ -116,7 +130,7 @@ def source(page: Path, torso: RunFolder, drawn: ModuleType, frames: Path) -> Cal
             figure.subplots().plot([0, 1])
             image = embedded(picture_array(figure))
             repair = RepairPicture("facula", "facula: 000000", figure, image, as_stored=False)
-            sections = [localisation_section(report["localisation"], [repair])]
+            sections = [localisation_section(localisation_of(report["localisation"]), [repair])]
         return html_page(RunReport(report, [Findings(sections)]))
 
     return of

@@ -1,8 +1,9 @@
-"""How well damage is located and repaired, attack by attack, as JSON."""
+"""How well damage is located and repaired, attack by attack."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,37 +23,107 @@ BOGUS_SEEN = ("bogus_clean", "bogus_before", "bogus_after")
 MEANS = ("precision", "recall", "iou_of_lost", "error_before", "error_after", *BOGUS_SEEN)
 SUMS = ("objects", "found_before", "found_cleaned", "found_after")
 """Measures of `measures_of`, and counts of objects."""
-LOWEST, MEDIAN = "lowest", "median"
-"""Moments that are told one by one, by their IoU."""
 
 
-def localisation_summary(results: Results, configuration: Configuration) -> dict[str, Any] | None:
-    """Means over the moments; None without any.
+@dataclass(frozen=True)
+class LocatedFrame:
+    """How well the damage of one frame is located.
 
-    Returns:
-        ``detector`` and ``scan_detector``, empty without one, from which scores on their boxes
-        count (``score_threshold``, ``scan_score_threshold``), and ``attacks``: of each its name as
-        ``attack``; ``moments``; the mean ``iou`` with its ``interval``, 95 %, bootstrap over
-        drives, None of a single one; `LOWEST` and `MEDIAN`, each an ``iou`` and its ``moment``;
-        means (`MEANS`) and sums (`SUMS`), None where nothing was measured.
+    Args:
+        moment: The frame's id.
+        iou: Intersection over union of the found and the true damage.
     """
+
+    moment: str
+    iou: float
+
+
+@dataclass(frozen=True)
+class LocatedAttack:
+    """How well the damage of one attack is located and repaired; None where nothing was measured.
+
+    Args:
+        attack: Its name.
+        moments: How many frames.
+        iou: Mean intersection over union of the found and the true damage.
+        interval: 95 % of the mean, bootstrap over drives; None of a single drive.
+        lowest: The frame with the lowest IoU.
+        median: The frame with the median IoU.
+        precision: Mean share of what was found that is damaged.
+        recall: Mean share of the damage that was found.
+        iou_of_lost: Mean IoU of lost returns.
+        error_before: Mean difference to the clean image where it was damaged, grey levels.
+        error_after: The same after the repair.
+        bogus_clean: Share of clean scans with an obstacle where the bogus points will be.
+        bogus_before: The same of attacked scans.
+        bogus_after: The same of repaired scans.
+        objects: Objects that a detector finds in the clean frames.
+        found_before: How many of them it finds in the attacked ones.
+        found_cleaned: The same in scans that only lack what was found bogus.
+        found_after: The same in the repaired ones.
+    """
+
+    attack: str
+    moments: int
+    iou: float | None
+    interval: Sequence[float] | None
+    lowest: LocatedFrame | None
+    median: LocatedFrame | None
+    precision: float | None
+    recall: float | None
+    iou_of_lost: float | None
+    error_before: float | None
+    error_after: float | None
+    bogus_clean: float | None
+    bogus_before: float | None
+    bogus_after: float | None
+    objects: int | None
+    found_before: int | None
+    found_cleaned: int | None
+    found_after: int | None
+
+
+@dataclass(frozen=True)
+class LocalisationSummary:
+    """What a run tells of damage located and repaired.
+
+    Args:
+        detector: The detector of images that looked at repaired frames; empty: none.
+        score_threshold: From which score on its boxes count.
+        scan_detector: The detector of scans; empty: none.
+        scan_score_threshold: From which score on its boxes count.
+        attacks: One row for each attack.
+    """
+
+    detector: str
+    score_threshold: float
+    scan_detector: str
+    scan_score_threshold: float
+    attacks: Sequence[LocatedAttack]
+
+
+def localisation_summary(
+    results: Results, configuration: Configuration
+) -> LocalisationSummary | None:
+    """Means over the frames of each attack; None without any."""
     rows = []
     for attack in (*attacks_of(SYSTEM.reference), CAR):
         found: dict[str, dict[str, float | None]] = {}
         for row in results.measurements(setting=attack):
             found.setdefault(row["name"], {})[row["scenario"]] = row["value"]
         if found:
-            rows.append({"attack": attack, **_row(found)})
+            rows.append(_row(attack, found))
     options = {**LOCALISATION_OPTIONS, **configuration.options}
     names = ("detector", "score_threshold", "scan_detector", "scan_score_threshold")
     detectors = {name: options[name] for name in names}
-    return {**detectors, "attacks": rows} if rows else None
+    return LocalisationSummary(**detectors, attacks=rows) if rows else None
 
 
-def _row(found: Mapping[str, Mapping[str, float | None]]) -> dict[str, Any]:
-    """Of one attack.
+def _row(attack: str, found: Mapping[str, Mapping[str, float | None]]) -> LocatedAttack:
+    """The row of one attack.
 
     Args:
+        attack: Its name.
         found: Values by name and moment.
     """
     known = {
@@ -61,16 +132,20 @@ def _row(found: Mapping[str, Mapping[str, float | None]]) -> dict[str, Any]:
     }
     iou = known["iou"]
     order = sorted(iou, key=lambda moment: (iou[moment], moment))
-    told = {LOWEST: order[0], MEDIAN: order[(len(order) - 1) // 2]} if order else {}
-    return {
-        "moments": len(found["iou"]),
-        "iou": _mean(iou),
-        "interval": _interval(iou),
-        **dict.fromkeys((LOWEST, MEDIAN)),
-        **{which: {"moment": one, "iou": iou[one]} for which, one in told.items()},
-        **{name: _mean(known.get(name, {})) for name in MEANS},
-        **{name: int(sum(known[name].values())) if name in known else None for name in SUMS},
-    }
+    told = [order[0], order[(len(order) - 1) // 2]] if order else []
+    lowest, median = [LocatedFrame(one, iou[one]) for one in told] or (None, None)
+    measured: dict[str, Any] = {name: _mean(known.get(name, {})) for name in MEANS}
+    for name in SUMS:
+        measured[name] = int(sum(known[name].values())) if name in known else None
+    return LocatedAttack(
+        attack,
+        len(found["iou"]),
+        _mean(iou),
+        _interval(iou),
+        lowest,
+        median,
+        **measured,
+    )
 
 
 def _mean(values: Mapping[str, float]) -> float | None:

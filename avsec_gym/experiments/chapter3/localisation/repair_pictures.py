@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 from matplotlib.figure import Figure
 
@@ -14,7 +14,7 @@ from avsec_gym.drawing.page_table import number
 from avsec_gym.drawing.scenario_picture import picture_array
 from avsec_gym.experiments.chapter3.localisation.figure import draw_repair
 from avsec_gym.experiments.chapter3.localisation.measures import measures_of
-from avsec_gym.experiments.chapter3.localisation.rates import LOWEST, MEDIAN
+from avsec_gym.experiments.chapter3.localisation.rates import LocalisationSummary, LocatedFrame
 from avsec_gym.experiments.chapter3.localisation.repaired_moments import Attempt
 
 SHOWN = {
@@ -22,7 +22,8 @@ SHOWN = {
     "bogus_return": "bogus return, 1.5 m, rays lost",
 }
 """One attack of each kind, by the names of its files."""
-_WORDS = {MEDIAN: "the median moment", LOWEST: "the moment with the lowest IoU"}
+_WORDS = {"median": "the median moment", "lowest": "the moment with the lowest IoU"}
+"""Of each attack: the frames that are shown, by their names in the summary."""
 
 
 class Repairs(Protocol):
@@ -53,7 +54,7 @@ class RepairPicture:
 
 
 def repair_pictures(
-    summary: Mapping[str, Any],
+    summary: LocalisationSummary,
     repairs: Repairs,
     count: int,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
@@ -61,8 +62,7 @@ def repair_pictures(
     """Of each attack of `SHOWN` the moment with the median IoU and that with the lowest.
 
     Args:
-        summary: As `avsec_gym.experiments.chapter3.localisation.rates.localisation_summary` makes
-            it.
+        summary: The rows of a run.
         repairs: Makes them again.
         count: How many at most.
         on_progress: Told how many of how many are done.
@@ -70,29 +70,30 @@ def repair_pictures(
     Raises:
         DataError: The recordings are not where they were.
     """
-    rows = {row["attack"]: row for row in summary["attacks"]}
+    rows = {row.attack: row for row in summary.attacks}
     wanted = [
-        (kind, which, rows[attack])
-        for which in (MEDIAN, LOWEST)
+        (f"repair_{kind}_{which}", attack, words, frame)
+        for which, words in _WORDS.items()
         for kind, attack in SHOWN.items()
-        if attack in rows and rows[attack][which]
+        if attack in rows and (frame := getattr(rows[attack], which))
     ][:count]
     pictures = []
-    for done, (kind, which, row) in enumerate(wanted, start=1):
-        pictures.append(_picture(kind, which, row, repairs))
+    for done, one in enumerate(wanted, start=1):
+        pictures.append(_picture(*one, repairs))
         on_progress(done, len(wanted))
     return pictures
 
 
-def _picture(kind: str, which: str, row: Mapping[str, Any], repairs: Repairs) -> RepairPicture:
-    attack, told = row["attack"], row[which]
-    attempt = repairs.again(told["moment"], attack)
+def _picture(
+    file: str, attack: str, words: str, frame: LocatedFrame, repairs: Repairs
+) -> RepairPicture:
+    attempt = repairs.again(frame.moment, attack)
     figure = draw_repair(attempt.clean, attempt.tampered, attempt.mended)
     iou = measures_of(attempt.clean, attempt.tampered, attempt.mended)["iou"]
     return RepairPicture(
-        f"repair_{kind}_{which}",
-        f"{attack}: {_WORDS[which]}, {told['moment']}, IoU {number(told['iou'], 100)} %",
+        file,
+        f"{attack}: {words}, {frame.moment}, IoU {number(frame.iou, 100)} %",
         figure,
         embedded(picture_array(figure)),
-        iou is not None and math.isclose(iou, told["iou"]),
+        iou is not None and math.isclose(iou, frame.iou),
     )

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING
 
 from avsec_gym.drawing.page_figure import Figure, Picture, PictureRow
 from avsec_gym.errors import AvsecError
 from avsec_gym.experiments.chapter3.localisation.in_words import localisation_sentences
-from avsec_gym.experiments.chapter3.localisation.rates import localisation_summary
+from avsec_gym.experiments.chapter3.localisation.rates import (
+    LocalisationSummary,
+    localisation_summary,
+)
 from avsec_gym.experiments.chapter3.localisation.tables import table_of_localisation
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import Findings, ReportRequest, Section
@@ -25,7 +29,7 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
     """
     summary = localisation_summary(run, run.configuration)
     if not summary:
-        return Findings(data={"localisation": summary})
+        return Findings(data={"localisation": None})
     problems = []
     pictures: Sequence[RepairPicture] = ()
     if request.pictures:
@@ -34,16 +38,16 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
         except AvsecError as error:
             problems.append(f"no pictures of repairs: {error}")
     section = localisation_section(summary, pictures)
-    return Findings([section], {"localisation": summary}, problems=problems)
+    return Findings([section], {"localisation": asdict(summary)}, problems=problems)
 
 
 def localisation_section(
-    summary: Mapping[str, Any], pictures: Sequence[RepairPicture] = ()
+    summary: LocalisationSummary, pictures: Sequence[RepairPicture] = ()
 ) -> Section:
     """The section of a summary.
 
     Args:
-        summary: Of `avsec_gym.experiments.chapter3.localisation.rates.localisation_summary`.
+        summary: The rows of a run.
         pictures: Moments attacked and repaired.
     """
     return Section(
@@ -75,7 +79,7 @@ def _figure(pictures: Sequence[RepairPicture]) -> Figure:
 
 
 def _repaired_again(
-    run: RunFolder, summary: Mapping[str, Any], request: ReportRequest
+    run: RunFolder, summary: LocalisationSummary, request: ReportRequest
 ) -> list[RepairPicture]:
     from avsec_gym.drawing.scenario_picture import save_picture
     from avsec_gym.experiments.chapter3.localisation.repair_pictures import repair_pictures

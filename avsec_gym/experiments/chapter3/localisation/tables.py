@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from avsec_gym.drawing.page_table import Table, figure, name
-from avsec_gym.experiments.chapter3.localisation.rates import BOGUS_SEEN, LOWEST, SUMS
+from avsec_gym.experiments.chapter3.localisation.rates import BOGUS_SEEN, SUMS, LocalisationSummary
 from avsec_gym.experiments.chapter3.objects.tables import detector_words
 
 _SHARES = ("precision", "recall", "iou_of_lost")
 _BOGUS = ("bogus obstacle clean, %", "attacked, %", "repaired, %")
 _FOUND = ("objects", "found attacked", "not refilled", "found repaired")
-_ERRORS = ("error_before", "error_after")
 
 
-def table_of_localisation(summary: Mapping[str, Any]) -> Table:
+def table_of_localisation(summary: LocalisationSummary) -> Table:
     """A row for each attack.
 
     Args:
-        summary: Of `avsec_gym.experiments.chapter3.localisation.rates.localisation_summary`.
+        summary: The rows of a run.
     """
-    scores = {"detector": "score_threshold", "scan_detector": "scan_score_threshold"}
-    detectors = {summary[one]: summary[score] for one, score in scores.items() if summary[one]}
+    scores = {
+        summary.detector: summary.score_threshold,
+        summary.scan_detector: summary.scan_score_threshold,
+    }
+    detectors = {one: score for one, score in scores.items() if one}
     told = " or ".join(
         f"{detector_words(one)} (scores from {score:g} on)" for one, score in detectors.items()
     )
@@ -30,23 +29,23 @@ def table_of_localisation(summary: Mapping[str, Any]) -> Table:
         *("attack", "moments", "IoU, %", "lowest, %", "precision, %", "recall, %"),
         *("IoU of lost returns, %", "error attacked", "error repaired"),
         *(_FOUND if detectors else ()),
-        *(_BOGUS if summary["scan_detector"] else ()),
+        *(_BOGUS if summary.scan_detector else ()),
     ]
     lines = [
         [
-            name(row["attack"]),
-            figure(row["moments"], digits=0),
-            figure(row["iou"], row["interval"], scale=100),
-            figure(row[LOWEST] and row[LOWEST]["iou"], scale=100),
-            *(figure(row[one], scale=100) for one in _SHARES),
-            *(figure(row[one]) for one in _ERRORS),
-            *(figure(row[one], digits=0) for one in (SUMS if detectors else ())),
+            name(row.attack),
+            figure(row.moments, digits=0),
+            figure(row.iou, row.interval, scale=100),
+            figure(None if row.lowest is None else row.lowest.iou, scale=100),
+            *(figure(getattr(row, one), scale=100) for one in _SHARES),
+            *(figure(row.error_before), figure(row.error_after)),
+            *(figure(getattr(row, one), digits=0) for one in (SUMS if detectors else ())),
             *(
-                figure(row[one], scale=100)
-                for one in (BOGUS_SEEN if summary["scan_detector"] else ())
+                figure(getattr(row, one), scale=100)
+                for one in (BOGUS_SEEN if summary.scan_detector else ())
             ),
         ]
-        for row in summary["attacks"]
+        for row in summary.attacks
     ]
     counted = (
         f" Objects: that {told} finds in the clean images or"
@@ -55,9 +54,9 @@ def table_of_localisation(summary: Mapping[str, Any]) -> Table:
         if detectors
         else ""
     )
-    if summary["scan_detector"]:
+    if summary.scan_detector:
         counted += (
-            f" Bogus obstacle: in how many moments {detector_words(summary['scan_detector'])} sees"
+            f" Bogus obstacle: in how many moments {detector_words(summary.scan_detector)} sees"
             " one where the bogus points are, half covered or more."
         )
     return Table(

@@ -26,7 +26,11 @@ from avsec_gym.experiments.chapter3.localisation.measures import (
     found_again,
     overlap,
 )
-from avsec_gym.experiments.chapter3.localisation.rates import localisation_summary
+from avsec_gym.experiments.chapter3.localisation.rates import (
+    LocatedAttack,
+    LocatedFrame,
+    localisation_summary,
+)
 from avsec_gym.experiments.chapter3.localisation.repair_pictures import SHOWN
 from avsec_gym.experiments.chapter3.localisation.repaired_moments import RepairedMoments
 from avsec_gym.frame import SensorFrame
@@ -285,11 +289,11 @@ class Rows:
         ]
 
 
-def summed_up(**values: dict[str, float | None]) -> dict[str, Any]:
+def summed_up(**values: dict[str, float | None]) -> LocatedAttack:
     told = localisation_summary(Rows(values), Configuration())  # type: ignore[arg-type]
     assert told is not None
-    (row,) = told["attacks"]
-    return dict(row)
+    (row,) = told.attacks
+    return row
 
 
 def test_attacks_are_summed_up() -> None:
@@ -300,18 +304,18 @@ def test_attacks_are_summed_up() -> None:
         objects={"a/0": 3.0, "a/1": 2.0},
         found_after={"a/0": 2.0, "a/1": 2.0},
     )
-    assert row["moments"] == 4
-    assert row["iou"] == pytest.approx(0.5)
-    assert row["lowest"] == {"moment": "b/0", "iou": 0.1}
-    assert row["median"] == {"moment": "a/0", "iou": 0.5}
+    assert row.moments == 4
+    assert row.iou == pytest.approx(0.5)
+    assert row.lowest == LocatedFrame("b/0", 0.1)
+    assert row.median == LocatedFrame("a/0", 0.5)
     # Of two drives either may be drawn twice.
-    assert row["interval"] == pytest.approx([0.1, 0.7])
-    assert row["recall"] is None
-    assert (row["objects"], row["found_before"], row["found_after"]) == (5, None, 4)
+    assert row.interval == pytest.approx([0.1, 0.7])
+    assert row.recall is None
+    assert (row.objects, row.found_before, row.found_after) == (5, None, 4)
     assert localisation_summary(Rows({}), Configuration()) is None  # type: ignore[arg-type]
 
 
 def test_moments_of_one_drive_say_nothing_of_others() -> None:
-    assert summed_up(iou={"a/0": 0.5, "a/1": 0.9})["interval"] is None
+    assert summed_up(iou={"a/0": 0.5, "a/1": 0.9}).interval is None
     nothing = summed_up(iou={"a/0": None})
-    assert (nothing["iou"], nothing["interval"], nothing["median"]) == (None, None, None)
+    assert (nothing.iou, nothing.interval, nothing.median) == (None, None, None)
