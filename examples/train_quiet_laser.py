@@ -48,8 +48,8 @@ from train_perturbation_attacker import arguments, given
 
 from avsec_gym.console import percent, print_table, progress
 from avsec_gym.envs.sensor_attack_game import SensorAttackGame
-from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.frame import SensorFrame
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.scenario.frame_scenes import FrameScenes, frame_scenes_of
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS

@@ -22,10 +22,10 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter3.defence.defended_drives import DRIVE_FRAMES
 from avsec_gym.experiments.chapter3.defence.scenes import scene_of
 from avsec_gym.experiments.chapter3.recordings import JUDGED, recordings_of
-from avsec_gym.experiments.chapter3.shares import drive_of, share_of
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.detections import above
+from avsec_gym.metrics.clustered_shares import drive_of, share_of
 from avsec_gym.perception.detectors import Detector, make_detector
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.validation.moments import Recordings

@@ -24,10 +24,10 @@ from avsec_gym.experiments.chapter3.objects.pasted_cars import (
     pasted_box,
     scans_of_cars,
 )
-from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.detections import above
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.metrics.working_point import FROM_ABOVE, IN_IMAGE, counted, working_point
 
 LIDAR_DETECTORS = ("pixor", "pointrcnn")

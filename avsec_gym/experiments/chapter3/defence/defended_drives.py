@@ -27,9 +27,9 @@ from avsec_gym.experiments.chapter3.defence.validator import (
 )
 from avsec_gym.experiments.chapter3.objects.detector_weights import weight_inputs, weights_of
 from avsec_gym.experiments.chapter3.recordings import JUDGED, USUAL_COUNT, recordings_of
-from avsec_gym.experiments.chapter3.shares import drive_of
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
 from avsec_gym.frame import SensorFrame
+from avsec_gym.metrics.clustered_shares import drive_of
 from avsec_gym.perception.detectors.detector import Detector
 from avsec_gym.pipeline import Perception, Pipeline
 from avsec_gym.registry import Kind, make

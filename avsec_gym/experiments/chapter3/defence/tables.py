@@ -16,8 +16,8 @@ from avsec_gym.experiments.chapter3.defence.rates import (
     Share,
 )
 from avsec_gym.experiments.chapter3.identification.tables import INTERVALS
-from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.experiments.chapter5.attack_names import detector_name
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.sensor_system import LIDAR
 
 _ORACLES = {STEREO_ORACLE: "oracle of images", LIDAR_ORACLE: "oracle of scans"}

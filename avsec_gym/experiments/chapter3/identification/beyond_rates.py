@@ -14,7 +14,7 @@ from avsec_gym.experiments.chapter3.identification.identification_rates import (
     maximum_likelihood,
 )
 from avsec_gym.experiments.chapter3.settings import SCENARIOS
-from avsec_gym.experiments.chapter3.shares import share_of
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 

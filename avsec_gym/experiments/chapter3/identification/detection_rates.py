@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from avsec_gym.experiments.chapter3.identification.evidence_table import EvidenceTable
 from avsec_gym.experiments.chapter3.settings import RATES, SCENARIOS
-from avsec_gym.experiments.chapter3.shares import share_of
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.sensor_system import Triple
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.state_posterior import States, state_vectors

@@ -10,9 +10,9 @@ import numpy as np
 from avsec_gym.experiments.chapter3.identification.detection_rates import attack_cases_of, case_name
 from avsec_gym.experiments.chapter3.identification.evidence_table import EvidenceTable
 from avsec_gym.experiments.chapter3.settings import SCENARIOS
-from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.experiments.chapter3.thesis import ERROR_BOUNDS
 from avsec_gym.geometry import Floats
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.sensor_system import Triple
 from avsec_gym.validation.evidence.disparity_error import MEASURES
 

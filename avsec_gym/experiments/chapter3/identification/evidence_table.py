@@ -13,8 +13,8 @@ from avsec_gym.experiments.chapter3.identification.state_evidence_cells import (
     bits,
     measured,
 )
-from avsec_gym.experiments.chapter3.shares import drive_of
 from avsec_gym.geometry import Floats
+from avsec_gym.metrics.clustered_shares import drive_of
 from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import SensorSystem
 from avsec_gym.validation.evidence.disparity_error import MEASURES

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.experiments.chapter3.identification.evidence_table import EvidenceTable
-from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.geometry import Floats
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
 from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from avsec_gym.experiments.chapter3.identification.detection_rates import at_most, exceeded
 from avsec_gym.experiments.chapter3.identification.evidence_table import EvidenceTable
 from avsec_gym.experiments.chapter3.settings import RATES
-from avsec_gym.experiments.chapter3.shares import share_of
 from avsec_gym.geometry import Floats
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.identification import identify_attacked_sensors
 from avsec_gym.validation.likelihood.likelihood_of_clean import likelihood_of_clean

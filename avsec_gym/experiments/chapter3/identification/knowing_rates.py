@@ -20,7 +20,7 @@ from avsec_gym.experiments.chapter3.identification.knowing_attackers import KIND
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import bits
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
 from avsec_gym.experiments.chapter3.settings import SCENARIOS
-from avsec_gym.experiments.chapter3.shares import share_of
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.runs.results import Results
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel

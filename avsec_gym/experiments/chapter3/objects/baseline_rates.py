@@ -22,8 +22,8 @@ from avsec_gym.experiments.chapter3.objects.mismatch_counts import IOUS, mismatc
 from avsec_gym.experiments.chapter3.objects.score_thresholds import score_thresholds
 from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED, SYSTEM
 from avsec_gym.experiments.chapter3.settings import RATES, SCENARIOS
-from avsec_gym.experiments.chapter3.shares import drive_of
 from avsec_gym.geometry import Floats
+from avsec_gym.metrics.clustered_shares import drive_of
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import SensorSystem, Triple

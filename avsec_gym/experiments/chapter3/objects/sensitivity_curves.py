@@ -26,8 +26,8 @@ from avsec_gym.experiments.chapter3.objects.car_precision import (
     precision_rows,
 )
 from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED
-from avsec_gym.experiments.chapter3.shares import drive_of, share_of
 from avsec_gym.geometry import Floats
+from avsec_gym.metrics.clustered_shares import drive_of, share_of
 from avsec_gym.rig import KITTI_SIZE
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results

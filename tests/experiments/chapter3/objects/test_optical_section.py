@@ -25,7 +25,7 @@ from avsec_gym.experiments.chapter3.objects.sensor_detections import (
 )
 from avsec_gym.experiments.chapter3.objects.tables import BELIEVED_IN_WORDS
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
-from avsec_gym.experiments.chapter3.shares import share_of
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.report.html import html_page
 from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_report import RunReport, run_report

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avsec_gym.experiments.chapter3.shares import drive_of, share_of
+from avsec_gym.metrics.clustered_shares import drive_of, share_of
 from avsec_gym.metrics.intervals import wilson_interval
 
 
