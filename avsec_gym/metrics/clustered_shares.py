@@ -1,11 +1,12 @@
 """Shares of cases, with intervals that know which cases belong together.
 
-Moments of one drive are alike, and so are the attacks on one moment: a hundred cases may say no
-more than ten.  So Wilson's interval is widened by the design effect (Kish 1965): how many times as
-much the share varies from drive to drive as it would if all cases were independent.  To bootstrap
-over drives asks the same, but cannot doubt what all drives have in common: where every case is a
-hit, its interval is a point.  Here the spread is taken as if two more drives had been seen, one all
-hits and one none: where every case is a hit, the cases count as many as the drives.
+Frames of one drive are alike, and so are the attacks on one frame: a hundred cases may hold no more
+information than ten.  Such cases are a cluster.  Wilson's interval is widened by the design effect
+(Kish 1965): how many times as much the share varies from cluster to cluster as it would if all
+cases were independent.  A bootstrap over clusters estimates the same, but cannot doubt what all
+clusters have in common: where every case is a hit, its interval is a point.  Here the spread is
+taken as if two more clusters had been seen, one all hits and one none: where every case is a hit,
+the cases count as many as the clusters.
 """
 
 from __future__ import annotations
@@ -23,44 +24,35 @@ from avsec_gym.metrics.intervals import wilson_interval
 _Z95 = NormalDist().inv_cdf(0.975)
 
 
-def share_of(hits: ArrayLike, drives: Sequence[str]) -> dict[str, Any]:
+def share_of(hits: ArrayLike, clusters: Sequence[str]) -> dict[str, Any]:
     """How many of how many, with a 95 % interval.
 
     Args:
-        hits: Shape (N,), or (N, C) where a row holds all C cases of a moment.
-        drives: Which drive each row is of.
+        hits: Shape (N,), or (N, C) where a row holds all C cases of a frame.
+        clusters: Which cluster each row belongs to, such as its drive; N names.
 
     Returns:
         ``count``, ``of``, ``rate`` and ``interval``; the last two None without a case.
 
     Example:
         >>> share = share_of([True] * 40, ["first", "second"] * 20)
-        >>> [round(bound, 3) for bound in share["interval"]]  # Two drives say little.
+        >>> [round(bound, 3) for bound in share["interval"]]  # Two clusters say little.
         [0.342, 1.0]
     """
     if not np.size(hits):
         return {"count": 0, "of": 0, "rate": None, "interval": None}
-    flags = np.asarray(hits, bool).reshape(len(drives), -1)
+    flags = np.asarray(hits, bool).reshape(len(clusters), -1)
     count, of = int(flags.sum()), int(flags.size)
-    interval = wilson_interval(count, of, _Z95 * math.sqrt(_design_effect(flags, drives)))
+    interval = wilson_interval(count, of, _Z95 * math.sqrt(_design_effect(flags, clusters)))
     return {"count": count, "of": of, "rate": count / of, "interval": list(interval)}
 
 
-def drive_of(moment: str) -> str:
-    """The drive that a moment of `Recordings` belongs to; empty where there is one drive only.
-
-    Example:
-        >>> drive_of("2026_01_01_drive_0001_sync/0000000000"), drive_of("0000000007")
-        ('2026_01_01_drive_0001_sync', '')
-    """
-    return moment.rpartition("/")[0]
-
-
-def _design_effect(flags: NDArray[np.bool_], drives: Sequence[str]) -> float:
-    """1 or more: of independent cases, and of as many cases as there are drives at most."""
-    _, drive = np.unique(np.asarray(drives), return_inverse=True)
-    cases = np.bincount(drive) * float(flags.shape[1])
-    hits = np.bincount(drive, flags.sum(axis=1))
+def _design_effect(flags: NDArray[np.bool_], clusters: Sequence[str]) -> float:
+    """How many times as much a share varies as that of independent cases would; at least 1."""
+    _, cluster = np.unique(np.asarray(clusters), return_inverse=True)
+    cases = np.bincount(cluster) * float(flags.shape[1])
+    hits = np.bincount(cluster, flags.sum(axis=1))
+    # Two clusters of the usual size beside those seen: one all hits, one none.
     usual = cases.mean()
     cases, hits = np.r_[cases, usual, usual], np.r_[hits, usual, 0.0]
     rate = hits.sum() / cases.sum()

@@ -140,6 +140,16 @@ def object_recordings(
     return _checked(Recordings(Path(root), system, moments, lacking))
 
 
+def drive_of(moment: str) -> str:
+    """The drive that a moment of `Recordings` belongs to; empty where there is one drive only.
+
+    Example:
+        >>> drive_of("2026_01_01_drive_0001_sync/0000000000"), drive_of("0000000007")
+        ('2026_01_01_drive_0001_sync', '')
+    """
+    return moment.rpartition("/")[0]
+
+
 def system_of(calibration: Calibration, there: Iterable[Sensor], root: str | Path) -> SensorSystem:
     """KITTI's system where all its sensors are there, else everything that sees depth.
 

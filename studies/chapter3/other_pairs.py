@@ -25,10 +25,10 @@ from avsec_gym.experiments.chapter3.recordings import JUDGED, recordings_of
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.detections import above
-from avsec_gym.metrics.clustered_shares import drive_of, share_of
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.perception.detectors import Detector, make_detector
 from avsec_gym.runs.experiment import Configuration
-from avsec_gym.validation.moments import Recordings
+from avsec_gym.validation.moments import Recordings, drive_of
 from avsec_gym.validation.suspects import as_stereo_pair, stereo_pairs
 from studies.answer import answer
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avsec_gym.metrics.clustered_shares import drive_of, share_of
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.metrics.intervals import wilson_interval
 
 
@@ -60,7 +60,3 @@ def test_intervals_hold_the_truth(rate: float, alike: float) -> None:
 
 def test_a_share_of_nothing_is_none() -> None:
     assert share_of([], []) == {"count": 0, "of": 0, "rate": None, "interval": None}
-
-
-def test_drives_of_moments() -> None:
-    assert [drive_of(id) for id in ("a/b/7", "a/7", "7")] == ["a/b", "a", ""]

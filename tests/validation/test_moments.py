@@ -14,6 +14,7 @@ from avsec_gym.kitti.raw_calibration import write_raw_calibration
 from avsec_gym.kitti.writing import write_object_frame, write_raw_frame
 from avsec_gym.rig import kitti_rig
 from avsec_gym.sensor_system import KITTI_SYSTEM, LIDAR
+from avsec_gym.validation import moments
 from avsec_gym.validation.moments import object_recordings, raw_recordings, system_of
 
 DAY = "2026_01_01"
@@ -136,3 +137,7 @@ def test_object_frames_need_both_images_scan_and_calibration(
     assert found.lacking == {"000001": "velodyne"}
     with pytest.raises(DataError, match="No frame has all of lidar, camera 1"):
         object_recordings(tmp_path, (LIDAR, 1, 2))
+
+
+def test_drives_of_moments() -> None:
+    assert [moments.drive_of(id) for id in ("a/b/7", "a/7", "7")] == ["a/b", "a", ""]

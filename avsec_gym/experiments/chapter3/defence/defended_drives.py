@@ -29,7 +29,6 @@ from avsec_gym.experiments.chapter3.objects.detector_weights import weight_input
 from avsec_gym.experiments.chapter3.recordings import JUDGED, USUAL_COUNT, recordings_of
 from avsec_gym.experiments.procedural_frames import PROCEDURAL
 from avsec_gym.frame import SensorFrame
-from avsec_gym.metrics.clustered_shares import drive_of
 from avsec_gym.perception.detectors.detector import Detector
 from avsec_gym.pipeline import Perception, Pipeline
 from avsec_gym.registry import Kind, make
@@ -44,7 +43,7 @@ from avsec_gym.runs.experiment import (
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
-from avsec_gym.validation.moments import Recordings
+from avsec_gym.validation.moments import Recordings, drive_of
 from avsec_gym.validation.response import Response
 from avsec_gym.validation.state_posterior import Verdict
 

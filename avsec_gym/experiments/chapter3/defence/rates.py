@@ -9,10 +9,11 @@ from typing import Any
 
 from avsec_gym.emergency_stop import STOPPED
 from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK, UNDEFENDED
-from avsec_gym.metrics.clustered_shares import drive_of, share_of
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.metrics.paired import paired_differences
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.runs.results import Results
+from avsec_gym.validation.moments import drive_of
 from avsec_gym.validation.response import Response
 
 Share = Mapping[str, Any]

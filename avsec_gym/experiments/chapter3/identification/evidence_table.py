@@ -14,11 +14,11 @@ from avsec_gym.experiments.chapter3.identification.state_evidence_cells import (
     measured,
 )
 from avsec_gym.geometry import Floats
-from avsec_gym.metrics.clustered_shares import drive_of
 from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import SensorSystem
 from avsec_gym.validation.evidence.disparity_error import MEASURES
 from avsec_gym.validation.evidence.evidence import evidence_elements
+from avsec_gym.validation.moments import drive_of
 from avsec_gym.validation.state_posterior import States, state_vectors
 
 

@@ -14,9 +14,9 @@ from avsec_gym.experiments.chapter3.recordings import SYSTEM
 from avsec_gym.experiments.chapter5.decoupling import Sampled
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES
 from avsec_gym.metrics.average_precision_curves import draw_resamples
-from avsec_gym.metrics.clustered_shares import drive_of
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results
+from avsec_gym.validation.moments import drive_of
 
 BOGUS_SEEN = ("bogus_clean", "bogus_before", "bogus_after")
 """Whether a detector of scans sees an obstacle where bogus points are, in three scans."""

@@ -23,10 +23,10 @@ from avsec_gym.experiments.chapter3.objects.score_thresholds import score_thresh
 from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED, SYSTEM
 from avsec_gym.experiments.chapter3.settings import RATES, SCENARIOS
 from avsec_gym.geometry import Floats
-from avsec_gym.metrics.clustered_shares import drive_of
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import SensorSystem, Triple
+from avsec_gym.validation.moments import drive_of
 from avsec_gym.validation.state_posterior import state_vectors
 
 Pair = tuple[int, int]

@@ -19,9 +19,10 @@ from avsec_gym.experiments.chapter3.objects.believed_points import (
     score_name,
 )
 from avsec_gym.experiments.chapter3.objects.score_thresholds import score_threshold
-from avsec_gym.metrics.clustered_shares import drive_of, share_of
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results
+from avsec_gym.validation.moments import drive_of
 
 
 def believed_summary(results: Results, configuration: Configuration) -> dict[str, Any] | None:

@@ -12,7 +12,7 @@ from avsec_gym.experiments.chapter5.decoupling import Sampled
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES
 from avsec_gym.metrics.average_precision import METRICS, average_precision
 from avsec_gym.metrics.average_precision_frames import LEVELS
-from avsec_gym.metrics.clustered_shares import drive_of
+from avsec_gym.validation.moments import drive_of
 
 Precisions = dict[str, Sampled]
 """By level: AP in percent at 11 recall points, and of bootstrap samples of drives."""

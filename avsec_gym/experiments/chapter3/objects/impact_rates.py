@@ -17,10 +17,11 @@ from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     truth_setting,
 )
 from avsec_gym.experiments.chapter3.recordings import JUDGED, SYSTEM
-from avsec_gym.metrics.clustered_shares import drive_of, share_of
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import LIDAR
+from avsec_gym.validation.moments import drive_of
 
 IOU = 0.5
 """That the thesis asks for here."""

@@ -27,7 +27,7 @@ from avsec_gym.experiments.chapter3.objects.car_precision import (
 )
 from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED
 from avsec_gym.geometry import Floats
-from avsec_gym.metrics.clustered_shares import drive_of, share_of
+from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.rig import KITTI_SIZE
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results
@@ -35,6 +35,7 @@ from avsec_gym.sensor_system import LIDAR
 from avsec_gym.validation.evidence.disparity_error import MEASURES
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import FittedOn
+from avsec_gym.validation.moments import drive_of
 from avsec_gym.validation.thresholds import ThresholdTable
 
 RATE = 0.01
