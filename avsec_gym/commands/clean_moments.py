@@ -112,8 +112,8 @@ class CleanMoments:
             what: Is done with them.
             measure: Of a moment's number and frame.
         """
+        from avsec_gym.storage.json_lines import JsonLines
         from avsec_gym.validation.fitted_on import fitted_on
-        from avsec_gym.validation.validation_folder import JsonLines
 
         kept, left_out = JsonLines(samples), dict[str, str]()
         number = {moment.id: n for n, moment in enumerate(self.moments)}

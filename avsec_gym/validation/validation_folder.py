@@ -11,9 +11,10 @@ from avsec_gym.errors import DataError
 from avsec_gym.json_schemas import with_schema
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.sensor_system import Sensor, Triple
-from avsec_gym.storage.json_files import parse_json, read_json_object
+from avsec_gym.storage.json_files import read_json_object
+from avsec_gym.storage.json_lines import JsonLines
 from avsec_gym.storage.regular_files import is_there
-from avsec_gym.storage.text_files import read_text, write_text
+from avsec_gym.storage.text_files import write_text
 from avsec_gym.validation.evidence.disparity_error import MEASURES
 from avsec_gym.validation.validator import Validation
 
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
 FORMAT = 4
 """Raised when what is kept of a moment changes: rows of before are not gone on with."""
-_MOST_BYTES = 2**30
 _AWAY = "Name another --out, or take this folder away."
 RECORD, ROWS = "validation.json", "moments.jsonl"
 """Whose results these are; the results."""
@@ -83,41 +83,6 @@ def differences(out: Path, record: Mapping[str, Any]) -> list[str]:
         for name in {**asked, **there}
         if there.get(name) != asked.get(name)
     ]
-
-
-class JsonLines:
-    """Rows with an ``id``, a line each; a last line that was cut off is done again.
-
-    Args:
-        path: The file, new or not.
-
-    Raises:
-        DataError: Another line is damaged.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        lines = read_text(path, most=_MOST_BYTES).split("\n")[:-1] if is_there(path) else []
-        self.rows: dict[str, dict[str, Any]] = {}
-        for number, line in enumerate(lines, start=1):
-            try:
-                row = parse_json(line)
-                if not (isinstance(row, dict) and isinstance(row.get("id"), str)):
-                    raise ValueError("it has no id")
-                self.rows[row["id"]] = row
-            except ValueError as error:
-                raise DataError(
-                    f"Line {number} is damaged ({error}).",
-                    path=path,
-                    remedy="Take the line out: its moment is then judged again.",
-                ) from error
-        write_text(path, "".join(line + "\n" for line in lines), overwrite=True)
-
-    def add(self, row: dict[str, Any]) -> None:
-        """Keep it, at once."""
-        with self._path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(row, allow_nan=False) + "\n")
-        self.rows[row["id"]] = row
 
 
 def row_of(

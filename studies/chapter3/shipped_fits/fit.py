@@ -21,6 +21,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter3.recordings import FITTED
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
+from avsec_gym.storage.json_lines import JsonLines
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.evidence.state_evidence import StateEvidence
 from avsec_gym.validation.likelihood.likelihood_of_clean import likelihood_of_clean
@@ -28,7 +29,6 @@ from avsec_gym.validation.moments import raw_recordings
 from avsec_gym.validation.shipped import FITS, SHIPPED_SYSTEMS, shipped_file, shipped_on
 from avsec_gym.validation.state_posterior import state_vectors
 from avsec_gym.validation.thresholds import ThresholdTable
-from avsec_gym.validation.validation_folder import JsonLines
 from avsec_gym.world.export.manifest import world_fingerprint
 from studies.answer import exit_code
 from studies.chapter3.shipped_fits.evidence import (

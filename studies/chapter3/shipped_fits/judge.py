@@ -25,6 +25,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.storage.json_lines import JsonLines
 from avsec_gym.validation.evidence.disparity_error import MEASURES
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence.pair_depth import PairDepth
@@ -44,7 +45,6 @@ from avsec_gym.validation.shipped import (
 )
 from avsec_gym.validation.state_posterior import States, Verdict, state_vectors
 from avsec_gym.validation.thresholds import ThresholdTable, read_threshold_table
-from avsec_gym.validation.validation_folder import JsonLines
 from studies.answer import answer
 from studies.chapter3.shipped_fits.evidence import (
     SYSTEM,
