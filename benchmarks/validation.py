@@ -37,14 +37,15 @@ from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence.evidence import evidence_scopes, gather_evidence
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import fitted_on
+from avsec_gym.validation.fitting import CleanFrames, fit_threshold_table
 from avsec_gym.validation.identification import identify_attacked_sensors
 from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
 from avsec_gym.validation.likelihood.maximum_likelihood import SCORES, LikelihoodModel
+from avsec_gym.validation.moments import Moment
 from avsec_gym.validation.repair.damaged_scan import damaged_scan
 from avsec_gym.validation.repair.localisation import damaged_pixels
 from avsec_gym.validation.repair.repair import repair
 from avsec_gym.validation.threshold_validator import ThresholdValidator
-from avsec_gym.validation.thresholds import measured_thresholds
 from avsec_gym.validation.validator import Validation, Validator
 from avsec_gym.world.capture import take
 from avsec_gym.world.layouts import generate_layout
@@ -79,7 +80,10 @@ def validators(system: SensorSystem, frames: list[SensorFrame]) -> dict[str, Val
 
     A likelihood that was never fitted costs as much as one that was.
     """
-    thresholds = ThresholdValidator(measured_thresholds(frames, system, DEPTH, {}), rate=0.0)
+    named = {frame.id: frame for frame in frames}
+    clean = [Moment(id, partial(named.__getitem__, id)) for id in named]
+    table = fit_threshold_table(CleanFrames(clean, system, DEPTH))
+    thresholds = ThresholdValidator(table, rate=0.0)
     if len(system) == 3:
         return {"detection": thresholds}
     m = len(evidence_scopes(system))

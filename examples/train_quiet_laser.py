@@ -34,8 +34,9 @@ import argparse
 import json
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -48,13 +49,14 @@ from train_perturbation_attacker import arguments, given
 
 from avsec_gym.console import percent, print_table, progress
 from avsec_gym.envs.sensor_attack_game import SensorAttackGame
-from avsec_gym.frame import SensorFrame
 from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.scenario.frame_scenes import FrameScenes, frame_scenes_of
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
 from avsec_gym.validation.evidence.pair_depth import PairDepth
-from avsec_gym.validation.thresholds import ThresholdTable, measured_thresholds
+from avsec_gym.validation.fitting import CleanFrames, fit_threshold_table
+from avsec_gym.validation.moments import Moment
+from avsec_gym.validation.thresholds import ThresholdTable
 
 TRAINING, HELD_OUT, CLEAN = 2001, 2002, 2003
 """Sets of layouts."""
@@ -121,16 +123,12 @@ def rendered(frames: int, layouts: int) -> str:
 
 def measured(clean: FrameScenes) -> ThresholdTable:
     """What the validator goes by."""
-    scenes = clean.scenes.labelled
-
-    def frames() -> Iterator[SensorFrame]:
-        with progress("measuring thresholds") as shown:
-            for done, scene in enumerate(scenes, start=1):
-                yield clean.frame(scene)
-                shown(done, len(scenes))
-
-    data = {"scenes": clean.scenes.name, "moments": len(scenes)}
-    return measured_thresholds(frames(), LIDAR_AND_TWO_CAMERAS, PairDepth(), data)
+    scenes, data = clean.scenes.labelled, {"scenes": clean.scenes.name}
+    frames = [Moment(scene.id, partial(clean.frame, scene)) for scene in scenes]
+    with progress("measuring thresholds") as shown:
+        return fit_threshold_table(
+            CleanFrames(frames, LIDAR_AND_TWO_CAMERAS, PairDepth(), data), on_progress=shown
+        )
 
 
 def unattacked(

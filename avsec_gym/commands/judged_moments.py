@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from avsec_gym import console
-from avsec_gym.errors import AvsecError
+from avsec_gym.errors import AvsecError, DataError
 from avsec_gym.json_schemas import with_schema
 from avsec_gym.storage.text_files import write_text
 
 if TYPE_CHECKING:
     from avsec_gym.attacks.optical_attack import OpticalAttack
+    from avsec_gym.frame import SensorFrame
     from avsec_gym.validation.moments import Moment
     from avsec_gym.validation.validation_folder import ValidationFolder
     from avsec_gym.validation.validator import Validator
@@ -63,41 +64,56 @@ class JudgedMoments:
         Raises:
             AvsecError: None could be judged; why the first could not.
         """
+        refused: list[AvsecError] = []
+        for row in self._rows.values():
+            self._tell(row)
+        missing = [one for one in enumerate(self.moments) if one[1].id not in self.folder.rows]
+        with console.progress("validating") as shown:
+            for done, (number, moment) in enumerate(missing, start=1):
+                try:
+                    frame = moment.read(self.validator.system)
+                except DataError as error:
+                    left_out[moment.id] = str(error)
+                else:
+                    if problem := self._judge_one(moment.id, frame, number):
+                        refused.append(problem)
+                        left_out[moment.id] = str(problem)
+                shown(done, len(missing))
+        if refused and not self._rows:
+            raise refused[0]
+
+    def _judge_one(self, id: str, frame: SensorFrame, number: int) -> AvsecError | None:
+        """Attack a frame if asked to, validate it, keep and print the result.
+
+        Returns:
+            Why the validator refuses the frame: another rig, or images of two sizes.  Of this
+            frame, perhaps not of others.
+        """
         from avsec_gym.attacks.optical_attack import TamperedFrame
-        from avsec_gym.commands.clean_moments import readable
         from avsec_gym.drawing.validation_picture import save_validation_picture
         from avsec_gym.validation.repair.damage import located_damage
         from avsec_gym.validation.validation_folder import row_of
 
-        refused: list[AvsecError] = []
-        for row in self._rows.values():
-            self._tell(row)
-        number = {moment.id: n for n, moment in enumerate(self.moments)}
-        left = [moment for moment in self.moments if moment.id not in self.folder.rows]
-        for moment, frame in readable(left, self.validator.system, "validating", left_out):
-            seed = self.seed, number[moment.id]
-            tampered = self.attack.attack(frame, seed) if self.attack else TamperedFrame(frame)
-            begun = time.perf_counter()
-            try:
-                validation = self.validator.validate(tampered.frame)
-            except AvsecError as error:
-                # Another rig, images of two sizes: of this moment, perhaps not of others.
-                refused.append(error)
-                left_out[moment.id] = str(error)
-                continue
-            judged_at = time.perf_counter()
-            damage = located_damage(validation) if self.locate else {}
-            seconds = judged_at - begun, time.perf_counter() - judged_at
-            row = row_of(moment.id, validation, tampered.attacked, damage, seconds)
-            row["fitted_on"] = self.origin
-            if validation.alarm or self.draw_all:
-                kind = "alarms" if validation.alarm else "no_alarms"
-                picture = self.folder.out / kind / f"{moment.id.replace('/', '_')}.png"
-                save_validation_picture(validation, picture, damage, self.origin)
-            self.folder.add(row)
-            self._tell(row)
-        if refused and not self._rows:
-            raise refused[0]
+        seed = self.seed, number
+        tampered = self.attack.attack(frame, seed) if self.attack else TamperedFrame(frame)
+        begun = time.perf_counter()
+        try:
+            validation = self.validator.validate(tampered.frame)
+        except AvsecError as error:
+            return error
+        judged_at = time.perf_counter()
+        damage = located_damage(validation) if self.locate else {}
+        seconds = judged_at - begun, time.perf_counter() - judged_at
+        row = row_of(id, validation, tampered.attacked, damage, seconds)
+        row["fitted_on"] = self.origin
+        # The picture first: a row that is kept has its picture.
+        if validation.alarm or self.draw_all:
+            kind = "alarms" if validation.alarm else "no_alarms"
+            picture = self.folder.out / kind / f"{id.replace('/', '_')}.png"
+            save_validation_picture(validation, picture, damage, self.origin)
+        self.folder.add(row)
+        self._tell(row)
+        return None
 
     def report(self, left_out: Mapping[str, str]) -> int:
         """Sum up, in words or JSON and in ``summary.json``; the exit code.

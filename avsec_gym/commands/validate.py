@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from avsec_gym import console
+from avsec_gym.commands.fit_choice import FitChoice
+from avsec_gym.commands.fit_remarks import origin, remarks
 from avsec_gym.commands.judged_moments import JudgedMoments
 from avsec_gym.commands.named_part import named_part
 from avsec_gym.errors import ConfigurationError
@@ -20,13 +22,8 @@ if TYPE_CHECKING:
     from avsec_gym.attacks.optical_attack import OpticalAttack
     from avsec_gym.commands.judged_by import JudgedBy
     from avsec_gym.sensor_system import Sensor, SensorSystem
-    from avsec_gym.validation.evidence.pair_depth import PairDepth
-    from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
-    from avsec_gym.validation.moments import Moment, Recordings
-    from avsec_gym.validation.shipped import Kind
-    from avsec_gym.validation.threshold_validator import ThresholdValidator
+    from avsec_gym.validation.moments import Recordings
     from avsec_gym.validation.validation_folder import ValidationFolder
-    from avsec_gym.validation.validator import Validator
 
 _USUAL_OUT = Path("runs/validate")
 
@@ -97,27 +94,31 @@ class Validate:
     def run(self) -> int:
         """Do it; the exit code."""
         self._check()
-        fitted = self._fitted()
-        sensors = self._sensors if fitted is None else fitted.system.sensors
-        recordings = self._recordings(sensors).first(self.limit)
+        choice = self._choice
+        named = choice.named(self._sensors)
+        recordings = self._recordings(self._sensors if named is None else named.system.sensors)
+        recordings = recordings.first(self.limit)
         if recordings.remark:
             console.say(f"avsec: left out: {recordings.remark}")
         self._check_attack(recordings.system)
-        by = self._judged_by(recordings, fitted is not None)
+        by = choice.judged_by(recordings, self.ids, is_named=named is not None)
         folder = self._folder(recordings, by)
-        # Who names moments does not ask what others lack.
+        # Whoever names frames does not ask what others lack.
         lacking = {} if self.ids else recordings.lacking
         left_out = {id: f"it lacks {what}" for id, what in lacking.items()}
-        validator: Validator = fitted or self._fit(folder.out, recordings, by, left_out)
-        origin = self._origin(validator)
+        if named is None:
+            fitted = choice.fitted(by, recordings, folder.out)
+            left_out |= fitted.on.data.get("left_out", {})
+        validator = named or fitted
+        decides = origin(validator)
         for remark in (
             by.remark,
-            *self._remarks(validator, recordings, by.judged),
-            origin and f"what decides here was {origin}",
+            *remarks(validator, choice.file, recordings.root, by.judged),
+            decides and f"what decides here was {decides}",
         ):
             if remark:
                 console.say(f"avsec: {remark}")
-        said = JudgedMoments(
+        judged = JudgedMoments(
             by.judged,
             validator,
             folder,
@@ -125,11 +126,11 @@ class Validate:
             self.seed,
             self.locate,
             self.json,
-            origin,
+            decides,
             bool(self.ids),
         )
-        said.judge(left_out)
-        return said.report(left_out)
+        judged.judge(left_out)
+        return judged.report(left_out)
 
     def _check(self) -> None:
         for one, other in (
@@ -168,7 +169,7 @@ class Validate:
                 "fitted already: give one"
             )
         # What is mistyped is told before anything is measured.
-        _ = self._attack, self._depth
+        _ = self._attack, self._choice.pair_depth
 
     def _check_attack(self, system: SensorSystem) -> None:
         if self._attack is None:
@@ -190,70 +191,23 @@ class Validate:
         attack: OpticalAttack = make(Kind.OPTICAL_ATTACK, named_part(self.attack, "--attack"))
         return attack
 
-    @cached_property
-    def _depth(self) -> PairDepth:
-        from avsec_gym.validation.evidence.pair_depth import PairDepth
-
-        what = named_part(self.depth, "--depth")
-        return PairDepth(what) if isinstance(what, str) else PairDepth.from_settings(what)
-
     @property
     def _sensors(self) -> tuple[Sensor, ...]:
         return tuple(int(one) if one.isdigit() else one for one in self.sensors)
 
-    @property
-    def _asked_for(self) -> Kind | None:
-        """What of the package's own is asked for, by its word in place of a file."""
-        from avsec_gym.validation.shipped import SHIPPED
-
-        if str(self.thresholds) == SHIPPED:
-            return "thresholds"
-        return "likelihood" if str(self.likelihood) == SHIPPED else None
-
-    def _fitted(self) -> Validator | None:
-        """Of an earlier run, or anybody's."""
-        if self.validator is not None:
-            return self._any_validator(self.validator)
-        from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
-        from avsec_gym.validation.threshold_validator import ThresholdValidator
-
-        file = self.thresholds or self.likelihood
-        if file is None or self._asked_for:
-            return None
-        validator: ThresholdValidator | LikelihoodValidator
-        if self.thresholds is not None:
-            validator = ThresholdValidator(file, self.rate, self.criterion)
-        else:
-            validator = LikelihoodValidator(file, self.rate)
-        self._check_sensors(
-            validator,
-            f"{file} was fitted on",
-            "name a file of these; without any, one is made from the first moments",
+    @cached_property
+    def _choice(self) -> FitChoice:
+        return FitChoice(
+            self.thresholds,
+            self.likelihood,
+            self.validator,
+            self.fit_likelihood,
+            self.clean,
+            self.rate,
+            self.criterion,
+            self.depth,
+            self.seed,
         )
-        return validator
-
-    def _any_validator(self, text: str) -> Validator:
-        """By name, or as JSON says."""
-        from avsec_gym.registry import Kind, make
-        from avsec_gym.validation.validator import Validator
-
-        validator = make(Kind.VALIDATOR, named_part(text, "--validator"))
-        if not isinstance(validator, Validator):
-            raise ConfigurationError(
-                f"--validator {text} makes a {type(validator).__name__}, which is no validator: it"
-                " has no name, system or validate(frame)"
-            )
-        self._check_sensors(validator, f"the validator {validator.name} judges", "ask for these")
-        return validator
-
-    def _check_sensors(self, validator: Validator, whose: str, remedy: str) -> None:
-        """That it judges those that --sensors asks for, if it does."""
-        judged = validator.system.sensors
-        if self._sensors not in ((), judged):
-            known, asked = (" ".join(map(str, one)) for one in (judged, self._sensors))
-            raise ConfigurationError(
-                f"{whose} the sensors {known}, not {asked}: leave --sensors out, or {remedy}"
-            )
 
     def _recordings(self, sensors: Sequence[Sensor]) -> Recordings:
         from avsec_gym.validation.moments import object_recordings, raw_recordings
@@ -262,24 +216,6 @@ class Validate:
         if self.kitti is not None:
             return object_recordings(self.kitti, sensors or None)
         return raw_recordings(self.kitti_raw or default_suite("raw"), sensors or None)
-
-    def _judged_by(self, recordings: Recordings, fitted: bool) -> JudgedBy:
-        """Which moments are judged, and by what."""
-        from avsec_gym.commands.judged_by import (
-            USUAL_SHARE,
-            JudgedBy,
-            judged_by_clean,
-            judged_by_enough,
-            judged_by_shipped,
-        )
-
-        if fitted:
-            return JudgedBy(recordings.named(self.ids) or recordings.moments)
-        if self._asked_for:
-            return judged_by_shipped(recordings, self.ids, self._asked_for, self._depth)
-        if self.clean is None and not self.fit_likelihood:
-            return judged_by_enough(recordings, self.ids, self.rate, self._depth)
-        return judged_by_clean(recordings, self.ids, self.clean or USUAL_SHARE)
 
     def _folder(self, recordings: Recordings, by: JudgedBy) -> ValidationFolder:
         from avsec_gym.validation.fitted_on import FORMAT
@@ -295,7 +231,7 @@ class Validate:
             "criterion": self.criterion,
             "depth": None
             if self.thresholds or self.likelihood or self.validator
-            else self._depth.settings,
+            else self._choice.pair_depth.settings,
             "attack": self.attack and named_part(self.attack, "--attack"),
             "seed": self.seed,
             "locate": self.locate,
@@ -308,7 +244,7 @@ class Validate:
             record["ids"] = [moment.id for moment in by.judged]
         for name in ("thresholds", "likelihood"):
             file = getattr(self, name)
-            if file is not None and not self._asked_for:
+            if file is not None and not self._choice.shipped:
                 record[name] = hashlib.sha256(read_text(file).encode()).hexdigest()
         if by.shipped is not None:
             record["shipped"] = hashlib.sha256(read_text(by.shipped).encode()).hexdigest()
@@ -319,64 +255,3 @@ class Validate:
             if not differences(out, record):
                 break
         return ValidationFolder(out, record)
-
-    def _fit(
-        self, out: Path, recordings: Recordings, by: JudgedBy, left_out: dict[str, str]
-    ) -> ThresholdValidator | LikelihoodValidator:
-        """On clean moments, or as the package ships it."""
-        from avsec_gym.commands.clean_moments import CleanMoments
-        from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
-        from avsec_gym.validation.threshold_validator import ThresholdValidator
-        from avsec_gym.validation.validation_folder import LIKELIHOOD, SAMPLES, THRESHOLDS
-
-        if by.shipped is not None:
-            if self._asked_for == "likelihood":
-                return LikelihoodValidator(by.shipped, self.rate)
-            return ThresholdValidator(by.shipped, self.rate, self.criterion)
-        own = CleanMoments(by.clean, recordings.system, self._depth, recordings.root)
-        if self.fit_likelihood:
-            left_out |= own.likelihood(out / LIKELIHOOD, out / SAMPLES, self.seed)
-            return LikelihoodValidator(out / LIKELIHOOD, self.rate)
-        left_out |= own.thresholds(out / THRESHOLDS, out / SAMPLES)
-        return ThresholdValidator(out / THRESHOLDS, self.rate, self.criterion)
-
-    def _remarks(
-        self, validator: Validator, recordings: Recordings, judged: Sequence[Moment]
-    ) -> list[str]:
-        """On one that was fitted; of others nothing is known."""
-        from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
-        from avsec_gym.validation.threshold_validator import ThresholdValidator
-
-        if not isinstance(validator, ThresholdValidator | LikelihoodValidator):
-            return []
-        return [validator.remark, self._seen_before(validator, recordings, judged)]
-
-    def _origin(self, validator: Validator) -> str:
-        """What the validator was fitted on, in words; nothing of others."""
-        from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
-        from avsec_gym.validation.threshold_validator import ThresholdValidator
-
-        if not isinstance(validator, ThresholdValidator | LikelihoodValidator):
-            return ""
-        from avsec_gym.validation.shipped import origin_of, stale
-
-        changed = "; the code that measures has changed since" * stale(validator.on)
-        return origin_of(validator.on) + changed
-
-    def _seen_before(
-        self,
-        validator: ThresholdValidator | LikelihoodValidator,
-        recordings: Recordings,
-        judged: Sequence[Moment],
-    ) -> str:
-        """Where a file of an earlier run was made of moments that it is to judge; or nothing."""
-        from avsec_gym.commands.clean_moments import fitted_among
-
-        both = fitted_among(validator.on.data, recordings.root, judged)
-        if not both:
-            return ""
-        return (
-            f"{both} of the {len(judged)} moments were among those that "
-            f"{self.thresholds or self.likelihood} was made of: that they raise no alarm says "
-            "little"
-        )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -125,12 +125,12 @@ def _kept_back(scenes: FrameScenes) -> FrameScenes:
 def _measured(clean: FrameScenes) -> ThresholdTable:
     from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
     from avsec_gym.validation.evidence.pair_depth import PairDepth
-    from avsec_gym.validation.thresholds import measured_thresholds
+    from avsec_gym.validation.fitting import CleanFrames, fit_threshold_table
+    from avsec_gym.validation.moments import Moment
 
-    scenes = _measured_on(clean)
-    frames = (clean.frame(scene) for scene in scenes)
-    data = {"scenes": clean.scenes.name, "moments": len(scenes)}
-    return measured_thresholds(frames, LIDAR_AND_TWO_CAMERAS, PairDepth(), data)
+    frames = [Moment(scene.id, partial(clean.frame, scene)) for scene in _measured_on(clean)]
+    data = {"scenes": clean.scenes.name}
+    return fit_threshold_table(CleanFrames(frames, LIDAR_AND_TWO_CAMERAS, PairDepth(), data))
 
 
 def _measured_on(clean: FrameScenes) -> tuple[Scene, ...]:

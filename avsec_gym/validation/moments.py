@@ -35,6 +35,22 @@ class Moment:
     frame: Callable[[], SensorFrame]
     drive: str | None = None
 
+    def read(self, system: SensorSystem) -> SensorFrame:
+        """The frame with the data of all sensors read, so that a broken file is found here.
+
+        Args:
+            system: The sensors that are needed.
+
+        Raises:
+            DataError: A sensor is missing, or its file is broken.
+        """
+        frame = self.frame()
+        for camera in system.cameras:
+            frame.image(camera)
+        if system.has_lidar:
+            _ = frame.points
+        return frame
+
 
 @dataclass(frozen=True)
 class Recordings:

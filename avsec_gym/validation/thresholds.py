@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,6 @@ from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import (
     FittedOn,
     broken,
-    fitted_on,
     read_fitted,
     write_fitted,
 )
@@ -156,30 +155,6 @@ def threshold_table(
     triples = on.system.triples
     shares = [[sample[triple].shares for triple in triples] for sample in samples]
     return ThresholdTable(on, np.array(shares))
-
-
-def measured_thresholds(
-    frames: Iterable[SensorFrame], system: SensorSystem, depth: PairDepth, data: Mapping[str, Any]
-) -> ThresholdTable:
-    """The table of attack-free frames.
-
-    Args:
-        frames: Of one rig; read one after the other.
-        system: The sensors.
-        depth: How disparities of two cameras are found.
-        data: What names the frames; JSON-able.
-
-    Raises:
-        ConfigurationError: No frames.
-    """
-    samples: list[Floats] = []
-    on: FittedOn | None = None
-    for frame in frames:
-        on = on or fitted_on(system, depth, frame.calibration, data)
-        samples.append(shares_of(frame, system, depth))
-    if on is None:
-        raise ConfigurationError("thresholds follow from clean frames, of which there are none")
-    return ThresholdTable(on, np.array(samples))
 
 
 def shares_of(frame: SensorFrame, system: SensorSystem, depth: PairDepth) -> Floats:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,9 @@ from avsec_gym.validation.evidence.comparison import comparison_map
 from avsec_gym.validation.evidence.disparity_error import DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence.pair_depth import PairDepth
-from avsec_gym.validation.thresholds import Threshold, measured_thresholds
+from avsec_gym.validation.fitting import CleanFrames, fit_threshold_table
+from avsec_gym.validation.moments import Moment
+from avsec_gym.validation.thresholds import Threshold
 from avsec_gym.validation.validator import SHARES
 from avsec_gym.world.export import world_frames
 from studies.answer import exit_code
@@ -131,8 +134,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if options.frame not in data.ids():
             raise ConfigurationError(f"the suite {_SUITE} has no frame {options.frame!r}")
         depth = PairDepth("sgbm")
-        frames = (data.frame(id) for id in clean)
-        table = measured_thresholds(frames, LIDAR_AND_TWO_CAMERAS, depth, {"suite": _SUITE})
+        frames = [Moment(id, partial(data.frame, id)) for id in clean]
+        named = {"suite": _SUITE}
+        table = fit_threshold_table(CleanFrames(frames, LIDAR_AND_TWO_CAMERAS, depth, named))
         threshold = table.thresholds(_RATE)[_TRIPLE]
         figure = draw_detection_scheme(data.frame(options.frame), threshold)
         save_picture(figure, options.out / _NAME, overwrite=True)

@@ -27,9 +27,10 @@ from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS, detect_attack
 from avsec_gym.validation.evidence.disparity_error import MEASURES
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.evidence.state_evidence import StateEvidence
+from avsec_gym.validation.fitting import CleanFrames, fit_threshold_table
 from avsec_gym.validation.moments import object_recordings
 from avsec_gym.validation.state_posterior import state_vectors
-from avsec_gym.validation.thresholds import Criterion, ThresholdTable, measured_thresholds
+from avsec_gym.validation.thresholds import Criterion, ThresholdTable
 from avsec_gym.world.export import default_suite
 from studies.answer import answer
 from studies.chapter3.real_impact import impact_on_real_frames
@@ -51,11 +52,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     depth = PairDepth("sgbm")
     suite = default_suite("mixed")
     clean = object_recordings(suite, _SYSTEM.sensors).moments
-    data = {"suite": "mixed", "moments": len(clean)}
-    table = measured_thresholds((one.frame() for one in clean), _SYSTEM, depth, data)
+    table = fit_threshold_table(CleanFrames(clean, _SYSTEM, depth, {"suite": "mixed"}))
     real = object_recordings(options.kitti, _SYSTEM.sensors)
     return {
-        "fitted": data,
+        "fitted": dict(table.on.data),
         "rate": options.rate,
         "draws": options.draws,
         "thresholds": {

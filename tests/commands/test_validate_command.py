@@ -18,11 +18,11 @@ from avsec_gym.kitti.raw_calibration import write_raw_calibration
 from avsec_gym.kitti.writing import write_raw_frame
 from avsec_gym.registry import make
 from avsec_gym.rig import camera_rig
-from avsec_gym.validation import thresholds
+from avsec_gym.validation import fitting
 from avsec_gym.validation.evidence.disparity_error import MEASURES
 from avsec_gym.validation.evidence.state_evidence import StateEvidence
 from avsec_gym.validation.likelihood.maximum_likelihood import read_likelihood_model
-from avsec_gym.validation.thresholds import shares_of
+from avsec_gym.validation.thresholds import read_threshold_table, shares_of
 
 RIG = camera_rig([0.0, 0.4, 0.6], focal_length=200.0, centre=(120.0, 60.0), size=(240, 120))
 COVERED = 11
@@ -348,15 +348,15 @@ def test_measuring_clean_moments_goes_on_where_it_was_stopped(
         return shares
 
     options = ["--out", str(out), "--clean", "0.34", "--limit", "12", "--no-locate"]
-    monkeypatch.setattr(thresholds, "shares_of", stopped_at(2))
+    monkeypatch.setattr(fitting, "shares_of", stopped_at(2))
     validated(*options, code=130)
-    monkeypatch.setattr(thresholds, "shares_of", stopped_at(np.inf))
+    monkeypatch.setattr(fitting, "shares_of", stopped_at(np.inf))
     validated(*options)
     assert measured == [f"{number:010d}" for number in range(4)]
-    table = thresholds.read_threshold_table(out / "thresholds.json")
+    table = read_threshold_table(out / "thresholds.json")
     monkeypatch.undo()
     validated("--out", str(tmp_path / "whole"), *options[2:])
-    whole = thresholds.read_threshold_table(tmp_path / "whole" / "thresholds.json")
+    whole = read_threshold_table(tmp_path / "whole" / "thresholds.json")
     np.testing.assert_array_equal(table.shares, whole.shares)
     assert table.on.data == whole.on.data
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 from itertools import combinations
 from pathlib import Path
 
@@ -19,13 +20,15 @@ from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence.evidence import gather_evidence
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import fitted_on
+from avsec_gym.validation.fitting import CleanFrames, fit_threshold_table
 from avsec_gym.validation.likelihood.likelihood_fit import LikelihoodSamples, fit_likelihood
 from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
+from avsec_gym.validation.moments import Moment
 from avsec_gym.validation.response import Response, trusted_frame
 from avsec_gym.validation.state_posterior import Verdict, state_vectors
 from avsec_gym.validation.suspects import Untrusted
 from avsec_gym.validation.threshold_validator import ThresholdValidator
-from avsec_gym.validation.thresholds import Criterion, ThresholdTable, measured_thresholds
+from avsec_gym.validation.thresholds import Criterion, ThresholdTable
 from avsec_gym.validation.validator import Validator
 
 SYSTEM = SensorSystem((LIDAR, 2, 1, 0))
@@ -49,18 +52,8 @@ def spoiled(frame: SensorFrame, sensors: set[int | str], seed: int = 0) -> Senso
 
 @pytest.fixture(scope="module")
 def table(wall_of: WallOf) -> ThresholdTable:
-    frames = [wall_of(seed) for seed in range(20)]
-    return measured_thresholds(frames, SYSTEM, PairDepth(), {"walls": 20})
-
-
-def test_thresholds_are_measured_frame_by_frame(wall_of: WallOf, table: ThresholdTable) -> None:
-    errors = DisparityErrors(DisparityMaps(wall_of(3), SYSTEM))
-    assert len(table) == 20
-    expected = [errors[triple].shares for triple in SYSTEM.triples]
-    np.testing.assert_array_equal(table.shares[3], expected)
-    assert table.on.data == {"walls": 20}
-    with pytest.raises(ConfigurationError, match="none"):
-        measured_thresholds([], SYSTEM, PairDepth(), {})
+    frames = [Moment(str(seed), partial(wall_of, seed)) for seed in range(20)]
+    return fit_threshold_table(CleanFrames(frames, SYSTEM, PairDepth()))
 
 
 @pytest.mark.parametrize("attacked", [set(), *map(set, combinations(SYSTEM.sensors, 1))], ids=str)
@@ -182,9 +175,9 @@ def test_maps_are_found_together_and_only_those_that_are_asked_for(
 
 def test_three_sensors_raise_an_alarm_and_name_nobody(wall_of: WallOf, tmp_path: Path) -> None:
     system = SensorSystem((LIDAR, 1, 0))
-    frames = [wall_of(seed) for seed in range(5)]
+    frames = [Moment(str(seed), partial(wall_of, seed)) for seed in range(5)]
     path = tmp_path / "thresholds.json"
-    measured_thresholds(frames, system, PairDepth(), {}).write(path)
+    fit_threshold_table(CleanFrames(frames, system, PairDepth())).write(path)
     validator = make("validator", {"name": "thresholds", "thresholds": str(path), "rate": 0.0})
     found = validator.validate(spoiled(wall_of(40), {1}))
     assert found.alarm

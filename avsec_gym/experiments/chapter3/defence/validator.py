@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 
 import avsec_gym
+from avsec_gym import console
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter3.recordings import (
     FITTED,
@@ -21,7 +22,7 @@ from avsec_gym.runs.experiment import Configuration
 from avsec_gym.storage.folder_lock import folder_lock
 from avsec_gym.storage.regular_files import MAX_FILE_BYTES, read_bytes
 from avsec_gym.validation.evidence.pair_depth import PairDepth
-from avsec_gym.validation.thresholds import measured_thresholds
+from avsec_gym.validation.fitting import CleanFrames, fit_threshold_table
 from avsec_gym.validation.validator import Validator
 from avsec_gym.world.textures.library import cache_folder
 
@@ -79,9 +80,13 @@ def fitted_file(configuration: Configuration) -> Path:
     with folder_lock(folder, wait=True, what="a validator's thresholds"):
         if not path.is_file():
             _LOG.warning("measuring thresholds on %d clean moments, once", len(names))
-            clean = (moment.frame() for moment in recordings.moments)
-            data = {"recordings": recordings.root.name, "moments": len(names)}
-            measured_thresholds(clean, recordings.system, depth, data).write(path)
+            data = {"recordings": recordings.root.name}
+            clean = CleanFrames(recordings.moments, recordings.system, depth, data)
+            samples = folder / f"{key}.samples.jsonl"
+            with console.progress("measuring clean frames") as shown:
+                table = fit_threshold_table(clean, samples=samples, on_progress=shown)
+            table.write(path)
+            samples.unlink()
     return path
 
 

@@ -1,0 +1,155 @@
+"""Fits what a validator decides by to clean frames: thresholds, or a likelihood model.
+
+What is measured of each frame can be kept in a file, so that a fit that was stopped goes on with
+the next frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.geometry import Floats
+from avsec_gym.sensor_system import SensorSystem
+from avsec_gym.storage.json_lines import JsonLines
+from avsec_gym.validation.evidence.pair_depth import PairDepth
+from avsec_gym.validation.fitted_on import FittedOn, fitted_on
+from avsec_gym.validation.likelihood.likelihood_of_clean import (
+    evidence_of_all_states,
+    likelihood_of_clean,
+)
+from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
+from avsec_gym.validation.moments import Moment
+from avsec_gym.validation.thresholds import ThresholdTable, shares_of
+
+Progress = Callable[[int, int], object]
+"""Is called with frames done and frames in all, of those that were not measured before."""
+
+
+@dataclass(frozen=True)
+class CleanFrames:
+    """Frames of one rig that were recorded without an attack.
+
+    Args:
+        frames: The frames, in the order in which they were recorded.
+        system: The sensors of the rig.
+        depth: How disparities of two cameras are found.
+        data: What names the frames in the fitted file; JSON-able.
+        leaves_out_broken: Whether a frame whose files are broken is left out, and named with the
+            reason in the fit's data; else it is an error.
+    """
+
+    frames: Sequence[Moment]
+    system: SensorSystem
+    depth: PairDepth
+    data: Mapping[str, Any] = field(default_factory=dict)
+    leaves_out_broken: bool = False
+
+
+def fit_threshold_table(
+    clean: CleanFrames, *, samples: Path | None = None, on_progress: Progress | None = None
+) -> ThresholdTable:
+    """Measure the disparity errors of clean frames, whence thresholds follow (section 3.3.2).
+
+    Args:
+        clean: One frame or more.
+        samples: File of this fit alone that keeps what is measured; None: nothing is kept.
+        on_progress: Callback after each frame.
+
+    Raises:
+        ConfigurationError: There is no frame, or none that is whole.
+        DataError: A frame's file is broken and it is not left out; or `samples` is damaged.
+    """
+    measured = _measured(
+        clean,
+        lambda _, frame: shares_of(frame, clean.system, clean.depth),
+        samples,
+        on_progress,
+    )
+    return ThresholdTable(measured.on, measured.values)
+
+
+def fit_likelihood_model(
+    clean: CleanFrames,
+    seed: int,
+    *,
+    samples: Path | None = None,
+    on_progress: Progress | None = None,
+) -> LikelihoodModel:
+    """Attack clean frames in every way, and fit the likelihoods of what the sensors then report.
+
+    Args:
+        clean: Ten frames or more.
+        seed: Seed of the attacks, which are those of `attack_to_fit_on`.
+        samples: As of `fit_threshold_table`.
+        on_progress: Callback after each frame; the fit itself takes a minute beyond the last.
+
+    Raises:
+        ConfigurationError: There are fewer than ten whole frames.
+        DataError: As of `fit_threshold_table`.
+    """
+    measured = _measured(
+        clean,
+        lambda number, frame: evidence_of_all_states(
+            frame, clean.system, clean.depth, (seed, number)
+        ),
+        samples,
+        on_progress,
+    )
+    drives = [frame.drive or frame.id for frame in measured.frames]
+    return likelihood_of_clean(measured.on, measured.values, drives)
+
+
+class _Measured(NamedTuple):
+    """What is known of the frames that are whole."""
+
+    frames: list[Moment]
+    values: Floats
+    """A row for each frame."""
+    on: FittedOn
+
+
+def _measured(
+    clean: CleanFrames,
+    measure: Callable[[int, SensorFrame], Floats],
+    samples: Path | None,
+    on_progress: Progress | None,
+) -> _Measured:
+    """Measure the frames that an earlier run did not.
+
+    Args:
+        clean: The frames.
+        measure: Function of a frame's number, which stays the same when a run goes on, and of what
+            its sensors deliver.
+        samples: A line for each frame.
+        on_progress: Callback after each frame.
+    """
+    kept, left_out = JsonLines(samples), dict[str, str]()
+    # Numbers count all frames: seeds do not depend on what was measured before.
+    missing = [(n, one) for n, one in enumerate(clean.frames) if one.id not in kept.rows]
+    for done, (number, one) in enumerate(missing, start=1):
+        try:
+            values = measure(number, one.read(clean.system))
+        except DataError as error:
+            if not clean.leaves_out_broken:
+                raise
+            left_out[one.id] = str(error)
+        else:
+            kept.add({"id": one.id, "measured": values.tolist()})
+        if on_progress is not None:
+            on_progress(done, len(missing))
+    whole = [one for one in clean.frames if one.id in kept.rows]
+    if not whole:
+        reasons = "".join(f": {reason}" for reason in list(left_out.values())[:1])
+        raise ConfigurationError(f"there are no clean frames to fit on{reasons}")
+    data = {**clean.data, "moments": len(whole)}
+    if clean.leaves_out_broken:
+        data["left_out"] = left_out
+    on = fitted_on(clean.system, clean.depth, whole[0].frame().calibration, data)
+    return _Measured(whole, np.array([kept.rows[one.id]["measured"] for one in whole]), on)
