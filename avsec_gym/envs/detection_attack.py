@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.actions import checked_action
 from avsec_gym.envs.ghost_round import OUTCOMES, Round
+from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.envs.rendering import DrawnEnv
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.safety import SAFE
 from avsec_gym.planners.planner import MotionPrimitivePlanner
@@ -70,30 +70,19 @@ class DetectionAttackEnv(DrawnEnv[NDArray[np.float32]]):
     """One episode at a time.
 
     Args:
-        game: The rules.
-        longest: The budget where `queries` is None, that of the registered id.
-        queries: The budget that observations count, and an end as well.
-        price: Of a query, a ghost, a hidden object.
+        game: Rules and scenes.
+        budget: Queries of an episode, and the price of a query, a ghost, a hidden object.
         render_mode: None, ``rgb_array`` or ``human``.
 
     Raises:
-        ConfigurationError: A budget of nothing, a price that is no number, an unknown mode.
+        ConfigurationError: An unknown mode.
     """
 
     metadata: dict[str, Any] = DrawnEnv.metadata | {"render_fps": 4}
 
-    def __init__(
-        self,
-        game: DetectionGame,
-        longest: int,
-        queries: int | None,
-        price: float,
-        render_mode: str | None,
-    ) -> None:
+    def __init__(self, game: DetectionGame, budget: QueryBudget, render_mode: str | None) -> None:
         super().__init__(render_mode)
-        check_budget(queries, price)
-        self.game, self.longest = game, longest
-        self.queries, self.price = queries, price
+        self.game, self.query_budget = game, budget
         self.action_space = gym.spaces.Box(-1.0, 1.0, (game.action_size,), np.float32)
         self.observation_space = gym.spaces.Box(-1.0, 1.0, (game.observation_size,), np.float32)
         self._round: Round | None = None
@@ -123,13 +112,14 @@ class DetectionAttackEnv(DrawnEnv[NDArray[np.float32]]):
         placed, gone = int(ghosts[0]), int(hidden[0])
         self._spent += 1
         success = outcome != SAFE and self.game.is_safe(self._round.index, self._round.intention)
-        reward = float(success) - self.price * (1 + placed + gone)
+        reward = float(success) - self.query_budget.price * (1 + placed + gone)
         self.shown()
         return (
             self._observe(outcome, cost),
             reward,
             success,
-            not success and self._ends_itself and self._spent >= self._budget,
+            not success
+            and self.query_budget.ends(self._spent, has_time_limit=self.spec is not None),
             self._info(outcome, cost, placed, gone, success),
         )
 
@@ -142,22 +132,13 @@ class DetectionAttackEnv(DrawnEnv[NDArray[np.float32]]):
             believed = self.game.believed(self._round, self._action)
         return _picture(self.game, self._round, believed)
 
-    @property
-    def _budget(self) -> int:
-        return self.longest if self.queries is None else self.queries
-
-    @property
-    def _ends_itself(self) -> bool:
-        """False where gym.make's time limit, which an environment is not told of, decides."""
-        return self.queries is not None or self.spec is None
-
     def _observe(self, outcome: str | None, cost: float) -> NDArray[np.float32]:
         assert self._round is not None
         return self.game.observe(
             [self._round],
             np.array([-1 if outcome is None else OUTCOMES.index(outcome)]),
             np.array([cost]),
-            np.array([1.0 - self._spent / self._budget]),
+            np.array([self.query_budget.left(self._spent)]),
             self._action[None],
         )[0]
 
@@ -178,18 +159,6 @@ class DetectionAttackEnv(DrawnEnv[NDArray[np.float32]]):
             "ghosts": ghosts,
             "hidden": hidden,
         }
-
-
-def check_budget(queries: int | None, price: float) -> None:
-    """Refuse a budget of nothing, and a price that is none.
-
-    Raises:
-        ConfigurationError: Fewer than one query, or a price that is not a finite number.
-    """
-    if not isinstance(price, int | float) or not np.isfinite(price):
-        raise ConfigurationError(f"price is a finite number, got {price!r}")
-    if queries is not None and queries < 1:
-        raise ConfigurationError(f"queries is 1 or more, got {queries}")
 
 
 def _picture(game: DetectionGame, round: Round, believed: Boxes3D) -> NDArray[np.uint8]:

@@ -10,8 +10,9 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from avsec_gym.envs.detection_attack import DetectionGame, check_budget
+from avsec_gym.envs.detection_attack import DetectionGame
 from avsec_gym.envs.ghost_round import OUTCOMES, Round
+from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.metrics.safety import SAFE
 
@@ -26,16 +27,14 @@ class DetectionAttackVectorEnv(
     plays.
 
     Args:
-        game: The rules.
-        num_envs: How many.
-        max_episode_steps: An episode's end.
-        queries: The budget that observations count, and an end as well; None: `longest`.
-        longest: The budget of the registered id.
-        price: Of a query, a ghost, a hidden object.
+        game: Rules and scenes.
+        num_envs: Number of environments.
+        max_episode_steps: Steps after which an episode ends, if the budget does not end it before.
+        budget: Queries of an episode, and the price of a query, a ghost, a hidden object.
         render_mode: Only None.
 
     Raises:
-        ConfigurationError: A budget or a number of nothing, a price that is no number, a mode.
+        ConfigurationError: No environment, or a mode.
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012 - as Gymnasium declares it
@@ -48,9 +47,7 @@ class DetectionAttackVectorEnv(
         game: DetectionGame,
         num_envs: int,
         max_episode_steps: int,
-        queries: int | None,
-        longest: int,
-        price: float,
+        budget: QueryBudget,
         render_mode: str | None,
     ) -> None:
         if render_mode is not None:
@@ -59,11 +56,9 @@ class DetectionAttackVectorEnv(
             )
         if num_envs < 1:
             raise ConfigurationError(f"num_envs is 1 or more, got {num_envs}")
-        check_budget(queries, price)
-        self.game = game
-        self.num_envs, self.price, self.render_mode = num_envs, price, render_mode
-        self.queries = longest if queries is None else queries
-        self.longest = max_episode_steps if queries is None else min(queries, max_episode_steps)
+        self.game, self.query_budget = game, budget
+        self.num_envs, self.render_mode = num_envs, render_mode
+        self.longest = min(budget.queries or max_episode_steps, max_episode_steps)
         size = (game.action_size,)
         self.single_action_space = gym.spaces.Box(-1.0, 1.0, size, np.float32)
         self.single_observation_space = gym.spaces.Box(
@@ -135,7 +130,9 @@ class DetectionAttackVectorEnv(
         self._spent[asked] += 1
         terminated = (outcomes > OUTCOMES.index(SAFE)) & self._safe_before()
         truncated = ~terminated & ~begins & (self._spent >= self.longest)
-        rewards = np.where(begins, 0.0, terminated - self.price * (1 + ghosts + hidden))
+        rewards = np.where(
+            begins, 0.0, terminated - self.query_budget.price * (1 + ghosts + hidden)
+        )
         self._ended = terminated | truncated
         return (
             self._observe(outcomes, costs),
@@ -163,7 +160,7 @@ class DetectionAttackVectorEnv(
     def _observe(
         self, outcomes: NDArray[np.int64], costs: NDArray[np.float64]
     ) -> NDArray[np.float32]:
-        left = 1.0 - self._spent / self.queries
+        left = self.query_budget.left(self._spent)
         return self.game.observe(self._rounds, outcomes, costs, left, self._actions)
 
     def _info(

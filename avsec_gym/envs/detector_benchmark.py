@@ -12,14 +12,14 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.actions import checked_action
 from avsec_gym.envs.box_coding import BoxCoding
 from avsec_gym.envs.info import drive_info
+from avsec_gym.envs.parts import Parts
 from avsec_gym.envs.rendering import DrawnEnv
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.geometry import bird_eye_iou
 from avsec_gym.pipeline import Drive, drive
-from avsec_gym.registry import Kind, check, make
+from avsec_gym.registry import Kind
 from avsec_gym.scenario.builder import is_obstacle
-from avsec_gym.scenario.frame_scenes import frame_scenes_of
 from avsec_gym.scenario.intention import Intention, intentions_named
 from avsec_gym.scenario.scene import Motion, Scene
 
@@ -98,11 +98,10 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
             raise ConfigurationError(
                 f"max_boxes is 1 or more, points 0 or more, got {max_boxes} and {points}"
             )
-        # First, so that a slip is not told after minutes in which a suite is made.
-        self.motion = Motion.without_classifier(motion)
-        self.planner = make(Kind.PLANNER, planner)
-        check(Kind.PLANNER, self.planner)
-        self.scenes = frame_scenes_of(scenarios)
+        parts = Parts(scenarios, None, planner, motion, score_threshold, agent=Kind.DETECTOR)
+        # The planner first: a slip is reported before minutes in which a suite is made.
+        self.motion, self.planner = Motion.named(parts.motion), parts.made_planner()
+        self.scenes = parts.scenes()
         self.score_threshold, self.points = score_threshold, points
         self.coding = BoxCoding(max_boxes)
         self._labelled = self.scenes.scenes.labelled

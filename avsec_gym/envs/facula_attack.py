@@ -11,6 +11,8 @@ from avsec_gym.attacks.attack import LEFT
 from avsec_gym.attacks.facula import THESIS_RADII
 from avsec_gym.envs.facula_coding import FaculaCoding
 from avsec_gym.envs.optical_attack import OpticalAttackEnv
+from avsec_gym.envs.parts import Parts
+from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.envs.sensor_attack import Tampering
 from avsec_gym.envs.sensor_attack_game import Situation
 from avsec_gym.frame import SensorFrame
@@ -130,18 +132,11 @@ class FaculaAttackEnv(OpticalAttackEnv):
         self._codes = FaculaCoding((height, width), radii, strength)
         super().__init__(
             self._codes.action_size,
-            scenarios=scenarios,
-            detector=detector,
-            planner=planner,
-            motion=motion,
-            score_threshold=score_threshold,
+            Parts(scenarios, detector, planner, motion, score_threshold, validator, clean),
+            QueryBudget(queries, price),
             image=image,
-            queries=queries,
-            price=price,
-            render_mode=render_mode,
-            validator=validator,
-            clean=clean,
             contested=contested,
+            render_mode=render_mode,
         )
 
     def coding(self, frame: SensorFrame) -> FaculaCoding:

@@ -6,6 +6,7 @@ from typing import Any
 
 from avsec_gym.envs.detection_attack import DetectionAttackEnv
 from avsec_gym.envs.ghost_game import GhostGame
+from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.scenario.scene import Motion
 
 QUERIES = 10
@@ -91,4 +92,4 @@ class GhostObjectEnv(DetectionAttackEnv):
         render_mode: str | None = None,
     ) -> None:
         game = GhostGame(scenarios, planner, ghosts, hides, motion, ghost)
-        super().__init__(game, QUERIES, queries, price, render_mode)
+        super().__init__(game, QueryBudget(queries, price, QUERIES), render_mode)

@@ -7,6 +7,7 @@ from typing import Any
 from avsec_gym.envs.detection_attack_vector import DetectionAttackVectorEnv
 from avsec_gym.envs.ghost_game import GhostGame
 from avsec_gym.envs.ghost_object import QUERIES
+from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.scenario.scene import Motion
 
 
@@ -31,4 +32,5 @@ class GhostObjectVectorEnv(DetectionAttackVectorEnv):
         render_mode: str | None = None,
     ) -> None:
         game = GhostGame(scenarios, planner, ghosts, hides, motion, ghost)
-        super().__init__(game, num_envs, max_episode_steps, queries, QUERIES, price, render_mode)
+        budget = QueryBudget(queries, price, QUERIES)
+        super().__init__(game, num_envs, max_episode_steps, budget, render_mode)

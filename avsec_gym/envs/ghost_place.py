@@ -6,6 +6,7 @@ from typing import Any
 
 from avsec_gym.envs.detection_attack import DetectionAttackEnv
 from avsec_gym.envs.ghost_place_game import GhostPlaceGame
+from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.scenario.scene import Motion
 
 QUERIES = 1
@@ -90,4 +91,4 @@ class GhostPlaceEnv(DetectionAttackEnv):
         render_mode: str | None = None,
     ) -> None:
         game = GhostPlaceGame(scenarios, planner, places, motion)
-        super().__init__(game, QUERIES, queries, price, render_mode)
+        super().__init__(game, QueryBudget(queries, price, QUERIES), render_mode)

@@ -7,6 +7,7 @@ from typing import Any
 from avsec_gym.envs.detection_attack_vector import DetectionAttackVectorEnv
 from avsec_gym.envs.ghost_place import QUERIES
 from avsec_gym.envs.ghost_place_game import GhostPlaceGame
+from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.scenario.scene import Motion
 
 
@@ -29,4 +30,5 @@ class GhostPlaceVectorEnv(DetectionAttackVectorEnv):
         render_mode: str | None = None,
     ) -> None:
         game = GhostPlaceGame(scenarios, planner, places, motion)
-        super().__init__(game, num_envs, max_episode_steps, queries, QUERIES, price, render_mode)
+        budget = QueryBudget(queries, price, QUERIES)
+        super().__init__(game, num_envs, max_episode_steps, budget, render_mode)

@@ -8,6 +8,8 @@ import numpy as np
 
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.envs.optical_attack import OpticalAttackEnv
+from avsec_gym.envs.parts import Parts
+from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.envs.sensor_attack import Tampering
 from avsec_gym.envs.sensor_attack_game import Situation
 from avsec_gym.envs.spoofing_coding import SIZE, Ends, SpoofingCoding
@@ -127,17 +129,10 @@ class LidarSpoofingEnv(OpticalAttackEnv):
         self.coding = SpoofingCoding(distances, bearings, widths, heights, rays_lost)
         super().__init__(
             SIZE,
-            scenarios=scenarios,
-            detector=detector,
-            planner=planner,
-            motion=motion,
-            score_threshold=score_threshold,
+            Parts(scenarios, detector, planner, motion, score_threshold, validator, clean),
+            QueryBudget(queries, price),
             image=image,
-            queries=queries,
-            price=price,
             render_mode=render_mode,
-            validator=validator,
-            clean=clean,
         )
 
     def tamper(self, situation: Situation, action: Floats) -> Tampering:

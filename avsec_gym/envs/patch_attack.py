@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from avsec_gym.attacks.attack import LEFT
+from avsec_gym.envs.parts import Parts
 from avsec_gym.envs.patch_coding import SIZE, PatchCoding
+from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.envs.sensor_attack import SensorAttackEnv, Tampering
 from avsec_gym.envs.sensor_attack_game import Situation, one_thread
 from avsec_gym.errors import ConfigurationError
@@ -108,14 +110,9 @@ class PatchAttackEnv(SensorAttackEnv):
     ) -> None:
         super().__init__(
             SIZE,
-            scenarios=scenarios,
-            detector=detector,
-            planner=planner,
-            motion=motion,
-            score_threshold=score_threshold,
+            Parts(scenarios, detector, planner, motion, score_threshold),
+            QueryBudget(queries, price),
             image=image,
-            queries=queries,
-            price=price,
             render_mode=render_mode,
         )
         _check_patch(patch)

@@ -7,6 +7,8 @@ from typing import Any, cast
 import numpy as np
 
 from avsec_gym.attacks.attack import LEFT, RIGHT, Budget
+from avsec_gym.envs.parts import Parts
+from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.envs.sensor_attack import SensorAttackEnv, Tampering
 from avsec_gym.envs.sensor_attack_game import Situation
 from avsec_gym.envs.wave_basis import WaveBasis
@@ -110,14 +112,9 @@ class PerturbationAttackEnv(SensorAttackEnv):
         self.shared = shared
         super().__init__(
             self.basis.size * (1 if shared else 2),
-            scenarios=scenarios,
-            detector=detector,
-            planner=planner,
-            motion=motion,
-            score_threshold=score_threshold,
+            Parts(scenarios, detector, planner, motion, score_threshold),
+            QueryBudget(queries, price),
             image=image,
-            queries=queries,
-            price=price,
             render_mode=render_mode,
         )
 

@@ -13,21 +13,16 @@ from numpy.typing import NDArray
 
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.envs.actions import checked_action
-from avsec_gym.envs.detection_attack import check_budget
-from avsec_gym.envs.game_validator import check_validator
 from avsec_gym.envs.info import drive_info
+from avsec_gym.envs.parts import Parts
+from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.envs.rendering import DrawnEnv
 from avsec_gym.envs.sensor_attack_features import SIZE, best_scores, features, ghosts_among
 from avsec_gym.envs.sensor_attack_game import Look, SensorAttackGame, Situation
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
-from avsec_gym.registry import Kind, check
 from avsec_gym.scenario.builder import is_obstacle
-from avsec_gym.scenario.frame_scenes import check_frame_scenes
-from avsec_gym.scenario.scene import Motion
 
-QUERIES = 10
 THUMBNAIL = (48, 160)
 """Height and width of the image that an attacker may see, pixels."""
 
@@ -54,22 +49,14 @@ class SensorAttackEnv(DrawnEnv[Observation]):
 
     Args:
         action_size: Numbers of an action, each in [-1, 1].
-        scenarios: See `SensorAttackGame`, as for the next four.
-        detector: The victim's.
-        planner: The victim's.
-        motion: What the planner knows of motion.
-        score_threshold: In [0, 1].
+        parts: The scenes and the parts of the victim.
+        budget: Queries of an episode, and the price of a query and of the whole budget of change.
         image: Whether the attacker sees a small image beside the features.
-        queries: Its budget; None: `QUERIES`, and Gymnasium's time limit ends an episode.
-        price: Of a query, and of the whole budget of change.
+        contested: Which situations are drawn, see `SensorAttackGame`.
         render_mode: None, ``rgb_array`` or ``human``.
-        validator: The victim's, and the next two of the game; nobody looks for attacks on pixels.
-        clean: What its thresholds are measured on.
-        contested: Which situations are drawn.
 
     Raises:
-        ConfigurationError: A number is out of range, or a name unknown.
-        DataError: A folder of scenes is missing.
+        ConfigurationError: An unknown mode.
     """
 
     known_size = SIZE
@@ -78,31 +65,16 @@ class SensorAttackEnv(DrawnEnv[Observation]):
     def __init__(
         self,
         action_size: int,
+        parts: Parts,
+        budget: QueryBudget,
         *,
-        scenarios: Any,
-        detector: Any,
-        planner: Any,
-        motion: Motion | str,
-        score_threshold: float,
         image: bool,
-        queries: int | None,
-        price: float,
-        render_mode: str | None,
-        validator: Any = None,
-        clean: Any = None,
         contested: bool = False,
+        render_mode: str | None,
     ) -> None:
         super().__init__(render_mode)
-        check_budget(queries, price)
-        if not 0 <= score_threshold <= 1:
-            raise ConfigurationError(f"a score threshold is in [0, 1], got {score_threshold}")
-        self.queries, self.price, self.image = queries, price, image
-        check(Kind.DETECTOR, detector)
-        check(Kind.PLANNER, planner)
-        check_validator(validator, clean)
-        check_frame_scenes(scenarios)
-        car = (detector, planner, Motion.without_classifier(motion), score_threshold)
-        self._parts = (scenarios, *car, validator, clean, contested)
+        self.parts, self.query_budget = parts, budget
+        self.image, self.contested = image, contested
         self.action_space = gym.spaces.Box(-1.0, 1.0, (action_size,), np.float32)
         vector = gym.spaces.Box(-1.0, 1.0, (self.known_size + action_size,), np.float32)
         pixels = gym.spaces.Box(0, 255, (*THUMBNAIL, 3), np.uint8)
@@ -125,7 +97,7 @@ class SensorAttackEnv(DrawnEnv[Observation]):
 
     def known(self) -> Floats:
         """What it sees beside its last action, shape (known_size,), in [-1, 1]."""
-        return features(self.situation, self._last, 1.0 - self._spent / self._budget)
+        return features(self.situation, self._last, self.query_budget.left(self._spent))
 
     @cached_property
     def game(self) -> SensorAttackGame:
@@ -135,7 +107,7 @@ class SensorAttackEnv(DrawnEnv[Observation]):
             ConfigurationError: There is no such set or part.
             DataError: A file, such as the detector's weights, is missing or broken.
         """
-        return SensorAttackGame(*self._parts)
+        return SensorAttackGame(self.parts, contested=self.contested)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -162,9 +134,10 @@ class SensorAttackEnv(DrawnEnv[Observation]):
         self.shown()
         return (
             self._observe(),
-            float(success) - self.price * (1.0 + tampering.used),
+            float(success) - self.query_budget.price * (1.0 + tampering.used),
             success,
-            not success and self._ends_itself and self._spent >= self._budget,
+            not success
+            and self.query_budget.ends(self._spent, has_time_limit=self.spec is not None),
             self._info(tampering.facts, success),
         )
 
@@ -197,15 +170,6 @@ class SensorAttackEnv(DrawnEnv[Observation]):
     def _look(self) -> Look:
         """The last query, or what there was before the first."""
         return self._last or self.situation.unattacked
-
-    @property
-    def _budget(self) -> int:
-        return QUERIES if self.queries is None else self.queries
-
-    @property
-    def _ends_itself(self) -> bool:
-        """False where gym.make's time limit, which an environment is not told of, decides."""
-        return self.queries is not None or self.spec is None
 
     def _observe(self) -> Observation:
         vector = np.concatenate([self.known(), self._done]).astype(np.float32)

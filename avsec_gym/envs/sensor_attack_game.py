@@ -12,14 +12,13 @@ import numpy as np
 
 from avsec_gym.attacks.attack import quantised
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.envs.game_validator import validator_and_played
 from avsec_gym.envs.notice import Notice
+from avsec_gym.envs.parts import Parts
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
-from avsec_gym.pipeline import Drive, Perception, Pipeline
-from avsec_gym.scenario.frame_scenes import frame_scenes_of
+from avsec_gym.pipeline import Drive, Perception
 from avsec_gym.scenario.intention import Intention, intentions_named
-from avsec_gym.scenario.scene import Motion, Scene
+from avsec_gym.scenario.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,41 +49,18 @@ class SensorAttackGame:
     validator only says whether it noticed something: the car drives on.
 
     Args:
-        scenarios: What `frame_scenes` takes: a suite or folder, or a dictionary of its arguments;
-            or live `FrameScenes`.
-        detector: The victim's, by name, as a dictionary or an object.
-        planner: The victim's.
-        motion: What the planner knows of motion.
-        score_threshold: Less sure detections are not planned on.
-        validator: The victim's; see `validator_and_played`.
-        clean: Scenes that its thresholds are measured on, named as `scenarios` are; None: the first
-            half of those.  They are not played.
+        parts: The scenes and the parts of the victim.
         contested: Draw only situations that are unsafe for a car which sees no object at all: in
             all others, to hide objects changes nothing.
 
     Raises:
-        ConfigurationError: There is no such set or part.
+        ConfigurationError: Arguments of a part do not fit, or no scene is left to be played.
         DataError: A file is missing or broken.
     """
 
-    def __init__(
-        self,
-        scenarios: Any,
-        detector: Any,
-        planner: Any,
-        motion: Motion,
-        score_threshold: float,
-        validator: Any = None,
-        clean: Any = None,
-        contested: bool = False,
-    ) -> None:
-        scenes = frame_scenes_of(scenarios)
-        self.pipeline = Pipeline(
-            detector, planner=planner, motion=motion, score_threshold=score_threshold
-        )
-        self.validator, self.scenes = validator_and_played(
-            validator, scenes, None if clean is None else frame_scenes_of(clean)
-        )
+    def __init__(self, parts: Parts, *, contested: bool = False) -> None:
+        self.pipeline = parts.pipeline()
+        self.validator, self.scenes = parts.validator_and_scenes()
         self.contested = contested
         self._labelled = {scene.id: scene for scene in self.scenes.scenes.labelled}
         self._ids = list(self._labelled)
