@@ -26,6 +26,7 @@ from avsec_gym.perception.nn.pyramid_pooling import (
     FeatureConfiguration,
     FeatureExtraction,
 )
+from avsec_gym.perception.presets import preset_named
 
 _FEATURES = FeatureConfiguration()
 
@@ -66,11 +67,7 @@ class PsmNetConfiguration:
     @classmethod
     def preset(cls, name: str) -> PsmNetConfiguration:
         """``full`` (the original) or ``small``."""
-        if name not in _PRESETS:
-            raise ConfigurationError(
-                f"no PSMNet is called {name!r}; there are {', '.join(sorted(_PRESETS))}"
-            )
-        return _PRESETS[name]
+        return preset_named("PSMNet", name, _PRESETS)
 
     def with_corners(self, aligned: bool) -> PsmNetConfiguration:
         """The same network, whose costs and pooled means are enlarged in this way."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 import torch
@@ -16,8 +16,8 @@ from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.perception.detectors.box_selection import Selected
 from avsec_gym.perception.detectors.image_detector import image_boxes
 from avsec_gym.perception.detectors.image_truth import ImageTruth, image_truth
-from avsec_gym.perception.detectors.score_calibration import ScoreCalibration
-from avsec_gym.perception.weights.given import Weights, give_weights
+from avsec_gym.perception.detectors.network_detector import NetworkDetector
+from avsec_gym.perception.weights.given import Weights
 
 Levels = tuple[float, float, float]
 """Of red, green and blue."""
@@ -51,30 +51,24 @@ class ImageConfiguration(Protocol):
         ...
 
 
-class ImageNetworkDetector(ABC):
-    """A `DifferentiableImageDetector`.
+Configuration = TypeVar("Configuration", bound=ImageConfiguration)
+Network = TypeVar("Network", bound=nn.Module)
 
-    Its `network` stands in evaluation mode and its weights are frozen; training thaws it.  Scores
-    are made probabilities by its `calibration`, that of the card of weights.
+
+class ImageNetworkDetector(NetworkDetector[Configuration, Network], ABC):
+    """A `DifferentiableImageDetector`; see `NetworkDetector`.
 
     Args:
-        configuration: Of the network.
-        network: To be filled.
+        configuration: Configuration of the network.
+        network: Network to be given its weights, in place.
         weights: See `give_weights`.
     """
 
-    name: str
-    network: nn.Module
-
-    def __init__(
-        self, configuration: ImageConfiguration, network: nn.Module, weights: Weights
-    ) -> None:
+    def __init__(self, configuration: Configuration, network: Network, weights: Weights) -> None:
+        super().__init__(configuration, network, weights, configuration.name)
         self._categories = configuration.categories
         self._levels = configuration.mean, configuration.deviation
         self._size_for = configuration.size_for
-        self.network = network
-        card = give_weights(network, weights, f"{self.name}_{configuration.name}")
-        self.calibration = ScoreCalibration.of_card(card)
 
     def detect(self, frame: SensorFrame, camera: int = 2) -> Boxes3D:
         """See `ImageDetector`."""

@@ -16,6 +16,7 @@ from avsec_gym.perception.motion.crops import Crops, current_crops, earlier_crop
 from avsec_gym.perception.motion.displacement import likeliest_ways
 from avsec_gym.perception.motion.ego_motion import ego_motion
 from avsec_gym.perception.motion.network import CropBatch, MotionConfiguration, MotionNetwork
+from avsec_gym.perception.presets import chosen_configuration
 from avsec_gym.perception.weights.given import SHIPPED, Weights, give_weights
 
 _THRESHOLD = 0.5
@@ -83,9 +84,7 @@ class MovingObjectClassifier:
         left: int = 2,
         right: int = 3,
     ) -> None:
-        preset = configuration if isinstance(configuration, str) else "small"
-        if isinstance(configuration, str):
-            configuration = MotionConfiguration.preset(configuration)
+        configuration, preset = chosen_configuration(MotionConfiguration, configuration)
         self.configuration, self.threshold = configuration, threshold
         self.left, self.right = left, right
         self.network = MotionNetwork(configuration)

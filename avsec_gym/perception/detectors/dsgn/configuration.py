@@ -9,6 +9,7 @@ import numpy as np
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.perception.nn.pyramid_pooling import FeatureConfiguration
+from avsec_gym.perception.presets import preset_named
 
 
 @dataclass(frozen=True)
@@ -192,11 +193,7 @@ class DsgnConfiguration:
 
         And ``small_without_pyramid``: without the means over windows, for an ablation.
         """
-        if name not in _PRESETS:
-            raise ConfigurationError(
-                f"no DSGN is called {name!r}; there are {', '.join(sorted(_PRESETS))}"
-            )
-        return _PRESETS[name]
+        return preset_named("DSGN", name, _PRESETS)
 
 
 _DEFAULT = DsgnConfiguration()

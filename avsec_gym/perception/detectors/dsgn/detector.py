@@ -19,9 +19,10 @@ from avsec_gym.perception.detectors.dsgn.decoding import DecodingRule, decode
 from avsec_gym.perception.detectors.dsgn.losses import depth_loss, detection_losses
 from avsec_gym.perception.detectors.dsgn.network import DsgnNetwork, DsgnOutput
 from avsec_gym.perception.detectors.dsgn.targets import anchor_targets
-from avsec_gym.perception.detectors.score_calibration import ScoreCalibration
+from avsec_gym.perception.detectors.network_detector import NetworkDetector
+from avsec_gym.perception.presets import chosen_configuration
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
-from avsec_gym.perception.weights.given import Weights, give_weights
+from avsec_gym.perception.weights.given import Weights
 
 _MEAN = (0.485, 0.456, 0.406)
 _DEVIATION = (0.229, 0.224, 0.225)
@@ -51,7 +52,7 @@ class NetworkInput:
     image_size: tuple[int, int]
 
 
-class DsgnDetector:
+class DsgnDetector(NetworkDetector[DsgnConfiguration, DsgnNetwork]):
     """A stereo detector that can be differentiated down to the pixels.
 
     Its `network` stands in evaluation mode and its weights are frozen; training thaws it.
@@ -77,20 +78,15 @@ class DsgnDetector:
         categories: Sequence[str] = ("Car",),
         rule: DecodingRule | None = None,
     ) -> None:
-        preset = configuration if isinstance(configuration, str) else "small"
-        if isinstance(configuration, str):
-            configuration = DsgnConfiguration.preset(configuration)
+        configuration, preset = chosen_configuration(DsgnConfiguration, configuration)
         known = [anchor.category for anchor in configuration.anchors]
         if not set(categories) <= set(known):
             raise ConfigurationError(f"this network knows {known}, not all of {categories}")
-        self.configuration = configuration
+        super().__init__(configuration, DsgnNetwork(configuration), weights, preset)
         self.categories = tuple(categories)
         small = map(DsgnConfiguration.preset, ("small", "small_without_pyramid"))
         published = configuration not in small
         self.rule = rule or (DecodingRule() if published else _SMALL_RULE)
-        self.network = DsgnNetwork(configuration)
-        card = give_weights(self.network, weights, f"{self.name}_{preset}")
-        self.calibration = ScoreCalibration.of_card(card)
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
         """The objects of a frame, best score first, with `box2d` and `alpha`.

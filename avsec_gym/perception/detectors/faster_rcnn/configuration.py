@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.perception.nn.region_counts import ProposalCount
 from avsec_gym.perception.nn.resnet import Edges, Normalisation
+from avsec_gym.perception.presets import preset_named
 
 _TRAINING_PROPOSALS, _TEST_PROPOSALS = ProposalCount(12000, 2000), ProposalCount(6000, 1000)
 
@@ -83,11 +84,7 @@ class FasterRcnnConfiguration:
     @classmethod
     def preset(cls, name: str) -> FasterRcnnConfiguration:
         """``resnet50``, ``resnet101`` (the thesis' body) or ``small``."""
-        if name not in PRESETS:
-            raise ConfigurationError(
-                f"no Faster R-CNN is called {name!r}; there are {', '.join(sorted(PRESETS))}"
-            )
-        return PRESETS[name]
+        return preset_named("Faster R-CNN", name, PRESETS)
 
     @property
     def classes(self) -> int:

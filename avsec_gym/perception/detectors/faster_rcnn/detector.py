@@ -22,13 +22,14 @@ from avsec_gym.perception.detectors.image_network_detector import ImageNetworkDe
 from avsec_gym.perception.nn.box_coding import clip_boxes, decode_boxes
 from avsec_gym.perception.nn.feature_pyramid import FeaturePyramid
 from avsec_gym.perception.nn.region_counts import SampleCount
+from avsec_gym.perception.presets import chosen_configuration
 from avsec_gym.perception.weights.given import Weights
 
 _PUBLISHED_SAMPLE = SampleCount(anchors=256, regions=512)
 _SMALL_SAMPLE = SampleCount(anchors=256, regions=96)
 
 
-class FasterRcnnDetector(ImageNetworkDetector):
+class FasterRcnnDetector(ImageNetworkDetector[FasterRcnnConfiguration, FasterRcnnNetwork]):
     """Cars in an image by Faster R-CNN, differentiable down to the pixels.
 
     Args:
@@ -43,7 +44,6 @@ class FasterRcnnDetector(ImageNetworkDetector):
     """
 
     name = "faster_rcnn"
-    network: FasterRcnnNetwork
 
     def __init__(
         self,
@@ -53,14 +53,12 @@ class FasterRcnnDetector(ImageNetworkDetector):
         sample: SampleCount | None = None,
         seed: int = 0,
     ) -> None:
-        if isinstance(configuration, str):
-            configuration = FasterRcnnConfiguration.preset(configuration)
-        self.configuration = configuration
+        configuration, _ = chosen_configuration(FasterRcnnConfiguration, configuration)
+        super().__init__(configuration, FasterRcnnNetwork(configuration), weights)
         self.rule = rule
         is_small = configuration.name == "small"
         self.sample = sample or (_SMALL_SAMPLE if is_small else _PUBLISHED_SAMPLE)
         self.seed = seed
-        super().__init__(configuration, FasterRcnnNetwork(configuration), weights)
 
     def losses(
         self, images: Tensor, truth: Sequence[Boxes3D], sampling: Sampling | None = None

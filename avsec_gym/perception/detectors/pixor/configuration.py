@@ -8,6 +8,7 @@ import numpy as np
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
+from avsec_gym.perception.presets import preset_named
 
 
 @dataclass(frozen=True)
@@ -150,11 +151,7 @@ class PixorConfiguration:
     @classmethod
     def preset(cls, name: str) -> PixorConfiguration:
         """``default``, as published, or ``small``, for training and use on a CPU."""
-        if name not in _PRESETS:
-            raise ConfigurationError(
-                f"no PIXOR is called {name!r}; there are {', '.join(sorted(_PRESETS))}"
-            )
-        return _PRESETS[name]
+        return preset_named("PIXOR", name, _PRESETS)
 
 
 _DEFAULT = PixorConfiguration()

@@ -7,19 +7,20 @@ import torch
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
+from avsec_gym.perception.detectors.network_detector import NetworkDetector
 from avsec_gym.perception.detectors.pixor.bird_eye_input import bird_eye_input
 from avsec_gym.perception.detectors.pixor.configuration import PixorConfiguration
 from avsec_gym.perception.detectors.pixor.decoding import DecodingRule, found_rectangles
 from avsec_gym.perception.detectors.pixor.network import PixorNetwork
 from avsec_gym.perception.detectors.pixor.upright_boxes import ground_heights, upright_boxes
-from avsec_gym.perception.detectors.score_calibration import ScoreCalibration
-from avsec_gym.perception.weights.given import Weights, give_weights
+from avsec_gym.perception.presets import chosen_configuration
+from avsec_gym.perception.weights.given import Weights
 
 _SMALL_RULE = DecodingRule(candidates=512)
 """A near car has fifty cells: 64 may all be of the surest two."""
 
 
-class PixorDetector:
+class PixorDetector(NetworkDetector[PixorConfiguration, PixorNetwork]):
     """Finds cars in the scan alone; images serve only to clip 2D boxes.
 
     A box stands on the ground that the scan shows around it and has the height of its class: from
@@ -45,15 +46,10 @@ class PixorDetector:
         weights: Weights = None,
         rule: DecodingRule | None = None,
     ) -> None:
-        preset = configuration if isinstance(configuration, str) else "small"
-        if isinstance(configuration, str):
-            configuration = PixorConfiguration.preset(configuration)
-        self.configuration = configuration
+        configuration, preset = chosen_configuration(PixorConfiguration, configuration)
+        super().__init__(configuration, PixorNetwork(configuration), weights, preset)
         published = configuration == PixorConfiguration.preset("default")
         self.rule = rule or (DecodingRule() if published else _SMALL_RULE)
-        self.network = PixorNetwork(configuration)
-        card = give_weights(self.network, weights, f"{self.name}_{preset}")
-        self.calibration = ScoreCalibration.of_card(card)
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
         """The objects of a frame, best score first, with `alpha`.

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.perception.detectors.pointrcnn.bin_coding import BinCoding
+from avsec_gym.perception.presets import preset_named
 
 Range = tuple[float, float]
 _FINE_CODING = BinCoding(1.5, 0.5, 9, is_fine=True)
@@ -191,11 +192,7 @@ class PointRcnnConfiguration:
     @classmethod
     def preset(cls, name: str) -> PointRcnnConfiguration:
         """``default``, as published, or ``small``, for training and use on a CPU."""
-        if name not in _PRESETS:
-            raise ConfigurationError(
-                f"no PointRCNN is called {name!r}; there are {', '.join(sorted(_PRESETS))}"
-            )
-        return _PRESETS[name]
+        return preset_named("PointRCNN", name, _PRESETS)
 
 
 _DEFAULT = PointRcnnConfiguration()

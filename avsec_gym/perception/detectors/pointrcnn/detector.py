@@ -13,13 +13,14 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats, wrap_angle
 from avsec_gym.perception.detectors.boxes_in_view import boxes_in_view
+from avsec_gym.perception.detectors.network_detector import NetworkDetector
 from avsec_gym.perception.detectors.pointrcnn.configuration import PointRcnnConfiguration
 from avsec_gym.perception.detectors.pointrcnn.network import PointRcnnNetwork
 from avsec_gym.perception.detectors.pointrcnn.points_input import points_in_view, sampled_points
 from avsec_gym.perception.detectors.pointrcnn.proposals import Proposals, from_above, refined_boxes
-from avsec_gym.perception.detectors.score_calibration import ScoreCalibration
 from avsec_gym.perception.nn.rotated_nms import rotated_nms
-from avsec_gym.perception.weights.given import Weights, give_weights
+from avsec_gym.perception.presets import chosen_configuration
+from avsec_gym.perception.weights.given import Weights
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ _SMALL_RULE = DecodingRule(least_score=0.05)
 """Users choose their own thresholds; average precision asks for all."""
 
 
-class PointRcnnDetector:
+class PointRcnnDetector(NetworkDetector[PointRcnnConfiguration, PointRcnnNetwork]):
     """Finds cars among the points of a scan; the image serves only to tell what is in view.
 
     Which points are looked at, where there are more than the network takes, is drawn by chance,
@@ -64,15 +65,10 @@ class PointRcnnDetector:
         weights: Weights = None,
         rule: DecodingRule | None = None,
     ) -> None:
-        preset = configuration if isinstance(configuration, str) else "small"
-        if isinstance(configuration, str):
-            configuration = PointRcnnConfiguration.preset(configuration)
-        self.configuration = configuration
+        configuration, preset = chosen_configuration(PointRcnnConfiguration, configuration)
+        super().__init__(configuration, PointRcnnNetwork(configuration), weights, preset)
         published = configuration == PointRcnnConfiguration.preset("default")
         self.rule = rule or (DecodingRule() if published else _SMALL_RULE)
-        self.network = PointRcnnNetwork(configuration)
-        card = give_weights(self.network, weights, f"{self.name}_{preset}")
-        self.calibration = ScoreCalibration.of_card(card)
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
         """The objects of a frame, best score first, with `alpha`; the score is the confidence.

@@ -12,7 +12,7 @@ from torch.nn.utils.rnn import pad_sequence
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import SensorFrame
-from avsec_gym.perception.detectors.score_calibration import ScoreCalibration
+from avsec_gym.perception.detectors.network_detector import NetworkDetector
 from avsec_gym.perception.detectors.stereo_rcnn.configuration import (
     RESNET101,
     StereoRcnnConfiguration,
@@ -40,13 +40,14 @@ from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutpu
 from avsec_gym.perception.detectors.stereo_rcnn.targets import Sampling, draw_sampling
 from avsec_gym.perception.nn.feature_pyramid import FeaturePyramid
 from avsec_gym.perception.nn.region_counts import SampleCount
+from avsec_gym.perception.presets import chosen_configuration
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
-from avsec_gym.perception.weights.given import Weights, give_weights
+from avsec_gym.perception.weights.given import Weights
 
 _SMALL_SAMPLE = SampleCount(anchors=256, regions=64)
 
 
-class StereoRcnnDetector:
+class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetwork]):
     """A stereo detector that can be differentiated down to the pixels.
 
     Its `network` stands in evaluation mode and its weights are frozen; training thaws it, and the
@@ -75,20 +76,17 @@ class StereoRcnnDetector:
         sample: SampleCount | None = None,
         seed: int = 0,
     ) -> None:
-        if isinstance(configuration, str):
-            configuration = StereoRcnnConfiguration.preset(configuration)
+        configuration, _ = chosen_configuration(StereoRcnnConfiguration, configuration)
+        network = StereoRcnnNetwork(configuration)
+        super().__init__(configuration, network, weights, configuration.name)
         published = configuration.name == RESNET101.name
-        self.configuration = configuration
         self.rule = rule
         self.alignment = alignment or (PUBLISHED if published else MEASURED)
         self.sample = sample or (SampleCount() if published else _SMALL_SAMPLE)
         self.seed = seed
-        self.network = StereoRcnnNetwork(configuration)
         self.term_weights = TermWeights()
-        card = give_weights(self.network, weights, f"{self.name}_{configuration.name}")
-        if card is not None:
-            self.term_weights.learned(card.beside)
-        self.calibration = ScoreCalibration.of_card(card)
+        if self.card is not None:
+            self.term_weights.learned(self.card.beside)
         self.term_weights.requires_grad_(False)
 
     def detect(self, frame: SensorFrame) -> Boxes3D:

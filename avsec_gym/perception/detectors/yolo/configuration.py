@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.perception.nn.resnet import Edges, Normalisation
+from avsec_gym.perception.presets import preset_named
 
 SCALES = 3
 STRIDES = (8, 16, 32)
@@ -79,11 +80,7 @@ class YoloConfiguration:
     @classmethod
     def preset(cls, name: str) -> YoloConfiguration:
         """``darknet53`` (as published) or ``small``."""
-        if name not in PRESETS:
-            raise ConfigurationError(
-                f"no YOLOv3 is called {name!r}; there are {', '.join(sorted(PRESETS))}"
-            )
-        return PRESETS[name]
+        return preset_named("YOLOv3", name, PRESETS)
 
     @property
     def each(self) -> int:

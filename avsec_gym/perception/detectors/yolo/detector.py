@@ -16,10 +16,11 @@ from avsec_gym.perception.detectors.yolo.losses import detection_terms
 from avsec_gym.perception.detectors.yolo.network import YoloNetwork, YoloOutput
 from avsec_gym.perception.detectors.yolo.targets import YoloTargets, find_targets
 from avsec_gym.perception.nn.box_coding import clip_boxes
+from avsec_gym.perception.presets import chosen_configuration
 from avsec_gym.perception.weights.given import Weights
 
 
-class YoloDetector(ImageNetworkDetector):
+class YoloDetector(ImageNetworkDetector[YoloConfiguration, YoloNetwork]):
     """Cars in an image by YOLOv3, differentiable down to the pixels.
 
     Args:
@@ -32,7 +33,6 @@ class YoloDetector(ImageNetworkDetector):
     """
 
     name = "yolo"
-    network: YoloNetwork
 
     def __init__(
         self,
@@ -40,11 +40,9 @@ class YoloDetector(ImageNetworkDetector):
         weights: Weights = None,
         rule: SelectionRule = SelectionRule(overlap=0.45),
     ) -> None:
-        if isinstance(configuration, str):
-            configuration = YoloConfiguration.preset(configuration)
-        self.configuration = configuration
-        self.rule = rule
+        configuration, _ = chosen_configuration(YoloConfiguration, configuration)
         super().__init__(configuration, YoloNetwork(configuration), weights)
+        self.rule = rule
 
     def losses(
         self, images: Tensor, truth: Sequence[Boxes3D], targets: YoloTargets | None = None
