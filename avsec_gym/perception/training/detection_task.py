@@ -12,14 +12,17 @@ from torch import Tensor, nn
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import SensorFrame
-from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU, average_precision
 from avsec_gym.perception.stereo_batch import StereoBatch
 from avsec_gym.perception.training.configuration import Augmentation
+from avsec_gym.perception.training.precision import precision
 from avsec_gym.perception.training.sample import StereoSampleBatch, sample_batch
 from avsec_gym.perception.training.stereo_samples import StereoSamples
 from avsec_gym.perception.training.stereo_task import StereoTask
 
 _VALIDATION_BATCH = 4
+_MEASURES = (
+    "3d_ap11", "3d_ap40", "3d_ap11_easy", "3d_ap11_hard", "bev_ap11", "2d_ap11", "3d_ap11_iou50",
+)  # fmt: skip
 
 
 class TrainableDetector(Protocol):
@@ -130,17 +133,5 @@ class DetectionTask(StereoTask):
     def _precision(self, found: Sequence[Boxes3D]) -> dict[str, float]:
         metrics: dict[str, float] = {}
         for category in self._categories:
-            strict, low = (
-                average_precision(self._validation.labels, found, classes=(category,), min_iou=iou)
-                for iou in (STANDARD_IOU, LOW_IOU)
-            )
-            metrics |= {
-                f"{category}_3d_ap11": strict.value(category),
-                f"{category}_3d_ap40": strict.value(category, recall_points=40),
-                f"{category}_3d_ap11_easy": strict.value(category, level="easy"),
-                f"{category}_3d_ap11_hard": strict.value(category, level="hard"),
-                f"{category}_bev_ap11": strict.value(category, "bev"),
-                f"{category}_2d_ap11": strict.value(category, "2d"),
-                f"{category}_3d_ap11_iou50": low.value(category),
-            }
+            metrics |= precision(self._validation.labels, found, category, _MEASURES)
         return metrics

@@ -11,17 +11,19 @@ import torch
 from torch import Tensor, nn
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.metrics.average_precision import STANDARD_IOU, average_precision
 from avsec_gym.perception.detectors.faster_rcnn.detector import FasterRcnnDetector
 from avsec_gym.perception.detectors.yolo.detector import YoloDetector
 from avsec_gym.perception.training.configuration import Augmentation
+from avsec_gym.perception.training.precision import precision
 from avsec_gym.perception.training.sample import StereoSampleBatch, sample_batch
 from avsec_gym.perception.training.stereo_samples import StereoSamples
 from avsec_gym.perception.training.stereo_task import StereoTask, stereo_samples
 from avsec_gym.perception.training.tasks import TaskOptions
-from avsec_gym.perception.weights.store import load_weights
 
 _VALIDATION_BATCH = 4
+_MEASURES = (
+    "2d_ap40", "2d_ap11", "2d_ap11_easy", "2d_ap11_hard", "2d_ap40_iou50", "2d_ap11_iou50",
+)  # fmt: skip
 _HALF = 0.5
 """The easier overlap, beside the benchmark's."""
 
@@ -106,25 +108,14 @@ class ImageDetectionTask(StereoTask):
 
     def _precision(self, found: Sequence[Boxes3D]) -> dict[str, float]:
         metrics: dict[str, float] = {}
-        labels = self._validation.labels
         for category in self._categories:
-            strict = average_precision(labels, found, classes=(category,), min_iou=STANDARD_IOU)
             half = {category: (_HALF, _HALF, _HALF)}
-            low = average_precision(labels, found, classes=(category,), min_iou=half)
-            metrics |= {
-                f"{category}_2d_ap40": strict.value(category, "2d", recall_points=40),
-                f"{category}_2d_ap11": strict.value(category, "2d"),
-                f"{category}_2d_ap11_easy": strict.value(category, "2d", "easy"),
-                f"{category}_2d_ap11_hard": strict.value(category, "2d", "hard"),
-                f"{category}_2d_ap40_iou50": low.value(category, "2d", recall_points=40),
-                f"{category}_2d_ap11_iou50": low.value(category, "2d"),
-            }
+            metrics |= precision(self._validation.labels, found, category, _MEASURES, half)
         return metrics
 
 
 def _task(detector: FasterRcnnDetector | YoloDetector, options: TaskOptions) -> ImageDetectionTask:
-    if options.start is not None:
-        load_weights(options.start, detector.network)
+    options.begin(detector.network)
     return ImageDetectionTask(detector, *stereo_samples(options, detector.configuration.input_size))
 
 

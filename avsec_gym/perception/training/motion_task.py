@@ -183,12 +183,9 @@ class MotionTask:
 
 def motion_task(options: TaskOptions) -> MotionTask:
     """The moving-object classifier; see `make_task`."""
-    from avsec_gym.perception.weights.store import load_weights
-
     torch.manual_seed(options.seed)
     classifier = MovingObjectClassifier(options.preset, weights=None)
-    if options.start is not None:
-        load_weights(options.start, classifier.network)
+    options.begin(classifier.network)
     split = split_moments(options.data or (default_suite("raw"),), options.validation)
     training, validation = (
         prepare_motion_samples(

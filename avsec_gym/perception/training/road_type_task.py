@@ -141,12 +141,9 @@ class RoadTypeTask:
 
 def road_type_task(options: TaskOptions) -> RoadTypeTask:
     """The driving-constraint selector; see `make_task`."""
-    from avsec_gym.perception.weights.store import load_weights
-
     torch.manual_seed(options.seed)
     selector = DrivingConstraintSelector(options.preset, weights=None)
-    if options.start is not None:
-        load_weights(options.start, selector.network)
+    options.begin(selector.network)
     split = split_moments(options.data or (default_suite("mixed"),), options.validation)
     size = selector.configuration.input_size
     larger = (size[0] + 2 * _MARGIN, size[1] + 2 * _MARGIN)

@@ -9,13 +9,12 @@ from typing import Any, Generic, Protocol, TypeVar
 from torch import nn
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU, average_precision
 from avsec_gym.perception.training.configuration import Augmentation
 from avsec_gym.perception.training.labelled_frames import DataFrames, LabelledFrames
+from avsec_gym.perception.training.precision import precision
 from avsec_gym.perception.training.scan_samples import NEEDED
 from avsec_gym.perception.training.tasks import TaskOptions
 from avsec_gym.perception.training.training_data import training_data
-from avsec_gym.perception.weights.store import load_weights
 
 
 class ScanDetector(Protocol):
@@ -87,20 +86,11 @@ class ScanTask(Generic[Detector, Samples]):
 
         ``..._iou50`` stands for the easier thresholds `LOW_IOU`, 0.5 for cars.
         """
-        category, view = self._detector.configuration.category, self.view
-        strict, low = (
-            average_precision(self._validation.labels, found, classes=(category,), min_iou=iou)
-            for iou in (STANDARD_IOU, LOW_IOU)
-        )
-        others = ("3d" if view == "bev" else "bev", "2d")
-        return {
-            f"{category}_{view}_ap40": strict.value(category, view, recall_points=40),
-            f"{category}_{view}_ap11": strict.value(category, view),
-            f"{category}_{view}_ap11_easy": strict.value(category, view, "easy"),
-            f"{category}_{view}_ap11_hard": strict.value(category, view, "hard"),
-            f"{category}_{view}_ap11_iou50": low.value(category, view),
-            **{f"{category}_{other}_ap11": strict.value(category, other) for other in others},
-        }
+        other = "3d" if self.view == "bev" else "bev"
+        own = ("ap40", "ap11", "ap11_easy", "ap11_hard", "ap11_iou50")
+        measures = (*(f"{self.view}_{one}" for one in own), f"{other}_ap11", "2d_ap11")
+        category = self._detector.configuration.category
+        return precision(self._validation.labels, found, category, measures)
 
 
 def scan_samples(
@@ -118,8 +108,7 @@ def scan_samples(
     Raises:
         DataError: There are no data; the command that makes them is named.
     """
-    if options.start is not None:
-        load_weights(options.start, network)
+    options.begin(network)
     data = training_data(options.data, options.validation, needed=NEEDED)
     training, validation = (prepare(frames) for frames in (data.training, data.validation))
     return training, validation, options.augmentation, data.description()

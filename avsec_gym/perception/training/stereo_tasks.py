@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import torch
-from torch import nn
 
 from avsec_gym.perception.training.detection_task import DetectionTask, TrainableDetector
 from avsec_gym.perception.training.disparity_task import DisparityTask
 from avsec_gym.perception.training.stereo_task import stereo_samples
 from avsec_gym.perception.training.tasks import TaskOptions
-from avsec_gym.perception.weights.model_card import ModelCard
-from avsec_gym.perception.weights.store import load_weights
 
 
 def dsgn_task(options: TaskOptions) -> DetectionTask:
@@ -39,20 +36,16 @@ def psmnet_task(options: TaskOptions) -> DisparityTask:
 
     torch.manual_seed(options.seed)
     estimator = PsmNetDepth(options.preset)
-    _start(estimator.network, options)
+    options.begin(estimator.network)
     return DisparityTask(estimator, *stereo_samples(options, estimator.configuration.input_size))
 
 
 def _detection_task(
     detector: TrainableDetector, categories: Sequence[str], options: TaskOptions
 ) -> DetectionTask:
-    card = _start(detector.network, options)
+    card = options.begin(detector.network)
     samples = stereo_samples(options, detector.configuration.input_size)
     task = DetectionTask(detector, categories, *samples)
     if card is not None:
         task.continue_with(card.beside)
     return task
-
-
-def _start(network: nn.Module, options: TaskOptions) -> ModelCard | None:
-    return None if options.start is None else load_weights(options.start, network)

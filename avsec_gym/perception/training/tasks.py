@@ -9,11 +9,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.perception.training.configuration import Augmentation
 from avsec_gym.perception.training.task import Task
+
+if TYPE_CHECKING:
+    from torch import nn
+
+    from avsec_gym.perception.weights.model_card import ModelCard
 
 _TASKS = {
     "dsgn": "avsec_gym.perception.training.stereo_tasks:dsgn_task",
@@ -53,6 +58,19 @@ class TaskOptions:
     augmentation: Augmentation = field(default_factory=Augmentation)
     seed: int = 0
     on_progress: Callable[[int, int], None] | None = None
+
+    def begin(self, network: nn.Module) -> ModelCard | None:
+        """Give a network the weights to begin with, if there are any; their card.
+
+        Args:
+            network: Network to be given the weights, in place.
+
+        Raises:
+            DataError: The file is missing, damaged, or of another network.
+        """
+        from avsec_gym.perception.weights.store import load_weights
+
+        return None if self.start is None else load_weights(self.start, network)
 
 
 def make_task(name: str, options: TaskOptions) -> Task[Any]:
