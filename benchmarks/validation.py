@@ -24,6 +24,7 @@ from typing import Any
 os.environ |= {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 import numpy as np
+from avsec_gym.world.shots import posed_scene_of_layout
 
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.attacks.sensor_combination import thesis_attack
@@ -47,10 +48,9 @@ from avsec_gym.validation.repair.localisation import damaged_pixels
 from avsec_gym.validation.repair.repair import repair
 from avsec_gym.validation.threshold_validator import ThresholdValidator
 from avsec_gym.validation.validator import Validation, Validator
-from avsec_gym.world.capture import take
+from avsec_gym.world.capture import render
 from avsec_gym.world.layouts import generate_layout
 from avsec_gym.world.rendering.lidar import Lidar
-from avsec_gym.world.shots import shot_of_layout
 
 RIG = camera_rig((0.0, 0.54, -0.27, 0.27, 0.81, 1.08))
 """That of chapter 3, and two more cameras to the right, 27 cm from each other."""
@@ -69,8 +69,8 @@ BLINDING = Facula(REFERENCE, radius=375.0, strength=1280.0)
 
 def rendered(number: int) -> SensorFrame:
     """What all sensors of the rig see of a layout."""
-    shot = shot_of_layout(generate_layout(number), RIG)
-    capture = take(shot, cameras=tuple(range(6)), lidar=Lidar())
+    posed = posed_scene_of_layout(generate_layout(number), RIG)
+    capture = render(posed, cameras=tuple(range(6)), lidar=Lidar())
     assert capture.scan is not None
     return SensorFrame(f"{number:06d}", RIG.calibration, capture.images, capture.scan.points)
 

@@ -23,13 +23,13 @@ os.environ |= {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 import cv2
 import numpy as np
+from avsec_gym.world.shots import PosedScene, posed_scene_of_layout
 
-from avsec_gym.world.capture import renderer_of, take
+from avsec_gym.world.capture import render, renderer_of
 from avsec_gym.world.export import make_data_set, suite_recipe
 from avsec_gym.world.layouts import generate_layout
 from avsec_gym.world.rendering.lidar import Lidar
 from avsec_gym.world.rendering.renderer import Renderer
-from avsec_gym.world.shots import Shot, shot_of_layout
 
 
 def timed(work: Callable[[], Any]) -> tuple[float, Any]:
@@ -41,13 +41,13 @@ def timed(work: Callable[[], Any]) -> tuple[float, Any]:
 
 def one_core(frames: int) -> dict[str, float]:
     """Medians over frames of the default suite, textures and kernels cached."""
-    take(shot_of_layout(generate_layout(0)))
+    render(posed_scene_of_layout(generate_layout(0)))
     rows: dict[str, list[float]] = {}
     for number in range(1, frames + 1):
-        build, (shot, renderer) = timed(lambda number=number: standing(number))
-        look = partial(take, shot, renderer=renderer, lidar=None)
+        build, (posed, renderer) = timed(lambda number=number: standing(number))
+        look = partial(render, posed, renderer=renderer, lidar=None)
         lidar, rng = Lidar(), np.random.default_rng(0)
-        to_world = shot.vehicle_to_world[0] @ shot.rig.velodyne_pose
+        to_world = posed.vehicle_to_world[0] @ posed.rig.velodyne_pose
         pair, _ = timed(lambda look=look: look(cameras=(2, 3)))
         measured = {
             "scene": build,
@@ -62,12 +62,12 @@ def one_core(frames: int) -> dict[str, float]:
     return {name: round(statistics.median(values), 3) for name, values in rows.items()}
 
 
-def standing(number: int) -> tuple[Shot, Renderer]:
+def standing(number: int) -> tuple[PosedScene, Renderer]:
     """A layout's place drawn and built up, all meshes made, embree's hierarchy built."""
-    shot = shot_of_layout(generate_layout(number))
-    renderer = renderer_of(shot)
+    posed = posed_scene_of_layout(generate_layout(number))
+    renderer = renderer_of(posed)
     renderer.scene.blocked(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
-    return shot, renderer
+    return posed, renderer
 
 
 def frames_per_second(frames: int, workers: int) -> float:

@@ -1,4 +1,4 @@
-"""Everybody on the road at one moment: vehicles, cyclists, pedestrians, and who carries sensors."""
+"""All actors at one instant: vehicles, cyclists, pedestrians, and which of them carry sensors."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ class Actors:
         id: Unique, the same over time, shape (N,).
         category: KITTI's name, shape (N,).
         dimensions: Height, width, length, metres, shape (N, 3).
-        pose: x, y, heading of the bottom centre, shape (N, 3).
+        pose: Position x, y and heading of the bottom centre, shape (N, 3).
         z: Height of the bottom, metres, shape (N,).
-        speed: Along the heading, m/s, negative when reversing, shape (N,).
-        moving: Whether each moves at this moment (a car that waits at a light does not),
-            shape (N,).
+        speed: Speed along the heading, m/s, negative when reversing, shape (N,).
+        moving: Whether each moves at this instant (a car that waits at a light does not), shape
+            (N,).
         appearance: Seed of the looks, shape (N,).
-        phase: Of the gait or the pedals in [0, 1), shape (N,).
+        phase: Phase of the gait or the pedals in [0, 1), shape (N,).
     """
 
     id: Integers
@@ -48,13 +48,13 @@ class Actors:
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
-    """One instant.
+class Instant:
+    """The actors of a scene at one instant.
 
     Args:
-        time: Seconds.
-        actors: Everybody, the sensor vehicles among them.
-        egos: Which actors carry sensors: indices into `actors`.
+        time: Time since the start, seconds.
+        actors: All actors, the sensor vehicles among them.
+        egos: Indices into `actors` of those that carry sensors.
     """
 
     time: float

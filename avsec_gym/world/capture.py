@@ -1,4 +1,4 @@
-"""One turn of all sensors of a vehicle: images, scan, labels, depth."""
+"""A posed scene, rendered with all sensors of a vehicle: images, scan, labels, depth."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from avsec_gym.geometry import Floats
 from avsec_gym.rig import SensorRig
 from avsec_gym.world.labels import FrameLabels, label_frame
 from avsec_gym.world.mesh import Float32s
+from avsec_gym.world.posed_scenes import PosedScene
 from avsec_gym.world.rendering.camera import PinholeCamera
 from avsec_gym.world.rendering.image_sensor import draw_sensors
 from avsec_gym.world.rendering.lidar import Lidar, Scan
 from avsec_gym.world.rendering.lidar_body import free_of_body
 from avsec_gym.world.rendering.renderer import Geometry, Renderer
 from avsec_gym.world.rendering.silhouettes import silhouettes
-from avsec_gym.world.shots import Shot
 
 _CAMERA_SEED, _LIDAR_SEED = 11, 12
 
 
 @dataclass(frozen=True, eq=False)
 class Capture:
-    """What one vehicle's sensors deliver at one moment, and the truth beside it.
+    """What one vehicle's sensors measure at one instant, and the truth beside it.
 
     Args:
-        images: By camera.
-        scan: Of the LiDAR; None without it.
-        labels: Of the reference camera.
-        geometry: Of the reference camera: depth, object ids, surfaces.
-        disparity: Of the reference camera against the camera `partner`, pixels, NaN for the sky
-            and without a partner, shape (H, W).
+        images: Images by camera number.
+        scan: The LiDAR's scan; None without a LiDAR.
+        labels: Labels of what the reference camera sees.
+        geometry: Depth, object ids and surfaces in the reference camera.
+        disparity: Disparity of the reference camera against the camera `partner`, pixels, NaN for
+            the sky and without a partner, shape (H, W).
         partner: The camera to the right of the reference camera that the disparity belongs to.
     """
 
@@ -45,31 +45,32 @@ class Capture:
     partner: int | None
 
 
-def take(
-    shot: Shot,
+def render(
+    posed: PosedScene,
     *,
     ego: int = 0,
     cameras: Sequence[int] = (2, 3),
     lidar: Lidar | None = Lidar(),
     renderer: Renderer | None = None,
 ) -> Capture:
-    """Take a shot with the sensors of one ego vehicle.
+    """Render a scene with the sensors of one ego vehicle.
 
     Args:
-        shot: The scene.
-        ego: Which of the moment's ego vehicles.
-        cameras: To render.
-        lidar: To scan with; None for no scan.
-        renderer: What `renderer_of` made of this shot and vehicle, if it stands already.
+        posed: The scene.
+        ego: Number of the ego vehicle among those of the instant.
+        cameras: Numbers of the cameras to render.
+        lidar: The LiDAR to scan with; None for no scan.
+        renderer: Result of `renderer_of` for this scene and vehicle, if it exists already.
     """
-    moment, rig = shot.moment, shot.rig
-    pose = shot.vehicle_to_world[ego]
-    own = moment.egos[ego]
-    renderer = renderer or renderer_of(shot, ego)
+    instant, rig = posed.instant, posed.rig
+    pose = posed.vehicle_to_world[ego]
+    own = instant.egos[ego]
+    renderer = renderer or renderer_of(posed, ego)
     reference, partner = rig.stereo_pair
-    # A vehicle's cameras keep their gain and focus from moment to moment.
-    made = np.random.Generator(np.random.PCG64(np.random.SeedSequence((*shot.seed[:2], own))))
+    # Seeded without the frame's number: a vehicle's cameras keep gain and focus over a drive.
+    made = np.random.Generator(np.random.PCG64(np.random.SeedSequence((*posed.seed[:2], own))))
     sensors = dict(zip(rig.cameras, draw_sensors(made, len(rig.cameras)), strict=True))
+    # Render the cameras; the reference camera's geometry is the truth, rendered or not.
     images: dict[int, Image] = {}
     geometry = None
     for camera in cameras:
@@ -77,18 +78,21 @@ def take(
         if camera == reference:
             geometry = view.geometry
         images[camera] = sensors[camera].expose(
-            view.light, _generator(shot, own, _CAMERA_SEED, camera)
+            view.light, _generator(posed, own, _CAMERA_SEED, camera)
         )
     looking = pinhole(rig, reference, pose)
     if geometry is None:
         geometry = renderer.geometry(looking)
-    alone = silhouettes(renderer.scene, looking, len(moment.actors))
-    labels = label_frame(moment.actors, rig, pose, geometry, alone, own)
+    # Label what that camera sees: occlusion is the share of an actor's own silhouette.
+    alone = silhouettes(renderer.scene, looking, len(instant.actors))
+    labels = label_frame(instant.actors, rig, pose, geometry, alone, own)
+    # Scan, with the vehicle's own body in the LiDAR's way.
     scan = None
     if lidar is not None:
         free = free_of_body(lidar)
-        noise = _generator(shot, own, _LIDAR_SEED)
+        noise = _generator(posed, own, _LIDAR_SEED)
         scan = lidar.scan(renderer, pose @ rig.velodyne_pose, noise, free)
+    # Disparity follows from depth: d = f B / Z.
     baseline = 0.0 if partner is None else rig.calibration.baseline(reference, partner)
     disparity = np.where(
         np.isfinite(geometry.depth) & (baseline > 0),
@@ -98,10 +102,10 @@ def take(
     return Capture(images, scan, labels, geometry, disparity.astype(np.float32), partner)
 
 
-def renderer_of(shot: Shot, ego: int = 0) -> Renderer:
-    """The scene around one of a moment's ego vehicles, ready to be looked at."""
-    moment = shot.moment
-    return shot.stage.renderer(moment.actors, moment.egos[ego], moment.egos)
+def renderer_of(posed: PosedScene, ego: int = 0) -> Renderer:
+    """The renderer of the scene around one of an instant's ego vehicles."""
+    instant = posed.instant
+    return posed.built.renderer(instant.actors, instant.egos[ego], instant.egos)
 
 
 def pinhole(rig: SensorRig, camera: int, vehicle_to_world: Floats) -> PinholeCamera:
@@ -115,5 +119,5 @@ def pinhole(rig: SensorRig, camera: int, vehicle_to_world: Floats) -> PinholeCam
     )
 
 
-def _generator(shot: Shot, *numbers: int) -> np.random.Generator:
-    return np.random.Generator(np.random.PCG64(np.random.SeedSequence((*shot.seed, *numbers))))
+def _generator(posed: PosedScene, *numbers: int) -> np.random.Generator:
+    return np.random.Generator(np.random.PCG64(np.random.SeedSequence((*posed.seed, *numbers))))

@@ -16,8 +16,8 @@ class Course:
 
     Args:
         start: Road coordinate `along` of the first point, metres.
-        spacing: Between points, metres.
-        points: Shape (n, 2), world frame.
+        spacing: Distance between points, metres.
+        points: Points of the line in the world frame, shape (n, 2), metres.
         headings: Direction of the line at the points, shape (n,), radians, without jumps.
     """
 
@@ -77,10 +77,10 @@ def course_from_curvature(
     """Integrate a curvature profile.
 
     Args:
-        curvature: Per metre at each point, positive to the left, shape (n,).
-        start: Road coordinate of the first point.
-        spacing: Metres between points.
-        pose: Where road coordinate 0 lies: x, y, heading; `start` <= 0 <= end.
+        curvature: Curvature at each point, 1/m, positive to the left, shape (n,).
+        start: Road coordinate of the first point, metres.
+        spacing: Distance between points, metres.
+        pose: World pose (x, y, heading) of road coordinate 0; `start` <= 0 <= end.
     """
     bend = np.asarray(curvature, float)
     middle = 0.5 * (bend[1:] + bend[:-1])

@@ -13,13 +13,13 @@ import shapely
 
 from avsec_gym.geometry import Floats, rectangle_polygons
 from avsec_gym.rig import SensorRig, kitti_rig
-from avsec_gym.world.actors import Moment
+from avsec_gym.world.actors import Instant
+from avsec_gym.world.built_scene import BuiltScene, build_scene
 from avsec_gym.world.ground import Ground
+from avsec_gym.world.posed_scenes import PosedScene
 from avsec_gym.world.rendering.light import draw_light
-from avsec_gym.world.shots import Shot
 from avsec_gym.world.site import Site, Style
 from avsec_gym.world.sites import draw_site
-from avsec_gym.world.stage import Stage, build_stage
 from avsec_gym.world.traffic import simulate
 
 STEP = 0.1
@@ -36,41 +36,41 @@ _STYLES = {
     Style.RURAL: 30.0,
     Style.CAMPUS: 12.0,
 }
-"""In the order in which the drives of a set take turns, and the fastest that anyone drives, m/s."""
+"""Styles in the order in which the drives of a set use them, and the largest speed there, m/s."""
 _WHEELBASE, _TRACK = 2.7, 1.55
 _ROOM = 0.4
-"""Metres left free around everybody."""
+"""Metres left free around every actor."""
 _SEED = 7
 
 
-class DriveShots(Sequence[Shot]):
-    """The frames of a drive, 10 each second, made when asked for.
+class DriveScenes(Sequence[PosedScene]):
+    """The posed scenes of a drive, 10 each second, made when asked for.
 
     Args:
         world: Place and traffic.
-        rig: That every ego vehicle carries.
+        rig: The sensors that every ego vehicle carries.
     """
 
     def __init__(self, world: DriveWorld, rig: SensorRig) -> None:
         self.world, self.rig = world, rig
 
     def __len__(self) -> int:
-        return len(self.world.moments)
+        return len(self.world.instants)
 
     @overload
-    def __getitem__(self, index: int) -> Shot: ...
+    def __getitem__(self, index: int) -> PosedScene: ...
     @overload
-    def __getitem__(self, index: slice) -> list[Shot]: ...
-    def __getitem__(self, index: int | slice) -> Shot | list[Shot]:
-        """A frame, or several."""
+    def __getitem__(self, index: slice) -> list[PosedScene]: ...
+    def __getitem__(self, index: int | slice) -> PosedScene | list[PosedScene]:
+        """One posed scene, or several."""
         if isinstance(index, slice):
             return [self[i] for i in range(*index.indices(len(self)))]
         number = range(len(self))[index]
         world = self.world
-        return Shot(
+        return PosedScene(
             site=world.site,
-            stage=world.stage,
-            moment=world.moments[number],
+            built=world.built,
+            instant=world.instants[number],
             rig=self.rig,
             vehicle_to_world=world.ego_poses[number],
             seed=(*world.seed, number),
@@ -79,20 +79,20 @@ class DriveShots(Sequence[Shot]):
 
 @dataclass(frozen=True, eq=False)
 class DriveWorld:
-    """Place and traffic of a drive; the place is built up when it is first looked at."""
+    """Place and traffic of a drive; the place is built up when it is first rendered."""
 
     site: Site
-    moments: tuple[Moment, ...]
+    instants: tuple[Instant, ...]
     seed: tuple[int, int, int]
 
     @cached_property
     def ego_poses(self) -> Floats:
-        """From each ego vehicle's frame to the world at each moment, shape (T, E, 4, 4)."""
-        egos = [moment.actors.pose[list(moment.egos)] for moment in self.moments]
+        """From each ego vehicle's frame to the world at each instant, shape (T, E, 4, 4)."""
+        egos = [instant.actors.pose[list(instant.egos)] for instant in self.instants]
         return vehicle_poses(self.site.ground, np.stack(egos))
 
     @cached_property
-    def stage(self) -> Stage:
+    def built(self) -> BuiltScene:
         """The place built up and lit."""
         rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((*self.seed, 1))))
         places = self.ego_poses[..., :2, 3].reshape(-1, 2)
@@ -100,22 +100,22 @@ class DriveWorld:
         course = self.site.course
         start = max(float(along.min()) - _BEHIND, course.start)
         end = min(float(along.max()) + _AHEAD, course.end)
-        return build_stage(self.site, draw_light(rng), start, end, _free_areas(self.moments))
+        return build_scene(self.site, draw_light(rng), start, end, _free_areas(self.instants))
 
 
-def drive_shots(
+def drive_scenes(
     seed: int, index: int, frames: int, egos: int = 1, rig: SensorRig | None = None
-) -> DriveShots:
-    """A drive; same arguments, same drive.
+) -> DriveScenes:
+    """The posed scenes of a drive; same arguments, same drive.
 
     Args:
-        seed: Names a set of drives.
-        index: Number of the drive in the set; styles of places take turns.
-        frames: How many, 0.1 s apart.
-        egos: Vehicles with sensors.
-        rig: That they carry; KITTI's if None.
+        seed: Seed of the set of drives.
+        index: Number of the drive in the set; styles of places follow each other.
+        frames: Number of frames, 0.1 s apart.
+        egos: Number of vehicles with sensors.
+        rig: The sensors that they carry; KITTI's if None.
     """
-    return DriveShots(_drive_world(seed, index, frames, egos), rig or kitti_rig())
+    return DriveScenes(_drive_world(seed, index, frames, egos), rig or kitti_rig())
 
 
 def vehicle_poses(ground: Ground, poses: Floats) -> Floats:
@@ -123,7 +123,7 @@ def vehicle_poses(ground: Ground, poses: Floats) -> Floats:
 
     Args:
         ground: The land.
-        poses: x, y, heading of the body's centre, shape (..., 3).
+        poses: Position x, y and heading of the body's centre, shape (..., 3).
 
     Returns:
         From the vehicle frame (x forward, y left, z up) to the world, shape (..., 4, 4).
@@ -156,17 +156,17 @@ def _drive_world(seed: int, index: int, frames: int, egos: int) -> DriveWorld:
     style = list(_STYLES)[(seed + index) % len(_STYLES)]
     duration = STEP * (frames - 1)
     site = draw_site(style, rng, length=_BEFORE + _STYLES[style] * duration + _BEYOND)
-    moments = simulate(site, rng, duration=duration, step=STEP, egos=egos)
-    return DriveWorld(site, tuple(moments), numbers)
+    instants = simulate(site, rng, duration=duration, step=STEP, egos=egos)
+    return DriveWorld(site, tuple(instants), numbers)
 
 
-def _free_areas(moments: Sequence[Moment]) -> list[shapely.Geometry]:
-    """Where anybody ever is."""
-    actors = [moment.actors for moment in moments]
+def _free_areas(instants: Sequence[Instant]) -> list[shapely.Geometry]:
+    """The area that each actor covers over the whole drive."""
+    actors = [instant.actors for instant in instants]
     rows = np.concatenate(
         [np.column_stack([each.id, each.pose, each.dimensions[:, 1:]]) for each in actors]
     )
-    rows = np.unique(rows, axis=0)  # Who stands has one footprint, however long.
+    rows = np.unique(rows, axis=0)  # A standing actor has one footprint for the drive.
     size = rows[:, 4:] + 2.0 * _ROOM
     footprints = rectangle_polygons(rows[:, 1:4], size[:, 1], size[:, 0])
     return [shapely.union_all(footprints[rows[:, 0] == id]) for id in np.unique(rows[:, 0])]

@@ -47,10 +47,10 @@ def actors_from_boxes(
     """The ego vehicle at the origin and everything labelled, where it was labelled.
 
     Args:
-        boxes: In the rig's camera frame; `moving` is taken as none if unknown.
-        rig: That sees them; its vehicle frame becomes the world frame.
-        speed: Of each box along its heading, m/s, shape (N,).
-        rng: Draws looks and phases.
+        boxes: Boxes in the rig's camera frame; without `moving`, none moves.
+        rig: The sensors that see them; their vehicle frame becomes the world frame.
+        speed: Speed of each box along its heading, m/s, shape (N,).
+        rng: Generator that draws looks and phases.
     """
     count = len(boxes)
     height, width, length = EGO_DIMENSIONS
@@ -72,7 +72,7 @@ def ground_through(actors: Actors, lift: Floats) -> Ground:
     """Land that passes below every actor.
 
     Args:
-        actors: At their heights; the ego vehicle is the first.
+        actors: Actors at their heights; the ego vehicle is the first.
         lift: Height of the pavement (or nothing) between the land and each actor, shape (N,).
     """
     x, y = actors.pose[:, 0], actors.pose[:, 1]
@@ -96,14 +96,14 @@ def ground_through(actors: Actors, lift: Floats) -> Ground:
 
 
 def levelled(ground: Ground, actors: Actors, lift: Floats) -> Ground:
-    """The land made level under everybody whose wheels or feet it would not meet, but the first.
+    """The land made level under every actor but the first whose wheels or feet it would not meet.
 
     Actors stand upright, since KITTI's boxes know no slopes: long ones on a slope would hang in
     the air at one end.
 
     Args:
         ground: The land.
-        actors: At their heights.
+        actors: Actors at their heights.
         lift: Height of the pavement (or nothing) between the land and each actor, shape (N,).
     """
     target = actors.z - lift
@@ -151,7 +151,7 @@ def lifted(actors: Actors, course: Course, section: CrossSection) -> Floats:
 
 
 def with_dropped_kerbs(actors: Actors, course: Course, section: CrossSection) -> CrossSection:
-    """The section, its kerbs lowered if anybody stands across one: nobody is to float or sink."""
+    """The section, its kerbs lowered if an actor stands across one: none is to float or sink."""
     corners = rectangle_corners(actors.pose, actors.dimensions[:, 2], actors.dimensions[:, 1])
     _, left = course.coordinates(corners[..., 0], corners[..., 1])
     # All that lies under them: narrow islands hide between corners.
@@ -173,7 +173,7 @@ def with_street_behind(actors: Actors, course: Course, reach: float) -> Actors:
     Args:
         actors: The ego vehicle, at road coordinate 0, and those ahead.
         course: The road's line.
-        reach: How far behind anybody stands at most, metres.
+        reach: Largest distance behind the ego vehicle at which an actor stands, metres.
     """
     along, left = course.coordinates(actors.pose[:, 0], actors.pose[:, 1])
     ahead = np.flatnonzero((along > 4.0) & (along < reach - 4.0))
@@ -202,12 +202,12 @@ def with_street_behind(actors: Actors, course: Course, reach: float) -> Actors:
 def keep_clear(
     actors: Actors, in_sight: NDArray[np.bool_], travel: float = 0.0
 ) -> list[shapely.Geometry]:
-    """Where no scenery may stand: on anybody, in their way, and before those who are in sight.
+    """Areas without scenery: on every actor, in its way, and before those that are in sight.
 
     Args:
-        actors: The first one looks, from its place.
-        in_sight: Who must not be hidden by scenery, shape (N,).
-        travel: Seconds for which those who move need a free way.
+        actors: All actors; the first one looks, from its place.
+        in_sight: Whether scenery must not hide each actor, shape (N,).
+        travel: Time for which moving actors need a free way, seconds.
     """
     length, width = actors.dimensions[:, 2], actors.dimensions[:, 1]
     way = np.abs(actors.speed) * travel
@@ -225,7 +225,7 @@ def highway_lanes(actors: Actors, course: Course, known: tuple[float, ...]) -> t
     """Lanes under all vehicles in line with a highway, and an opposite carriageway.
 
     Args:
-        actors: Everybody.
+        actors: All actors.
         course: The highway's line.
         known: Middles of lanes that are there anyway, metres to the left of the line.
     """

@@ -1,4 +1,4 @@
-"""The height of the land: gentle slopes and swells, level where somebody stands."""
+"""The height of the land: gentle slopes and swells, level where an actor stands."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ class Ground:
 
     Args:
         plane: Height at the origin (metres) and slopes along x and y.
-        swells: x, y, radius, height of each, shape (n, 4): Gaussians, metres.
-        pads: x, y, heading, length, width, height of each, shape (n, 6): level rectangles.
+        swells: Gaussians as x, y, radius, height, shape (n, 4), metres.
+        pads: Level rectangles as x, y, heading, length, width, height, shape (n, 6).
     """
 
     plane: tuple[float, float, float] = (0.0, 0.0, 0.0)

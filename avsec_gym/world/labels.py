@@ -1,4 +1,4 @@
-"""KITTI's labels of a rendered moment: boxes, truncation, occlusion, and regions not to care about.
+"""KITTI's labels of a rendered frame: boxes, truncation, occlusion, and regions not to care about.
 
 Occlusion comes from the picture itself: the share of an object's silhouette that is seen.
 """
@@ -31,7 +31,7 @@ FARTHEST = 90.0
 
 
 class FrameLabels(NamedTuple):
-    """What a label file says, and which actors its lines are."""
+    """The contents of a label file, and the actor of each line."""
 
     boxes: Boxes3D
     """With 2D boxes, truncation, occlusion, alpha and moving flags, from near to far."""
@@ -52,11 +52,11 @@ def label_frame(
     """Label what the reference camera sees.
 
     Args:
-        actors: In the world frame; actor i has the object id i.
-        rig: That looks.
-        vehicle_to_world: Where it is, shape (4, 4).
-        geometry: What the reference camera sees.
-        alone: What it would see of each actor alone.
+        actors: Actors in the world frame; actor i has the object id i.
+        rig: The sensors of the vehicle that looks.
+        vehicle_to_world: Pose of that vehicle, shape (4, 4).
+        geometry: View of the reference camera.
+        alone: View of the reference camera of each actor alone.
         own: Index of the vehicle that carries the rig: it has no label.
     """
     location, rotation_y = boxes_in_camera(actors, rig, vehicle_to_world)

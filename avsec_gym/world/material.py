@@ -22,7 +22,7 @@ class Material:
         leaves: The surface stands for a spray of leaves: it is drawn leaf by leaf, and light and
             rays pass between them.
         grainy: The texture has grains without order (asphalt, grass): it is drawn twice, at two
-            scales, so that nobody sees it repeat.
+            scales, so that its repetition is not seen.
         infrared: LiDAR reflectance in [0, 1]; None for the texture's brightness.  Leaves and
             many paints are bright in the infrared, tyres and dark windows black, number plates
             and road signs (retro-reflectors) 1.

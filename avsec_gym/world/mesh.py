@@ -21,16 +21,16 @@ class Mesh:
     Objects have x forward, y left, z up, and the origin at the centre of their bottom.
 
     Args:
-        vertices: Shape (V, 3), metres.
-        normals: Outward, for shading, shape (V, 3), unit length.  A hard edge has its vertices
-            twice.
-        uv: Where each vertex lies on its texture, shape (V, 2), **metres** from the texture's top
+        vertices: Positions of the vertices, shape (V, 3), metres.
+        normals: Outward normals for shading, shape (V, 3), unit length.  A hard edge has its
+            vertices twice.
+        uv: Place of each vertex on its texture, shape (V, 2), **metres** from the texture's top
             left corner, to the right and down; textures know their size and repeat.
         faces: Vertex indices, shape (F, 3), counter-clockwise seen from outside.
-        material: For each face an index into `materials`, shape (F,).
-        materials: What the surfaces are made of.
-        overlay_uv: Where each vertex lies on the scene's overlay (road paint, cracks, stains),
-            shape (V, 2), metres along the road and to the left; NaN where there is none.
+        material: Index into `materials` for each face, shape (F,).
+        materials: Materials of the surfaces.
+        overlay_uv: Place of each vertex on the scene's overlay (road paint, cracks, stains), shape
+            (V, 2), metres along the road and to the left; NaN where there is none.
     """
 
     vertices: Float32s

@@ -43,10 +43,10 @@ class Strip:
     """A strip of ground along the road.
 
     Args:
-        surface: What it is.
+        surface: Surface class of the strip.
         right: Its right edge, metres to the left of the course (negative: right of it).
         left: Its left edge.
-        height: Above the ground, metres; a pavement 0.12 behind its kerb.
+        height: Height above the ground, metres; a pavement 0.12 behind its kerb.
         material: Kind of its surface: ``asphalt``, ``concrete``, ``cobbles``, ``slabs``,
             ``gravel``, ``grass``, ``soil``.
     """
@@ -73,9 +73,9 @@ class Lane:
 
     Args:
         left: Its middle, metres to the left of the course.
-        direction: 1 along the course, -1 against it.
+        direction: Direction of travel: 1 along the course, -1 against it.
         speed: Usual speed, m/s.
-        width: Metres.
+        width: Width of the lane, metres.
     """
 
     left: float
@@ -89,9 +89,10 @@ class CrossSection:
     """A road from right to left.
 
     Args:
-        strips: Without gaps, from right to left; beyond the outermost ones lies open terrain.
+        strips: Strips without gaps, from right to left; beyond the outermost ones lies open
+            terrain.
         lines: Painted lines.
-        lanes: From right to left.
+        lanes: Lanes from right to left.
     """
 
     strips: tuple[Strip, ...]

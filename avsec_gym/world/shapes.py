@@ -25,12 +25,13 @@ def grid(
     """A smooth surface through a grid of points: road, hill, car body (a loft of sections).
 
     Args:
-        points: Shape (n, m, 3).  The outside is where rows cross columns: with rows counted along
-            x and columns along y, it is up.
-        uv: Metres on the texture, shape (n, m, 2); arc lengths along columns and rows if None.
-        material: Of all faces.
+        points: Points of the grid, shape (n, m, 3).  The outside is where rows cross columns: with
+            rows counted along x and columns along y, it is up.
+        uv: Places on the texture, metres, shape (n, m, 2); arc lengths along columns and rows if
+            None.
+        material: Material of all faces.
         closed: The last column is the first one again, and shading is to run on across the seam.
-        overlay_uv: Shape (n, m, 2).
+        overlay_uv: Places on the overlay, metres, shape (n, m, 2).
     """
     corners = np.asarray(points, np.float64)
     rows, columns = corners.shape[:2]
@@ -60,10 +61,10 @@ def polygon(corners: ArrayLike, material: Material = _PLAIN, uv: ArrayLike | Non
     """A flat convex polygon.
 
     Args:
-        corners: Shape (n, 3), counter-clockwise seen from outside.
-        material: Of the polygon.
-        uv: Metres on the texture, shape (n, 2); if None, the first edge runs to the right along
-            the texture's bottom edge (v = 0 there, and negative above, which repeats).
+        corners: Corners, shape (n, 3), counter-clockwise seen from outside.
+        material: Material of the polygon.
+        uv: Places on the texture, metres, shape (n, 2); if None, the first edge runs to the right
+            along the texture's bottom edge (v = 0 there, and negative above, which repeats).
     """
     points = np.asarray(corners, np.float64)
     right = points[1] - points[0]
@@ -112,10 +113,10 @@ def prism(
 
     Args:
         footprint: Corners counter-clockwise seen from above, shape (n, 2).
-        height: Of the walls' upper edge above z = 0, metres.
-        material: Of the walls; u runs round the building, v is 0 at the upper edge and grows
-            downwards.
-        top: Of roof and floor.
+        height: Height of the walls' upper edge above z = 0, metres.
+        material: Material of the walls; u runs round the building, v is 0 at the upper edge and
+            grows downwards.
+        top: Material of roof and floor.
         bottom: Height of the walls' lower edge.
     """
     plan = np.asarray(footprint, np.float64)
@@ -147,11 +148,11 @@ def tube(
     """A round tube along a path: pole, limb, trunk, tyre.
 
     Args:
-        path: Shape (n, 3), n >= 2, metres.
-        radii: At each point of the path, shape (n,), or one for all.
-        material: Of the tube; u runs round it, v along it.
-        sides: Of the cross-section's polygon.
-        capped: Close the ends.
+        path: Points of the middle line, shape (n, 3), n >= 2, metres.
+        radii: Radius at each point of the path, shape (n,), or one for all, metres.
+        material: Material of the tube; u runs round it, v along it.
+        sides: Number of sides of the cross-section's polygon.
+        capped: Whether the ends are closed.
     """
     centres = np.asarray(path, np.float64)
     sizes = np.broadcast_to(np.asarray(radii, float), (len(centres),)).copy()
@@ -185,10 +186,10 @@ def ellipsoid(
     """An ellipsoid with its poles above and below.
 
     Args:
-        centre: Shape (3,).
-        radii: Along x, y, z, shape (3,).
-        material: Of the surface.
-        rings: Of points between the poles; twice as many go round.
+        centre: Centre, shape (3,), metres.
+        radii: Radii along x, y, z, shape (3,), metres.
+        material: Material of the surface.
+        rings: Number of rings of points between the poles; twice as many points go round.
     """
     polar = np.linspace(1e-3, np.pi - 1e-3, rings)[:, None]
     azimuth = np.linspace(0.0, 2.0 * np.pi, 2 * rings + 1)[None, :]
@@ -210,8 +211,8 @@ def revolve(profile: ArrayLike, material: Material = _PLAIN, *, sides: int = 24)
     Args:
         profile: Radius and height from the top down, shape (n, 2); the outside is away from
             the axis.
-        material: Of the surface.
-        sides: Of the cross-section's polygon.
+        material: Material of the surface.
+        sides: Number of sides of the cross-section's polygon.
     """
     line = np.array(profile, float)
     line[:, 0] = np.maximum(line[:, 0], 1e-4)  # a normal needs some way round, also at the poles
@@ -232,7 +233,7 @@ def hard_edges(mesh: Mesh, angle: float = 0.6) -> Mesh:
 
     Args:
         mesh: Vertices at one place count as one, whatever their number.
-        angle: Radians.
+        angle: Angle between two faces, radians.
     """
     corners = mesh.vertices[mesh.faces].astype(np.float64)
     facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -267,7 +268,7 @@ def scattered(meshes: Sequence[Mesh], places: ArrayLike) -> Mesh:
 
     Args:
         meshes: One for each place, or one for all.
-        places: x, y, z, yaw, shape (n, 4).
+        places: Poses as x, y, z, yaw, shape (n, 4).
     """
     rows = np.asarray(places, float).tolist()
     every = list(meshes) * (len(rows) if len(meshes) == 1 else 1)

@@ -26,12 +26,12 @@ class SideStreet:
     """A street that ends at the main road.
 
     Args:
-        along: Where its middle line meets the main road, road coordinate of the main course.
-        side: 1 to the left, -1 to the right.
+        along: Road coordinate of the main course where its middle line meets the main road, metres.
+        side: Side of the main road: 1 to the left, -1 to the right.
         course: Leads away from the main road; its coordinate 0 lies on the main course's line.
-        section: Right and left as one drives away from the main road; carriageway only, with
-            kerbs and pavements that begin behind those of the main road.
-        radius: Of the rounded corners, metres.
+        section: Cross section, right and left as a driver leaves the main road; carriageway only,
+            with kerbs and pavements that begin behind those of the main road.
+        radius: Radius of the rounded corners, metres.
     """
 
     along: float
@@ -46,11 +46,11 @@ class Site:
     """A stretch of road and its surroundings; world frame: x, y on the ground, z up, metres.
 
     Args:
-        style: How it is built up.
+        style: Style in which the site is built up.
         course: The main road's line.
         section: The main road's cross-section.
         ground: The land's height.
-        seed: Of everything that is drawn for this place (scenery, textures, paint, light).
+        seed: Seed of everything that is drawn for this place (scenery, textures, paint, light).
         side_streets: Ends of other streets.
     """
 
@@ -63,5 +63,5 @@ class Site:
 
     @property
     def road_type(self) -> RoadType:
-        """What the driving-constraint selector should say."""
+        """The road type that the driving-constraint selector should return."""
         return RoadType.HIGHWAY if self.style == Style.HIGHWAY else RoadType.STREET

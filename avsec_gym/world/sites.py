@@ -40,9 +40,9 @@ def draw_site(style: Style, rng: np.random.Generator, *, length: float) -> Site:
     """A place of a style: everything but its traffic and its scenery.
 
     Args:
-        style: How it is built up.
+        style: Style in which the site is built up.
         rng: The source of chance.
-        length: Of the main road, metres.  The first ego vehicle starts about 80 m after its
+        length: Length of the main road, metres.  The first ego vehicle starts about 80 m after its
             beginning and should not come nearer to its end than about that.
     """
     section = _SECTIONS[style](rng)

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats, rectangle_polygons, transform_points
 from avsec_gym.world.actors import Actors
+from avsec_gym.world.built_scene import actor_mesh
 from avsec_gym.world.capture import Capture, pinhole
 from avsec_gym.world.mesh import Float32s
+from avsec_gym.world.posed_scenes import PosedScene
 from avsec_gym.world.rendering.ray_scene import Hits, RayScene
 from avsec_gym.world.section import Surface
-from avsec_gym.world.shots import Shot
-from avsec_gym.world.stage import actor_mesh
 from studies.world.command import command, measure_one
 from studies.world.tiling import LARGEST_REPEAT, texture_repeat
 
@@ -38,7 +38,7 @@ _MARGIN = 0.06
 _GROUND = (Surface.ROAD, Surface.PARKING, Surface.CYCLE_PATH, Surface.PAVEMENT)
 
 
-def measure(shot: Shot, capture: Capture) -> dict[str, Any]:
+def measure(posed: PosedScene, capture: Capture) -> dict[str, Any]:
     """All checks of one scene.
 
     Returns:
@@ -48,17 +48,17 @@ def measure(shot: Shot, capture: Capture) -> dict[str, Any]:
         actor in the sun the share of its contact points whose shadow begins at them; ``repeat``,
         see `texture_repeat`; ``horizon``, see `horizon_error`.
     """
-    actors = shot.moment.actors
-    bare = shot.stage.renderer(actors.pick(np.array([0])), 0)
+    actors = posed.instant.actors
+    bare = posed.built.renderer(actors.pick(np.array([0])), 0)
     others = range(1, len(actors))
     return {
         "gaps": [round(ground_gap(bare.scene, actors, index), 4) for index in others],
         "feet": [feet_gaps(bare.scene, actors, index) for index in others],
         "overlaps": overlapping(actors),
         "pierced": [index for index in others if is_pierced(bare.scene, actors, index)],
-        "contact": contact_shadows(shot),
-        "repeat": texture_repeat(bare, shot),
-        "horizon": horizon_error(shot, capture),
+        "contact": contact_shadows(posed),
+        "repeat": texture_repeat(bare, posed),
+        "horizon": horizon_error(posed, capture),
     }
 
 
@@ -119,16 +119,16 @@ def is_pierced(scene: RayScene, actors: Actors, index: int) -> bool:
     return False
 
 
-def contact_shadows(shot: Shot) -> list[float]:
+def contact_shadows(posed: PosedScene) -> list[float]:
     """For each actor in the sun: at what share of its lowest points its shadow begins.
 
     A little beside the points where it stands, away from the sun, it must be dark: below a thing
     that floats it is not.
     """
-    actors, light = shot.moment.actors, shot.stage.light
+    actors, light = posed.instant.actors, posed.built.light
     if light.cloudiness > 0.9:
         return []
-    scene = shot.stage.scene(actors, 0)
+    scene = posed.built.scene(actors, 0)
     away = -light.sun[:2] / np.linalg.norm(light.sun[:2])
     shares = []
     for index in range(1, len(actors)):
@@ -143,12 +143,12 @@ def contact_shadows(shot: Shot) -> list[float]:
     return shares
 
 
-def horizon_error(shot: Shot, capture: Capture) -> float | None:
+def horizon_error(posed: PosedScene, capture: Capture) -> float | None:
     """Median distance of the road's pixels beyond 40 m from where they should be, in pixels.
 
     Each is looked for on the ground below its place in the world, and projected again.
     """
-    camera = pinhole(shot.rig, shot.rig.stereo_pair[0], shot.vehicle_to_world[0])
+    camera = pinhole(posed.rig, posed.rig.stereo_pair[0], posed.vehicle_to_world[0])
     depth = capture.geometry.depth
     v, u = np.nonzero((capture.geometry.surface == Surface.ROAD) & (depth > 40.0))
     if len(v) < 20:
@@ -158,7 +158,7 @@ def horizon_error(shot: Shot, capture: Capture) -> float | None:
     places = transform_points(
         camera.to_world, np.column_stack([rays * far[:, None], far]).astype(float)
     )
-    places[:, 2] = shot.site.ground.height(places[:, 0], places[:, 1])
+    places[:, 2] = posed.site.ground.height(places[:, 0], places[:, 1])
     back = transform_points(np.linalg.inv(camera.to_world), places)
     rows = camera.focal_length * back[:, 1] / back[:, 2] + camera.centre[1]
     return round(float(np.median(np.abs(rows - v))), 3)

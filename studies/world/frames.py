@@ -16,19 +16,19 @@ from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.road_type import RoadType
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.text_files import write_text
-from avsec_gym.world.capture import Capture, take
+from avsec_gym.world.capture import Capture, render
 from avsec_gym.world.export.data_set import Progress, make_data_set
 from avsec_gym.world.export.manifest import world_fingerprint
 from avsec_gym.world.export.twins import twin_rig
 from avsec_gym.world.layouts import generate_layout
+from avsec_gym.world.posed_scenes import PosedScene, posed_scene_of_labels, posed_scene_of_layout
 from avsec_gym.world.rendering.lidar import Lidar
-from avsec_gym.world.shots import Shot, shot_of_labels, shot_of_layout
 from avsec_gym.world.textures.library import cache_folder
 
 SUITES = {"street": RoadType.STREET, "highway": RoadType.HIGHWAY, "mixed": None}
 """Those whose frames are layouts, and their road type."""
 
-Measure = Callable[[Shot, Capture], dict[str, Any]]
+Measure = Callable[[PosedScene, Capture], dict[str, Any]]
 """Takes a scene and what the sensors deliver of it; returns something JSON-able.  A function of a
 module, whose name is its key in the rows."""
 
@@ -40,7 +40,7 @@ class Scenes(Protocol):
     def settings(self) -> dict[str, Any]:
         """JSON-able: all that decides what they are."""
 
-    def shot(self, number: int) -> Shot:
+    def posed_scene(self, number: int) -> PosedScene:
         """One of them."""
 
 
@@ -56,9 +56,11 @@ class SuiteScenes:
         """See `Scenes`."""
         return {"suite": self.suite, "seed": self.seed}
 
-    def shot(self, number: int) -> Shot:
+    def posed_scene(self, number: int) -> PosedScene:
         """See `Scenes`."""
-        return shot_of_layout(generate_layout(number, SUITES[self.suite], set_seed=self.seed))
+        return posed_scene_of_layout(
+            generate_layout(number, SUITES[self.suite], set_seed=self.seed)
+        )
 
 
 @dataclass(frozen=True)
@@ -75,11 +77,13 @@ class TwinScenes:
         ids = hashlib.sha256(" ".join(self.ids).encode()).hexdigest()[:12]
         return {"suite": "twin", "seed": self.seed, "ids": ids}
 
-    def shot(self, number: int) -> Shot:
+    def posed_scene(self, number: int) -> PosedScene:
         """See `Scenes`."""
         id, data = self.ids[number], KittiObject(self.kitti)
         boxes = data.labels(id)
-        return shot_of_labels(boxes, twin_rig(data, id, boxes), seed=self.seed * 1_000_000 + number)
+        return posed_scene_of_labels(
+            boxes, twin_rig(data, id, boxes), seed=self.seed * 1_000_000 + number
+        )
 
 
 @dataclass(frozen=True)
@@ -119,13 +123,13 @@ class MeasuredFrames:
 
     def make(self, root: Path, number: int) -> list[str]:
         """See `Recipe`."""
-        shot = self.scenes.shot(number)
+        posed = self.scenes.posed_scene(number)
         capture = (
-            take(shot, cameras=(2, 3), lidar=Lidar())
+            render(posed, cameras=(2, 3), lidar=Lidar())
             if self.images
-            else take(shot, cameras=(), lidar=None)
+            else render(posed, cameras=(), lidar=None)
         )
-        row = {name_of(measure): measure(shot, capture) for measure in self.measures}
+        row = {name_of(measure): measure(posed, capture) for measure in self.measures}
         write_text(root / self.last_file(number), json.dumps(row, allow_nan=False) + "\n")
         return []
 

@@ -16,7 +16,7 @@ from avsec_gym.frame import Image
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.world.capture import Capture
 from avsec_gym.world.mesh import Float32s
-from avsec_gym.world.shots import Shot
+from avsec_gym.world.posed_scenes import PosedScene
 from studies.world.command import command, measure_one
 
 QUANTITIES = {
@@ -102,7 +102,7 @@ def _blocks(values: np.ndarray) -> np.ndarray:
     return np.asarray(parts.reshape(-1, _BLOCK**2))
 
 
-def measure(shot: Shot, capture: Capture) -> dict[str, Any]:
+def measure(posed: PosedScene, capture: Capture) -> dict[str, Any]:
     """Of a rendered frame's left colour image; what is not known is None."""
     return _known(statistics(capture.images[2]))
 

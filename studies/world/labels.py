@@ -20,7 +20,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats, wrap_angle
 from avsec_gym.kitti.label_folders import read_label_folder
 from avsec_gym.world.capture import Capture
-from avsec_gym.world.shots import Shot
+from avsec_gym.world.posed_scenes import PosedScene
 from studies.world.command import command, measure_one
 from studies.world.frames import quantiles
 from studies.world.layout_quantities import (
@@ -35,7 +35,7 @@ from studies.world.layout_statistics import objects_per_frame
 _NUMBERS = ("location", "dimensions", "rotation_y", "box2d", "truncation", "occlusion", "alpha")
 
 
-def measure(shot: Shot, capture: Capture) -> dict[str, Any]:
+def measure(posed: PosedScene, capture: Capture) -> dict[str, Any]:
     """The labels as lists."""
     boxes = capture.labels.boxes
     numbers = {name: np.round(getattr(boxes, name), 4).tolist() for name in _NUMBERS}

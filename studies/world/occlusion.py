@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.world.built_scene import actor_mesh
 from avsec_gym.world.capture import Capture, pinhole
 from avsec_gym.world.labels import FULLY_VISIBLE, PARTLY_VISIBLE
+from avsec_gym.world.posed_scenes import PosedScene
 from avsec_gym.world.rendering.ray_scene import RayScene, Thing
 from avsec_gym.world.rendering.silhouettes import silhouettes
 from avsec_gym.world.section import Surface
-from avsec_gym.world.shots import Shot
-from avsec_gym.world.stage import actor_mesh
 from studies.world.command import command, measure_all
 from studies.world.frames import TwinScenes
 from studies.world.labels import required
@@ -34,14 +34,14 @@ LEVELS = 3
 OBSTACLES = ("Car", "Van", "Truck")
 
 
-def measure(shot: Shot, capture: Capture) -> dict[str, Any]:
+def measure(posed: PosedScene, capture: Capture) -> dict[str, Any]:
     """How much of each actor is seen: behind other actors alone, and in the whole scene.
 
     Returns:
         JSON-able: for each actor in order the shares ``behind_others`` and ``in_scene``, and the
         ``pixels`` that it would have alone.
     """
-    actors, pose = shot.moment.actors, shot.vehicle_to_world[0]
+    actors, pose = posed.instant.actors, posed.vehicle_to_world[0]
     things = []
     for i in range(1, len(actors)):
         x, y, heading = actors.pose[i].tolist()
@@ -49,7 +49,7 @@ def measure(shot: Shot, capture: Capture) -> dict[str, Any]:
         things.append(Thing(mesh, Surface.VEHICLE, i))
     if not things:
         return {"behind_others": [], "in_scene": [], "pixels": []}
-    scene, camera = RayScene(things), pinhole(shot.rig, shot.rig.stereo_pair[0], pose)
+    scene, camera = RayScene(things), pinhole(posed.rig, posed.rig.stereo_pair[0], pose)
     alone = silhouettes(scene, camera, len(actors))
     width, height = camera.size
     u, v = np.meshgrid(np.arange(width), np.arange(height))

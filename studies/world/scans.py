@@ -21,8 +21,8 @@ from avsec_gym.kitti.sensor_files import read_points
 from avsec_gym.perception.depth.lidar import visible_points
 from avsec_gym.rig import SensorRig
 from avsec_gym.world.capture import Capture
+from avsec_gym.world.posed_scenes import PosedScene
 from avsec_gym.world.section import Surface
-from avsec_gym.world.shots import Shot
 from studies.world.command import command, measure_one
 from studies.world.frames import quantiles
 
@@ -165,13 +165,13 @@ def distance_outside(places: Floats, box: Boxes3D) -> Floats:
     return np.asarray(np.max([along, across, up], axis=0))
 
 
-def measure(shot: Shot, capture: Capture) -> dict[str, Any]:
+def measure(posed: PosedScene, capture: Capture) -> dict[str, Any]:
     """All of it, of a procedural frame."""
     assert capture.scan is not None, "this measures the scan"
     return {
         "scan": statistics(capture.scan.points),
-        "depth": against_depth(capture, shot.rig),
-        "boxes": against_boxes(capture, shot.rig),
+        "depth": against_depth(capture, posed.rig),
+        "boxes": against_boxes(capture, posed.rig),
     }
 
 

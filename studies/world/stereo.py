@@ -18,7 +18,7 @@ from avsec_gym.kitti.sensor_files import read_image
 from avsec_gym.perception.depth.lidar import scan_disparity
 from avsec_gym.perception.depth.sgbm import SemiGlobalMatching
 from avsec_gym.world.capture import Capture
-from avsec_gym.world.shots import Shot
+from avsec_gym.world.posed_scenes import PosedScene
 from studies.world.command import command, measure_one
 from studies.world.frames import quantiles
 
@@ -59,12 +59,12 @@ def compare(found: Disparity, truth: Disparity) -> dict[str, float | int | None]
     }
 
 
-def measure(shot: Shot, capture: Capture) -> dict[str, Any]:
+def measure(posed: PosedScene, capture: Capture) -> dict[str, Any]:
     """A procedural pair of cameras 2 and 3: against its scan, and against dense truth."""
     found = match(capture.images[2], capture.images[3])
     assert capture.scan is not None, "the scan is one of the truths"
     shape = found.shape[0], found.shape[1]
-    sparse = scan_disparity(capture.scan.points, shot.rig.calibration, shape, (2, 3))
+    sparse = scan_disparity(capture.scan.points, posed.rig.calibration, shape, (2, 3))
     return {"lidar": compare(found, sparse), "dense": compare(found, capture.disparity)}
 
 

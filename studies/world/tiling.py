@@ -6,10 +6,10 @@ import numpy as np
 
 from avsec_gym.geometry import Floats
 from avsec_gym.world.mesh import Float32s
+from avsec_gym.world.posed_scenes import PosedScene
 from avsec_gym.world.rendering.camera import PinholeCamera
 from avsec_gym.world.rendering.renderer import Renderer
 from avsec_gym.world.section import Surface
-from avsec_gym.world.shots import Shot
 
 LARGEST_REPEAT = 0.5
 """Correlation of the road's blotches with themselves a tile further on: below it none is seen."""
@@ -20,7 +20,7 @@ _GRAIN, _LEVEL, _PLAIN = 0.05, 0.3, 0.12
 _COARSE, _STRIP = 35, 0.05
 
 
-def texture_repeat(renderer: Renderer, shot: Shot) -> float | None:
+def texture_repeat(renderer: Renderer, posed: PosedScene) -> float | None:
     """The highest correlation of the road ahead with itself, moved by 0.6 to 6 m.
 
     Of its blotches: grains smaller than a decimetre are not told apart from a car, and what runs
@@ -28,13 +28,13 @@ def texture_repeat(renderer: Renderer, shot: Shot) -> float | None:
 
     Args:
         renderer: Of the scene without actors.
-        shot: The scene.
+        posed: The scene.
 
     Returns:
         In [-1, 1]; None where little of the view from above is plain road.
     """
-    x, y, _ = shot.site.course.poses(12.0, 0.0)
-    z = float(shot.site.ground.height(x, y)) + _HEIGHT
+    x, y, _ = posed.site.course.poses(12.0, 0.0)
+    z = float(posed.site.ground.height(x, y)) + _HEIGHT
     to_world = np.eye(4)
     to_world[:3, :3] = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
     to_world[:3, 3] = x, y, z
@@ -53,17 +53,17 @@ def texture_repeat(renderer: Renderer, shot: Shot) -> float | None:
         plain = np.asarray(plain * (np.abs(detail) < _PLAIN), np.float32)
     if plain.mean() < 0.1:
         return None
-    detail = detail - _along_road(detail, plain, _left(shot, x, y))
+    detail = detail - _along_road(detail, plain, _left(posed, x, y))
     return round(_highest_repeat(detail * plain, plain), 4)
 
 
-def _left(shot: Shot, x: float, y: float) -> Floats:
+def _left(posed: PosedScene, x: float, y: float) -> Floats:
     """Metres from the course to the left, of each pixel of the view."""
     import cv2
 
     coarse = (np.arange(_COARSE) + 0.5) / _COARSE * _VIEW
     ahead, left = np.meshgrid(-(coarse - _VIEW / 2), -(coarse - _VIEW / 2), indexing="ij")
-    _, result = shot.site.course.coordinates(x + ahead * _SCALE, y + left * _SCALE)
+    _, result = posed.site.course.coordinates(x + ahead * _SCALE, y + left * _SCALE)
     return np.asarray(cv2.resize(result, (_VIEW, _VIEW), interpolation=cv2.INTER_LINEAR))
 
 

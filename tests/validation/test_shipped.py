@@ -150,13 +150,13 @@ def test_fewer_sensors_say_what_they_say_among_more(wall_of) -> None:  # type: i
 def test_the_first_frame_is_measured_as_it_was() -> None:
     """Whoever changes the evidence raises `fitted_on.FORMAT`, and makes the files anew."""
     from avsec_gym.validation.thresholds import shares_of
-    from avsec_gym.world.capture import take
-    from avsec_gym.world.drives import drive_shots
+    from avsec_gym.world.capture import render
+    from avsec_gym.world.drives import drive_scenes
 
     table: ThresholdTable = read_threshold_table(shipped_file("thresholds", KITTI_SYSTEM))
-    shot = drive_shots(5000 + table.on.data["seed"], 0, 1, rig=kitti_rig())[0]
-    capture = take(shot, cameras=(1, 2, 3))
-    calibration: Calibration = shot.rig.calibration
+    posed = drive_scenes(5000 + table.on.data["seed"], 0, 1, rig=kitti_rig())[0]
+    capture = render(posed, cameras=(1, 2, 3))
+    calibration: Calibration = posed.rig.calibration
     frame = SensorFrame("0", calibration, capture.images, capture.scan and capture.scan.points)
     # Other processors round otherwise, here and there by a pixel of a few thousand.
     np.testing.assert_allclose(shares_of(frame, KITTI_SYSTEM, SGBM), table.shares[0], atol=0.01)

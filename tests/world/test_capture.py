@@ -1,4 +1,4 @@
-"""Shots of layouts and labels, and what the sensors make of them."""
+"""Posed scenes of layouts and labels, and their rendered images, scans and labels."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from avsec_gym.kitti.calibration import read_calibration
 from avsec_gym.kitti.labels import read_labels
 from avsec_gym.rig import SensorRig, camera_rig
 from avsec_gym.road_type import RoadType
-from avsec_gym.world.actors import Moment
-from avsec_gym.world.capture import Capture, take
+from avsec_gym.world.actors import Instant
+from avsec_gym.world.capture import Capture, render
 from avsec_gym.world.layouts import generate_layout
+from avsec_gym.world.posed_scenes import PosedScene, posed_scene_of_labels, posed_scene_of_layout
 from avsec_gym.world.rendering.lidar import Lidar
 from avsec_gym.world.rendering.ray_scene import RayScene
-from avsec_gym.world.shots import Shot, shot_of_labels, shot_of_layout
 from avsec_gym.world.site import Style
 
 LIDAR = Lidar(columns=300)
@@ -35,13 +35,15 @@ def small_rig(*right: float) -> SensorRig:
 
 
 @pytest.fixture(scope="module")
-def shots() -> list[Shot]:
-    return [shot_of_layout(generate_layout(index), small_rig(0.0, 0.54)) for index in (1, 2, 11)]
+def scenes() -> list[PosedScene]:
+    return [
+        posed_scene_of_layout(generate_layout(index), small_rig(0.0, 0.54)) for index in (1, 2, 11)
+    ]
 
 
 @pytest.fixture(scope="module")
-def captures(shots: list[Shot]) -> list[Capture]:
-    return [take(shot, cameras=(0, 1), lidar=LIDAR) for shot in shots]
+def captures(scenes: list[PosedScene]) -> list[Capture]:
+    return [render(posed, cameras=(0, 1), lidar=LIDAR) for posed in scenes]
 
 
 def digest(capture: Capture) -> str:
@@ -56,40 +58,41 @@ def digest(capture: Capture) -> str:
     return code.hexdigest()
 
 
-def test_one_layout_is_one_scene(shots: list[Shot]) -> None:
-    one, two = shots[0], shot_of_layout(generate_layout(1), small_rig(0.0))
-    np.testing.assert_array_equal(one.stage.light.panorama, two.stage.light.panorama)
-    first, second = (shot.stage.scene(shot.moment.actors, 0) for shot in (one, two))
+def test_one_layout_is_one_scene(scenes: list[PosedScene]) -> None:
+    one, two = scenes[0], posed_scene_of_layout(generate_layout(1), small_rig(0.0))
+    np.testing.assert_array_equal(one.built.light.panorama, two.built.light.panorama)
+    first, second = (posed.built.scene(posed.instant.actors, 0) for posed in (one, two))
     for name in ("vertices", "normals", "uv", "faces", "material", "object_id", "surface"):
         np.testing.assert_array_equal(getattr(first, name), getattr(second, name), err_msg=name)
     for name, table in first.materials._asdict().items():
         np.testing.assert_array_equal(table, getattr(second.materials, name), err_msg=name)
 
 
-def test_layouts_differ_in_place_light_and_looks(shots: list[Shot]) -> None:
-    lights = {(shot.stage.light.azimuth, shot.stage.light.elevation) for shot in shots}
-    assert len(lights) == len(shots)
-    assert len({shot.site.seed for shot in shots}) == len(shots)
+def test_layouts_differ_in_place_light_and_looks(scenes: list[PosedScene]) -> None:
+    lights = {(posed.built.light.azimuth, posed.built.light.elevation) for posed in scenes}
+    assert len(lights) == len(scenes)
+    assert len({posed.site.seed for posed in scenes}) == len(scenes)
 
 
 def test_a_highway_layout_is_a_highway_and_a_street_is_none() -> None:
     kinds = {
-        kind: shot_of_layout(generate_layout(3, kind), small_rig(0.0)).site for kind in RoadType
+        kind: posed_scene_of_layout(generate_layout(3, kind), small_rig(0.0)).site
+        for kind in RoadType
     }
     assert kinds[RoadType.HIGHWAY].style is Style.HIGHWAY
     assert all(site.road_type is kind for kind, site in kinds.items())
 
 
 @pytest.fixture(scope="module")
-def deserted(shots: list[Shot]) -> list[RayScene]:
-    """The places of the shots without their actors."""
-    return [shot.stage.scene(shot.moment.actors.pick(np.array([0])), 0) for shot in shots]
+def deserted(scenes: list[PosedScene]) -> list[RayScene]:
+    """The built scenes without their actors."""
+    return [posed.built.scene(posed.instant.actors.pick(np.array([0])), 0) for posed in scenes]
 
 
-def test_everybody_stands_on_the_ground(shots: list[Shot], deserted: list[RayScene]) -> None:
+def test_all_actors_stand_on_the_ground(scenes: list[PosedScene], deserted: list[RayScene]) -> None:
     """A plumb line from half a metre above each foot meets road, pavement or land there."""
-    for shot, scene in zip(shots, deserted, strict=True):
-        actors = shot.moment.actors
+    for posed, scene in zip(scenes, deserted, strict=True):
+        actors = posed.instant.actors
         near = np.flatnonzero(np.abs(actors.pose[:, 0]) < 80)
         foot = np.column_stack([actors.pose[near, :2], actors.z[near]])
         origins = np.ascontiguousarray(foot + np.array([0, 0, 0.5]), np.float32)
@@ -98,10 +101,12 @@ def test_everybody_stands_on_the_ground(shots: list[Shot], deserted: list[RaySce
         np.testing.assert_allclose(gap, 0.0, atol=0.03)
 
 
-def test_no_scenery_stands_in_anybodys_way(shots: list[Shot], deserted: list[RayScene]) -> None:
+def test_no_scenery_reaches_into_an_actor(
+    scenes: list[PosedScene], deserted: list[RayScene]
+) -> None:
     """Nothing of a house, plant or lamp reaches into an actor's box."""
-    for shot, scene in zip(shots, deserted, strict=True):
-        actors = shot.moment.actors
+    for posed, scene in zip(scenes, deserted, strict=True):
+        actors = posed.instant.actors
         corners = scene.vertices[scene.faces]
         spots = np.concatenate([corners.reshape(-1, 3), corners.mean(axis=1)])
         spots = spots[(np.abs(spots[:, :2]) < 100).all(axis=1) & (spots[:, 2] < 4.0)]
@@ -117,11 +122,11 @@ def test_no_scenery_stands_in_anybodys_way(shots: list[Shot], deserted: list[Ray
             across = away[:, 1] * np.cos(heading) - away[:, 0] * np.sin(heading)
             inside = (np.abs(along) < 0.45 * length) & (np.abs(across) < 0.45 * width)
             inside &= (away[:, 2] > 0.2) & (away[:, 2] < 0.95 * height)
-            assert not inside.any(), (shot.site.style, index)
+            assert not inside.any(), (posed.site.style, index)
 
 
-def test_a_capture_holds_what_it_should(shots: list[Shot], captures: list[Capture]) -> None:
-    for shot, capture in zip(shots, captures, strict=True):
+def test_a_capture_holds_what_it_should(scenes: list[PosedScene], captures: list[Capture]) -> None:
+    for posed, capture in zip(scenes, captures, strict=True):
         assert set(capture.images) == {0, 1}
         for image in capture.images.values():
             assert image.shape == (48, 160, 3)
@@ -135,16 +140,16 @@ def test_a_capture_holds_what_it_should(shots: list[Shot], captures: list[Captur
         assert np.isnan(capture.disparity[~known]).all()
         assert len(capture.labels.boxes) == len(capture.labels.actor)
         assert capture.labels.actor.min(initial=1) > 0
-        assert len(shot.moment.actors) > len(capture.labels.boxes)
+        assert len(posed.instant.actors) > len(capture.labels.boxes)
 
 
 def test_laser_points_of_an_actor_lie_in_its_box(
-    shots: list[Shot], captures: list[Capture]
+    scenes: list[PosedScene], captures: list[Capture]
 ) -> None:
     count = 0
-    for shot, capture in zip(shots, captures, strict=True):
+    for posed, capture in zip(scenes, captures, strict=True):
         assert capture.scan is not None
-        actors, pose = shot.moment.actors, shot.rig.velodyne_pose
+        actors, pose = posed.instant.actors, posed.rig.velodyne_pose
         world = capture.scan.points[:, :3] @ pose[:3, :3].T + pose[:3, 3]
         for index in np.unique(capture.scan.object_id):
             if index < 0:
@@ -162,27 +167,27 @@ def test_laser_points_of_an_actor_lie_in_its_box(
 
 
 def test_sensors_that_are_not_asked_for_are_not_used(
-    shots: list[Shot], captures: list[Capture]
+    scenes: list[PosedScene], captures: list[Capture]
 ) -> None:
-    bare = take(shots[0], cameras=(), lidar=None)
+    bare = render(scenes[0], cameras=(), lidar=None)
     assert bare.images == {}
     assert bare.scan is None
     np.testing.assert_array_equal(bare.geometry.depth, captures[0].geometry.depth)
     np.testing.assert_array_equal(bare.labels.boxes.box2d, captures[0].labels.boxes.box2d)
-    only_right = take(shots[0], cameras=(1,), lidar=None)
+    only_right = render(scenes[0], cameras=(1,), lidar=None)
     np.testing.assert_array_equal(only_right.images[1], captures[0].images[1])
 
 
 @pytest.mark.slow
-def test_another_process_takes_the_same_picture(captures: list[Capture]) -> None:
+def test_another_process_renders_the_same_image(captures: list[Capture]) -> None:
     """Whatever the seed of Python's hashes."""
     program = (
         "import importlib.util, sys\n"
         f"spec = importlib.util.spec_from_file_location('here', {__file__!r})\n"
         "here = importlib.util.module_from_spec(spec)\n"
         "spec.loader.exec_module(here)\n"
-        "shot = here.shot_of_layout(here.generate_layout(1), here.small_rig(0.0, 0.54))\n"
-        "print(here.digest(here.take(shot, cameras=(0, 1), lidar=here.LIDAR)))\n"
+        "posed = here.posed_scene_of_layout(here.generate_layout(1), here.small_rig(0.0, 0.54))\n"
+        "print(here.digest(here.render(posed, cameras=(0, 1), lidar=here.LIDAR)))\n"
     )
     run = subprocess.run(
         [sys.executable, "-c", program],
@@ -196,10 +201,10 @@ def test_another_process_takes_the_same_picture(captures: list[Capture]) -> None
 
 @pytest.mark.parametrize(("count", "reference", "partner"), [(1, 0, None), (2, 0, 1), (6, 2, 3)])
 def test_any_number_of_cameras(
-    shots: list[Shot], count: int, reference: int, partner: int | None
+    scenes: list[PosedScene], count: int, reference: int, partner: int | None
 ) -> None:
     rig = small_rig(*(0.3 * np.arange(count)))
-    capture = take(replace(shots[1], rig=rig), cameras=rig.cameras, lidar=None)
+    capture = render(replace(scenes[1], rig=rig), cameras=rig.cameras, lidar=None)
     assert set(capture.images) == set(range(count))
     assert capture.partner == partner
     if partner is None:
@@ -211,7 +216,7 @@ def test_any_number_of_cameras(
         )
     assert len({image.tobytes() for image in capture.images.values()}) == count
     if count == 6:
-        alone = take(replace(shots[1], rig=rig), cameras=(), lidar=None)
+        alone = render(replace(scenes[1], rig=rig), cameras=(), lidar=None)
         np.testing.assert_array_equal(alone.geometry.depth, capture.geometry.depth)
         assert reference == 2
 
@@ -233,12 +238,12 @@ def test_a_twin_keeps_every_labelled_pose_and_size() -> None:
         ("Cyclist", 16.0, -1.2, 0.1, 0.0, (1.7, 0.6, 1.8)),
         ("Truck", 35.0, 0.3, 0.0, 0.4, (3.2, 2.5, 8.7)),
     )
-    shot = shot_of_labels(boxes, small_rig(0.0, 0.54), seed=4)
-    actors = shot.moment.actors
+    posed = posed_scene_of_labels(boxes, small_rig(0.0, 0.54), seed=4)
+    actors = posed.instant.actors
     np.testing.assert_allclose(actors.pose[1:5], boxes.poses, atol=1e-12)
     np.testing.assert_allclose(actors.z[1:5], 1.65 - boxes.location[:, 1], atol=1e-12)
     np.testing.assert_array_equal(actors.dimensions[1:5], boxes.dimensions)
-    found = take(shot, cameras=(), lidar=None).labels
+    found = render(posed, cameras=(), lidar=None).labels
     assert set(found.actor) >= {1, 2, 3}
     assert len(found.actor) == len(set(found.actor))
     for row, actor in enumerate(found.actor):
@@ -255,7 +260,7 @@ def test_a_twin_of_a_real_frame_shows_its_cars(shared: Path) -> None:
     training = shared / "kitti/object/training"
     real = read_labels(training / "label_2/000107.txt")
     rig = SensorRig(read_calibration(training / "calib/000107.txt"))
-    found = take(shot_of_labels(real, rig, seed=0), cameras=(), lidar=None).labels
+    found = render(posed_scene_of_labels(real, rig, seed=0), cameras=(), lidar=None).labels
     for category, box2d, occlusion in zip(real.category, real.box2d, real.occlusion, strict=True):
         if occlusion > 0 or box2d[3] - box2d[1] < 25:
             continue
@@ -268,9 +273,9 @@ def test_a_twin_of_a_real_frame_shows_its_cars(shared: Path) -> None:
 
 @pytest.mark.parametrize("style", list(Style))
 def test_a_frame_without_objects_has_a_place_too(style: Style) -> None:
-    shot = shot_of_labels(Boxes3D.empty(), small_rig(0.0), seed=1, style=style)
-    capture = take(shot, cameras=(), lidar=None)
-    assert shot.site.style is style
+    posed = posed_scene_of_labels(Boxes3D.empty(), small_rig(0.0), seed=1, style=style)
+    capture = render(posed, cameras=(), lidar=None)
+    assert posed.site.style is style
     assert len(capture.labels.boxes) == 0
     assert np.isfinite(capture.geometry.depth[30:]).all()
     assert np.isinf(capture.geometry.depth).any()
@@ -279,15 +284,15 @@ def test_a_frame_without_objects_has_a_place_too(style: Style) -> None:
 def test_two_sensor_vehicles_see_each_other() -> None:
     """The one that drives towards us is 15 m ahead and 3 m to the left, and so are we to it."""
     boxes = labelled(("Car", 15.0, 3.0, np.pi, 0.0, (1.5, 1.8, 4.7)))
-    shot = shot_of_labels(boxes, small_rig(0.0, 0.54), seed=2)
+    posed = posed_scene_of_labels(boxes, small_rig(0.0, 0.54), seed=2)
     opposite = np.eye(4)
     opposite[:2, :2], opposite[:2, 3] = [[-1, 0], [0, -1]], [15.0, 3.0]
-    shot = replace(
-        shot,
-        moment=Moment(0.0, shot.moment.actors, (0, 1)),
+    posed = replace(
+        posed,
+        instant=Instant(0.0, posed.instant.actors, (0, 1)),
         vehicle_to_world=np.stack([np.eye(4), opposite]),
     )
-    one, two = (take(shot, ego=ego, cameras=(0,), lidar=LIDAR) for ego in (0, 1))
+    one, two = (render(posed, ego=ego, cameras=(0,), lidar=LIDAR) for ego in (0, 1))
     for capture, own, other in ((one, 0, 1), (two, 1, 0)):
         assert own not in capture.labels.actor
         row = capture.labels.actor.tolist().index(other)

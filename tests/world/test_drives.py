@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from avsec_gym.geometry import transform_points
-from avsec_gym.world.drives import STEP, drive_shots, vehicle_poses
+from avsec_gym.world.drives import STEP, drive_scenes, vehicle_poses
 from avsec_gym.world.ground import Ground
 
 
@@ -32,18 +32,18 @@ def test_level_ground_turns_nothing() -> None:
 
 
 def test_frames_of_a_drive() -> None:
-    shots = drive_shots(3, 0, 4, egos=2)
-    again = drive_shots(3, 0, 4, egos=2)
-    assert len(shots) == 4
-    assert again.world is shots.world
-    last = shots[-1]
-    assert last.stage is shots[0].stage
+    scenes = drive_scenes(3, 0, 4, egos=2)
+    again = drive_scenes(3, 0, 4, egos=2)
+    assert len(scenes) == 4
+    assert again.world is scenes.world
+    last = scenes[-1]
+    assert last.built is scenes[0].built
     assert last.seed[-1] == 3
-    assert last.seed[:2] == shots[0].seed[:2]
-    assert [shot.moment.time for shot in shots] == pytest.approx([STEP * i for i in range(4)])
+    assert last.seed[:2] == scenes[0].seed[:2]
+    assert [posed.instant.time for posed in scenes] == pytest.approx([STEP * i for i in range(4)])
     assert last.vehicle_to_world.shape == (2, 4, 4)
-    for ego, own in enumerate(last.moment.egos):
-        actors = last.moment.actors
+    for ego, own in enumerate(last.instant.egos):
+        actors = last.instant.actors
         place = last.vehicle_to_world[ego][:3, 3]
         np.testing.assert_allclose(place, [*actors.pose[own, :2], actors.z[own]], atol=1e-9)
-    assert len({drive_shots(3, i, 1).world.site.style for i in range(5)}) == 5
+    assert len({drive_scenes(3, i, 1).world.site.style for i in range(5)}) == 5

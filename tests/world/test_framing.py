@@ -65,7 +65,7 @@ places = st.tuples(st.floats(2, 80), st.floats(-20, 20), st.floats(-1.5, 1.5))
 
 @settings(max_examples=60, deadline=None)
 @given(st.lists(places, max_size=20))
-def test_the_ground_passes_below_everybody(rows: list[tuple[float, float, float]]) -> None:
+def test_the_ground_passes_below_all_actors(rows: list[tuple[float, float, float]]) -> None:
     kept: list[tuple[float, float, float]] = []
     for row in rows:
         if all(np.hypot(row[0] - x, row[1] - y) > 0.5 for x, y, _ in kept):
@@ -116,7 +116,7 @@ def test_long_actors_on_a_slope_stand_on_level_ground() -> None:
 
 
 @pytest.mark.parametrize("across", [0.0, 0.2, 1.2])
-def test_kerbs_are_lowered_where_somebody_stands_on_an_island(across: float) -> None:
+def test_kerbs_are_lowered_where_an_actor_stands_on_an_island(across: float) -> None:
     strips = (
         Strip(Surface.ROAD, -2.0, 2.0),
         Strip(Surface.PAVEMENT, 2.0, 3.0, 0.12, "slabs"),
@@ -158,7 +158,7 @@ def test_scenery_keeps_off_actors_their_way_and_lines_of_sight() -> None:
     assert all(area.contains(shape) for shape in shapes)
     for share in np.linspace(0.02, 1, 9):
         assert area.contains(shapely.Point(20 * share, 6 * share))
-    assert not area.contains(shapely.Point(18.0, -4.8))  # nobody asked to see this one
+    assert not area.contains(shapely.Point(18.0, -4.8))  # not to be kept in sight
     assert area.contains(shapely.Point(20 + 2.1 + 0.5 * 8.0, 6))  # where it drives
 
 
@@ -169,8 +169,8 @@ def test_parked_rows_are_where_vehicles_stand_beside_the_lanes() -> None:
     parked = parked_beside(actors, STRAIGHT, (0.0, 3.3), 3.5)
     assert parked.right == pytest.approx(-3.2 - 0.85, abs=0.3)
     assert parked.left == pytest.approx(7.0 + 0.85, abs=0.3)
-    nobody = parked_beside(crowd((30, 0, 0, 1)), STRAIGHT, (0.0,), 3.5)
-    assert (nobody.right, nobody.left) == (None, None)
+    none = parked_beside(crowd((30, 0, 0, 1)), STRAIGHT, (0.0,), 3.5)
+    assert (none.right, none.left) == (None, None)
 
 
 def test_a_highway_has_a_lane_under_every_vehicle_in_line() -> None:

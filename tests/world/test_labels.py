@@ -200,7 +200,7 @@ def test_what_is_too_small_to_label_is_not_cared_about() -> None:
 
 
 def test_an_empty_road_has_no_labels() -> None:
-    nobody = people((0.0, 0.0, 0.0, "Car", CAR, False))
-    found = label(nobody, box(1.0, 1.0, 1.0).placed(9.0, 0.0), own=0)
+    alone = people((0.0, 0.0, 0.0, "Car", CAR, False))
+    found = label(alone, box(1.0, 1.0, 1.0).placed(9.0, 0.0), own=0)
     assert len(found.boxes) == 0
     assert found.dont_care.shape == (0, 4)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.storage.text_files import write_text
-from avsec_gym.world.capture import take
-from avsec_gym.world.drives import drive_shots
+from avsec_gym.world.capture import render
+from avsec_gym.world.drives import drive_scenes
 from avsec_gym.world.export.frame_files import write_object_files
 from avsec_gym.world.export.recipe import Sensors, whole_number
 
@@ -20,10 +20,10 @@ class ConnectedVehicles:
     """Instants, each at a place of its own; equal ids of ``vehicle_0``, ... are one instant.
 
     Args:
-        count: Of instants.
-        seed: Names the set.
-        sensors: Of every vehicle.
-        vehicles: How many, 2 or more.
+        count: Number of instants.
+        seed: Seed of the set.
+        sensors: The sensors of every vehicle.
+        vehicles: Number of vehicles, 2 or more.
 
     Raises:
         ConfigurationError: Fewer vehicles.
@@ -61,18 +61,18 @@ class ConnectedVehicles:
 
     def make(self, root: Path, number: int) -> list[str]:
         """See `Recipe`."""
-        shot = drive_shots(self.seed, number, 1, self.vehicles, self.sensors.rig)[0]
-        actors = shot.moment.actors
-        for vehicle, own in enumerate(shot.moment.egos):
+        posed = drive_scenes(self.seed, number, 1, self.vehicles, self.sensors.rig)[0]
+        actors = posed.instant.actors
+        for vehicle, own in enumerate(posed.instant.egos):
             folder, id = root / f"vehicle_{vehicle}" / "training", f"{number:06d}"
-            pose = shot.vehicle_to_world[vehicle] @ shot.rig.velodyne_pose
+            pose = posed.vehicle_to_world[vehicle] @ posed.rig.velodyne_pose
             words = " ".join(repr(value) for value in np.round(pose[:3], 9).ravel().tolist())
             write_text(folder / "pose" / f"{id}.txt", words + "\n", overwrite=True)
             write_object_files(
                 folder,
                 id,
-                shot,
-                take(shot, ego=vehicle, cameras=self._cameras, lidar=self.sensors.scanner),
+                posed,
+                render(posed, ego=vehicle, cameras=self._cameras, lidar=self.sensors.scanner),
                 notes={
                     "actor": int(actors.id[own]),
                     "ego_speed": round(float(actors.speed[own]), 3),

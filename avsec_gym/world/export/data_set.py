@@ -22,7 +22,7 @@ from avsec_gym.world.export.recipe import Recipe
 from avsec_gym.world.export.workers import make_frames, usual_workers
 
 Progress = Callable[[int, int], None]
-"""Takes how much of how much is done."""
+"""Function of the number of frames done and of all frames."""
 
 
 @dataclass(frozen=True)
@@ -49,15 +49,15 @@ def make_data_set(
 ) -> DataSetReport:
     """Make a data set, or complete one.
 
-    May be killed at any moment and started again: frames whose last file is there are kept. The
+    May be killed at any time and started again: frames whose last file is there are kept. The
     files do not depend on the number of workers, nor on interruptions. A set of more frames
     continues one of fewer; frames beyond those asked for are kept.
 
     Args:
-        recipe: What to make.
+        recipe: The recipe of the data set.
         root: Folder of the data set: new, empty, or with the same data set.
-        workers: Processes; two if None (one where there is one processor).
-        on_progress: Called with frames done and frames in all.
+        workers: Number of processes; two if None (one where there is one processor).
+        on_progress: Function that gets the numbers of frames done and of all frames.
 
     Raises:
         ConfigurationError: No frames or workers are asked for.
@@ -132,7 +132,7 @@ def _check_sizes(root: Path, files: dict[str, dict[str, int]]) -> None:
         path = root / name
         if not is_file(path) or path.stat().st_size != facts["bytes"]:
             raise DataError(
-                "The file is missing or has another size than the manifest says.",
+                "The file is missing or has another size than the manifest states.",
                 path=path,
                 remedy="Remove the label file of its frame and run the command again to have the "
                 "frame made anew, or remove the folder.",

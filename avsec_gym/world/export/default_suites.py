@@ -37,9 +37,10 @@ def default_suite(
 
     Args:
         name: One of `SUITES`.
-        workers: As of `make_data_set`.
-        full_check: Read every file instead of looking at sizes.
-        on_progress: As of `make_data_set`; without it, the log tells.
+        workers: Number of processes, as of `make_data_set`.
+        full_check: Whether every file is read instead of its size compared.
+        on_progress: Function of the progress, as of `make_data_set`; without it, progress is
+            logged.
 
     Raises:
         ConfigurationError: An unknown suite.
@@ -83,7 +84,7 @@ def world_frames(name: str = "mixed", *, vehicle: int | None = None) -> KittiObj
 
     Args:
         name: ``street``, ``highway``, ``mixed``, or ``connected``.
-        vehicle: Which one of ``connected``, from 0.
+        vehicle: Number of the vehicle of ``connected``, from 0.
 
     Raises:
         ConfigurationError: Another name, or a vehicle that is not there.

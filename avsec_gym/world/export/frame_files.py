@@ -30,7 +30,7 @@ from avsec_gym.kitti.writing import write_object_frame
 from avsec_gym.storage.text_files import write_text
 from avsec_gym.world.capture import Capture
 from avsec_gym.world.labels import dont_care_boxes
-from avsec_gym.world.shots import Shot
+from avsec_gym.world.posed_scenes import PosedScene
 
 Place = Callable[[str, str], Path]
 """From a kind of truth, such as ``disparity``, and a suffix to a frame's file."""
@@ -45,7 +45,7 @@ _MAPS = ("disparity", "surface", "instance")
 def write_object_files(
     folder: Path,
     id: str,
-    shot: Shot,
+    posed: PosedScene,
     capture: Capture,
     *,
     previous: tuple[Capture, ...] = (),
@@ -54,55 +54,55 @@ def write_object_files(
     """Write a frame in the object layout, over what is there of it; the label file last.
 
     Args:
-        folder: Such as ``training``.
-        id: Six digits.
-        shot: What was taken.
-        capture: What the sensors delivered.
-        previous: And at the moments before, the latest first.
-        notes: For the scene file.
+        folder: The object layout's folder, such as ``training``.
+        id: The frame's id, six digits.
+        posed: The scene that was rendered.
+        capture: The sensors' measurements and the truth.
+        previous: Those of the frames before it, the latest first.
+        notes: Further entries of the scene file.
     """
 
     def place(kind: str, suffix: str) -> Path:
         return folder / (f"{kind}_2" if kind in _MAPS else kind) / f"{id}{suffix}"
 
     labels = label_lines(capture)
-    write_truth(place, labels, shot, capture, notes or {})
-    calibration = shot.rig.calibration
-    moments = tuple(
+    write_truth(place, labels, posed, capture, notes or {})
+    calibration = posed.rig.calibration
+    earlier_frames = tuple(
         SensorFrame(f"{id}_{step:02d}", calibration, earlier.images)
         for step, earlier in enumerate(previous, start=1)
     )
     scan = None if capture.scan is None else capture.scan.points
-    frame = SensorFrame(id, calibration, capture.images, scan, moments)
+    frame = SensorFrame(id, calibration, capture.images, scan, earlier_frames)
     write_object_frame(folder, frame, labels, overwrite=True)
 
 
 def write_truth(
-    place: Place, labels: Boxes3D, shot: Shot, capture: Capture, notes: Mapping[str, Any]
+    place: Place, labels: Boxes3D, posed: PosedScene, capture: Capture, notes: Mapping[str, Any]
 ) -> None:
     """Write what KITTI lacks; see the module.
 
     Args:
-        place: Of the files.
+        place: Paths of the files.
         labels: The frame's `label_lines`.
-        shot: What was taken.
-        capture: What the sensors delivered.
-        notes: For the scene file.
+        posed: The scene that was rendered.
+        capture: The sensors' measurements and the truth.
+        notes: Further entries of the scene file.
     """
     disparity = capture.disparity
-    # What is nearer than one and a half metres has no place in the format.
+    # The format has no number for what is nearer than one and a half metres.
     told = np.where(disparity <= _LARGEST_DISPARITY, disparity, np.nan).astype(np.float32)
     write_disparity(place("disparity", ".png"), told, overwrite=True)
     write_mask(place("surface", ".png"), capture.geometry.surface, overwrite=True)
     write_mask(place("instance", ".png"), line_numbers(capture), overwrite=True)
     flags = "".join(f"{flag}\n" for flag in moving_flags(labels))
     write_text(place("moving", ".txt"), flags, overwrite=True)
-    text = json.dumps(_scene(shot, capture) | dict(notes), indent=1, allow_nan=False)
+    text = json.dumps(_scene(posed, capture) | dict(notes), indent=1, allow_nan=False)
     write_text(place("scene", ".json"), text + "\n", overwrite=True)
 
 
 def label_lines(capture: Capture) -> Boxes3D:
-    """What the label file says: the objects, then regions not to care about.
+    """The lines of the label file: the objects, then regions not to care about.
 
     Tenths of a millimetre, hundredths of a pixel: sharper than KITTI's, shorter than the truth.
     """
@@ -134,11 +134,11 @@ def moving_flags(labels: Boxes3D) -> list[str]:
     ]
 
 
-def _scene(shot: Shot, capture: Capture) -> dict[str, Any]:
-    light, actors, seen = shot.stage.light, shot.moment.actors, capture.labels.actor
+def _scene(posed: PosedScene, capture: Capture) -> dict[str, Any]:
+    light, actors, seen = posed.built.light, posed.instant.actors, capture.labels.actor
     return {
-        "road_type": str(shot.site.road_type),
-        "style": str(shot.site.style),
+        "road_type": str(posed.site.road_type),
+        "style": str(posed.site.style),
         "sun_azimuth": round(float(light.azimuth), 4),
         "sun_elevation": round(float(light.elevation), 4),
         "cloudiness": float(light.cloudiness),

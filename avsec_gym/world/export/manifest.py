@@ -109,17 +109,17 @@ def list_files(root: Path) -> dict[str, dict[str, Any]]:
 
 
 def changed_files(root: str | Path, *, full: bool = False) -> list[str]:
-    """Files of a complete data set that are missing or not what the manifest says.
+    """Files of a complete data set that are missing or differ from the manifest.
 
     Args:
-        root: Of the data set.
-        full: Read every file; else look at sizes.
+        root: Root of the data set.
+        full: Whether every file is read instead of its size compared.
 
     Returns:
         Their paths relative to the root; files that the manifest does not know are left alone.
 
     Raises:
-        DataError: There is no manifest, or it says that the data set is not complete.
+        DataError: There is no manifest, or the data set is not complete according to it.
     """
     root = Path(root)
     manifest = read_manifest(root)

@@ -18,8 +18,8 @@ from avsec_gym.kitti.timestamps import write_timestamps
 from avsec_gym.kitti.writing import write_drive_records, write_raw_frame
 from avsec_gym.storage.json_fields import fits
 from avsec_gym.storage.json_files import read_json_object
-from avsec_gym.world.capture import take
-from avsec_gym.world.drives import STEP, DriveShots, drive_shots
+from avsec_gym.world.capture import render
+from avsec_gym.world.drives import STEP, DriveScenes, drive_scenes
 from avsec_gym.world.export.frame_files import label_lines, write_truth
 from avsec_gym.world.export.recipe import Sensors, whole_number
 from avsec_gym.world.export.tracks import Sighting, tracklets_of
@@ -37,10 +37,10 @@ class RawDrives:
     """Drives of one ego vehicle, 10 frames each second.
 
     Args:
-        count: Of frames; the last drive has what is left.
-        seed: Names the set.
-        sensors: That are written.
-        drive_frames: Of each drive.
+        count: Number of frames; the last drive has what is left.
+        seed: Seed of the set.
+        sensors: The sensors that are written.
+        drive_frames: Number of frames of each drive.
 
     Raises:
         ConfigurationError: No frames in a drive, or a rig without inertial unit.
@@ -78,17 +78,17 @@ class RawDrives:
         """See `Recipe`."""
         drive, frame = divmod(number, self.drive_frames)
         folder = root / DATE / _name(drive)
-        shot = self._shots(drive)[frame]
-        capture = take(shot, cameras=self._cameras, lidar=self.sensors.scanner)
+        posed = self._scenes(drive)[frame]
+        capture = render(posed, cameras=self._cameras, lidar=self.sensors.scanner)
         scan = None if capture.scan is None else capture.scan.points
-        sensed = SensorFrame(f"{frame:010d}", shot.rig.calibration, capture.images, scan)
+        sensed = SensorFrame(f"{frame:010d}", posed.rig.calibration, capture.images, scan)
         write_raw_frame(folder, frame, sensed, overwrite=True)
 
         def place(kind: str, suffix: str) -> Path:
             return folder / f"{kind}_02" / "data" / f"{frame:010d}{suffix}"
 
-        labels, speed = label_lines(capture), float(shot.moment.actors.speed[0])
-        write_truth(place, labels, shot, capture, {"ego_speed": round(speed, 3)})
+        labels, speed = label_lines(capture), float(posed.instant.actors.speed[0])
+        write_truth(place, labels, posed, capture, {"ego_speed": round(speed, 3)})
         write_labels(place("label", ".txt"), labels, overwrite=True)
         return []
 
@@ -101,11 +101,11 @@ class RawDrives:
             self._finish_drive(folder, drive)
 
     def _finish_drive(self, folder: Path, drive: int) -> None:
-        shots = self._shots(drive)
+        scenes = self._scenes(drive)
         labels = sorted((folder / "label_02" / "data").glob("*.txt"))
         sightings = {int(path.stem): _sightings(folder, path) for path in labels}
         count = max(sightings) + 1
-        imu = shots.world.ego_poses[:, 0] @ shots.rig.imu_pose
+        imu = scenes.world.ego_poses[:, 0] @ scenes.rig.imu_pose
         times = _NOON + drive * _BETWEEN_DRIVES + _nanoseconds(STEP) * np.arange(count)
         sensors = ["oxts", *(f"image_{camera:02d}" for camera in self._cameras)]
         write_drive_records(
@@ -113,7 +113,7 @@ class RawDrives:
             # Rates at the last frame shall not depend on where an unfinished drive ends.
             oxts=oxts_from_poses(imu, period=STEP)[:count],
             timestamps=dict.fromkeys(sensors, times),
-            tracklets=tracklets_of(shots, sightings),
+            tracklets=tracklets_of(scenes, sightings),
             overwrite=True,
         )
         if self.sensors.lidar:
@@ -122,8 +122,8 @@ class RawDrives:
                 path = folder / VELODYNE / f"timestamps{end}.txt"
                 write_timestamps(path, times + shift, overwrite=True)
 
-    def _shots(self, drive: int) -> DriveShots:
-        return drive_shots(self.seed, drive, self.drive_frames, rig=self.sensors.rig)
+    def _scenes(self, drive: int) -> DriveScenes:
+        return drive_scenes(self.seed, drive, self.drive_frames, rig=self.sensors.rig)
 
     @property
     def _cameras(self) -> tuple[int, ...]:

@@ -18,7 +18,7 @@ class Sensors:
     Args:
         cameras: Numbers of the cameras; the layout's usual ones if empty.
         lidar: Whether scans are written.
-        rig: That looks.
+        rig: The sensors of the vehicle that looks.
 
     Raises:
         ConfigurationError: The rig has no such camera, or one stands twice.

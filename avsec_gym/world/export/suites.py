@@ -11,14 +11,14 @@ from avsec_gym.kitti.label_folders import frame_ids
 from avsec_gym.road_type import RoadType
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.text_files import write_text
-from avsec_gym.world.capture import take
+from avsec_gym.world.capture import render
 from avsec_gym.world.earlier import earlier, plausible_ego_speed
 from avsec_gym.world.export.connected import ConnectedVehicles
 from avsec_gym.world.export.frame_files import write_object_files
 from avsec_gym.world.export.raw_drives import RawDrives
 from avsec_gym.world.export.recipe import Recipe, Sensors, whole_number
 from avsec_gym.world.layouts import generate_layout
-from avsec_gym.world.shots import shot_of_layout
+from avsec_gym.world.posed_scenes import posed_scene_of_layout
 
 SUITES = ("street", "highway", "mixed", "connected", "raw")
 """Names of the suites."""
@@ -45,12 +45,12 @@ def suite_recipe(
 
     Args:
         suite: One of `SUITES`.
-        frames: How many; of several vehicles, instants.
-        seed: Names the set.
-        sensors: That are written; KITTI's if None.
-        previous: Moments before each frame (street, highway, mixed).
-        vehicles: With sensors (connected).
-        drive_frames: Of each drive (raw).
+        frames: Number of frames; of instants where several vehicles look.
+        seed: Seed of the set.
+        sensors: The sensors that are written; KITTI's if None.
+        previous: Number of earlier frames before each frame (street, highway, mixed).
+        vehicles: Number of vehicles with sensors (connected).
+        drive_frames: Number of frames of each drive (raw).
 
     Raises:
         ConfigurationError: An unknown suite, or a number that cannot be.
@@ -72,14 +72,14 @@ class LayoutFrames:
     """A frame for each layout of a set, in KITTI's object layout.
 
     Args:
-        suite: ``street``, ``highway`` or ``mixed``.
-        count: Of frames.
-        seed: Of the set of layouts.
-        sensors: That are written.
-        previous: Moments before each frame, 0 to 3.
+        suite: Name of the suite: ``street``, ``highway`` or ``mixed``.
+        count: Number of frames.
+        seed: Seed of the set of layouts.
+        sensors: The sensors that are written.
+        previous: Number of earlier frames before each frame, 0 to 3.
 
     Raises:
-        ConfigurationError: Another number of moments.
+        ConfigurationError: Another number of earlier frames.
     """
 
     suite: str
@@ -92,7 +92,7 @@ class LayoutFrames:
     def __post_init__(self) -> None:
         if not 0 <= self.previous <= _MOST_PREVIOUS:
             raise ConfigurationError(
-                f"a frame has 0 to {_MOST_PREVIOUS} moments before it, got {self.previous}"
+                f"a frame has 0 to {_MOST_PREVIOUS} earlier frames, got {self.previous}"
             )
 
     @property
@@ -115,17 +115,17 @@ class LayoutFrames:
     def make(self, root: Path, number: int) -> list[str]:
         """See `Recipe`."""
         layout = generate_layout(number, _ROAD_TYPES[self.suite], set_seed=self.seed)
-        shot = shot_of_layout(layout, self.sensors.rig)
-        speed = plausible_ego_speed(shot)
+        posed = posed_scene_of_layout(layout, self.sensors.rig)
+        speed = plausible_ego_speed(posed)
         before = tuple(
-            take(earlier(shot, _STEP * step, speed), cameras=self._cameras, lidar=None)
+            render(earlier(posed, _STEP * step, speed), cameras=self._cameras, lidar=None)
             for step in range(1, self.previous + 1)
         )
         write_object_files(
             root / "training",
             f"{number:06d}",
-            shot,
-            take(shot, cameras=self._cameras, lidar=self.sensors.scanner),
+            posed,
+            render(posed, cameras=self._cameras, lidar=self.sensors.scanner),
             previous=before,
             notes={"layout": layout.id, "ego_speed": round(speed, 3)},
         )

@@ -19,7 +19,7 @@ from avsec_gym.kitti.tracklets import (
     Tracklet,
 )
 from avsec_gym.rig import SensorRig
-from avsec_gym.world.drives import DriveShots
+from avsec_gym.world.drives import DriveScenes
 
 _HIDDEN = 2
 """The raw layout's highest level of occlusion."""
@@ -37,20 +37,22 @@ class Sighting(NamedTuple):
 
 
 class _Place(NamedTuple):
-    """An object at one moment, in the velodyne frame."""
+    """An object in one frame, in the velodyne frame."""
 
     frame: int
     translation: Floats
     yaw: float
 
 
-def tracklets_of(shots: DriveShots, sightings: Mapping[int, Sequence[Sighting]]) -> list[Tracklet]:
+def tracklets_of(
+    scenes: DriveScenes, sightings: Mapping[int, Sequence[Sighting]]
+) -> list[Tracklet]:
     """Tracklets by their first frame.
 
-    Between two labels an object is there without a break, hidden where no label tells of it.
+    Between two labels an object is there without a break, hidden where it has no label.
 
     Args:
-        shots: The drive.
+        scenes: The posed scenes of the drive.
         sightings: The labelled objects by frame.
     """
     seen: dict[int, dict[int, Sighting]] = {}
@@ -60,21 +62,21 @@ def tracklets_of(shots: DriveShots, sightings: Mapping[int, Sequence[Sighting]])
     tracklets = []
     for actor, labels in seen.items():
         first, last = min(labels), max(labels)
-        for run in _without_gaps(_places(shots, actor, first, last)):
+        for run in _without_gaps(_places(scenes, actor, first, last)):
             known = [index for index, place in enumerate(run) if place.frame in labels]
             if known:
                 run = run[known[0] : known[-1] + 1]
-                tracklets.append(_tracklet(shots, actor, run, labels))
+                tracklets.append(_tracklet(scenes, actor, run, labels))
     return sorted(tracklets, key=lambda tracklet: tracklet.first_frame)
 
 
-def _places(shots: DriveShots, actor: int, first: int, last: int) -> list[_Place]:
+def _places(scenes: DriveScenes, actor: int, first: int, last: int) -> list[_Place]:
     """Where an actor is at each frame in which it is on the site."""
     places = []
     for frame in range(first, last + 1):
-        actors = shots.world.moments[frame].actors
+        actors = scenes.world.instants[frame].actors
         for index in np.flatnonzero(actors.id == actor):
-            to_world = shots.world.ego_poses[frame, 0] @ shots.rig.velodyne_pose
+            to_world = scenes.world.ego_poses[frame, 0] @ scenes.rig.velodyne_pose
             from_world = np.linalg.inv(to_world)
             x, y, heading = actors.pose[index]
             forward = from_world[:3, :3] @ [np.cos(heading), np.sin(heading), 0.0]
@@ -89,9 +91,9 @@ def _without_gaps(places: list[_Place]) -> list[list[_Place]]:
 
 
 def _tracklet(
-    shots: DriveShots, actor: int, run: list[_Place], labels: Mapping[int, Sighting]
+    scenes: DriveScenes, actor: int, run: list[_Place], labels: Mapping[int, Sighting]
 ) -> Tracklet:
-    actors = shots.world.moments[run[0].frame].actors
+    actors = scenes.world.instants[run[0].frame].actors
     index = int(np.flatnonzero(actors.id == actor)[0])
     states, occlusions, truncations = [], [], []
     for place in run:
@@ -99,7 +101,7 @@ def _tracklet(
         states.append(INTERPOLATED if sighting is None else LABELLED)
         if sighting is None:
             occlusions.append(_HIDDEN)
-            truncations.append(_unseen(place, shots.rig))
+            truncations.append(_unseen(place, scenes.rig))
         else:
             occlusions.append(min(sighting.occlusion, _HIDDEN))
             truncations.append(TRUNCATED if sighting.truncation > 0 else IN_IMAGE)

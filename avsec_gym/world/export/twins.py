@@ -16,12 +16,12 @@ from avsec_gym.kitti.label_folders import check_id
 from avsec_gym.kitti.sensor_files import read_image_size
 from avsec_gym.rig import KITTI_SIZE, SensorRig
 from avsec_gym.road_type import RoadType
-from avsec_gym.world.capture import Capture, take
+from avsec_gym.world.capture import Capture, render
 from avsec_gym.world.export.frame_files import write_object_files
 from avsec_gym.world.export.recipe import Sensors
 from avsec_gym.world.export.suites import write_lists
+from avsec_gym.world.posed_scenes import posed_scene_of_labels
 from avsec_gym.world.rendering.lidar import Lidar
-from avsec_gym.world.shots import shot_of_labels
 from avsec_gym.world.site import Style
 
 _CAMERA_HEIGHT, _HEIGHTS = 1.65, (1.60, 1.72)
@@ -36,11 +36,11 @@ class Twins:
     Args:
         kitti: Root of the real data, of which labels and calibration are read, and the size of
             the left image where it is there.
-        ids: Of the frames.
-        seed: Draws what labels do not tell.
-        style: Of all places; drawn to suit each frame if None.
-        road_type: Of all places; street if None.
-        cameras: That are written.
+        ids: Ids of the frames.
+        seed: Seed of what labels leave open.
+        style: Style of all places; drawn to suit each frame if None.
+        road_type: Road type of all places; street if None.
+        cameras: Numbers of the cameras that are written.
         lidar: Whether scans are written.
 
     Raises:
@@ -90,17 +90,17 @@ class Twins:
             rig = twin_rig(data, id, boxes)
         except DataError as error:
             return [f"left out: {error}"]
-        shot = shot_of_labels(
+        posed = posed_scene_of_labels(
             boxes,
             rig,
             seed=self.seed * _IDS + int(id),
             road_type=self.road_type,
             style=self.style,
         )
-        capture = take(shot, cameras=self.cameras, lidar=Lidar() if self.lidar else None)
+        capture = render(posed, cameras=self.cameras, lidar=Lidar() if self.lidar else None)
         capture, hidden = _in_the_order_of(boxes, capture)
         notes = {"twin_of": id, "hidden": hidden}
-        write_object_files(root / "training", id, shot, capture, notes=notes)
+        write_object_files(root / "training", id, posed, capture, notes=notes)
         names = ", ".join(f"{boxes.category[line]} (object {line + 1})" for line in hidden)
         return [f"{id}: not seen in the twin: {names}"] if hidden else []
 

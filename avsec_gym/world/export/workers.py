@@ -22,10 +22,10 @@ def make_frames(
     """Make frames; yields each number with its remarks when the frame is there.
 
     Args:
-        recipe: Of the data set.
+        recipe: The recipe of the data set.
         root: Its folder.
-        numbers: Which frames.
-        workers: Processes; with 1, this very one does it.
+        numbers: Numbers of the frames to make.
+        workers: Number of processes; with 1, the calling process does the work.
 
     Raises:
         DataError: A file cannot be written, or a worker died.

@@ -99,7 +99,7 @@ def draw_dimensions(rng: np.random.Generator, codes: Codes) -> Floats:
 
     Args:
         rng: The source of chance.
-        codes: Shape (N,).
+        codes: Category codes, shape (N,).
 
     Returns:
         Height, width, length in metres, shape (N, 3).

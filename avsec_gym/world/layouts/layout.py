@@ -65,9 +65,9 @@ def generate_layout(seed: int, road_type: RoadType | None = None, *, set_seed: i
     """Make one layout: number `seed` of the set with seed 0, or of another set.
 
     Args:
-        seed: 0 or more.
+        seed: Number of the layout, 0 or more.
         road_type: STREET, HIGHWAY, or None to draw it (72 % streets).
-        set_seed: Names the set, 0 or more.
+        set_seed: Seed of the set, 0 or more.
 
     Returns:
         The same layout for the same arguments in every process.
@@ -87,8 +87,8 @@ def generate_layouts(count: int, seed: int = 0, road_type: RoadType | None = Non
     """Make the first layouts of a set.
 
     Args:
-        count: How many; layout i does not depend on it.
-        seed: Names the set, 0 or more.  In set 0, layout i is ``generate_layout(i)``.
+        count: Number of layouts; layout i does not depend on it.
+        seed: Seed of the set, 0 or more.  In set 0, layout i is ``generate_layout(i)``.
         road_type: STREET, HIGHWAY, or None for the mix of the labelled scenarios.
 
     Raises:
@@ -181,7 +181,7 @@ def _labels(
 def _occlusion_levels(
     rng: np.random.Generator, covered: Floats, distance: Floats, codes: Codes
 ) -> Floats:
-    """KITTI's levels from the covered share, with what no label tells: clutter and unknowns.
+    """KITTI's levels from the covered share, with what no label holds: clutter and unknowns.
 
     In KITTI one in five objects that no other labelled object covers is still partly occluded,
     by walls, trees and poles, and some levels are unknown (3).

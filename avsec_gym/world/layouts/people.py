@@ -18,9 +18,10 @@ def place_people(
 
     Args:
         rng: The source of chance.
-        right: How far right of the ego vehicle's line the parked row or the kerb is, metres.
-        left: How far left.
-        likely: Probability that anybody walks here.
+        right: Distance of the parked row or the kerb to the right of the ego vehicle's line,
+            metres.
+        left: Distance to the left, metres.
+        likely: Probability that people walk here.
         more: Probability that yet another group does; groups are geometrically distributed.
 
     Returns:

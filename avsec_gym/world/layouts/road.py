@@ -80,15 +80,15 @@ def place_row(
 
     Args:
         rng: The source of chance.
-        mix: What stands in the row.
-        start: Where the rear of the first may be, metres along the road.
+        mix: Categories of the objects in the row.
+        start: Least road coordinate of the rear of the first object, metres.
         end: No object's centre lies beyond.
         left: Distance of the row's line from the ego vehicle's line, metres, positive to the left.
         gap: Smallest free space between neighbours, metres; as much again is added on average.
         fullness: Probability that a neighbour follows at once; otherwise a lull comes between.
         lull: Mean length of a lull, metres.
         backwards: Share that faces against the ego vehicle's direction.
-        angle: Of a parking bay to the road, radians; then the objects stand side by side.
+        angle: Angle of a parking bay to the road, radians; then the objects stand side by side.
         jitter: Standard deviation of the distance from the row's line, metres.
         moving: The flag of all of them.
 

@@ -44,7 +44,7 @@ def project_boxes(location: Floats, dimensions: Floats, rotation_y: Floats) -> I
     Args:
         location: Bottom centres in the camera frame, shape (N, 3).
         dimensions: Height, width, length, shape (N, 3).
-        rotation_y: Shape (N,).
+        rotation_y: Rotations about the camera's y axis, radians, shape (N,).
     """
     corners = box_corners(location, dimensions, rotation_y)
     first, second = corners[:, _EDGES[:, 0]], corners[:, _EDGES[:, 1]]
@@ -97,7 +97,7 @@ def without_overlaps(poses: Floats, length: Floats, width: Floats) -> NDArray[np
     """Which rectangles stay so that none overlaps one before it (separating axes).
 
     Args:
-        poses: Shape (N, 3); an earlier one stays.
+        poses: Poses x, y, heading, shape (N, 3); of two that overlap, the earlier one stays.
         length: Extent along the heading, shape (N,).
         width: Extent across the heading, shape (N,).
 

@@ -32,8 +32,8 @@ def compose(
 
     Args:
         site: The place.
-        start: Where to begin, road coordinate along the main course, metres.
-        end: Where to stop.
+        start: Road coordinate along the main course at which scenery begins, metres.
+        end: Road coordinate at which it ends, metres.
         keep_clear: Areas where nothing may stand (actors, lines of sight), in the world's
             ground plane.
     """

@@ -52,10 +52,10 @@ def build_row(
     Where something stands in the way a building moves back, up to 14 m, or is left out.
 
     Args:
-        plot: Where.
+        plot: The plot that is built up.
         rng: The source of chance.
         row: How.
-        side: 1 left, -1 right.
+        side: Side of the course: 1 left, -1 right.
         before: Furnishes the strip before a building: its middle along the road, its width, and
             its setback from the road's edge.
     """
@@ -103,11 +103,11 @@ def build_behind(
     """Houses of the next street, seen through gaps of a row.
 
     Args:
-        plot: Where.
+        plot: The plot that is built up.
         rng: The source of chance.
-        side: 1 left, -1 right.
+        side: Side of the course: 1 left, -1 right.
         gaps: Their middles along the road, as `build_row` returns them.
-        kinds: Of buildings, each as likely as the others.
+        kinds: Kinds of buildings, each as likely as the others.
     """
     edge = abs(plot.site.section.edges[1 if side > 0 else 0])
     for along in gaps:

@@ -101,10 +101,10 @@ def grove(
     """A belt of trees and bushes beside the road, dense as a wood's edge.
 
     Args:
-        plot: Where.
+        plot: The plot that is planted.
         rng: The source of chance.
-        species: Of the trees.
-        side: 1 left, -1 right.
+        species: Species of the trees.
+        side: Side of the course: 1 left, -1 right.
         nearest: Distance of the belt from the course, metres.
         deepest: Its far edge.
         spacing: Mean distance between trees, metres.

@@ -24,12 +24,12 @@ class Placement:
 
     Args:
         make: Its mesh in its own frame.
-        surface: What it is.
+        surface: Surface class of the mesh.
         x: Place in the world, metres.
         y: Place in the world, metres.
         z: Height of its foot, metres.
-        yaw: Radians.
-        scale: Of the mesh.
+        yaw: Rotation about the vertical, radians.
+        scale: Scale of the mesh.
         reach: Distance from its place to its farthest part, metres.
     """
 
@@ -55,8 +55,8 @@ class Plot:
 
     Args:
         site: The place.
-        start: Where it begins, road coordinate along the main course, metres.
-        end: Where it ends.
+        start: Road coordinate along the main course at which the plot begins, metres.
+        end: Road coordinate at which it ends, metres.
         keep_clear: Areas where nothing may stand, in the world's ground plane.
     """
 
@@ -121,14 +121,15 @@ class Plot:
 
         Args:
             make: Mesh, or what makes it.
-            surface: What it is.
-            along: Road coordinate of its origin.
-            left: Road coordinate of its origin.
-            heading: Relative to the road's direction there.
-            size: Of its footprint along its x and y axes, metres: of what stands on the ground.
-            offset: Of the footprint's centre from the origin, along its y axis.
-            scale: Of the mesh.
-            on_road: It may stand on pavements and verges (never where one drives, parks or cycles).
+            surface: Surface class of the mesh.
+            along: Road coordinate of its origin, metres.
+            left: Distance of its origin to the left of the course, metres.
+            heading: Heading relative to the road's direction there, radians.
+            size: Size of its footprint on the ground along its x and y axes, metres.
+            offset: Offset of the footprint's centre from the origin, along its y axis, metres.
+            scale: Scale of the mesh.
+            on_road: Whether it may stand on pavements and verges (never where vehicles drive, park
+                or cycle).
             sunk: Lower its foot, metres.
 
         Returns:

@@ -73,13 +73,13 @@ def line_up(
     """One thing at even distances along the road: lamps, bollards, posts.
 
     Args:
-        plot: Where.
+        plot: The plot that is furnished.
         rng: The source of chance.
-        name: In `FURNITURE` or `GROUPS`.
+        name: A name in `FURNITURE` or `GROUPS`.
         left: Offset from the course, metres.
-        spacing: Metres.
+        spacing: Distance between neighbours, metres.
         missing: Share left out.
-        on_road: It stands on the pavement or verge.
+        on_road: Whether they stand on the pavement or verge.
     """
     mesh, heading = make(name, rng), heading_beside(1 if left > 0 else -1)
     for along in np.arange(plot.start + float(rng.uniform(0, spacing)), plot.end, spacing):
@@ -102,13 +102,13 @@ def scatter(
     """Things at odd places in the strip between two distances from the course.
 
     Args:
-        plot: Where.
+        plot: The plot that is furnished.
         rng: The source of chance.
-        things: Names in `FURNITURE` or `GROUPS` (or ``bicycle``), and how many there are in
-            100 m on average.
-        side: 1 left, -1 right.
-        nearest: Metres from the course.
-        farthest: Metres from the course.
+        things: Names in `FURNITURE` or `GROUPS` (or ``bicycle``), and the average number of each in
+            100 m.
+        side: Side of the course: 1 left, -1 right.
+        nearest: Least distance from the course, metres.
+        farthest: Largest distance from the course, metres.
     """
     for name, density in things.items():
         count = int(rng.poisson(density * (plot.end - plot.start) / 100.0))

@@ -50,13 +50,13 @@ def idm_interaction(
     """The desired gap over the actual one, squared: what one obstacle adds to the IDM.
 
     Args:
-        speed: m/s.
+        speed: Speed of the follower, m/s.
         gap: Free distance to the obstacle, metres.
         closing: Own speed less that of the obstacle, m/s.
         headway: The follower's `Manners`, as the others.
-        standstill: Metres.
-        acceleration: m/s2.
-        braking: m/s2.
+        standstill: Gap that is kept at rest, metres.
+        acceleration: Largest acceleration, m/s2.
+        braking: Comfortable braking, m/s2.
     """
     dynamic = speed * headway + speed * closing / (2.0 * np.sqrt(acceleration * braking))
     return ((standstill + max(dynamic, 0.0)) / max(gap, 0.01)) ** 2
@@ -88,10 +88,10 @@ def idm_acceleration(
     """Acceleration of the IDM, m/s2, not below the hardest braking.
 
     Args:
-        speed: m/s.
+        speed: Speed of the follower, m/s.
         desired: Speed on a free road, m/s.
         interaction: Strongest `idm_interaction` with anything ahead.
-        manners: Of the follower.
+        manners: Manners of the follower.
     """
     free = 1.0 - (np.asarray(speed, float) / np.maximum(desired, 0.1)) ** 4
     wanted = manners.acceleration * (free - np.asarray(interaction))
@@ -109,8 +109,8 @@ def slow_down(speed: Floats, limit: Floats, acceleration: Floats) -> Floats:
     """Acceleration that has come down to the limit of a bend in `RESPONSE` seconds.
 
     Args:
-        speed: m/s, shape (N,).
-        limit: On the way of the next `RESPONSE` seconds, m/s, shape (N,).
+        speed: Present speed, m/s, shape (N,).
+        limit: Speed limit on the way of the next `RESPONSE` seconds, m/s, shape (N,).
         acceleration: Wanted otherwise, m/s2, shape (N,).
     """
     return np.asarray(np.minimum(acceleration, np.maximum((limit - speed) / RESPONSE, -4.0)))
@@ -120,8 +120,8 @@ def bend_limits(curvature: Floats, spacing: float) -> Floats:
     """Highest speeds on a line, also those before a bend from which it is reached comfortably.
 
     Args:
-        curvature: Per metre, evenly along the line, shape (n,).
-        spacing: Metres.
+        curvature: Curvature at even distances along the line, 1/m, shape (n,).
+        spacing: Distance between these points, metres.
     """
     square = LATERAL_ACCELERATION / np.maximum(np.abs(curvature), 1e-4)
     climb = 2.0 * _APPROACH_BRAKING * spacing * np.arange(len(curvature))

@@ -34,9 +34,10 @@ class Pavement:
     """A strip for walking.
 
     Args:
-        strip: On the main road.
-        side: 1 to the left of the carriageway, -1 to the right.
-        directions: Of the lines on it, from right to left: 1 along the course, -1 against it.
+        strip: The pavement's strip of the main road.
+        side: Side of the carriageway: 1 to the left, -1 to the right.
+        directions: Direction of each line on it, from right to left: 1 along the course, -1 against
+            it.
         free: Right and left end of the free ground at the `stations`, shape (n, 2), metres.
     """
 

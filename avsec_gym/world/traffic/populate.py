@@ -61,10 +61,11 @@ def populate(
     Args:
         site: The place.
         rng: The source of chance.
-        egos: How many vehicles carry sensors, 1 or more. The first drives along the course; the
-            others are 15 to 60 m from it: before or behind it, oncoming, or parked.
-        density: How busy it is beside what chance adds; about 1 as usual for the style, 0 for
-            nobody but the ego vehicles; None for 1 and, now and then, nobody of a kind at all.
+        egos: Number of vehicles that carry sensors, 1 or more. The first drives along the course;
+            the others are 15 to 60 m from it: before or behind it, oncoming, or parked.
+        density: Amount of traffic on top of what chance draws; about 1 as usual for the style, 0
+            for no road user but the ego vehicles; None for 1 and, now and then, none of a kind at
+            all.
 
     Returns:
         Nobody stands in another, and everybody could stop in time.

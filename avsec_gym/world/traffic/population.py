@@ -64,14 +64,14 @@ class Population:
     """Everybody on a site at time 0.
 
     Args:
-        routes: That are travelled.
+        routes: Routes that are travelled.
         neighbours: Routes of the lanes to the left and right in the direction of travel, -1 for
             none, shape (R, 2).
-        travellers: Who moves, or may.
-        bystanders: Who stands for good.
+        travellers: Road users that move, or may.
+        bystanders: Road users and things that stand for good.
         egos: The sensor vehicles: indices into travellers followed by bystanders.
         appearance: Seeds of the looks, travellers first, shape (N,).
-        phase: Of gait and pedals, the same order.
+        phase: Phase of gait and pedals, in the same order.
     """
 
     routes: tuple[Route, ...]

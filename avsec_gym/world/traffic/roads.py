@@ -33,7 +33,7 @@ class Roads:
         lanes: One for each lane of the main road.
         exits: Lane, and route that turns from it into a side street.
         entries: Routes out of each side street onto the main road.
-        cycling: For cyclists, each with the lane in which it runs, -1 for cycle paths.
+        cycling: Lines for cyclists, each with the lane in which it runs, -1 for cycle paths.
     """
 
     routes: list[Route]

@@ -20,12 +20,13 @@ class Route:
     """A line to follow.  Places on it are metres from its start.
 
     Args:
-        poses: x, y, heading every `SPACING` metres, shape (n, 3); headings without jumps.
-        width: Of the widest that travels here, metres.
-        gate: Where fronts wait until the way is free; infinite without such a place.
-        clear: Where rears are out of everybody's way again; with `gate` it encloses the
+        poses: Position x, y and heading every `SPACING` metres, shape (n, 3); headings without
+            jumps.
+        width: Width of the widest traveller of the route, metres.
+        gate: Place where fronts wait until the way is free; infinite without such a place.
+        clear: Place from which on rears block no other traveller; with `gate` it encloses the
             stretch on which others are crossed or joined.
-        shown: From where to where the route lies within the site.
+        shown: First and last place of the route within the site.
     """
 
     poses: Floats
@@ -56,9 +57,9 @@ def along_course(
 
     Args:
         course: The line to keep beside.
-        left: How far to the left of it: a number, or one for each of `stations`.
-        direction: 1 along the course, -1 against it.
-        margin: How far beyond both ends, metres.
+        left: Distance to the left of the course, metres: a number, or one for each of `stations`.
+        direction: Direction of travel: 1 along the course, -1 against it.
+        margin: Length of the line beyond both ends, metres.
 
     Returns:
         Shape (n, 3), evenly spaced, in the order of travel.
@@ -125,8 +126,8 @@ def join(first: Floats, second: Floats, before: float, after: float) -> tuple[Fl
     Args:
         first: Evenly spaced poses, as of `along_course`.
         second: The same.
-        before: How far before the meeting point the turn begins, metres.
-        after: How far behind it ends, on the second line.
+        before: Distance before the meeting point at which the turn begins, metres.
+        after: Distance behind it at which the turn ends, on the second line, metres.
 
     Returns:
         The joined poses, and the places on them where the turn begins and ends.

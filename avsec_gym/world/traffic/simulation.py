@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from avsec_gym.geometry import Floats
-from avsec_gym.world.actors import Actors, Moment
+from avsec_gym.world.actors import Actors, Instant
 from avsec_gym.world.models.people import METRES_PER_CRANK, stride_length
 from avsec_gym.world.site import Site
 from avsec_gym.world.traffic.ahead import interactions_ahead
@@ -46,15 +46,16 @@ def simulate(
     step: float = 0.1,
     egos: int = 1,
     density: float | None = None,
-) -> list[Moment]:
+) -> list[Instant]:
     """Traffic on a site.
 
     Args:
         site: The place.
         rng: The source of chance; the same state gives the same traffic.
-        duration: Seconds; a shorter run has the same first moments as a longer one.
-        step: Seconds between moments.
-        egos: How many vehicles carry sensors.
+        duration: Time that is simulated, seconds; a shorter run has the same first instants as a
+            longer one.
+        step: Time between instants, seconds.
+        egos: Number of vehicles that carry sensors.
         density: See `populate`.
 
     Returns:
@@ -66,12 +67,12 @@ def simulate(
     return run(site, populate(site, rng, egos=egos, density=density), duration, step)
 
 
-def still(site: Site, rng: np.random.Generator, egos: int = 1) -> Moment:
+def still(site: Site, rng: np.random.Generator, egos: int = 1) -> Instant:
     """One instant of the traffic on a site, as several connected vehicles may see it."""
     return simulate(site, rng, duration=0.0, egos=egos)[0]
 
 
-def run(site: Site, population: Population, duration: float, step: float = 0.1) -> list[Moment]:
+def run(site: Site, population: Population, duration: float, step: float = 0.1) -> list[Instant]:
     """Let a population go; see `simulate`."""
     network = network_of(population.routes)
     zones = find_zones(network)
@@ -81,13 +82,13 @@ def run(site: Site, population: Population, duration: float, step: float = 0.1) 
     count = int(duration / step + 1e-9) + 1
     travelled = np.zeros(len(traffic.place))
     history = []
-    for moment in range(count):
+    for instant in range(count):
         shown = _shown(network, traffic, population)
         history.append((traffic.poses.copy(), traffic.speed.copy(), travelled.copy(), shown))
         for tick in range(ticks):
-            time = step * (moment + tick / ticks)
+            time = step * (instant + tick / ticks)
             travelled += _advance(network, zones, population, traffic, pauses, time, step / ticks)
-    return _moments(site, population, history, step)
+    return _instants(site, population, history, step)
 
 
 def _advance(
@@ -135,12 +136,12 @@ def _shown(network: Network, traffic: Traffic, population: Population) -> np.nda
     return (inside | near) & (traffic.place >= 0.0) & (traffic.place <= ends)
 
 
-def _moments(
+def _instants(
     site: Site,
     population: Population,
     history: list[tuple[Floats, Floats, Floats, np.ndarray]],
     step: float,
-) -> list[Moment]:
+) -> list[Instant]:
     standing = np.reshape([one.pose for one in population.bystanders], (-1, 3))
     everybody: list[Traveller | Bystander] = [*population.travellers, *population.bystanders]
     category = np.array([one.category for one in everybody])
@@ -155,7 +156,7 @@ def _moments(
     order = np.array(
         [*population.egos, *(i for i in range(len(everybody)) if i not in population.egos)]
     )
-    moments = []
+    instants = []
     for index, (poses, speed, travelled, shown) in enumerate(history):
         speeds = np.concatenate([speed, still])
         way = np.concatenate([travelled, still])
@@ -173,8 +174,8 @@ def _moments(
         here = np.concatenate([shown, np.ones(len(standing), bool)])
         here[list(population.egos)] = True
         chosen = actors.pick(order[here[order]])
-        moments.append(Moment(index * step, chosen, tuple(range(len(population.egos)))))
-    return moments
+        instants.append(Instant(index * step, chosen, tuple(range(len(population.egos)))))
+    return instants
 
 
 def _heights(site: Site, poses: Floats, category: np.ndarray) -> Floats:

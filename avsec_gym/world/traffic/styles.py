@@ -19,13 +19,13 @@ class Bustle:
     Args:
         flow: Mean free metres between vehicles in a lane.
         pace: Share of the lane's usual speed that drivers want, at least and at most.
-        parked: Share of a parking place's row that is taken.
+        parked: Share of a parking place's row that is occupied.
         edge_parking: Probability that cars park on the edge of a pavement where there are no
             parking places.
         turning: Share of the vehicles that turn into side streets.
         waiting: Mean number of vehicles that wait in a side street.
-        walkers: For 100 m of each pavement.
-        groups: Of standing people, for 100 m of each pavement.
+        walkers: Number of walkers for 100 m of each pavement.
+        groups: Number of groups of standing people for 100 m of each pavement.
         crossing: Share of the walkers who cross the road.
         riders: Cyclists for 100 m of each lane or cycle path.
         mix: Categories of moving vehicles.

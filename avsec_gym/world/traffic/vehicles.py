@@ -53,7 +53,7 @@ def fill_lane(
         site: The place.
         roads: Its routes.
         lane: Index of the lane.
-        bustle: How busy it is.
+        bustle: Amount of traffic.
         jam: Share of their speed that a jam leaves the drivers, 1 without one.
         rng: The source of chance.
 
@@ -131,7 +131,8 @@ def settle(roads: Roads, queue: list[Traveller]) -> list[Traveller]:
 
     Args:
         roads: The routes.
-        queue: On routes that share their beginning; sensor vehicles have free room around them.
+        queue: Travellers on routes that share their beginning; sensor vehicles have free room
+            around them.
 
     Returns:
         From front to back, without those who would stand in the one ahead.

@@ -36,7 +36,7 @@ def rig() -> SensorRig:
 
 @pytest.fixture(scope="session")
 def mixed(tmp_path_factory: pytest.TempPathFactory, rig: SensorRig) -> Path:
-    """Two frames with one moment before each."""
+    """Two frames with one earlier frame each."""
     root = tmp_path_factory.mktemp("mixed")
     recipe = suite_recipe("mixed", 2, seed=1, sensors=Sensors(rig=rig), previous=1)
     make_data_set(recipe, root, workers=1)

@@ -11,7 +11,7 @@ import pytest
 from avsec_gym.geometry import Floats, transform_points
 from avsec_gym.kitti import KittiObject, read_labels
 from avsec_gym.rig import SensorRig
-from avsec_gym.world.drives import drive_shots
+from avsec_gym.world.drives import drive_scenes
 from avsec_gym.world.export import Sensors, make_data_set, suite_recipe
 
 
@@ -28,7 +28,7 @@ def connected(tmp_path_factory: pytest.TempPathFactory, rig: SensorRig) -> Path:
 
 
 def test_labels_of_both_lie_where_the_actors_are(connected: Path, rig: SensorRig) -> None:
-    actors = drive_shots(1, 0, 1, 2)[0].moment.actors
+    actors = drive_scenes(1, 0, 1, 2)[0].instant.actors
     checked = 0
     for vehicle in range(2):
         training = connected / f"vehicle_{vehicle}/training"
@@ -45,7 +45,7 @@ def test_labels_of_both_lie_where_the_actors_are(connected: Path, rig: SensorRig
 
 
 def test_scans_meet_on_the_ground(connected: Path) -> None:
-    ground = drive_shots(1, 0, 1, 2).world.site.ground
+    ground = drive_scenes(1, 0, 1, 2).world.site.ground
     for vehicle in range(2):
         root = connected / f"vehicle_{vehicle}"
         points = KittiObject(root).frame("000000").points[:, :3]

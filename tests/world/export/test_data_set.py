@@ -107,7 +107,7 @@ def test_folders_that_cannot_be_written(tmp_path: Path) -> None:
         make_data_set(Texts(), tmp_path / "new", workers=1)
 
 
-def test_changes_are_noticed(tmp_path: Path) -> None:
+def test_changes_are_detected(tmp_path: Path) -> None:
     make_data_set(Texts(word="abc"), tmp_path, workers=1)
     (tmp_path / "first" / "0.txt").write_text("abd")
     assert changed_files(tmp_path) == []

@@ -10,7 +10,7 @@ import pytest
 
 from avsec_gym.kitti import Drive, KittiRaw, check_data, read_disparity, read_labels
 from avsec_gym.rig import SensorRig
-from avsec_gym.world.drives import drive_shots
+from avsec_gym.world.drives import drive_scenes
 from avsec_gym.world.export import Sensors, make_data_set, suite_recipe
 
 
@@ -26,8 +26,8 @@ def test_pykitti_reads_it(raw: Path, rig: SensorRig) -> None:
     left, right = theirs.get_rgb(1)
     assert left.size == right.size == rig.size
     assert theirs.get_velo(2).shape[1] == 4
-    shots = drive_shots(1, 0, 3, rig=rig)
-    imu = shots.world.ego_poses[:, 0] @ rig.imu_pose
+    scenes = drive_scenes(1, 0, 3, rig=rig)
+    imu = scenes.world.ego_poses[:, 0] @ rig.imu_pose
     poses = np.stack([each.T_w_imu for each in theirs.oxts])
     np.testing.assert_allclose(poses[:, :3, :3], imu[:, :3, :3], atol=1e-6)
     moved = imu[:, :3, 3] - imu[0, :3, 3]

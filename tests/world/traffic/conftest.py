@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from avsec_gym.world.actors import Moment
+from avsec_gym.world.actors import Instant
 from avsec_gym.world.course import course_from_curvature
 from avsec_gym.world.ground import Ground
 from avsec_gym.world.section import CrossSection, Lane, Strip, Surface
@@ -35,7 +35,7 @@ class Run(NamedTuple):
 
     site: Site
     population: Population
-    moments: list[Moment]
+    instants: list[Instant]
     poses: np.ndarray
     """Shape (T, N, 3), NaN where an actor is not there."""
     speeds: np.ndarray
@@ -61,16 +61,16 @@ def watch() -> Callable[..., Run]:
         rng = np.random.default_rng(seed)
         site = draw_site(style, rng, length=700.0 if style == Style.HIGHWAY else 350.0)
         population = populate(site, rng, egos=egos)
-        moments = run(site, population, duration)
-        return Run(site, population, moments, *tracks(moments, len(population)))
+        instants = run(site, population, duration)
+        return Run(site, population, instants, *tracks(instants, len(population)))
 
     return watched
 
 
-def tracks(moments: list[Moment], count: int) -> tuple[np.ndarray, np.ndarray]:
-    poses = np.full((len(moments), count, 3), np.nan)
-    speeds = np.full((len(moments), count), np.nan)
-    for index, moment in enumerate(moments):
-        poses[index, moment.actors.id] = moment.actors.pose
-        speeds[index, moment.actors.id] = moment.actors.speed
+def tracks(instants: list[Instant], count: int) -> tuple[np.ndarray, np.ndarray]:
+    poses = np.full((len(instants), count, 3), np.nan)
+    speeds = np.full((len(instants), count), np.nan)
+    for index, instant in enumerate(instants):
+        poses[index, instant.actors.id] = instant.actors.pose
+        speeds[index, instant.actors.id] = instant.actors.speed
     return poses, speeds

@@ -14,7 +14,7 @@ from avsec_gym.world.traffic.driving import (
 MANNERS = Manners(*(np.array(each) for each in (1.3, 2.0, 1.4, 2.0)))
 
 
-def test_in_equilibrium_nobody_accelerates() -> None:
+def test_in_equilibrium_no_driver_accelerates() -> None:
     for speed in (3.0, 8.0, 13.0):
         gap = float(equilibrium_gap(speed, 15.0, MANNERS))
         felt = idm_interaction(speed, gap, 0.0, *map(float, MANNERS))
@@ -28,7 +28,7 @@ def test_a_free_driver_speeds_up_to_the_desired_speed() -> None:
 
 
 def test_calm_drivers_brake_enough_and_not_in_panic() -> None:
-    """20 m/s towards somebody standing 50 m away takes 4 m/s2; the calm one brakes more."""
+    """20 m/s towards an obstacle 50 m away takes 4 m/s2; the calm driver brakes more."""
     arguments = (20.0, 50.0, 20.0, 1.3, 2.0, 1.4, 2.0)
     assert 1.4 * calm_interaction(*arguments) >= 4.0
     slower = (33.0, 60.0, 9.0, 1.3, 2.0, 1.4, 2.0)

@@ -18,7 +18,7 @@ def test_there_are_empty_and_full_places(style: Style) -> None:
     assert max(counts) > 12
 
 
-def test_nobody_but_the_ego_vehicles_where_nothing_is_dense() -> None:
+def test_only_ego_vehicles_at_density_zero() -> None:
     for style in Style:
         rng = np.random.default_rng(0)
         site = draw_site(style, rng, length=250.0)

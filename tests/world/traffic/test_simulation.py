@@ -11,7 +11,7 @@ import pytest
 import shapely
 
 from avsec_gym.geometry import rectangle_polygons
-from avsec_gym.world.actors import Moment
+from avsec_gym.world.actors import Instant
 from avsec_gym.world.site import Style
 from avsec_gym.world.sites import draw_site
 from avsec_gym.world.traffic import simulate, still
@@ -24,8 +24,8 @@ VEHICLES = ("Car", "Van", "Truck")
 places = pytest.mark.parametrize(("style", "seed"), [*EVERY, *MORE])
 
 
-def overlapping(moment: Moment) -> list[tuple[int, int]]:
-    actors = moment.actors
+def overlapping(instant: Instant) -> list[tuple[int, int]]:
+    actors = instant.actors
     shapes = rectangle_polygons(actors.pose, actors.dimensions[:, 2], actors.dimensions[:, 1])
     first, second = shapely.STRtree(shapes).query(shapes, predicate="intersects")
     return [
@@ -35,26 +35,26 @@ def overlapping(moment: Moment) -> list[tuple[int, int]]:
     ]
 
 
-def digest(moments: list[Moment]) -> str:
+def digest(instants: list[Instant]) -> str:
     code = hashlib.sha256()
-    for moment in moments:
-        actors = moment.actors
+    for instant in instants:
+        actors = instant.actors
         code.update("".join(actors.category).encode())
         for name in ("id", "dimensions", "pose", "z", "speed", "moving", "appearance", "phase"):
             code.update(np.ascontiguousarray(getattr(actors, name)).tobytes())
     return code.hexdigest()
 
 
-def traffic(seed: int, duration: float) -> list[Moment]:
+def traffic(seed: int, duration: float) -> list[Instant]:
     rng = np.random.default_rng(seed)
     site = draw_site(Style.CITY, rng, length=250.0)
     return simulate(site, rng, duration=duration, egos=2)
 
 
 @places
-def test_nobody_stands_in_another(watch: Callable, style: Style, seed: int) -> None:
-    for moment in watch(style, seed).moments:
-        assert overlapping(moment) == [], f"{style} {seed} at {moment.time:.1f} s"
+def test_no_two_actors_overlap(watch: Callable, style: Style, seed: int) -> None:
+    for instant in watch(style, seed).instants:
+        assert overlapping(instant) == [], f"{style} {seed} at {instant.time:.1f} s"
 
 
 @places
@@ -90,8 +90,8 @@ def test_who_stands_stays_bit_for_bit(watch: Callable, style: Style, seed: int) 
     assert (standing == standing[0]).all()
     waits = (seen.speeds[1:] == 0) & (seen.speeds[:-1] == 0)
     assert (np.diff(seen.poses, axis=0)[waits] == 0).all()
-    for moment in seen.moments:
-        assert (moment.actors.moving == (moment.actors.speed > 0.3)).all()
+    for instant in seen.instants:
+        assert (instant.actors.moving == (instant.actors.speed > 0.3)).all()
 
 
 @places
@@ -131,7 +131,7 @@ def test_people_stay_off_the_carriageway_unless_they_cross(
 
 
 @places
-def test_nobody_vanishes_in_sight_of_an_ego_vehicle(
+def test_no_traveller_vanishes_in_sight_of_an_ego_vehicle(
     watch: Callable, style: Style, seed: int
 ) -> None:
     seen = watch(style, seed)
@@ -149,10 +149,10 @@ def test_nobody_vanishes_in_sight_of_an_ego_vehicle(
 def test_several_ego_vehicles_see_the_same_place(style: Style) -> None:
     for seed in range(4):
         rng = np.random.default_rng(seed)
-        moment = still(draw_site(style, rng, length=300.0), rng, egos=3)
-        assert moment.egos == (0, 1, 2)
-        assert overlapping(moment) == []
-        egos = moment.actors.pick(np.arange(3))
+        instant = still(draw_site(style, rng, length=300.0), rng, egos=3)
+        assert instant.egos == (0, 1, 2)
+        assert overlapping(instant) == []
+        egos = instant.actors.pick(np.arange(3))
         np.testing.assert_array_equal(egos.dimensions, np.tile([1.50, 1.80, 4.70], (3, 1)))
         apart = np.hypot(*(egos.pose[1:, :2] - egos.pose[0, :2]).T)
         assert ((apart > 13) & (apart < 80)).all()
@@ -160,7 +160,7 @@ def test_several_ego_vehicles_see_the_same_place(style: Style) -> None:
 
 def test_heights_are_those_of_the_ground_and_the_kerbs(watch: Callable) -> None:
     seen = watch(Style.CITY, 3)
-    actors = seen.moments[50].actors
+    actors = seen.instants[50].actors
     ground = seen.site.ground.height(actors.pose[:, 0], actors.pose[:, 1])
     assert ((actors.z - ground > -1e-9) & (actors.z - ground < 0.13)).all()
     vehicle = np.isin(actors.category, VEHICLES) & actors.moving

@@ -132,17 +132,18 @@ def test_a_search_needs_steps():
 
 @pytest.mark.slow
 def test_rendered_cars_are_found_to_a_decimetre_or_two():
-    from avsec_gym.world.capture import take
+    from avsec_gym.world.shots import posed_scene_of_layout
+
+    from avsec_gym.world.capture import render
     from avsec_gym.world.layouts import generate_layout
-    from avsec_gym.world.shots import shot_of_layout
 
     # Sizes wrong by 4 % put the solver's depths wrong by as much.
     errors, before = [], []
     for seed in range(4):
-        shot = shot_of_layout(generate_layout(seed))
-        capture = take(shot, cameras=(2, 3), lidar=None)
+        posed = posed_scene_of_layout(generate_layout(seed))
+        capture = render(posed, cameras=(2, 3), lidar=None)
         images, boxes = capture.images, capture.labels.boxes
-        projections = [shot.rig.calibration.projection(camera) for camera in (2, 3)]
+        projections = [posed.rig.calibration.projection(camera) for camera in (2, 3)]
         camera = StereoCamera.of_projections(*projections, images[2].shape[:2])
         truth = stereo_truth(boxes, camera)
         keypoints = np.isfinite(truth.keypoints)

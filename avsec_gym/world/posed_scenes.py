@@ -1,4 +1,4 @@
-"""Scenes ready to be taken: a built-up place, its light, and who is there at one moment."""
+"""Posed scenes: a built scene with the actors of one instant and the pose of the sensors."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import Floats
 from avsec_gym.rig import SensorRig, kitti_rig
 from avsec_gym.road_type import RoadType
-from avsec_gym.world.actors import Actors, Moment
+from avsec_gym.world.actors import Actors, Instant
+from avsec_gym.world.built_scene import BuiltScene, build_scene
 from avsec_gym.world.course import Course, course_from_curvature
 from avsec_gym.world.framing import (
     actors_from_boxes,
@@ -30,14 +31,13 @@ from avsec_gym.world.layouts.road import Road
 from avsec_gym.world.rendering.light import draw_light
 from avsec_gym.world.road.sections import section_for_lanes
 from avsec_gym.world.site import Site, Style
-from avsec_gym.world.stage import Stage, build_stage
 
 BEHIND, AHEAD = -60.0, 190.0
 """Metres of road built behind and ahead of the ego vehicle for a single frame."""
 PAINTED = (-15.0, 160.0)
-"""Metres of it with markings and wear: as far as a camera can tell them."""
+"""Metres of it with markings and wear: as far as a camera resolves them."""
 _LAST_BEHIND = 8.0
-"""Metres of the road's beginning where nobody stands."""
+"""Metres of the road's beginning without actors."""
 
 _SPEEDS = {RoadType.STREET: (6.0, 8.0), RoadType.HIGHWAY: (11.0, 13.0)}
 _STREET_STYLES = {
@@ -49,34 +49,34 @@ _STREET_STYLES = {
 
 
 @dataclass(frozen=True, eq=False)
-class Shot:
-    """Everything that is needed to take a picture.
+class PosedScene:
+    """A scene that is ready to be rendered.
 
     Args:
         site: The place.
-        stage: The place built up and lit.
-        moment: Who is there.
-        rig: That looks.
+        built: The place built up and lit.
+        instant: The actors and their poses.
+        rig: The sensors of every ego vehicle.
         vehicle_to_world: Pose of the rig's vehicle frame for each ego vehicle, shape (E, 4, 4).
-        seed: Of the sensors' noise.
+        seed: Seed of the sensors' noise.
     """
 
     site: Site
-    stage: Stage
-    moment: Moment
+    built: BuiltScene
+    instant: Instant
     rig: SensorRig
     vehicle_to_world: Floats
     seed: tuple[int, ...]
 
 
-def shot_of_layout(layout: Layout, rig: SensorRig | None = None) -> Shot:
-    """The picture that belongs to one of our layouts: same seed, same picture.
+def posed_scene_of_layout(layout: Layout, rig: SensorRig | None = None) -> PosedScene:
+    """The scene that belongs to one of our layouts: same seed, same scene.
 
     Objects on raised ground (pavements) are lifted onto it.
 
     Args:
-        layout: What stands where.
-        rig: That looks; KITTI's if None.
+        layout: The objects and the road.
+        rig: The sensors of the vehicle that looks; KITTI's if None.
     """
     rig = rig or kitti_rig()
     seed = (layout.set_seed, layout.index, 3)
@@ -93,25 +93,27 @@ def shot_of_layout(layout: Layout, rig: SensorRig | None = None) -> Shot:
     ground = Ground((rig.camera_height - height, -slope_ahead, slope_right))
     lanes = layout.road.lane_offsets
     in_sight = np.concatenate([[False], layout.boxes.occlusion == 0])
-    return _shot(actors, ground, _course(layout.road), lanes, 3.5, style, rig, in_sight, seed, rng)
+    return _posed_scene(
+        actors, ground, _course(layout.road), lanes, 3.5, style, rig, in_sight, seed, rng
+    )
 
 
-def shot_of_labels(
+def posed_scene_of_labels(
     boxes: Boxes3D,
     rig: SensorRig,
     *,
     seed: int,
     road_type: RoadType | None = None,
     style: Style | None = None,
-) -> Shot:
+) -> PosedScene:
     """A digital twin: the labelled objects exactly where they were, in a plausible place.
 
     Args:
         boxes: Labels of a real frame.
-        rig: With that frame's calibration.
-        seed: Draws what labels do not tell: looks, road, surroundings, light.
-        road_type: Of the place; guessed if None.
-        style: Of the place; drawn to suit the objects if None.
+        rig: The sensors of the vehicle that looks, with that frame's calibration.
+        seed: Seed of what labels leave open: looks, road, surroundings, light.
+        road_type: Road type of the place; street if None.
+        style: Style of the place; drawn to suit the objects if None.
     """
     numbers = (seed, 5)
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(numbers)))
@@ -124,10 +126,10 @@ def shot_of_labels(
     lanes = _lanes(actors, course, style)
     hidden = np.zeros(len(boxes)) if boxes.occlusion is None else boxes.occlusion
     in_sight = np.concatenate([[False], hidden == 0])
-    return _shot(actors, None, course, lanes, 3.5, style, rig, in_sight, numbers, rng)
+    return _posed_scene(actors, None, course, lanes, 3.5, style, rig, in_sight, numbers, rng)
 
 
-def _shot(
+def _posed_scene(
     actors: Actors,
     ground: Ground | None,
     course: Course,
@@ -138,28 +140,32 @@ def _shot(
     in_sight: np.ndarray,
     seed: tuple[int, ...],
     rng: np.random.Generator,
-) -> Shot:
+) -> PosedScene:
     """Build the place around actors; the ground is fitted to them if None."""
+    # Draw the road's cross section: lanes, kerbs and parking where the actors need them.
     if style == Style.HIGHWAY:
         lanes = highway_lanes(actors, course, lanes)
     parked = parked_beside(actors, course, lanes, lane_width)
     section = section_for_lanes(lanes, lane_width, style, rng, *parked)
     section = with_dropped_kerbs(actors, course, section)
+    # Fit the ground to the heights of the labels, unless the layout has one.
     labelled = 0 if ground is not None else len(actors)
     if ground is None:
         ground = ground_through(actors, lifted(actors, course, section))
+    # Fill the street behind the ego vehicle, and set all actors on the ground.
     shown = len(actors)
     actors = with_street_behind(actors, course, -BEHIND - _LAST_BEHIND)
     lift = lifted(actors, course, section)
-    # Labels tell heights; everybody else stands on the land.
+    # Labels hold heights; all other actors stand on the land.
     level = ground.height(actors.pose[:, 0], actors.pose[:, 1]) + lift
     actors = replace(actors, z=np.concatenate([actors.z[:labelled], level[labelled:]]))
     ground = levelled(ground, actors, lift)
+    # Build the place; scenery keeps clear of the actors and of the lines of sight to them.
     site = Site(style, course, section, ground, int(rng.integers(2**31)))
     in_sight = np.concatenate([in_sight, np.zeros(len(actors) - shown, bool)])
     clear = keep_clear(actors, in_sight, 0.4)
-    stage = build_stage(site, draw_light(rng), BEHIND, AHEAD, clear, PAINTED)
-    return Shot(site, stage, Moment(0.0, actors), rig, np.eye(4)[None], seed)
+    built = build_scene(site, draw_light(rng), BEHIND, AHEAD, clear, PAINTED)
+    return PosedScene(site, built, Instant(0.0, actors), rig, np.eye(4)[None], seed)
 
 
 def _style(road_type: RoadType, boxes: Boxes3D, rng: np.random.Generator) -> Style:

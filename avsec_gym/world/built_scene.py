@@ -1,4 +1,4 @@
-"""A site built up and lit: put actors on it, and look."""
+"""A built scene: a site with road, land and scenery in place, and its light; actors are added."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ _COARSER = 45.0
 """Metres that things outside of it count as farther away."""
 
 
-class Stage:
-    """Everything that stands still.
+class BuiltScene:
+    """All that stands still in a scene, and its light.
 
     Args:
-        land: Road and terrain.
+        land: Meshes of road and terrain.
         overlay: Paint and wear of the road.
         placements: Houses, plants, furniture.
         light: The daylight.
@@ -61,10 +61,11 @@ class Stage:
         """All that an actor's sensors may see; actor i has the object id i.
 
         Args:
-            actors: Who is there.
+            actors: All actors of the instant.
             looking: Index of the actor that looks; it does not see itself.
             egos: Indices of the actors that carry sensors.
         """
+        # Leave out what is too far away to be seen, and more of what no camera faces.
         x, y, heading = actors.pose[looking]
         away = self._places[:, :2] - (x, y)
         distance, reach = np.hypot(*away.T), self._places[:, 2]
@@ -84,7 +85,7 @@ class Stage:
         return RayScene(things)
 
     def renderer(self, actors: Actors, looking: int, egos: Sequence[int] = ()) -> Renderer:
-        """See `scene`."""
+        """The renderer of `scene`."""
         return Renderer(self.scene(actors, looking, egos), self.light, self._overlay)
 
 
@@ -121,30 +122,31 @@ def _ego_vehicle() -> Mesh:
     return make_ego_vehicle()
 
 
-def build_stage(
+def build_scene(
     site: Site,
     light: Light,
     start: float,
     end: float,
     keep_clear: Iterable[shapely.Geometry] = (),
     painted: tuple[float, float] | None = None,
-) -> Stage:
+) -> BuiltScene:
     """Build up a site: road, land, paint, scenery.
 
     Args:
         site: The place; its seed draws everything.
         light: The daylight.
-        start: Where to begin, road coordinate along the main course, metres.
-        end: Where to stop.
+        start: Road coordinate along the main course at which the scene begins, metres.
+        end: Road coordinate at which it ends, metres.
         keep_clear: Areas where no scenery may stand, in the world's ground plane.
-        painted: Where the road has markings and wear; all of it if None.
+        painted: Stretch of the road with markings and wear; all of it if None.
     """
+    # One generator in a fixed order: land, then paint; scenery has one of its own.
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((site.seed, 0))))
     land = [Thing(mesh, surface) for mesh, surface in road_meshes(site, start, end)]
     land.append(Thing(land_mesh(site, start, end, rng), Surface.TERRAIN))
     overlay = paint_overlay(site, *(painted or (start, end)), rng)
     placements = compose(site, start, end, keep_clear)
-    return Stage(land, _overlay_arrays(overlay, start), placements, light)
+    return BuiltScene(land, _overlay_arrays(overlay, start), placements, light)
 
 
 def _overlay_arrays(overlay: Overlay, start: float) -> OverlayArrays:
