@@ -131,8 +131,8 @@ def _united(boxes: Floats) -> Floats:
         for other in united + rest:
             if (np.maximum(box[:2], other[:2]) <= np.minimum(box[2:], other[2:]) + 3.0).all():
                 merged = np.r_[np.minimum(box[:2], other[:2]), np.maximum(box[2:], other[2:])]
-                united = [one for one in united if one is not other]
-                rest = [one for one in rest if one is not other]
+                united = [kept for kept in united if kept is not other]
+                rest = [kept for kept in rest if kept is not other]
                 rest.append(merged)
                 break
         else:

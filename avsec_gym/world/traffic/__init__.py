@@ -1,4 +1,4 @@
-"""Traffic over time: who is on a site, and where everybody is moment by moment."""
+"""Traffic over time: the road users on a site, and their poses at every instant."""
 
 from avsec_gym.world.traffic.populate import populate
 from avsec_gym.world.traffic.population import Population

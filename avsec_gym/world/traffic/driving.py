@@ -74,7 +74,7 @@ def calm_interaction(
 ) -> float:
     """`idm_interaction` without its panic.
 
-    At high speed the IDM brakes hard for somebody little slower far ahead; here nobody brakes
+    At high speed the IDM brakes hard for a vehicle little slower far ahead; here no driver brakes
     harder than comfortably plus half as hard again as it must.
     """
     felt = idm_interaction(speed, gap, closing, headway, standstill, acceleration, braking)

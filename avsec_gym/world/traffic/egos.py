@@ -29,7 +29,8 @@ def sensor_vehicles(
     egos: int,
     rng: np.random.Generator,
 ) -> tuple[list[Traveller], tuple[Bystander, ...], list[Bystander]]:
-    """The ego vehicles that drive, everybody who stands, and the ego vehicles among these."""
+    """The ego vehicles that drive, all bystanders, and the ego vehicles among these."""
+    # The first ego vehicle drives along the course, in the lane nearest to it.
     lanes = site.section.lanes
     forward = [i for i in range(len(lanes)) if lanes[i].direction > 0]
     own = min(forward, key=lambda i: abs(lanes[i].left))
@@ -39,13 +40,14 @@ def sensor_vehicles(
     parked: list[Bystander] = []
     against = [i for i in range(len(lanes)) if lanes[i].direction < 0]
     taken, tries = {own: [along]}, _TRIES
+    # The others park near it, drive against it, or drive before or behind it.
     while len(drivers) + len(parked) < egos:
         kind, away = rng.random(), float(rng.uniform(*_CONNECTED))
         spots = _parked_near(site, bystanders, parked, along)
         if kind < 0.25 and spots:
             chosen = spots[int(rng.integers(len(spots)))]
             ego = Bystander("Car", EGO_SIZE, chosen.pose)
-            bystanders = tuple(ego if one is chosen else one for one in bystanders)
+            bystanders = tuple(ego if each is chosen else each for each in bystanders)
             parked.append(ego)
             continue
         lane = int(rng.choice(against)) if kind < 0.6 and against else int(rng.choice(forward))
@@ -94,7 +96,7 @@ def _parked_near(
     places, _ = site.course.coordinates(poses[:, 0], poses[:, 1])
     near = (np.abs(places - along) > _CONNECTED[0]) & (np.abs(places - along) < _CONNECTED[1])
     return [
-        one
-        for one, fits in zip(bystanders, near.tolist(), strict=True)
-        if fits and one.dimensions[2] > EGO_SIZE[2] - 0.6 and one not in taken
+        bystander
+        for bystander, fits in zip(bystanders, near.tolist(), strict=True)
+        if fits and bystander.dimensions[2] > EGO_SIZE[2] - 0.6 and bystander not in taken
     ]

@@ -61,7 +61,7 @@ def parked_rows(site: Site, bustle: Bustle, rng: np.random.Generator) -> tuple[B
 def out_of_the_way(
     bystanders: Sequence[Bystander], routes: Sequence[Route]
 ) -> tuple[Bystander, ...]:
-    """Those who do not stand where somebody travels."""
+    """Bystanders that stand on no traveller's route."""
     if not bystanders:
         return ()
     corridors = [
@@ -73,13 +73,13 @@ def out_of_the_way(
     shapes = footprints(bystanders)
     hit = shapely.STRtree(shapes).query(corridors, predicate="intersects")[1]
     blocked = set(hit.tolist())
-    return tuple(one for index, one in enumerate(bystanders) if index not in blocked)
+    return tuple(bystander for index, bystander in enumerate(bystanders) if index not in blocked)
 
 
 def footprints(bystanders: Sequence[Bystander]) -> np.ndarray:
     """Their outlines as shapely polygons, shape (N,)."""
-    poses = np.array([one.pose for one in bystanders])
-    sizes = np.array([one.dimensions for one in bystanders])
+    poses = np.array([bystander.pose for bystander in bystanders])
+    sizes = np.array([bystander.dimensions for bystander in bystanders])
     return rectangle_polygons(poses, sizes[:, 2], sizes[:, 1])
 
 
@@ -131,4 +131,4 @@ def _at_the_road(strips: Sequence[Strip], side: int) -> Strip | None:
 
 def poses_of(bystanders: Sequence[Bystander]) -> Floats:
     """Shape (N, 3)."""
-    return np.reshape([one.pose for one in bystanders], (-1, 3))
+    return np.reshape([bystander.pose for bystander in bystanders], (-1, 3))

@@ -26,7 +26,7 @@ _BEYOND = 120.0
 _FORETHOUGHT = 2.0
 """Metres before an obstacle at which the way around it begins to matter."""
 _ACROSS = 1.2
-"""Room that somebody needs who crosses, metres to each side."""
+"""Room that a person needs to cross the road, metres to each side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,8 +94,10 @@ def make_way(
     along = stations(site.course, _BEYOND)
     wanted = _BESIDE * (len(pavement.directions) - 1)
     free, refused = pavement.free.copy(), []
-    for index, one in enumerate(bystanders):
-        corners = rectangle_corners(one.pose, one.dimensions[2], one.dimensions[1])
+    for index, bystander in enumerate(bystanders):
+        corners = rectangle_corners(
+            bystander.pose, bystander.dimensions[2], bystander.dimensions[1]
+        )
         begins, across = site.course.coordinates(*corners.T)
         right, left = across.min() - _AROUND, across.max() + _AROUND
         if left < free[:, 0].min() or right > free[:, 1].max():
@@ -173,16 +175,16 @@ def crossing_route(
 def off_crossings(
     site: Site, bystanders: Sequence[Bystander], crossings: Sequence[float]
 ) -> tuple[Bystander, ...]:
-    """Those who do not stand where people cross."""
+    """Bystanders that stand on no crossing."""
     if not crossings or not bystanders:
         return tuple(bystanders)
-    poses = np.array([one.pose for one in bystanders])
-    sizes = np.array([one.dimensions for one in bystanders])
+    poses = np.array([bystander.pose for bystander in bystanders])
+    sizes = np.array([bystander.dimensions for bystander in bystanders])
     corners = rectangle_corners(poses, sizes[:, 2], sizes[:, 1])
     along, _ = site.course.coordinates(corners[..., 0], corners[..., 1])
     low, high = along.min(axis=1) - _ACROSS, along.max(axis=1) + _ACROSS
     hit = ((low[:, None] < crossings) & (np.array(crossings) < high[:, None])).any(axis=1)
-    return tuple(one for one, stands in zip(bystanders, hit.tolist(), strict=True) if not stands)
+    return tuple(each for each, stands in zip(bystanders, hit.tolist(), strict=True) if not stands)
 
 
 def _around(poses: Floats, place: Floats, before: float, behind: float) -> Floats:

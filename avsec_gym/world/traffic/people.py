@@ -1,4 +1,4 @@
-"""People on pavements: who walks, who stands in a group, who crosses the road."""
+"""People on pavements: walkers, groups that stand, and people who cross the road."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _APART = 1.6
 
 
 def draw_person(rng: np.random.Generator) -> tuple[float, float, float]:
-    """Height, width and length of somebody who walks."""
+    """Height, width and length of a walking person."""
     height, width, length = draw_dimensions(rng, np.array([_PEDESTRIAN]))[0].tolist()
     return height, min(width, _WIDEST), length
 
@@ -70,7 +70,7 @@ def walkers(route: int, length: float, count: float, rng: np.random.Generator) -
 def crossings(
     site: Site, bustle: Bustle, pavements: list[Pavement], rng: np.random.Generator
 ) -> list[float]:
-    """Road coordinates at which somebody crosses, not near side streets or one another."""
+    """Road coordinates at which people cross, not near side streets or one another."""
     length = site.course.end - site.course.start
     if len({pavement.side for pavement in pavements}) < 2:
         return []
@@ -86,7 +86,7 @@ def crossings(
 def crosser(
     site: Site, pavements: list[Pavement], along: float, index: int, rng: np.random.Generator
 ) -> tuple[Route, Traveller]:
-    """Somebody who crosses the road: on the way to the kerb, waiting there, or half across."""
+    """A person who crosses the road: on the way to the kerb, waiting there, or half across."""
     side = int(rng.choice([-1, 1]))
     start = _nearest(pavements, side)
     goal = _nearest(pavements, -side)
@@ -107,10 +107,10 @@ def crosser(
     return route, person._replace(place=across, started=True)
 
 
-def companion(one: Traveller, route: int, rng: np.random.Generator) -> Traveller:
-    """Somebody who walks beside one, on the next line."""
+def companion(walker: Traveller, route: int, rng: np.random.Generator) -> Traveller:
+    """A second person, who walks beside the first, on the next line."""
     weave = draw_weave("Pedestrian", rng)
-    return one._replace(dimensions=draw_person(rng), route=route, weave=weave)
+    return walker._replace(dimensions=draw_person(rng), route=route, weave=weave)
 
 
 def _nearest(pavements: list[Pavement], side: int) -> Pavement:

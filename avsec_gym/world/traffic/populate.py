@@ -1,4 +1,4 @@
-"""Fill a site with everybody who is there at time 0."""
+"""Fill a site with all that is there at time 0: vehicles, cyclists, people."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from avsec_gym.world.traffic.vehicles import (
 _AROUND_EGO = 8.0
 """Free metres in the lane before and behind an ego vehicle at first."""
 _PASSING = 0.82
-"""From a vehicle's side to the middle of a cyclist whom it passes, metres."""
+"""From a vehicle's side to the middle of a cyclist that it passes, metres."""
 _FARTHEST_ASIDE = 0.5
 """From the middle of the lane, metres."""
 _RED_LIGHT = 0.25
@@ -50,7 +50,7 @@ _JAM = 0.06
 _FROM_MOUTH = 25.0
 """Between a red light and side streets, metres."""
 _COUPLES = 0.3
-"""Share of the walkers beside whom somebody walks."""
+"""Share of the walkers with a second person beside them."""
 
 
 def populate(
@@ -68,8 +68,9 @@ def populate(
             all.
 
     Returns:
-        Nobody stands in another, and everybody could stop in time.
+        A population in which no two overlap, and every traveller can stop in time.
     """
+    # In an order in which each group finds the room that those before it left.
     bustle = _tonight(STYLES[site.style], density, rng)
     roads = roads_of(site)
     bystanders = out_of_the_way(parked_rows(site, bustle, rng), roads.routes)
@@ -92,8 +93,8 @@ def _tonight(usual: Bustle, density: float | None, rng: np.random.Generator) -> 
     """The style's numbers, scaled by chance."""
     vehicles, people, riders = rng.gamma([1.5, 0.9, 0.8]) / [1.5, 0.9, 0.8]
     parked = usual.parked * rng.uniform(0.3, 1.3)
-    nobody = rng.random(4) < [0.1, 0.15, 0.3, 0.15]
-    vehicles, people, riders, parked = np.where(nobody, 0.0, [vehicles, people, riders, parked])
+    absent = rng.random(4) < [0.1, 0.15, 0.3, 0.15]
+    vehicles, people, riders, parked = np.where(absent, 0.0, [vehicles, people, riders, parked])
     if density is not None:
         vehicles, people, riders = (max(each, 0.3) * density for each in (vehicles, people, riders))
         parked *= min(density, 1.0)
@@ -127,14 +128,16 @@ def _traffic(
             if ego.route == route
         ]
         queue = _lane_queue(site, roads, lane, own, bustle, jam, rng)
-        queue = [_before_light(one, lights, roads) for one in queue]
+        queue = [_before_light(traveller, lights, roads) for traveller in queue]
         found += settle(roads, queue)
     for riding, beside in roads.cycling:
         if beside < 0:
             found += settle(roads, fill_cycling(site, roads, riding, bustle, rng))
     for street in range(len(site.side_streets)):
         found += settle(roads, fill_side_street(roads, street, bustle, rng))
-    return sorted(found, key=lambda one: one.ego if one.ego >= 0 else len(drivers))
+    return sorted(
+        found, key=lambda traveller: traveller.ego if traveller.ego >= 0 else len(drivers)
+    )
 
 
 def _lane_queue(
@@ -153,22 +156,23 @@ def _lane_queue(
         if beside == lane:
             riders += fill_cycling(site, roads, riding, bustle, rng)
     free = [
-        one
-        for one in [*vehicles, *riders]
+        traveller
+        for traveller in [*vehicles, *riders]
         if all(
-            one.rear > ego.front + _AROUND_EGO or one.front < ego.rear - _AROUND_EGO for ego in egos
+            traveller.rear > ego.front + _AROUND_EGO or traveller.front < ego.rear - _AROUND_EGO
+            for ego in egos
         )
     ]
-    everybody = [*egos, *free]
-    return [_aside(site, lane, one) for one in everybody] if riders else everybody
+    queue = [*egos, *free]
+    return [_aside(site, lane, traveller) for traveller in queue] if riders else queue
 
 
-def _aside(site: Site, lane: int, one: Traveller) -> Traveller:
+def _aside(site: Site, lane: int, traveller: Traveller) -> Traveller:
     """Drivers keep left of cyclists, and pass them, where the lane is wide enough."""
     beside = 0.5 * site.section.lanes[lane].width - RIDERS_FROM_EDGE
-    aside = 0.5 * one.dimensions[1] + _PASSING - beside
-    narrow = one.category == "Cyclist" or aside > _FARTHEST_ASIDE
-    return one if narrow else one._replace(left=max(aside, 0.0))
+    aside = 0.5 * traveller.dimensions[1] + _PASSING - beside
+    narrow = traveller.category == "Cyclist" or aside > _FARTHEST_ASIDE
+    return traveller if narrow else traveller._replace(left=max(aside, 0.0))
 
 
 def _red_lights(site: Site, roads: Roads, rng: np.random.Generator) -> dict[int, tuple[int, float]]:
@@ -190,13 +194,15 @@ def _red_lights(site: Site, roads: Roads, rng: np.random.Generator) -> dict[int,
     return lights
 
 
-def _before_light(one: Traveller, lights: dict[int, tuple[int, float]], roads: Roads) -> Traveller:
-    if one.route not in lights:
-        return one
-    route, green = lights[one.route]
-    if one.front > roads.routes[route].gate - 1.0:
-        return one
-    return one._replace(route=route, opens=green, polite=False)
+def _before_light(
+    traveller: Traveller, lights: dict[int, tuple[int, float]], roads: Roads
+) -> Traveller:
+    if traveller.route not in lights:
+        return traveller
+    route, green = lights[traveller.route]
+    if traveller.front > roads.routes[route].gate - 1.0:
+        return traveller
+    return traveller._replace(route=route, opens=green, polite=False)
 
 
 def _make_way(
@@ -205,12 +211,12 @@ def _make_way(
     bystanders: tuple[Bystander, ...],
     egos: list[Bystander],
 ) -> tuple[list[Pavement], tuple[Bystander, ...]]:
-    """Pavements whose lines lead around whoever stands there, without those who block them."""
+    """Pavements with lines around the bystanders there, and the bystanders that leave a way."""
     ways = []
     for pavement in pavements:
         way, refused = make_way(site, pavement, bystanders)
         bystanders = tuple(
-            one for i, one in enumerate(bystanders) if i not in refused or one in egos
+            each for i, each in enumerate(bystanders) if i not in refused or each in egos
         )
         ways.append(way)
     return ways, bystanders
@@ -225,7 +231,7 @@ def _people(
     bustle: Bustle,
     rng: np.random.Generator,
 ) -> list[Traveller]:
-    """Who walks along the pavements and across the road."""
+    """People who walk along the pavements and across the road."""
     people: list[Traveller] = []
     for along in places:
         route, person = crosser(site, pavements, along, len(roads.routes), rng)
@@ -246,23 +252,29 @@ def _people(
             beside = pavement.directions[line + 1 : line + 2]
             together = (rng.random(len(alone)) < _COUPLES) & (beside == (direction,))
             companions = [
-                companion(one, index + 1, rng)
-                for one, two in zip(alone, together.tolist(), strict=True)
+                companion(walker, index + 1, rng)
+                for walker, two in zip(alone, together.tolist(), strict=True)
                 if two
             ]
     return people
 
 
 def _can_stop(site: Site, roads: Roads, traffic: list[Traveller], along: float) -> bool:
-    """Whether all vehicles and cyclists can stop before somebody who crosses."""
-    for one in traffic:
-        route = roads.routes[one.route]
-        row = int(np.clip(one.place / SPACING, 0, len(route.poses) - 1))
+    """Whether all vehicles and cyclists can stop before a person who crosses."""
+    for traveller in traffic:
+        route = roads.routes[traveller.route]
+        row = int(np.clip(traveller.place / SPACING, 0, len(route.poses) - 1))
         x, y, heading = route.poses[row]
         there, _ = site.course.coordinates(x, y)
         road = float(site.course.poses(there, 0.0)[2])
-        gap = (along - float(there)) * np.sign(np.cos(heading - road)) - 0.5 * one.dimensions[2]
-        if -one.dimensions[2] - 2.0 < gap - 1.5 < one.speed**2 / 4.0 + 0.7 * one.speed + 2.0:
+        gap = (along - float(there)) * np.sign(np.cos(heading - road)) - 0.5 * traveller.dimensions[
+            2
+        ]
+        if (
+            -traveller.dimensions[2] - 2.0
+            < gap - 1.5
+            < traveller.speed**2 / 4.0 + 0.7 * traveller.speed + 2.0
+        ):
             return False
     return True
 
@@ -276,23 +288,24 @@ def _assemble(
     parked_egos: list[Bystander],
     rng: np.random.Generator,
 ) -> Population:
-    """Leave out whoever stands in another; the sensor vehicles stay."""
+    """Leave out actors that overlap another; the sensor vehicles stay."""
     routes = tuple(roads.routes)
     network = network_of(routes)
     poses = begin(network, tuple(travellers)).poses
-    standing = sorted(bystanders, key=lambda one: one not in parked_egos)
+    # Sensor vehicles come first: of two that overlap, the earlier one stays.
+    standing = sorted(bystanders, key=lambda bystander: bystander not in parked_egos)
     every: list[Traveller | Bystander] = [*travellers[:drivers], *standing[: len(parked_egos)]]
     every += [*travellers[drivers:], *standing[len(parked_egos) :]]
     ahead = len(parked_egos)
     where = np.concatenate(
         [poses[:drivers], poses_of(standing[:ahead]), poses[drivers:], poses_of(standing[ahead:])]
     )
-    sizes = np.array([one.dimensions for one in every])
+    sizes = np.array([actor.dimensions for actor in every])
     room = np.where(sizes[:, 1] > NARROW, 0.3, 0.5)
     stays = without_overlaps(where, sizes[:, 2] + room, sizes[:, 1] + 0.1)
-    kept = [one for one, stay in zip(every, stays.tolist(), strict=True) if stay]
-    moving = tuple(one for one in kept if isinstance(one, Traveller))
-    still = tuple(one for one in kept if isinstance(one, Bystander))
+    kept = [actor for actor, stay in zip(every, stays.tolist(), strict=True) if stay]
+    moving = tuple(actor for actor in kept if isinstance(actor, Traveller))
+    still = tuple(actor for actor in kept if isinstance(actor, Bystander))
     egos = (*range(drivers), *range(len(moving), len(moving) + ahead))
     changing = site.style == Style.HIGHWAY
     return Population(

@@ -1,4 +1,4 @@
-"""Who is on the road at the beginning, and on which route each travels."""
+"""The road users at the beginning, and the route on which each travels."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from avsec_gym.world.traffic.routes import Route
 
 
 class Traveller(NamedTuple):
-    """Somebody who follows a route."""
+    """A road user that follows a route."""
 
     category: str
     dimensions: tuple[float, float, float]
@@ -33,7 +33,7 @@ class Traveller(NamedTuple):
     opens: float = 0.0
     """Seconds from which it is willing to pass its gate."""
     polite: bool = True
-    """Passes its gate only if nobody has to brake for it."""
+    """Passes its gate only if no other has to brake for it."""
     started: bool = False
     """Is passing its gate already."""
     ego: int = -1
@@ -51,7 +51,7 @@ class Traveller(NamedTuple):
 
 
 class Bystander(NamedTuple):
-    """Somebody or something that stands still for good."""
+    """A person or thing that stands still for good."""
 
     category: str
     dimensions: tuple[float, float, float]
@@ -61,7 +61,7 @@ class Bystander(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Population:
-    """Everybody on a site at time 0.
+    """All travellers and bystanders of a site at time 0.
 
     Args:
         routes: Routes that are travelled.

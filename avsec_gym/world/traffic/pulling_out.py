@@ -27,7 +27,7 @@ def leave_parking(
     leaving: list[Traveller] = []
     lanes = site.section.lanes
     for _ in range(min(int(rng.poisson(0.7 * bustle.parked)), 2)):
-        candidates = [one for one in bystanders if one.category == "Car" and one not in egos]
+        candidates = [car for car in bystanders if car.category == "Car" and car not in egos]
         if not candidates:
             break
         chosen = candidates[int(rng.integers(len(candidates)))]
@@ -40,10 +40,10 @@ def leave_parking(
         if lanes[lane].direction != direction or aslant or abs(lanes[lane].left - left) > 4.0:
             continue
         route, place = _pull_out(chosen, roads.routes[roads.lanes[lane]])
-        around = tuple(one for one in bystanders if one is not chosen)
+        around = tuple(bystander for bystander in bystanders if bystander is not chosen)
         way = replace(route, poses=route.poses[int(place / SPACING) :])
         free = out_of_the_way(around, [way])
-        if any(all(ego is not one for one in free) for ego in egos):
+        if any(all(ego is not bystander for bystander in free) for ego in egos):
             continue
         bystanders = free
         roads.routes.append(route)

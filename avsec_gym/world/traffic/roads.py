@@ -45,10 +45,10 @@ class Roads:
     def neighbours(self, lanes: tuple[Lane, ...], changing: bool) -> Integers:
         """Lanes to the left and right in the direction of travel, -1 for none, shape (R, 2)."""
         table = np.full((len(self.routes), 2), -1)
-        for one in range(len(lanes) - 1):
-            two = one + 1
-            if changing and lanes[one].direction == lanes[two].direction:
-                right, left = (one, two) if lanes[one].direction > 0 else (two, one)
+        for lane in range(len(lanes) - 1):
+            beside = lane + 1
+            if changing and lanes[lane].direction == lanes[beside].direction:
+                right, left = (lane, beside) if lanes[lane].direction > 0 else (beside, lane)
                 table[self.lanes[right], 0] = self.lanes[left]
                 table[self.lanes[left], 1] = self.lanes[right]
         return table

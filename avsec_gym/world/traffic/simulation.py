@@ -1,4 +1,4 @@
-"""Traffic over time: everybody's poses and speeds, moment by moment."""
+"""Traffic over time: the poses and speeds of all actors, instant by instant."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ from avsec_gym.world.traffic.surface import surface_height
 LONGEST_TICK = 0.1
 """Of the simulation, seconds."""
 SIGHT = 100.0
-"""Metres from every ego vehicle within which nobody appears or vanishes at the site's ends."""
+"""Metres from every ego vehicle within which no actor appears or vanishes at the site's ends."""
 MOVING = 0.3
-"""m/s above which somebody moves."""
+"""m/s above which an actor moves."""
 
 
 def simulate(
@@ -59,8 +59,8 @@ def simulate(
         density: See `populate`.
 
     Returns:
-        Moments at 0, step, 2 step ... up to the duration. Ids are the same over time; who has left
-        the site is no longer among the actors, unless an ego vehicle is within `SIGHT`. The
+        Instants at 0, step, 2 step ... up to the duration. Ids stay the same; an actor that
+        has left the site is no longer listed, unless an ego vehicle is within `SIGHT`. The
         ego vehicles are the first actors and always there. An actor moves if it is faster than
         `MOVING`.
     """
@@ -77,7 +77,7 @@ def run(site: Site, population: Population, duration: float, step: float = 0.1) 
     network = network_of(population.routes)
     zones = find_zones(network)
     traffic = begin(network, population.travellers)
-    pauses = np.array([one.pause for one in population.travellers]).reshape(-1, 2)
+    pauses = np.array([traveller.pause for traveller in population.travellers]).reshape(-1, 2)
     ticks = max(1, int(np.ceil(step / LONGEST_TICK - 1e-9)))
     count = int(duration / step + 1e-9) + 1
     travelled = np.zeros(len(traffic.place))
@@ -101,10 +101,11 @@ def _advance(
     tick: float,
 ) -> Floats:
     """One tick: decide, accelerate, move. Returns the metres travelled."""
-    # Everybody looks around for another lane once a second.
+    # Decide: another lane, once a second, and whether to pass a gate.
     if (population.neighbours >= 0).any() and (time + 1e-9) % 1.0 < tick:
         change_lanes(network, population.neighbours, traffic)
     pass_gates(network, zones, traffic, time)
+    # Accelerate: by the IDM against all that is ahead, then for bends, then for pauses.
     felt = np.maximum(
         interactions_ahead(network, traffic), interactions_with_gates(network, zones, traffic)
     )
@@ -116,6 +117,7 @@ def _advance(
     pausing = (pauses[:, 0] <= time) & (time < pauses[:, 1])
     wanted = np.where(pausing, np.minimum(wanted, -0.7 * traffic.manners.braking), wanted)
     wanted = np.where((traffic.speed < 0.1) & (wanted < 0.1), -np.inf, wanted)
+    # Move by the mean speed of the tick; `place` runs on the route, the way on the shifted line.
     after = np.maximum(traffic.speed + wanted * tick, 0.0)
     way = 0.5 * (traffic.speed + after) * tick
     traffic.speed[:] = after
@@ -125,10 +127,10 @@ def _advance(
 
 
 def _shown(network: Network, traffic: Traffic, population: Population) -> np.ndarray:
-    """Who is within the site, or near enough to an ego vehicle to be seen; shape (N,)."""
+    """Whether each traveller is within the site, or near enough to an ego vehicle, shape (N,)."""
     limits = network.shown[traffic.route]
     inside = (limits[:, 0] <= traffic.place) & (traffic.place <= limits[:, 1])
-    standing = [one.pose[:2] for one in population.bystanders]
+    standing = [bystander.pose[:2] for bystander in population.bystanders]
     places = np.concatenate([traffic.poses[:, :2], np.reshape(standing, (-1, 2))])
     apart = traffic.poses[:, None, :2] - places[None, list(population.egos)]
     near = (np.hypot(apart[..., 0], apart[..., 1]) < SIGHT).any(axis=1)
@@ -142,10 +144,10 @@ def _instants(
     history: list[tuple[Floats, Floats, Floats, np.ndarray]],
     step: float,
 ) -> list[Instant]:
-    standing = np.reshape([one.pose for one in population.bystanders], (-1, 3))
-    everybody: list[Traveller | Bystander] = [*population.travellers, *population.bystanders]
-    category = np.array([one.category for one in everybody])
-    dimensions = np.array([one.dimensions for one in everybody])
+    standing = np.reshape([bystander.pose for bystander in population.bystanders], (-1, 3))
+    everything: list[Traveller | Bystander] = [*population.travellers, *population.bystanders]
+    category = np.array([actor.category for actor in everything])
+    dimensions = np.array([actor.dimensions for actor in everything])
     moving_poses = np.stack([poses for poses, *_ in history])
     heights = _heights(site, moving_poses, category[: len(population.travellers)])
     standing_heights = surface_height(site, standing[:, 0], standing[:, 1])
@@ -154,14 +156,14 @@ def _instants(
     still = np.zeros(len(standing))
     # The ego vehicles come first.
     order = np.array(
-        [*population.egos, *(i for i in range(len(everybody)) if i not in population.egos)]
+        [*population.egos, *(i for i in range(len(everything)) if i not in population.egos)]
     )
     instants = []
     for index, (poses, speed, travelled, shown) in enumerate(history):
         speeds = np.concatenate([speed, still])
         way = np.concatenate([travelled, still])
         actors = Actors(
-            id=np.arange(len(everybody)),
+            id=np.arange(len(everything)),
             category=category,
             dimensions=dimensions,
             pose=np.concatenate([poses, standing]),
@@ -179,7 +181,7 @@ def _instants(
 
 
 def _heights(site: Site, poses: Floats, category: np.ndarray) -> Floats:
-    """Heights under travellers at all moments, shape (T, N)."""
+    """Heights under travellers at all instants, shape (T, N)."""
     heights = site.ground.height(poses[..., 0], poses[..., 1])
     # Vehicles keep to the carriageways, which lie on the ground.
     afoot = np.isin(category, ["Pedestrian", "Cyclist"])

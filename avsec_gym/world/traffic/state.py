@@ -1,4 +1,4 @@
-"""The arrays of a running simulation: all routes in one table, and where everybody is on them."""
+"""The arrays of a running simulation: all routes in one table, and the places of all travellers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Integers = NDArray[np.int64]
 
 
 NARROW = 1.2
-"""Whoever is narrower is a person or a cyclist, metres."""
+"""A narrower traveller is a person or a cyclist, metres."""
 MANNERS = {
     "Car": (1.3, 2.0, 1.4, 2.0),
     "Van": (1.4, 2.0, 1.2, 2.0),
@@ -94,7 +94,7 @@ class Traffic(NamedTuple):
     opens: Floats
     """Seconds from which a traveller is willing to pass its gate."""
     polite: NDArray[np.bool_]
-    """Passes its gate only if nobody has to brake for it."""
+    """Passes its gate only if no other has to brake for it."""
     committed: NDArray[np.bool_]
     """Has begun to pass its gate."""
 
@@ -102,22 +102,22 @@ class Traffic(NamedTuple):
 def begin(network: Network, travellers: tuple[Traveller, ...]) -> Traffic:
     """Some travellers at time 0."""
     count = len(travellers)
-    manners = np.array([MANNERS[one.category] for one in travellers]).reshape(-1, 4)
-    left = np.array([one.left for one in travellers])
+    manners = np.array([MANNERS[traveller.category] for traveller in travellers]).reshape(-1, 4)
+    left = np.array([traveller.left for traveller in travellers])
     traffic = Traffic(
-        route=np.array([one.route for one in travellers], np.int64),
-        place=np.array([one.place for one in travellers], float),
-        speed=np.array([one.speed for one in travellers], float),
+        route=np.array([traveller.route for traveller in travellers], np.int64),
+        place=np.array([traveller.place for traveller in travellers], float),
+        speed=np.array([traveller.speed for traveller in travellers], float),
         poses=np.zeros((count, 3)),
-        length=np.array([one.dimensions[2] for one in travellers]),
-        width=np.array([one.dimensions[1] for one in travellers]),
-        desired=np.array([one.desired for one in travellers]),
-        weave=np.array([one.weave for one in travellers]).reshape(-1, 3),
+        length=np.array([traveller.dimensions[2] for traveller in travellers]),
+        width=np.array([traveller.dimensions[1] for traveller in travellers]),
+        desired=np.array([traveller.desired for traveller in travellers]),
+        weave=np.array([traveller.weave for traveller in travellers]).reshape(-1, 3),
         shift=Shift(np.full(count, -1e6), np.ones(count), left, left.copy()),
         manners=Manners(*manners.T.copy()),
-        opens=np.array([one.opens for one in travellers]),
-        polite=np.array([one.polite for one in travellers], bool),
-        committed=np.array([one.started for one in travellers], bool),
+        opens=np.array([traveller.opens for traveller in travellers]),
+        polite=np.array([traveller.polite for traveller in travellers], bool),
+        committed=np.array([traveller.started for traveller in travellers], bool),
     )
     traffic.poses[:] = place_all(network, traffic)[0]
     return traffic
@@ -146,7 +146,7 @@ def on_route(network: Network, route: Integers, place: Floats) -> tuple[Floats, 
 
 
 def place_all(network: Network, traffic: Traffic) -> tuple[Floats, Floats]:
-    """Where everybody is.
+    """The poses of all travellers.
 
     Returns:
         Poses, shape (N, 3), and metres on the route for a metre travelled, shape (N,).

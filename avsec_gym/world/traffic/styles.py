@@ -14,7 +14,7 @@ from avsec_gym.world.site import Style
 
 @dataclass(frozen=True)
 class Bustle:
-    """What a usual scene of a style holds.
+    """The contents of a usual scene of a style.
 
     Args:
         flow: Mean free metres between vehicles in a lane.

@@ -1,4 +1,4 @@
-"""How high the ground is under somebody: land, kerbs, and the mouths of side streets."""
+"""The height of the ground under an actor: land, kerbs, and the mouths of side streets."""
 
 from __future__ import annotations
 

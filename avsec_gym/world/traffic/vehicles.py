@@ -20,7 +20,7 @@ _SMALL = CategoryMix(Car=0.93, Van=0.07)
 _BRAKING = 1.5
 """At time 0, m/s2 at most."""
 _WIDEST_RIDER = 0.7
-"""Metres; who is passed in a lane must not be wider."""
+"""Metres; a cyclist that is passed in a lane must not be wider."""
 _CLOSEST = 1.5
 """Metres between those who follow each other at time 0."""
 
@@ -135,32 +135,32 @@ def settle(roads: Roads, queue: list[Traveller]) -> list[Traveller]:
             around them.
 
     Returns:
-        From front to back, without those who would stand in the one ahead.
+        Travellers from front to back, without those that would overlap the one ahead.
     """
     settled: list[Traveller] = []
-    limits = {one.route: roads.routes[one.route].limits() for one in queue}
-    for one in sorted(queue, key=lambda each: -each.place):
-        route, limit = roads.routes[one.route], limits[one.route]
-        row = int(np.clip(one.place / SPACING, 0, len(limit) - 1))
-        speed = min(one.speed, float(limit[row]))
+    limits = {traveller.route: roads.routes[traveller.route].limits() for traveller in queue}
+    for traveller in sorted(queue, key=lambda each: -each.place):
+        route, limit = roads.routes[traveller.route], limits[traveller.route]
+        row = int(np.clip(traveller.place / SPACING, 0, len(limit) - 1))
+        speed = min(traveller.speed, float(limit[row]))
         if settled:
-            gap = settled[-1].rear - one.front
+            gap = settled[-1].rear - traveller.front
             if gap < _CLOSEST:
                 continue
-            speed = _comfortable(one, speed, gap, settled[-1].speed)
-        if np.isfinite(route.gate) and not one.started:
-            gap = route.gate - one.front + MANNERS[one.category][1] - 0.5
-            speed = _comfortable(one, speed, max(gap, 0.1), 0.0)
-        settled.append(one._replace(speed=speed))
+            speed = _comfortable(traveller, speed, gap, settled[-1].speed)
+        if np.isfinite(route.gate) and not traveller.started:
+            gap = route.gate - traveller.front + MANNERS[traveller.category][1] - 0.5
+            speed = _comfortable(traveller, speed, max(gap, 0.1), 0.0)
+        settled.append(traveller._replace(speed=speed))
     return settled
 
 
-def _comfortable(one: Traveller, speed: float, gap: float, speed_ahead: float) -> float:
-    """The speed, or a lower one, with which one brakes little behind another."""
-    manners = MANNERS[one.category]
+def _comfortable(traveller: Traveller, speed: float, gap: float, speed_ahead: float) -> float:
+    """The speed, or a lower one, with which a traveller brakes little behind another."""
+    manners = MANNERS[traveller.category]
     while speed > 0.3:
         felt = calm_interaction(speed, gap, speed - speed_ahead, *manners)
-        if manners[2] * (1.0 - (speed / one.desired) ** 4 - felt) > -_BRAKING:
+        if manners[2] * (1.0 - (speed / traveller.desired) ** 4 - felt) > -_BRAKING:
             return speed
         speed *= 0.93
     return 0.0
