@@ -59,9 +59,9 @@ def make_building(kind: str, width: float, depth: float, rng: np.random.Generato
 
     Args:
         kind: One of `KINDS`.
-        width: Of the footprint along the street, metres; 7 or more (garages 3, halls 10).
-        depth: Of the footprint, metres; 6 or more.
-        rng: Draws everything else: style, storeys, colours, windows.
+        width: Width of the footprint along the street, metres; 7 or more (garages 3, halls 10).
+        depth: Depth of the footprint, metres; 6 or more.
+        rng: Generator that draws everything else: style, storeys, colours, windows.
 
     Raises:
         ConfigurationError: No such kind.

@@ -23,10 +23,10 @@ def balconies(
 
     Args:
         places: Middle of each at the wall: x, z of its floor, shape (n, 2).
-        width: Metres.
-        depth: Metres before the wall.
-        floor: Of the slab.
-        parapet: Of the parapet, or of its bars.
+        width: Width of each, metres.
+        depth: Depth before the wall, metres.
+        floor: Material of the slab.
+        parapet: Material of the parapet, or of its bars.
         bars: An open railing, else solid panels.
     """
     spots = np.asarray(places, float).reshape(-1, 2)

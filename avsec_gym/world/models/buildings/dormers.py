@@ -39,14 +39,14 @@ def dormers(
 
     Args:
         columns: Their middles along x, shape (n,).
-        front: How far behind the facade their fronts stand, metres.
-        slope: Of the roof.
+        front: Distance of their fronts behind the facade, metres.
+        slope: Slope of the roof.
         size: Width and height of their fronts up to the eaves, metres.
-        cheeks: Of fronts and sides.
-        frame: Of the windows.
-        materials: Of their roofs.
+        cheeks: Material of fronts and sides.
+        frame: Material of the windows.
+        materials: Materials of their roofs.
         pane: Variant of the window glass.
-        gabled: With a small gable; else with a roof that falls gently forwards.
+        gabled: Whether each has a small gable; else a roof that falls gently forwards.
     """
     half, low = 0.5 * size[0], slope.eaves + front * slope.rise
     high = low + size[1]

@@ -49,10 +49,10 @@ def wall(
     """A wall along x that faces -y, from -length / 2 to length / 2.
 
     Args:
-        length: Metres.
-        bands: From the ground up, each beginning where the last one ends; textures hang from a
-            band's upper edge.
-        openings: Left, right, lower and upper end, shape (n, 4); they must not overlap.
+        length: Length of the wall, metres.
+        bands: Bands from the ground up, each beginning where the last one ends; textures hang from
+            a band's upper edge.
+        openings: Left, right, lower and upper end of each, shape (n, 4); they must not overlap.
         adjoining: Bands that stand out end with the wall, because the next house begins there;
             else they go round the corners.
     """
@@ -97,10 +97,10 @@ def gable(
     """The triangle between eaves and ridge, facing -y.
 
     Args:
-        length: Of the wall below, metres.
+        length: Length of the wall below, metres.
         eaves: Its height, metres.
-        rise: From eaves to ridge, metres.
-        material: Of the wall.
+        rise: Height from eaves to ridge, metres.
+        material: Material of the wall.
         opening: None or one, middle at x = 0, inside the triangle; shape (0, 4) or (1, 4).
     """
     half, peak = 0.5 * length, eaves + rise
@@ -123,8 +123,8 @@ def enclose(width: float, depth: float, sides: Sequence[Sequence[Panels]]) -> Me
     """Four facades round a footprint: towards the street, right, rear, left.
 
     Args:
-        width: Of the footprint, along x, metres.
-        depth: Metres.
+        width: Width of the footprint, along x, metres.
+        depth: Depth of the footprint, metres.
         sides: Each built for a wall along x that faces -y, its middle at the origin.
     """
     half = 0.5 * width
@@ -146,10 +146,10 @@ def grid(columns: ArrayLike, sills: ArrayLike, width: float, height: float) -> F
     """Openings of one size in columns and rows, shape (columns * rows, 4).
 
     Args:
-        columns: Where their middles are along the wall.
+        columns: Middles of the columns along the wall, metres.
         sills: Their lower ends.
-        width: Of each, metres.
-        height: Of each, metres.
+        width: Width of each opening, metres.
+        height: Height of each opening, metres.
     """
     x, z = (axis.ravel() for axis in np.meshgrid(columns, sills))
     return np.stack([x - 0.5 * width, x + 0.5 * width, z, z + height], axis=1)

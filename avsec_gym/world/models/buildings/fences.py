@@ -17,8 +17,8 @@ def garden_wall(length: float, rng: np.random.Generator) -> Mesh:
     Its middle line is the x axis, it is at most 0.5 m thick and reaches 0.6 m below the ground.
 
     Args:
-        length: Metres.
-        rng: Draws the kind.
+        length: Length of the wall, metres.
+        rng: Generator that draws the kind.
     """
     high, half = float(rng.uniform(0.45, 0.9)), 0.5 * length
     stone = palette.pick(
@@ -51,8 +51,8 @@ def picket_fence(length: float, rng: np.random.Generator) -> Mesh:
     """Wooden boards on two rails; the boards look at the street (-y).
 
     Args:
-        length: Metres.
-        rng: Draws height, spacing and colour.
+        length: Length of the fence, metres.
+        rng: Generator that draws height, spacing and colour.
     """
     wood = palette.pick(
         rng,

@@ -33,7 +33,7 @@ _SIDES = {
     "top": ((0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)),
     "bottom": ((0, 1, 0), (1, 1, 0), (1, 0, 0), (0, 0, 0)),
 }
-"""Which end of a box each corner of a side takes, along x, y, z; front is towards -y."""
+"""End of a box at which each corner of a side lies, along x, y, z; front is towards -y."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,9 +41,9 @@ class Panels:
     """Quadrilaterals of one material; a triangle repeats its last corner.
 
     Args:
-        corners: Counter-clockwise seen from outside, shape (n, 4, 3), metres.
-        uv: Metres on the texture, shape (n, 4, 2).
-        material: Of all of them.
+        corners: Corners, counter-clockwise seen from outside, shape (n, 4, 3), metres.
+        uv: Places of the corners on the texture, metres, shape (n, 4, 2).
+        material: Material of all of them.
     """
 
     corners: Floats
@@ -93,12 +93,12 @@ def upright(
     """Rectangles that face the street (-y), one for each entry of the arrays.
 
     Args:
-        material: Of all of them.
-        x0: Left ends.
-        x1: Right ends.
+        material: Material of all of them.
+        x0: Left ends, metres.
+        x1: Right ends, metres.
         z0: Lower ends.
         z1: Upper ends.
-        y: How far behind the facade's plane.
+        y: Distance behind the facade's plane, metres.
         once: Each shows one whole repeat of a texture of 1 m x 1 m, not metres.
     """
     ends = np.array(np.broadcast_arrays(*np.atleast_1d(x0, x1, y, z0, z1)), float)
@@ -114,10 +114,11 @@ def boxes(
     """Boxes between two corners each.
 
     Args:
-        material: Of all sides.
+        material: Material of all sides.
         low: Left front lower corners, shape (n, 3) or (3,).
         high: Right rear upper corners, like `low`.
-        without: Sides that nobody sees: front, right, back, left, top, bottom.
+        without: Sides that are left out because they are never seen: front, right, back, left, top,
+            bottom.
     """
     corner, axis = _shown(without)
     ends = np.stack(np.broadcast_arrays(np.atleast_2d(low), np.atleast_2d(high)), axis=1)
@@ -160,11 +161,11 @@ def slab(
     """A quadrilateral with thickness, downwards: roof plane, awning, canopy.
 
     Args:
-        top: Of the upper face.
-        corners: Counter-clockwise seen from above, the lowest edge first, shape (4, 3).
+        top: Material of the upper face.
+        corners: Corners, counter-clockwise seen from above, the lowest edge first, shape (4, 3).
         thickness: Vertical, metres.
-        under: Of the lower face.
-        edge: Of the rim.
+        under: Material of the lower face.
+        edge: Material of the rim.
         edges: The edges that have a rim: edge i runs from corner i to the next.
     """
     upper = np.asarray(corners, float)

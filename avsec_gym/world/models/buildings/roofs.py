@@ -32,9 +32,9 @@ def swept_roof(
 
     Args:
         profile: y and z of its upper side from the street to the rear, shape (n, 2).
-        left: Left end, metres.
-        right: Right end, metres.
-        materials: Of the roof.
+        left: Position of the left end, metres.
+        right: Position of the right end, metres.
+        materials: Materials of the roof.
     """
     line = np.asarray(profile, float)
     parts: list[Panels] = []

@@ -22,10 +22,10 @@ def shop_front(
     """A ground floor of glass between piers.
 
     Args:
-        width: Of the house, metres.
-        height: Of the ground floor, metres.
-        pier: Of the wall between the windows.
-        rng: Draws the shops.
+        width: Width of the house, metres.
+        height: Height of the ground floor, metres.
+        pier: Material of the wall between the windows.
+        rng: Generator that draws the shops.
 
     Returns:
         Panels for a wall along x that faces -y, and the openings that it must have, shape (n, 4).

@@ -30,15 +30,15 @@ class WindowStyle:
     """How all windows of a facade look.
 
     Args:
-        frame: Of the bars.
-        reveal: Of the sides of the opening.
-        recess: From the facade's plane to the frame, metres.
-        frame_width: Metres.
+        frame: Material of the bars.
+        reveal: Material of the sides of the opening.
+        recess: Distance from the facade's plane to the frame, metres.
+        frame_width: Width of the bars, metres.
         sashes: Panes side by side.
         transom: Height of a cross bar as a share of the opening's; 0 for none.
         sill: Its slab below the window; None for none.
         surround: Raised border of the opening; None for none.
-        surround_width: Metres.
+        surround_width: Width of the border, metres.
         lintel: The surround has a small cornice above.
         shutter: Roller shutters; None for none.
         shutters_down: Share of the windows whose shutters are at least partly down.
@@ -108,11 +108,11 @@ def doors(
     """Recessed leaves that show one whole texture each, with a raised border round them.
 
     Args:
-        openings: Shape (n, 4).
-        leaf: Of the door.
-        surround: Of the border, open below.
-        reveal: Of the sides of the opening.
-        recess: Metres.
+        openings: Left, right, lower and upper end of each, shape (n, 4), metres.
+        leaf: Material of the door.
+        surround: Material of the border, open below.
+        reveal: Material of the sides of the opening.
+        recess: Distance from the facade's plane to the leaf, metres.
         border: Width of the border, metres; it must be free of other openings.
     """
     x0, x1, z0, z1 = openings.T

@@ -25,8 +25,8 @@ def guard_rail(path: ArrayLike, *, spacing: float = 4.0, sunk_ends: bool = True)
     """A W-beam on posts; traffic passes on the path's left.
 
     Args:
-        path: Where the posts stand, on the ground, shape (n, 3), metres.
-        spacing: Of the posts, metres.
+        path: Feet of the posts on the ground, shape (n, 3), metres.
+        spacing: Distance between posts, metres.
         sunk_ends: The beam sinks into the ground at both ends, as it does at a gap.
     """
     places = along(path, spacing)
@@ -61,10 +61,10 @@ def noise_barrier(
     """Panels between steel posts every 4 m, on a concrete plinth.
 
     Args:
-        path: On the ground, shape (n, 3), metres.
-        height: Metres.
-        panel: 0 for ribbed aluminium, 1 for ribbed wood-concrete.
-        tint: Of the panels, linear light.
+        path: Points on the ground, shape (n, 3), metres.
+        height: Height of the barrier, metres.
+        panel: Kind of panels: 0 for ribbed aluminium, 1 for ribbed wood-concrete.
+        tint: Colour of the panels, linear light.
     """
     places = along(path, 4.0)
     material = Material(f"ribbed/{panel}", tint, infrared=0.4)

@@ -26,9 +26,9 @@ def sign_gantry(
     """A gantry across a carriageway that carries direction signs facing -x.
 
     Args:
-        width: Between its posts, which stand at y = +-width / 2, metres.
-        clearance: Of the signs' lower edges above the road.
-        boards: Names of `SIGN_FACES`, evenly spread from left to right.
+        width: Distance between its posts, which stand at y = +-width / 2, metres.
+        clearance: Height of the signs' lower edges above the road, metres.
+        boards: Names in `SIGN_FACES`, evenly spread from left to right.
 
     Raises:
         KeyError: There is no such sign.
@@ -74,11 +74,11 @@ def overpass(
     abutments at its ends, where banks go down on both sides.
 
     Args:
-        length: Along y, from abutment to abutment, metres.
-        width: Along x, metres.
+        length: Length along y, from abutment to abutment, metres.
+        width: Width along x, metres.
         clearance: Lowest free height within the opening.
-        opening: Free width between the piers, for the road below.
-        bank: Of the slopes beside the abutments.
+        opening: Free width between the piers, for the road below, metres.
+        bank: Material of the slopes beside the abutments.
     """
     y = np.linspace(-0.5 * length, 0.5 * length, 17)
     # The underside bends down towards the piers.

@@ -13,8 +13,8 @@ def facets(corners: ArrayLike, material: Material) -> Mesh:
     """Flat convex pieces with k corners each, of plain colour.
 
     Args:
-        corners: Counter-clockwise seen from outside, shape (n, k, 3), metres.
-        material: Of all; its texture is not laid out (uv is 0).
+        corners: Corners, counter-clockwise seen from outside, shape (n, k, 3), metres.
+        material: Material of all; its texture is not laid out (uv is 0).
     """
     points = np.asarray(corners, float)
     count, size = points.shape[:2]

@@ -23,10 +23,10 @@ def bar_fence(
     """Upright bars between two rails, posts every 2.5 m: garden fence, bridge railing.
 
     Args:
-        path: On the ground, shape (n, 3), metres.
-        height: Of the upper rail, metres.
-        material: Of all parts.
-        pitch: From bar to bar, metres.
+        path: Points on the ground, shape (n, 3), metres.
+        height: Height of the upper rail, metres.
+        material: Material of all parts.
+        pitch: Distance from bar to bar, metres.
     """
     bar = tube([(0, 0, 0.08), (0, 0, height)], 0.011, material, sides=3, capped=False)
     post = box(0.05, 0.05, height + 0.02 + DEPTH, material).placed(0, 0, -DEPTH)
@@ -43,10 +43,11 @@ def chain_link_fence(
     """A net of diagonal wires between posts, a tension wire above and below.
 
     Args:
-        path: On the ground, shape (n, 3), metres.
-        height: Metres.
-        material: Of all parts.
-        pitch: Of the meshes, metres; wider than real ones, whose wires a camera cannot resolve.
+        path: Points on the ground, shape (n, 3), metres.
+        height: Height of the fence, metres.
+        material: Material of all parts.
+        pitch: Width of the meshes, metres; wider than real ones, whose wires a camera cannot
+            resolve.
     """
     post = box(0.05, 0.05, height + 0.03 + DEPTH, GALVANISED).placed(0, 0, -DEPTH)
     edges = [swept(_raised(path, z), _square(0.006), material) for z in (0.05, height)]

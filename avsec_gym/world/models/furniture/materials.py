@@ -26,10 +26,10 @@ def painted(
     """Painted metal or plastic of a colour in linear light.
 
     Args:
-        red: In 0..1, like the others.
-        green: ...
-        blue: ...
-        worn: From 0, only weathered, to 3, with many stickers and scrawls.
+        red: Red part of the colour, in 0..1.
+        green: Green part, in 0..1.
+        blue: Blue part, in 0..1.
+        worn: Degree of wear from 0, only weathered, to 3, with many stickers and scrawls.
         infrared: LiDAR reflectance.
     """
     return Material(f"scribbled/{worn}", (red, green, blue), mirror=0.03, infrared=infrared)

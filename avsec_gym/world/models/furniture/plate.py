@@ -26,9 +26,9 @@ def plate(
         outline: Convex, from the centre to the right and up as one looks at the face,
             counter-clockwise, shape (n, 2), metres.
         face: Its texture shows the picture once; it is laid on the outline's bounding box.
-        back: Of the far side, which shows its picture unmirrored too.
-        thickness: Metres.
-        rim: Of the narrow sides.
+        back: Material of the far side, which shows its picture unmirrored too.
+        thickness: Thickness of the plate, metres.
+        rim: Material of the narrow sides.
     """
     corners = np.asarray(outline, float)
     low, high = corners.min(axis=0), corners.max(axis=0)

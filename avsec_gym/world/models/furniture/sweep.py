@@ -17,12 +17,12 @@ def swept(path: ArrayLike, profile: ArrayLike, material: Material, *, ends: bool
     """A cross-section drawn along a path, with hard edges: rail, barrier, wall, deck.
 
     Args:
-        path: Shape (n, 3), metres.
+        path: Points of the path, shape (n, 3), metres.
         profile: The cross-section's corners to the left of the path and up from it,
             counter-clockwise in these axes, shape (m, 2).
-        material: On walls u runs along the path and v down from the profile's top; on flat
-            parts v runs across.
-        ends: Close the ends.
+        material: Material of all faces: on walls u runs along the path and v down from the
+            profile's top; on flat parts v runs across.
+        ends: Whether the ends are closed.
     """
     line, section = np.asarray(path, float), np.asarray(profile, float)
     left, run = _lefts(line), lengths(line)
@@ -67,7 +67,7 @@ def copies(mesh: Mesh, places: ArrayLike) -> Mesh:
 
     Args:
         mesh: The piece.
-        places: x, y, z, yaw, shape (n, 4).
+        places: Poses as x, y, z, yaw, shape (n, 4).
     """
     rows = np.asarray(places, np.float32).reshape(-1, 4)
     count, size = len(rows), len(mesh.vertices)
@@ -90,8 +90,8 @@ def along(path: ArrayLike, spacing: float) -> Floats:
     """Evenly spaced places on a path, both ends included.
 
     Args:
-        path: Shape (n, 3), metres.
-        spacing: About how far apart, metres.
+        path: Points of the path, shape (n, 3), metres.
+        spacing: Approximate distance between places, metres.
 
     Returns:
         x, y, z and the path's heading, shape (k, 4).

@@ -40,9 +40,9 @@ def traffic_sign(*names: str, clearance: float = 2.1, rise: float = 0.0) -> Mesh
     """Signs on one pole, the first uppermost.
 
     Args:
-        names: Of `SIGN_FACES`.
+        names: Names in `SIGN_FACES`.
         clearance: Height of the lowest sign's lower edge above the ground, metres.
-        rise: How far the pole stands out above the upper edge.
+        rise: Height of the pole above the upper edge, metres.
 
     Raises:
         KeyError: There is no such sign.

@@ -30,12 +30,12 @@ class Bicycle:
 
     Args:
         saddle: Height of the saddle's top.
-        wheelbase: Between the hubs.
+        wheelbase: Distance between the hubs.
         grip: Half the handlebar's width.
-        step_through: Without a top tube.
+        step_through: Whether the frame has no top tube.
         sporty: A straight handlebar, no chain guard.
-        basket: Before the handlebar or on the rack: none, front, rear.
-        paint: Of the frame.
+        basket: Place of the basket, before the handlebar or on the rack: none, front, rear.
+        paint: Material of the frame.
     """
 
     saddle: float = 0.95

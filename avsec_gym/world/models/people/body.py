@@ -97,8 +97,8 @@ def trunk_at(skeleton: Skeleton, level: Floats) -> tuple[Floats, Floats, Floats]
     """Centres, upward and forward directions of the trunk.
 
     Args:
-        skeleton: Whose trunk.
-        level: Above the hip joints along the spine, in body heights, shape (n,).
+        skeleton: The skeleton of the person.
+        level: Heights above the hip joints along the spine, in body heights, shape (n,).
     """
     place = np.asarray(level, float) * skeleton.height
     way = skeleton.size.trunk * np.array([0.0, 0.30, 0.66, 1.0])

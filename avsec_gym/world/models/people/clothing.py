@@ -33,29 +33,29 @@ class Outfit:
     """Clothes, hair and luggage of one person.
 
     Args:
-        style: Of the hair, see `HeadLook`.
+        style: Style of the hair, see `HeadLook`.
         feminine: Narrower waist and shoulders, wider hips.
         stout: Added to the girth of the trunk, as a share.
-        head: With the face on it.
-        hair: Of hair that stands off the head.
-        skin: Of hands, and of bare arms and legs.
+        head: Material of the head, with the face on it.
+        hair: Material of hair that stands off the head.
+        skin: Material of hands, and of bare arms and legs.
         top: Shirt, pullover or coat.
         inner: Shows where the top is open in front.
-        sleeve: Where sleeves end: 0 the shoulder, 1 the elbow, 2 the wrist.
-        hem: Where the top ends, in body heights above the hip joints.
+        sleeve: End of the sleeves: 0 the shoulder, 1 the elbow, 2 the wrist.
+        hem: End of the top, in body heights above the hip joints.
         bulk: Thickness of the top, in body heights.
         is_open: The top is a jacket that is open in front.
         legs: Trousers, shorts, stockings.
-        trouser_end: 1 the knee, 2 the ankle.
+        trouser_end: End of the trousers: 1 the knee, 2 the ankle.
         loose: Width of the trousers relative to the leg.
         skirt: Its lower edge in body heights above the hip joints; None for trousers.
-        lower: Of the skirt, which may belong to a dress.
+        lower: Material of the skirt, which may belong to a dress.
         shoes: Their upper side.
-        soles: And what they stand on.
+        soles: Material of the soles and of what they stand on.
         hat: One of none, cap, hat, helmet, hood.
-        headgear: Of the hat.
+        headgear: Material of the hat.
         luggage: One of none, backpack, shoulder bag, handbag, shopping bag.
-        bag: Of the luggage.
+        bag: Material of the luggage.
         side: The hand that carries: 0 right, 1 left.
     """
 
@@ -91,8 +91,8 @@ def dressed(appearance: int, height: float = 1.76, *, seated: bool = False) -> O
 
     Args:
         appearance: Any number of 0 or more.
-        height: Of the person, metres; children wear children's clothes.
-        seated: Without luggage, skirts and coats, which would hinder.
+        height: Height of the person, metres; children wear children's clothes.
+        seated: Whether the person sits: without luggage, skirts and coats, which would hinder.
     """
     rng = np.random.Generator(np.random.PCG64(appearance))
     child = height < 1.45

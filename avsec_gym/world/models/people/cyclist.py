@@ -33,7 +33,7 @@ def make_cyclist(
 
     Args:
         dimensions: Height, width, length of the box, metres.
-        appearance: Which rider on which bicycle; 0 or more.
+        appearance: Number of the rider and bicycle, 0 or more.
         phase: Revolutions of the cranks; at 0 the right pedal is on top.
     """
     stature = float(np.clip(dimensions[0], 1.45, 1.95))
@@ -53,11 +53,11 @@ def make_cyclist(
 
 
 def riding(bicycle: Bicycle, stature: float, phase: float) -> Skeleton:
-    """The skeleton of somebody on a bicycle: seat on the saddle, feet and hands where they belong.
+    """The skeleton of a person on a bicycle: seat on the saddle, feet and hands where they belong.
 
     Args:
         bicycle: The bicycle.
-        stature: Of the rider, metres.
+        stature: Stature of the rider, metres.
         phase: Revolutions of the cranks.
     """
     lean = 0.55 if bicycle.sporty else 0.26

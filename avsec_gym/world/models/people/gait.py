@@ -16,11 +16,11 @@ _ANKLE = (0, -6, -3, 1, 3, 5, 6, 7, 9, 8, 4, -6, -16, -15, -8, -2, 1, 2, 2, 1)
 
 
 def walking(phase: float, hurry: float = 0.0) -> Posture:
-    """The posture of somebody who walks; at phase 0 the right heel strikes, at 0.5 the left one.
+    """The posture of a walking person; at phase 0 the right heel strikes, at 0.5 the left one.
 
     Args:
-        phase: Of the gait cycle; whole numbers do not matter.
-        hurry: From 0 to 1: how quickly the legs pass each other, for people of long strides.
+        phase: Phase of the gait cycle; whole numbers do not matter.
+        hurry: Hurry from 0 to 1: how quickly the legs pass each other, for people of long strides.
     """
     phase += 0.9 * hurry * float(np.sin(4.0 * np.pi * (phase - 0.31))) / (4.0 * np.pi)
     legs = np.array([phase, phase + 0.5])

@@ -32,13 +32,13 @@ def make_person(
     phase: float = 0.0,
     walking: bool = True,
 ) -> Mesh:
-    """Somebody on foot or on a chair, who fills a box.
+    """A person on foot or on a chair, who fills a box.
 
     Args:
         category: "Pedestrian" or "Person_sitting".
         dimensions: Height, width, length of the box, metres.
-        appearance: Which person: build, clothes, luggage, habits; 0 or more.
-        phase: Of the gait cycle, in [0, 1); it advances by 1 with each `stride_length`.
+        appearance: Number of the person, 0 or more: build, clothes, luggage, habits.
+        phase: Phase of the gait cycle, in [0, 1); it advances by 1 with each `stride_length`.
         walking: Otherwise standing.  Who sits does neither.
 
     Raises:
@@ -60,7 +60,7 @@ def make_person(
 
 
 def _habit(appearance: int, outfit: Outfit, walking: bool, phase: float, room: float) -> Posture:
-    """Everybody keeps to one gesture."""
+    """The gesture of a person, the same for every call."""
     rng = np.random.Generator(np.random.PCG64((appearance, 1)))
     hurry = float(np.clip(4.0 * (room - 0.5), 0.0, 1.0))
     posture = walking_posture(phase, hurry) if walking else standing(rng, room)

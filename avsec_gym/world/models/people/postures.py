@@ -91,9 +91,9 @@ def holding(posture: Posture, gesture: str, side: int) -> Posture:
     """The same posture with hands in pockets, at a telephone, folded and so on.
 
     Args:
-        posture: Of the rest of the body.
+        posture: Posture of the rest of the body.
         gesture: One of `STANDING`, `REACHING`, `WALKING`, `SITTING`, or "strap".
-        side: Of the busy hand if there is only one: 0 right, 1 left.
+        side: Side of the busy hand if there is only one: 0 right, 1 left.
     """
     hands: Floats = posture.hands.copy()
     for hand, place in zip((side, 1 - side), _HANDS[gesture], strict=True):

@@ -19,19 +19,19 @@ class Rings:
     """N rings of M points each; consecutive rings are joined by a band of faces.
 
     Args:
-        centres: Shape (N, 3), metres.
-        along: Where the rings advance, shape (N, 3), of any length.
-        front: Roughly where a ring's front is, shape (N, 3).
+        centres: Centres, shape (N, 3), metres.
+        along: Direction in which the rings advance, shape (N, 3), of any length.
+        front: Rough direction of a ring's front, shape (N, 3).
         sizes: Half sizes to the front, to the back and to the sides, shape (N, 3), metres.
-        give: How far a ring moves for each unit of the three loosenesses (along x, y, z), shape
+        give: Displacement of a ring for each unit of the three loosenesses (along x, y, z), shape
             (N, 3).
         joined: Whether a ring continues the one before, shape (N,).
         codes: Material of the band between this ring and the one before, shape (N, M).
-        materials: What the codes mean.
-        squareness: 0 for ovals, 1 for rectangles, shape (N,).
+        materials: Materials of the codes.
+        squareness: Shape of the cross section from 0 for ovals to 1 for rectangles, shape (N,).
         swell: Growth of front and back for each unit of looseness along x, shape (N,).
-        bulge: How much farther out the points are than the oval, as a factor, shape (N, M).
-        uv: On the texture, metres, shape (N, M + 1, 2); None for lengths round and along.
+        bulge: Factor by which the points are farther out than the oval, shape (N, M).
+        uv: Places on the texture, metres, shape (N, M + 1, 2); None for lengths round and along.
     """
 
     centres: Floats
@@ -78,18 +78,18 @@ def sweep(
     """Rings along a path, each an oval whose front and back may differ.
 
     Args:
-        centres: Shape (n, 3).
+        centres: Centres of the rings, shape (n, 3), metres.
         along: The path's direction, shape (n, 3) or (3,).
-        front: Roughly where the front of the ring is, shape (n, 3) or (3,).
+        front: Rough direction of the front of the ring, shape (n, 3) or (3,).
         sizes: Half sizes to the front, to the back and to the sides, shape (n, 3) or (3,),
             metres.
         materials: One or several.
         sides: Points of a ring.
-        codes: Which material, shape (n, sides), (n, 1) or a number.
+        codes: Codes of the materials, shape (n, sides), (n, 1) or a number.
         give: See `Rings`, shape (n, 3) or (3,).
         squareness: See `Rings`.
         swell: See `Rings`, shape (n,) or a number.
-        capped: Close the ends by a point ring each.
+        capped: Whether a point ring closes each end.
     """
     count = len(centres)
     index = _ends_twice(count) if capped else slice(None)
@@ -124,12 +124,12 @@ def rods(
     """Straight round bars: frame tubes, spokes, straps.
 
     Args:
-        starts: Shape (k, 3).
-        ends: Shape (k, 3).
-        radius: Shape (k,) or one for all, metres.
-        material: Of all.
-        sides: Of the cross-section's polygon.
-        give: Of starts and of ends, each of shape (k, 3) or (3,).
+        starts: Start points, shape (k, 3), metres.
+        ends: End points, shape (k, 3), metres.
+        radius: Radii, shape (k,) or one for all, metres.
+        material: Material of all.
+        sides: Number of sides of the cross-section's polygon.
+        give: Displacements of starts and of ends, each of shape (k, 3) or (3,).
     """
     count = len(starts)
     direction = ends - starts
@@ -160,9 +160,9 @@ def interpolated(places: Floats, known: Floats, table: Floats) -> Floats:
     """Rows of a table at places between the known ones (which ascend); beyond, its end rows.
 
     Args:
-        places: Shape (n,).
-        known: Shape (k,), k >= 2.
-        table: Shape (k, m).
+        places: Places at which values are wanted, shape (n,).
+        known: Places of the table's rows, shape (k,), k >= 2.
+        table: Values at the known places, shape (k, m).
 
     Returns:
         Shape (n, m).

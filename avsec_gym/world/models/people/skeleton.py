@@ -19,28 +19,27 @@ def _pair(right: float, left: float | None = None) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Posture:
-    """How somebody stands, walks or sits; angles in radians, pairs are (right, left).
+    """The posture of a person who stands, walks or sits; angles in radians, pairs are (right, left).
 
     Args:
-        thigh: Forward from straight down.
-        spread: Of the legs, outwards.
-        knee: Flexion, 0 for a straight leg.
+        thigh: Angle of the thighs forward from straight down.
+        spread: Angle of the legs outwards.
+        knee: Flexion of the knees, 0 for a straight leg.
         ankle: Toes up from the right angle between foot and shank.
         arm: Upper arm forward from straight down.
         arm_spread: Outwards.
-        elbow: Flexion, 0 for a straight arm.
-        hands: Where the hands are, relative to the base of the neck: forward, outward and up in
-            the chest's frame, in body heights, shape (2, 3); NaN for an arm that hangs by its
-            angles.
-        lean: Of the back, forwards.
+        elbow: Flexion of the elbows, 0 for a straight arm.
+        hands: Places of the hands relative to the base of the neck: forward, outward and up in the
+            chest's frame, in body heights, shape (2, 3); NaN for an arm that hangs by its angles.
+        lean: Angle of the back, forwards.
         stoop: More of it towards the neck.
-        pelvis_turn: To the left, seen from above.
-        chest_turn: To the left.
-        pelvis_drop: Left hip higher than the right one.
+        pelvis_turn: Turn of the pelvis to the left, seen from above.
+        chest_turn: Turn of the chest to the left.
+        pelvis_drop: Roll of the pelvis: the left hip is higher than the right one.
         sway: Pelvis to the left, in body heights.
-        toe_out: Of the feet, outwards.
-        head_turn: To the left.
-        nod: Of the head, downwards.
+        toe_out: Turn of the feet, outwards.
+        head_turn: Turn of the head to the left.
+        nod: Angle of the head, downwards.
     """
 
     thigh: Floats = field(default_factory=lambda: _pair(0.0))
@@ -126,9 +125,9 @@ class Skeleton:
         legs: Hip, knee and ankle of both sides, shape (2, 3, 3).
         arms: Shoulder, elbow and wrist of both sides, shape (2, 3, 3).
         foot_pitch: Toes up, shape (2,), radians.
-        foot_turn: To the left, shape (2,), radians.
+        foot_turn: Turn of the feet to the left, shape (2,), radians.
         head: Rotation from the head's frame, shape (3, 3).
-        leg_give: How the joints of the legs move when the body is loosened, shape (2, 3, 3).
+        leg_give: Displacement of the joints of the legs when the body is loosened, shape (2, 3, 3).
         arm_give: The same for the arms.
     """
 
@@ -155,7 +154,7 @@ def pose(posture: Posture, height: float, breadth: float = 1.0) -> Skeleton:
     Args:
         posture: The joint angles.
         height: Stature when upright, metres.
-        breadth: Of shoulders and hips, relative to the usual one.
+        breadth: Breadth of shoulders and hips, relative to the usual one.
     """
     size = Proportions(height, breadth)
     spine, facing = _spine(posture, size)
@@ -201,7 +200,7 @@ def reach(root: Floats, target: Floats, first: float, second: float, bend: Array
         target: Wrist or ankle; if it is too far, it is moved within reach, in place.
         first: Length of the upper bone, metres.
         second: Length of the lower bone.
-        bend: Where the elbow or knee points.
+        bend: Direction in which the elbow or knee points.
     """
     way = target - root
     distance = float(np.linalg.norm(way))

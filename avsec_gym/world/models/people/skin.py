@@ -26,7 +26,7 @@ def filling(
     """The parts as a mesh that fills a box: loosened as far as allowed, stretched for the rest.
 
     Args:
-        parts: At least one.
+        parts: The parts, at least one.
         dimensions: Height, width, length, metres.
         limits: Least and greatest looseness along x, y and z.
     """

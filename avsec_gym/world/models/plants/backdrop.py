@@ -34,8 +34,8 @@ def distant_woods(rng: np.random.Generator, radius_from: float, radius_to: float
 
     Args:
         rng: The source of chance.
-        radius_from: Nowhere nearer to the origin, metres.
-        radius_to: Nowhere farther, metres.
+        radius_from: Least distance to the origin, metres.
+        radius_to: Largest distance to the origin, metres.
 
     Returns:
         At most 4,000 triangles, seen from the inside.

@@ -36,7 +36,7 @@ def bush(variant: int, detail: Detail = "near") -> Mesh:
     """A free-standing shrub on the origin, leafy to the ground: a prototype.
 
     Args:
-        variant: 0 to `BUSHES` - 1, from low and broad to tall.
+        variant: Number of the shape, 0 to `BUSHES` - 1, from low and broad to tall.
         detail: 1,500 triangles near, 700 in the middle, 250 far; the same shape.
     """
     rng = np.random.default_rng((101, variant))
@@ -70,9 +70,9 @@ def hedge(
     """A clipped hedge along x: a dark box behind leaves that stand out here and there.
 
     Args:
-        length: Metres.
-        height: Metres.
-        depth: Metres.
+        length: Length of the hedge, metres.
+        height: Height of the hedge, metres.
+        depth: Depth of the hedge, metres.
         variant: Other leaves at other places; even ones are privet, odd ones a darker shrub.
         detail: Half the leaves in the middle, a fifth far away, larger instead.
 
@@ -114,7 +114,7 @@ def ivy(width: float, height: float, variant: int = 0) -> Mesh:
     """Climbing leaves on a wall: the wall is the plane x = 0, its outside x > 0.
 
     Args:
-        width: Along y, metres.
+        width: Width along y, metres.
         height: The highest shoots, metres.
         variant: Another course.
 

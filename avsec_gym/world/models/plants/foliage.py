@@ -38,7 +38,7 @@ def leaf_material(family: str, tone: float = 1.0, *, solid: bool = False) -> Mat
     """Leaves of a texture family (``lime`` for ``leaves_lime``).
 
     Args:
-        family: Which leaves.
+        family: Name of the leaves' texture.
         tone: Their lightness relative to the texture; lighter ones are yellower.
         solid: One cannot look between them: the dark inside of a crown.
     """
@@ -60,15 +60,16 @@ def sprays(
     """Triangles of a few leaves each, all over the outside of a crown.
 
     Args:
-        clusters: Which bear them.
-        count: Of triangles.
+        clusters: Clusters that bear the sprays.
+        count: Number of triangles.
         cover: Area of the leaves relative to that of the clusters.
-        materials: Of sprays from the inside of clusters to their outside.
+        materials: Materials of sprays from the inside of clusters to their outside.
         rng: The source of chance.
-        heart: Shape (3,); the crown's outside is away from it.
-        hang: 0 sprays spread as they like, 1 they hang straight down, -1 they stand.
-        coarsening: How much longer they are at the top than at the bottom, which is what one
-            sees from near by, relative to the average.
+        heart: Centre of the crown, shape (3,); the crown's outside is away from it.
+        hang: Attitude: at 0 sprays spread as they like, at 1 they hang straight down, at -1 they
+            stand.
+        coarsening: Ratio of their length at the top to that at the bottom, which a camera sees from
+            near by, relative to the average.
     """
     height = clusters.centre[:, 2] - clusters.centre[:, 2].min()
     coarseness = 1.0 + coarsening * (height / max(height.max(), 1e-9) - 0.5)
@@ -114,12 +115,12 @@ def cores(
     """The shade inside: large dark triangles inscribed in each cluster, so that it is opaque.
 
     Args:
-        clusters: To be filled.
+        clusters: Clusters that are filled.
         each: Triangles in a cluster.
-        size: Relative to the clusters.
-        material: Of all.
+        size: Size relative to the clusters.
+        material: Material of all.
         rng: The source of chance.
-        heart: Shape (3,); the crown's outside is away from it.
+        heart: Centre of the crown, shape (3,); the crown's outside is away from it.
     """
     count = each * len(clusters.centre)
     owner = np.repeat(np.arange(len(clusters.centre)), each)
@@ -146,11 +147,11 @@ def loose(
     """Triangles that share nothing; each shows some piece of its texture, undistorted.
 
     Args:
-        corners: Shape (n, 3, 3), metres.
-        normals: Shape (n, 3, 3).
-        material: Of each triangle, shape (n,).
-        materials: What `material` refers to.
-        rng: Draws the pieces.
+        corners: Corners of triangles, shape (n, 3, 3), metres.
+        normals: Normals at the corners, shape (n, 3, 3).
+        material: Index of each triangle's material, shape (n,).
+        materials: Materials that `material` refers to.
+        rng: Generator that draws the pieces.
     """
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     right = unit(first)

@@ -27,7 +27,7 @@ def grass_tufts(
         density: Tufts on a square metre; 25 for a verge beside the camera, with 3 triangles
             each.
         rng: The source of chance.
-        height: Of the longest blades, metres.
+        height: Height of the longest blades, metres.
     """
     region = shapely.Polygon(np.asarray(area, float))
     shapely.prepare(region)

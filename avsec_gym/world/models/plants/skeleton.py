@@ -44,7 +44,7 @@ def grow(trunk: Floats, goals: Floats, girth: float) -> Skeleton:
 
     Args:
         trunk: Points from the ground up, shape (m, 3), metres.
-        goals: Where branches end, shape (n, 3).
+        goals: End points of the branches, shape (n, 3).
         girth: Radius at the ground, metres.
     """
     points = [*trunk]
@@ -73,9 +73,9 @@ def wood(skeleton: Skeleton, bark: Material, *, sides: int, thinnest: float) -> 
     """Trunk and branches as tubes.
 
     Args:
-        skeleton: What has grown.
+        skeleton: The grown skeleton.
         bark: Their material.
-        sides: Of the trunk's cross-section.
+        sides: Number of sides of the trunk's cross-section.
         thinnest: Branches of a smaller radius are left out, metres.
     """
     points, radius, trunk = skeleton.points, skeleton.radius.copy(), skeleton.trunk

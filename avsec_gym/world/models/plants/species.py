@@ -1,4 +1,4 @@
-"""The trees of a German street: what tells one species from another."""
+"""The trees of a German street: the numbers in which species differ."""
 
 from __future__ import annotations
 

@@ -53,8 +53,9 @@ def tree(species: str, variant: int, detail: Detail) -> Mesh:
 
     Args:
         species: A key of `SPECIES`.
-        variant: 0 to `VARIANTS` - 1: another skeleton, and taller.
-        detail: At most 5,000 triangles near, 1,500 in the middle, 400 far; the same shape.
+        variant: Number of the skeleton, 0 to `VARIANTS` - 1; a higher one is also taller.
+        detail: Level of detail: at most 5,000 triangles near, 1,500 in the middle, 400 far; the
+            same shape.
 
     Raises:
         KeyError: There is no such species.

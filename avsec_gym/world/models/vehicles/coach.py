@@ -19,12 +19,12 @@ class Band:
 
     Args:
         top: Its upper edge, metres; the lower one is that of the band below.
-        material: Where there is no opening.
-        front: Of the front end, if it differs.
-        rear: Of the rear end, if it differs.
+        material: Material where there is no opening.
+        front: Material of the front end, if it differs.
+        rear: Material of the rear end, if it differs.
         openings: Rear edge, front edge, material of windows and doors on the sides.
-        lean: How far its upper edge is behind the front end's foremost line.
-        inset: How far its upper edge is inside the widest line.
+        lean: Distance of its upper edge behind the front end's foremost line, metres.
+        inset: Distance of its upper edge inside the widest line, metres.
     """
 
     top: float
@@ -52,16 +52,16 @@ def coach(
     """A body of bands one above the other, with wheel arches and a roof.
 
     Args:
-        rear: x of its rear end.
-        front: x of its front end.
-        half_width: Metres.
+        rear: Coordinate x of its rear end, metres.
+        front: Coordinate x of its front end, metres.
+        half_width: Half of its width, metres.
         bottom: Height of its lower edge.
-        bands: From below; the last one's material is the roof's, too.
-        axles: x of the wheels that need an arch.
+        bands: Bands from below; the last one's material is the roof's, too.
+        axles: Coordinates x of the wheels that need an arch.
         wheel: Their radius.
         rounding: Lengths over which the rear and the front narrow.
         squareness: Exponent of the plan's corners.
-        rear_lean: How much the bands' `lean` holds at the rear, too.
+        rear_lean: Share of the bands' `lean` that holds at the rear, too.
 
     Returns:
         The surfaces, and the left side, shape (K, J, 3).

@@ -13,12 +13,12 @@ class Body:
 
     Args:
         length: Usual length.
-        front_overhang: From the front end to the front axle.
-        rear_overhang: From the rear axle to the rear end.
-        bonnet: From the front end to the windscreen's base.
+        front_overhang: Length from the front end to the front axle.
+        rear_overhang: Length from the rear axle to the rear end.
+        bonnet: Length from the front end to the windscreen's base.
         windscreen: Length over which the windscreen slopes.
         tailgate: Length over which the rear window slopes.
-        boot: From the rear window's base to the rear end.
+        boot: Length from the rear window's base to the rear end.
         nose: Height of the bonnet's front edge, share of the vehicle's height.
         cowl: Height of the windscreen's base.
         belt: Height of the rear windows' base.
@@ -28,7 +28,7 @@ class Body:
         squareness: Exponent of the plan's corners.
         roof: Width of the roof, share of the body's.
         windows: Their rear and front edges, shares of the side from the rear to the windscreen.
-        doors: Which texture shows its seams.
+        doors: Name of the texture that shows its seams.
         glass: Upper edge of the windows, share of the way from the belt to the roof.
         rear_glass: Lower and upper edge of the rear window; equal if there is none.
     """
@@ -120,18 +120,18 @@ class CarDesign:
     Args:
         name: Body type.
         body: Its proportions.
-        length: Of the box.
-        half_width: Of the body without the mirrors.
-        height: Of the roof.
-        front_axle: x.
-        rear_axle: x.
-        bonnet: x of the windscreen's base.
-        roof_front: x of the windscreen's upper edge.
-        roof_rear: x of the rear window's upper edge.
-        boot: x of the rear window's base.
-        nose: z of the bonnet's front edge.
-        cowl: z of the windscreen's base.
-        belt: z of the rear windows' base.
+        length: Length of the box.
+        half_width: Half of the body's width without the mirrors.
+        height: Height of the roof.
+        front_axle: Coordinate x of the front axle.
+        rear_axle: Coordinate x of the rear axle.
+        bonnet: Coordinate x of the windscreen's base.
+        roof_front: Coordinate x of the windscreen's upper edge.
+        roof_rear: Coordinate x of the rear window's upper edge.
+        boot: Coordinate x of the rear window's base.
+        nose: Height z of the bonnet's front edge.
+        cowl: Height z of the windscreen's base.
+        belt: Height z of the rear windows' base.
         wheel: Radius.
         sill: z.
     """

@@ -22,9 +22,10 @@ class Outline:
     """Left half of a plan: K columns from the rear centre line round the side to the front's.
 
     Args:
-        x: Where the columns are, metres, shape (K,).
+        x: Coordinates of the columns, metres, shape (K,).
         y: Share of the half width, shape (K,).
-        front: How far each column moves when the front end does: 1 at the front, 0 on the side.
+        front: Share of the front end's motion that each column follows: 1 at the front, 0 on the
+            side.
         rear: The same for the rear end.
     """
 
@@ -50,7 +51,7 @@ def outline(
         front: Front end.
         rear_round: Length over which the rear end narrows.
         front_round: Length over which the front end narrows.
-        stations: Columns wanted on the side, increasing, shape (n,).
+        stations: Coordinates of the columns wanted on the side, increasing, shape (n,).
         squareness: Exponent of the corners: 2 is an ellipse, 8 nearly a box.
     """
     side = np.asarray(stations, float)
@@ -77,10 +78,10 @@ class Skin:
     Args:
         points: Sections from the right lower edge over the top to the left one, counted from the
             rear to the front, shape (K, 2 J + D, 3): J rows on each side, D across the top.
-        normals: Outward, the same shape.
+        normals: Outward normals, the same shape.
         rows: J.
-        solid: Which triangles have not shrunk to a line, shape (2, K - 1, 2 J + D - 1); unknown if
-            None.
+        solid: Whether each triangle has not shrunk to a line, shape (2, K - 1, 2 J + D - 1);
+            unknown if None.
     """
 
     points: Floats
@@ -121,11 +122,11 @@ def skin(left: Floats, across: ArrayLike = (), crown: float | Floats = 0.0) -> S
     """The whole from its left side.
 
     Args:
-        left: From the lower edge upwards, shape (K, J, 3), the first and last column on the
-            centre line.
+        left: Left side from the lower edge upwards, shape (K, J, 3), the first and last column on
+            the centre line.
         across: Places of the points between the two upper edges, shares of the width from right to
             left, shape (D,).
-        crown: How much higher than the edges the middle is, metres, for each column or for all.
+        crown: Height of the middle above the edges, metres, for each column or for all.
     """
     right = left * [1.0, -1.0, 1.0]
     share = np.asarray(across, float)[None, :, None]
@@ -144,7 +145,8 @@ def grid_normals(points: Floats) -> Floats:
     """Normals of a grid, its faces weighted by area, so that large panels stay flat.
 
     Args:
-        points: Shape (n, m, 3); a first or last row on the plane of symmetry gets normals in it.
+        points: Points of the grid, shape (n, m, 3); a first or last row on the plane of symmetry
+            gets normals in it.
     """
     first = points[1:, 1:] - points[:-1, :-1]
     second = points[:-1, 1:] - points[1:, :-1]
@@ -170,11 +172,11 @@ def surface(
     """A grid of points with known normals as a mesh; without `uv` the texture lies on x and y.
 
     Args:
-        points: Shape (n, m, 3), outside as in `shapes.grid`.
-        normals: Shape (n, m, 3).
-        material: Of all faces.
-        uv: Metres on the texture, shape (n, m, 2).
-        solid: Which triangles to keep, shape (2, n - 1, m - 1); those with an area if None.
+        points: Points of the grid, shape (n, m, 3), outside as in `shapes.grid`.
+        normals: Normals at the points, shape (n, m, 3).
+        material: Material of all faces.
+        uv: Places on the texture, metres, shape (n, m, 2).
+        solid: Whether each triangle is kept, shape (2, n - 1, m - 1); those with an area if None.
     """
     if solid is None:
         solid = _solid(points)
@@ -220,9 +222,9 @@ def on_side(left: Floats, column: ArrayLike, height: ArrayLike) -> Floats:
     """Points of a vehicle's left side at given heights.
 
     Args:
-        left: Shape (K, J, 3), heights growing with the second index.
-        column: Between 0 and K - 1, shape (...).
-        height: Metres, the same shape; kept within the section.
+        left: Left side, shape (K, J, 3), heights growing with the second index.
+        column: Column between 0 and K - 1, shape (...).
+        height: Height, metres, the same shape; kept within the section.
 
     Returns:
         Shape (..., 3).
@@ -254,11 +256,11 @@ def patch(
     """Something that lies on the left side or an end: a lamp, a grille half, a bumper strip.
 
     Args:
-        left: Shape (K, J, 3).
-        columns: From rear to front, shape (n,).
+        left: Left side, shape (K, J, 3).
+        columns: Columns from rear to front, shape (n,).
         low: Lower edge at each column, metres, shape (n,) or one for all.
         high: Upper edge.
-        material: Of the patch.
+        material: Material of the patch.
         lifted: Distance from the skin, metres.
         rows: Points between the edges.
         uv_size: Stretch the texture of this size over the patch once.
@@ -286,10 +288,10 @@ def column_at(left: Floats, row: int, distance: ArrayLike, *, front: bool) -> Fl
     """Columns at distances along the skin from the centre line of the front or rear end.
 
     Args:
-        left: Shape (K, J, 3).
-        row: Along which the distance is measured.
-        distance: Metres, shape (n,).
-        front: From the front end, or from the rear one.
+        left: Left side, shape (K, J, 3).
+        row: Row along which the distance is measured.
+        distance: Distance from the end, metres, shape (n,).
+        front: Whether the distance counts from the front end; else from the rear one.
     """
     line = left[::-1, row] if front else left[:, row]
     steps = np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1)

@@ -32,9 +32,10 @@ def lorry(rng: np.random.Generator, height: float, width: float, length: float) 
 
     Args:
         rng: The source of chance.
-        height: Metres.
-        width: Metres, mirrors included.
-        length: Up to 8 m two axles, up to 13 m three, beyond it a tractor with a trailer.
+        height: Height, metres.
+        width: Width, metres, mirrors included.
+        length: Length, metres: up to 8 two axles, up to 13 three, beyond it a tractor with a
+            trailer.
     """
     finish = draw_finish(rng, "plain", commercial=True)
     half, front, rear = 0.5 * width - 0.04, 0.5 * length, -0.5 * length

@@ -46,7 +46,7 @@ class Finish:
     """The surfaces of one vehicle.
 
     Args:
-        paint: Of roof and bonnet.
+        paint: Material of roof and bonnet.
         bonnet: The same colour with shut lines and wipers.
         flank: The same colour with door seams, handles and road dirt.
         bumper: Paint, or black plastic.

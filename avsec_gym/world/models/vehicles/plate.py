@@ -19,12 +19,12 @@ def number_plate(
     """A plate that reads correctly from outside.
 
     Args:
-        number: Which plate; front and rear of one vehicle show the same.
-        x: Of its middle.
-        z: Of its middle.
+        number: Number of the plate; front and rear of one vehicle show the same.
+        x: Coordinate x of its middle, metres.
+        z: Coordinate z of its middle, metres.
         front: Whether it faces forward.
-        y: Of its middle.
-        share: Of the usual size.
+        y: Coordinate y of its middle, metres.
+        share: Size relative to the usual one.
     """
     side = 0.5 * WIDTH * share if front else -0.5 * WIDTH * share
     low, high = z - 0.5 * HEIGHT * share, z + 0.5 * HEIGHT * share
