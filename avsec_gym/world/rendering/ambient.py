@@ -38,9 +38,9 @@ def ambient_light(
     Args:
         scene: The scene.
         found: Surfaces of the grid's rays.
-        hit: Which of the rays met one.
-        panorama: Of the sky.
-        sun_colour: Shape (3,).
+        hit: Whether each of the rays met a surface, shape (n,).
+        panorama: Light of the sky.
+        sun_colour: Light of the sun, shape (3,).
         sun_height: Sine of the sun's elevation.
     """
     which = np.flatnonzero(hit)
@@ -57,7 +57,11 @@ def ambient_light(
 
 @njit(cache=True)
 def _directions(which, normals, directions):
-    """Cosine-weighted, spread evenly (a golden spiral) and turned differently at each point."""
+    """Cosine-weighted, spread evenly (a golden spiral) and turned differently at each point.
+
+    Invariant: rows j * RAYS to (j + 1) * RAYS - 1 belong to point j, as `_gather` reads them, and
+    the turn depends on the point's number alone: an image repeats bit for bit.
+    """
     golden = np.float32(2.399963)
     for j in range(len(which)):
         nx, ny, nz = normals[j, 0], normals[j, 1], normals[j, 2]
@@ -80,6 +84,7 @@ def _directions(which, normals, directions):
 
 @njit(cache=True)
 def _gather(which, directions, blocked, panorama, bounced, result):
+    """Mean light of each point's rays, into `result`; rows of rays without a hit stay 0."""
     for j in range(len(which)):
         red, green, blue = _ZERO, _ZERO, _ZERO
         for k in range(RAYS):
@@ -103,13 +108,16 @@ def _gather(which, directions, blocked, panorama, bounced, result):
 def smooth_ambient(light, normal, distance, columns, rows, out):
     """Means over neighbours on the same surface: few rays make a rough estimate.
 
+    Invariant: `light` is only read and `out` only written, so that no mean enters another; a
+    point is its own neighbour, so that the total is never 0.
+
     Args:
-        light: Of the grid, shape (columns * rows, 3).
-        normal: Shape (columns * rows, 3).
-        distance: Shape (columns * rows,).
-        columns: Of the grid.
-        rows: Of the grid.
-        out: Shape (columns * rows, 3).
+        light: Light at the grid's points, shape (columns * rows, 3).
+        normal: Normals there, shape (columns * rows, 3).
+        distance: Distances there, metres, infinite for none, shape (columns * rows,).
+        columns: Number of the grid's columns.
+        rows: Number of the grid's rows.
+        out: Result, written in place, shape (columns * rows, 3).
     """
     for row in range(rows):
         for column in range(columns):
@@ -143,17 +151,20 @@ def carry(
 ):
     """Ambient light at rays from the four grid points around each.
 
+    Invariant: weights fall with the bend and the distance between ray and grid point, so that light
+    does not leak over an edge; rows of rays without a hit stay what they are.
+
     Args:
         pixels: Column and row of each ray in the image, float, shape (n, 2).
         found: Surfaces of the rays.
-        distances: Of the rays, infinite for none.
-        step: Pixels between grid points.
-        columns: Of the grid.
-        rows: Of the grid.
-        grid_light: Shape (columns * rows, 3).
-        grid_normal: Shape (columns * rows, 3).
-        grid_distance: Shape (columns * rows,).
-        out: Shape (n, 3).
+        distances: Distances along the rays, metres, infinite for none, shape (n,).
+        step: Distance between grid points, pixels.
+        columns: Number of the grid's columns.
+        rows: Number of the grid's rows.
+        grid_light: Light at the grid's points, shape (columns * rows, 3).
+        grid_normal: Normals there, shape (columns * rows, 3).
+        grid_distance: Distances there, metres, shape (columns * rows,).
+        out: Result, written in place, shape (n, 3).
     """
     for i in range(len(pixels)):
         distance = distances[i]

@@ -1,4 +1,4 @@
-"""Where a camera is and how it sees; its rays."""
+"""The pose and the optics of a camera, and its rays."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from avsec_gym.world.mesh import Float32s
 
 @dataclass(frozen=True, eq=False)
 class PinholeCamera:
-    """Where a camera is and how it sees.
+    """The pose and the optics of a camera.
 
     Args:
-        to_world: From its frame (x right, y down, z forward) to the world, shape (4, 4).
-        focal_length: Pixels.
+        to_world: Transform from its frame (x right, y down, z forward) to the world, shape (4, 4).
+        focal_length: Focal length, pixels.
         centre: Principal point u, v, pixels.
         size: Width and height of the image, pixels.
     """
@@ -54,6 +54,7 @@ def camera_rays(camera: PinholeCamera, pixels: Float32s) -> tuple[Float32s, Floa
 
 @njit(cache=True)
 def _directions(pixels, rotation, focal_length, centre_u, centre_v, directions):
+    """Unit vectors through pixels, into `directions`."""
     one = np.float32(1.0)
     for i in range(len(pixels)):
         x = (pixels[i, 0] - centre_u) / focal_length

@@ -32,9 +32,9 @@ def laser_echoes(renderer: Renderer, origins: Float32s, directions: Float32s) ->
     """Where laser pulses end; they pass one pane of glass without an echo.
 
     Args:
-        renderer: Of the scene.
-        origins: Shape (n, 3).
-        directions: Unit vectors, shape (n, 3).
+        renderer: Renderer of the scene.
+        origins: Origins of the pulses, metres, shape (n, 3).
+        directions: Unit vectors along the pulses, shape (n, 3).
     """
     scene = renderer.scene
     hits = renderer.hits(origins, directions, _PULSE_ANGLE, layers=1)

@@ -17,13 +17,16 @@ def edge_marks(light, faces, distances, normals, surfaces, width):
     A pixel lies on an edge if a neighbour shows another surface, bend, distance or brightness.
     Foliage is all edges: there the sensor's own blur must do.
 
+    Invariant: each pair of neighbours is looked at once, from its left or upper pixel, and marks
+    both.
+
     Args:
-        light: Linear, exposed, shape (n, 3).
-        faces: Of the hits, -1 for the sky, shape (n,).
-        distances: Metres, shape (n,).
-        normals: Shape (n, 3).
+        light: Linear light, exposed, shape (n, 3).
+        faces: Faces that were hit, -1 for the sky, shape (n,).
+        distances: Distances of the hits, metres, shape (n,).
+        normals: Normals at the hits, shape (n, 3).
         surfaces: `Surface` of each pixel, shape (n,).
-        width: Of the image, pixels; n is a multiple of it.
+        width: Width of the image, pixels; n is a multiple of it.
     """
     marks = np.zeros(len(faces), np.bool_)
     for i in range(len(faces)):

@@ -1,7 +1,7 @@
 """Single leaves on the triangles that stand for sprays of them.
 
 A triangle of foliage is seen as two layers of leaves, one in each cell of a lattice on its texture.
-Between leaves one looks through.  Far away the cells grow, so that they never get smaller than a
+Rays pass between the leaves.  Far away the cells grow, so that they never get smaller than a
 few pixels.
 """
 
@@ -44,10 +44,13 @@ def _chance(column, row, layer):
 def leaf_at(u, v, size):
     """The leaf at a place on the texture: 32 bits of its own, 0 where there is none.
 
+    Invariant: the bits depend on the cell and the layer alone, so that a leaf looks the same from
+    every camera; the lowest bit is set, so that no leaf is 0.
+
     Args:
-        u: Metres on the texture.
-        v: Metres on the texture.
-        size: Of the cells, metres.
+        u: Place on the texture, metres to the right.
+        v: Place on the texture, metres down.
+        size: Size of the cells, metres.
     """
     for layer in range(2):
         shift = _HALF * np.float32(layer)
@@ -69,12 +72,12 @@ def between_leaves(scene, faces, distances, us, vs, pixel_angle, gaps):
 
     Args:
         scene: `SceneArrays`.
-        faces: -1 for none, shape (n,).
-        distances: Metres, shape (n,).
-        us: Barycentric, shape (n,).
-        vs: Barycentric, shape (n,).
+        faces: Faces that were hit, -1 for none, shape (n,).
+        distances: Distances of the hits, metres, shape (n,).
+        us: Barycentric coordinates of the faces' second corners, shape (n,).
+        vs: Barycentric coordinates of the third corners, shape (n,).
         pixel_angle: Angle between neighbouring rays, radians.
-        gaps: Bool, shape (n,): set by this function.
+        gaps: Whether each hit is a gap, bool, shape (n,): set by this function.
     """
     for i in range(len(faces)):
         face = faces[i]

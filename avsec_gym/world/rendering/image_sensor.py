@@ -38,7 +38,8 @@ class ImageSensor:
     smoothing: float = 0.45
 
     def expose(self, light: Float32s, rng: np.random.Generator) -> Image:
-        """Take a picture of linear light, shape (H, W, 3), as a view holds it."""
+        """The image of linear light, shape (H, W, 3), as a view holds it."""
+        # Lens, then photons and amplifier, then interpolation, then tone curve and 8 bits.
         signal = _blurred(light, self.blur) * np.array(self.gain, np.float32)
         deviation = np.sqrt(self.read_noise**2 + self.shot_noise * np.maximum(signal, 0.0))
         noise = deviation * rng.standard_normal(signal.shape, np.float32)

@@ -1,4 +1,4 @@
-"""What a laser pulse gets back from a surface."""
+"""The light of a laser pulse that a surface returns."""
 
 from __future__ import annotations
 
@@ -16,18 +16,19 @@ def laser_reflectance(scene, faces, distances, origins, directions, reflectance,
 
     Args:
         scene: `SceneArrays`.
-        faces: -1 for none, shape (n,).
-        distances: Metres, shape (n,).
-        origins: Shape (n, 3).
-        directions: Shape (n, 3).
-        reflectance: Shape (n,).
-        cosine: Shape (n,).
+        faces: Faces that were hit, -1 for none, shape (n,).
+        distances: Distances of the hits, metres, shape (n,).
+        origins: Origins of the pulses, metres, shape (n, 3).
+        directions: Unit vectors along the pulses, shape (n, 3).
+        reflectance: Result in [0, 1], written in place, shape (n,).
+        cosine: Result in [0, 1], written in place, shape (n,).
     """
     for i in range(len(faces)):
         face = faces[i]
         if face < 0:
             continue
         a, b, c = scene.faces[face, 0], scene.faces[face, 1], scene.faces[face, 2]
+        # The cosine of incidence, from the face's geometric normal.
         ex = scene.vertices[b, 0] - scene.vertices[a, 0]
         ey = scene.vertices[b, 1] - scene.vertices[a, 1]
         ez = scene.vertices[b, 2] - scene.vertices[a, 2]
@@ -39,6 +40,7 @@ def laser_reflectance(scene, faces, distances, origins, directions, reflectance,
         facing = gx * directions[i, 0] + gy * directions[i, 1] + gz * directions[i, 2]
         cosine[i] = abs(facing) / area
         material = scene.material[face]
+        # Materials with an infrared reflectance of their own need no texture.
         infrared = scene.materials.infrared[material]
         if infrared >= _ZERO:
             reflectance[i] = infrared

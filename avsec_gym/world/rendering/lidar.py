@@ -30,17 +30,17 @@ class Scan(NamedTuple):
 
 @dataclass(frozen=True)
 class Lidar:
-    """How the LiDAR sees; the defaults are those that KITTI's scans show.
+    """The LiDAR's properties; the defaults are those that KITTI's scans show.
 
     Args:
-        columns: Pulses of each beam in a turn (0.17 degrees apart).
+        columns: Number of pulses of each beam in a turn (0.17 degrees apart).
         nearest: Shortest range, metres.
         farthest: Longest range, metres.
         noise: Standard deviation of a range, metres.
-        sensitivity: A dull surface of this reflectance, square to the beam and 50 m away, is
-            just seen.
+        sensitivity: Reflectance of a dull surface that is just detected, square to the beam and 50
+            m away.
         dropout: Share of the pulses lost for no reason.
-        seed: Of the beams' own small errors: one seed, one device.
+        seed: Seed of the beams' own small errors: one seed, one device.
     """
 
     columns: int = 2120
@@ -86,17 +86,19 @@ class Lidar:
         """One turn.
 
         Args:
-            renderer: Of the scene.
-            to_world: From the velodyne frame to the world, shape (4, 4).
-            rng: Of noise and losses.
-            free: Which pulses leave the vehicle that carries the LiDAR, shape (64 * columns,);
-                all if None.
+            renderer: Renderer of the scene.
+            to_world: Transform from the velodyne frame to the world, shape (4, 4).
+            rng: Generator of noise and losses.
+            free: Whether each pulse leaves the vehicle that carries the LiDAR, shape (64 *
+                columns,); all do if None.
         """
+        # Trace all pulses of a turn.
         beams = self.directions
         directions = np.ascontiguousarray(beams @ to_world[:3, :3].T.astype(np.float32))
         origins = np.empty_like(directions)
         origins[:] = to_world[:3, 3]
         echo = laser_echoes(renderer, origins, directions)
+        # Ranges with noise, and echoes strong enough to be detected.
         chance = rng.random(len(beams), np.float32)
         noise = rng.standard_normal(len(beams), np.float32) * np.float32(self.noise)
         distance = echo.distance + noise

@@ -1,4 +1,4 @@
-"""Sun, sky and air of a moment."""
+"""Sun, sky and air at one instant."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ class Light:
     """Daylight.
 
     Args:
-        azimuth: Of the sun, radians from the world's x axis, counter-clockwise.
-        elevation: Of the sun, radians.
-        cloudiness: 0 for a clear sky, 1 for an overcast one: it hides the sun by as much.
-        haze: Distance at which the air has taken 63 % of the contrast, metres.
-        seed: Of the clouds.
+        azimuth: Direction of the sun, radians from the world's x axis, counter-clockwise.
+        elevation: Height of the sun, radians.
+        cloudiness: Cover from 0 for a clear sky to 1 for an overcast one: it hides the sun by as
+            much.
+        haze: Distance at which the air has removed 63 % of the contrast, metres.
+        seed: Seed of the clouds.
         brightness: Mean of the images that cameras aim for by their exposure, in [0, 1]; those
             of KITTI have 0.36 on average.
     """
@@ -67,11 +68,13 @@ class Light:
             ),
             axis=-1,
         )
+        # A clear sky: pale at the horizon, brighter around the sun.
         towards_sun = np.clip(direction @ self.sun, -1.0, 1.0)[..., None]
         zenith, horizon = np.array([0.36, 0.48, 0.76]), np.array([1.25, 1.36, 1.48])
         veil = (1.0 - height) ** 4
         clear = zenith * (1 - veil) + horizon * veil
         clear = clear * (1.0 + 0.35 * towards_sun**2 + 0.9 * np.maximum(towards_sun, 0) ** 24)
+        # Clouds over it, as many as the cloudiness asks for.
         noise = fractal_noise(rng, _ROWS, _COLUMNS, cells=7, octaves=6, persistence=0.55)
         cover = np.clip(0.5 + 0.45 * noise + 2.2 * (self.cloudiness - 0.5), 0.0, 1.0)[..., None]
         cover = cover * cover * (3.0 - 2.0 * cover)

@@ -97,8 +97,8 @@ class RayScene:
         """First hits of rays.
 
         Args:
-            origins: Shape (n, 3), contiguous float32.
-            directions: Unit vectors, shape (n, 3), contiguous float32.
+            origins: Origins of the rays, shape (n, 3), contiguous float32.
+            directions: Unit vectors along the rays, shape (n, 3), contiguous float32.
         """
         if len(origins) == 0:
             none = np.zeros(0, np.float32)

@@ -33,7 +33,7 @@ _EXTRA = ((-0.30, -0.22), (0.34, -0.14), (-0.04, 0.36))
 _DULL = 0.03
 """Surfaces that mirror less are not followed: they mirror the mean of their surroundings."""
 _LOOKS_THROUGH = 3
-"""Layers of leaves between which one may look; what is behind more is dark anyway."""
+"""Layers of leaves that a ray passes between; what is behind more is dark anyway."""
 _SUN_ANGLE = 0.0015
 """Of the rays to the sun: single leaves cast their shadows from up to 40 m."""
 _METERED = 10_000
@@ -61,7 +61,7 @@ class View(NamedTuple):
     """A rendered image before the sensor."""
 
     light: Float32s
-    """Linear light times the exposure, 1 is as bright as the sensor can tell, shape (H, W, 3)."""
+    """Linear light times the exposure, 1 is the brightest that a sensor shows, shape (H, W, 3)."""
     geometry: Geometry
 
 
@@ -71,7 +71,7 @@ class Renderer:
     Args:
         scene: The scene.
         light: The light.
-        overlay: Of the road; none if None.
+        overlay: Overlay of the road; none if None.
     """
 
     def __init__(self, scene: RayScene, light: Light, overlay: OverlayArrays | None = None) -> None:
@@ -99,6 +99,7 @@ class Renderer:
     def view(self, camera: PinholeCamera) -> View:
         """Render; edges get more rays than plain areas."""
         width, height = camera.size
+        # One ray through the middle of each pixel: geometry, and the surface with its light.
         pixels = pixel_grid(width, height)
         origins, directions, hits = self._middle(camera)
         geometry = self._geometry(camera, directions, hits)
@@ -108,9 +109,11 @@ class Renderer:
         light = self._light_along(camera, pixels, directions, hits, found, reached, grid)
         mirrored = self._mirror(directions, hits, found, light, pixels, width)
         reflects = found.mirror > 0.0
+        # Expose: the sensor's range holds the image as a whole.
         metered = max(1, len(light) // _METERED)
         exposure = self._exposure(light[::metered], hits.face[::metered] >= 0)
         light = np.minimum(light * exposure, np.float32(_BRIGHTEST))
+        # More rays through pixels on edges; each counts as much as the middle's.
         kinds = geometry.surface.reshape(-1)
         edges = np.flatnonzero(
             edge_marks(light, hits.face, hits.distance, found.normal, kinds, width)
@@ -149,11 +152,12 @@ class Renderer:
         """First hits of rays; rays go on between leaves.
 
         Args:
-            origins: Shape (n, 3).
-            directions: Unit vectors, shape (n, 3).
+            origins: Origins of the rays, metres, shape (n, 3).
+            directions: Unit vectors along the rays, shape (n, 3).
             pixel_angle: Angle between neighbouring rays, radians.
-            layers: Of leaves that are looked through at most.
+            layers: Largest number of layers of leaves that a ray passes between.
         """
+        # `every` holds the rays that still go on; `part` and `gaps` are in its order.
         found = self.scene.hits(origins, directions)
         every = np.arange(len(origins))
         part = found
@@ -192,7 +196,7 @@ class Renderer:
         )
 
     def _exposure(self, light: Float32s, land: NDArray[np.bool_]) -> np.float32:
-        """That suits the image as a whole, and does not leave the land in the dark."""
+        """The exposure that suits the image as a whole, and does not leave the land in the dark."""
         brightness = self._light.brightness
         exposure = metered_exposure(light, brightness)
         if land.any():
@@ -226,9 +230,9 @@ class Renderer:
         return surfaces(self.arrays, hits, origins, directions, self._light.sun, angle)
 
     def _sunny(self, found: Surfaces, distance: Float32s, pixels: Float32s, width: int) -> Float32s:
-        """How much of the sun each pixel's surface sees, shape (n,).
+        """The share of the sun that reaches each pixel's surface, shape (n,).
 
-        Every other pixel, as on a chess board, sends a ray to the sun; the others take the mean
+        Every other pixel, as on a chess board, sends a ray to the sun; the others get the mean
         of neighbours on their surface, if there are any.
         """
         facing = found.sunlight > 0
@@ -289,7 +293,7 @@ class Renderer:
     ) -> Float32s:
         """Mix what is mirrored into `out`; returns the mirrored light alone, shape (n, 3).
 
-        Every other pixel, as on a chess board, is followed; the others take their neighbours'
+        Every other pixel, as on a chess board, is followed; the others get their neighbours'
         mean.
         """
         light = self._light

@@ -50,17 +50,19 @@ def radiance(
 ):
     """Light that comes back along n rays, into `out`, shape (n, 3).
 
+    Invariant: every row of `out` is written, and no row depends on another.
+
     Args:
-        faces: Of the hits, -1 where the sky is seen.
-        distances: Metres.
-        directions: Shape (n, 3).
+        faces: Faces that were hit, -1 where the sky is seen, shape (n,).
+        distances: Distances of the hits, metres, shape (n,).
+        directions: Unit vectors along the rays, shape (n, 3).
         found: `Surfaces`, `sunlight` already 0 in shadow.
         ambient: Light from the sky and the surroundings on each surface, shape (n, 3).
-        sun_colour: Shape (3,).
-        panorama: Of the sky.
+        sun_colour: Light of the sun, shape (3,).
+        panorama: Light of the sky.
         horizon: Colour of the air.
-        haze: Metres.
-        out: Shape (n, 3).
+        haze: Distance at which the air has removed 63 % of the contrast, metres.
+        out: Result, written in place, shape (n, 3).
     """
     for i in range(len(faces)):
         if faces[i] < 0:
@@ -80,11 +82,11 @@ def add_glints(directions, open_sky, sun, sun_colour, light):
     """Add the sun's own reflection to mirrored light.
 
     Args:
-        directions: Mirrored ones, shape (m, 3).
+        directions: Unit vectors along the mirrored rays, shape (m, 3).
         open_sky: Whether a mirrored ray sees the sky, shape (m,).
-        sun: Direction.
-        sun_colour: Shape (3,).
-        light: Along the mirrored rays, shape (m, 3).
+        sun: Direction towards the sun, shape (3,).
+        sun_colour: Light of the sun, shape (3,).
+        light: Light along the mirrored rays, changed in place, shape (m, 3).
     """
     for j in range(len(directions)):
         towards = directions[j, 0] * sun[0] + directions[j, 1] * sun[1] + directions[j, 2] * sun[2]
@@ -98,17 +100,19 @@ def add_glints(directions, open_sky, sun, sun_colour, light):
 def smooth_over_surfaces(values, known, wanted, distances, normals, width):
     """Values averaged over neighbouring pixels on the same smooth surface, shape (n, m).
 
-    One ray through a pixel's middle tells little of what a bent surface mirrors there, and one
+    One ray through a pixel's middle holds little of what a bent surface mirrors there, and one
     ray to the sun little of its half-shade.
 
+    Invariant: means are of `values`, never of other means: the result is a copy.
+
     Args:
-        values: Of all pixels, shape (n, m).
-        known: Which pixels' values count, shape (n,).
-        wanted: Which pixels get a mean, -1 where no neighbour counts; the others keep their
+        values: Values of all pixels, shape (n, m).
+        known: Whether each pixel's values count, shape (n,).
+        wanted: Whether each pixel gets a mean, -1 where no neighbour counts; the others keep their
             values, shape (n,).
-        distances: Metres, shape (n,).
-        normals: Shape (n, 3).
-        width: Of the image, pixels.
+        distances: Distances of the hits, metres, shape (n,).
+        normals: Normals at the hits, shape (n, 3).
+        width: Width of the image, pixels.
     """
     out = values.copy()
     for i in range(len(wanted)):
@@ -143,12 +147,14 @@ def smooth_over_surfaces(values, known, wanted, distances, normals, width):
 def towards_disc(sun, points):
     """Unit vectors from points towards places on the sun's disc, shape (n, 3).
 
-    Shadows get their half-shade from it: soft where what casts them is far away.  A place on the
-    ground looks at the same place on the sun from one image to the next.
+    Shadows get their half-shade from it: soft where what casts them is far away.
+
+    Invariant: the place on the sun depends on the point alone, in steps of `_GRAIN`, so that a
+    half-shade does not flicker from one image to the next.
 
     Args:
-        sun: Direction, shape (3,).
-        points: Metres, shape (n, 3).
+        sun: Direction towards the sun's centre, shape (3,).
+        points: Points in the world, metres, shape (n, 3).
     """
     out = np.empty_like(points)
     flat = max(np.sqrt(sun[0] * sun[0] + sun[1] * sun[1]), np.float32(1e-6))
@@ -156,6 +162,7 @@ def towards_disc(sun, points):
     aside_x, aside_y = -sun[1] / flat, sun[0] / flat
     up_x, up_y, up_z = -sun[2] * aside_y, sun[2] * aside_x, flat
     for i in range(len(points)):
+        # 32 well-mixed bits for the grain that the point lies in.
         bits = np.uint32(np.int64(np.floor(points[i, 0] / _GRAIN))) * np.uint32(0x9E3779B1)
         bits ^= np.uint32(np.int64(np.floor(points[i, 1] / _GRAIN))) * np.uint32(0x85EBCA77)
         bits ^= np.uint32(np.int64(np.floor(points[i, 2] / _GRAIN))) * np.uint32(0xC2B2AE3D)
@@ -164,6 +171,7 @@ def towards_disc(sun, points):
         bits ^= bits >> np.uint32(12)
         angle = np.float32(2.0 * np.pi / 65536.0) * np.float32(bits & np.uint32(0xFFFF))
         share = np.float32((bits >> np.uint32(16)) & np.uint32(0xFFFF)) * np.float32(1 / 65536.0)
+        # Evenly over the disc: the radius is the root of a share of its area.
         reach = _SUN_RADIUS * np.sqrt(share)
         left, high = reach * np.cos(angle), reach * np.sin(angle)
         scale = _ONE / np.sqrt(_ONE + reach * reach)

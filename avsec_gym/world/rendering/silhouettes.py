@@ -16,7 +16,7 @@ _NEAR = 0.1
 
 
 class Silhouettes(NamedTuple):
-    """N objects as one camera would see each alone."""
+    """N objects, each as a camera would see it alone."""
 
     area: NDArray[np.int64]
     """Pixels inside the image, shape (N,)."""
@@ -29,9 +29,9 @@ def silhouettes(scene: RayScene, camera: PinholeCamera, count: int) -> Silhouett
     """Draw each object alone.
 
     Args:
-        scene: Its objects have the ids 0 to `count` - 1.
+        scene: The scene; its objects have the ids 0 to `count` - 1.
         camera: The view.
-        count: N.
+        count: Number of objects N.
     """
     faces = scene.faces[scene.object_id >= 0]
     owner = scene.object_id[scene.object_id >= 0]
@@ -72,12 +72,18 @@ def _on_near_plane(one: Floats, two: Floats) -> Floats:
 
 @njit(cache=True)
 def _draw(triangles, owner, width, height, area, extent):
+    """Add up areas and extents of triangles in pixels, into the last two arguments.
+
+    Invariant: triangles are sorted by owner, so that `last`, the owner that covered a pixel last,
+    keeps a pixel from counting twice for one owner.
+    """
     last = np.full((height, width), -1, np.int32)
     for i in range(len(triangles)):
         x0, y0 = triangles[i, 0]
         x1, y1 = triangles[i, 1]
         x2, y2 = triangles[i, 2]
         who = owner[i]
+        # The extent also counts what lies outside of the image.
         low_x, high_x = min(x0, x1, x2), max(x0, x1, x2)
         low_y, high_y = min(y0, y1, y2), max(y0, y1, y2)
         if np.isnan(extent[who, 0]):
@@ -88,6 +94,7 @@ def _draw(triangles, owner, width, height, area, extent):
             extent[who, 1] = min(extent[who, 1], low_y)
             extent[who, 2] = max(extent[who, 2], high_x)
             extent[who, 3] = max(extent[who, 3], high_y)
+        # Cover the pixels inside; the sign makes both windings alike.
         turn = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
         if turn == 0.0:
             continue

@@ -56,9 +56,9 @@ def surfaces(
 
     Args:
         scene: The scene.
-        hits: As `RayScene.hits` returns them.
-        origins: Shape (n, 3).
-        directions: Unit vectors, shape (n, 3).
+        hits: Hits as `RayScene.hits` returns them.
+        origins: Origins of the rays, metres, shape (n, 3).
+        directions: Unit vectors along the rays, shape (n, 3).
         sun: Direction towards the sun.
         pixel_angle: Angle between neighbouring rays, radians.
     """
@@ -77,6 +77,13 @@ def surfaces(
 
 @njit(cache=True)
 def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
+    """Fill `result`; see `surfaces`.
+
+    Invariants: row i is written from hit i alone; all arithmetic is in float32, since a single
+    float64 would change the pixels; names ending in x, y, z are vectors in the world (e and f the
+    face's edges, g its geometric normal, n the shading normal, d the ray, l and s the long and the
+    short axis of the pixel's footprint, p the point).
+    """
     faces, distances, us, vs = hits[0], hits[1], hits[2], hits[3]
     overlaid = len(scene.overlay_uv) > 0
     for i in range(len(faces)):
@@ -99,7 +106,7 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
         area2 = gx * gx + gy * gy + gz * gz
         scale = _ONE / np.sqrt(max(area2, np.float32(1e-20)))
         gx, gy, gz = gx * scale, gy * scale, gz * scale
-        # Shading normal.
+        # The shading normal, from those of the corners by the barycentric coordinates.
         nx = (
             first * scene.normals[a, 0] + second * scene.normals[b, 0] + third * scene.normals[c, 0]
         )
@@ -111,6 +118,7 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
         )
         scale = _ONE / np.sqrt(max(nx * nx + ny * ny + nz * nz, np.float32(1e-12)))
         nx, ny, nz = nx * scale, ny * scale, nz * scale
+        # The geometric normal faces the viewer, the shading normal too unless light shines through.
         material = scene.material[face]
         translucent = scene.materials.translucent[material]
         facing = gx * dx + gy * dy + gz * dz
@@ -143,6 +151,7 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
         long2, long3 = (le * ff - lf * ef) * inverse, (lf * ee - le * ef) * inverse
         short2, short3 = (se * ff - sf * ef) * inverse, (sf * ee - se * ef) * inverse
         stretch = foot / cosine
+        # The texture's mean under the footprint.
         u_ab, v_ab = scene.uv[b, 0] - scene.uv[a, 0], scene.uv[b, 1] - scene.uv[a, 1]
         u_ac, v_ac = scene.uv[c, 0] - scene.uv[a, 0], scene.uv[c, 1] - scene.uv[a, 1]
         texture = scene.materials.texture[material]
@@ -190,6 +199,7 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
             nz += _TURN * (np.float32((leaf >> 24) & 0xFF) * np.float32(2.0 / 255.0) - _ONE)
             scale = _ONE / np.sqrt(max(nx * nx + ny * ny + nz * nz, np.float32(1e-12)))
             nx, ny, nz = nx * scale, ny * scale, nz * scale
+        # Scenery, but no actor, varies softly in brightness from place to place.
         elif scene.object_id[face] < 0:
             break_up = _ONE + _BREAK_UP * (
                 _smooth(
@@ -206,6 +216,7 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
                 )
             )
             red, green, blue = red * break_up, green * break_up, blue * break_up
+        # Paint and wear over it; the overlay's colour is already multiplied by its alpha.
         if overlaid and scene.overlay_uv[a, 0] > NO_OVERLAY:
             u_ab, v_ab = (
                 scene.overlay_uv[b, 0] - scene.overlay_uv[a, 0],
@@ -232,6 +243,7 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
             )
         result.albedo[i, 0], result.albedo[i, 1], result.albedo[i, 2] = red, green, blue
         result.normal[i, 0], result.normal[i, 1], result.normal[i, 2] = nx, ny, nz
+        # The sun, and the point a little off the surface, where further rays begin.
         sunward = nx * sun[0] + ny * sun[1] + nz * sun[2]
         sun_side = gx * sun[0] + gy * sun[1] + gz * sun[2]
         lift = np.float32(2e-3) + np.float32(1e-4) * distance
@@ -244,6 +256,7 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
         result.point[i, 0] = px + gx * lift
         result.point[i, 1] = py + gy * lift
         result.point[i, 2] = pz + gz * lift
+        # Mirrors grow towards grazing angles (Schlick's approximation).
         mirror = scene.materials.mirror[material]
         if mirror > _ZERO:
             grazing = _ONE - min(abs(nx * dx + ny * dy + nz * dz), _ONE)

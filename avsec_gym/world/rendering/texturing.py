@@ -75,16 +75,20 @@ def texel_colour(textures, index, level, s, t):
 def filtered_colour(textures, index, u, v, short_u, short_v, long_u, long_v):
     """Mean colour of a texture under a pixel's footprint.
 
+    The level of detail fits the footprint's shorter axis; taps along the longer one cover the rest.
+    Invariant: there are 1 to `_MOST_TAPS` of them, and the level never leaves the texture's.
+
     Args:
-        textures: `TextureArrays`.
-        index: Of the texture.
-        u: Metres on the texture.
-        v: Metres on the texture.
-        short_u: Shorter axis of the footprint, metres on the texture.
-        short_v: Likewise.
-        long_u: Longer axis, along which the view is stretched.
-        long_v: Likewise.
+        textures: The textures, `TextureArrays`.
+        index: Index of the texture.
+        u: Place on the texture, metres to the right.
+        v: Place on the texture, metres down.
+        short_u: Shorter axis of the footprint, metres to the right.
+        short_v: Shorter axis of the footprint, metres down.
+        long_u: Longer axis, along which the view is stretched, metres to the right.
+        long_v: Longer axis, metres down.
     """
+    # Axes in texels of the finest level; the shorter one is bounded by the number of taps.
     width, height = textures.size[index, 0], textures.size[index, 1]
     across = np.float32(textures.shape[index, 0, 1]) / width
     down = np.float32(textures.shape[index, 0, 0]) / height
@@ -120,7 +124,10 @@ def filtered_colour(textures, index, u, v, short_u, short_v, long_u, long_v):
 
 @njit(cache=True)
 def overlay_colour(overlay, u, v, short_u, short_v, long_u, long_v):
-    """Mean colour (times alpha) and alpha of the overlay under a footprint; 0 beyond its edges."""
+    """Mean colour (times alpha) and alpha of the overlay under a footprint; 0 beyond its edges.
+
+    As `filtered_colour`, but without repeats: taps outside of the picture add nothing.
+    """
     across, down = overlay.scale[0], overlay.scale[1]
     short = np.sqrt((short_u * across) ** 2 + (short_v * down) ** 2)
     long = np.sqrt((long_u * across) ** 2 + (long_v * down) ** 2)

@@ -20,7 +20,7 @@ Colour = tuple[float, float, float]
 """Red, green, blue, 0..255."""
 
 _FRACTION = 4
-"""Bits behind the point in which cv2 takes coordinates."""
+"""Bits behind the point of cv2's coordinates."""
 _TILE = 512
 
 
@@ -29,10 +29,10 @@ class Canvas:
     """What is painted so far; painting changes `picture` in place.
 
     Args:
-        picture: Red, green, blue (not multiplied by alpha), alpha, shape (h, w, 4).
+        picture: Pixels as red, green, blue (not multiplied by alpha), alpha, shape (h, w, 4).
         start: Road coordinate `along` of its left edge, metres.
-        top: Road coordinate `left` of its upper edge.
-        scale: Pixels per metre.
+        top: Road coordinate `left` of its upper edge, metres.
+        scale: Resolution, pixels per metre.
     """
 
     picture: NDArray[np.uint8]
@@ -64,8 +64,8 @@ class Canvas:
 
         Args:
             polygons: Corners in road coordinates, each of shape (n, 2).
-            colour: Of all.
-            opacity: In [0, 1].
+            colour: Colour of the whole area.
+            opacity: Opacity in [0, 1].
             wear: A repeating picture by which the opacity is multiplied, and where it begins.
             grain: The colour varies like asphalt; where the grain begins.
         """
@@ -108,14 +108,14 @@ class Canvas:
         wear: tuple[NDArray[np.uint8], tuple[int, int]] | None = None,
         grain: tuple[int, int] | None = None,
     ) -> None:
-        """Lay a colour over what is there, as opaque as a mask says.
+        """Lay a colour over what is there, as opaque as a mask states.
 
         Args:
             mask: Cut off where it goes beyond the picture.
             x: Column of its left edge.
             y: Row of its upper edge.
-            colour: Of all of it.
-            opacity: Of the mask's 255.
+            colour: Colour of all of it.
+            opacity: Opacity of the mask's 255.
             wear: See `fill`.
             grain: See `fill`.
         """

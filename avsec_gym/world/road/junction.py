@@ -53,7 +53,7 @@ def mouths(site: Site, start: float, end: float) -> list[Mouth]:
 
 
 def road_height(site: Site, along: ArrayLike, left: ArrayLike) -> Floats:
-    """Height above the ground at places of the main road: as its section says, 0 in mouths."""
+    """Height above the ground at places of the main road: its section's, 0 in mouths."""
     along, left = np.broadcast_arrays(np.asarray(along, float), np.asarray(left, float))
     height = site.section.height(left)
     for mouth in mouths(site, -np.inf, np.inf):

@@ -42,8 +42,9 @@ def land_mesh(site: Site, start: float, end: float, rng: np.random.Generator) ->
 
     Args:
         site: The place.
-        start: As given to `avsec_gym.world.road.surface.road_meshes`.
-        end: Likewise.
+        start: Road coordinate of the beginning, as given to
+            `avsec_gym.world.road.surface.road_meshes`.
+        end: Road coordinate of the end, as given to the same.
         rng: The source of chance: where which plants grow.
 
     Returns:
@@ -77,7 +78,7 @@ def land_mesh(site: Site, start: float, end: float, rng: np.random.Generator) ->
 
 
 def _uneven(site: Site) -> shapely.Geometry:
-    """Where the lattice is too coarse: pads for somebody, and small swells."""
+    """Where the lattice is too coarse: level pads under actors, and small swells."""
     x, y, radius, height = site.ground.swells.T
     small = (radius < _SMALL_SWELL) & (np.abs(height) > 0.01)
     mounds = shapely.buffer(shapely.points(x[small], y[small]), 1.5 * radius[small])

@@ -18,13 +18,13 @@ from avsec_gym.world.mesh import Float32s, Mesh
 from avsec_gym.world.shapes import grid
 
 _ACROSS, _ACROSS_PADS = 3.0, 1.0
-"""Metres between vertices across a strip; less where the ground is levelled for somebody."""
+"""Metres between vertices across a strip; less where the ground is levelled for an actor."""
 _SLIVER = 1e-5
 """Square metres; smaller triangles are left out."""
 
 
 class Lay(NamedTuple):
-    """On what things are laid, and where the overlay begins."""
+    """The course and ground on which things are laid, and where the overlay begins."""
 
     course: Course
     ground: Ground
@@ -43,12 +43,12 @@ def strip_meshes(
     """A strip along the road, with a piece cut out.
 
     Args:
-        lay: On what.
+        lay: Course and ground on which the strip lies, and the overlay's corner.
         stations: Road coordinates of its rows, ascending, metres, shape (n,).
         edges: Right and left edge, metres to the left of the course.
-        height: Above the ground.
+        height: Height above the ground, metres.
         material: Its v counts from the left edge, its u along the road.
-        hole: In road coordinates, what is left out.
+        hole: Area in road coordinates that is left out.
     """
     step = _ACROSS if len(lay.ground.pads) == 0 else _ACROSS_PADS
     lefts = np.linspace(*edges, max(2, int(np.ceil((edges[1] - edges[0]) / step)) + 1))
@@ -86,11 +86,11 @@ def wall_meshes(
     """Upright faces above lines in road coordinates; seen from the lines' right side.
 
     Args:
-        lay: On what.
+        lay: Course and ground on which the wall stands, and the overlay's corner.
         lines: LineStrings.
-        low: Height of the lower edge above the ground.
-        high: Of the upper edge.
-        material: Of the faces.
+        low: Height of the lower edge above the ground, metres.
+        high: Height of the upper edge above the ground, metres.
+        material: Material of the faces.
     """
     parts = shapely.get_parts(shapely.line_merge(lines))
     return [_wall(lay, shapely.get_coordinates(part), low, high, material) for part in parts]

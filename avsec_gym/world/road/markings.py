@@ -163,7 +163,7 @@ def _arrows(
     rng: np.random.Generator,
     wear: int,
 ) -> None:
-    """Before side streets the lanes say where they lead."""
+    """Arrows on the lanes before side streets."""
     for mouth in openings:
         for lane in site.section.lanes:
             along = mouth.street.along - lane.direction * rng.uniform(16.0, 22.0)

@@ -38,11 +38,11 @@ class Overlay:
     ``mix(surface, picture.rgb, picture.alpha)``; beyond the picture's edges it shows itself.
 
     Args:
-        picture: Red, green, blue (sRGB, not multiplied by alpha) and alpha, uint8,
-            shape (h, w, 4).
+        picture: Pixels as red, green, blue (sRGB, not multiplied by alpha) and alpha, uint8, shape
+            (h, w, 4).
         start: Road coordinate `along` of the left edge, metres.
         top: Road coordinate `left` of the upper edge, metres.
-        metres_per_pixel: In both directions.
+        metres_per_pixel: Size of a pixel in both directions, metres.
     """
 
     picture: NDArray[np.uint8]
@@ -71,8 +71,9 @@ def paint_overlay(site: Site, start: float, end: float, rng: np.random.Generator
 
     Args:
         site: The place.
-        start: As given to `avsec_gym.world.road.surface.road_meshes`.
-        end: Likewise.
+        start: Road coordinate of the beginning, as given to
+            `avsec_gym.world.road.surface.road_meshes`.
+        end: Road coordinate of the end, as given to the same.
         rng: The source of chance.
 
     Returns:

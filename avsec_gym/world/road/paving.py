@@ -1,4 +1,4 @@
-"""What tells laid stones apart from place to place, so that nobody sees their texture repeat."""
+"""Shades by which laid stones differ from place to place, so that no repetition is seen."""
 
 from __future__ import annotations
 
@@ -48,13 +48,15 @@ def paint_paving(
 def _shades(laying, corner, size, step, table, shift):  # type: ignore[no-untyped-def]
     """How dark the stone is that each pixel belongs to.
 
+    Invariant: the shade depends on the stone's row and column alone, so that its pixels agree.
+
     Args:
         laying: `avsec_gym.world.textures.paving.Laying`.
-        corner: Metres along and across the stones at the picture's upper left corner.
+        corner: Position along and across the stones of the picture's upper left corner, metres.
         size: Height and width of the picture.
-        step: Metres per pixel.
+        step: Size of a pixel, metres.
         table: Random numbers, shape (n, n).
-        shift: Where on the table to begin.
+        shift: Entry of the table to begin with.
     """
     mask = np.empty(size, np.uint8)
     for i in range(size[0]):

@@ -26,9 +26,9 @@ def roadside(
 
     Args:
         rng: The source of chance.
-        style: How the place is built up.
+        style: Style in which the place is built up.
         parked: Depth of the parking strip, metres; 0 for none.
-        road_material: Of the carriageway.
+        road_material: Material of the carriageway.
     """
     if style == Style.RURAL:
         return _country(rng, parked)

@@ -88,12 +88,12 @@ def section_for_lanes(
         lane_offsets: Middles of the lanes, metres to the left of the course; at least one.
             Lanes more than half a lane to the left of 0 are oncoming, but on highways only
             those beyond a gap.
-        lane_width: At most, metres; lanes closer than that are narrower.
-        style: How the place is built up.
+        lane_width: Largest width of a lane, metres; lanes closer than that are narrower.
+        style: Style in which the place is built up.
         rng: The source of chance.
-        parked_right: Outer side of the cars parked on the right, metres to the left of the
-            course (so negative); None without any.  Highways have none.
-        parked_left: Outer side of those on the left.
+        parked_right: Outer side of the cars parked on the right, metres to the left of the course
+            (so negative); None without any.  Highways have none.
+        parked_left: Outer side of those on the left, metres.
     """
     offsets = np.sort(np.asarray(lane_offsets, float))
     steps = np.diff(offsets)

@@ -34,7 +34,7 @@ def road_meshes(site: Site, start: float, end: float) -> list[tuple[Mesh, Surfac
     Args:
         site: The place; its materials depend on its seed.
         start: Road coordinate at which the road begins, metres.
-        end: Where it ends.
+        end: Road coordinate at which it ends, metres.
 
     Returns:
         One mesh for each kind of surface.

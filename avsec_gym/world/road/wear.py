@@ -44,7 +44,7 @@ _LEAVES = np.array([(170, 132, 66), (142, 98, 52), (186, 160, 84), (112, 76, 48)
 def paint_tracks(
     canvas: Canvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
 ) -> None:
-    """Bands where wheels run and oil drips, dust where nobody drives; the canvas is empty."""
+    """Bands where wheels run and oil drips, dust where no wheel rolls; the canvas is empty."""
     height, width = (size // _COARSE for size in canvas.picture.shape[:2])
     left = canvas.top - (np.arange(height) + 0.5) * _COARSE / canvas.scale
     along = canvas.start + (np.arange(width) + 0.5) * _COARSE / canvas.scale

@@ -25,8 +25,8 @@ class Canvas:
     """A picture in the making; places are metres from its centre, to the right and up.
 
     Args:
-        pixels: Shape (h, w, 3); the functions below draw into it.
-        metre: Pixels.
+        pixels: Pixels, shape (h, w, 3); the functions below draw into it.
+        metre: Length of a metre, pixels.
     """
 
     pixels: NDArray[np.float32]
@@ -94,11 +94,11 @@ def letters(
     """A line of text, its capitals centred at a place.
 
     Args:
-        on: Where to draw.
-        text: What `avsec_gym.world.textures.lettering` can write.
-        centre: x, y.
-        height: Of the capitals, metres.
-        colour: Of the letters.
+        on: Canvas to draw on.
+        text: Text of letters that `avsec_gym.world.textures.lettering` can write.
+        centre: Centre of the text as x, y.
+        height: Height of the capitals, metres.
+        colour: Colour of the letters.
         widest: The text is narrowed to this width, metres.
         weight: Width of the strokes as a share of the height.
     """

@@ -75,7 +75,7 @@ def texture_library() -> TextureLibrary:
     try:
         return _read(path, texels_path)
     except (DataError, KeyError, ValueError):
-        # Not there yet, or broken: cut off by a full disk, say.
+        # Not there yet, or broken: cut off by a full disk, for example.
         _LOG.info("drawing the textures, once")
         _draw_all(families, path, texels_path)
         return _read(path, texels_path)

@@ -151,11 +151,11 @@ def _bond(
     """Which brick a pixel shows (row, column), and whether it is a joint.
 
     Args:
-        height: Of the picture, pixels.
-        width: Of the picture, pixels.
-        rows: Of bricks.
-        columns: Of bricks.
-        shift: Of each row, in bricks, shape (rows,).
+        height: Height of the picture, pixels.
+        width: Width of the picture, pixels.
+        rows: Number of rows of bricks.
+        columns: Number of columns of bricks.
+        shift: Shift of each row, in bricks, shape (rows,).
         joint: Half-widths of the joints, pixels: upright ones, level ones.
     """
     y = (np.arange(height) + 0.5) * rows / height

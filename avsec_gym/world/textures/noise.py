@@ -36,10 +36,10 @@ def fractal_noise(
 
     Args:
         rng: The source of chance.
-        height: Pixels.
-        width: Pixels.
-        cells: Of the coarsest octave along the longer side.
-        octaves: At most; those finer than a pixel are left out.
+        height: Height of the picture, pixels.
+        width: Width of the picture, pixels.
+        cells: Number of cells of the coarsest octave along the longer side.
+        octaves: Largest number of octaves; those finer than a pixel are left out.
         persistence: Amplitude of an octave relative to the last.
     """
     total = np.zeros((height, width), np.float32)

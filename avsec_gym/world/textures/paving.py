@@ -15,8 +15,8 @@ class Laying(NamedTuple):
     """How stones are laid.
 
     Args:
-        length: Of a stone along a picture's rows, metres.
-        width: Across them.
+        length: Length of a stone along a picture's rows, metres.
+        width: Width of a stone across them, metres.
         stagger: Shift of every other row, in stones.
         diagonal: Square stones at 45 degrees; `length` and `width` are their diagonals.
     """
@@ -54,10 +54,10 @@ def bond(
 
     Args:
         rng: The source of chance.
-        side: Of the picture, pixels.
-        metres: Of the picture.
-        laying: How they are laid.
-        jitter: Of the joints' places, in stones.
+        side: Side of the picture, pixels.
+        metres: Side of the picture, metres.
+        laying: Size and pattern of the stones.
+        jitter: Jitter of the joints' places, in stones.
     """
     if laying.diagonal:
         return _diagonal_bond(side, round(metres / laying.length))
@@ -88,17 +88,17 @@ def stones(
 ) -> Picture:
     """A picture of laid stones, rather alike: the picture repeats, and would be recognised.
 
-    `avsec_gym.world.road.paving` tells them apart from place to place.
+    `avsec_gym.world.road.paving` shades them differently from place to place.
 
     Args:
         rng: The source of chance.
-        layout: Which stone is where.
-        colour: Of the stones, 0..255 each.
-        joint_colour: Of what is between them.
+        layout: Number of the stone at each pixel.
+        colour: Colour of the stones, 0..255 each.
+        joint_colour: Colour of the joints between them.
         joint: Half the joints' width, pixels.
-        spread: How much the stones differ in brightness.
-        grain: How much the pixels of a stone differ.
-        round_: Pixels over which the edges darken.
+        spread: Deviation of the stones' brightness.
+        grain: Deviation of the pixels of a stone.
+        round_: Width over which the edges darken, pixels.
     """
     side = len(layout.edge)
     count = int(layout.stone.max()) + 1
@@ -136,9 +136,9 @@ def _slots(
     """For pixels 0..side of each line: the slot, and distances to its start and end.
 
     Args:
-        starts: Where slots begin, ascending, pixels, shape (lines, n); the last runs on round
+        starts: First pixels of the slots, ascending, shape (lines, n); the last slot runs on round
             the edge to the first.
-        side: Pixels of a line.
+        side: Length of a line, pixels.
     """
     count = starts.shape[1]
     pixel = np.arange(side) + 0.5

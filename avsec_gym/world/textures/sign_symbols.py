@@ -30,8 +30,8 @@ def outline(name: str, width: float, height: float) -> NDArray[np.float64]:
     Args:
         name: ``disc``, ``octagon``, ``triangle`` (tip up), ``give_way`` (tip down), ``diamond``
             or ``rectangle``.
-        width: Metres.
-        height: Metres.
+        width: Width, metres.
+        height: Height, metres.
     """
     half = np.array([0.5 * width, 0.5 * height])
     if name in ("disc", "octagon"):

@@ -18,9 +18,9 @@ class Texture:
 
     Args:
         size: Width and height of one repeat, metres.
-        variants: How many there are: ``brick/0`` to ``brick/5`` for 6.
-        make: Draws variant i with a generator that belongs to it; the picture's left edge
-            continues at its right one, its lower at its upper one, unless the surface shows it
+        variants: Number of variants: ``brick/0`` to ``brick/5`` for 6.
+        make: Function that draws variant i with a generator that belongs to it; the picture's left
+            edge continues at its right one, its lower at its upper one, unless the surface shows it
             only once.
     """
 

@@ -19,7 +19,7 @@ def _pair(right: float, left: float | None = None) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Posture:
-    """The posture of a person who stands, walks or sits; angles in radians, pairs are (right, left).
+    """The posture of a standing, walking or sitting person; radians, pairs are (right, left).
 
     Args:
         thigh: Angle of the thighs forward from straight down.
