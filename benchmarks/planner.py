@@ -35,7 +35,7 @@ Side = Callable[[Path, str], Callable[[], Row]]
 
 def ours(primitives: Path) -> Side:
     """Plan with `MotionPrimitivePlanner`."""
-    from avsec_gym.planners.collision import world_of
+    from avsec_gym.planners.collision import collision_world_of
     from avsec_gym.planners.planner import MotionPrimitivePlanner
     from avsec_gym.planners.primitive_files import read_primitives
     from avsec_gym.scenario.commonroad import read_commonroad
@@ -44,7 +44,7 @@ def ours(primitives: Path) -> Side:
 
     def prepare(path: Path, algorithm: str) -> Callable[[], Row]:
         scenario = read_commonroad(path)
-        world = world_of(scenario, exact=True)
+        world = collision_world_of(scenario, exact=True)
         planner = MotionPrimitivePlanner(algorithm, "reference", loaded, node_limit=20_000)
         planner.plan(scenario, world=world, explain=False)
 

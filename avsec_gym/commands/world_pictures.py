@@ -100,7 +100,7 @@ class WorldShow:
 
 def _open(root: Path | None) -> KittiObject | Drive:
     from avsec_gym.kitti.dataset import KittiObject
-    from avsec_gym.kitti.layouts import Layout, recognise
+    from avsec_gym.kitti.layouts import KittiLayout, recognise
     from avsec_gym.kitti.raw import KittiRaw
 
     if root is None:
@@ -110,7 +110,7 @@ def _open(root: Path | None) -> KittiObject | Drive:
             return KittiObject(default_suite("mixed", on_progress=shown))
     if (root / "vehicle_0").is_dir():
         root = root / "vehicle_0"
-    if recognise(root) == Layout.RAW:
+    if recognise(root) == KittiLayout.RAW:
         raw = KittiRaw(root)
         drives = [raw.drive(name) for name in raw.drives()]
         return max(drives, key=lambda drive: len(drive.sensors.get("image_02", ())))

@@ -9,7 +9,7 @@ from pathlib import Path
 from avsec_gym.kitti.check_object import check_object, check_text_folder, look_at_calibration
 from avsec_gym.kitti.check_raw import check_raw
 from avsec_gym.kitti.layouts import (
-    Layout,
+    KittiLayout,
     object_folders,
     recognise,
     text_file_folder,
@@ -19,7 +19,7 @@ from avsec_gym.kitti.report import DataReport, Files, Look, Progress, Sizes, Sur
 from avsec_gym.kitti.tracking import read_tracking_labels
 from avsec_gym.storage.regular_files import is_folder
 
-_CHECKED = (Layout.OBJECT, Layout.RAW, Layout.TRACKING)
+_CHECKED = (KittiLayout.OBJECT, KittiLayout.RAW, KittiLayout.TRACKING)
 _SEQUENCE = re.compile(r"[0-9]{4}\.txt")
 
 
@@ -44,19 +44,19 @@ def check_data(
     root = Path(root)
     survey = Survey(root, recognise(root), on_progress)
     text_folder = text_file_folder(root)
-    if survey.layout is Layout.OBJECT:
+    if survey.layout is KittiLayout.OBJECT:
         check_object(survey, deep=deep)
-    elif survey.layout is Layout.RAW:
+    elif survey.layout is KittiLayout.RAW:
         check_raw(survey, deep=deep)
         survey.notes += [
             f"{survey.name(folder)}/ has the object layout: name that to check it, too."
             for folder in object_folders(root)
         ]
-    elif survey.layout is Layout.TRACKING:
+    elif survey.layout is KittiLayout.TRACKING:
         _check_tracking(survey)
     elif text_folder is not None:
         check_text_folder(survey, text_folder)
-    elif survey.layout is Layout.UNKNOWN:
+    elif survey.layout is KittiLayout.UNKNOWN:
         layouts = {child: recognise(child) for child in sorted(root.iterdir()) if is_folder(child)}
         survey.notes += [
             f"Its subfolder {child.name}/ has the {layout} layout: name that."

@@ -11,7 +11,7 @@ from avsec_gym.kitti.calibration import read_calibration
 from avsec_gym.kitti.dataset import file_suffix, layout_folders
 from avsec_gym.kitti.label_folders import is_id
 from avsec_gym.kitti.labels import read_detections, read_labels
-from avsec_gym.kitti.layouts import Layout, object_folders
+from avsec_gym.kitti.layouts import KittiLayout, object_folders
 from avsec_gym.kitti.report import Files, Look, Sizes, Survey
 from avsec_gym.kitti.sensor_files import check_scan_size, read_image, read_image_size, read_points
 from avsec_gym.kitti.splits import read_raw_mapping, read_split
@@ -43,7 +43,7 @@ def check_object(survey: Survey, *, deep: bool) -> None:
 
 def check_text_folder(survey: Survey, folder: Path) -> None:
     """Look at every file of a label folder, or of a detector's result folder."""
-    look = _look_at_result if survey.layout is Layout.DETECTIONS else _look_at_label
+    look = _look_at_result if survey.layout is KittiLayout.DETECTIONS else _look_at_label
     survey.look_at([Files(folder, _frames(survey, folder, ".txt"), look)])
 
 

@@ -17,7 +17,7 @@ TRACKING_LABELS = "label_02"
 """The folder of the tracking benchmark's labels."""
 
 
-class Layout(StrEnum):
+class KittiLayout(StrEnum):
     """What a folder was recognised as."""
 
     OBJECT = "object"
@@ -35,19 +35,21 @@ class Layout(StrEnum):
 
 
 _DESCRIPTIONS = {
-    Layout.OBJECT: "This is KITTI's object layout.",
-    Layout.DETECTIONS: "This is a detector's result folder.",
-    Layout.LABELS: "This is a label folder; name the folder above training/ to check all of it.",
-    Layout.RAW: "This is KITTI's raw layout.",
-    Layout.TRACKING: "This is KITTI's tracking layout, of which labels and calibration are read.",
-    Layout.STEREO: "This looks like KITTI stereo or flow, which this check does not read.",
-    Layout.UNKNOWN: "This is none of KITTI's layouts; expected is the folder that holds "
+    KittiLayout.OBJECT: "This is KITTI's object layout.",
+    KittiLayout.DETECTIONS: "This is a detector's result folder.",
+    KittiLayout.LABELS: "This is a label folder; name the folder above training/ to check all of "
+    "it.",
+    KittiLayout.RAW: "This is KITTI's raw layout.",
+    KittiLayout.TRACKING: "This is KITTI's tracking layout, of which labels and calibration are "
+    "read.",
+    KittiLayout.STEREO: "This looks like KITTI stereo or flow, which this check does not read.",
+    KittiLayout.UNKNOWN: "This is none of KITTI's layouts; expected is the folder that holds "
     "training/ with label_2/, calib/, image_2/ and so on, one with dates such as 2011_09_26/, "
     "or a folder with result files such as 000107.txt.",
 }
 
 _SIGNS = {
-    Layout.RAW: (
+    KittiLayout.RAW: (
         "calib_cam_to_cam.txt",
         "*_extract",
         "velodyne_points",
@@ -55,12 +57,12 @@ _SIGNS = {
         "oxts/data",
         "tracklet_labels.xml",
     ),
-    Layout.TRACKING: ("image_02", "training/image_02"),
-    Layout.STEREO: ("disp_*", "colored_0", "training/disp_*", "training/colored_0"),
+    KittiLayout.TRACKING: ("image_02", "training/image_02"),
+    KittiLayout.STEREO: ("disp_*", "colored_0", "training/disp_*", "training/colored_0"),
 }
 
 
-def recognise(root: Path) -> Layout:
+def recognise(root: Path) -> KittiLayout:
     """The layout of a folder.
 
     Raises:
@@ -72,13 +74,13 @@ def recognise(root: Path) -> Layout:
     if text_folder is not None:
         return _labels_or_detections(text_folder)
     if find_raw(root)[0]:
-        return Layout.RAW
+        return KittiLayout.RAW
     if tracking_folders(root):
-        return Layout.TRACKING
+        return KittiLayout.TRACKING
     for layout, signs in _SIGNS.items():
         if any(next(root.glob(sign), None) for sign in signs):
             return layout
-    return Layout.OBJECT if object_folders(root) else Layout.UNKNOWN
+    return KittiLayout.OBJECT if object_folders(root) else KittiLayout.UNKNOWN
 
 
 def object_folders(root: Path) -> list[Path]:
@@ -103,7 +105,7 @@ def text_file_folder(root: Path) -> Path | None:
     return None
 
 
-def _labels_or_detections(folder: Path) -> Layout:
+def _labels_or_detections(folder: Path) -> KittiLayout:
     """Told by the columns of the first line in any file, results where all are empty."""
     for id in frame_ids(folder, ".txt"):
         try:
@@ -111,5 +113,5 @@ def _labels_or_detections(folder: Path) -> Layout:
         except DataError:
             continue
         if words:
-            return Layout.LABELS if len(words) == 15 else Layout.DETECTIONS
-    return Layout.DETECTIONS
+            return KittiLayout.LABELS if len(words) == 15 else KittiLayout.DETECTIONS
+    return KittiLayout.DETECTIONS

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from avsec_gym.errors import DataError
-from avsec_gym.kitti.layouts import Layout
+from avsec_gym.kitti.layouts import KittiLayout
 
 Progress = Callable[[int, int], None]
 """Called with the files done and the files in all."""
@@ -66,7 +66,7 @@ class DataReport:
     """What `avsec_gym.kitti.check.check_data` found."""
 
     root: str
-    layout: Layout
+    layout: KittiLayout
     parts: tuple[Part, ...] = ()
     gaps: tuple[Gap, ...] = ()
     broken: tuple[BrokenFile, ...] = ()
@@ -94,7 +94,7 @@ class Files:
 class Survey:
     """Collects what is found on the way; what is broken does not stop it."""
 
-    def __init__(self, root: Path, layout: Layout, on_progress: Progress | None) -> None:
+    def __init__(self, root: Path, layout: KittiLayout, on_progress: Progress | None) -> None:
         self.root, self.layout, self._on_progress = root, layout, on_progress
         self.parts: list[Part] = []
         self.gaps: list[Gap] = []

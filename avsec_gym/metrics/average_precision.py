@@ -31,8 +31,8 @@ from avsec_gym.metrics.average_precision_curves import (
 from avsec_gym.metrics.average_precision_frames import (
     COUNTED,
     LEVELS,
+    CountStatus,
     Objects,
-    Status,
     detection_status,
     label_status,
     pooled,
@@ -226,7 +226,7 @@ def average_precision(
 
 
 def _orientation_is_known(
-    labels: Objects, wanted: Status, detections: Objects, given: Status
+    labels: Objects, wanted: CountStatus, detections: Objects, given: CountStatus
 ) -> bool:
     unknown = np.isnan(labels.alpha[wanted == COUNTED]).any()
     return not (unknown or np.isnan(detections.alpha[given == COUNTED]).any())

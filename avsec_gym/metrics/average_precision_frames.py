@@ -31,7 +31,7 @@ NEIGHBOURS = {"car": "van", "pedestrian": "person_sitting"}
 COUNTED, IGNORED, OTHER = 0, 1, -1
 """What an object is to a class and level: judged; neither right nor wrong; not looked at."""
 
-Status = NDArray[np.int8]
+CountStatus = NDArray[np.int8]
 
 
 class Extents(NamedTuple):
@@ -110,7 +110,7 @@ def pooled(frames: Sequence[Boxes3D], what: str) -> Objects:
     )
 
 
-def label_status(labels: Objects, category: str, level: int) -> Status:
+def label_status(labels: Objects, category: str, level: int) -> CountStatus:
     """What each label is to a class at a level, shape (N,)."""
     own = labels.category == category.lower()
     neighbour = labels.category == NEIGHBOURS.get(category.lower())
@@ -122,7 +122,7 @@ def label_status(labels: Objects, category: str, level: int) -> Status:
     return np.select([own & passes, own | neighbour], [COUNTED, IGNORED], OTHER).astype(np.int8)
 
 
-def detection_status(detections: Objects, category: str, level: int) -> Status:
+def detection_status(detections: Objects, category: str, level: int) -> CountStatus:
     """What each detection is to a class at a level, shape (N,); too small comes before class."""
     small = np.abs(detections.height) < MIN_HEIGHT[level]
     own = detections.category == category.lower()

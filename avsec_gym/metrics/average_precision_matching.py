@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from avsec_gym.box_overlap import overlap_area
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.labels import DONT_CARE
-from avsec_gym.metrics.average_precision_frames import COUNTED, OTHER, Extents, Objects, Status
+from avsec_gym.metrics.average_precision_frames import COUNTED, OTHER, CountStatus, Extents, Objects
 
 Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
@@ -83,8 +83,8 @@ def match(
     labels: Objects,
     detections: Objects,
     common: Overlaps,
-    label_status: Status,
-    detection_status: Status,
+    label_status: CountStatus,
+    detection_status: CountStatus,
     metric: int,
     min_iou: float,
 ) -> Events:

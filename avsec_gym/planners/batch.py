@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
-from avsec_gym.planners.collision import FOR_EVER, World
+from avsec_gym.planners.collision import FOR_EVER, CollisionWorld
 from avsec_gym.planners.problem import Problem
 from avsec_gym.planners.search import FOUND, search_on
 from avsec_gym.planners.search_state import ELAPSED, EXPANDED, GOAL_NODE, new_state
@@ -93,7 +93,7 @@ def _search_all(
                 vertices[near, k, 1] = half_width if k < 2 else -half_width
             poses[near] = tracks.poses[b, i]
             near += 1
-        world = World(
+        world = CollisionWorld(
             vertices[:near],
             corners[:near],
             sizes[:near],

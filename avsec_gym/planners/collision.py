@@ -22,7 +22,7 @@ _ROUNDING = 1e-9
 """Metres; shortcuts leave so much to the full tests."""
 
 
-class World(NamedTuple):
+class CollisionWorld(NamedTuple):
     """What a planner must not touch, laid out for the kernels.
 
     Every obstacle is a set of convex pieces that share its motion; here each piece is a row.
@@ -50,7 +50,7 @@ class World(NamedTuple):
         return bool((self.presence[:, 0] == ALWAYS).all())
 
 
-def world_of(scenario: PlanningScenario, *, exact: bool = False) -> World:
+def collision_world_of(scenario: PlanningScenario, *, exact: bool = False) -> CollisionWorld:
     """The obstacles and the road edge of a scenario.
 
     Args:
@@ -61,7 +61,7 @@ def world_of(scenario: PlanningScenario, *, exact: bool = False) -> World:
     return obstacle_world(scenario.obstacles, road.edges if exact else road.closed_edges)
 
 
-def obstacle_world(obstacles: Obstacles, edges: Floats) -> World:
+def obstacle_world(obstacles: Obstacles, edges: Floats) -> CollisionWorld:
     """Lay obstacles out for the kernels.
 
     Args:
@@ -91,7 +91,7 @@ def obstacle_world(obstacles: Obstacles, edges: Floats) -> World:
     known = np.where(static, 1, obstacles.steps[owner])
     last = np.where(static, FOR_EVER, first + known - 1)
     reach = np.hypot(vertices[..., 0], vertices[..., 1]).max(axis=1, initial=0.0) + radius
-    return World(
+    return CollisionWorld(
         vertices=vertices,
         corners=corners,
         sizes=np.column_stack([radius, reach]),
@@ -108,7 +108,7 @@ def obstacle_world(obstacles: Obstacles, edges: Floats) -> World:
     )
 
 
-def within_reach(world: World, x: float, y: float, distance: float) -> World:
+def within_reach(world: CollisionWorld, x: float, y: float, distance: float) -> CollisionWorld:
     """The world without the pieces that stay farther from a point than a distance."""
     away = np.hypot(world.poses[..., 0] - x, world.poses[..., 1] - y).min(axis=1, initial=np.inf)
     near = away <= distance + world.sizes[:, 1]
@@ -117,7 +117,7 @@ def within_reach(world: World, x: float, y: float, distance: float) -> World:
     rows: dict[str, Any] = {
         name: column[near] for name, column in world._asdict().items() if name != "edges"
     }
-    return World(**rows, edges=world.edges)
+    return CollisionWorld(**rows, edges=world.edges)
 
 
 def _rectangle_pieces(
@@ -141,7 +141,7 @@ def collides(
     half_length: float,
     half_width: float,
     step: int,
-    world: World,
+    world: CollisionWorld,
 ) -> bool:
     """Whether a rectangle centred on (x, y) touches an obstacle at a time step or the road edge.
 

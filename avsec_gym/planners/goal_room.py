@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from avsec_gym.geometry import Floats
-from avsec_gym.planners.collision import World, collides
+from avsec_gym.planners.collision import CollisionWorld, collides
 from avsec_gym.planners.goal import region_box
 from avsec_gym.planners.vehicle import Vehicle
 from avsec_gym.scenario.planning_scenario import Goal
@@ -25,7 +25,7 @@ _SWING = 0.25
 """Metres by which a corner may move where the proof takes two headings for one."""
 
 
-def occupied_steps(goals: tuple[Goal, ...], world: World, vehicle: Vehicle) -> int:
+def occupied_steps(goals: tuple[Goal, ...], world: CollisionWorld, vehicle: Vehicle) -> int:
     """Time steps of the goals' windows in which the vehicle fits nowhere in a goal region.
 
     Places are tried on a grid of 0.25 m and five headings, so a shorter gap counts as none.
@@ -44,7 +44,7 @@ def occupied_steps(goals: tuple[Goal, ...], world: World, vehicle: Vehicle) -> i
     return full * (last - first + 1) if standing else full
 
 
-def is_full(goals: tuple[Goal, ...], world: World, vehicle: Vehicle) -> bool:
+def is_full(goals: tuple[Goal, ...], world: CollisionWorld, vehicle: Vehicle) -> bool:
     """Whether the vehicle is proven to fit in no goal region at any time that its goal allows.
 
     The region is covered with cells of positions and headings.  A rectangle that is smaller by as
@@ -114,7 +114,7 @@ def _grid(region: tuple[Shape, ...]) -> tuple[Floats, float]:
 @numba.njit(nogil=True, cache=True)
 def _full_steps(
     places: Floats,
-    world: World,
+    world: CollisionWorld,
     half_length: float,
     half_width: float,
     first: int,

@@ -14,7 +14,7 @@ import numpy as np
 
 from avsec_gym.errors import ConfigurationError, PlanningError
 from avsec_gym.geometry import Floats
-from avsec_gym.planners.collision import World, collides, within_reach, world_of
+from avsec_gym.planners.collision import CollisionWorld, collides, collision_world_of, within_reach
 from avsec_gym.planners.estimates import Limits
 from avsec_gym.planners.goal import goal_arrays, reaches
 from avsec_gym.planners.goal_room import is_full, occupied_steps
@@ -127,7 +127,7 @@ class MotionPrimitivePlanner:
         self,
         scenario: PlanningScenario,
         *,
-        world: World | None = None,
+        world: CollisionWorld | None = None,
         explain: bool = True,
     ) -> Plan:
         """Find a trajectory.
@@ -144,7 +144,7 @@ class MotionPrimitivePlanner:
         primitives = self.primitives or suitable_primitives(scenario)
         problem, parts = self._prepared(scenario, primitives)
         start, vehicle = scenario.start, primitives.vehicle
-        believed = world_of(scenario, exact=problem.reference) if world is None else world
+        believed = collision_world_of(scenario, exact=problem.reference) if world is None else world
         world = believed
         if not problem.reference and len(world.poses) > _FEW:
             horizon = max(0, scenario.last_step - start.step)
@@ -215,7 +215,7 @@ class MotionPrimitivePlanner:
             raise PlanningError(f"{scenario.id}: {error}") from None
 
     def _search(
-        self, problem: Problem, parts: tuple[Any, ...], world: World, begun: float
+        self, problem: Problem, parts: tuple[Any, ...], world: CollisionWorld, begun: float
     ) -> tuple[int, Floats, SearchState]:
         """Search in slices of about a millisecond, looking at the clock in between."""
         state = _empty_memory(problem.reference)
@@ -246,7 +246,7 @@ def _empty_memory(reference: bool) -> SearchState:
     return state
 
 
-def _load_kernels(problem: Problem, parts: tuple[Any, ...], world: World) -> None:
+def _load_kernels(problem: Problem, parts: tuple[Any, ...], world: CollisionWorld) -> None:
     """Compile them, or load them from disk: once in a process, and no part of a search's time."""
     state = new_state(_ROOM, 2)
     advance(parts, tuple(world), tuple(state), 0)
@@ -309,7 +309,7 @@ def suitable_primitives(scenario: PlanningScenario) -> MotionPrimitives:
 
 
 def _explain(
-    status: Status, scenario: PlanningScenario, world: World, vehicle: Vehicle
+    status: Status, scenario: PlanningScenario, world: CollisionWorld, vehicle: Vehicle
 ) -> tuple[int, Reason]:
     """Time steps without room in the goal region, and why nothing was found."""
     start = scenario.start

@@ -24,7 +24,7 @@ import numba
 import numpy as np
 
 from avsec_gym.geometry import Floats
-from avsec_gym.planners.collision import World, collides
+from avsec_gym.planners.collision import CollisionWorld, collides
 from avsec_gym.planners.estimates import distance_to_goals, steps_to_goal, time_to_aim
 from avsec_gym.planners.problem import Problem, named
 from avsec_gym.planners.search_state import (
@@ -65,7 +65,7 @@ def advance(parts: Any, world: Any, state: Any, budget: int) -> tuple[int, Float
 
     Args:
         parts: A `Problem`, made `plain`.
-        world: A `World`, as a plain tuple.
+        world: A `CollisionWorld`, as a plain tuple.
         state: A `SearchState`, as a plain tuple.
         budget: Most expansions in this call.
 
@@ -73,7 +73,7 @@ def advance(parts: Any, world: Any, state: Any, budget: int) -> tuple[int, Float
         What `search` returns, and the trajectory, shape (T, 5), without rows if nothing was found.
     """
     problem, memory = named(parts), SearchState(*state)
-    outcome = search(problem, World(*world), memory, budget)
+    outcome = search(problem, CollisionWorld(*world), memory, budget)
     if outcome != FOUND:
         return outcome, np.empty((0, 5))
     return outcome, trajectory_to(memory.counters[GOAL_NODE], problem, memory)
@@ -81,7 +81,7 @@ def advance(parts: Any, world: Any, state: Any, budget: int) -> tuple[int, Float
 
 @numba.njit(nogil=True, cache=True)
 def search_on(
-    problem: Problem, world: World, state: SearchState, node_limit: int
+    problem: Problem, world: CollisionWorld, state: SearchState, node_limit: int
 ) -> tuple[int, SearchState]:
     """Begin in given memory, and search to the end or a number of nodes.
 
@@ -98,7 +98,7 @@ def search_on(
 
 
 @numba.njit(nogil=True, cache=True)
-def search(problem: Problem, world: World, state: SearchState, budget: int) -> int:
+def search(problem: Problem, world: CollisionWorld, state: SearchState, budget: int) -> int:
     """Expand up to ``budget`` nodes.
 
     Args:
@@ -210,7 +210,7 @@ def search(problem: Problem, world: World, state: SearchState, budget: int) -> i
 
 
 @numba.njit(nogil=True, cache=True)
-def refuse_the_rest(problem: Problem, world: World, state: SearchState) -> None:
+def refuse_the_rest(problem: Problem, world: CollisionWorld, state: SearchState) -> None:
     """Test the ways to the nodes that are still in the queue, for pictures of the tree."""
     pose, link, items, reference = state.pose, state.link, state.item, problem.reference
     steps, states = problem.primitives.steps, problem.primitives.states
@@ -235,7 +235,7 @@ def refuse_the_rest(problem: Problem, world: World, state: SearchState) -> None:
 
 
 @numba.njit(nogil=True, cache=True)
-def _start_collides(problem: Problem, world: World) -> bool:
+def _start_collides(problem: Problem, world: CollisionWorld) -> bool:
     x, y, heading = problem.start[0], problem.start[1], problem.start[2]
     limits, cos, sin = problem.limits, np.cos(heading), np.sin(heading)
     x, y = x + limits.centre_offset * cos, y + limits.centre_offset * sin

@@ -10,7 +10,7 @@ import numba
 import numpy as np
 
 from avsec_gym.geometry import Floats
-from avsec_gym.planners.collision import World, touches_edge, touches_piece, within_edges
+from avsec_gym.planners.collision import CollisionWorld, touches_edge, touches_piece, within_edges
 from avsec_gym.planners.estimates import Limits
 from avsec_gym.planners.goal import GoalArrays, reaches
 from avsec_gym.planners.search_state import COS, HEADING, SIN, X, Y
@@ -18,12 +18,12 @@ from avsec_gym.planners.search_state import COS, HEADING, SIN, X, Y
 _ROUNDING = 1e-6
 """Metres by which a circle is larger than it has to be."""
 
-Place = tuple[float, float, float, float, float]
+PlacedAxle = tuple[float, float, float, float, float]
 """Rear-axle x, y, heading, and the cosine and sine that primitives are turned by."""
 
 
 @numba.njit(nogil=True, cache=True)
-def place_of(node: int, pose: Floats, reference: bool) -> Place:
+def place_of(node: int, pose: Floats, reference: bool) -> PlacedAxle:
     """Where a node is.
 
     Up to 0.05 rad commonroad-io turns by 1 and the angle, and so reference mode does.
@@ -40,7 +40,7 @@ def place_of(node: int, pose: Floats, reference: bool) -> Place:
 
 @numba.njit(nogil=True, cache=True)
 def first_in_goal(
-    place: Place,
+    place: PlacedAxle,
     step: int,
     primitive: int,
     count: int,
@@ -76,7 +76,9 @@ def first_in_goal(
 
 
 @numba.njit(nogil=True, cache=True)
-def state_at(place: Place, states: Floats, primitive: int, j: int, reference: bool) -> Place:
+def state_at(
+    place: PlacedAxle, states: Floats, primitive: int, j: int, reference: bool
+) -> PlacedAxle:
     """Rear-axle x, y, heading, its cosine and sine at state j of a primitive."""
     x0, y0, heading0, cos0, sin0 = place
     px, py = states[primitive, j, 0], states[primitive, j, 1]
@@ -91,7 +93,7 @@ def state_at(place: Place, states: Floats, primitive: int, j: int, reference: bo
 
 @numba.njit(nogil=True, cache=True)
 def drives_freely(
-    place: Place,
+    place: PlacedAxle,
     start_step: int,
     primitive: int,
     count: int,
@@ -100,7 +102,7 @@ def drives_freely(
     states: Floats,
     sweep: Floats,
     limits: Limits,
-    world: World,
+    world: CollisionWorld,
     placed: Floats,
 ) -> bool:
     """Whether no state of a primitive but the first touches an obstacle or leaves the road.
@@ -195,7 +197,7 @@ def drives_freely(
 
 @numba.njit(nogil=True, cache=True)
 def _place_all(
-    place: Place,
+    place: PlacedAxle,
     states: Floats,
     primitive: int,
     count: int,

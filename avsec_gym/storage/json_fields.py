@@ -11,10 +11,10 @@ from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 from avsec_gym.errors import DataError
 from avsec_gym.storage.json_files import read_json_object
 
-Kind = TypeVar("Kind")
+Fields = TypeVar("Fields")
 
 
-def read_fields(kind: type[Kind], path: str | Path, *, remedy: str) -> Kind:
+def read_fields(kind: type[Fields], path: str | Path, *, remedy: str) -> Fields:
     """The dataclass that a JSON file describes; names that it lacks are left alone.
 
     Args:

@@ -26,8 +26,8 @@ from avsec_gym.world.framing import (
     with_street_behind,
 )
 from avsec_gym.world.ground import Ground
-from avsec_gym.world.layouts import Layout
-from avsec_gym.world.layouts.road import Road
+from avsec_gym.world.layouts import SceneLayout
+from avsec_gym.world.layouts.road import LayoutRoad
 from avsec_gym.world.rendering.light import draw_light
 from avsec_gym.world.road.sections import section_for_lanes
 from avsec_gym.world.site import Site, Style
@@ -69,7 +69,7 @@ class PosedScene:
     seed: tuple[int, ...]
 
 
-def posed_scene_of_layout(layout: Layout, rig: SensorRig | None = None) -> PosedScene:
+def posed_scene_of_layout(layout: SceneLayout, rig: SensorRig | None = None) -> PosedScene:
     """The scene that belongs to one of our layouts: same seed, same scene.
 
     Objects on raised ground (pavements) are lifted onto it.
@@ -122,7 +122,7 @@ def posed_scene_of_labels(
     speed = np.full(len(boxes), float(np.mean(_SPEEDS[kind])))
     actors = actors_from_boxes(boxes, rig, speed, rng)
     heading = usual_heading(actors)
-    course = _course(Road(heading, 0.0, (0.0,)))
+    course = _course(LayoutRoad(heading, 0.0, (0.0,)))
     lanes = _lanes(actors, course, style)
     hidden = np.zeros(len(boxes)) if boxes.occlusion is None else boxes.occlusion
     in_sight = np.concatenate([[False], hidden == 0])
@@ -183,7 +183,7 @@ def _style(road_type: RoadType, boxes: Boxes3D, rng: np.random.Generator) -> Sty
     return list(weights)[int(rng.choice(len(shares), p=shares / shares.sum()))]
 
 
-def _course(road: Road) -> Course:
+def _course(road: LayoutRoad) -> Course:
     """The layout's road; far away it runs on straight."""
     along = np.arange(BEHIND - 30.0, AHEAD + 121.0)
     fade = np.clip((130.0 - np.abs(along)) / 40.0, 0.0, 1.0)

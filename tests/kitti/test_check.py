@@ -8,14 +8,14 @@ import pytest
 
 from avsec_gym.errors import DataError
 from avsec_gym.kitti.check import check_data
-from avsec_gym.kitti.layouts import Layout
+from avsec_gym.kitti.layouts import KittiLayout
 
 
 def test_what_is_there(object_root: Path) -> None:
     steps: list[tuple[int, int]] = []
     report = check_data(object_root, on_progress=lambda *step: steps.append(step))
     assert report.ok
-    assert report.layout is Layout.OBJECT
+    assert report.layout is KittiLayout.OBJECT
     parts = {part.folder: part for part in report.parts}
     assert parts["training/label_2"].objects == {"Car": 2, "DontCare": 2, "Van": 2}
     assert parts["training/image_2"].image_sizes == {"4x3": 2}
@@ -74,7 +74,7 @@ def test_a_result_folder(tmp_path: Path) -> None:
     (tmp_path / "data" / "000002.txt").write_text(line)
     (tmp_path / "data" / "000003.txt").write_text(line + " 7")
     report = check_data(tmp_path)
-    assert report.layout is Layout.DETECTIONS
+    assert report.layout is KittiLayout.DETECTIONS
     assert report.parts[0].files == 3
     assert report.parts[0].objects == {"Car": 1}
     assert [broken.line for broken in report.broken] == [1]
@@ -82,7 +82,7 @@ def test_a_result_folder(tmp_path: Path) -> None:
 
 def test_a_label_folder_is_told_from_results(object_root: Path) -> None:
     report = check_data(object_root / "training" / "label_2")
-    assert report.layout is Layout.LABELS
+    assert report.layout is KittiLayout.LABELS
     assert report.ok
 
 
@@ -102,7 +102,7 @@ def test_tracking_labels(tmp_path: Path) -> None:
     (folder / "readme.txt").write_text("mine")
     for root in (tmp_path, tmp_path / "training", folder):
         report = check_data(root)
-        assert report.layout is Layout.TRACKING
+        assert report.layout is KittiLayout.TRACKING
         assert [(part.files, part.broken, part.objects) for part in report.parts] == [
             (2, 1, {"Car": 2})
         ]
@@ -113,12 +113,12 @@ def test_tracking_labels(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "layout"),
     [
-        ("my drive/oxts/data/0000000000.txt", Layout.UNKNOWN),
-        ("training/disp_occ_0/000000_10.png", Layout.STEREO),
-        ("photos/cat.png", Layout.UNKNOWN),
+        ("my drive/oxts/data/0000000000.txt", KittiLayout.UNKNOWN),
+        ("training/disp_occ_0/000000_10.png", KittiLayout.STEREO),
+        ("photos/cat.png", KittiLayout.UNKNOWN),
     ],
 )
-def test_other_layouts_are_recognised(tmp_path: Path, name: str, layout: Layout) -> None:
+def test_other_layouts_are_recognised(tmp_path: Path, name: str, layout: KittiLayout) -> None:
     (tmp_path / name).parent.mkdir(parents=True)
     (tmp_path / name).touch()
     report = check_data(tmp_path)
@@ -129,7 +129,7 @@ def test_other_layouts_are_recognised(tmp_path: Path, name: str, layout: Layout)
 
 def test_the_folder_above_is_put_right(object_root: Path) -> None:
     report = check_data(object_root.parent)
-    assert report.layout is Layout.UNKNOWN
+    assert report.layout is KittiLayout.UNKNOWN
     assert any("object/" in note for note in report.notes)
     with pytest.raises(DataError, match="no such folder"):
         check_data(object_root / "absent")

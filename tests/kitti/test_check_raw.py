@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from avsec_gym.kitti.check import check_data
-from avsec_gym.kitti.layouts import Layout
+from avsec_gym.kitti.layouts import KittiLayout
 
 DATE, DRIVE = "2026_01_01", "2026_01_01_drive_0007_sync"
 
@@ -15,7 +15,7 @@ def test_what_is_there(raw_root: Path) -> None:
     steps: list[tuple[int, int]] = []
     report = check_data(raw_root, deep=True, on_progress=lambda *step: steps.append(step))
     assert report.ok
-    assert report.layout is Layout.RAW
+    assert report.layout is KittiLayout.RAW
     assert not report.gaps
     parts = {part.folder: part for part in report.parts}
     assert parts[DATE].files == 3
@@ -67,7 +67,7 @@ def test_what_is_missing_is_no_fault(raw_root: Path) -> None:
 def test_object_data_beside_the_dates_are_noted(raw_root: Path) -> None:
     (raw_root / "training" / "label_2").mkdir(parents=True)
     report = check_data(raw_root)
-    assert report.layout is Layout.RAW
+    assert report.layout is KittiLayout.RAW
     assert any("training/ has the object layout" in note for note in report.notes)
 
 

@@ -11,7 +11,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from avsec_gym.geometry import rectangle_polygons
-from avsec_gym.planners.collision import World, collides, obstacle_world, world_of
+from avsec_gym.planners.collision import (
+    CollisionWorld,
+    collides,
+    collision_world_of,
+    obstacle_world,
+)
 from avsec_gym.scenario.planning_scenario import (
     Lanelet,
     Obstacles,
@@ -55,7 +60,7 @@ def standing(shape: Shape, pose: tuple[float, float, float]) -> Obstacles:
     return replace(one, shapes=(shape,))
 
 
-def touches(world: World, x: float, y: float, heading: float, step: int = 0) -> bool:
+def touches(world: CollisionWorld, x: float, y: float, heading: float, step: int = 0) -> bool:
     cos, sin = np.cos(heading), np.sin(heading)
     return bool(collides(x, y, cos, sin, HALF_LENGTH, HALF_WIDTH, step, world))
 
@@ -192,5 +197,5 @@ def test_road_edge_against_shapely(name: str, x: float, y: float, heading: float
 
 
 def test_without_lanelets_the_ground_is_free() -> None:
-    world = world_of(PlanningScenario("empty", start=None, goals=()))  # type: ignore[arg-type]
+    world = collision_world_of(PlanningScenario("empty", start=None, goals=()))  # type: ignore[arg-type]
     assert not touches(world, 1e6, -1e6, 1.0)

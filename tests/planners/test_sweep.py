@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avsec_gym.planners.collision import FOR_EVER, World, collides, obstacle_world
+from avsec_gym.planners.collision import FOR_EVER, CollisionWorld, collides, obstacle_world
 from avsec_gym.planners.estimates import Limits
 from avsec_gym.planners.goal import goal_arrays, reaches
 from avsec_gym.planners.primitives import MotionPrimitives, generate_primitives
@@ -39,7 +39,7 @@ ROADS = {
 }
 
 
-def random_world(rng: np.random.Generator, edges: np.ndarray) -> World:
+def random_world(rng: np.random.Generator, edges: np.ndarray) -> CollisionWorld:
     count = int(rng.integers(0, 6))
     poses = np.column_stack([rng.uniform(-5, 25, count), rng.uniform(-8, 8, count)])
     poses = np.column_stack([poses, rng.uniform(-4, 4, count)])
@@ -114,11 +114,11 @@ def test_a_primitive_is_free_where_all_its_states_are(
     assert min(answers.values()) > 20
 
 
-def _there(world: World, step: int) -> World:
+def _there(world: CollisionWorld, step: int) -> CollisionWorld:
     """The world without the obstacles whose last known state is over."""
     there = world.presence[:, 2] >= step
     rows = {name: column[there] for name, column in world._asdict().items() if name != "edges"}
-    return World(**rows, edges=world.edges)
+    return CollisionWorld(**rows, edges=world.edges)
 
 
 def test_the_first_state_in_a_goal() -> None:

@@ -10,7 +10,7 @@ import shapely
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import rectangle_polygons
 from avsec_gym.road_type import RoadType
-from avsec_gym.world.layouts import Layout, generate_layout, generate_layouts, layout_by_id
+from avsec_gym.world.layouts import SceneLayout, generate_layout, generate_layouts, layout_by_id
 from avsec_gym.world.layouts.dimensions import CATEGORIES, CategoryMix, draw_dimensions
 from avsec_gym.world.layouts.road import Road, place_row
 from avsec_gym.world.layouts.view import covered_shares, project_boxes, without_overlaps
@@ -22,11 +22,11 @@ COLUMNS = (
 
 
 @pytest.fixture(scope="module")
-def layouts() -> list[Layout]:
+def layouts() -> list[SceneLayout]:
     return generate_layouts(1500)
 
 
-def digest(layouts: list[Layout]) -> str:
+def digest(layouts: list[SceneLayout]) -> str:
     code = hashlib.sha256()
     for layout in layouts:
         code.update(layout.id.encode())
@@ -55,20 +55,22 @@ def test_another_process_makes_the_same_layouts() -> None:
     assert outputs == {digest(generate_layouts(20, seed=7))}
 
 
-def test_a_layout_does_not_depend_on_how_many_are_made(layouts: list[Layout]) -> None:
+def test_a_layout_does_not_depend_on_how_many_are_made(layouts: list[SceneLayout]) -> None:
     assert digest(generate_layouts(5)) == digest(layouts[:5])
     assert digest([generate_layout(1234)]) == digest([layouts[1234]])
     assert digest(generate_layouts(5, seed=1)) != digest(layouts[:5])
 
 
-def test_ids_are_unique_and_lead_back_to_the_layout(layouts: list[Layout]) -> None:
+def test_ids_are_unique_and_lead_back_to_the_layout(layouts: list[SceneLayout]) -> None:
     assert len({layout.id for layout in layouts}) == len(layouts)
     for layout in [*layouts[:20], *generate_layouts(5, seed=3, road_type=RoadType.HIGHWAY)]:
         assert layout.id.startswith(f"{layout.road_type.value}-")
         assert digest([layout_by_id(layout.id)]) == digest([layout])
 
 
-def test_a_road_type_asked_for_is_the_one_drawn_where_they_agree(layouts: list[Layout]) -> None:
+def test_a_road_type_asked_for_is_the_one_drawn_where_they_agree(
+    layouts: list[SceneLayout],
+) -> None:
     for index, layout in enumerate(layouts[:20]):
         assert digest([generate_layout(index, layout.road_type)]) == digest([layout])
     assert {each.road_type for each in generate_layouts(20, 0, RoadType.HIGHWAY)} == {
@@ -89,7 +91,7 @@ def test_negative_seeds_and_counts_are_refused() -> None:
         generate_layouts(-1)
 
 
-def test_nothing_overlaps_and_the_ego_vehicle_stands_free(layouts: list[Layout]) -> None:
+def test_nothing_overlaps_and_the_ego_vehicle_stands_free(layouts: list[SceneLayout]) -> None:
     ego = shapely.box(-2.254, -0.805, 2.254, 0.805)
     for layout in layouts:
         boxes = layout.boxes
@@ -99,7 +101,7 @@ def test_nothing_overlaps_and_the_ego_vehicle_stands_free(layouts: list[Layout])
         assert (first == second).all(), layout.id
 
 
-def test_all_is_in_view_and_every_column_is_filled(layouts: list[Layout]) -> None:
+def test_all_is_in_view_and_every_column_is_filled(layouts: list[SceneLayout]) -> None:
     for layout in layouts:
         boxes = layout.boxes
         assert all(getattr(boxes, name) is not None for name in COLUMNS)
@@ -111,7 +113,7 @@ def test_all_is_in_view_and_every_column_is_filled(layouts: list[Layout]) -> Non
         assert (boxes.location[:, 2] < 90).all()
 
 
-def test_all_stand_on_one_ground_plane_under_the_camera(layouts: list[Layout]) -> None:
+def test_all_stand_on_one_ground_plane_under_the_camera(layouts: list[SceneLayout]) -> None:
     for layout in layouts:
         x, y, z = layout.boxes.location.T
         height, roll, pitch = layout.ground
@@ -119,7 +121,7 @@ def test_all_stand_on_one_ground_plane_under_the_camera(layouts: list[Layout]) -
         np.testing.assert_allclose(y, height + roll * x + pitch * z, atol=1e-9)
 
 
-def test_what_stands_and_what_moves(layouts: list[Layout]) -> None:
+def test_what_stands_and_what_moves(layouts: list[SceneLayout]) -> None:
     """Parked rows never move; oncoming vehicles drive against the road, the others along it."""
     moving_headings = []
     for layout in layouts:
@@ -140,7 +142,7 @@ def test_what_stands_and_what_moves(layouts: list[Layout]) -> None:
     assert 0.10 < np.mean(with_movers) < 0.21  # 69 of 432 labelled scenarios are dynamic
 
 
-def test_statistics_are_near_those_of_kitti(layouts: list[Layout]) -> None:
+def test_statistics_are_near_those_of_kitti(layouts: list[SceneLayout]) -> None:
     """Loose bounds around KITTI's means, to notice a slip; docs/layouts.md has the distances."""
     category = np.concatenate([layout.boxes.category for layout in layouts])
     location = np.concatenate([layout.boxes.location for layout in layouts])

@@ -18,7 +18,7 @@ from avsec_gym.errors import DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.labels import read_labels
-from avsec_gym.kitti.layouts import Layout, recognise
+from avsec_gym.kitti.layouts import KittiLayout, recognise
 from avsec_gym.kitti.raw import Drive, KittiRaw
 from avsec_gym.road_type import RoadType
 from avsec_gym.storage.json_fields import fits
@@ -149,7 +149,7 @@ def moments_of(root: Path, split: str | None = None) -> list[LabelledMoment]:
     Raises:
         DataError: The folder is not there, or has no frame with image, labels and scene file.
     """
-    if recognise(root) == Layout.RAW:
+    if recognise(root) == KittiLayout.RAW:
         found = _of_drives(root, split)
     else:
         data = KittiObject(root)

@@ -32,7 +32,7 @@ from avsec_gym.world.capture import Capture
 from avsec_gym.world.labels import dont_care_boxes
 from avsec_gym.world.posed_scenes import PosedScene
 
-Place = Callable[[str, str], Path]
+TruthPlace = Callable[[str, str], Path]
 """From a kind of truth, such as ``disparity``, and a suffix to a frame's file."""
 
 OBSTACLES = ("Car", "Van", "Truck", "Misc")
@@ -78,7 +78,11 @@ def write_object_files(
 
 
 def write_truth(
-    place: Place, labels: Boxes3D, posed: PosedScene, capture: Capture, notes: Mapping[str, Any]
+    place: TruthPlace,
+    labels: Boxes3D,
+    posed: PosedScene,
+    capture: Capture,
+    notes: Mapping[str, Any],
 ) -> None:
     """Write what KITTI lacks; see the module.
 

@@ -1,10 +1,10 @@
 """Seeded KITTI-like object layouts: the embedded default data, for users without KITTI."""
 
 from avsec_gym.world.layouts.layout import (
-    Layout,
+    SceneLayout,
     generate_layout,
     generate_layouts,
     layout_by_id,
 )
 
-__all__ = ["Layout", "generate_layout", "generate_layouts", "layout_by_id"]
+__all__ = ["SceneLayout", "generate_layout", "generate_layouts", "layout_by_id"]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from avsec_gym.world.layouts.dimensions import CategoryMix
-from avsec_gym.world.layouts.road import Placed, Road, join, place_freely, place_row
+from avsec_gym.world.layouts.road import LayoutRoad, Placed, join, place_freely, place_row
 
 _FLOWING = CategoryMix(Car=0.73, Truck=0.175, Van=0.085, Misc=0.01)
 _QUEUE = CategoryMix(Car=0.73, Van=0.14, Misc=0.115, Truck=0.015)
@@ -19,7 +19,7 @@ _QUEUE_SHARE = 0.30
 _LANE_WIDTH = 3.75
 
 
-def highway(rng: np.random.Generator) -> tuple[Road, Placed]:
+def highway(rng: np.random.Generator) -> tuple[LayoutRoad, Placed]:
     """Draw one highway: free flow with oncoming traffic, or queues beside the ego vehicle."""
     queue = rng.random() < _QUEUE_SHARE
     first = 3.8 + 1.2 * rng.random()
@@ -27,7 +27,7 @@ def highway(rng: np.random.Generator) -> tuple[Road, Placed]:
     shift = 0.4 + 0.3 * rng.standard_normal()
     bending = rng.random() < 0.30 and not queue
     heading, curvature = rng.standard_normal(2)
-    road = Road(
+    road = LayoutRoad(
         heading=float(heading) * (0.05 if bending else 0.012),
         curvature=float(curvature) * (0.0045 if bending else 0.0003),
         lane_offsets=(0.0, float(first)),

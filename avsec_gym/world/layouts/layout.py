@@ -18,7 +18,7 @@ from avsec_gym.geometry import Floats, ego_to_camera
 from avsec_gym.road_type import RoadType
 from avsec_gym.world.layouts.dimensions import CATEGORIES, Codes
 from avsec_gym.world.layouts.highway import highway
-from avsec_gym.world.layouts.road import Placed, Road
+from avsec_gym.world.layouts.road import LayoutRoad, Placed
 from avsec_gym.world.layouts.street import street
 from avsec_gym.world.layouts.view import (
     covered_shares,
@@ -43,7 +43,7 @@ _UNKNOWN_OCCLUSION = np.array([0.025, 0.17, 0.16, 0.09, 0.01, 0.16])
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class SceneLayout:
     """One labelled scene as the ego vehicle meets it."""
 
     id: str
@@ -51,7 +51,7 @@ class Layout:
     road_type: RoadType
     boxes: Boxes3D
     """Labels from near to far; every optional column is there."""
-    road: Road
+    road: LayoutRoad
     """The road's course and lanes."""
     ground: tuple[float, float, float]
     """Plane on which all objects stand, in the camera frame: ``y = g[0] + g[1] x + g[2] z``;
@@ -61,7 +61,9 @@ class Layout:
     """The layout is number `index` of the set with seed `set_seed`."""
 
 
-def generate_layout(seed: int, road_type: RoadType | None = None, *, set_seed: int = 0) -> Layout:
+def generate_layout(
+    seed: int, road_type: RoadType | None = None, *, set_seed: int = 0
+) -> SceneLayout:
     """Make one layout: number `seed` of the set with seed 0, or of another set.
 
     Args:
@@ -83,7 +85,9 @@ def generate_layout(seed: int, road_type: RoadType | None = None, *, set_seed: i
     return _layout(set_seed, seed, road_type)
 
 
-def generate_layouts(count: int, seed: int = 0, road_type: RoadType | None = None) -> list[Layout]:
+def generate_layouts(
+    count: int, seed: int = 0, road_type: RoadType | None = None
+) -> list[SceneLayout]:
     """Make the first layouts of a set.
 
     Args:
@@ -99,7 +103,7 @@ def generate_layouts(count: int, seed: int = 0, road_type: RoadType | None = Non
     return [_layout(seed, index, road_type) for index in range(count)]
 
 
-def layout_by_id(layout_id: str) -> Layout:
+def layout_by_id(layout_id: str) -> SceneLayout:
     """Make the layout that bears this id again.
 
     Raises:
@@ -118,7 +122,7 @@ def layout_by_id(layout_id: str) -> Layout:
     return _layout(int(match[2] or 0), int(match[3]), RoadType(match[1]))
 
 
-def _layout(seed: int, index: int, road_type: RoadType | None) -> Layout:
+def _layout(seed: int, index: int, road_type: RoadType | None) -> SceneLayout:
     if seed < 0 or index < 0:
         raise ConfigurationError(f"seeds of layouts are 0 or more, got {min(seed, index)}")
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((seed, index))))
@@ -133,11 +137,11 @@ def _layout(seed: int, index: int, road_type: RoadType | None) -> Layout:
     road, placed = highway(rng) if kind is RoadType.HIGHWAY else street(rng)
     name = f"{index:06d}" if seed == 0 else f"s{seed}-{index:06d}"
     boxes = _labels(rng, road, placed, ground)
-    return Layout(f"{kind.value}-{name}", kind, boxes, road, ground, seed, index)
+    return SceneLayout(f"{kind.value}-{name}", kind, boxes, road, ground, seed, index)
 
 
 def _labels(
-    rng: np.random.Generator, road: Road, placed: Placed, ground: tuple[float, float, float]
+    rng: np.random.Generator, road: LayoutRoad, placed: Placed, ground: tuple[float, float, float]
 ) -> Boxes3D:
     """Everything that the camera sees and that does not collide, from near to far."""
     poses = road.poses(placed.along, placed.left, placed.heading)

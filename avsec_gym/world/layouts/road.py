@@ -1,7 +1,7 @@
 """The road of a layout and the rows of objects along it.
 
 Everything is placed in road coordinates: `along` the road from the ego vehicle, `left` of the
-line it drives on, and a heading relative to the road.  `Road` bends these into the ego frame.
+line it drives on, and a heading relative to the road.  `LayoutRoad` bends these into the ego frame.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from avsec_gym.world.layouts.dimensions import CategoryMix, Codes, draw_dimensio
 
 
 @dataclass(frozen=True)
-class Road:
+class LayoutRoad:
     """A road of constant curvature as the ego vehicle at the origin sees it."""
 
     heading: float

@@ -11,7 +11,7 @@ import numpy as np
 from avsec_gym.geometry import Floats
 from avsec_gym.world.layouts.dimensions import CategoryMix
 from avsec_gym.world.layouts.people import place_people
-from avsec_gym.world.layouts.road import Placed, Road, join, place_freely, place_row
+from avsec_gym.world.layouts.road import LayoutRoad, Placed, join, place_freely, place_row
 
 _PARKED = CategoryMix(Car=0.885, Van=0.08, Misc=0.025, Truck=0.01)
 _FLOWING = CategoryMix(Car=0.90, Van=0.07, Misc=0.015, Truck=0.015)
@@ -24,7 +24,7 @@ _ROW_STEPS = (0.22, 0.48)
 """Parked rows on the right only (22 %), on the left only (26 %), or on both sides."""
 
 
-def street(rng: np.random.Generator) -> tuple[Road, Placed]:
+def street(rng: np.random.Generator) -> tuple[LayoutRoad, Placed]:
     """Draw one street: with parked rows, with flowing traffic, or quiet (people only).
 
     The shares are those of the labelled scenarios.  Nothing but people moves beside parked rows:
@@ -40,7 +40,7 @@ def street(rng: np.random.Generator) -> tuple[Road, Placed]:
     return road, place_people(rng, kerb, kerb, likely=1.0, more=0.42)
 
 
-def _residential(rng: np.random.Generator) -> tuple[Road, Placed]:
+def _residential(rng: np.random.Generator) -> tuple[LayoutRoad, Placed]:
     """Parked rows on one or both sides, perhaps standing traffic and side streets."""
     sight = 26.0 + 42.0 * rng.beta(1.1, 1.7)
     fullness = rng.beta(0.62, 0.48)
@@ -78,7 +78,7 @@ def _residential(rng: np.random.Generator) -> tuple[Road, Placed]:
     return road, join(parts)
 
 
-def _flowing(rng: np.random.Generator) -> tuple[Road, Placed]:
+def _flowing(rng: np.random.Generator) -> tuple[LayoutRoad, Placed]:
     """A wider street with vehicles ahead and oncoming ones, few of them parked."""
     oncoming = 3.2 + 1.5 * rng.random() if rng.random() < 0.35 else 8.5 + 4.0 * rng.random()
     road = _road(rng, (0.0, oncoming))
@@ -185,11 +185,11 @@ def _bay_angles(rng: np.random.Generator, right: float, left: float) -> Floats:
     return np.where(bays, np.where(slanted, slant, 0.5 * np.pi), 0.0)
 
 
-def _road(rng: np.random.Generator, lane_offsets: tuple[float, ...]) -> Road:
+def _road(rng: np.random.Generator, lane_offsets: tuple[float, ...]) -> LayoutRoad:
     """A mostly straight street that the ego vehicle mostly follows."""
     turning, bending = rng.random(2)
     heading, curvature = rng.standard_normal(2)
-    return Road(
+    return LayoutRoad(
         heading=float(heading) * (0.024 if turning < 0.8 else 0.13),
         curvature=float(curvature) * (0.0006 if bending < 0.75 else 0.006),
         lane_offsets=tuple(float(offset) for offset in lane_offsets),

@@ -25,7 +25,7 @@ _TILE = 512
 
 
 @dataclass(frozen=True, eq=False)
-class Canvas:
+class RoadCanvas:
     """What is painted so far; painting changes `picture` in place.
 
     Args:

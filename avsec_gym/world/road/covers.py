@@ -8,7 +8,7 @@ from itertools import pairwise
 import cv2
 import numpy as np
 
-from avsec_gym.world.road.canvas import Canvas, offset, rectangle
+from avsec_gym.world.road.canvas import RoadCanvas, offset, rectangle
 from avsec_gym.world.road.junction import Mouth
 from avsec_gym.world.section import Surface
 from avsec_gym.world.site import Site, Style
@@ -20,7 +20,7 @@ _PATCH = (72.0, 72.0, 74.0)
 
 
 def paint_covers(
-    canvas: Canvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
+    canvas: RoadCanvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
 ) -> None:
     """Manholes in the lanes, drains along kerbs, small caps: where there are houses."""
     if site.style in (Style.HIGHWAY, Style.RURAL):
@@ -50,7 +50,7 @@ def paint_covers(
 
 
 def _drains(
-    canvas: Canvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
+    canvas: RoadCanvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
 ) -> None:
     """Gratings in the gutter where the kerb rises."""
     strips = site.section.strips
@@ -65,7 +65,7 @@ def _drains(
                 _grating(canvas, along, kerb + side * 0.22)
 
 
-def _grating(canvas: Canvas, along: float, left: float) -> None:
+def _grating(canvas: RoadCanvas, along: float, left: float) -> None:
     """Half a metre long, a third wide, with bars across."""
     frame = rectangle(along - 0.27, along + 0.27, left - 0.19, left + 0.19)
     canvas.fill([frame], _IRON)
@@ -76,7 +76,7 @@ def _grating(canvas: Canvas, along: float, left: float) -> None:
     canvas.fill(slots, _DEEP, 0.95)
 
 
-def _manhole(canvas: Canvas, rng: np.random.Generator, along: float, left: float) -> None:
+def _manhole(canvas: RoadCanvas, rng: np.random.Generator, along: float, left: float) -> None:
     if rng.random() < 0.45:
         half = rng.uniform(0.5, 0.7)
         patch = rectangle(along - half, along + half, left - half, left + half)
@@ -97,7 +97,7 @@ def _manhole(canvas: Canvas, rng: np.random.Generator, along: float, left: float
 
 
 def _disc(
-    canvas: Canvas,
+    canvas: RoadCanvas,
     along: float,
     left: float,
     radius: float,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from avsec_gym.geometry import Floats
-from avsec_gym.world.road.canvas import Canvas, offset, rectangle, wear_tile
+from avsec_gym.world.road.canvas import RoadCanvas, offset, rectangle, wear_tile
 from avsec_gym.world.road.junction import Mouth
 from avsec_gym.world.road.symbols import ARROWS, STROKES, placed
 from avsec_gym.world.section import Line, LineKind, Strip, Surface
@@ -19,7 +19,7 @@ _DASHES = {False: (3.0, 6.0), True: (6.0, 12.0)}
 
 
 def paint_markings(
-    canvas: Canvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
+    canvas: RoadCanvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
 ) -> None:
     """All markings of a road, worn alike; on highways they are kept fresh."""
     section = site.section
@@ -46,11 +46,13 @@ def paint_markings(
             _symbol(canvas, rng, "30", (float(along), lane.left), lane.direction, wear)
 
 
-def _paint(canvas: Canvas, rng: np.random.Generator, shapes: Sequence[Floats], wear: int) -> None:
+def _paint(
+    canvas: RoadCanvas, rng: np.random.Generator, shapes: Sequence[Floats], wear: int
+) -> None:
     canvas.fill(shapes, _WHITE, wear=(wear_tile(wear), offset(rng)))
 
 
-def _line(canvas: Canvas, line: Line, highway: bool, openings: Sequence[Mouth]) -> list[Floats]:
+def _line(canvas: RoadCanvas, line: Line, highway: bool, openings: Sequence[Mouth]) -> list[Floats]:
     """The pieces of a line."""
     half = 0.5 * line.width
     if line.kind == LineKind.DASHED:
@@ -73,7 +75,7 @@ def _line(canvas: Canvas, line: Line, highway: bool, openings: Sequence[Mouth]) 
 
 
 def _stretches(
-    canvas: Canvas, left: float, openings: Sequence[Mouth]
+    canvas: RoadCanvas, left: float, openings: Sequence[Mouth]
 ) -> list[tuple[float, float, bool]]:
     """Where a line runs: first, last, and whether it is broken as it lies across a mouth."""
     at, stretches = canvas.start, []
@@ -101,7 +103,7 @@ def _give_way(mouth: Mouth, rng: np.random.Generator) -> list[Floats]:
 
 
 def _bays(
-    canvas: Canvas, strip: Strip, openings: Sequence[Mouth], rng: np.random.Generator
+    canvas: RoadCanvas, strip: Strip, openings: Sequence[Mouth], rng: np.random.Generator
 ) -> list[Floats]:
     """Lines between bays: along the road, or across it where the strip is deep."""
     deep = strip.left - strip.right > 3.8
@@ -117,7 +119,7 @@ def _bays(
 
 
 def _cycle_path(
-    canvas: Canvas,
+    canvas: RoadCanvas,
     strip: Strip,
     openings: Sequence[Mouth],
     rng: np.random.Generator,
@@ -137,7 +139,7 @@ def _cycle_path(
 
 
 def _crossing(
-    canvas: Canvas,
+    canvas: RoadCanvas,
     site: Site,
     openings: Sequence[Mouth],
     rng: np.random.Generator,
@@ -157,7 +159,7 @@ def _crossing(
 
 
 def _arrows(
-    canvas: Canvas,
+    canvas: RoadCanvas,
     site: Site,
     openings: Sequence[Mouth],
     rng: np.random.Generator,
@@ -175,7 +177,7 @@ def _arrows(
 
 
 def _symbol(
-    canvas: Canvas,
+    canvas: RoadCanvas,
     rng: np.random.Generator,
     name: str,
     place: tuple[float, float],

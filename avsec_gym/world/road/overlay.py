@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from avsec_gym.world.road.canvas import Canvas
+from avsec_gym.world.road.canvas import RoadCanvas
 from avsec_gym.world.road.covers import paint_covers
 from avsec_gym.world.road.junction import mouths
 from avsec_gym.world.road.markings import paint_markings
@@ -84,7 +84,7 @@ def paint_overlay(site: Site, start: float, end: float, rng: np.random.Generator
     metres = max(_FINEST, float(np.sqrt(area * 4 * 4 / 3 / _MEMORY)))
     # Sides that halve without a rest for some levels.
     size = _EVEN * np.ceil(np.array([left - right, end - start]) / metres / _EVEN).astype(int)
-    canvas = Canvas(np.zeros((*size, 4), np.uint8), start, left, 1.0 / metres)
+    canvas = RoadCanvas(np.zeros((*size, 4), np.uint8), start, left, 1.0 / metres)
     openings = mouths(site, start, end)
     paint_tracks(canvas, site, openings, rng)
     paint_paving(canvas, site, openings, rng)

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from avsec_gym.world.road.canvas import Canvas, Mask, offset
+from avsec_gym.world.road.canvas import Mask, RoadCanvas, offset
 from avsec_gym.world.road.junction import Mouth
 from avsec_gym.world.road.materials import ground_materials, strip_material
 from avsec_gym.world.road.surface import PAINTED
@@ -23,7 +23,7 @@ _TABLE = 512
 
 
 def paint_paving(
-    canvas: Canvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
+    canvas: RoadCanvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
 ) -> None:
     """A shade for each stone of the main road's slabs, setts and clinkers."""
     materials = ground_materials(site)

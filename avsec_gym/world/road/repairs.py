@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from avsec_gym.geometry import Floats
-from avsec_gym.world.road.canvas import Canvas, Colour, offset, rectangle, wear_tile
+from avsec_gym.world.road.canvas import Colour, RoadCanvas, offset, rectangle, wear_tile
 from avsec_gym.world.section import Strip, Surface
 from avsec_gym.world.site import Site, Style
 
@@ -22,7 +22,7 @@ _AGE = {
 }
 
 
-def paint_repairs(canvas: Canvas, site: Site, rng: np.random.Generator) -> None:
+def paint_repairs(canvas: RoadCanvas, site: Site, rng: np.random.Generator) -> None:
     """All of a road's repairs; how many depends on its age, which is drawn."""
     age = _AGE[site.style] * float(rng.gamma(2.0, 0.5))
     right, left = site.section.carriageway
@@ -41,7 +41,7 @@ def paint_repairs(canvas: Canvas, site: Site, rng: np.random.Generator) -> None:
     _joints(canvas, site, rng, age)
 
 
-def _resurfaced(canvas: Canvas, site: Site, rng: np.random.Generator, age: float) -> None:
+def _resurfaced(canvas: RoadCanvas, site: Site, rng: np.random.Generator, age: float) -> None:
     """A lane or the whole road, over some length, in another asphalt."""
     right, left = site.section.carriageway
     for _ in range(rng.poisson(0.5 * age)):
@@ -57,7 +57,7 @@ def _resurfaced(canvas: Canvas, site: Site, rng: np.random.Generator, age: float
 
 
 def _trenches(
-    canvas: Canvas, rng: np.random.Generator, age: float, right: float, left: float
+    canvas: RoadCanvas, rng: np.random.Generator, age: float, right: float, left: float
 ) -> None:
     """Where pipes were laid: long narrow strips along or across."""
     length = canvas.end - canvas.start
@@ -74,7 +74,7 @@ def _trenches(
         _patch(canvas, rng, area, _either(rng), rng.uniform(0.2, 0.65))
 
 
-def _patches(canvas: Canvas, rng: np.random.Generator, age: float, strip: Strip) -> None:
+def _patches(canvas: RoadCanvas, rng: np.random.Generator, age: float, strip: Strip) -> None:
     """Holes filled."""
     wide = strip.left - strip.right
     area = wide * (canvas.end - canvas.start)
@@ -93,7 +93,7 @@ def _either(rng: np.random.Generator) -> Colour:
 
 
 def _patch(
-    canvas: Canvas, rng: np.random.Generator, corners: Floats, colour: Colour, opacity: float
+    canvas: RoadCanvas, rng: np.random.Generator, corners: Floats, colour: Colour, opacity: float
 ) -> None:
     canvas.fill([corners], colour, opacity, grain=offset(rng))
     if rng.random() < 0.6:
@@ -107,7 +107,7 @@ def _patch(
         )
 
 
-def _joints(canvas: Canvas, site: Site, rng: np.random.Generator, age: float) -> None:
+def _joints(canvas: RoadCanvas, site: Site, rng: np.random.Generator, age: float) -> None:
     """Seams between lanes, laid one after the other."""
     for lane in site.section.lanes:
         if rng.random() > 0.35 + 0.4 * age:
@@ -120,7 +120,7 @@ def _joints(canvas: Canvas, site: Site, rng: np.random.Generator, age: float) ->
         canvas.stroke([line], width, _TAR, 0.6, wear=(wear_tile(wear), offset(rng)))
 
 
-def _slab_joints(canvas: Canvas, rng: np.random.Generator, strip: Strip) -> None:
+def _slab_joints(canvas: RoadCanvas, rng: np.random.Generator, strip: Strip) -> None:
     """Concrete is cast in fields of five metres; tar fills what is between."""
     if strip.left - strip.right < 1.0:
         return
@@ -132,7 +132,7 @@ def _slab_joints(canvas: Canvas, rng: np.random.Generator, strip: Strip) -> None
     canvas.stroke(lines, 0.03, _TAR, 0.6, wear=(wear_tile(2), offset(rng)))
 
 
-def _cracks(canvas: Canvas, rng: np.random.Generator, age: float, strip: Strip) -> None:
+def _cracks(canvas: RoadCanvas, rng: np.random.Generator, age: float, strip: Strip) -> None:
     """Fine branching ones, and those filled with tar."""
     length = canvas.end - canvas.start
     wide = strip.left - strip.right

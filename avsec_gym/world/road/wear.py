@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
-from avsec_gym.world.road.canvas import Canvas, Mask, offset
+from avsec_gym.world.road.canvas import Mask, RoadCanvas, offset
 from avsec_gym.world.road.junction import Mouth
 from avsec_gym.world.section import CrossSection, Surface
 from avsec_gym.world.site import Site, Style
@@ -42,7 +42,7 @@ _LEAVES = np.array([(170, 132, 66), (142, 98, 52), (186, 160, 84), (112, 76, 48)
 
 
 def paint_tracks(
-    canvas: Canvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
+    canvas: RoadCanvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
 ) -> None:
     """Bands where wheels run and oil drips, dust where no wheel rolls; the canvas is empty."""
     height, width = (size // _COARSE for size in canvas.picture.shape[:2])
@@ -96,7 +96,7 @@ def paint_tracks(
 
 
 def paint_ragged_edges(
-    canvas: Canvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
+    canvas: RoadCanvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
 ) -> None:
     """Earth and plants that creep onto asphalt where a verge lies beside it."""
     strips = site.section.strips
@@ -123,7 +123,7 @@ def paint_ragged_edges(
         canvas.lay(whole, 0, first, _EDGES[verge.material], grain=offset(rng))
 
 
-def paint_stains(canvas: Canvas, site: Site, rng: np.random.Generator) -> None:
+def paint_stains(canvas: RoadCanvas, site: Site, rng: np.random.Generator) -> None:
     """Oil in parking bays and in the middle of lanes, water marks, chewing gum."""
     length = canvas.end - canvas.start
     places: list[Floats] = []
@@ -152,7 +152,7 @@ def paint_stains(canvas: Canvas, site: Site, rng: np.random.Generator) -> None:
 
 
 def paint_leaves(
-    canvas: Canvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
+    canvas: RoadCanvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
 ) -> None:
     """Single leaves near kerbs and under trees, and weeds in the joints of kerbs."""
     if site.style == Style.HIGHWAY or len(_kerbs(site.section)) == 0:
@@ -163,7 +163,7 @@ def paint_leaves(
 
 
 def _strew(
-    canvas: Canvas,
+    canvas: RoadCanvas,
     site: Site,
     openings: Sequence[Mouth],
     rng: np.random.Generator,
@@ -199,7 +199,7 @@ def _strew(
 
 
 def _scattered(
-    canvas: Canvas,
+    canvas: RoadCanvas,
     rng: np.random.Generator,
     count: int,
     middle: float,

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avsec_gym.world.road.canvas import Canvas
+from avsec_gym.world.road.canvas import RoadCanvas
 from avsec_gym.world.road.paving import paint_paving
 from avsec_gym.world.section import CrossSection, Lane, Strip, Surface
 from avsec_gym.world.site import Site, Style
@@ -12,11 +12,11 @@ from avsec_gym.world.textures.paving import LAYINGS
 
 
 @pytest.fixture
-def paved(make_site: Callable[..., Site]) -> tuple[Canvas, Site]:
+def paved(make_site: Callable[..., Site]) -> tuple[RoadCanvas, Site]:
     site = make_site(Style.CAMPUS)
     strip = Strip(Surface.ROAD, -3.0, 3.0, 0.0, "slabs")
     section = CrossSection((strip,), (), (Lane(0.0, 1, 8.0),))
-    canvas = Canvas(np.zeros((240, 1600, 4), np.uint8), 10.0, 3.0, 40.0)
+    canvas = RoadCanvas(np.zeros((240, 1600, 4), np.uint8), 10.0, 3.0, 40.0)
     return canvas, replace(site, section=section, side_streets=())
 
 
