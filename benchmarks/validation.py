@@ -24,7 +24,6 @@ from typing import Any
 os.environ |= {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 import numpy as np
-from avsec_gym.world.shots import posed_scene_of_layout
 
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.attacks.sensor_combination import thesis_attack
@@ -50,6 +49,7 @@ from avsec_gym.validation.threshold_validator import ThresholdValidator
 from avsec_gym.validation.validator import Validation, Validator
 from avsec_gym.world.capture import render
 from avsec_gym.world.layouts import generate_layout
+from avsec_gym.world.posed_scenes import posed_scene_of_layout
 from avsec_gym.world.rendering.lidar import Lidar
 
 RIG = camera_rig((0.0, 0.54, -0.27, 0.27, 0.81, 1.08))

@@ -23,11 +23,11 @@ os.environ |= {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 import cv2
 import numpy as np
-from avsec_gym.world.shots import PosedScene, posed_scene_of_layout
 
 from avsec_gym.world.capture import render, renderer_of
 from avsec_gym.world.export import make_data_set, suite_recipe
 from avsec_gym.world.layouts import generate_layout
+from avsec_gym.world.posed_scenes import PosedScene, posed_scene_of_layout
 from avsec_gym.world.rendering.lidar import Lidar
 from avsec_gym.world.rendering.renderer import Renderer
 

@@ -12,7 +12,7 @@ from avsec_gym.geometry import rectangle_polygons
 from avsec_gym.road_type import RoadType
 from avsec_gym.world.layouts import SceneLayout, generate_layout, generate_layouts, layout_by_id
 from avsec_gym.world.layouts.dimensions import CATEGORIES, CategoryMix, draw_dimensions
-from avsec_gym.world.layouts.road import Road, place_row
+from avsec_gym.world.layouts.road import LayoutRoad, place_row
 from avsec_gym.world.layouts.view import covered_shares, project_boxes, without_overlaps
 
 OBSTACLES = ("Car", "Van", "Truck", "Misc")
@@ -177,7 +177,7 @@ def test_a_full_row_stands_in_line_with_its_gap() -> None:
 
 
 def test_a_curved_road_is_an_arc() -> None:
-    road = Road(heading=0.0, curvature=0.01, lane_offsets=(0.0,))
+    road = LayoutRoad(heading=0.0, curvature=0.01, lane_offsets=(0.0,))
     quarter = road.poses(np.array([50 * np.pi]), np.array([0.0]), np.array([0.0]))
     np.testing.assert_allclose(quarter, [[100.0, 100.0, np.pi / 2]], atol=1e-9)
     centre = road.poses(np.array([0.0, 77.0]), np.array([100.0, 100.0]), np.zeros(2))

@@ -132,10 +132,9 @@ def test_a_search_needs_steps():
 
 @pytest.mark.slow
 def test_rendered_cars_are_found_to_a_decimetre_or_two():
-    from avsec_gym.world.shots import posed_scene_of_layout
-
     from avsec_gym.world.capture import render
     from avsec_gym.world.layouts import generate_layout
+    from avsec_gym.world.posed_scenes import posed_scene_of_layout
 
     # Sizes wrong by 4 % put the solver's depths wrong by as much.
     errors, before = [], []
