@@ -19,7 +19,7 @@ from avsec_gym.scenario.scene import Motion
         ({"detector": "dgsn"}, "dsgn"),
         ({"detector": None}, "a detector is"),
         ({"planner": "astr"}, "astar"),
-        ({"planner": object()}, "a planner is"),
+        ({"planner": 7}, "a planner is"),
         ({"validator": "threshold"}, "thresholds"),
         ({"clean": "street"}, "leave it out"),
         ({"scenarios": "mixd"}, "mixed"),
