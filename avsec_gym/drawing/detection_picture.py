@@ -18,10 +18,10 @@ def detection_picture(
     """The camera's image with the believed boxes; beneath it, in its width, the drive.
 
     Args:
-        frame: What the sensors delivered.
-        believed: What was taken for real.
-        drive: What followed.
-        camera: Whose image.
+        frame: Images and scan of the scene.
+        believed: Believed objects.
+        drive: The planned trajectory and its check.
+        camera: Number of the camera whose image is drawn on.
     """
     image = with_boxes(frame.image(camera), believed, frame.calibration, camera)
     plan = picture_array(draw_drive(drive))

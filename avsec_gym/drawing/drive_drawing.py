@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from avsec_gym.geometry import Floats
-from avsec_gym.metrics.verdict import footprints
+from avsec_gym.metrics.collision_check import footprints
 from avsec_gym.pipeline import Drive
 from avsec_gym.planners.vehicle import BMW_320I, Vehicle
 from avsec_gym.scenario.planning_scenario import Obstacles
@@ -20,11 +20,11 @@ _PIXELS = 12.0
 
 
 def draw_drive_from_above(drive: Drive, *, vehicle: Vehicle = BMW_320I) -> str:
-    """The first 38 m, forward to the right; class names say what each shape is.
+    """The first 38 m, forward to the right; class names identify each shape.
 
     Args:
-        drive: What happened.
-        vehicle: Who drove.
+        drive: The planned trajectory and its check.
+        vehicle: The vehicle that drives.
     """
     width, height = (_AHEAD[1] - _AHEAD[0]) * _PIXELS, 2 * _ASIDE * _PIXELS
     parts = "".join(_parts(drive, vehicle))

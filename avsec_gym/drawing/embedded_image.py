@@ -16,7 +16,7 @@ def embedded(image: NDArray[np.uint8]) -> str:
     """A data URI.
 
     Args:
-        image: Red, green and blue, shape (H, W, 3).
+        image: Image in red, green and blue, shape (H, W, 3).
     """
     bgr = cv2.cvtColor(image, cv2.COLOR_RGB2BGR)
     _, content = cv2.imencode(".webp", bgr, [cv2.IMWRITE_WEBP_QUALITY, _QUALITY])

@@ -35,10 +35,10 @@ def draw_frame(
     """The left image once for each detector, above each other; at their right all from above.
 
     Args:
-        frame: Whose image.
+        frame: Frame whose image is drawn on.
         truth: Labels.
         found: Detections by the detector's name.
-        title: Above everything.
+        title: Title above the picture.
     """
     from matplotlib.figure import Figure
 
@@ -92,7 +92,7 @@ def draw_from_above(axes: Axes, truth: Boxes3D, found: Mapping[str, Boxes3D]) ->
     """True cars filled, other true objects hatched, detections as outlines with their scores.
 
     Args:
-        axes: To draw into: forward is up.
+        axes: Axes to draw into: forward is up.
         truth: Labels.
         found: Detections by the detector's name, in the order of `COLOURS`.
     """

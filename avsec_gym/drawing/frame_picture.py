@@ -50,8 +50,8 @@ def contact_sheet(images: Sequence[Image], *, columns: int = 4, width: int = 480
 
     Args:
         images: One for each frame.
-        columns: Of the grid.
-        width: Of a frame in it, pixels.
+        columns: Number of columns of the grid.
+        width: Width of a frame in it, pixels.
     """
     height = round(width * images[0].shape[0] / images[0].shape[1])
     tiles = [cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA) for image in images]
@@ -81,7 +81,7 @@ def frame_picture(
     Args:
         frame: Images and scan; what is missing is left out.
         boxes: Labels, drawn as 3D boxes and from above.
-        disparity: Of the camera, pixels, NaN where unknown, shape (H, W).
+        disparity: Disparity of the camera, pixels, NaN where unknown, shape (H, W).
         surfaces: `avsec_gym.world.section.Surface` of each pixel, shape (H, W).
         camera: The reference camera.
         partner: The other camera of the pair.

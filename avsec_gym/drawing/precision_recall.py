@@ -23,8 +23,8 @@ def draw_precision_recall(result: AveragePrecision, *, title: str = "") -> Figur
     """A row for each class of which something was found; the others are named in the title.
 
     Args:
-        result: What was measured.
-        title: Above everything.
+        result: The measured average precision.
+        title: Title above the picture.
     """
     import matplotlib as mpl
     from matplotlib.figure import Figure

@@ -1,4 +1,4 @@
-"""One picture of a drive: lanes, objects believed and real, search tree, trajectory, verdict."""
+"""A picture of lanes, believed and real objects, search tree, trajectory and its outcome."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
+from avsec_gym.metrics.collision_check import footprints
 from avsec_gym.metrics.safety import COLLISION, SAFE
-from avsec_gym.metrics.verdict import footprints
 from avsec_gym.pipeline import Drive
 from avsec_gym.planners.vehicle import BMW_320I, Vehicle
 from avsec_gym.scenario.planning_scenario import Obstacles
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 INK, ROAD, LANE, GOAL = "#22303c", "#eef1f3", "#ffffff", "#f0c419"
 REAL, BELIEVED, EGO, TREE = "#8795a1", "#d1495b", "#1b7fbd", "#7fb2d6"
-_VERDICT = {SAFE: ("safe", "#2a8f5b"), COLLISION: ("collision", "#c1272d")}
+_OUTCOMES = {SAFE: ("safe", "#2a8f5b"), COLLISION: ("collision", "#c1272d")}
 _VIEW = (-9.0, 34.0, -11.5, 11.5)
 """x from, x to, y from, y to; metres around the start, in its frame."""
 _MARGIN = 4.0
@@ -36,16 +36,16 @@ def draw_drive(drive: Drive, *, vehicle: Vehicle = BMW_320I, title: str | None =
     """The whole picture with its legend.
 
     Args:
-        drive: What happened; its plan shows a search tree where it kept one.
-        vehicle: Who drove.
-        title: Above the verdict; None: scenario and intention.
+        drive: The planned trajectory and its check; its plan shows a search tree where it kept one.
+        vehicle: The vehicle that drives.
+        title: Title beside the outcome; None: scenario and intention.
     """
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.2, 5.6), dpi=110, facecolor="white")
     axes = figure.add_axes((0.02, 0.11, 0.96, 0.77))
     draw_into(axes, drive, vehicle=vehicle)
-    word, colour = _VERDICT.get(drive.record.outcome, ("no plan", "#b8860b"))
+    word, colour = _OUTCOMES.get(drive.record.outcome, ("no plan", "#b8860b"))
     problem = drive.problem
     if title is None:
         title = f"{problem.id} · {problem.intention or ''} · {problem.road_type or ''}".strip(" ·")
@@ -257,7 +257,7 @@ def _legend(axes: Axes, figure: Figure, drive: Drive) -> None:
 
 
 def draw_sheet(drives: list[Drive], *, vehicle: Vehicle = BMW_320I) -> Figure:
-    """Several drives on one sheet, two in a row, each with its verdict."""
+    """Several drives on one sheet, two in a row, each with its outcome."""
     from matplotlib.figure import Figure
 
     rows = -(-len(drives) // 2)
@@ -266,7 +266,7 @@ def draw_sheet(drives: list[Drive], *, vehicle: Vehicle = BMW_320I) -> Figure:
         bottom = 1 - (index // 2 + 1) * 0.94 / rows
         axes = figure.add_axes((0.01 + 0.5 * (index % 2), bottom, 0.48, 0.84 / rows))
         draw_into(axes, drive, vehicle=vehicle)
-        word, colour = _VERDICT.get(drive.record.outcome, ("no plan", "#b8860b"))
+        word, colour = _OUTCOMES.get(drive.record.outcome, ("no plan", "#b8860b"))
         problem = drive.problem
         attacked = "" if _same(drive.truth, problem.obstacles) else " · attacked detections"
         axes.set_title(

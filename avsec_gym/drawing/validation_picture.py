@@ -38,16 +38,16 @@ _MARKS = {Verdict.ATTACKED: "#D7263D", Verdict.CANNOT_TELL: "#B8860B", Verdict.S
 def draw_validation(
     validation: Validation, damage: Mapping[Sensor, Damage] | None = None, origin: str = ""
 ) -> Figure:
-    """Left: the sensors with their verdicts.  Right: triples.
+    """Left: the sensors with their status.  Right: triples.
 
     Triples whose shares raised the alarm come first, then those of the reference, six at most.
     Left, what is damaged is magenta.  Right, red: inconsistent pixels; green: consistent ones;
     blue: holes that one of two maps has; beside each share its threshold, if there is one.
 
     Args:
-        validation: Of one moment.
-        damage: In the sensors that are named, where it was looked for.
-        origin: What the validator was fitted on, in words.
+        validation: Validation of one frame.
+        damage: Damage by sensor, for the sensors where it was looked for.
+        origin: Data that the validator was fitted on, in words.
     """
     from matplotlib.figure import Figure
 
@@ -55,8 +55,8 @@ def draw_validation(
     system, frame = maps.system, maps.frame
     known = validation.errors.known
     last = max((k for _, _, k in known), default=len(system) - 1)
-    beyond = {one.triple: None for one in validation.exceeded}
-    triples = [*beyond, *(one for one in sorted(known) if one[2] == last and one not in beyond)]
+    beyond = {comparison.triple: None for comparison in validation.exceeded}
+    triples = [*beyond, *(each for each in sorted(known) if each[2] == last and each not in beyond)]
     triples = triples[:_MOST_TRIPLES]
     rows = max(len(system), len(triples))
     figure = Figure(
@@ -69,8 +69,8 @@ def draw_validation(
     for axes in panels.flat:
         axes.set_axis_off()
     for axes, sensor in zip(panels[:, 0], system.sensors, strict=False):
-        said = validation.verdicts[sensor]
-        title = f"{named(sensor)}: {said}"
+        status = validation.verdicts[sensor]
+        title = f"{named(sensor)}: {status}"
         found = (damage or {}).get(sensor)
         if found is not None:
             title += f", {damage_in_words(found.row)}"
@@ -81,14 +81,14 @@ def draw_validation(
         if sensor == LIDAR:
             image = points_in_image(image, frame, camera)
         axes.imshow(image if found is None else _marked(image, found, frame, camera))
-        axes.set_title(title, loc="left", fontsize=9, color=_MARKS[said])
+        axes.set_title(title, loc="left", fontsize=9, color=_MARKS[status])
     for axes, triple in zip(panels[:, 1], triples, strict=False):
         i, j, k = triple
         compared = comparison_map(maps[i, k], maps[j, k])
         sparse = system.sensors[i] == LIDAR
         axes.imshow(compared_picture(frame.image(int(system.sensors[k])), compared, sparse))
         axes.set_title(
-            f"{compared_in_words([system.sensors[one] for one in triple])}\n"
+            f"{compared_in_words([system.sensors[number] for number in triple])}\n"
             + _shares_in_words(validation, triple),
             loc="left",
             fontsize=9,
@@ -172,7 +172,7 @@ def compared_picture(image: Image, compared: Any, sparse: bool) -> Image:
     """The image in grey, what was compared in colour; points of a scan are drawn larger.
 
     Args:
-        image: Of the reference.
+        image: Image of the reference camera.
         compared: See `comparison_map`.
         sparse: Whether one of the two maps is a scan's.
     """

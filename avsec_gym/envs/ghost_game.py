@@ -26,8 +26,8 @@ from avsec_gym.envs.ghost_round import (
 )
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
+from avsec_gym.metrics.collision_check import batch_collides
 from avsec_gym.metrics.safety import SAFE
-from avsec_gym.metrics.verdict import batch_collides
 from avsec_gym.planners.batch import RectangleTracks, plan_batch
 from avsec_gym.planners.planner import Mode, MotionPrimitivePlanner, suitable_primitives
 from avsec_gym.planners.problem import Problem

@@ -1,7 +1,7 @@
 """Average precision as the KITTI object benchmark measures it: image, bird's eye, 3D, orientation.
 
 Geiger, Lenz, Urtasun: Are we ready for autonomous driving? CVPR 2012, and its development kit;
-40 recall points after Simonelli et al., ICCV 2019.  `docs/average_precision.md` tells the rules.
+40 recall points after Simonelli et al., ICCV 2019.  `docs/average_precision.md` states the rules.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class AveragePrecision:
         """95 % of the bootstrap, shape (C, 4, 3, 2, 2): AP11 and AP40, low and high."""
         if self.drawn is None:
             return None
-        rows = [_interval(one) for one in self.drawn.reshape(-1, *self.drawn.shape[-2:])]
+        rows = [_interval(values) for values in self.drawn.reshape(-1, *self.drawn.shape[-2:])]
         return np.reshape(rows, (*self.drawn.shape[:3], 2, 2))
 
     @property
@@ -159,13 +159,13 @@ def average_precision(
     Args:
         truth: Labels of each frame, DontCare regions included (`read_labels` keeps them on demand).
             Where truncation or occlusion is unknown, it does not make a label harder.
-        detections: Of the same frames; empty where nothing was found.
-        classes: What to look for, without regard to upper or lower case.
-        min_iou: For each class: `STANDARD_IOU`, `LOW_IOU` or another.
-        resamples: How often frames are drawn anew for the 95 % interval; 0: no interval.
-        seed: Of these draws.
-        together: Of each frame what it belongs to, such as its drive: frames that are alike are
-            drawn all or none.  None: each by itself.
+        detections: Detections in the same frames; empty where nothing was found.
+        classes: Classes to be found, without regard to upper or lower case.
+        min_iou: Least overlap for each class: `STANDARD_IOU`, `LOW_IOU` or another.
+        resamples: Number of times that frames are drawn anew for the 95 % interval; 0: no interval.
+        seed: Seed of these draws.
+        together: Group of each frame, such as its drive: frames that are alike are drawn all or
+            none.  None: each by itself.
 
     Raises:
         ConfigurationError: The frames do not fit together, boxes lack 2D boxes, or a class has no

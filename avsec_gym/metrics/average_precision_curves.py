@@ -26,9 +26,9 @@ def precision_at_recalls(events: Events, labels: Counts, weights: Counts | None 
     """Precision and orientation similarity, the best at each recall or beyond.
 
     Args:
-        events: Of a class, level and metric in F frames.
-        labels: Counted labels of each frame, shape (F,).
-        weights: How often each frame counts, shape (F,); None: once.
+        events: Events of a class, level and metric in F frames.
+        labels: Number of counted labels of each frame, shape (F,).
+        weights: Number of times that each frame counts, shape (F,); None: once.
 
     Returns:
         Shape (2, 41), in [0, 1]; 0 at recalls that are not reached, or without any label.
@@ -51,7 +51,7 @@ def best_average_precisions(labels: int) -> tuple[float, float]:
     n of the 41 recalls, and the development kit counts the others as precision 0.
 
     Args:
-        labels: Counted ones; without any, precision is 0.
+        labels: Number of counted labels; without any, precision is 0.
 
     Example:
         >>> [round(value, 2) for value in best_average_precisions(18)]
@@ -78,9 +78,9 @@ def resampled(events: Events, labels: Counts, resamples: Counts) -> Floats:
     """AP11 and AP40 in percent of each resample, of precision and of orientation.
 
     Args:
-        events: Of a class, level and metric in F frames.
-        labels: Counted labels of each frame, shape (F,).
-        resamples: How often each frame counts, shape (R, F).
+        events: Events of a class, level and metric in F frames.
+        labels: Number of counted labels of each frame, shape (F,).
+        resamples: Number of times that each frame counts, shape (R, F).
 
     Returns:
         Shape (R, 2, 2): precision, orientation; AP11, AP40.  NaN where no label was drawn.
@@ -102,6 +102,10 @@ def _resample(events: Events, labels: Counts, resamples: Counts) -> Floats:
 
 @numba.njit(nogil=True, cache=True)
 def _precision(events: Events, labels: Counts, weights: Counts) -> Floats:
+    """See `precision_at_recalls`.
+
+    Invariant: cuts and events both fall in score, so that each event is added once.
+    """
     result = np.zeros((2, SLOTS))
     cuts = _cuts(events, labels, weights)
     true_positives, false_positives, similarity = 0.0, 0.0, 0.0
@@ -118,6 +122,7 @@ def _precision(events: Events, labels: Counts, weights: Counts) -> Floats:
         if positives > 0.0:
             result[0, slot] = true_positives / positives
             result[1, slot] = similarity / positives
+    # The best at each recall or beyond.
     for slot in range(SLOTS - 2, -1, -1):
         for row in range(2):
             result[row, slot] = max(result[row, slot], result[row, slot + 1])
@@ -129,6 +134,7 @@ def _cuts(events: Events, labels: Counts, weights: Counts) -> Floats:
     """The scores, best first, at which recall comes closest to 0, 1/40, 2/40, ...
 
     The recall aimed at is summed up as the development kit does: its rounding decides ties.
+    Invariant: a frame that is drawn several times counts each of its hits as often.
     """
     result = np.empty(SLOTS)
     wanted, hits = 0, 0
@@ -140,6 +146,7 @@ def _cuts(events: Events, labels: Counts, weights: Counts) -> Floats:
     for i in range(len(events.hit_score)):
         for _ in range(weights[events.hit_frame[i]]):
             nth += 1
+            # Leave out a hit if the next one comes closer to the recall aimed at.
             recall, following = nth / wanted, (nth + 1) / wanted
             if nth < hits and following - aim < aim - recall:
                 continue

@@ -35,7 +35,7 @@ CountStatus = NDArray[np.int8]
 
 
 class Extents(NamedTuple):
-    """Where the N objects of F frames are, frame after frame; what numba kernels take."""
+    """Where the N objects of F frames are, frame after frame: the input of numba kernels."""
 
     first: NDArray[np.int64]
     """Frame f holds the objects first[f] to first[f + 1], shape (F + 1,)."""

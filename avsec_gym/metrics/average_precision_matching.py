@@ -92,18 +92,18 @@ def match(
 
     Args:
         labels: Ground truth, DontCare regions included.
-        detections: Of the same frames.
+        detections: Detections in the same frames.
         common: Their overlaps.
-        label_status: See `average_precision_frames`.
-        detection_status: Likewise.
-        metric: 0 in the image, 1 from above, 2 in space.
+        label_status: Status of each label, see `average_precision_frames`.
+        detection_status: Status of each detection, see the same.
+        metric: Number of the metric: 0 in the image, 1 from above, 2 in space.
         min_iou: A match needs more than this.
     """
     close = common.iou[metric] > min_iou
     close &= (label_status != OTHER)[common.label] & (detection_status != OTHER)[common.detection]
     label, detection = common.label[close], common.detection[close]
     counts = detection_status == COUNTED
-    # Only the image knows regions where nobody labelled.
+    # Only the image has regions without labels.
     is_alarm = counts & (common.dont_care <= min_iou) if metric == 0 else counts
     contest = _Contest(
         np.searchsorted(label, labels.extents.first),
@@ -135,6 +135,12 @@ def match(
 def _overlaps(
     labels: Extents, unlabelled: Flags, detections: Extents
 ) -> tuple[Integers, Integers, Floats, Floats]:
+    """The fields of `Overlaps`.
+
+    Invariant: pairs are written in the order frame, label, detection, on which `_match` relies to
+    find the pairs of a frame, and of a label, side by side.
+    """
+    # Memory for every pair of a frame; those that touch are few.
     most = 0
     for f in range(len(labels.first) - 1):
         most += (labels.first[f + 1] - labels.first[f]) * (
@@ -151,6 +157,7 @@ def _overlaps(
                 height = min(one[3], other[3]) - max(one[1], other[1])
                 common = width * height if width > 0.0 and height > 0.0 else 0.0
                 size = (other[2] - other[0]) * (other[3] - other[1])
+                # DontCare regions make no pair: they excuse a detection by its covered share.
                 if unlabelled[i]:
                     if common > 0.0:
                         dont_care[j] = max(dont_care[j], common / size)
@@ -181,7 +188,13 @@ def _share(common: float, one: float, other: float) -> float:
 def _match(
     contest: _Contest,
 ) -> tuple[Integers, Floats, Integers, Integers, Integers, Floats]:
-    """The detections found in the threshold pass, and the columns of `Events` from score on."""
+    """The detections found in the threshold pass, and the columns of `Events` from score on.
+
+    Invariants: a frame's events, added up to any cut-off, are what the development kit counts in
+    it there; there is at most one event for each detection, so that memory of N rows suffices;
+    `free` of a frame's contested detections is set by `_assign` before it is read.
+    """
+    # Detections in no pair: they match nothing at any cut-off.
     most = len(contest.score)
     hit, hits = np.empty(most, np.int64), 0
     at, frame, events = np.empty(most), np.empty(most, np.int64), 0
@@ -200,10 +213,12 @@ def _match(
             )
             events += 1
     for f in range(len(contest.first) - 1):
+        # Threshold pass: the scores at which recall grows.
         for k in range(_assign(contest, f, -np.inf, True, won, free)):
             if contest.is_hit[won[k]]:
                 hit[hits] = contest.detection[won[k]]
                 hits += 1
+        # Counting pass, at each of the frame's own scores; what changes is an event.
         before_tp, before_fp, before_similarity = 0, 0, 0.0
         cut = _highest_below(np.inf, contest, f)
         while cut > -np.inf:
@@ -238,7 +253,7 @@ def _match(
 def _assign(
     contest: _Contest, f: int, cut: float, surest_wins: bool, won: Integers, free: Flags
 ) -> int:
-    """Let each label of a frame, in order, take one of the free detections above the cut.
+    """Assign to each label of a frame, in order, one of the free detections above the cut.
 
     In the threshold pass the surest wins; in the counting pass the closest, and small ones only
     where nothing else is close enough.
@@ -248,12 +263,13 @@ def _assign(
         f: The frame.
         cut: The lowest score that takes part.
         surest_wins: Whether this is the threshold pass.
-        won: Takes the pairs that match.
-        free: Of the detections, whether no label has taken it; set here.
+        won: Memory that gets the pairs that match.
+        free: Whether each detection is taken by no label; set here.
 
     Returns:
-        How many labels took one.
+        How many labels got one.
     """
+    # The pairs of a label stand side by side: the inner loop passes all of them.
     p, last, count = contest.first[f], contest.first[f + 1], 0
     for q in range(p, last):
         free[contest.detection[q]] = True

@@ -28,7 +28,7 @@ def paired_differences(
         first: Records.
         second: Records of the same scenarios and intentions in the same order.
         resamples: Bootstrap samples.
-        seed: Of the bootstrap.
+        seed: Seed of the bootstrap.
 
     Raises:
         ValueError: The scenarios differ.

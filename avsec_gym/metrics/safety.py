@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from avsec_gym.metrics.collision_check import first_contact
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.metrics.swept_contact import first_swept_contact
 from avsec_gym.metrics.trajectory_cost import path_length, sm1_cost, travel_time
-from avsec_gym.metrics.verdict import first_contact
 from avsec_gym.planners.plan import Plan
 from avsec_gym.planners.vehicle import BMW_320I, Vehicle
 from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
@@ -52,7 +52,7 @@ class SafetyRecord:
     """CommonRoad's cost SM1; nan if unplanned."""
     swept_collision: bool | None = None
     """Whether the trajectory touches something real at or between time steps, see `swept_contact`;
-    the outcome goes by the time steps alone, as in the thesis.  None where nobody looked."""
+    the outcome goes by the time steps alone, as in the thesis.  None where it was not checked."""
 
     @property
     def planned(self) -> bool:
@@ -83,10 +83,10 @@ def judge(
     """Hold a plan against what is really there.
 
     Args:
-        plan: What the planner answered.
-        scenario: What it was asked.
+        plan: The planner's answer.
+        scenario: The planning scenario that it answers.
         truth: The real obstacles.
-        vehicle: Who drives.
+        vehicle: The vehicle that drives.
     """
     intention = "" if scenario.intention is None else str(scenario.intention)
     if plan.trajectory is None:
@@ -141,7 +141,7 @@ class SafetyRates:
     mean_sm1_cost: float
     """CommonRoad's cost SM1, over planned scenarios; nan without any."""
     swept_collisions: int | None = None
-    """Planned scenarios that touch something at or between time steps; None where nobody looked."""
+    """Planned scenarios that touch something at or between time steps; None if not checked."""
 
     @classmethod
     def of(cls, records: Iterable[SafetyRecord]) -> SafetyRates:
@@ -152,7 +152,7 @@ class SafetyRates:
             scenarios=len(records),
             planned=len(planned),
             collisions=sum(record.collision for record in planned),
-            # A planner of somebody else's may give no reason.
+            # A planner of a plug-in may give no reason.
             failures=dict(
                 sorted(Counter(r.reason or "unknown" for r in records if not r.planned).items())
             ),

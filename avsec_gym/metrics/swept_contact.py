@@ -26,7 +26,7 @@ import shapely
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats, rectangle_corners, wrap_angle
-from avsec_gym.metrics.verdict import Contact
+from avsec_gym.metrics.collision_check import Contact
 from avsec_gym.planners.vehicle import Vehicle
 from avsec_gym.scenario.planning_scenario import Obstacles
 from avsec_gym.scenario.shapes import Shape
@@ -54,8 +54,9 @@ def first_swept_contact(
     Whatever `first_contact` finds is found, too, but for what appears at the last state alone.
 
     Args:
-        trajectory: x, y of the centre (m), velocity, heading (rad), steering angle, shape (T, 5).
-        truth: What is really there; an obstacle that appears later is not there before.
+        trajectory: States x, y of the centre (m), velocity, heading (rad), steering angle, shape
+            (T, 5).
+        truth: Real obstacles; one that appears later is not there before.
         vehicle: Its size.
         first_step: Time step of the trajectory's first state.
 
@@ -71,6 +72,7 @@ def first_swept_contact(
     """
     if not len(truth) or len(trajectory) < 2:
         return None
+    # Pairs of step and obstacle that come near each other, in order of time.
     low, high = (
         np.array([_bounds(shape) for shape in truth.shapes]).reshape(-1, 2, 2).swapaxes(0, 1)
     )
@@ -89,9 +91,9 @@ def first_swept_contact(
         if not shapely.dwithin(_hulls(corners[k : k + 1])[0], area, lacking[k]):
             continue
         # Few are left: there, every millimetre matters.
-        one = _Steps(*(part[k : k + 1] for part in steps))
-        parts = _parts(one, radius)
-        repeated = _Steps(*(np.repeat(part, parts, axis=0) for part in one))
+        step = _Steps(*(part[k : k + 1] for part in steps))
+        parts = _parts(step, radius)
+        repeated = _Steps(*(np.repeat(part, parts, axis=0) for part in step))
         fine = _corners(repeated, vehicle, np.arange(parts) / parts, 1.0 / parts)
         if shapely.intersects(_hulls(fine), area).any():
             return Contact(int(first_step + t[k]), int(i[k]))

@@ -18,7 +18,7 @@ def path_length(trajectory: Floats) -> float:
     """Sum of the distances between successive states, m.
 
     Args:
-        trajectory: Shape (T, 5), x and y first.
+        trajectory: States, x and y first, shape (T, 5).
     """
     return float(np.linalg.norm(np.diff(trajectory[:, :2], axis=0), axis=1).sum())
 
@@ -36,7 +36,7 @@ def sm1_cost(trajectory: Floats, scenario: PlanningScenario) -> float:
     lowest speed, 1 for the path length.
 
     Args:
-        trajectory: Shape (T, 5); centre x, y, velocity, heading, steering angle.
+        trajectory: States as centre x, y, velocity, heading, steering angle, shape (T, 5).
         scenario: Its goal gives the speed to keep, its road the lanes' directions.
     """
     velocity, heading, steering = trajectory[:, 2], trajectory[:, 3], trajectory[:, 4]
@@ -80,7 +80,7 @@ def lane_heading(points: Floats, road: Road) -> Floats:
     """Direction of the nearest lane's centre line at each point; 0 where there is no road.
 
     Args:
-        points: Shape (T, 2).
+        points: Points x, y, shape (T, 2).
         road: The lanelets.
 
     Returns:

@@ -46,7 +46,7 @@ class Counts(NamedTuple):
 
     @property
     def f1(self) -> float:
-        """Harmonic mean of precision and recall; 1 where there is nothing to find or to say."""
+        """Harmonic mean of precision and recall; 1 without labels and detections."""
         right, wrong = 2 * self.found, self.missed + self.false_alarms
         return right / (right + wrong) if right + wrong else 1.0
 
@@ -58,20 +58,20 @@ def working_point(
 
     Args:
         truth: Labels of each frame.
-        found: In the same frames.
+        found: Detections in the same frames.
         seen: `FROM_ABOVE` or `IN_IMAGE`.
     """
     events, cars = _events(truth, found, seen)
     hits = np.cumsum(events.true_positives)
-    said = hits + np.cumsum(events.false_positives)
-    f1 = 2 * hits / np.maximum(said + cars, 1)
+    detected = hits + np.cumsum(events.false_positives)
+    f1 = 2 * hits / np.maximum(detected + cars, 1)
     # All boxes of one score count together.
     f1[np.diff(events.score, append=-np.inf) == 0] = 0.0
     if not f1.any():
         return None
     best = int(f1.argmax())
     return WorkingPoint(
-        float(events.score[best]), float(hits[best] / said[best]), float(hits[best] / cars)
+        float(events.score[best]), float(hits[best] / detected[best]), float(hits[best] / cars)
     )
 
 
@@ -80,7 +80,7 @@ def counted(truth: Sequence[Boxes3D], found: Sequence[Boxes3D], seen: int = FROM
 
     Args:
         truth: Labels of F frames.
-        found: In the same frames.
+        found: Detections in the same frames.
         seen: `FROM_ABOVE` or `IN_IMAGE`.
     """
     events, cars = _events(truth, found, seen)
@@ -95,7 +95,7 @@ def boxes_right_and_wrong(
 
     Args:
         truth: Labels of F frames.
-        found: In the same frames.
+        found: Detections in the same frames.
         seen: `FROM_ABOVE` or `IN_IMAGE`.
 
     Returns:
@@ -104,7 +104,7 @@ def boxes_right_and_wrong(
     """
     score = np.concatenate([boxes.score for boxes in found])
     worst_first = np.argsort(score, kind="stable")
-    # A score of its own for each box, in the same order, tells which one an event is of.
+    # A score of its own for each box, in the same order, identifies the box of an event.
     rank = np.empty(len(score))
     rank[worst_first] = np.arange(len(score))
     ends = np.cumsum([len(boxes) for boxes in found])[:-1]

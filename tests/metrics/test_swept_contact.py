@@ -9,9 +9,9 @@ import pytest
 import shapely
 
 from avsec_gym.geometry import Floats
+from avsec_gym.metrics.collision_check import Contact, first_contact
 from avsec_gym.metrics.safety import SafetyRates, judge
 from avsec_gym.metrics.swept_contact import TOLERANCE, first_swept_contact
-from avsec_gym.metrics.verdict import Contact, first_contact
 from avsec_gym.planners.plan import Plan, Status
 from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.scenario.planning_scenario import EgoState, Obstacles, PlanningScenario

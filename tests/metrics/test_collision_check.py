@@ -1,4 +1,4 @@
-"""The verdict against a naive loop over time steps and obstacles."""
+"""The collision check against a naive loop over time steps and obstacles."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from avsec_gym.metrics.verdict import Contact, batch_collides, first_contact, footprints
+from avsec_gym.metrics.collision_check import Contact, batch_collides, first_contact, footprints
 from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.scenario.planning_scenario import Obstacles
 from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle, Shape

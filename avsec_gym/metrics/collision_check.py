@@ -1,6 +1,6 @@
-"""The verdict: does a planned trajectory touch anything that is really there?
+"""The collision check: does a planned trajectory touch anything that is really there?
 
-Taken with shapely against the ground truth, at every time step, moving objects moving; the
+Made with shapely against the ground truth, at every time step, moving objects moving; the
 planner's own collision test is not used (thesis, section 5.3.1: "a collision [is] the physical
 contact of objects").
 """
@@ -40,8 +40,9 @@ def first_contact(
     """The first time step at which the vehicle's footprint touches an obstacle.
 
     Args:
-        trajectory: x, y of the centre (m), velocity, heading (rad), steering angle, shape (T, 5).
-        truth: What is really there.
+        trajectory: States x, y of the centre (m), velocity, heading (rad), steering angle, shape
+            (T, 5).
+        truth: Real obstacles.
         vehicle: Its size.
         first_step: Time step of the trajectory's first state.
 
@@ -57,11 +58,13 @@ def first_contact(
     """
     if not len(truth) or not len(trajectory):
         return None
+    # Obstacles that are present at each step, and their poses; the last known one is kept.
     steps = first_step + np.arange(len(trajectory))
     index = np.minimum(steps[:, None] - truth.first_step, truth.steps - 1)
     present = truth.static | (index >= 0)
     index = np.where(truth.static, 0, np.maximum(index, 0))
     poses = truth.poses[np.arange(len(truth)), index]
+    # Pairs of step and obstacle that may touch, in order of time; shapely decides them.
     reach = np.array([_reach(shape) for shape in truth.shapes])
     own = trajectory[:, [0, 1, 3]]
     near = _may_touch(own[:, None], vehicle.length, vehicle.width, poses, reach)
@@ -86,10 +89,10 @@ def batch_collides(
     """Whether trajectories touch rectangles: `first_contact` for many scenarios at once.
 
     Args:
-        trajectories: Shape (B, T, 5), from time step 0 on.
+        trajectories: States from time step 0 on, shape (B, T, 5).
         lengths: Number of states of each; what stands behind them is not looked at, shape (B,).
-        poses: x, y, cos, sin of the headings of N rectangles at the same steps, (B, N, T, 4), or at
-            all of them, (B, N, 1, 4).
+        poses: Poses x, y, cos, sin of the headings of N rectangles at the same steps, (B, N, T, 4),
+            or at all of them, (B, N, 1, 4).
         half_sizes: Half length and half width, shape (B, N, 2).
         vehicle: Its size.
 
@@ -119,7 +122,10 @@ def _near(
     half_length: float,
     half_width: float,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Trajectory, rectangle and step wherever `_may_touch` holds."""
+    """Trajectory, rectangle and step wherever `_may_touch` holds.
+
+    Invariant: rows 0 to `count` - 1 are filled; the memory doubles when it is full.
+    """
     rows = np.empty((64, 3), np.int64)
     count, moves = 0, poses.shape[2] > 1
     for b in range(trajectories.shape[0]):
