@@ -51,9 +51,9 @@ def plan_batch(
     """Plan B problems that differ in their obstacles only.
 
     Args:
-        problem: What they share; not in reference mode.
+        problem: The part of the problem that all share; not in reference mode.
         longest: Most states of a trajectory.
-        edges: Road edge, shape (M, 4).
+        edges: Segments of the road edge, shape (M, 4).
         tracks: The obstacles, from time step 0 on.
         node_limit: Most nodes to expand for each.
     """
@@ -64,6 +64,10 @@ def plan_batch(
 def _search_all(
     problem: Problem, longest: int, edges: Floats, tracks: RectangleTracks, node_limit: int
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64], Floats, Floats, NDArray[np.int64]]:
+    """The fields of `BatchPlans`.
+
+    Invariant: memory is shared by all problems; the first `near` rows belong to the present one.
+    """
     limits, start = problem.limits, problem.start
     count, rows, known = tracks.poses.shape[0], tracks.poses.shape[1], tracks.poses.shape[2]
     found, lengths = np.zeros(count, np.bool_), np.zeros(count, np.int64)
@@ -77,6 +81,7 @@ def _search_all(
     presence[:, 0], presence[:, 1], presence[:, 2] = 0, known, FOR_EVER
     farthest = longest * limits.step_distance + 2.0 * limits.half_length
     for b in range(count):
+        # Lay out the rectangles that the vehicle can come near to.
         near = 0
         for i in range(rows):
             half_length, half_width = tracks.half_sizes[b, i, 0], tracks.half_sizes[b, i, 1]
@@ -101,6 +106,7 @@ def _search_all(
             presence[:near],
             edges,
         )
+        # Search, and keep the trajectory.
         outcome, state = search_on(problem, world, fresh, node_limit)
         expanded[b] = state.counters[EXPANDED]
         if outcome == FOUND:

@@ -1,7 +1,7 @@
 """The planner's own collision test: the ego rectangle against obstacles and road edge, in numba.
 
-The verdict on a planned trajectory is not taken here but with shapely (`avsec_gym.metrics`), so
-that planner and judge cannot share a bug.
+A planned trajectory is not checked here but with shapely (`avsec_gym.metrics.collision_check`), so
+that planner and check cannot share a bug.
 """
 
 from __future__ import annotations
@@ -23,9 +23,10 @@ _ROUNDING = 1e-9
 
 
 class CollisionWorld(NamedTuple):
-    """What a planner must not touch, laid out for the kernels.
+    """The obstacles and the road edge, which a planner must not touch, laid out for the kernels.
 
-    Every obstacle is a set of convex pieces that share its motion; here each piece is a row.
+    Every obstacle is a set of convex pieces that share its motion; here each piece is a row, and a
+    row keeps what it needs of its obstacle.
     """
 
     vertices: Floats
@@ -54,8 +55,8 @@ def collision_world_of(scenario: PlanningScenario, *, exact: bool = False) -> Co
     """The obstacles and the road edge of a scenario.
 
     Args:
-        scenario: What is believed.
-        exact: Keep gaps between lanelets that are too narrow to mean anything.
+        scenario: The believed scenario.
+        exact: Whether gaps between lanelets that are too narrow to mean anything are kept.
     """
     road = scenario.road
     return obstacle_world(scenario.obstacles, road.edges if exact else road.closed_edges)
@@ -65,8 +66,8 @@ def obstacle_world(obstacles: Obstacles, edges: Floats) -> CollisionWorld:
     """Lay obstacles out for the kernels.
 
     Args:
-        obstacles: N obstacles.
-        edges: Road edge, shape (M, 4).
+        obstacles: The N obstacles.
+        edges: Segments of the road edge, shape (M, 4).
     """
     owner: NDArray[np.int64]
     if all(type(shape) is Rectangle for shape in obstacles.shapes):
@@ -147,6 +148,8 @@ def collides(
 
     Beyond an obstacle's last known state that state is kept; before its first it is absent, unless
     it is static.
+
+    Invariant: a shortcut only ever skips what the full test would find free.
     """
     own_reach = np.sqrt(half_length * half_length + half_width * half_width)
     for i in range(world.poses.shape[0]):
@@ -163,6 +166,7 @@ def collides(
             ox, oy, oc, os, cos, sin, half_length, half_width, world.vertices, i, count, radius
         ):
             return True
+    # Off the road: an edge is touched, or the centre is beyond all of it.
     if world.edges.shape[0] == 0:
         return False
     for k in range(world.edges.shape[0]):
@@ -189,20 +193,20 @@ def touches_piece(
     """Separating axes between the ego rectangle and piece i.
 
     Args:
-        ox: From the rectangle's centre to the centre of the piece's shape, m.
-        oy: The same along y.
+        ox: Offset from the rectangle's centre to the centre of the piece's shape along x, m.
+        oy: Offset along y, m.
         oc: Cosine of the piece's heading.
         os: Its sine.
         cos: Cosine of the rectangle's heading.
         sin: Its sine.
-        half_length: Of the rectangle, m.
-        half_width: Of the rectangle, m.
+        half_length: Half the rectangle's length, m.
+        half_width: Half the rectangle's width, m.
         vertices: All pieces.
-        i: Which piece.
-        count: Its vertices; 1 is a disc.
-        radius: Of the disc, m.
+        i: Number of the piece.
+        count: Number of its vertices; 1 is a disc.
+        radius: Radius of the disc, m.
     """
-    # The obstacle's frame as the ego vehicle sees it.
+    # The obstacle's frame in the ego vehicle's.
     px, py = cos * ox + sin * oy, cos * oy - sin * ox
     rc, rs = cos * oc + sin * os, cos * os - sin * oc
     if count == 1:
@@ -210,6 +214,7 @@ def touches_piece(
         dx = max(abs(px + rc * vx - rs * vy) - half_length, 0.0)
         dy = max(abs(py + rs * vx + rc * vy) - half_width, 0.0)
         return bool(dx * dx + dy * dy <= radius**2)
+    # The ego vehicle's two axes: the piece's extent along them.
     low_x, high_x, low_y, high_y = np.inf, -np.inf, np.inf, -np.inf
     for k in range(count):
         vx, vy = vertices[i, k, 0], vertices[i, k, 1]
@@ -218,6 +223,7 @@ def touches_piece(
         low_y, high_y = min(low_y, qy), max(high_y, qy)
     if low_x > half_length or high_x < -half_length or low_y > half_width or high_y < -half_width:
         return False
+    # The piece's own axes: the normals of its edges.
     for k in range(count):
         ax, ay = vertices[i, k, 0], vertices[i, k, 1]
         following = k + 1 if k + 1 < count else 0

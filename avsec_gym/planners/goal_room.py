@@ -54,9 +54,10 @@ def is_full(goals: tuple[Goal, ...], world: CollisionWorld, vehicle: Vehicle) ->
     Args:
         goals: The goals; one without a region is never full.
         world: The obstacles and the road edge.
-        vehicle: Whose size counts.
+        vehicle: The vehicle, whose size counts.
     """
     radius = float(np.hypot(vehicle.length, vehicle.width)) / 2
+    # Cells of positions and headings over each region, and how far a corner moves in one.
     for goal in goals:
         if goal.region is None:
             return False

@@ -39,18 +39,19 @@ class Plan:
     """A planner's answer to one scenario.
 
     Args:
-        status: How the search ended.
-        trajectory: x, y of the vehicle's centre (m), velocity (m/s), heading, steering angle (rad)
-            at every time step from the start, shape (T, 5); None where nothing was found.
+        status: Status with which the search ended.
+        trajectory: States at every time step from the start: x, y of the vehicle's centre (m),
+            velocity (m/s), heading, steering angle (rad), shape (T, 5); None where nothing was
+            found.
         first_step: Time step of the trajectory's first state.
-        start_speed: What the plan starts with, m/s: the nearest that the primitives know to the
-            problem's, where they were given.
+        start_speed: Speed at which the plan starts, m/s: the nearest that the primitives know to
+            the problem's, where they were given.
         cost: Time from start to goal, s; nan where nothing was found.
         expanded: Nodes taken from the queue that were not goals; the start counts as one.
-        seconds: What the search took.
+        seconds: Duration of the search, seconds.
         reason: Why nothing was found; None where something was.
-        goal_occupied: Seconds of the goal's time window in which believed objects leave no room
-            in the goal region; nan unless nothing was found.
+        goal_occupied: Time within the goal's window in which believed objects leave no room in the
+            goal region, seconds; nan unless nothing was found.
         tree: Node states as centres x, y and their parents' numbers, shape (N, 3), where asked for.
     """
 

@@ -52,7 +52,7 @@ _FEW = 16
 _memories = threading.local()
 _NO_TABLE = np.zeros((0, 1, 6))
 _WIDE_SPEED, _WIDE_STEP = 20.0, 2.0
-"""Highest and spacing of the speeds where no road type says which, m/s."""
+"""Highest and spacing of the speeds where no road type gives them, m/s."""
 
 
 class Algorithm(StrEnum):
@@ -133,13 +133,14 @@ class MotionPrimitivePlanner:
         """Find a trajectory.
 
         Args:
-            scenario: What the planner believes.
+            scenario: The believed scenario.
             world: The scenario's obstacles and road edge where they are laid out already.
-            explain: Find out why, where nothing is found.
+            explain: Whether the reason is found out where nothing is found.
 
         Raises:
             PlanningError: The problem has no goal, or no primitive starts at the start speed.
         """
+        # The problem, and the part of the world that the vehicle can come to.
         begun = time.perf_counter()
         primitives = self.primitives or suitable_primitives(scenario)
         problem, parts = self._prepared(scenario, primitives)
@@ -153,6 +154,7 @@ class MotionPrimitivePlanner:
         if not grown.overloads:
             _load_kernels(problem, parts, world)
             begun = time.perf_counter()
+        # Search.
         outcome, trajectory, state = self._search(problem, parts, world, begun)
         expanded, tree = int(state.counters[EXPANDED]), None
         if self.keep_tree:
@@ -170,6 +172,7 @@ class MotionPrimitivePlanner:
                 seconds,
                 tree=tree,
             )
+        # Nothing was found: proven, or given up; and why.
         status = Status.EXHAUSTED if outcome == EXHAUSTED else Status.LIMIT
         if (
             expanded >= self.node_limit
@@ -262,7 +265,7 @@ def _problem(
     goals: tuple[Goal, ...],
 ) -> tuple[Problem, tuple[Any, ...]]:
     reference = mode == Mode.REFERENCE
-    # commonroad-search starts with straight wheels whatever the file says.
+    # commonroad-search starts with straight wheels whatever the file states.
     steering = 0.0 if reference else start.steering_angle
     speed = primitives.nearest_speed(start.velocity, endless_only=reference)
     root = primitives.starting_at(speed, steering, endless_only=reference)

@@ -27,7 +27,7 @@ _ROUNDED = 1e-3
 def read_primitives(path: str | Path) -> MotionPrimitives:
     """Read a primitive file; repeated (initial, final) pairs count once.
 
-    The length of a primitive is the number of its states: ``Duration`` says 5 deciseconds even
+    The length of a primitive is the number of its states: ``Duration`` is 5 deciseconds even
     where a primitive was cut short.
 
     Raises:
@@ -103,8 +103,8 @@ def _check(states: Floats, number: int, path: Path) -> None:
     """Refuse what the vehicle cannot drive.
 
     Args:
-        states: In the order of `_FIELDS`, shape (T, 5).
-        number: Of the trajectory in the file.
+        states: States in the order of `_FIELDS`, shape (T, 5).
+        number: Number of the trajectory in the file.
         path: The file.
 
     Raises:

@@ -52,8 +52,8 @@ class MotionPrimitives:
             shape (P, T + 1, 5); rows after a shorter primitive's end repeat its last state.
         steps: Number of states after the first, shape (P,).
         vehicle: Whose.
-        dt: Seconds in a time step.
-        name: For messages and reports.
+        dt: Length of a time step, seconds.
+        name: Name for messages and reports.
     """
 
     states: Floats
@@ -149,10 +149,10 @@ def generate_primitives(
 
     Args:
         speeds: Grid of speeds, m/s.
-        vehicle: Whose limits hold.
+        vehicle: The vehicle, whose limits hold.
         steering_angles: Number of angles from the vehicle's one lock to the other; odd.
-        duration: Seconds.
-        dt: Seconds in a time step.
+        duration: Duration of a primitive, seconds.
+        dt: Length of a time step, seconds.
         extra_start_speeds: Speeds off the grid from which primitives lead onto it, wheels straight.
 
     Returns:

@@ -43,7 +43,7 @@ class Problem(NamedTuple):
 
 
 def plain(value: Any) -> Any:
-    """The same with plain tuples in place of named ones, which take numba twice as long to read."""
+    """The same with plain tuples in place of named ones, which numba reads in twice the time."""
     return tuple(plain(each) for each in value) if isinstance(value, tuple) else value
 
 

@@ -48,10 +48,17 @@ def reach_table(primitives: MotionPrimitives, horizon: int) -> Floats:
 def _bounds(
     primitives: PrimitiveArrays, classes: int, horizon: int, centre_offset: float
 ) -> Floats:
+    """The table of `reach_table`.
+
+    Invariant: boxes[s, k, b] holds every rear-axle pose that a sequence of primitives reaches after
+    s steps with an end of class k and a heading of bin b; empty boxes begin with infinity.  Steps
+    are visited in order, and primitives lead to later ones, so that a box is complete when it is
+    driven on from.
+    """
     table = np.empty((classes, horizon + 1, 6))
     table[..., 0], table[..., 2], table[..., 4] = np.inf, np.inf, np.inf
     table[..., 1], table[..., 3], table[..., 5] = -np.inf, -np.inf, -np.inf
-    # Any primitive of a class tells what follows that class.
+    # All primitives of a class have the same successors: one stands for it.
     example = np.zeros(classes, np.int64)
     for p in range(primitives.steps.shape[0]):
         example[primitives.end_class[p]] = p
@@ -85,7 +92,10 @@ def _advance(
     horizon: int,
     centre_offset: float,
 ) -> None:
-    """Drive primitive p from everywhere in one box."""
+    """Drive primitive p from everywhere in one box.
+
+    Invariant: boxes only widen, so that no pose is lost; they may hold poses that none reaches.
+    """
     x1, x2, y1, y2 = boxes[s, k, b, 0], boxes[s, k, b, 1], boxes[s, k, b, 2], boxes[s, k, b, 3]
     low, high = boxes[s, k, b, 4], boxes[s, k, b, 5]
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
@@ -109,6 +119,7 @@ def _advance(
             low + turn,
             high + turn,
         )
+        # At its end the primitive leads into a box from which others follow.
         if j == count:
             slack = half * np.sqrt(px * px + py * py)
             dx, dy = cos * px - sin * py, sin * px + cos * py
@@ -129,6 +140,7 @@ def _advance(
 def _widen(
     box: Floats, x1: float, x2: float, y1: float, y2: float, low: float, high: float
 ) -> None:
+    """Widen a box, which may be empty, so that it holds another."""
     if box[0] == np.inf:
         box[0], box[1], box[2], box[3], box[4], box[5] = x1, x2, y1, y2, low, high
         return

@@ -56,7 +56,9 @@ from avsec_gym.planners.sweep import drives_freely, first_in_goal, place_of
 from avsec_gym.planners.trajectory import trajectory_to
 
 PAUSED, FULL, FOUND, EXHAUSTED = range(4)
-"""What `search` returns."""
+"""Results of `search`: out of budget, out of memory, at a goal, nothing left to expand.
+
+The first two are pauses."""
 
 
 @numba.njit(nogil=True, cache=True)
@@ -102,13 +104,22 @@ def search(problem: Problem, world: CollisionWorld, state: SearchState, budget: 
     """Expand up to ``budget`` nodes.
 
     Args:
-        problem: What is asked.
-        world: What must not be touched.
+        problem: The planning problem.
+        world: Obstacles and road edge, which must not be touched.
         state: Nodes so far; none at the beginning.
         budget: Most expansions in this call.
 
     Returns:
         PAUSED (out of budget) or FULL (out of memory): call again with more; FOUND or EXHAUSTED.
+
+    Invariants, at the head of the loop, where it also pauses:
+
+    * the queue holds all nodes that were made and not yet taken from it;
+    * a node with children was tested: the way to it touches nothing; all others are tested when
+      they leave the queue;
+    * in complete mode the closed list holds one node for each expanded state, the start's aside.
+
+    Behind the two checks there is memory for the children of one more node and one closed entry.
     """
     # Everything that the loop needs, taken out of its tuple once: to hand tuples of arrays on in
     # the loop copies them and counts references to each array, which cost more than the search.
@@ -168,6 +179,7 @@ def search(problem: Problem, world: CollisionWorld, state: SearchState, budget: 
         for k in range(first, last):
             p = successors[k] if node > 0 else root[k]
             driven = steps[p]
+            # A primitive that meets a goal ends there.
             goal_index = first_in_goal(
                 place, step, p, driven, reference, offset, states, sweep, goals
             )
@@ -178,6 +190,7 @@ def search(problem: Problem, world: CollisionWorld, state: SearchState, budget: 
             heading = heading0 + states[p, driven, 3]
             cos, sin = np.cos(heading), np.sin(heading)
             cx, cy = x + offset * cos, y + offset * sin
+            # The key: f for A*, h for GBFS; nodes that cannot reach a goal in time are dropped.
             child_elapsed, child_step = elapsed + driven * dt, step + driven
             if reference:
                 h = 0.0
@@ -198,6 +211,7 @@ def search(problem: Problem, world: CollisionWorld, state: SearchState, budget: 
                 key = child_step + needed + 0.5 * distance / (1.0 + distance)
                 if greedy:
                     key = 0.0 if goal_index >= 0 else distance
+            # A node like all others, tested when it leaves the queue.
             new = counters[NODES]
             pose[new, X], pose[new, Y], pose[new, HEADING] = x, y, heading
             pose[new, COS], pose[new, SIN], pose[new, ELAPSED] = cos, sin, child_elapsed
@@ -236,6 +250,7 @@ def refuse_the_rest(problem: Problem, world: CollisionWorld, state: SearchState)
 
 @numba.njit(nogil=True, cache=True)
 def _start_collides(problem: Problem, world: CollisionWorld) -> bool:
+    """Whether the vehicle touches something before it moves."""
     x, y, heading = problem.start[0], problem.start[1], problem.start[2]
     limits, cos, sin = problem.limits, np.cos(heading), np.sin(heading)
     x, y = x + limits.centre_offset * cos, y + limits.centre_offset * sin

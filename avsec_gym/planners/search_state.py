@@ -88,7 +88,7 @@ def add_start(state: SearchState, start: Floats, step: int, at_goal: bool) -> No
 
 @numba.njit(nogil=True, cache=True)
 def grown(state: SearchState, end_class: NDArray[np.int64]) -> SearchState:
-    """The same memory with twice the room."""
+    """The same memory with twice the room; closed nodes get new slots, all else keeps its place."""
     used, queued = state.counters[NODES], state.counters[QUEUED]
     new = new_state(2 * state.key.shape[0], 2 * state.table.shape[0])
     new.pose[:used], new.link[:used] = state.pose[:used], state.link[:used]
@@ -107,7 +107,10 @@ def grown(state: SearchState, end_class: NDArray[np.int64]) -> SearchState:
 
 @numba.njit(nogil=True, cache=True)
 def push(key: float, node: int, keys: Floats, items: NDArray[np.int64], size: int) -> None:
-    """Put a node into a heap of a size."""
+    """Put a node into a heap of a size.
+
+    Invariant of the heap: no entry comes before its parent, by key and then by number.
+    """
     hole = size
     while hole > 0:
         up = (hole - 1) >> 1
@@ -120,7 +123,10 @@ def push(key: float, node: int, keys: Floats, items: NDArray[np.int64], size: in
 
 @numba.njit(nogil=True, cache=True)
 def pop(keys: Floats, items: NDArray[np.int64], size: int) -> int:
-    """Take the node with the lowest key from a heap of a size; among equals, the oldest."""
+    """Take the node with the lowest key from a heap of a size; among equals, the oldest.
+
+    The last entry sinks from the root to its place; the heap has one entry less.
+    """
     top = items[0]
     size -= 1
     key, node = keys[size], items[size]
@@ -151,7 +157,10 @@ def closed_slot(
     link: NDArray[np.int32],
     table: NDArray[np.int64],
 ) -> int:
-    """The free slot of the closed list for a node; -1 where its state was met before."""
+    """The free slot of the closed list for a node; -1 where its state was met before.
+
+    Invariant: the table is at most half full, so that a search of slots ends at a free one.
+    """
     mask = table.shape[0] - 1
     slot = _hash(node, end_class, pose, link) & mask
     while table[slot] >= 0:

@@ -51,6 +51,7 @@ def first_in_goal(
     goals: GoalArrays,
 ) -> int:
     """The first state of a primitive in a goal region; -1 where none is."""
+    # A circle around the whole way: most primitives end far from every goal.
     x0, y0, _, cos0, sin0 = place
     steps, boxes = goals.steps, goals.boxes
     mx, my, around = sweep[primitive, 0], sweep[primitive, 1], sweep[primitive, 2] + _ROUNDING
@@ -107,17 +108,21 @@ def drives_freely(
 ) -> bool:
     """Whether no state of a primitive but the first touches an obstacle or leaves the road.
 
+    Invariants: the answer is that of `collides` at every state, but for obstacles that are gone
+    (`reference`); `placed` is filled before it is read, at most once; its parity is -1 where the
+    way from the start to the centre has crossed the edge an odd number of times.
+
     Args:
-        place: Where the primitive starts.
-        start_step: And when.
-        primitive: Which one.
+        place: Pose from which the primitive starts.
+        start_step: Time step at which it starts.
+        primitive: Number of the primitive.
         count: The last state that counts.
-        on_road: It is known to start on the road, touching nothing.
-        reference: A moving obstacle is gone after its last known state.
-        states: Of all primitives.
+        on_road: Whether it is known to start on the road, touching nothing.
+        reference: Whether a moving obstacle is gone after its last known state.
+        states: States of all primitives.
         sweep: Their circles.
         limits: The ego vehicle.
-        world: What must not be touched.
+        world: Obstacles and road edge, which must not be touched.
         placed: Memory for centre, cosine, sine and parity of each state, shape (T + 1, 5).
     """
     # A circle around everything that the vehicle covers on the way.
@@ -128,6 +133,7 @@ def drives_freely(
     own_reach = np.sqrt(half_length * half_length + half_width * half_width)
     around = sweep[primitive, 2] + own_reach + _ROUNDING
     known = False
+    # Obstacles: by the circle, then by the distance at each state, then by separating axes.
     poses, presence, sizes, edges = world.poses, world.presence, world.sizes, world.edges
     vertices, corners = world.vertices, world.corners
     for i in range(poses.shape[0]):
@@ -139,6 +145,7 @@ def drives_freely(
                 continue
             dx, dy = poses[i, t, 0] - mx, poses[i, t, 1] - my
             if dx * dx + dy * dy > limit * limit:
+                # What stands stays as far at all other steps.
                 if last_index == 0:
                     break
                 continue
@@ -183,6 +190,7 @@ def drives_freely(
             if _crosses(start_x, start_y, x, y, edges, k):
                 placed[j, 4] = -placed[j, 4]
                 crossed = True
+    # Off the road: by parity where the start is known to be on it, else by a ray for each state.
     if on_road and not crossed:
         return True
     if not known:

@@ -16,8 +16,8 @@ def trajectory_to(node: int, problem: Problem, state: SearchState) -> Floats:
     """States from the start to a node as centre x, y, velocity, heading, steering angle.
 
     Args:
-        node: Where the way ends.
-        problem: Whose primitives were driven.
+        node: Number of the node at which the way ends.
+        problem: The planning problem, whose primitives were driven.
         state: The nodes.
 
     Returns:

@@ -72,11 +72,11 @@ def simulate(
 
     Args:
         vehicle: Its wheelbase enters.
-        start: x, y, velocity, heading, steering angle at the rear axle, shape (..., 5).
+        start: State x, y, velocity, heading, steering angle at the rear axle, shape (..., 5).
         acceleration: m/s2, shape (...).
         steering_rate: rad/s, shape (...).
         steps: Number of time steps.
-        dt: Seconds in a time step.
+        dt: Length of a time step, seconds.
         substeps: Integration steps in each time step.
 
     Returns:
@@ -119,10 +119,10 @@ def is_feasible(
     ``a^2 + (v psi')^2 <= a_max^2`` at every state.
 
     Args:
-        vehicle: Whose limits.
-        states: Shape (..., T, 5).
-        acceleration: Shape (...).
-        steering_rate: Shape (...).
+        vehicle: The vehicle, whose limits hold.
+        states: States of the trajectories, shape (..., T, 5).
+        acceleration: Accelerations, m/s2, shape (...).
+        steering_rate: Steering rates, rad/s, shape (...).
 
     Returns:
         Shape (...), bool.
