@@ -16,7 +16,7 @@ FEWEST_CAMERAS = 4
 
 _SHAPES = {"R0_rect": (3, 3), "Tr_velo_to_cam": (3, 4), "Tr_imu_to_velo": (3, 4)}
 _OPTIONAL = "Tr_imu_to_velo"
-# The tracking benchmark says the same in other words, and without colons.
+# The tracking benchmark has other names for the same, and no colons.
 _ALIASES = {"R_rect": "R0_rect", "Tr_velo_cam": "Tr_velo_to_cam", "Tr_imu_velo": "Tr_imu_to_velo"}
 
 

@@ -31,12 +31,12 @@ def check_data(
     Goes on after a broken file.  Parts that are missing are reported and no fault.
 
     Args:
-        root: Of the object layout, the folder that holds ``training/``, or one such as
-            ``training``; of the raw layout, the folder of the dates, of a date, or of a drive; of
-            the tracking layout, the folder that holds ``training/label_02``; or a folder of
-            labels or results.
-        deep: Read images and scans whole; else headers, ends and sizes.
-        on_progress: Called after each file.
+        root: Folder to check: of the object layout, the folder that holds ``training/``, or one
+            such as ``training``; of the raw layout, the folder of the dates, of a date, or of a
+            drive; of the tracking layout, the folder that holds ``training/label_02``; or a folder
+            of labels or results.
+        deep: Whether images and scans are read whole; else headers, ends and sizes are.
+        on_progress: Function that is called after each file.
 
     Raises:
         DataError: There is no such folder.

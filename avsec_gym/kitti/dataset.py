@@ -46,16 +46,16 @@ class KittiObject:
             else "There is no such folder.",
             path=self.root,
             remedy="Name the folder that holds training/ with label_2/, calib/, image_2/ and so "
-            "on; `avsec data check` says what a folder holds.",
+            "on; `avsec data check` lists what a folder holds.",
         )
 
     def ids(self, split: str | None = None, having: Sequence[str] = ()) -> list[str]:
         """Frames, such as ``000107``.
 
         Args:
-            split: Such as ``val``: the frames of ``ImageSets/val.txt`` in its order; all that
-                have any file, sorted, if None.
-            having: Only those that have a file in each of these folders, such as ``image_3``.
+            split: Name of a split, such as ``val``: the frames of ``ImageSets/val.txt`` in its
+                order; all that have any file, sorted, if None.
+            having: Folders such as ``image_3``; frames without a file in one of them are left out.
 
         Raises:
             DataError: The split, or a folder of `having`, is not there, or no frame at all.
@@ -92,7 +92,7 @@ class KittiObject:
     def frame(self, id: str) -> SensorFrame:
         """All sensors of a frame: every image and scan that is there, loaded on demand.
 
-        Its `previous` are the up to three moments before it (``prev_N``), which have no scan.
+        Its `previous` are up to three earlier frames (``prev_N``), which have no scan.
 
         Raises:
             DataError: The calibration is missing or broken.

@@ -47,8 +47,8 @@ class DetectionFolder:
 
         Args:
             ids: Frames; all that have a file if None.
-            broken: Takes the errors of broken files by id, whose frames are then left out; None:
-                the first is raised.
+            broken: Dictionary that gets the errors of broken files by id, whose frames are then
+                left out; None: the first is raised.
             image_only: Whether 2D boxes without a place in space are fine: they can be scored, but
                 no car can drive by them.
 

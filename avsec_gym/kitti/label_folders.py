@@ -22,7 +22,7 @@ def read_label_folder(
     Args:
         folder: A ``label_2`` folder.
         ids: Frames such as ``000107``; all that are there if None.
-        keep_dont_care: As for `read_labels`.
+        keep_dont_care: Whether DontCare lines are kept, as for `read_labels`.
 
     Returns:
         The boxes by id, in the order asked for; sorted where none is.

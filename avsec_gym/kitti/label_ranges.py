@@ -24,12 +24,12 @@ _MOST = np.array([1.0, _MOST_OCCLUDED, 0.0, *[np.inf] * 4, *[FARTHEST] * 6, 0.0]
 
 
 def all_possible(values: Floats, *, result: bool, tracking: bool = False) -> bool:
-    """Whether every number can be, seen at a glance; `impossibility` says what is wrong.
+    """Whether every number can be, seen at a glance; `impossibility` names what is wrong.
 
     Args:
         values: The columns after the category, shape (N, 14) or more; no ``DontCare``.
-        result: Of a detector, whose angles may have turns too many.
-        tracking: Of the tracking benchmark, whose truncation is a level from 0 to 2.
+        result: Whether it is a detector's result, whose angles may have turns too many.
+        tracking: Whether it is of the tracking benchmark, whose truncation is a level from 0 to 2.
     """
     largest = _LARGEST_ANGLE["result" if result else "label"]
     most = np.array([2.0 if tracking else 1.0, *_MOST[1:]])
@@ -51,8 +51,8 @@ def impossibility(
     Args:
         name: The category.
         row: The numbers after it.
-        result: As of `all_possible`.
-        tracking: Likewise.
+        result: Whether it is a detector's result, as of `all_possible`.
+        tracking: Whether it is of the tracking benchmark, as of `all_possible`.
     """
     truncation, occlusion, left, top, right, bottom = (row[i] for i in (0, 1, 3, 4, 5, 6))
     if right < left or bottom < top:

@@ -27,7 +27,7 @@ from avsec_gym.kitti.label_ranges import all_possible, impossibility
 from avsec_gym.storage.text_files import read_text, write_text
 
 DONT_CARE = "DontCare"
-"""The category of image regions that nobody labelled: a 2D box and placeholders."""
+"""The category of image regions without labels: a 2D box and placeholders."""
 
 CATEGORIES = frozenset(
     {"Car", "Van", "Truck", "Pedestrian", "Person_sitting", "Cyclist", "Tram", "Misc", DONT_CARE}
@@ -48,8 +48,8 @@ def read_labels(path: str | Path, *, keep_dont_care: bool = False) -> Boxes3D:
 
     Args:
         path: A file of ``label_2``; one without lines is a frame without objects.
-        keep_dont_care: Keep the lines of category ``DontCare``, whose dimensions are -1 and
-            whose locations are -1000, so that box i is line i + 1.
+        keep_dont_care: Whether the lines of category ``DontCare``, whose dimensions are -1 and
+            whose locations are -1000, are kept, so that box i is line i + 1.
 
     Returns:
         Boxes with every optional field but `moving`; scores are 1.
@@ -66,10 +66,10 @@ def parse_labels(
     """What `read_labels` makes of a file's text.
 
     Args:
-        text: With the 15 columns in each line.
-        path: Of the file, for messages.
-        keep_dont_care: As for `read_labels`.
-        columns_before: That the file has before the 15, for messages.
+        text: Content of the file, with the 15 columns in each line.
+        path: Path of the file, for messages.
+        keep_dont_care: Whether DontCare lines are kept, as for `read_labels`.
+        columns_before: Number of columns that the file has before the 15, for messages.
 
     Raises:
         DataError: As of `read_labels`.
@@ -96,7 +96,7 @@ def read_detections(path: str | Path) -> Boxes3D:
 def write_labels(path: str | Path, boxes: Boxes3D, *, overwrite: bool = False) -> None:
     """Write a label file; what KITTI's own files hold comes out byte for byte.
 
-    Two decimals where they say it exactly, all digits elsewhere.  Scores and moving flags have
+    Two decimals where they are exact, all digits elsewhere.  Scores and moving flags have
     no place in the format.  Unknown fields become KITTI's placeholders, -1 and -10.
 
     Raises:
@@ -157,7 +157,7 @@ def _numbers(rows: list[list[str]], columns: int) -> Floats | None:
 
 
 def _is_suspicious(text: str) -> bool:
-    """Whether there may be something that float() and split() take although no file means it."""
+    """Whether there may be something that float() and split() accept although no file means it."""
     if not text.isascii() or not text.replace("\n", " ").isprintable():
         return True
     return "_" in text and _GROUPED_DIGITS.search(text) is not None
@@ -179,7 +179,7 @@ def _plausible(names: list[str], values: Floats, columns: int, columns_before: i
 def _check_line(
     line: str, path: str | Path, number: int, columns: int, columns_before: int
 ) -> None:
-    """Raise the error that says what is wrong with a line, if anything is."""
+    """Raise the error that names what is wrong with a line, if anything is."""
 
     def refuse(problem: str, remedy: str = _REMEDY) -> NoReturn:
         raise DataError(problem, path=path, line=number, remedy=remedy)

@@ -1,4 +1,4 @@
-"""Which of KITTI's layouts a folder has, told by the names in it."""
+"""Which of KITTI's layouts a folder has, recognised by the names in it."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def text_file_folder(root: Path) -> Path | None:
 
 
 def _labels_or_detections(folder: Path) -> KittiLayout:
-    """Told by the columns of the first line in any file, results where all are empty."""
+    """Decided by the columns of the first line in any file; results where all are empty."""
     for id in frame_ids(folder, ".txt"):
         try:
             words = read_text(folder / f"{id}.txt").split("\n", 1)[0].split()

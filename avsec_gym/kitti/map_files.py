@@ -49,12 +49,12 @@ def write_disparity(
 
     Args:
         path: The file.
-        disparity: Shape (H, W), pixels, in [0, 255.99]; NaN where unknown.
-        compression: 0 (fast) to 9 (small).
-        overwrite: Replace a file that is there.
+        disparity: Disparity in pixels, in [0, 255.99], shape (H, W); NaN where unknown.
+        compression: Level of compression from 0 (fast) to 9 (small).
+        overwrite: Whether a file that is there is replaced.
 
     Raises:
-        ConfigurationError: Another shape, or a disparity that the format cannot say.
+        ConfigurationError: Another shape, or a disparity that the format cannot hold.
         DataError: The file exists and `overwrite` is false, or cannot be written.
     """
     disparity = np.asarray(disparity, np.float32)

@@ -80,7 +80,7 @@ def read_matrices(
 
 
 def matrix_lines(matrices: Mapping[str, Floats], digits: int) -> str:
-    """The text of such a file: that many digits where they say it exactly, all elsewhere."""
+    """The text of such a file: that many digits where they are exact, all elsewhere."""
     return "".join(
         f"{name}: {' '.join(_word(value, digits) for value in np.ravel(matrix).tolist())}\n"
         for name, matrix in matrices.items()

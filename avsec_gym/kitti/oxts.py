@@ -147,7 +147,7 @@ def write_oxts(folder: str | Path, oxts: Oxts, *, first: int = 0, overwrite: boo
         folder: ``oxts/data`` of a drive.
         oxts: One measurement a frame.
         first: The number of the first frame.
-        overwrite: Replace files that are there.
+        overwrite: Whether files that are there are replaced.
 
     Raises:
         DataError: A file exists and `overwrite` is false, or cannot be written.

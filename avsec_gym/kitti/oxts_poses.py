@@ -1,4 +1,4 @@
-"""Poses of a car from its inertial and satellite unit, and what the unit says along given poses.
+"""Poses of a car from its inertial and satellite unit, and its measurements along given poses.
 
 The *world frame* has x to the east, y to the north, z up; a pose is the transform from the unit
 (x forward, y left, z up) to the world, as in KITTI's raw devkit and in pykitti: latitude and
@@ -55,9 +55,9 @@ def oxts_from_poses(
     accelerations their differences; angular rates are of the unit's own frame.
 
     Args:
-        poses: Shape (N, 4, 4), N >= 1, from the unit to the world frame.
+        poses: Poses from the unit to the world frame, shape (N, 4, 4), N >= 1.
         origin: Latitude, longitude (degrees) and altitude (metres) of the first position.
-        period: Seconds from pose to pose.
+        period: Time from pose to pose, seconds.
 
     Raises:
         ConfigurationError: No poses, another shape, a rotation that is none, or an origin or

@@ -28,7 +28,7 @@ _AGAIN = "Fetch or write the file again."
 
 @dataclass(frozen=True)
 class PngHeader:
-    """What a PNG says of itself."""
+    """The header of a PNG file."""
 
     width: int
     height: int
@@ -71,10 +71,10 @@ def decode_png(
     """The pixels, as OpenCV gives them.
 
     Args:
-        content: Of the file, as `read_png` returns it.
-        path: Of the file, for messages.
-        flags: Of ``cv2.imdecode``.
-        shape: That the pixels must have.
+        content: Content of the file, as `read_png` returns it.
+        path: Path of the file, for messages.
+        flags: Flags of ``cv2.imdecode``.
+        shape: Shape that the pixels must have.
 
     Raises:
         DataError: They cannot be decoded, or have another shape.
@@ -96,8 +96,9 @@ def encode_png(pixels: NDArray[Any], compression: int) -> bytes:
     """A PNG in memory; equal pixels make equal bytes.
 
     Args:
-        pixels: Shape (H, W) or, blue first, (H, W, 3); 8 or 16 bits.
-        compression: 0 (fast) to 9 (small); beyond 1, files become 5 % smaller and slower.
+        pixels: Pixels of shape (H, W) or, blue first, (H, W, 3); 8 or 16 bits.
+        compression: Level of compression from 0 (fast) to 9 (small); beyond 1, files become 5 %
+            smaller and slower.
 
     Raises:
         ConfigurationError: No pixels, or no such compression.

@@ -77,7 +77,8 @@ class KittiRaw:
         """A drive.
 
         Args:
-            name: Such as ``2011_09_26_drive_0052_sync``; ``0052`` where only one day has it.
+            name: Name of the drive, such as ``2011_09_26_drive_0052_sync``; ``0052`` where only one
+                day has it.
 
         Raises:
             DataError: There is no such drive, or several.
@@ -96,7 +97,8 @@ class Drive:
     """One recording; any part may be absent until it is asked for.
 
     Args:
-        folder: Such as ``2011_09_26/2011_09_26_drive_0052_sync``; the calibration is beside it.
+        folder: The drive's folder, such as ``2011_09_26/2011_09_26_drive_0052_sync``; the
+            calibration is beside it.
 
     Raises:
         DataError: There is no such folder.
@@ -128,8 +130,8 @@ class Drive:
         """Frame numbers, sorted.
 
         Args:
-            having: Only frames of all these sensors, such as ``("image_02", "velodyne_points")``;
-                frames of any sensor if empty.
+            having: Folders of sensors, such as ``("image_02", "velodyne_points")``; frames without
+                a file in one of them are left out; frames of any sensor if empty.
 
         Raises:
             DataError: A sensor has none at all.
@@ -146,8 +148,8 @@ class Drive:
 
         Args:
             number: The frame's number.
-            previous: How many of the moments before it to look for; those that have an image or
-                a scan become its `previous`, the latest first.
+            previous: Number of earlier frames to look for; those that have an image or a scan
+                become its `previous`, the latest first.
 
         Raises:
             DataError: No sensor has the frame, or the calibration is missing or broken.
@@ -160,9 +162,9 @@ class Drive:
                 path=self.folder,
                 remedy=f"The drive has {span}.",
             )
-        moments = [self._moment(number - step) for step in range(1, previous + 1)]
-        earlier = tuple(moment for moment in moments if moment.images or moment.has_points)
-        now = self._moment(number)
+        before = [self._frame_alone(number - step) for step in range(1, previous + 1)]
+        earlier = tuple(frame for frame in before if frame.images or frame.has_points)
+        now = self._frame_alone(number)
         return SensorFrame(now.id, now.calibration, now.images, now.scan, earlier, self.folder)
 
     @cached_property
@@ -190,7 +192,7 @@ class Drive:
         """When a sensor's frames were recorded; element i is frame i.
 
         Raises:
-            DataError: The drive does not say, or the file is broken.
+            DataError: The drive has no such file, or it is broken.
         """
         path = self.folder / sensor / "timestamps.txt"
         if not is_file(path):
@@ -221,7 +223,7 @@ class Drive:
         """The file of a frame, whether or not it is there."""
         return raw_file(self.folder, sensor, number)
 
-    def _moment(self, number: int) -> SensorFrame:
+    def _frame_alone(self, number: int) -> SensorFrame:
         images = {
             int(match[1]): ImageFile(self.path(name, number))
             for name, there in self.sensors.items()

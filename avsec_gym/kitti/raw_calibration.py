@@ -35,7 +35,8 @@ def read_raw_calibration(folder: str | Path) -> Calibration:
     """The calibration of a day.
 
     Args:
-        folder: Such as ``2011_09_26``; without ``calib_imu_to_velo.txt``, `tr_imu_to_velo` is None.
+        folder: Folder of a day, such as ``2011_09_26``; without ``calib_imu_to_velo.txt``,
+            `tr_imu_to_velo` is None.
 
     Raises:
         DataError: One of the two other files is missing, a key is missing or stands twice, a
@@ -91,11 +92,11 @@ def write_raw_calibration(
     ideal: without distortion, parallel to camera 0, with the rectified images' size.
 
     Args:
-        folder: Such as ``2011_09_26``.
-        calibration: Of any number of cameras; a camera that it lacks, and any up to the fourth,
-            is written as zeros.
+        folder: Folder of a day, such as ``2011_09_26``.
+        calibration: Calibration of any number of cameras; a camera that it lacks, and any up to the
+            fourth, is written as zeros.
         image_size: Width and height, pixels.
-        overwrite: Replace files that are there.
+        overwrite: Whether files that are there are replaced.
 
     Raises:
         DataError: A file exists and `overwrite` is false, or cannot be written.

@@ -155,7 +155,7 @@ class Survey:
                 self.add(DataError(problem, path=path, remedy="Fetch both again."))
 
     def name(self, path: Path) -> str:
-        """A file or folder in the words of whoever named the root."""
+        """A file or folder, relative to the root as the user named it."""
         if path == self.root or not path.is_relative_to(self.root):
             return path.name
         return str(path.relative_to(self.root))

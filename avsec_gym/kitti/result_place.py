@@ -1,4 +1,4 @@
-"""Where a detector's result files are below the folder that somebody names.
+"""Where a detector's result files are below the folder that a user names.
 
 OpenPCDet writes them into ``eval/epoch_80/val/default/final_result/data`` of its output.
 """
@@ -24,7 +24,7 @@ def result_folder(given: Path) -> Path:
     """The folder that holds result files such as ``000107.txt``.
 
     Args:
-        given: That folder, or one above it.  Its own files win, then those of its ``data/``.
+        given: The result folder, or one above it.  Its own files win, then those of its ``data/``.
 
     Raises:
         DataError: There is no such folder, no result file in it or below, or several folders
@@ -46,7 +46,7 @@ def result_folder(given: Path) -> Path:
         if _has_results(folder):
             found.append(folder)
     if len(found) > 1:
-        names = ", ".join(str(one.relative_to(given)) for one in sorted(found)[:_NAMED])
+        names = ", ".join(str(place.relative_to(given)) for place in sorted(found)[:_NAMED])
         more = f" and {len(found) - _NAMED} more" if len(found) > _NAMED else ""
         raise DataError(
             f"{len(found)} folders below hold result files: {names}{more}.",

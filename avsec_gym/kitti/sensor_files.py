@@ -88,10 +88,10 @@ def write_image(
 
     Args:
         path: The file.
-        image: Shape (H, W, 3), red, green, blue.
+        image: Image in red, green, blue, shape (H, W, 3).
         grey: Store one channel, as KITTI does for cameras 0 and 1: the mean of the three.
-        compression: 0 (fast) to 9 (small).
-        overwrite: Replace a file that is there.
+        compression: Level of compression from 0 (fast) to 9 (small).
+        overwrite: Whether a file that is there is replaced.
 
     Raises:
         ConfigurationError: The image is not 8-bit RGB, has no pixels, or no such compression.

@@ -38,8 +38,8 @@ def read_tracking_labels(
     """Ground truth of a sequence by frame number, sorted.
 
     Args:
-        path: Such as ``training/label_02/0000.txt``.
-        keep_dont_care: As for `read_labels`.
+        path: Label file, such as ``training/label_02/0000.txt``.
+        keep_dont_care: Whether DontCare lines are kept, as for `read_labels`.
 
     Returns:
         The frames that the file names; one with nothing but ``DontCare`` regions has no boxes.

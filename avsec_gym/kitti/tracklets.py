@@ -45,15 +45,15 @@ class Tracklet:
     """One object over T frames without a gap.
 
     Args:
-        category: Such as ``Car``.
+        category: KITTI's category, such as ``Car``.
         dimensions: Height, width, length, shape (3,), metres.
         first_frame: The number of its first frame.
         translation: Bottom centres in the velodyne frame, shape (T, 3), metres.
         rotation: rx, ry, rz in the velodyne frame, shape (T, 3); KITTI's rx and ry are zero.
         state: `INTERPOLATED` or `LABELLED`, shape (T,).
-        occlusion: 0 visible, 1 partly, 2 fully, -1 unset, shape (T,).
+        occlusion: Levels of occlusion: 0 visible, 1 partly, 2 fully, -1 unset, shape (T,).
         truncation: `IN_IMAGE` and so on, for camera 2, shape (T,).
-        notes: What KITTI's labelling tool kept for itself, shape (T, 6): occlusion_kf,
+        notes: Fields that KITTI's labelling tool kept for itself, shape (T, 6): occlusion_kf,
             amt_occlusion, amt_occlusion_kf, amt_border_l, amt_border_r, amt_border_kf.
         finished: Whether its labelling was finished.
 
@@ -158,7 +158,7 @@ def write_tracklets(
     ids = {"tracklets": (0, 0), "item": (1, 1), "poses": (2, 0), "pose": (3, 2)}
 
     def attributes(kind: str) -> str:
-        """Boost says them where a class stands first."""
+        """Boost writes them where a class stands first."""
         if kind not in ids:
             return ""
         number, version = ids.pop(kind)
@@ -245,6 +245,6 @@ def _pose_rows(tracklet: Tracklet) -> list[dict[str, float]]:
 
 
 def _word(value: float) -> str:
-    """The 17 digits of Boost, but what a shorter number says exactly stays short."""
+    """The 17 digits of Boost, but a number that fewer digits hold exactly stays short."""
     short = f"{value:.8g}"
     return short if float(short) == value else f"{value:.17g}"

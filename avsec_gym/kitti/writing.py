@@ -30,15 +30,15 @@ def write_object_frame(
 ) -> None:
     """Write a frame of the object benchmark.
 
-    Images, ``prev_N`` of up to three moments before it, the scan, then calibration, and the label
+    Images, ``prev_N`` of up to three earlier frames, the scan, then calibration, and the label
     last: a frame that has one is complete, however the writing was interrupted.
 
     Args:
-        folder: Such as ``training``.
+        folder: The object layout's folder, such as ``training``.
         frame: Its id has six digits; images and scan are written where it has them.
         labels: The ground truth; no label file if None.
-        compression: Of the images, 0 (fast) to 9 (small).
-        overwrite: Replace files that are there.
+        compression: Level of compression of the images, 0 (fast) to 9 (small).
+        overwrite: Whether files that are there are replaced.
 
     Raises:
         ConfigurationError: The id is not six digits, or an image or scan cannot be written.
@@ -80,8 +80,8 @@ def write_raw_frame(
         folder: The drive, such as ``2026_01_01/2026_01_01_drive_0001_sync``.
         number: The frame's number, from 0.
         frame: Images and scan are written where it has them.
-        compression: Of the images, 0 (fast) to 9 (small).
-        overwrite: Replace files that are there.
+        compression: Level of compression of the images, 0 (fast) to 9 (small).
+        overwrite: Whether files that are there are replaced.
 
     Raises:
         ConfigurationError: An image or scan cannot be written, or the number is negative.
@@ -113,9 +113,9 @@ def write_drive_records(
     Args:
         folder: The drive.
         oxts: One measurement for each frame from 0 on.
-        timestamps: By sensor, such as ``oxts``, ``image_02``, ``velodyne_points``.
+        timestamps: Timestamps by sensor, such as ``oxts``, ``image_02``, ``velodyne_points``.
         tracklets: The labelled objects.
-        overwrite: Replace files that are there.
+        overwrite: Whether files that are there are replaced.
 
     Raises:
         ConfigurationError: Timestamps are none.

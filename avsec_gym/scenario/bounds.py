@@ -23,7 +23,7 @@ class Bounds:
 
         Args:
             value: The number.
-            what: Where it stands, for the message.
+            what: Place of the number, for the message.
 
         Raises:
             PlanningError: It is not finite, or outside.

@@ -48,12 +48,12 @@ def build_planning_scenario(
     """The problem that the motion planner gets: start, goal, lanes and obstacles.
 
     Args:
-        boxes: What is believed to be there; classes that are no obstacles are left out.
+        boxes: Believed objects; classes that are no obstacles are left out.
         road_type: Selects speeds and motion primitives.
-        intention: Which lane the goal lies in.
+        intention: Driving intention: the lane in which the goal lies.
         speeds: Speed of each box along its heading, m/s, shape (N,); None: all stand.
         start_speed: The ego vehicle's; None takes the road type's.
-        id: Names the scenario.
+        id: Id of the scenario.
     """
     constraints = driving_constraints(road_type)
     return PlanningScenario(
@@ -95,8 +95,8 @@ def obstacles_of(boxes: Boxes3D, speeds: Floats | None = None) -> Obstacles:
     """The boxes that count as obstacles, driving at constant velocity.
 
     Args:
-        boxes: N boxes.
-        speeds: m/s, shape (N,); None: all stand.
+        boxes: Boxes of N objects.
+        speeds: Speeds, m/s, shape (N,); None: all stand.
 
     Raises:
         ConfigurationError: An obstacle is known in the image only.
@@ -122,8 +122,8 @@ def draw_speeds(moving: NDArray[np.bool_], road_type: RoadType, seed: int, key: 
     """Speeds of the moving objects, drawn once per object from the scenario's seed.
 
     Args:
-        moving: Which objects move, shape (N,).
-        road_type: Gives the range to draw from, uniformly.
+        moving: Whether each object moves, shape (N,).
+        road_type: Road type, which gives the range to draw from, uniformly.
         seed: The experiment's seed.
         key: The scenario's own number, so that scenarios draw independently.
 

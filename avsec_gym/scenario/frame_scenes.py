@@ -2,7 +2,7 @@
 
 The procedural world writes which objects move (``moving/``) and the road type (``road_type.csv``)
 beside its labels; frames without these, such as real ones, are taken to stand still on a street,
-unless the labelled scenarios of the thesis' authors say more.
+unless the labelled scenarios of the thesis' authors hold more.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class FrameScenes:
 
     Args:
         scenes: Which.
-        data: Where the frame of each scene is, by its id.
+        data: Data set that holds the frame of each scene, by the scene's id.
     """
 
     scenes: SceneSet
@@ -88,10 +88,10 @@ def frame_scenes(
         source: ``mixed``, ``street`` or ``highway``: the default suite of that name, made in the
             cache on first use; or one folder or several in KITTI's object layout.
         scenarios: The authors' labelled scenarios; those with a frame in a source are the scenes,
-            as their own labels and flags say.
-        split: Such as ``val``; all frames with labels and both images if None.
-        count: How many at most.
-        seed: Moving objects draw their speeds from it.
+            as their own labels and flags state.
+        split: Name of a split, such as ``val``; all frames with labels and both images if None.
+        count: Largest number of scenes.
+        seed: Seed of the speeds of moving objects.
 
     Raises:
         ConfigurationError: A source is a mistyped name.
@@ -100,8 +100,8 @@ def frame_scenes(
     """
     sources = [source] if isinstance(source, str | Path) else source
     data: dict[str, KittiObject] = {}
-    for one in map(_data, sources):
-        data |= dict.fromkeys(one.ids(split, having=("label_2", "image_2", "image_3")), one)
+    for kitti in map(_data, sources):
+        data |= dict.fromkeys(kitti.ids(split, having=("label_2", "image_2", "image_3")), kitti)
     if not data:
         raise DataError(
             "No frame here has labels and both images.",
@@ -113,7 +113,7 @@ def frame_scenes(
 
 
 def frame_scenes_of(what: Any) -> FrameScenes:
-    """Scenes that are named: what environments take, and keep.
+    """Scenes that are named: the form in which environments ask for them, and keep them.
 
     Args:
         what: A source, a dictionary of arguments of `frame_scenes`, or live scenes.
@@ -136,7 +136,7 @@ def check_frame_scenes(what: Any) -> None:
     """Refuse what `frame_scenes_of` cannot know, without making a suite or reading a scene.
 
     Args:
-        what: As of `frame_scenes_of`.
+        what: A source, a dictionary of arguments or live scenes, as of `frame_scenes_of`.
 
     Raises:
         ConfigurationError: These are no arguments, or a source or split is a mistyped name.
@@ -185,7 +185,7 @@ def _given(scenarios: str | Path, data: Mapping[str, KittiObject], seed: int) ->
 def _labelled(
     sources: Sequence[str | Path], data: Mapping[str, KittiObject], count: int | None, seed: int
 ) -> SceneSet:
-    lists = {one.folder: one.folder / "road_type.csv" for one in data.values()}
+    lists = {kitti.folder: kitti.folder / "road_type.csv" for kitti in data.values()}
     road_types = {
         folder: read_label_list(path) if path.is_file() else {} for folder, path in lists.items()
     }

@@ -49,10 +49,10 @@ class GivenScene:
         """What the planner is asked when perception believes in certain boxes.
 
         Args:
-            intention: Not used: the goal is given.
+            intention: Driving intention; not used: the goal is given.
             believed: Detected boxes, seen from the start pose; they stand.  None: the truth.
-            motion: What the planner knows of the true obstacles' motion.
-            road_type: Not used: the start is given.
+            motion: Knowledge of the true obstacles' motion that the planner has.
+            road_type: Road type; not used: the start is given.
         """
         if believed is not None:
             return self.scenario.with_obstacles(self._placed(obstacles_of(believed)))

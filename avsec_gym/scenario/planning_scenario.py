@@ -1,4 +1,4 @@
-"""`PlanningScenario`: everything a motion planner is told (thesis, section 5.3.1).
+"""`PlanningScenario`: the input of a motion planner (thesis, section 5.3.1).
 
 A scenario is written in one plane frame (metres, radians, x forward and y left of the ego vehicle
 where it was built from a KITTI frame) and in time steps of ``dt`` seconds.  Numbers that no problem
@@ -198,14 +198,15 @@ class Obstacles:
     """N obstacles as arrays; a static one has one pose.
 
     Args:
-        ids: Shape (N,), unique.
+        ids: Unique ids, shape (N,).
         categories: CommonRoad obstacle types such as ``car`` and ``parkedVehicle``, shape (N,).
-        shapes: In the obstacle's own frame, N of them.
-        poses: Shape (N, T, 3); row i is valid up to ``steps[i]`` and repeats its last pose after.
-        speeds: Shape (N, T), m/s along the heading.
+        shapes: N shapes, each in the obstacle's own frame.
+        poses: Poses x, y, heading, shape (N, T, 3); row i is valid up to ``steps[i]`` and repeats
+            its last pose after.
+        speeds: Speeds along the heading, m/s, shape (N, T).
         steps: Number of known states, shape (N,); 1 with ``static`` set where it never moves.
         first_step: Time step of the first state, shape (N,).
-        static: Shape (N,).
+        static: Whether each stands for good, shape (N,).
     """
 
     ids: NDArray[np.int64]
@@ -241,12 +242,12 @@ class Obstacles:
         """Rectangles that stand, or drive at constant velocity along their heading.
 
         Args:
-            poses: At step 0, shape (N, 3).
-            length: Shape (N,).
-            width: Shape (N,).
-            speed: Shape (N,); 0 stands.  None: all stand.
-            dt: Seconds in a time step.
-            last_step: Moving ones are predicted up to this step.
+            poses: Poses at step 0, shape (N, 3).
+            length: Lengths, metres, shape (N,).
+            width: Widths, metres, shape (N,).
+            speed: Speeds, m/s, shape (N,); 0 stands.  None: all stand.
+            dt: Length of a time step, seconds.
+            last_step: Time step up to which moving ones are predicted.
             first_id: Ids count upwards from here.
         """
         count = len(poses)
@@ -326,9 +327,9 @@ def straight_lanes(
 
     Args:
         count: Number of lanes; odd, so that one is centred on the ego vehicle.
-        width: Metres.
-        start: x where the lanes begin.
-        end: x where they end.
+        width: Width of a lane, metres.
+        start: Coordinate x at which the lanes begin, metres.
+        end: Coordinate x at which they end, metres.
     """
     offsets: Sequence[float] = [(i - count / 2) * width for i in range(count + 1)]
     return tuple(

@@ -1,4 +1,4 @@
-"""A scene: what is really around the ego vehicle, before anybody perceives or plans anything."""
+"""A scene: what is really around the ego vehicle, before anything is perceived or planned."""
 
 from __future__ import annotations
 
@@ -53,13 +53,13 @@ class Motion(StrEnum):
         """The one of that name, for a car that has no classifier.
 
         Raises:
-            ConfigurationError: There is none, or only a classifier could tell it.
+            ConfigurationError: There is none, or only a classifier could know it.
         """
         motion = cls.named(name)
         if motion == cls.CLASSIFIER:
             raise ConfigurationError(
-                f'motion="{motion}" is what a classifier says of each box, and there is none here: '
-                f'take "{cls.STATIC}" or "{cls.TRUTH}"; '
+                f'motion="{motion}" is what a classifier decides for each box; none is here: '
+                f'use "{cls.STATIC}" or "{cls.TRUTH}"; '
                 'avsec_gym.pipeline.Pipeline(..., classifier="small") has one'
             )
         return motion
@@ -70,7 +70,7 @@ class Scene:
     """A labelled frame of one traffic situation.
 
     Args:
-        id: Names it, such as ``000107``.
+        id: Id of the scene, such as ``000107``.
         boxes: Ground truth with ``moving`` flags.
         road_type: Street or highway.
         seed: The experiment's seed; speeds of moving objects are drawn from it.
@@ -111,7 +111,7 @@ class Scene:
         return float(generator.uniform(*constraints.start_speed_range))
 
     def truth(self) -> Obstacles:
-        """The real obstacles, moving ones moving: what a verdict is taken against."""
+        """The real obstacles, moving ones moving: the truth of the collision check."""
         return obstacles_of(self.boxes, self.speeds)
 
     def problem(
@@ -124,10 +124,10 @@ class Scene:
         """What the planner is asked when perception believes in certain boxes.
 
         Args:
-            intention: Where to go.
+            intention: Driving intention.
             believed: Detected boxes; None: the ground truth.
-            motion: What the planner knows of motion.
-            road_type: What the car believes to drive on; None: the truth.
+            motion: Knowledge of motion that the planner has.
+            road_type: Believed road type; None: the truth.
 
         Raises:
             ConfigurationError: Motion is to come from a classifier, and the boxes have no `moving`.
@@ -151,7 +151,7 @@ class Scene:
     def speeds_of(self, detected: Boxes3D) -> Floats:
         """How detected boxes move along their headings if they move like what they overlap most.
 
-        A box that overlaps nothing stands; so does one whose own flag says it (a ghost).
+        A box that overlaps nothing stands; so does one whose own flag states it (a ghost).
         Detectors know headings up to half a turn: a box that faces against its true object's way
         drives backwards.
 

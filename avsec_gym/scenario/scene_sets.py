@@ -42,7 +42,7 @@ _PARTS = (
 
 @dataclass(frozen=True, eq=False)
 class SceneSet:
-    """Scenes in order of their ids, and what was noticed while reading them."""
+    """Scenes in order of their ids, and remarks from reading them."""
 
     name: str
     scenes: tuple[Scene | GivenScene, ...]
@@ -88,7 +88,7 @@ def labelled_scenarios(root: str | Path, *, seed: int = 0) -> SceneSet:
     Args:
         root: Folder with ``static_label``, ``dynamic_label`` and ``dynamic_annotation``,
             ``road_dynamic_label`` and ``road_dynamic_annotation``, ``nocar``; parts may be absent.
-        seed: Moving objects draw their speeds from it.
+        seed: Seed of the speeds of moving objects.
 
     Raises:
         DataError: No part is there, or a file is broken.
@@ -128,15 +128,15 @@ def label_folder(
     road_type: RoadType = RoadType.STREET,
     seed: int = 0,
 ) -> SceneSet:
-    """Scenes of any folder of KITTI label files; everything stands unless flags say otherwise.
+    """Scenes of any folder of KITTI label files; everything stands unless flags state otherwise.
 
     Args:
         folder: Holds ``000123.txt`` files.
         flags: Folder with files of the same names: a line for each label line from the top, ``n``
             (no obstacle), ``0`` (stands), ``1`` or ``-1`` (moves).
-        ids: Which frames; None: all.
-        road_type: Of every frame.
-        seed: Moving objects draw their speeds from it.
+        ids: Ids of the frames; None: all.
+        road_type: Road type of every frame.
+        seed: Seed of the speeds of moving objects.
 
     Raises:
         DataError: A file is missing or broken, or the folder holds no label file.
@@ -231,8 +231,8 @@ def scene_set(
             in a folder ``flags`` inside or beside it); a folder of CommonRoad files; or a text
             file with one frame id a line, of the KITTI root.
         kitti: Root of the KITTI object data, for a list of ids.
-        seed: Of speeds and layouts.
-        count: How many scenes; None: all (200 layouts).
+        seed: Seed of speeds and layouts.
+        count: Number of scenes; None: all (200 layouts).
 
     Raises:
         ConfigurationError: The name is mistyped, or a list of ids lacks its KITTI root.
@@ -273,7 +273,7 @@ def kitti_scenes(data: object, ids: Sequence[str], *, seed: int = 0) -> SceneSet
 
     Args:
         data: A `KittiObject`.
-        ids: Which frames.
+        ids: Ids of the frames.
         seed: Kept with the scenes.
     """
     scenes: list[Scene] = []
@@ -290,13 +290,13 @@ def kitti_scenes(data: object, ids: Sequence[str], *, seed: int = 0) -> SceneSet
 def labelled_scene(
     labels: Path, flags: Path | None, road_type: RoadType, seed: int, group: str
 ) -> tuple[Scene, list[str]]:
-    """One scene of a label file, and what was noticed about it.
+    """One scene of a label file, and the remarks about it.
 
     Args:
         labels: The label file.
         flags: Its moving flags; None: everything stands.
-        road_type: Of the scene.
-        seed: Moving objects draw their speeds from it.
+        road_type: Road type of the scene.
+        seed: Seed of the speeds of moving objects.
         group: A subset that the scene belongs to.
 
     Raises:

@@ -143,8 +143,8 @@ def placed(shape: Shape, pose: Floats) -> shapely.Geometry:
     origin: a centre off the origin is shifted, never turned.
 
     Args:
-        shape: In the obstacle's own frame.
-        pose: x, y, heading.
+        shape: Shape in the obstacle's own frame.
+        pose: Pose as x, y, heading.
     """
     x, y, heading = pose
     turn = np.array([[np.cos(heading), np.sin(heading)], [-np.sin(heading), np.cos(heading)]])

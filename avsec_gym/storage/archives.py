@@ -30,10 +30,10 @@ class Archive:
     """A ZIP archive in memory.
 
     Args:
-        content: Of the file.
-        path: Of the file, for messages.
-        most: Bytes that all members that are read have together, unpacked.
-        remedy: What a user can do about a damaged one.
+        content: Content of the file.
+        path: Path of the file, for messages.
+        most: Largest number of bytes that all members that are read have together, unpacked.
+        remedy: Advice to the user about a damaged one.
 
     Raises:
         DataError: It is no ZIP archive, or damaged.

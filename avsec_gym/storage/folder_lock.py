@@ -24,8 +24,8 @@ def folder_lock(folder: Path, *, wait: bool = False, what: str = "a folder") -> 
 
     Args:
         folder: Is there.
-        wait: For another process that holds it; the log tells.
-        what: What this process needs it for, such as ``the default suite mixed``.
+        wait: Whether to wait for another process that holds it; the wait is logged.
+        what: Purpose for which this process needs it, such as ``the default suite mixed``.
 
     Raises:
         DataError: Another process holds it and `wait` is false.
@@ -63,7 +63,7 @@ def folder_lock(folder: Path, *, wait: bool = False, what: str = "a folder") -> 
 def _let_go() -> None:
     """A forked process has its parent's handles: if that is killed, it would keep the lock.
 
-    Nobody could have it then, not even it: it would wait for itself.
+    No process could have it then, not even this one: it would wait for itself.
     """
     for handle in _HELD:
         os.close(handle)

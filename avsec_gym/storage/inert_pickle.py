@@ -83,9 +83,10 @@ def load_pickle(
     """The value of the pickle that begins where a stream stands; the stream is left behind it.
 
     Args:
-        stream: In memory.
+        stream: The pickle, in memory.
         calls: Functions that may be called; they raise ValueError over arguments that are none.
-        persistent: Gives what a pickle refers to outside of itself, by the reference.
+        persistent: Function that returns what a pickle refers to outside of itself, by the
+            reference.
 
     Raises:
         UnsoundPickle: It is no pickle, is cut off, or breaks the rules of its machine.
@@ -212,7 +213,7 @@ def _gather(machine: _Machine, name: str) -> None:
 
 
 def _fill(machine: _Machine, name: str) -> None:
-    """Put values from the stack into the container below them; unknown ones take anything."""
+    """Put values from the stack into the container below them; unknown ones accept anything."""
     if name == "APPEND":
         values = [machine.pop()]
     elif name == "SETITEM":

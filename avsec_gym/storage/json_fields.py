@@ -20,7 +20,7 @@ def read_fields(kind: type[Fields], path: str | Path, *, remedy: str) -> Fields:
     Args:
         kind: A dataclass of plain values, lists and dictionaries.
         path: The file.
-        remedy: What a user can do about a damaged one.
+        remedy: Advice to the user about a damaged one.
 
     Raises:
         DataError: The file cannot be read, a field is missing, or a value has another type.

@@ -28,7 +28,7 @@ def parse_json(text: str, *, finite: bool = True) -> Any:
 
     Raises:
         ValueError: It is no JSON, nested deeper than `DEEPEST`, or holds a number that is not
-            finite or an integer of more than 64 bits; the message says which.
+            finite or an integer of more than 64 bits; the message names it.
 
     Example:
         >>> parse_json('{"width": 1242}')
@@ -43,7 +43,7 @@ def parse_json(text: str, *, finite: bool = True) -> Any:
         )
     except RecursionError:
         raise ValueError(f"lists and dictionaries are nested more than {DEEPEST} deep") from None
-    # Level by level: whoever walks through it later may do so recursively.
+    # Level by level: later code may walk through it recursively.
     level, depth = [value], 0
     while level := [item for item in level if isinstance(item, (dict, list))]:
         depth += 1
@@ -62,9 +62,9 @@ def read_json(
 
     Args:
         path: The file.
-        remedy: What a user can do about a damaged one.
-        most: Bytes that such a file has at most.
-        finite: As of `parse_json`.
+        remedy: Advice to the user about a damaged one.
+        most: Largest number of bytes of such a file.
+        finite: Whether all numbers must be finite, as of `parse_json`.
 
     Raises:
         DataError: The file cannot be read, or is no JSON; see `parse_json`.

@@ -27,8 +27,9 @@ def read_npz(path: str | Path, *, most: int, remedy: str) -> dict[str, NDArray[A
 
     Args:
         path: The file.
-        most: Bytes that all arrays have together; more are not unpacked, whatever the file claims.
-        remedy: What a user can do about a damaged file.
+        most: Largest number of bytes of all arrays together; more are not unpacked, whatever the
+            file claims.
+        remedy: Advice to the user about a damaged file.
 
     Raises:
         DataError: The file cannot be read, is damaged, larger than that, or holds something else
@@ -49,7 +50,7 @@ def map_npy(path: str | Path, *, remedy: str) -> NDArray[Any]:
 
     Args:
         path: The file.
-        remedy: What a user can do about a damaged file.
+        remedy: Advice to the user about a damaged file.
 
     Raises:
         DataError: The file cannot be read, is cut off, or holds something else than an array.

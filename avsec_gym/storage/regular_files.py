@@ -1,8 +1,8 @@
 """The one door for reading files: regular ones only, and never more of them than is asked for.
 
-A path that a user gives may lead to anything: a named pipe blocks whoever opens it, a link to
-``/dev/zero`` fills the memory, a folder or a name of a thousand characters ends in an error of the
-system.  All readers of the package go through this module (a test looks for those that do not).
+A path that a user gives may lead to anything: a named pipe blocks the process that opens it, a link
+to ``/dev/zero`` fills the memory, a folder or a name of a thousand characters ends in an error of
+the system.  All readers of the package go through this module (a test looks for those that do not).
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ def open_regular(path: str | Path, *, most: int) -> Iterator[BufferedReader]:
 
     Args:
         path: The file, or a link to it.
-        most: Bytes that such a file has at most.
+        most: Largest number of bytes of such a file.
 
     Raises:
         DataError: There is no such file, it is a folder, a pipe or a device, it is larger than
             that, or the system does not let us open it or read on.
     """
     try:
-        # Looked at before it is opened: opening alone wakes whoever writes to a pipe.
+        # Looked at before it is opened: opening alone wakes a process that writes to a pipe.
         _check(path, os.stat(path), most)
         with os.fdopen(os.open(path, _FLAGS), "rb") as file:
             _check(path, os.fstat(file.fileno()), most)
@@ -61,7 +61,7 @@ def read_bytes(path: str | Path, *, most: int) -> bytes:
 
     Args:
         path: The file.
-        most: Bytes that such a file has at most.
+        most: Largest number of bytes of such a file.
 
     Raises:
         DataError: As of `open_regular`.
@@ -69,7 +69,7 @@ def read_bytes(path: str | Path, *, most: int) -> bytes:
     with open_regular(path, most=most) as file:
         size = os.fstat(file.fileno()).st_size
         content = file.read(size + 1) or b""
-        if len(content) > size:  # It grows, or is one of /proc, whose sizes are not told.
+        if len(content) > size:  # It grows, or is one of /proc, which report no sizes.
             content += file.read(most + 1 - len(content)) or b""
     if len(content) > most:
         raise _too_large(path, len(content), most)
@@ -81,7 +81,7 @@ def read_text(path: str | Path, *, most: int = MAX_TEXT_BYTES) -> str:
 
     Args:
         path: The file.
-        most: Bytes that such a file has at most.
+        most: Largest number of bytes of such a file.
 
     Raises:
         DataError: As of `open_regular`, or it is not UTF-8.
@@ -103,7 +103,7 @@ def check_regular(path: str | Path, *, most: int) -> int:
 
     Args:
         path: The file.
-        most: Bytes that such a file has at most.
+        most: Largest number of bytes of such a file.
 
     Returns:
         Its size in bytes.

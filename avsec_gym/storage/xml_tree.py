@@ -75,7 +75,7 @@ class Element:
         return value
 
     def refuse(self, problem: str) -> NoReturn:
-        """Say what is wrong here.
+        """Raise an error that names this element.
 
         Raises:
             DataError: Always.

@@ -32,7 +32,7 @@ def read_commonroad(path: str | Path, problem_id: int | None = None) -> Planning
 
     Args:
         path: A CommonRoad XML file (format 2018b or 2020a).
-        problem_id: Which planning problem; None takes the file's first.
+        problem_id: Number of the planning problem; None: the file's first one.
 
     Raises:
         DataError: The file is not CommonRoad XML, or uses something that cannot be planned with.

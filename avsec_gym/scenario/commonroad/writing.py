@@ -31,9 +31,9 @@ def write_commonroad(
     """Write a scenario as CommonRoad 2020a XML.
 
     Args:
-        scenario: What to write.
-        path: Where to; its folder must exist.
-        overwrite: Replace a file that is there.
+        scenario: Scenario to write.
+        path: Path of the file; its folder must exist.
+        overwrite: Whether a file that is there is replaced.
 
     Raises:
         DataError: The file exists.
