@@ -33,7 +33,7 @@ from avsec_gym.storage.folder_lock import folder_lock
 _HOME = Path(os.path.expanduser("~"))
 try:
     # At its first import ART writes its settings into the home folder, not all at once: another
-    # process that imports it at that moment would read half of them, and fail.
+    # process that imports it meanwhile would read half of them, and fail.
     with folder_lock(_HOME, wait=True, what="ART") if _HOME.is_dir() else nullcontext():
         from art.attacks import evasion
         from art.estimators import BaseEstimator, LossGradientsMixin, NeuralNetworkMixin
@@ -54,8 +54,8 @@ class StereoDetectorEstimator(LossGradientsMixin, NeuralNetworkMixin, BaseEstima
     Args:
         detector: O, one that has `losses`.
         frame: Whichever shows the rig: its calibration and size are those of all pairs.
-        disparity: Of the left image, pixels, 0 where unknown, shape (H, W), where all pairs show
-            one moment; DSGN's training loss has a term for it.
+        disparity: Disparity of the left image, pixels, 0 where unknown, shape (H, W), where all
+            pairs show one frame; DSGN's training loss has a term for it.
 
     Raises:
         ConfigurationError: The detector has no loss to climb.
@@ -149,7 +149,7 @@ def unpacked(pair: NDArray[np.float32], frame: SensorFrame) -> SensorFrame:
 
 
 def targets(truths: Sequence[Boxes3D]) -> NDArray[np.object_]:
-    """Boxes of N pairs as ART takes them, shape (N,); NumPy would take boxes for sequences."""
+    """Boxes of N pairs in ART's form, shape (N,); NumPy would treat boxes as sequences."""
     result = np.empty(len(truths), object)
     for i, boxes in enumerate(truths):
         result[i] = boxes
@@ -164,7 +164,7 @@ class ToolboxAttack:
         method: A class of `art.attacks.evasion`, such as ``BasicIterativeMethod``.
         epsilon: Its `eps`, grey levels; in any norm no channel of a pixel changes by more.
         arguments: Its others.
-        name: What it is called in results.
+        name: Name of the attack in results.
     """
 
     method: str

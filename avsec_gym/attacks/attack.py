@@ -18,7 +18,7 @@ if TYPE_CHECKING:  # Attacks that only copy pixels need no torch.
     from torch import Tensor
 
 Seed = int | Sequence[int]
-"""As `numpy.random.default_rng` takes it."""
+"""A seed of `numpy.random.default_rng`."""
 
 LEFT, RIGHT = 2, 3
 """The cameras that stereo detectors look through."""
@@ -26,14 +26,14 @@ LEFT, RIGHT = 2, 3
 
 @dataclass(frozen=True, eq=False)
 class Victim:
-    """What an attacker knows of those it attacks; each attack uses as much as it needs.
+    """The attacker's knowledge of the attacked car; each attack uses as much as it needs.
 
     Args:
         detector: O; an attack by gradient needs a `DifferentiableDetector`.
-        truth: What is really there, b^true.
-        intention: Where the car is going to drive; a specific attack aims at it.
-        disparity: Of the left image in pixels of the camera, 0 where unknown, shape (H, W); DSGN's
-            training loss has a term for it.
+        truth: Real objects, b^true.
+        intention: Driving intention of the car; a specific attack aims at it.
+        disparity: Disparity of the left image in pixels of the camera, 0 where unknown, shape (H,
+            W); DSGN's training loss has a term for it.
     """
 
     detector: Detector
@@ -47,8 +47,8 @@ class Budget:
     """What an attack may change at most.
 
     Args:
-        change: Of any channel of any pixel, grey levels.
-        area: Pixels of one image that may change at all; None: every one.
+        change: Largest change of any channel of any pixel, grey levels.
+        area: Number of pixels of one image that may change at all; None: every one.
     """
 
     change: float
@@ -89,7 +89,7 @@ class Attack(Protocol):
 
 
 def with_pair(frame: SensorFrame, left: Tensor, right: Tensor) -> SensorFrame:
-    """The same moment with other images, shape (3, H, W) each, grey levels, kept as float32."""
+    """The same frame with other images, shape (3, H, W) each, grey levels, kept as float32."""
     for camera, image in ((LEFT, left), (RIGHT, right)):
         pixels = image.detach().clamp(0, 255).permute(1, 2, 0).float().cpu().contiguous().numpy()
         frame = frame.with_image(camera, cast(Image, pixels))

@@ -19,9 +19,9 @@ class AttackedDetector:
     """Any detector, on frames that any attack has tampered with.
 
     Args:
-        detector: By name, as a dictionary, or an object.
+        detector: The detector, by name, as a dictionary, or an object.
         attack: Likewise, an optical one or one on what detectors see.
-        seed: Of the attack, beside the frame's number.
+        seed: Seed of the attack, beside the frame's number.
 
     Raises:
         ConfigurationError: There is none of that name, or what a plug-in makes is none.

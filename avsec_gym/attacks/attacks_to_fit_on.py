@@ -41,7 +41,7 @@ def attack_to_fit_on(
 
     Args:
         sensor: A camera's number or `LIDAR`.
-        random: Draws which one.
+        random: Generator that draws the attack.
         reference: The camera in whose view bogus returns are.
     """
     if sensor == LIDAR:
@@ -63,18 +63,18 @@ def attacked_in_turn(
     attack_of: Callable[[Sensor, np.random.Generator], OpticalAttack],
     seed: Seed,
 ) -> dict[Sensor, TamperedFrame]:
-    """The moment with one sensor attacked at a time, each by draws of its own.
+    """The frame with one sensor attacked at a time, each by draws of its own.
 
     Args:
-        frame: As it is.
+        frame: The clean frame.
         system: Its sensors.
-        attack_of: The attack on a sensor, and what it draws from.
-        seed: Of the moment.
+        attack_of: Function from a sensor and a generator to the attack on the sensor.
+        seed: Seed of the frame.
     """
     result = {}
     for position, sensor in enumerate(system.sensors):
         own = [*([seed] if isinstance(seed, int) else seed), position + 1]
-        # Two streams: were they one, the same draw would choose an attack and say where it is.
+        # Two streams: were they one, the same draw would choose an attack and its place.
         which, where = [*own, 1], [*own, 2]
         result[sensor] = attack_of(sensor, np.random.default_rng(which)).attack(frame, where)
     return result

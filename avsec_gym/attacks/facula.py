@@ -33,16 +33,16 @@ class Facula:
     light farther out brightens the scene, but does not hide it.
 
     Args:
-        camera: Which one.
-        radius: Pixels of an image 1242 wide, in proportion in others; two numbers: drawn between
-            them.
+        camera: Number of the attacked camera.
+        radius: Radius in pixels of an image 1242 wide, in proportion in others; two numbers: drawn
+            between them.
         centre: Column and row in the image's own pixels, also beyond its border; None: drawn from
             all of the image.
-        strength: Of the light at its peak, grey levels; what goes beyond 255 is cut off.
+        strength: Brightness of the light at its peak, grey levels; what goes beyond 255 is cut off.
         colour: Share of the strength in red, green and blue.
         saturation: Share of the radius in which the sensor overflows: there all is white, whatever
             the colour, and the Gaussian falls from there on.
-        name: What it is called in results.
+        name: Name of the attack in results.
 
     Raises:
         ConfigurationError: A number that cannot be.
@@ -128,8 +128,8 @@ def facula_profile(
 
     Args:
         shape: Height and width of the image.
-        centre: Column and row, pixels.
-        radius: Pixels of this image.
+        centre: Column and row of the centre, pixels.
+        radius: Radius in pixels of this image.
         saturation: The core's share of the radius.
 
     Returns:

@@ -30,19 +30,19 @@ class LidarSpoofing:
     from pulse to pulse, ranges good to 1 cm.  The road is flat, 1.65 m below the cameras.
 
     Args:
-        width: Metres.
-        height: Metres, from the road up.
-        distance: From the LiDAR to the patch along the ground, metres; two numbers: drawn between
-            them.
-        bearing: Of its middle as the LiDAR sees it, radians to the left of ahead; None: drawn from
-            those at which the reference camera sees the patch in its whole width.  Its foot may
-            be below the image, where the road before the car is too.
-        reference: That camera.
+        width: Width of the patch, metres.
+        height: Height of the patch from the road up, metres.
+        distance: Distance from the LiDAR to the patch along the ground, metres; two numbers: drawn
+            between them.
+        bearing: Bearing of its middle from the LiDAR, radians to the left of ahead; None: drawn
+            from those at which the reference camera sees the patch in its whole width.  Its foot
+            may be below the image, where the road before the car is too.
+        reference: Number of the reference camera.
         rays_lost: Whether a beam that meets the patch returns nothing from behind it; in the thesis
             points are added.  What stands nearer keeps its own echo beside the bogus one, which
             the attacker's light brings from elsewhere: a LiDAR that reports both is assumed.
-        reflectance: Of the bogus points; 0.3 is common near KITTI's car.
-        name: What it is called in results.
+        reflectance: Reflectance of the bogus points; 0.3 is common near KITTI's car.
+        name: Name of the attack in results.
 
     Raises:
         ConfigurationError: A number that cannot be.
@@ -118,10 +118,10 @@ class LidarSpoofing:
         """How many times its own length each ray of the LiDAR goes to meet the patch.
 
         Args:
-            rays: In the velodyne frame, shape (N, 3).
-            rig: Where the LiDAR is.
-            distance: Of the patch.
-            bearing: Of its middle.
+            rays: Unit vectors in the velodyne frame, shape (N, 3).
+            rig: The sensors of the vehicle, the LiDAR's pose among them.
+            distance: Distance of the patch, metres.
+            bearing: Bearing of its middle, radians.
 
         Returns:
             Shape (N,); infinite where a ray misses it.

@@ -24,9 +24,9 @@ def total_loss(
 
     Args:
         detector: O.
-        batch: B pairs.
+        batch: Images of B pairs.
         truths: b^true of each pair.
-        disparity: Of the left images, pixels, 0 where unknown, shape (B, H, W).
+        disparity: Disparities of the left images, pixels, 0 where unknown, shape (B, H, W).
 
     Raises:
         ConfigurationError: The detector has no loss.

@@ -17,10 +17,10 @@ class RandomNoise:
     """Every channel of every pixel of both views, moved at random.
 
     Args:
-        strength: Grey levels.
+        strength: Largest change, grey levels.
         uniform: Whether a change lies anywhere in [-strength, strength]; by default it is one of
             the two ends, as large as that of an attack along the gradient's sign.
-        name: What it is called in results.
+        name: Name of the attack in results.
 
     Raises:
         ConfigurationError: The strength is not in (0, 255].

@@ -79,7 +79,7 @@ def inject_ghosts(
     """Detections with ghosts, taken for cars, added at the end.
 
     Args:
-        boxes: What is detected without the attack.
+        boxes: Detections without the attack.
         poses: Ego-frame x, y (m), heading (rad), shape (G, 3).
         dimensions: Height, width, length of the ghosts, m.
         score: The confidence that the ghosts are detected with.
@@ -102,7 +102,7 @@ def hide_objects(boxes: Boxes3D, hidden: NDArray[np.intp]) -> Boxes3D:
     """Detections without some of them.
 
     Args:
-        boxes: What is detected without the attack.
+        boxes: Detections without the attack.
         hidden: Rows to drop; rows beyond the end are ignored.
     """
     keep = np.ones(len(boxes), bool)
@@ -115,9 +115,9 @@ class RandomGhosts:
     """The baseline attacker: ghosts at random places until the drive is unsafe.
 
     Args:
-        ghosts: How many at once.
-        queries: How many attempts.
-        range: What ghosts it makes.
+        ghosts: Number of ghosts at once.
+        queries: Number of attempts.
+        range: Range of the ghosts' places and sizes.
     """
 
     ghosts: int = 2
@@ -130,9 +130,9 @@ class RandomGhosts:
         """Try random places.
 
         Args:
-            boxes: What is detected without the attack.
+            boxes: Detections without the attack.
             is_unsafe: Queries the victim: whether the drive on these detections is unsafe.
-            seed: Of the places.
+            seed: Seed of the places.
 
         Returns:
             The last attacked detections, and the number of queries spent.

@@ -30,10 +30,10 @@ class ObjectScan:
     """What a LiDAR saw of one object.
 
     Args:
-        points: In the object's own frame, shape (M, 4): x along its heading, y to its left, z up
-            from the middle of its bottom, metres; reflectance.
+        points: Points in the object's own frame, shape (M, 4): x along its heading, y to its left,
+            z up from the middle of its bottom, metres; reflectance.
         dimensions: Height, width, length of its box, metres.
-        seen_from: Where the LiDAR stood in that frame, x and y, metres: the sides that it saw.
+        seen_from: Place of the LiDAR in that frame, x and y, metres: it saw the sides that face it.
 
     Raises:
         ConfigurationError: No points, a value that is not finite, a point or the LiDAR beyond a
@@ -66,7 +66,7 @@ def cut_out(frame: SensorFrame, box: Boxes3D) -> ObjectScan:
     """An object's points out of a frame's scan.
 
     Args:
-        frame: With a scan.
+        frame: A frame with a scan.
         box: One object, such as ``labels[[3]]``.
 
     Raises:
@@ -95,7 +95,7 @@ def cut_out(frame: SensorFrame, box: Boxes3D) -> ObjectScan:
 def write_object_scan(path: str | Path, scan: ObjectScan, *, overwrite: bool = False) -> None:
     """Write a scan as NumPy's ``.npz`` of ``points``, ``dimensions`` and ``seen_from``.
 
-    A file of points alone, as KITTI's ``.bin``, would not say where the object is among them.
+    A file of points alone, as KITTI's ``.bin``, would not hold where the object is among them.
 
     Raises:
         DataError: The file exists and `overwrite` is false, or it cannot be written.

@@ -19,15 +19,16 @@ from avsec_gym.sensor_system import LIDAR, Sensor
 
 @dataclass(frozen=True, eq=False)
 class TamperedFrame:
-    """A moment as the car gets it, and what was done to it; detectors see the frame alone.
+    """A frame as the car gets it, and what was done to it; detectors see the frame alone.
 
     Args:
-        frame: The same moment, tampered with.
-        pixels: Of each attacked camera, where its image was changed visibly, shape (H, W).
-        points: Which points of the attacked scan no scene sent back, shape (M,); None: no attack
-            on the LiDAR.
-        lost: Which points of the clean scan are gone, shape (M of the clean scan,); None: none.
-        settings: What was drawn, such as ``radius``; scalars by name.
+        frame: The frame, tampered with.
+        pixels: Visibly changed pixels of each attacked camera, shape (H, W).
+        points: Whether each point of the attacked scan is bogus, shape (M,); None: no attack on the
+            LiDAR.
+        lost: Whether each point of the clean scan is gone, shape (M of the clean scan,); None:
+            none.
+        settings: Drawn settings, such as ``radius``; scalars by name.
     """
 
     frame: SensorFrame
@@ -45,20 +46,20 @@ class TamperedFrame:
 
 @runtime_checkable
 class OpticalAttack(Protocol):
-    """Anything that shines into sensors."""
+    """An attack that shines light into sensors."""
 
     @property
     def name(self) -> str:
-        """How it is called."""
+        """Name of the attack in results."""
         ...
 
     @property
     def sensors(self) -> frozenset[Sensor]:
-        """Which ones it attacks."""
+        """The sensors that it attacks."""
         ...
 
     def attack(self, frame: SensorFrame, seed: Seed = 0) -> TamperedFrame:
-        """The tampered moment; the same frame and seed give the same, in every process.
+        """The tampered frame; the same frame and seed give the same, in every process.
 
         Raises:
             DataError: The frame lacks a sensor that is to be attacked, or its file is broken.

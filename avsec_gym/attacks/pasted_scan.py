@@ -31,11 +31,11 @@ def paste_scan(
     The points stay where they are on the object: what was scanned from afar is sparse nearby.
 
     Args:
-        frame: With a scan.
-        scan: What to paste.
+        frame: A frame with a scan.
+        scan: The scan of the object that is pasted.
         pose: Where: x ahead of camera 0, y to its left (metres), heading (radians), as in
             `Boxes3D.poses`.
-        bottom: Of the object above the plane 1.65 m below the cameras, metres.
+        bottom: Height of the object above the plane 1.65 m below the cameras, metres.
         rays_lost: Whether beams that meet the object's box return nothing from in or behind it.
 
     Raises:
@@ -72,14 +72,14 @@ class PastedScan:
     """An object's scan at a random place around the car, on the road.
 
     Args:
-        scan: Of the object, or a file that `write_object_scan` wrote.
-        distance: From the LiDAR along the ground, metres; two numbers: drawn between them.
-        bearing: Of the object as the LiDAR sees it, radians to the left of ahead; None: drawn from
-            the whole circle.
-        heading: Of the object, radians; None: such that the sides that were scanned face the LiDAR,
-            as they must to be seen.
+        scan: The scan of the object, or a file that `write_object_scan` wrote.
+        distance: Distance from the LiDAR along the ground, metres; two numbers: drawn between them.
+        bearing: Bearing of the object from the LiDAR, radians to the left of ahead; None: drawn
+            from the whole circle.
+        heading: Heading of the object, radians; None: such that the sides that were scanned face
+            the LiDAR, as they must to be seen.
         rays_lost: See `paste_scan`.
-        name: What it is called in results.
+        name: Name of the attack in results.
 
     Raises:
         ConfigurationError: A number that cannot be, or something else than a scan.

@@ -28,9 +28,9 @@ class PatchAttack:
         patch: A patch, its file, or the name of a control, ``grey`` or ``noise``.
         placement: ``random``: anywhere in the image; ``specific``: in the third of the image that
             the driving intention points to.
-        radius: Pixels of the camera's own image; None: that of the patch.
-        range: How far ahead it stands, and how upright.
-        name: In results.
+        radius: Radius in pixels of the camera's own image; None: that of the patch.
+        range: Range of its distances and tilts.
+        name: Name of the attack in results.
 
     Raises:
         ConfigurationError: There is no such placement, or no positive radius.

@@ -37,13 +37,13 @@ class PatchCard:
         detectors: Whom it was trained against: the SHA-256 of each one's weights by name.
         data: The frames.
         training: Its configuration, seed among it.
-        losses: To b*, by detector: means over places that training did not draw, of plain ``grey``
-            and of the ``patch``; none of a training that goes on.
+        losses: Losses to b*, by detector: means over places that training did not draw, of plain
+            ``grey`` and of the ``patch``; none of a training that goes on.
         epochs: Passes over the frames.
-        steps: Of training.
-        minutes: It took.
-        versions: Of what made it.
-        sha256: Of the file.
+        steps: Number of training steps.
+        minutes: Duration of the training, minutes.
+        versions: Versions of the software that made it.
+        sha256: Hash of the file.
     """
 
     detectors: dict[str, str | None] = field(default_factory=dict)
@@ -63,8 +63,8 @@ class Patch:
 
     Args:
         pixels: Grey levels 0..255 on the square around the disc, float32, shape (3, S, S).
-        radius: Of the disc as cameras see it, pixels.
-        card: How it was trained, if it was.
+        radius: Radius of the disc as cameras see it, pixels.
+        card: Record of its training, if it was trained.
 
     Raises:
         ConfigurationError: Another shape, values beyond 0..255, or no positive radius.
@@ -112,7 +112,7 @@ def save_patch(path: str | Path, patch: Patch) -> Patch:
 
     Args:
         path: A ``.safetensors`` file.
-        patch: With a card or without.
+        patch: The patch, with a card or without.
 
     Returns:
         The patch as written, the hash in its card.

@@ -32,11 +32,11 @@ def ghost_box(
     the patch is higher than a car.
 
     Args:
-        place: Of the patch.
-        calibration: Of the cameras.
+        place: Place of the patch.
+        calibration: Calibration of the cameras.
         dimensions: Height, width, length, metres, where the patch shows all of its width; KITTI's
             mean car.
-        camera_height: Above the ground, metres.
+        camera_height: Height of the camera above the ground, metres.
 
     Returns:
         One Car with 2D box, truncation 0, occlusion 0 and alpha, as labels have them.
@@ -70,8 +70,8 @@ def target_boxes(
     """b* of a scene: the ghost, beside what is really there.
 
     Args:
-        place: Of the patch.
-        calibration: Of the cameras.
+        place: Place of the patch.
+        calibration: Calibration of the cameras.
         truth: The real objects that the detector is still to see; those whose place the ghost
             takes, or whose middle the patch hides, are left out.  None: the ghost alone.
     """

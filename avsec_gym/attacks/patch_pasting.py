@@ -33,7 +33,7 @@ def paste(
     """(I_l, I_r) -> A(I_l, I_r, patch, loc_l, loc_r, rotation), thesis, section 5.2.
 
     Args:
-        batch: B pairs; nothing is changed outside of the discs.
+        batch: Images of B pairs; nothing is changed outside of the discs.
         patch: Grey levels on the square around the disc, shape (3, S, S).
         places: One for each pair, in pixels of the batch.
         may_stick_out: Whether a part may lie outside of an image.

@@ -1,7 +1,7 @@
 """Where a patch stands: its place in both images, and which places there are in the world.
 
 A patch is a poster that faces the car.  It can stand anywhere in the free space ahead: not so near
-that no car looks so small there, not so far that its ghost would be in nobody's way, not below the
+that no car looks so small there, not so far that its ghost would be in no car's way, not below the
 ground, and not behind a real object that it covers in the image.
 """
 
@@ -34,8 +34,8 @@ class PatchPlace:
             the cameras differ by a shift along x alone, see `patch_views` for real ones.
         v: Row of its centre in the left image.
         disparity: f b / Z in pixels, with parts of pixels.
-        rotation: About its centre, clockwise in the image, radians.
-        radius: Pixels.
+        rotation: Rotation about its centre, clockwise in the image, radians.
+        radius: Radius of the disc, pixels.
 
     Raises:
         ConfigurationError: A value is not finite, or radius or disparity is not positive.
@@ -73,10 +73,12 @@ class PatchRange:
     """How far ahead a patch can stand, and how upright.
 
     Args:
-        nearest: Metres.  A car whose rear a disc of `RADIUS` shows is 16 m away; the nearer, the
-            more do size and disparity contradict each other for a stereo detector.
-        farthest: Metres.  A ghost that is well beyond the goal, 15 m ahead, stops nobody.
-        camera_height: Above the ground, metres; the ground is taken to be flat.
+        nearest: Least distance, metres.  A car whose rear a disc of `RADIUS` shows is 16 m away;
+            the nearer, the more do size and disparity contradict each other for a stereo detector.
+        farthest: Largest distance, metres.  A ghost that is well beyond the goal, 15 m ahead, stops
+            no car.
+        camera_height: Height of the camera above the ground, metres; the ground is assumed to be
+            flat.
         tilt: Degrees by which it may be turned about its centre either way, as a poster that was
             hung up by hand.  A patch that has to work upside down as well can hardly look like
             anything.
@@ -132,13 +134,13 @@ def random_place(
     Row, then column, then disparity are drawn uniformly from what is left to them.
 
     Args:
-        calibration: Of the cameras.
+        calibration: Calibration of the cameras.
         size: Height and width of the images, pixels.
-        seed: Of the draw.
-        radius: Pixels.
-        range: How far ahead, and how upright.
-        objects: What is really there: see `disparities`.
-        intention: Only in the third of the left image that this intention points to.
+        seed: Seed of the draw.
+        radius: Radius of the disc, pixels.
+        range: Range of distances and tilts.
+        objects: Real objects, see `disparities`.
+        intention: Driving intention: only the third of the left image to which it points is used.
 
     Raises:
         ConfigurationError: The images have no room for such a patch.
@@ -180,13 +182,13 @@ def specific_place(
     """A place in the third of the left image that the driving intention points to.
 
     Args:
-        intention: Left, middle or right.
+        intention: Driving intention: left, middle or right third.
         calibration: See `random_place`, as for the others.
         size: Height and width.
-        seed: Of the draw.
-        radius: Pixels.
-        range: How far ahead.
-        objects: What is really there.
+        seed: Seed of the draw.
+        radius: Radius of the disc, pixels.
+        range: Range of distances.
+        objects: Real objects.
 
     Raises:
         ConfigurationError: There is no intention, or no room.
@@ -221,13 +223,13 @@ def disparities(
     nearer than the range; and whole in the right image.
 
     Args:
-        calibration: Of the cameras.
-        range: How far ahead.
+        calibration: Calibration of the cameras.
+        range: Range of distances.
         u: Column of the disc's centre in the left image, pixels; at ``u - radius`` at least the
             range's least disparity.
         v: Its row.
-        radius: Pixels.
-        objects: What is really there.
+        radius: Radius of the disc, pixels.
+        objects: Real objects.
     """
     least = range.least_disparity(calibration, v + radius)
     greatest = range.greatest_disparity(calibration)
@@ -260,11 +262,11 @@ def nearest_behind(
     """Depth where the nearest of the objects begins that a disc touches; infinite without any.
 
     Args:
-        calibration: Of the cameras.
-        objects: What is really there.
+        calibration: Calibration of the cameras.
+        objects: Real objects.
         u: Column of the disc's centre in the left image, pixels.
         v: Its row.
-        radius: Pixels.
+        radius: Radius of the disc, pixels.
     """
     corners = box_corners(objects.location, objects.dimensions, objects.rotation_y)
     pixels, depth = project(calibration.projection(LEFT), corners)

@@ -53,7 +53,7 @@ class KittiScenes:
             raise DataError(
                 f"No {which} has a file in each of {', '.join(_NEEDED)}.",
                 path=data.root,
-                remedy="`avsec world make` makes such data; `avsec data check` says what is here.",
+                remedy="`avsec world make` makes such data; `avsec data check` lists what is here.",
             )
         return cls(data, ids)
 

@@ -71,13 +71,16 @@ def train_patch(
     for bit.
 
     Args:
-        detectors: With frozen weights.
+        detectors: Detectors with frozen weights.
         scenes: Frames and what is really there.
-        configuration: What the result depends on.
-        folder: For checkpoint, curves (curves.jsonl, curves.png), and the patch after each epoch.
+        configuration: Settings that the result depends on.
+        folder: Folder for checkpoint, curves (curves.jsonl, curves.png), and the patch after each
+            epoch.
         resume: Go on with the training in the folder, if there is one.
-        on_progress: Called with steps done and steps in all, of this call; the last ones judge.
-        on_epoch: Called with epochs done and each detector's mean loss to b* in the last one.
+        on_progress: Function that gets the steps done and the steps in all, of this call; the last
+            ones judge.
+        on_epoch: Function that gets the epochs done and each detector's mean loss to b* in the last
+            one.
 
     Returns:
         The patch as saved in the folder, with its card.

@@ -21,9 +21,10 @@ class PatchView:
 
     Args:
         centre: Column and row of its centre, pixels, shape (2,).
-        to_left: From an offset from that centre, in pixels of this image, to the offset that the
-            left image shows the same point at, shape (2, 2).
-        reach: How many columns and rows it extends either way from its centre, shape (2,).
+        to_left: Matrix from an offset from that centre, in pixels of this image, to the offset that
+            the left image shows the same point at, shape (2, 2).
+        reach: Number of columns and rows by which it extends either way from its centre, shape
+            (2,).
     """
 
     centre: Floats
@@ -38,7 +39,7 @@ class PatchView:
 
 
 def left_view(place: PatchPlace) -> PatchView:
-    """The left image shows the disc as its place says."""
+    """The left image shows the disc at its place."""
     return PatchView(np.array([place.u, place.v]), np.eye(2), np.full(2, place.radius))
 
 
@@ -50,7 +51,7 @@ def right_view(place: PatchPlace, left: Floats, right: Floats) -> PatchView:
     `PatchPlace.disparity` further left.
 
     Args:
-        place: In pixels of these projections.
+        place: Place of the patch in pixels of these projections.
         left: P of the left camera, shape (3, 4), third row 0 0 1 t_z.
         right: P of the right camera.
     """

@@ -34,13 +34,13 @@ class Perturbation:
     Args:
         alpha: Length of a step.
         epsilon: Bound of a step, or of the whole change where `projected`; None: no bound.
-        steps: How many, N.
+        steps: Number of steps, N.
         momentum: Share of the past gradients' sum that is kept (mu of Dong et al., CVPR 2018);
             0: each step follows its own gradient.
         projected: Whether the change is put back into the L-infinity ball of epsilon at each step.
         random_start: Whether to begin anywhere in that ball instead of at its centre.
         shared: Whether both views get one and the same delta; its gradient is the sum of theirs.
-        name: What it is called in results.
+        name: Name of the attack in results.
 
     Raises:
         ConfigurationError: A number is out of range, or a projection has no epsilon.
@@ -119,11 +119,11 @@ class Perturbation:
         from those of the pairs alone.
 
         Args:
-            batch: B pairs at the camera's own resolution.
+            batch: Images of B pairs at the camera's own resolution.
             detector: O.
             truths: b^true of each pair.
-            disparity: Of the left images, pixels, 0 where unknown, shape (B, H, W).
-            seed: Of the random start.
+            disparity: Disparities of the left images, pixels, 0 where unknown, shape (B, H, W).
+            seed: Seed of the random start.
 
         Raises:
             ConfigurationError: The detector has no loss to climb.

@@ -26,8 +26,8 @@ class SensorCombination:
     the seed and on its own attack alone, whichever others are attacked too.
 
     Args:
-        attacks: In any order; none: the frame stays as it is.
-        name: What it is called in results.
+        attacks: Attacks in any order; none: the frame stays as it is.
+        name: Name of the attack in results.
 
     Raises:
         ConfigurationError: Two attacks share a sensor.
@@ -90,7 +90,7 @@ def attack_cases(system: SensorSystem, most: int | None = None) -> tuple[tuple[S
     """Every set of sensors that an attacker can choose, the smaller ones first.
 
     Args:
-        system: Whose sensors.
+        system: The sensor system, whose sensors are attacked.
         most: Attacked at once; None: all of them.
 
     Example:

@@ -50,9 +50,9 @@ class RoadView:
     """What one image shows.
 
     Args:
-        road: Shape (H, W).
+        road: Whether each pixel shows the road, shape (H, W).
         side: Its side area, shape (H, W).
-        disparity: Between the pair, pixels, float32, shape (H, W); 0 where unknown.
+        disparity: Disparity between the pair, pixels, float32, shape (H, W); 0 where unknown.
     """
 
     road: Mask
@@ -72,7 +72,8 @@ def read_roadside(folder: str | Path, id: str, side: tuple[Surface, ...] = EVERY
     """Road and side area of a frame of the procedural world.
 
     Args:
-        folder: Such as ``training``, with ``surface_2`` and ``disparity_2``.
+        folder: The object layout's folder, such as ``training``, with ``surface_2`` and
+            ``disparity_2``.
         id: Six digits.
         side: Surfaces that belong to the side area.
 
@@ -103,7 +104,7 @@ def roadside_of_surfaces(
 
     Args:
         surface: `Surface` of each pixel of the left image, shape (H, W).
-        disparity: Of the left image, pixels, 0 or NaN where unknown, shape (H, W).
+        disparity: Disparity of the left image, pixels, 0 or NaN where unknown, shape (H, W).
         side: Surfaces that belong to the side area.
     """
     known = np.where(disparity > 0, disparity, np.float32(0))
@@ -129,9 +130,9 @@ def straight_roadside(
 
     Args:
         frame: A stereo pair.
-        objects: What stands on the ground: neither road nor side area.
-        road: Where it begins and ends, metres to the right of the left camera.
-        camera_height: Above the ground, metres, where no scan tells it.
+        objects: Objects that stand on the ground: neither road nor side area.
+        road: First and last place of the road across, metres to the right of the left camera.
+        camera_height: Height of the camera above the ground, metres, where no scan shows it.
 
     Raises:
         ConfigurationError: The road has no width, or the camera no height.

@@ -1,6 +1,6 @@
 """Texture replacement: the side area of a road is given the road's texture (thesis, 5.5.1).
 
-A change of the scene rather than an attack: attacked anew, it tells whether ghosts appear beside
+A change of the scene rather than an attack: attacked anew, it shows whether ghosts appear beside
 the road because the texture there is more complex.  Stereo stays true: a point of the side area
 gets the look of a point of the road, as either camera sees it, and keeps its own disparity.
 """
@@ -67,7 +67,7 @@ def replace_texture(
     seed: Seed = 0,
     replacement: Replacement | str = Replacement.ROAD_ON_SIDE,
 ) -> SensorFrame:
-    """The same moment in a scene whose side area (or road) has another texture, uint8.
+    """The same frame of a scene whose side area (or road) has another texture, uint8.
 
     The new texture is made of the frame's own pixels: each place gets a mixture of places of the
     source in the same row of the image, that is at the same distance if it lies on the ground, so
@@ -78,11 +78,11 @@ def replace_texture(
     not its texture, are not copied.
 
     Args:
-        frame: Left and right image; others stay.
-        roadside: Where road and side area are.  What copies the side area wants one without
-            buildings and plants, whose edges would come out as texture.
+        frame: Frame with left and right image; others stay.
+        roadside: Pixels of road and side area.  Replacements that copy the side area want one
+            without buildings and plants, whose edges would come out as texture.
         seed: The same seed gives the same pixels.
-        replacement: What is laid over what.
+        replacement: Kind of replacement: source and target area.
 
     Raises:
         ConfigurationError: No such replacement, or masks of another size than the images.
@@ -124,11 +124,11 @@ class _Source:
 
     Args:
         usable: Seen by both cameras, and ordinary, shape (H, W).
-        disparity: Shape (H, W).
+        disparity: Disparities, pixels, shape (H, W).
         rows: The uppermost and the lowest row of the source.
         first: First column of the source in each row, shape (H,).
         last: Last column, shape (H,).
-        pixels_per_metre: Across the road's plane, shape (H,): falls linearly to the horizon.
+        pixels_per_metre: Scale across the road's plane, shape (H,): falls linearly to the horizon.
         middle: Column that looks straight ahead.
     """
 
@@ -185,12 +185,12 @@ def _texture(
     """The source's texture for N pixels, shape (N, 3).
 
     Args:
-        image: Of either camera.
-        row: Of each pixel, shape (N,).
+        image: Image of either camera.
+        row: Row of each pixel, shape (N,).
         place: Column at which the left camera sees what each pixel shows, shape (N,).
-        source: Where the texture comes from.
+        source: Area from which the texture is copied.
         parallax: Columns by which this camera sees the left image's pixels further left, (H, W).
-        draws: In [0, 1): where along a row each cell copies from.
+        draws: Numbers in [0, 1): the place along a row from which each cell copies.
     """
     top, bottom = source.rows
     mirrored = (row - top) // (bottom - top) % 2
@@ -227,7 +227,7 @@ def _pixels_per_metre(frame: SensorFrame, road: Mask, disparity: NDArray[np.floa
         raise DataError(
             f"Frame {frame.id}: hardly any road is seen.",
             path=frame.origin,
-            remedy="Sizes on the ground cannot be told here; leave the frame out.",
+            remedy="Sizes on the ground cannot be measured here; leave the frame out.",
         )
     slope, offset = np.polyfit(rows, disparity[rows, columns].astype(float), 1)
     plane = slope * np.arange(len(road)) + offset

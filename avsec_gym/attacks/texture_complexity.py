@@ -22,7 +22,7 @@ class TextureComplexity:
     Args:
         gradient: Root mean square of its gradient, grey levels a pixel.
         deviation: Mean standard deviation in windows of 7 x 7 pixels, grey levels.
-        pixels: That were measured.
+        pixels: Number of pixels that were measured.
     """
 
     gradient: float
@@ -34,9 +34,9 @@ def texture_complexity(image: Image, region: Mask) -> TextureComplexity:
     """Measure a region (thesis, section 5.5.1: the road's texture is more regular than its side's).
 
     Args:
-        image: Shape (H, W, 3).
-        region: Shape (H, W); windows that reach beyond it are left out, so that its outline does
-            not count as texture.
+        image: Image in red, green, blue, shape (H, W, 3).
+        region: Whether each pixel is measured, shape (H, W); windows that reach beyond it are left
+            out, so that its outline does not count as texture.
     """
     window = np.ones((_WINDOW, _WINDOW), np.uint8)
     inside = cv2.erode(region.astype(np.uint8), window, borderValue=0) > 0
