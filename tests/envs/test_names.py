@@ -138,7 +138,7 @@ def test_every_motion_is_played_or_refused_at_once(
         said = ""
     if said:
         assert motion == Motion.CLASSIFIER
-        assert 'take "static" or "truth"' in said
+        assert 'use "static" or "truth"' in said
         return
     env.reset(seed=0)
     env.action_space.seed(0)
