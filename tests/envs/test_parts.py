@@ -25,7 +25,7 @@ from avsec_gym.scenario.scene import Motion
         ({"scenarios": "mixd"}, "mixed"),
         ({"scenarios": {"source": "mixed", "splitt": "val"}}, "split"),
         ({"motion": "statik"}, "static"),
-        ({"motion": "classifier"}, "there is none here"),
+        ({"motion": "classifier"}, "none is here"),
         ({"score_threshold": 1.5}, r"\[0, 1\], got 1\.5"),
     ],
     ids=str,
