@@ -38,6 +38,9 @@ class Report:
     looked_at: int = 0
     """Of `identification`: how many of the judged moments, the first ones, were looked at while a
     method was made; its rates are also told without them."""
+    experiments: tuple[str, ...] = ()
+    """Experiments of other packages whose sections the page shows, such as
+    my_package.my_module:MY_EXPERIMENT.  Nothing that only the run's folder names is imported."""
     overwrite: bool = False
     """Write over files that --out and --markdown name."""
     json: bool = False
@@ -73,7 +76,9 @@ class Report:
                 )
         # With --out, nothing is written into the run's folder.
         keeps = self.out is None
-        asked = ReportRequest(self.pictures, self.looked_at, keeps, console.progress)
+        asked = ReportRequest(
+            self.pictures, self.looked_at, keeps, self.experiments, console.progress
+        )
         report = run_report(folder, asked)
         for remark in (*remarks(report), *report.problems):
             console.say(f"avsec: {remark}")

@@ -22,7 +22,7 @@ from avsec_gym.scenario.scene import Motion
 def write_records(result: DrivingSafety, path: Path) -> None:
     """One row for each planner, input, intention and scene."""
     partial = path.with_name(f".{path.name}.{os.getpid()}.part")
-    with partial.open("w", newline="") as file:
+    with partial.open("w", newline="", encoding="utf-8", errors="surrogateescape") as file:
         writer = csv.writer(file)
         writer.writerow(["planner", "input", "group", *SafetyRecord.__dataclass_fields__])
         for cell, records in result.records.items():

@@ -67,7 +67,7 @@ def run_report(run: RunFolder, request: ReportRequest = ReportRequest()) -> RunR
 
     Every experiment of the catalogue is asked, since experiments share cells: what it finds follows
     from the results, not from what the run was asked for. Experiments of others are asked where the
-    run's manifest names their sections.
+    request names them.
 
     Args:
         run: The run.
@@ -77,7 +77,10 @@ def run_report(run: RunFolder, request: ReportRequest = ReportRequest()) -> RunR
         ConfigurationError: Two experiments give figures, or sections, the same name.
         DataError: Data that a section needs are not where they were.
     """
-    findings = [_findings(place, run, request) for place in _places(run)]
+    known = [experiment(name).section for name in (*EXPERIMENTS, *request.experiments)]
+    places = list(dict.fromkeys(place for place in known if place))
+    findings = [_findings(place, run, request) for place in places]
+    findings += [Findings(remarks=remarks) for remarks in [_unasked(run, places)] if remarks]
     _check_names(findings)
     own = next(iter(run.manifest["experiments"].values()))["question"]
     question = next((found.question for found in findings if found.question), own)
@@ -90,11 +93,14 @@ def run_report(run: RunFolder, request: ReportRequest = ReportRequest()) -> RunR
     return RunReport({**data, _OTHER: _other_rates(run, told)}, findings)
 
 
-def _places(run: RunFolder) -> list[str]:
-    """Of functions: those of the catalogue, each once, then those that only the manifest names."""
-    known = [experiment(name).section for name in EXPERIMENTS]
-    asked = [entry.get("section") or "" for entry in run.manifest["experiments"].values()]
-    return list(dict.fromkeys(place for place in (*known, *asked) if place))
+def _unasked(run: RunFolder, places: Sequence[str]) -> list[str]:
+    """Sections that only the run's manifest names: their code may be anybody's, so it waits."""
+    named = {entry.get("section") or "" for entry in run.manifest["experiments"].values()}
+    return [
+        f"A section is missing: the run names {place}, of another package. Name its experiment to"
+        " have it shown: --experiments MY_PACKAGE.MY_MODULE:MY_EXPERIMENT."
+        for place in sorted(named - {"", *places})
+    ]
 
 
 def _findings(place: str, run: RunFolder, request: ReportRequest) -> Findings:

@@ -26,6 +26,8 @@ class LogFile(logging.FileHandler):
     """
 
     def __init__(self, path: Path) -> None:
+        if path.is_fifo():
+            raise DataError("This is a pipe.", path=path, remedy="Remove it; a log is a file.")
         try:
             super().__init__(path, encoding="utf-8", errors="backslashreplace")
         except OSError as error:

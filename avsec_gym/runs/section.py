@@ -46,12 +46,16 @@ class ReportRequest:
         looked_at: How many of the judged frames, the first ones, were looked at while a method was
             made; see `avsec report --looked-at`.
         keeps_pictures: Whether pictures also become files in the run's folder.
+        experiments: Experiments of other packages whose sections are wanted, as
+            ``"my_package.my_module:MY_EXPERIMENT"``. A run's folder may come from anywhere: nothing
+            that only its manifest names is imported.
         progress: Shows how far a job of a given name is.
     """
 
     pictures: int = 0
     looked_at: int = 0
     keeps_pictures: bool = False
+    experiments: Sequence[str] = ()
     progress: Callable[[str], AbstractContextManager[OnProgress]] = _no_progress
 
 

@@ -13,6 +13,7 @@ from avsec_gym.cli import run
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.report.run_report import run_report
 from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.runs.section import ReportRequest
 
 PACKAGE = '''
 """Do coins fall as often on heads as on tails?"""
@@ -94,7 +95,8 @@ def test_its_section_is_on_the_page_in_the_text_and_in_the_json(
     out, text = tmp_path / "run", tmp_path / "tables.md"
     assert run(["run", "coins.tossing:COINS", "--out", str(out), "--workers", "0"]) == 0
     capsys.readouterr()
-    assert run(["report", str(out), "--markdown", str(text), "--json"]) == 0
+    asked = ["--experiments", "coins.tossing:COINS", "--markdown", str(text), "--json"]
+    assert run(["report", str(out), *asked]) == 0
     told = capsys.readouterr()
     found = json.loads(told.out)
     share = found["coins"]["0.9"]
@@ -116,16 +118,28 @@ def test_its_section_is_on_the_page_in_the_text_and_in_the_json(
     assert f"| 0.9 | {100 * share:.1f} |" in text.read_text()
 
 
-def test_without_its_package_the_rest_of_the_page_is_made(package: Path, tmp_path: Path) -> None:
+def test_nothing_that_only_the_manifest_names_is_imported(package: Path, tmp_path: Path) -> None:
+    """A run's folder may come from anywhere, and so may what it names."""
+    out = tmp_path / "run"
+    assert run(["run", "coins.tossing:COINS", "--out", str(out), "--workers", "0"]) == 0
+    forget()
+    (package / "tossing.py").write_text("raise SystemExit('run by a report')")
+    assert run(["report", str(out)]) == 0
+    assert "coins.tossing" not in sys.modules
+    page = (out / "report.html").read_text()
+    assert "A section is missing: the run names coins.tossing:findings" in page
+    assert "<h1>Are coins fair?</h1>" in page
+    assert 'id="coins"' not in page
+
+
+def test_a_package_that_is_gone_is_named(package: Path, tmp_path: Path) -> None:
     out = tmp_path / "run"
     assert run(["run", "coins.tossing:COINS", "--out", str(out), "--workers", "0"]) == 0
     package.rename(package.with_name("gone"))
     forget()
-    assert run(["report", str(out)]) == 0
-    page = (out / "report.html").read_text()
-    assert "A section is missing: coins.tossing:findings cannot be imported" in page
-    assert "<h1>Are coins fair?</h1>" in page
-    assert 'id="coins"' not in page
+    asked = ReportRequest(experiments=["coins.tossing:COINS"])
+    with pytest.raises(ConfigurationError, match=r"coins\.tossing:COINS cannot be imported"):
+        run_report(RunFolder.open(out), asked)
 
 
 @pytest.mark.parametrize(
@@ -144,4 +158,4 @@ def test_names_that_are_taken_are_refused(
     out = tmp_path / "run"
     assert run(["run", "coins.tossing:COINS", "--out", str(out), "--workers", "0"]) == 0
     with pytest.raises(ConfigurationError, match=problem):
-        run_report(RunFolder.open(out))
+        run_report(RunFolder.open(out), ReportRequest(experiments=["coins.tossing:COINS"]))

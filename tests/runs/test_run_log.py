@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from types import ModuleType
 
@@ -47,4 +48,10 @@ def test_a_folder_in_its_place_is_named(tmp_path: Path) -> None:
     (tmp_path / "run.log").mkdir()
     refused = pytest.raises(DataError, match=r"run\.log: The log cannot be written")
     with refused, log_into(tmp_path / "run.log"):
+        pass
+
+
+def test_a_pipe_in_its_place_does_not_block(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "run.log")
+    with pytest.raises(DataError, match="a pipe"), log_into(tmp_path / "run.log"):
         pass
