@@ -25,7 +25,7 @@ def total_loss(
     Args:
         detector: O.
         batch: Images of B pairs.
-        truths: b^true of each pair.
+        truths: Real objects b^true of each pair.
         disparity: Disparities of the left images, pixels, 0 where unknown, shape (B, H, W).
 
     Raises:

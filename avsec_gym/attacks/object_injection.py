@@ -44,7 +44,7 @@ class GhostRange:
         """Actions to ghosts.
 
         Args:
-            actions: on/off, x, y, heading of each, in [-1, 1], shape (..., 4).
+            actions: Actions on/off, x, y, heading of each ghost, in [-1, 1], shape (..., 4).
 
         Returns:
             Which are on (above 0), shape (...), and poses in the ego frame, shape (..., 3).

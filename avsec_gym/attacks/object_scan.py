@@ -67,7 +67,7 @@ def cut_out(frame: SensorFrame, box: Boxes3D) -> ObjectScan:
 
     Args:
         frame: A frame with a scan.
-        box: One object, such as ``labels[[3]]``.
+        box: Box of one object, such as ``labels[[3]]``.
 
     Raises:
         ConfigurationError: Not one box.

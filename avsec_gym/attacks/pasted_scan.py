@@ -78,7 +78,7 @@ class PastedScan:
             from the whole circle.
         heading: Heading of the object, radians; None: such that the sides that were scanned face
             the LiDAR, as they must to be seen.
-        rays_lost: See `paste_scan`.
+        rays_lost: Whether rays that meet the object are lost, see `paste_scan`.
         name: Name of the attack in results.
 
     Raises:

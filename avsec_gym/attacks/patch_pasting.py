@@ -35,7 +35,7 @@ def paste(
     Args:
         batch: Images of B pairs; nothing is changed outside of the discs.
         patch: Grey levels on the square around the disc, shape (3, S, S).
-        places: One for each pair, in pixels of the batch.
+        places: Place for each pair, in pixels of the batch.
         may_stick_out: Whether a part may lie outside of an image.
 
     Raises:

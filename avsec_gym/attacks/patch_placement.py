@@ -33,7 +33,7 @@ class PatchPlace:
         u: Column of its centre in the left image, pixels; ``u - disparity`` in the right one where
             the cameras differ by a shift along x alone, see `patch_views` for real ones.
         v: Row of its centre in the left image.
-        disparity: f b / Z in pixels, with parts of pixels.
+        disparity: Disparity f b / Z in pixels, with parts of pixels.
         rotation: Rotation about its centre, clockwise in the image, radians.
         radius: Radius of the disc, pixels.
 
@@ -183,7 +183,7 @@ def specific_place(
 
     Args:
         intention: Driving intention: left, middle or right third.
-        calibration: See `random_place`, as for the others.
+        calibration: Calibration of the cameras; see `random_place`.
         size: Height and width.
         seed: Seed of the draw.
         radius: Radius of the disc, pixels.

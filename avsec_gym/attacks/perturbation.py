@@ -121,7 +121,7 @@ class Perturbation:
         Args:
             batch: Images of B pairs at the camera's own resolution.
             detector: O.
-            truths: b^true of each pair.
+            truths: Real objects b^true of each pair.
             disparity: Disparities of the left images, pixels, 0 where unknown, shape (B, H, W).
             seed: Seed of the random start.
 

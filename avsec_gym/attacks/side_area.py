@@ -74,7 +74,7 @@ def read_roadside(folder: str | Path, id: str, side: tuple[Surface, ...] = EVERY
     Args:
         folder: The object layout's folder, such as ``training``, with ``surface_2`` and
             ``disparity_2``.
-        id: Six digits.
+        id: Id of the frame, six digits.
         side: Surfaces that belong to the side area.
 
     Raises:

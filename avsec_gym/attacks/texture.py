@@ -123,7 +123,7 @@ class _Source:
     """Where the texture comes from in the left image of shape (H, W).
 
     Args:
-        usable: Seen by both cameras, and ordinary, shape (H, W).
+        usable: Whether each pixel is seen by both cameras, and ordinary, shape (H, W).
         disparity: Disparities, pixels, shape (H, W).
         rows: The uppermost and the lowest row of the source.
         first: First column of the source in each row, shape (H,).

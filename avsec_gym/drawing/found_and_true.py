@@ -98,12 +98,14 @@ def draw_from_above(axes: Axes, truth: Boxes3D, found: Mapping[str, Boxes3D]) ->
     """
     from matplotlib.collections import PolyCollection
 
+    # Distances, and the camera's field of view.
     axes.set_facecolor(ROAD)
     for distance in range(10, int(_AHEAD), 10):
         axes.axhline(distance, color="white", lw=0.8, zorder=0)
         axes.text(-_ASIDE + 0.5, distance, f"{distance} m", color=REAL, size=7, va="bottom")
     field = np.array([(0, 0), (-_AHEAD, _AHEAD), (_AHEAD, _AHEAD)])
     axes.fill(*(field * (0.85, 1.0)).T, color="white", alpha=0.45, zorder=0, lw=0)
+    # True objects below, detections above them.
     true = truth[truth.category != DONT_CARE]
     is_car = true.category == "Car"
     axes.add_collection(

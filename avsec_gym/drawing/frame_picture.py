@@ -49,7 +49,7 @@ def contact_sheet(images: Sequence[Image], *, columns: int = 4, width: int = 480
     """Many frames in a grid.
 
     Args:
-        images: One for each frame.
+        images: Images, one for each frame.
         columns: Number of columns of the grid.
         width: Width of a frame in it, pixels.
     """

@@ -64,6 +64,7 @@ def draw_into(axes: Axes, drive: Drive, *, vehicle: Vehicle = BMW_320I) -> None:
 
     problem, plan = drive.problem, drive.plan
     start = problem.start
+    # The ground: lanes, goal regions, search tree.
     axes.set_facecolor("#dfe4e8" if problem.road.lanelets else ROAD)
     lanes = [np.array([*lane.left, *reversed(lane.right)]) for lane in problem.road.lanelets]
     axes.add_collection(PolyCollection(lanes, facecolor=ROAD, edgecolor=LANE, lw=1.6, zorder=1))
@@ -74,10 +75,12 @@ def draw_into(axes: Axes, drive: Drive, *, vehicle: Vehicle = BMW_320I) -> None:
         parents = plan.tree[1:, 2].astype(int)
         lines = np.stack([plan.tree[parents, :2], plan.tree[1:, :2]], axis=1)
         axes.add_collection(LineCollection(list(lines), colors=TREE, lw=0.7, alpha=0.7, zorder=3))
+    # Obstacles: the real ones filled, the believed ones dashed where they differ.
     steps = (start.step, _last_step(drive))
     _obstacles(axes, drive.truth, fill=REAL, edge=INK, style="-", steps=steps)
     if not _same(drive.truth, problem.obstacles):
         _obstacles(axes, problem.obstacles, fill="none", edge=BELIEVED, style="--", steps=steps)
+    # The trajectory, the vehicle at its start, the place of a collision.
     if plan.trajectory is not None:
         corners = footprints(plan.trajectory, vehicle)
         axes.add_collection(

@@ -51,6 +51,7 @@ def draw_validation(
     """
     from matplotlib.figure import Figure
 
+    # The triples to show, those that raised the alarm first.
     maps = validation.errors.maps
     system, frame = maps.system, maps.frame
     known = validation.errors.known
@@ -68,6 +69,7 @@ def draw_validation(
     panels = figure.subplots(rows, 2, squeeze=False)
     for axes in panels.flat:
         axes.set_axis_off()
+    # Left: a picture of each sensor.
     for axes, sensor in zip(panels[:, 0], system.sensors, strict=False):
         status = validation.verdicts[sensor]
         title = f"{named(sensor)}: {status}"
@@ -82,6 +84,7 @@ def draw_validation(
             image = points_in_image(image, frame, camera)
         axes.imshow(image if found is None else _marked(image, found, frame, camera))
         axes.set_title(title, loc="left", fontsize=9, color=_MARKS[status])
+    # Right: a picture of each triple.
     for axes, triple in zip(panels[:, 1], triples, strict=False):
         i, j, k = triple
         compared = comparison_map(maps[i, k], maps[j, k])
@@ -173,7 +176,7 @@ def compared_picture(image: Image, compared: Any, sparse: bool) -> Image:
 
     Args:
         image: Image of the reference camera.
-        compared: See `comparison_map`.
+        compared: Result of the comparison, see `comparison_map`.
         sparse: Whether one of the two maps is a scan's.
     """
     result = np.repeat(image.mean(axis=2, keepdims=True), 3, axis=2) * 0.6 + 80

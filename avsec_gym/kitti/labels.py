@@ -184,6 +184,7 @@ def _check_line(
     def refuse(problem: str, remedy: str = _REMEDY) -> NoReturn:
         raise DataError(problem, path=path, line=number, remedy=remedy)
 
+    # Characters, number of columns, category.
     plain = line.rstrip("\r").replace("\t", " ")
     if not plain.isprintable():
         odd = next(character for character in plain if not character.isprintable())
@@ -200,6 +201,7 @@ def _check_line(
         refuse(*_wrong_count(row, columns))
     if not _is_name(row[0]):
         refuse(f"The category {row[0][:40]!r} is not a word.")
+    # Each number by itself.
     values = []
     for column, word in enumerate(row[1:], start=columns_before + 2):
         value = _number(word)
@@ -213,6 +215,7 @@ def _check_line(
             values.append(value)
     if columns == _RESULT_COLUMNS:
         values = _with_places(np.array([values]))[0].tolist()
+    # The numbers together, as an object of the world.
     if row[0] != DONT_CARE and min(values[_DIMENSIONS]) <= 0:
         sizes = " x ".join(row[8:11])
         refuse(

@@ -145,7 +145,7 @@ def write_oxts(folder: str | Path, oxts: Oxts, *, first: int = 0, overwrite: boo
 
     Args:
         folder: ``oxts/data`` of a drive.
-        oxts: One measurement a frame.
+        oxts: Measurements, one a frame.
         first: The number of the first frame.
         overwrite: Whether files that are there are replaced.
 

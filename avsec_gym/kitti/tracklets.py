@@ -49,7 +49,7 @@ class Tracklet:
         dimensions: Height, width, length, shape (3,), metres.
         first_frame: The number of its first frame.
         translation: Bottom centres in the velodyne frame, shape (T, 3), metres.
-        rotation: rx, ry, rz in the velodyne frame, shape (T, 3); KITTI's rx and ry are zero.
+        rotation: Angles rx, ry, rz in the velodyne frame, shape (T, 3); KITTI's rx and ry are zero.
         state: `INTERPOLATED` or `LABELLED`, shape (T,).
         occlusion: Levels of occlusion: 0 visible, 1 partly, 2 fully, -1 unset, shape (T,).
         truncation: `IN_IMAGE` and so on, for camera 2, shape (T,).

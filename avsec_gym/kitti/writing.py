@@ -112,7 +112,7 @@ def write_drive_records(
 
     Args:
         folder: The drive.
-        oxts: One measurement for each frame from 0 on.
+        oxts: Measurements, one for each frame from 0 on.
         timestamps: Timestamps by sensor, such as ``oxts``, ``image_02``, ``velodyne_points``.
         tracklets: The labelled objects.
         overwrite: Whether files that are there are replaced.

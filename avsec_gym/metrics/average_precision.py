@@ -180,6 +180,7 @@ def average_precision(
         raise ConfigurationError(
             f"min_iou has no threshold for {', '.join(unknown)}; known: {', '.join(min_iou)}"
         )
+    # Once for all: pooled boxes, their overlaps, and the frames of each resample.
     labels, found = pooled(truth, "labels"), pooled(detections, "detections")
     common = overlaps(labels, found)
     names, group = np.unique(
@@ -198,6 +199,7 @@ def average_precision(
         events = match(labels, found, common, wanted, given, metric, min_iou[category][metric])
         curve = precision_at_recalls(events, counted)
         again = None if samples is None else resampled(events, counted, samples)
+        # What the data cannot answer is NaN, not 0.
         if metric == 0 and not _orientation_is_known(labels, wanted, found, given):
             curve[1] = np.nan
             if again is not None:

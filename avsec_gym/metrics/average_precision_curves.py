@@ -92,6 +92,7 @@ def resampled(events: Events, labels: Counts, resamples: Counts) -> Floats:
 
 @numba.njit(nogil=True, cache=True)
 def _resample(events: Events, labels: Counts, resamples: Counts) -> Floats:
+    """`_precision` of each resample, shape (R, 2, 41)."""
     result = np.empty((len(resamples), 2, SLOTS))
     for i in range(len(resamples)):
         curves = _precision(events, labels, resamples[i])

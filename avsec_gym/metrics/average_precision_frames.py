@@ -79,7 +79,7 @@ def pooled(frames: Sequence[Boxes3D], what: str) -> Objects:
 
     Args:
         frames: Boxes of each frame.
-        what: Their name, for messages.
+        what: Name of the boxes, for messages.
 
     Raises:
         ConfigurationError: There are boxes without 2D boxes.

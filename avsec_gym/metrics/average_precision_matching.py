@@ -93,7 +93,7 @@ def match(
     Args:
         labels: Ground truth, DontCare regions included.
         detections: Detections in the same frames.
-        common: Their overlaps.
+        common: Overlaps of labels and detections.
         label_status: Status of each label, see `average_precision_frames`.
         detection_status: Status of each detection, see the same.
         metric: Number of the metric: 0 in the image, 1 from above, 2 in space.
@@ -181,6 +181,7 @@ def _overlaps(
 
 @numba.njit(nogil=True, cache=True)
 def _share(common: float, one: float, other: float) -> float:
+    """Intersection over union of two sizes; 0 where nothing is common."""
     return common / (one + other - common) if common > 0.0 else 0.0
 
 
@@ -259,7 +260,7 @@ def _assign(
     where nothing else is close enough.
 
     Args:
-        contest: All pairs.
+        contest: Pairs of all frames.
         f: The frame.
         cut: The lowest score that takes part.
         surest_wins: Whether this is the threshold pass.

@@ -73,6 +73,7 @@ def _search_all(
     found, lengths = np.zeros(count, np.bool_), np.zeros(count, np.int64)
     trajectories = np.zeros((count, longest, 5))
     cost, expanded = np.full(count, np.nan), np.zeros(count, np.int64)
+    # Memory that all problems share; `near` rows of it are in use.
     fresh = new_state(1024, 2048)
     vertices, sizes = np.empty((rows, 4, 2)), np.zeros((rows, 2))
     poses = np.empty((rows, known, 4))

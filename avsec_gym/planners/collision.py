@@ -201,7 +201,7 @@ def touches_piece(
         sin: Its sine.
         half_length: Half the rectangle's length, m.
         half_width: Half the rectangle's width, m.
-        vertices: All pieces.
+        vertices: Vertices of all pieces.
         i: Number of the piece.
         count: Number of its vertices; 1 is a disc.
         radius: Radius of the disc, m.

@@ -25,6 +25,7 @@ class Limits(NamedTuple):
 
 @numba.njit(nogil=True, cache=True)
 def _distance_to_box(x: float, y: float, x1: float, x2: float, y1: float, y2: float) -> float:
+    """Metres from a point to an axis-aligned box; 0 inside."""
     dx = 0.0 if x1 <= x <= x2 else min(abs(x1 - x), abs(x2 - x))
     dy = 0.0 if y1 <= y <= y2 else min(abs(y1 - y), abs(y2 - y))
     return np.sqrt(dx * dx + dy * dy)

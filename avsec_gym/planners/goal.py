@@ -106,6 +106,7 @@ def reaches(
 
 @numba.njit(nogil=True, cache=True)
 def _in_piece(x: float, y: float, vertices: Floats, q: int, count: int, radius: float) -> bool:
+    """Whether a point is in convex piece q; a piece of a single vertex is a disc."""
     if count == 1:
         dx, dy = x - vertices[q, 0, 0], y - vertices[q, 0, 1]
         return bool(np.sqrt(dx * dx + dy * dy) <= radius)

@@ -172,6 +172,7 @@ def closed_slot(
 
 @numba.njit(nogil=True, cache=True)
 def _hash(node: int, end_class: NDArray[np.int64], pose: Floats, link: NDArray[np.int32]) -> int:
+    """A number that is equal for equal states (`_same_state`), well mixed, never negative."""
     value = np.uint64(end_class[link[node, PRIMITIVE]] * 4096 + link[node, STEP])
     for k in range(3):
         value ^= np.uint64(np.int64(np.rint(pose[node, k] / _QUANTUM)))
@@ -184,6 +185,7 @@ def _hash(node: int, end_class: NDArray[np.int64], pose: Floats, link: NDArray[n
 def _same_state(
     one: int, two: int, end_class: NDArray[np.int64], pose: Floats, link: NDArray[np.int32]
 ) -> bool:
+    """Whether two nodes agree in time step, class of the last primitive and rounded pose."""
     if link[one, STEP] != link[two, STEP]:
         return False
     if end_class[link[one, PRIMITIVE]] != end_class[link[two, PRIMITIVE]]:

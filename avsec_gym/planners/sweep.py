@@ -120,7 +120,7 @@ def drives_freely(
         on_road: Whether it is known to start on the road, touching nothing.
         reference: Whether a moving obstacle is gone after its last known state.
         states: States of all primitives.
-        sweep: Their circles.
+        sweep: Circles around all primitives.
         limits: The ego vehicle.
         world: Obstacles and road edge, which must not be touched.
         placed: Memory for centre, cosine, sine and parity of each state, shape (T + 1, 5).

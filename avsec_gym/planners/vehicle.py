@@ -73,8 +73,8 @@ def simulate(
     Args:
         vehicle: Its wheelbase enters.
         start: State x, y, velocity, heading, steering angle at the rear axle, shape (..., 5).
-        acceleration: m/s2, shape (...).
-        steering_rate: rad/s, shape (...).
+        acceleration: Accelerations, m/s2, shape (...).
+        steering_rate: Steering rates, rad/s, shape (...).
         steps: Number of time steps.
         dt: Length of a time step, seconds.
         substeps: Integration steps in each time step.

@@ -22,7 +22,7 @@ def flagged(boxes: Boxes3D, path: Path) -> tuple[Boxes3D, str | None]:
     dropped.
 
     Args:
-        boxes: All lines of the label file.
+        boxes: Boxes of all lines of the label file.
         path: The flag file.
 
     Returns:

@@ -76,8 +76,8 @@ class Scene:
         seed: The experiment's seed; speeds of moving objects are drawn from it.
         number: The scene's own number, so that scenes draw independently of each other.
         group: A subset that the scene belongs to, such as ``dynamic street``.
-        draw_start_speed: Draw the ego vehicle's start speed from the thesis' range (and plan with
-            primitives that start there) instead of taking the authors' 6 or 11 m/s.
+        draw_start_speed: Whether the ego vehicle's start speed is drawn from the thesis' range (and
+            primitives start there) instead of the authors' 6 or 11 m/s.
     """
 
     id: str

@@ -267,7 +267,7 @@ def scattered(meshes: Sequence[Mesh], places: ArrayLike) -> Mesh:
     """Copies at many places: bars of a fence, slats, wheels.
 
     Args:
-        meshes: One for each place, or one for all.
+        meshes: Mesh of each place, or one for all.
         places: Poses as x, y, z, yaw, shape (n, 4).
     """
     rows = np.asarray(places, float).tolist()

@@ -221,8 +221,8 @@ def test_one_patch_brings_both_networks_nearer_to_a_ghost(
     target = target_boxes(place, frame.calibration)
     for detector in detectors:
         trained, grey = (
-            float(total_loss(detector, paste(batch_of_frames([frame]), one, [place]), [target]))
-            for one in (patch.pixels, Patch.grey().pixels)
+            float(total_loss(detector, paste(batch_of_frames([frame]), pixels, [place]), [target]))
+            for pixels in (patch.pixels, Patch.grey().pixels)
         )
         assert trained < grey - 0.01 * abs(grey)
 

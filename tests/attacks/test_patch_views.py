@@ -80,7 +80,9 @@ def test_corners_are_where_the_poster_is_seen_by_every_real_pair(shared: Path) -
             assert error(place, calibration) < 0.01
             view = right_view(place, calibration.projection(2), calibration.projection(3))
             moved.append(np.abs(view.centre - [place.u - place.disparity, place.v]).max())
-    assert max(moved) > 0.3, "no real pair would tell a shift along the rows from a projection"
+    assert max(moved) > 0.3, (
+        "no real pair would distinguish a shift along the rows from a projection"
+    )
 
 
 def test_a_pair_that_differs_by_a_shift_alone_sees_exactly_the_shifted_disc() -> None:

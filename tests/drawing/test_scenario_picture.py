@@ -60,7 +60,7 @@ def draw(shown: Drive) -> np.ndarray:
 
 
 def colliding() -> Drive:
-    """A car in the way that nobody detects."""
+    """A car in the way that is not detected."""
     return drive(scene([[13.0, -1.2, 0.0]]), Intention.STRAIGHT, Boxes3D.empty())
 
 
@@ -206,7 +206,7 @@ def test_an_arrow_stays_in_its_picture() -> None:
 
 
 def test_a_sheet_of_several() -> None:
-    drives = [drive(one, Intention.LEFT) for one in procedural_scenes(3).scenes]
+    drives = [drive(scene, Intention.LEFT) for scene in procedural_scenes(3).scenes]
     figure = draw_sheet([*drives, colliding()])
     assert len(figure.axes) == 4
     titles = [axes.get_title("right") for axes in figure.axes]

@@ -1,4 +1,4 @@
-"""What is said of sensors stands in the picture whole."""
+"""The status of every sensor stands in the picture whole."""
 
 from __future__ import annotations
 
@@ -62,7 +62,8 @@ def alarm(frame: SensorFrame, thresholds: Threshold | None = None) -> Validation
     errors = DisparityErrors(DisparityMaps(frame, SYSTEM))
     assert errors[0, 2, 3].valid > 1000
     verdicts = {
-        one: Verdict.ATTACKED if one in (LIDAR, 1) else Verdict.SOUND for one in SYSTEM.sensors
+        sensor: Verdict.ATTACKED if sensor in (LIDAR, 1) else Verdict.SOUND
+        for sensor in SYSTEM.sensors
     }
     given = None if thresholds is None else dict.fromkeys(SYSTEM.triples, thresholds)
     return Validation(True, verdicts, errors, thresholds=given)
@@ -92,7 +93,7 @@ def test_what_raised_the_alarm_comes_first_whosever_reference_it_is() -> None:
         triple: Threshold(error=-1.0 if triple == told else 1.0) for triple in SYSTEM.triples
     }
     said = Validation(True, said.verdicts, said.errors, thresholds=thresholds)
-    assert [one.triple for one in said.exceeded] == [told]
+    assert [comparison.triple for comparison in said.exceeded] == [told]
     titles = [axes.get_title(loc="left") for axes in draw_validation(said).axes[1::2]]
     assert [title.partition("\n")[0] for title in titles] == [
         "LiDAR against camera 2, seen by camera 1",

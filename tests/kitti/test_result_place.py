@@ -1,4 +1,4 @@
-"""Result files are found below the folder that somebody names, if there is but one place."""
+"""Result files are found below the folder that a user names, if there is but one place."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ ONE_OF_ELEVEN = 100 / 11
 
 
 def boxes(*objects: dict[str, Any]) -> Boxes3D:
-    """Cars of 4 m beside each other, each 100 x 50 pixels, but for what is said otherwise."""
+    """Cars of 4 m beside each other, each 100 x 50 pixels, but for what is given otherwise."""
     parts = []
     for i, given in enumerate(objects):
         place = given.get("place", i)
@@ -303,7 +303,7 @@ def test_precision_never_rises_with_recall_nor_with_the_threshold() -> None:
 def test_only_the_order_of_scores_matters_not_that_of_frames() -> None:
     truth, found = noisy(30)
     same = average_precision(truth, found).precision
-    squashed = [replace(one, score=np.exp(7 * one.score)) for one in found]
+    squashed = [replace(boxes, score=np.exp(7 * boxes.score)) for boxes in found]
     assert average_precision(truth, squashed).precision == pytest.approx(same, nan_ok=True)
     turned = average_precision(truth[::-1], found[::-1]).precision
     assert turned == pytest.approx(same, nan_ok=True)
@@ -327,7 +327,7 @@ def test_the_interval_is_that_of_frames_drawn_by_hand() -> None:
 
 
 def test_point_gnn_on_the_labelled_scenarios(shared: Path) -> None:
-    """Its paper tells 78.0 for cars in 3D, moderate, AP11, on the whole split."""
+    """Its paper reports 78.0 for cars in 3D, moderate, AP11, on the whole split."""
     folder = DetectionFolder(shared / "detections" / "point_gnn")
     data = KittiObject(shared / "kitti" / "object")
     found, _ = folder.read()

@@ -176,7 +176,7 @@ def test_batches_are_judged_like_single_drives() -> None:
 
 
 def test_after_its_end_a_drive_of_a_batch_touches_nothing() -> None:
-    """The car has arrived: what drives through its last place later is nobody's collision."""
+    """The car has arrived: what drives through its last place later is no collision."""
     drive = np.zeros((1, 20, 5))
     track = np.zeros((1, 1, 20, 4))
     track[..., 0], track[..., 2] = 20.0 - np.arange(20), 1.0

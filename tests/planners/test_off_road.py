@@ -1,4 +1,4 @@
-"""What the planner says of roads: off it, narrow gaps in it, and a start that is taken."""
+"""The planner's answers about roads: off it, narrow gaps in it, and a start that is taken."""
 
 from __future__ import annotations
 

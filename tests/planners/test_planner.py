@@ -79,7 +79,7 @@ SCENARIOS = [built(seed) for seed in range(20) if seed != 1] + [
 
 
 def judge(scenario: PlanningScenario, plan: Plan) -> dict[str, bool]:
-    """What the checker says of a plan, check by check (without the road boundary)."""
+    """The checker's results for a plan, check by check (without the road boundary)."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         checker = pytest.importorskip("commonroad_dc.feasibility.solution_checker")

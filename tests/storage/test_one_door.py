@@ -48,7 +48,7 @@ REASONS = {
         ".open",
         "commonroad.common.file_reader.CommonRoadFileReader",
     },
-    # What one process of ours says to another.
+    # What one process of ours sends to another.
     "worker_processes.py": {"pickle.loads"},
     # A variable of this name.
     "commands/validation_line.py": {"open"},
@@ -115,7 +115,7 @@ def forbidden_calls(tree: ast.Module) -> Iterator[str]:
 
 
 def test_the_net_holds() -> None:
-    """What somebody may write some day."""
+    """Code that may be written some day."""
     for line in (
         "with open(path) as file: pass",
         "Path(path).read_text()",

@@ -66,7 +66,7 @@ def test_no_more_is_read_than_was_asked_for(tmp_path: Path) -> None:
     for read in (read_bytes, check_regular, read_text):
         with pytest.raises(DataError, match="101 bytes, such a file at most 100"):
             read(path, most=100)  # type: ignore[operator]
-    if Path("/proc/self/maps").exists():  # A regular file that says it has no bytes.
+    if Path("/proc/self/maps").exists():  # A regular file that reports no bytes.
         with pytest.raises(DataError, match="such a file at most 100"):
             read_bytes("/proc/self/maps", most=100)
 

@@ -143,7 +143,7 @@ def test_what_stands_and_what_moves(layouts: list[SceneLayout]) -> None:
 
 
 def test_statistics_are_near_those_of_kitti(layouts: list[SceneLayout]) -> None:
-    """Loose bounds around KITTI's means, to notice a slip; docs/layouts.md has the distances."""
+    """Loose bounds around KITTI's means, to detect a slip; docs/layouts.md has the distances."""
     category = np.concatenate([layout.boxes.category for layout in layouts])
     location = np.concatenate([layout.boxes.location for layout in layouts])
     dimensions = np.concatenate([layout.boxes.dimensions for layout in layouts])

@@ -40,6 +40,7 @@ def read_commonroad(path: str | Path, problem_id: int | None = None) -> Planning
     import_quietly()
     from commonroad.common.file_reader import CommonRoadFileReader
 
+    # The text first, then commonroad-io, which trusts it.
     path = Path(path)
     root = read_plain_xml(path)
     check_numbers(root, path)
@@ -55,6 +56,7 @@ def read_commonroad(path: str | Path, problem_id: int | None = None) -> Planning
             path=path,
             remedy="Write CommonRoad 2020a XML, with at least one planningProblem.",
         ) from error
+    # The planning problem, and what the format has no place for.
     known = problems.planning_problem_dict
     if not known or (problem_id is not None and problem_id not in known):
         asked = "any" if problem_id is None else f"the planning problem {problem_id}"
@@ -68,6 +70,7 @@ def read_commonroad(path: str | Path, problem_id: int | None = None) -> Planning
     problem = known[next(iter(known)) if problem_id is None else problem_id]
     _check_elements(root, path, problem.planning_problem_id)
     notes = _notes(scenario.source)
+    # Our classes are stricter: what they refuse is an error of the file.
     try:
         start = problem.initial_state
         return PlanningScenario(

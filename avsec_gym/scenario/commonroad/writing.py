@@ -80,6 +80,7 @@ def to_commonroad(scenario: PlanningScenario) -> tuple[Any, Any]:
     from commonroad.scenario.scenario import Scenario, ScenarioID
     from commonroad.scenario.state import CustomState, InitialState
 
+    # Lanelets, with bounds that CommonRoad pairs point by point.
     document = Scenario(scenario.dt, ScenarioID.from_benchmark_id("ZAM_Avsec-1_1_T-1", "2020a"))
     lanelets = []
     for lanelet in scenario.road.lanelets:
@@ -110,8 +111,10 @@ def to_commonroad(scenario: PlanningScenario) -> tuple[Any, Any]:
             )
         )
     document.add_objects(LaneletNetwork.create_from_lanelet_list(lanelets))
+    # Obstacles.
     for i in range(len(scenario.obstacles)):
         document.add_objects(_commonroad_obstacle(scenario.obstacles, i))
+    # Goals, and the planning problem under the first number that is free.
     goal_states, of_lanelets = [], {}
     for i, goal in enumerate(scenario.goals):
         state: dict[str, Any] = {"time_step": Interval(*goal.steps)}

@@ -36,7 +36,7 @@ def default_suite(
     Other processes that want the same suite wait until it is there.
 
     Args:
-        name: One of `SUITES`.
+        name: Name of the suite, one of `SUITES`.
         workers: Number of processes, as of `make_data_set`.
         full_check: Whether every file is read instead of its size compared.
         on_progress: Function of the progress, as of `make_data_set`; without it, progress is

@@ -58,7 +58,7 @@ def write_object_files(
         id: The frame's id, six digits.
         posed: The scene that was rendered.
         capture: The sensors' measurements and the truth.
-        previous: Those of the frames before it, the latest first.
+        previous: Measurements of the frames before it, the latest first.
         notes: Further entries of the scene file.
     """
 

@@ -44,7 +44,7 @@ def suite_recipe(
     """How to make a suite.
 
     Args:
-        suite: One of `SUITES`.
+        suite: Name of the suite, one of `SUITES`.
         frames: Number of frames; of instants where several vehicles look.
         seed: Seed of the set.
         sensors: The sensors that are written; KITTI's if None.

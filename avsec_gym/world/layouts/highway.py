@@ -21,6 +21,7 @@ _LANE_WIDTH = 3.75
 
 def highway(rng: np.random.Generator) -> tuple[LayoutRoad, Placed]:
     """Draw one highway: free flow with oncoming traffic, or queues beside the ego vehicle."""
+    # The road: its lanes, and a bend now and then.
     queue = rng.random() < _QUEUE_SHARE
     first = 3.8 + 1.2 * rng.random()
     oncoming = 10.6 + 3.6 * rng.random()
@@ -33,6 +34,7 @@ def highway(rng: np.random.Generator) -> tuple[LayoutRoad, Placed]:
         lane_offsets=(0.0, float(first)),
         lane_width=_LANE_WIDTH,
     )
+    # The ego vehicle's direction: its own lane, and queues or free lanes beside it.
     parts = [_lane_ahead(rng, shift)]
     if queue:
         parts += _queues(rng, first)
@@ -41,6 +43,7 @@ def highway(rng: np.random.Generator) -> tuple[LayoutRoad, Placed]:
             _lane_ahead(rng, shift + side, likely)
             for side, likely in ((_LANE_WIDTH, 0.14), (-_LANE_WIDTH, 0.24))
         ]
+    # Oncoming traffic on one or two lanes, and what stands beside the road.
     if rng.random() < (0.12 if queue else 0.85):
         parts += [
             place_row(

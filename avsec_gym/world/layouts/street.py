@@ -82,6 +82,7 @@ def _flowing(rng: np.random.Generator) -> tuple[LayoutRoad, Placed]:
     """A wider street with vehicles ahead and oncoming ones, few of them parked."""
     oncoming = 3.2 + 1.5 * rng.random() if rng.random() < 0.35 else 8.5 + 4.0 * rng.random()
     road = _road(rng, (0.0, oncoming))
+    # Traffic ahead, and oncoming traffic.
     parts = [
         place_row(
             rng,
@@ -108,6 +109,7 @@ def _flowing(rng: np.random.Generator) -> tuple[LayoutRoad, Placed]:
             moving=True,
         ),
     ]
+    # Beside the road: a parked row now and then, a side street, people.
     kerb = 3.0 + 1.2 * rng.random()
     if rng.random() < 0.30:
         parts.append(

@@ -42,6 +42,7 @@ def edge_marks(light, faces, distances, normals, surfaces, width):
 
 @njit(cache=True, inline="always")
 def _differ(i, j, light, faces, distances, normals):
+    """Whether two neighbouring pixels show an edge; the cheap tests come first."""
     if faces[i] == faces[j]:
         # Textures are filtered, shadows half-shades: nothing within a face is sharper than that.
         return False

@@ -66,8 +66,8 @@ class RoadCanvas:
             polygons: Corners in road coordinates, each of shape (n, 2).
             colour: Colour of the whole area.
             opacity: Opacity in [0, 1].
-            wear: A repeating picture by which the opacity is multiplied, and where it begins.
-            grain: The colour varies like asphalt; where the grain begins.
+            wear: Repeating picture by which the opacity is multiplied, and its offset.
+            grain: Offset at which the grain begins; the colour varies like asphalt.
         """
         corners = [self.pixels(*np.asarray(polygon, float).T) for polygon in polygons]
         window = self._window(corners, 1.0)
@@ -116,8 +116,8 @@ class RoadCanvas:
             y: Row of its upper edge.
             colour: Colour of all of it.
             opacity: Opacity of the mask's 255.
-            wear: See `fill`.
-            grain: See `fill`.
+            wear: Tile of wear and its offset, see `fill`.
+            grain: Offset at which the grain begins, see `fill`.
         """
         height, width = self.picture.shape[:2]
         first, upper = max(0, -x), max(0, -y)
@@ -197,6 +197,11 @@ def _fixed(corners: Sequence[Floats], x: int, y: int) -> list[NDArray[np.int32]]
 
 @njit(cache=True)
 def _lay_over(picture, mask, top, left, colour, opacity, wear, wear_at, grain, grain_at):  # type: ignore[no-untyped-def]
+    """Lay a colour over a part of a picture, in place; see `RoadCanvas.lay`.
+
+    Invariant: pixels keep their colour apart from their alpha; what is fully transparent below has
+    no share in the mixture.
+    """
     rows, columns = mask.shape
     grained = grain.shape[0] > 1
     for i in range(rows):

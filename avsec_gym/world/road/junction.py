@@ -85,6 +85,7 @@ def to_main(site: Site, street: SideStreet, along: Floats, left: Floats) -> Floa
 
 @functools.lru_cache(maxsize=64)
 def _mouth(site: Site, street: SideStreet) -> Mouth:
+    # The street's carriageway, in the main road's coordinates.
     side, radius = street.side, street.radius
     road_edge = _edge(site.section.carriageway, side)
     kerb_edge, height = _kerb_line(site.section, side)
@@ -107,10 +108,12 @@ def _mouth(site: Site, street: SideStreet) -> Mouth:
     paved = shapely.difference(beyond(width, depth), rounded)
     paved = paved.buffer(-0.005, join_style="mitre").buffer(0.005, join_style="mitre")
     paved = shapely.simplify(paved, 0.002)
+    # Between the carriageway and a kerb farther out, the mouth goes on.
     if side * (kerb_edge - road_edge) > 0.02:
         first, _, last, _ = shapely.intersection(paved, beyond(width, 0.05)).bounds
         low, high = sorted([road_edge, kerb_edge + side * 0.01])
         paved = shapely.union(paved, shapely.box(first, low, last, high))
+    # Kerb stones and their upright faces stand where the mouth meets raised ground.
     main = [
         shapely.box(street.along - _REACH, strip.right, street.along + _REACH, strip.left)
         for strip in _raised(site.section)

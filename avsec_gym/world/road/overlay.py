@@ -106,6 +106,7 @@ def _tables() -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
 
 @njit(cache=True)
 def _multiplied(picture, light, codes):  # type: ignore[no-untyped-def]
+    """The picture, its linear light multiplied by alpha and encoded again; 0 where alpha is 0."""
     height, width = picture.shape[:2]
     result = np.zeros_like(picture)
     for i in range(height):
@@ -122,6 +123,11 @@ def _multiplied(picture, light, codes):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _halved(level, light, codes):  # type: ignore[no-untyped-def]
+    """Half of the size, rounded up: means of two by two pixels, in linear light.
+
+    Invariant: colours are multiplied by alpha already, so that plain means are right; the last row
+    and column of an odd size count twice.
+    """
     height, width = level.shape[:2]
     rows, columns = (height + 1) // 2, (width + 1) // 2
     result = np.empty((rows, columns, 4), np.uint8)

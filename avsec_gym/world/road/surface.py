@@ -39,6 +39,7 @@ def road_meshes(site: Site, start: float, end: float) -> list[tuple[Mesh, Surfac
     Returns:
         One mesh for each kind of surface.
     """
+    # The main road's strips, with holes where side streets open.
     materials = ground_materials(site)
     openings = mouths(site, start, end)
     holes = tuple(
@@ -49,6 +50,7 @@ def road_meshes(site: Site, start: float, end: float) -> list[tuple[Mesh, Surfac
     plain = Lay(site.course, site.ground)
     painted = plain._replace(overlay_corner=(start, painted_edges(site.section)[1]))
     parts = _section_meshes(painted, site.section, stations, materials, holes)
+    # The mouths, their kerbs, and the side streets behind them.
     lanes = [strip for strip in site.section.strips if strip.surface == Surface.ROAD]
     widest = max(lanes, key=lambda strip: strip.left - strip.right)
     for mouth in openings:

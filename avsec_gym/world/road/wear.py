@@ -45,6 +45,7 @@ def paint_tracks(
     canvas: RoadCanvas, site: Site, openings: Sequence[Mouth], rng: np.random.Generator
 ) -> None:
     """Bands where wheels run and oil drips, dust where no wheel rolls; the canvas is empty."""
+    # Painted on a coarser lattice: rows across the road, columns along it.
     height, width = (size // _COARSE for size in canvas.picture.shape[:2])
     left = canvas.top - (np.arange(height) + 0.5) * _COARSE / canvas.scale
     along = canvas.start + (np.arange(width) + 0.5) * _COARSE / canvas.scale
@@ -64,6 +65,7 @@ def paint_tracks(
         for finer, octaves, persistence in ((1, 5, 0.7), (2, 4, 0.8))
     )
 
+    # Dark: wheel tracks and oil in the middle of each lane, and blotches by surface.
     dark = np.zeros(height)
     for lane in site.section.lanes:
         wheels, middle = rng.uniform(-0.05, 0.10), rng.uniform(0.0, 0.11)
@@ -79,10 +81,12 @@ def paint_tracks(
     borders = [strip.right for strip in site.section.strips[1:]]
     shade += stained[np.searchsorted(borders, left)][:, None] * _blotches(height, width, rng)
 
+    # Light: dust along the edges, and wherever the shade would brighten.
     dirt = rng.uniform(0.25, 0.6) * np.exp(-_edge_distance(site.section, left) / 0.32)[:, None]
     dirt = dirt * _closed(openings, along, left) * np.clip(0.8 + 0.7 * patchy, 0.0, 2.0)
     dust = np.clip(dirt + np.maximum(-shade, 0.0), 0.0, 0.7)
     soot = np.clip(shade, 0.0, 0.5)
+    # One layer of both, brought to the canvas's resolution.
     alpha = dust + soot - dust * soot
     share = (dust / (dust + soot + 1e-6))[..., None]
     colour = _DARK + (_DUST - _DARK) * share

@@ -22,6 +22,7 @@ def city(plot: Plot, rng: np.random.Generator) -> None:
     shops = float(rng.uniform(0.1, 0.7))
     apartments = float(rng.uniform(0.0, 0.25))
     for side in (1, -1):
+        # Houses along the street and behind it, yards in the gaps.
         openness = float(rng.beta(0.8, 4.0))
         row = Row(
             kinds={
@@ -40,6 +41,7 @@ def city(plot: Plot, rng: np.random.Generator) -> None:
         _fill_gaps(plot, rng, side, 5.0)
         right, left = plot.site.section.edges
         edge = left if side > 0 else -right
+        # Trees, lamps and signs at the kerb.
         kerb = plot.kerb(side)
         if rng.random() < 0.6:
             _avenue(plot, rng, side * (kerb + float(rng.uniform(0.7, 1.2))))
@@ -125,6 +127,7 @@ def residential(plot: Plot, rng: np.random.Generator) -> None:
 def campus(plot: Plot, rng: np.random.Generator) -> None:
     """Large buildings on lawns, old trees, bicycles everywhere."""
     for side in (1, -1):
+        # Buildings, or a wood.
         edge = abs(plot.site.section.edges[1 if side > 0 else 0])
         wooded = rng.random() < 0.35
         if not wooded:
@@ -136,6 +139,7 @@ def campus(plot: Plot, rng: np.random.Generator) -> None:
                 gap=(8.0, 25.0),
             )
             build_row(plot, rng, row, side)
+        # Trees, bushes, now and then a hedge.
         count = int(rng.integers(25, 60) if wooded else rng.integers(8, 24))
         along = rng.uniform(plot.start, plot.end, count)
         away = edge + 1.5 + (34.0 if wooded else 18.0) * rng.random(count)
@@ -146,6 +150,7 @@ def campus(plot: Plot, rng: np.random.Generator) -> None:
         if rng.random() < 0.4:
             length = float(rng.uniform(8.0, 20.0))
             plant_hedge(plot, rng, float(rng.uniform(5, 60)), side * (edge + 1.2), length, 1.4)
+        # Lamps and furniture along the paths.
         line_up(plot, rng, "lamp_globe", side * (edge + 0.6), 22.0, on_road=False)
         scatter(
             plot,

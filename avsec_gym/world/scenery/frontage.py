@@ -106,7 +106,7 @@ def build_behind(
         plot: The plot that is built up.
         rng: The source of chance.
         side: Side of the course: 1 left, -1 right.
-        gaps: Their middles along the road, as `build_row` returns them.
+        gaps: Middles of the gaps along the road, as `build_row` returns them.
         kinds: Kinds of buildings, each as likely as the others.
     """
     edge = abs(plot.site.section.edges[1 if side > 0 else 0])
@@ -150,6 +150,7 @@ def front_garden(
         if setback < 1.6:
             return
         kind = usual if rng.random() < 0.7 else str(rng.choice(["wall", "fence", "hedge", "open"]))
+        # The border, with an opening for a drive at one end.
         drive = float(rng.uniform(2.6, 3.6))
         length = width - drive + float(rng.uniform(0.0, 3.0))
         where = middle + (0.5 * drive if rng.random() < 0.5 else -0.5 * drive)
@@ -167,6 +168,7 @@ def front_garden(
                 heading=turn,
                 size=(length, 0.35),
             )
+        # Bushes and a tree before the house, a tree behind it.
         count = int(rng.poisson(0.12 * width * min(setback, 8.0) / 4.0))
         stations = middle + width * rng.uniform(-0.6, 0.6, count)
         plant_bushes(plot, rng, stations, side * (edge + rng.uniform(1.3, setback, count)))

@@ -59,6 +59,7 @@ def _alphabet() -> dict[str, list[Stroke]]:
 
 
 def _capitals() -> dict[str, list[Stroke]]:
+    # Parts that several letters share; x to the right, y up, the height is 1.
     stem = _line(0, 0, 0, 1)
     ring = _joined(_arc(0.25, 0.75, 0.25, 0.25, 0, 180), _arc(0.25, 0.25, 0.25, 0.25, 180, 360))
     oval = _joined(ring, ring[:1])
@@ -106,6 +107,7 @@ def _capitals() -> dict[str, list[Stroke]]:
 
 
 def _small_letters() -> dict[str, list[Stroke]]:
+    # Parts that several letters share; letters without ascender are 0.7 high.
     ring = _joined(_arc(0.21, 0.49, 0.21, 0.21, 0, 180), _arc(0.21, 0.21, 0.21, 0.21, 180, 360))
     oval = _joined(ring, ring[:1])
     foot = _line(0, 0, 0, 0.7)

@@ -95,6 +95,7 @@ def _gap(
 
 @njit(cache=True)
 def _side(traffic: Traffic, traveller: int, other: int) -> float:
+    """Room that a traveller leaves beside another, metres."""
     narrow = (traffic.width[traveller] < NARROW) + (traffic.width[other] < NARROW)
     if narrow == 0:
         return _SIDE

@@ -162,6 +162,7 @@ def _is_free(network: Network, zones: Zones, traffic: Traffic, traveller: int) -
 
 @njit(cache=True)
 def _holds(network: Network, traffic: Traffic, traveller: int) -> bool:
+    """Whether a traveller has begun to pass its gate and has not left its zones."""
     rear = traffic.place[traveller] - 0.5 * traffic.length[traveller]
     return traffic.committed[traveller] and rear < network.clear[traffic.route[traveller]]
 

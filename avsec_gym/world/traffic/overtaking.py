@@ -40,7 +40,7 @@ def change_lanes(network: Network, neighbours: Integers, traffic: Traffic) -> No
         network: The routes.
         neighbours: Route of the lane to the left and to the right in the direction of travel,
             -1 for none, shape (R, 2).
-        traffic: Changed in place; the poses stay what they are.
+        traffic: The travellers, changed in place; the poses stay what they are.
     """
     for traveller in range(len(traffic.place)):
         shift, speed, place = traffic.shift, traffic.speed[traveller], traffic.place[traveller]
@@ -61,6 +61,7 @@ def change_lanes(network: Network, neighbours: Integers, traffic: Traffic) -> No
 def _can_change(
     network: Network, traffic: Traffic, traveller: int, target: int, least: float
 ) -> bool:
+    """Whether a change pays and disturbs no traveller on the other route."""
     place, _ = _project(network, traffic, traveller, target)
     ahead = _ahead(traffic, traveller, target, place)
     if (
@@ -149,6 +150,7 @@ def _behind(traffic: Traffic, traveller: int, route: int, place: float) -> int:
 
 @njit(cache=True)
 def _gap(traffic: Traffic, traveller: int, place: float, ahead: int) -> float:
+    """Free metres from a traveller at a place to the one ahead on the same route."""
     return traffic.place[ahead] - place - 0.5 * (traffic.length[traveller] + traffic.length[ahead])
 
 

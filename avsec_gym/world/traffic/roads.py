@@ -29,8 +29,8 @@ class Roads:
     """Routes by what they are for: indices into `routes`.
 
     Args:
-        routes: All of them.
-        lanes: One for each lane of the main road.
+        routes: All routes.
+        lanes: Route of each lane of the main road.
         exits: Lane, and route that turns from it into a side street.
         entries: Routes out of each side street onto the main road.
         cycling: Lines for cyclists, each with the lane in which it runs, -1 for cycle paths.

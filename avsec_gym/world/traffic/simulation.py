@@ -56,7 +56,7 @@ def simulate(
             longer one.
         step: Time between instants, seconds.
         egos: Number of vehicles that carry sensors.
-        density: See `populate`.
+        density: Amount of traffic, see `populate`.
 
     Returns:
         Instants at 0, step, 2 step ... up to the duration. Ids stay the same; an actor that

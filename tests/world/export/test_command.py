@@ -87,7 +87,7 @@ def test_a_rig_of_ones_own(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> N
     words = ["world", "make", "--suite", "street", "--out", str(tmp_path)]
     assert run([*words, "--rig", "0", "0.54", "-0.27", "0.54"]) == DONE
     assert run(words) == DONE
-    baselines = [one.sensors.rig.calibration.baseline(2, 3) for one in made]
+    baselines = [recipe.sensors.rig.calibration.baseline(2, 3) for recipe in made]
     assert baselines == pytest.approx([0.81, kitti_rig().calibration.baseline(2, 3)])
 
 

@@ -59,7 +59,7 @@ def test_tracklets_are_the_labels_over_time(raw: Path) -> None:
                 nearest = int(apart.argmin())
                 assert apart[nearest] < 0.01
                 np.testing.assert_allclose(tracked.dimensions[nearest], size, atol=1e-4)
-                # The velodyne is mounted a little askew, which a yaw alone cannot tell.
+                # The velodyne is mounted a little askew, which a yaw alone cannot hold.
                 assert abs(np.sin(tracked.rotation_y[nearest] - turn)) < 0.01
                 assert tracked.category[nearest] == category
                 count += 1

@@ -109,14 +109,14 @@ def overlay() -> OverlayArrays:
         height, width = level.shape[0] // 2 * 2, level.shape[1] // 2 * 2
         level = level[:height, :width].reshape(height // 2, 2, width // 2, 2, 4).mean(axis=(1, 3))
     texels = [
-        np.concatenate([255 * one[..., :3] ** (1 / 2.2), 255 * one[..., 3:]], -1).reshape(-1, 4)
-        for one in levels
+        np.concatenate([255 * level[..., :3] ** (1 / 2.2), 255 * level[..., 3:]], -1).reshape(-1, 4)
+        for level in levels
     ]
-    sizes = [len(one) for one in texels]
+    sizes = [len(level) for level in texels]
     return OverlayArrays(
         (np.concatenate(texels) + 0.5).astype(np.uint8),
         np.cumsum([0, *sizes[:-1]]),
-        np.array([one.shape[:2] for one in levels], np.int32),
+        np.array([level.shape[:2] for level in levels], np.int32),
         np.full(2, 10.0, np.float32),
         np.array([5.0], np.float32),
     )

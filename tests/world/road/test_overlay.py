@@ -12,7 +12,7 @@ START, END = -30.0, 90.0
 
 
 def pixels(overlay, along, left):
-    """Values at road coordinates, as the docstring of `Overlay` says."""
+    """Values at road coordinates, as the docstring of `Overlay` states."""
     column = np.floor((np.asarray(along) - overlay.start) / overlay.metres_per_pixel).astype(int)
     row = np.floor((overlay.top - np.asarray(left)) / overlay.metres_per_pixel).astype(int)
     return overlay.picture[row, column].astype(float)

@@ -177,7 +177,7 @@ def test_every_style_has_what_belongs_to_it(composed, style: Style) -> None:
 @pytest.mark.parametrize("style", list(Style))
 def test_scenery_stands_off_roads_and_lines_of_sight(composed, style: Style) -> None:
     site, clear, placements = composed[style]
-    places = np.array([[one.x, one.y] for one in standing(placements) if one.z != 0.0])
+    places = np.array([[each.x, each.y] for each in standing(placements) if each.z != 0.0])
     along, left = site.course.coordinates(*places.T)
     inside = (along > -50) & (along < 120)
     off_road = (Surface.ROAD, Surface.PARKING, Surface.CYCLE_PATH)
@@ -207,7 +207,7 @@ def test_the_same_site_has_the_same_scenery(composed, style: Style) -> None:
 
 def test_houses_do_not_stand_in_one_another(composed) -> None:
     for style in (Style.CITY, Style.RESIDENTIAL):
-        houses = [one for one in standing(composed[style][2]) if one.surface is Surface.BUILDING]
+        houses = [each for each in standing(composed[style][2]) if each.surface is Surface.BUILDING]
         plans = []
         for house in houses:
             mesh = house.mesh(0.0)

@@ -127,7 +127,7 @@ def test_a_broken_cache_is_drawn_again(cache: Path, suffix: str, harm: str) -> N
 
 
 def test_tables_and_pixels_of_different_drawings_are_not_mixed(cache: Path) -> None:
-    """A process that was killed between the two files, say."""
+    """As a process leaves it that was killed between the two files."""
     drawn = digest(load())
     (path,) = cache.glob("*.npy")
     np.save(path, np.load(path)[:-5])

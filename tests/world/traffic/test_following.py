@@ -1,4 +1,4 @@
-"""Few vehicles on a straight street, whose behaviour can be told beforehand."""
+"""Few vehicles on a straight street, whose behaviour is known beforehand."""
 
 import numpy as np
 import pytest
@@ -73,7 +73,7 @@ def test_a_free_car_comes_as_far_as_its_speed_says(street: Site) -> None:
 
 
 def crossing_person(opens: float, polite: bool) -> tuple[Route, Traveller]:
-    """Somebody who waits at the right kerb, 60 m ahead of a car at 440 m on its route."""
+    """A person who waits at the right kerb, 60 m ahead of a car at 440 m on its route."""
     line = course_from_curvature(np.zeros(61), pose=(50.0, -12.0, np.pi / 2))
     route = Route(along_course(line), WIDTH, gate=7.4, clear=18.0)
     person = Traveller("Pedestrian", PERSON, 1, 6.9, 0.0, 1.4, (0.0, 5.0, 0.0))

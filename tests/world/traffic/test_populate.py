@@ -32,7 +32,7 @@ def test_a_campus_has_more_people_than_cars_and_a_highway_none() -> None:
         for seed in range(8):
             rng = np.random.default_rng(seed)
             population = populate(draw_site(style, rng, length=200.0), rng)
-            categories = [one.category for one in population.travellers]
+            categories = [traveller.category for traveller in population.travellers]
             people[style] += sum(each in ("Pedestrian", "Cyclist") for each in categories)
             moving_cars[style] += sum(each == "Car" for each in categories)
     assert people[Style.HIGHWAY] == 0

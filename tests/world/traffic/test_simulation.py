@@ -62,7 +62,7 @@ def test_motion_is_plausible(watch: Callable, style: Style, seed: int) -> None:
     seen = watch(style, seed)
     speeds, poses = seen.speeds[:, seen.moving], seen.poses[:, seen.moving]
     travellers = seen.population.travellers
-    vehicle = np.array([one.category in VEHICLES for one in travellers])
+    vehicle = np.array([traveller.category in VEHICLES for traveller in travellers])
     change = np.diff(speeds, axis=0) / 0.1
     assert np.nanmax(change, initial=0.0) < 4.0
     assert np.nanmin(change[:, vehicle], initial=0.0) > -8.0 - 1e-6

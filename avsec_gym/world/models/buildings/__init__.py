@@ -58,7 +58,7 @@ def make_building(kind: str, width: float, depth: float, rng: np.random.Generato
     """One building; see the module for its frame.
 
     Args:
-        kind: One of `KINDS`.
+        kind: Kind of the building, one of `KINDS`.
         width: Width of the footprint along the street, metres; 7 or more (garages 3, halls 10).
         depth: Depth of the footprint, metres; 6 or more.
         rng: Generator that draws everything else: style, storeys, colours, windows.

@@ -38,7 +38,7 @@ def dormers(
     """Little houses on the roof, each with a window of two sashes.
 
     Args:
-        columns: Their middles along x, shape (n,).
+        columns: Middles of the dormers along x, shape (n,).
         front: Distance of their fronts behind the facade, metres.
         slope: Slope of the roof.
         size: Width and height of their fronts up to the eaves, metres.

@@ -101,7 +101,7 @@ def gable(
         eaves: Its height, metres.
         rise: Height from eaves to ridge, metres.
         material: Material of the wall.
-        opening: None or one, middle at x = 0, inside the triangle; shape (0, 4) or (1, 4).
+        opening: Opening inside the triangle, its middle at x = 0, or none; shape (1, 4) or (0, 4).
     """
     half, peak = 0.5 * length, eaves + rise
     if not len(opening):
@@ -125,7 +125,8 @@ def enclose(width: float, depth: float, sides: Sequence[Sequence[Panels]]) -> Me
     Args:
         width: Width of the footprint, along x, metres.
         depth: Depth of the footprint, metres.
-        sides: Each built for a wall along x that faces -y, its middle at the origin.
+        sides: Meshes of the sides, each built for a wall along x that faces -y, its middle at the
+            origin.
     """
     half = 0.5 * width
     places = [
@@ -147,7 +148,7 @@ def grid(columns: ArrayLike, sills: ArrayLike, width: float, height: float) -> F
 
     Args:
         columns: Middles of the columns along the wall, metres.
-        sills: Their lower ends.
+        sills: Lower ends of the rows, metres.
         width: Width of each opening, metres.
         height: Height of each opening, metres.
     """

@@ -99,7 +99,7 @@ def upright(
         z0: Lower ends.
         z1: Upper ends.
         y: Distance behind the facade's plane, metres.
-        once: Each shows one whole repeat of a texture of 1 m x 1 m, not metres.
+        once: Whether each shows one whole repeat of a texture of 1 m x 1 m, not metres.
     """
     ends = np.array(np.broadcast_arrays(*np.atleast_1d(x0, x1, y, z0, z1)), float)
     corners = ends[_UPRIGHT].transpose(2, 0, 1)

@@ -31,7 +31,7 @@ def swept_roof(
     """A roof of one cross-section from `left` to `right`: gable, mansard, lean-to.
 
     Args:
-        profile: y and z of its upper side from the street to the rear, shape (n, 2).
+        profile: Points y and z of its upper side from the street to the rear, shape (n, 2).
         left: Position of the left end, metres.
         right: Position of the right end, metres.
         materials: Materials of the roof.

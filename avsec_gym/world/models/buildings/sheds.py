@@ -62,6 +62,7 @@ def hall(width: float, depth: float, rng: np.random.Generator) -> Mesh:
     tints = ((0.6, 0.61, 0.62), (0.68, 0.66, 0.6), (0.25, 0.35, 0.5), (0.3, 0.32, 0.33))
     clad = Material("cladding", tints[int(rng.integers(len(tints)))], mirror=0.03, infrared=0.5)
     bands = [Band(BELOW_GROUND, base, Material("concrete/2"), 0.03), Band(base, height, clad)]
+    # The front: gates, an office door, a strip of windows.
     gates = max(1, round(width / 9.0))
     columns = evenly(width, width / gates, gates)
     opening = grid(columns, [0.03], 3.6, 4.0)
@@ -84,6 +85,7 @@ def hall(width: float, depth: float, rng: np.random.Generator) -> Mesh:
     if rng.random() < 0.7:
         x = float(rng.uniform(-0.2, 0.2)) * width
         front += sign(x - 2.2, x + 2.2, height - 2.4, height - 1.5, int(rng.integers(SHOPS, SIGNS)))
+    # The other walls, under a flat roof or a gabled one with a skylight.
     side, rear = wall(depth, bands), wall(width, bands)
     if rng.random() < 0.5:
         roof = flat_roof(width, depth, height, palette.ZINC, palette.GRAVEL, 0.08)

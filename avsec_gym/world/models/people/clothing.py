@@ -50,11 +50,11 @@ class Outfit:
         loose: Width of the trousers relative to the leg.
         skirt: Its lower edge in body heights above the hip joints; None for trousers.
         lower: Material of the skirt, which may belong to a dress.
-        shoes: Their upper side.
+        shoes: Material of the shoes' upper side.
         soles: Material of the soles and of what they stand on.
-        hat: One of none, cap, hat, helmet, hood.
+        hat: Kind of hat: none, cap, hat, helmet, hood.
         headgear: Material of the hat.
-        luggage: One of none, backpack, shoulder bag, handbag, shopping bag.
+        luggage: Kind of luggage: none, backpack, shoulder bag, handbag, shopping bag.
         bag: Material of the luggage.
         side: The hand that carries: 0 right, 1 left.
     """
@@ -90,17 +90,19 @@ def dressed(appearance: int, height: float = 1.76, *, seated: bool = False) -> O
     """The outfit that belongs to a number.
 
     Args:
-        appearance: Any number of 0 or more.
+        appearance: Number of the outfit, 0 or more.
         height: Height of the person, metres; children wear children's clothes.
         seated: Whether the person sits: without luggage, skirts and coats, which would hinder.
     """
     rng = np.random.Generator(np.random.PCG64(appearance))
+    # The head first: the other clothes suit it.
     child = height < 1.45
     looks = [n for n, look in enumerate(HEADS) if not (child and _grown_up(n))]
     look = int(rng.choice(looks))
     feminine = HEADS[look].style in _FEMININE
     top, inner, sleeve, hem, bulk, is_open = _top(rng, feminine, seated)
     legs, trouser_end, loose = _trousers(rng, feminine)
+    # A skirt in place of trousers; half of them belong to a dress.
     skirt, lower = None, top
     if feminine and not seated and rng.random() < 0.30:
         skirt = float(rng.choice([-0.17, -0.24, -0.40]))

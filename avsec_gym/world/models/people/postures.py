@@ -92,7 +92,8 @@ def holding(posture: Posture, gesture: str, side: int) -> Posture:
 
     Args:
         posture: Posture of the rest of the body.
-        gesture: One of `STANDING`, `REACHING`, `WALKING`, `SITTING`, or "strap".
+        gesture: Gesture of the hands: one of `STANDING`, `REACHING`, `WALKING`, `SITTING`, or
+            "strap".
         side: Side of the busy hand if there is only one: 0 right, 1 left.
     """
     hands: Floats = posture.hands.copy()

@@ -83,12 +83,12 @@ def sweep(
         front: Rough direction of the front of the ring, shape (n, 3) or (3,).
         sizes: Half sizes to the front, to the back and to the sides, shape (n, 3) or (3,),
             metres.
-        materials: One or several.
+        materials: Material of the rings, or several.
         sides: Points of a ring.
         codes: Codes of the materials, shape (n, sides), (n, 1) or a number.
-        give: See `Rings`, shape (n, 3) or (3,).
-        squareness: See `Rings`.
-        swell: See `Rings`, shape (n,) or a number.
+        give: Displacement of the rings, see `Rings`, shape (n, 3) or (3,).
+        squareness: Shape of the cross section, see `Rings`.
+        swell: Growth by looseness, see `Rings`, shape (n,) or a number.
         capped: Whether a point ring closes each end.
     """
     count = len(centres)

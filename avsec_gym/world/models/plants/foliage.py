@@ -39,8 +39,8 @@ def leaf_material(family: str, tone: float = 1.0, *, solid: bool = False) -> Mat
 
     Args:
         family: Name of the leaves' texture.
-        tone: Their lightness relative to the texture; lighter ones are yellower.
-        solid: One cannot look between them: the dark inside of a crown.
+        tone: Lightness of the leaves relative to the texture; lighter ones are yellower.
+        solid: Whether no ray passes between them: the dark inside of a crown.
     """
     tint = (tone**1.2, tone, tone**0.75)
     return Material(f"leaves_{family}", tint, translucent=0.35, infrared=0.6, leaves=not solid)

@@ -74,7 +74,7 @@ def wood(skeleton: Skeleton, bark: Material, *, sides: int, thinnest: float) -> 
 
     Args:
         skeleton: The grown skeleton.
-        bark: Their material.
+        bark: Material of trunk and branches.
         sides: Number of sides of the trunk's cross-section.
         thinnest: Branches of a smaller radius are left out, metres.
     """

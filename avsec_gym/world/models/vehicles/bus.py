@@ -121,6 +121,7 @@ def _body(
     two_ended: bool,
     ends: tuple[bool, bool] = (True, True),
 ) -> list[Mesh]:
+    # Windows at even distances; every third place has a door below.
     length = front - rear
     count = max(2, round(length / 1.5))
     edges = np.linspace(rear + 0.35, front - (1.0 if ends[1] else 0.35), count + 1)
@@ -134,6 +135,7 @@ def _body(
     front_pane = screen if ends[1] else None
     rear_pane = rear_screen if ends[0] else None
     stripe = Material(tint=(0.05, 0.05, 0.055), mirror=0.05, infrared=0.2)
+    # Bands from the skirt to the roof.
     bands = [
         Band(0.22 * top, below, lean=0.0),
         Band(0.40 * top, below, front=below, openings=doors, lean=0.02),
@@ -168,6 +170,7 @@ def _body(
         squareness=3.6 if two_ended else 4.5,
         rear_lean=1.0 if two_ended and ends[0] else 0.1,
     )
+    # Lamps and boards at the ends.
     lamp = Material("headlamp/0", mirror=0.12, infrared=0.6)
     red = Material("tail_lamp/2", mirror=0.1, infrared=0.6)
     board = Material("destination", glow=0.12, infrared=0.1)

@@ -58,7 +58,7 @@ def coach(
         bottom: Height of its lower edge.
         bands: Bands from below; the last one's material is the roof's, too.
         axles: Coordinates x of the wheels that need an arch.
-        wheel: Their radius.
+        wheel: Radius of the wheels, metres.
         rounding: Lengths over which the rear and the front narrow.
         squareness: Exponent of the plan's corners.
         rear_lean: Share of the bands' `lean` that holds at the rear, too.

@@ -12,7 +12,7 @@ class Body:
     """A body type at its usual length; lengths along the car are metres, heights shares.
 
     Args:
-        length: Usual length.
+        length: Usual length of the body.
         front_overhang: Length from the front end to the front axle.
         rear_overhang: Length from the rear axle to the rear end.
         bonnet: Length from the front end to the windscreen's base.
@@ -27,7 +27,8 @@ class Body:
         roundness: Length over which the front narrows, metres.
         squareness: Exponent of the plan's corners.
         roof: Width of the roof, share of the body's.
-        windows: Their rear and front edges, shares of the side from the rear to the windscreen.
+        windows: Rear and front edges of the windows, shares of the side from the rear to the
+            windscreen.
         doors: Name of the texture that shows its seams.
         glass: Upper edge of the windows, share of the way from the belt to the roof.
         rear_glass: Lower and upper edge of the rear window; equal if there is none.
@@ -133,7 +134,7 @@ class CarDesign:
         cowl: Height z of the windscreen's base.
         belt: Height z of the rear windows' base.
         wheel: Radius.
-        sill: z.
+        sill: Height z of the sill.
     """
 
     name: str

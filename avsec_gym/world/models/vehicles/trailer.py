@@ -78,6 +78,7 @@ def _small_trailer(
     rng: np.random.Generator, height: float, width: float, length: float
 ) -> list[Mesh]:
     """An open or covered car trailer."""
+    # The box, behind a drawbar and above the wheels.
     half, front, rear = 0.5 * width, 0.5 * length, -0.5 * length
     radius = float(np.clip(0.2 * height, 0.20, 0.30))
     bar = min(0.9, 0.28 * length)
@@ -87,6 +88,7 @@ def _small_trailer(
     inner = half - 0.5 * radius - 0.02 if width > 1.0 else half - 0.3 * radius
     metal = Material(tint=(0.36, 0.37, 0.38), mirror=0.1, infrared=0.5)
     parts = platform(rear, box_front, inner, deck, side_top, metal)
+    # A tarpaulin where the labelled height leaves room, else a load now and then.
     if height > side_top + 0.15:
         colours = (
             (0.03, 0.045, 0.10),
@@ -111,6 +113,7 @@ def _small_trailer(
     elif rng.random() < 0.5:
         heap = blob(0.8 * (box_front - rear), 1.6 * inner, 1.6 * (side_top - deck), SEAT)
         parts.append(heap.placed(0.5 * (rear + box_front), 0.0, deck))
+    # One axle, or two below a long box.
     axle = 0.5 * (rear + box_front) - 0.1
     gear = _running_gear(axle, radius, half, rear, deck, int(rng.integers(PLATES)))
     if length > 3.7:
