@@ -41,7 +41,7 @@ from avsec_gym.validation.fitting import CleanFrames, fit_threshold_table
 from avsec_gym.validation.identification import identify_attacked_sensors
 from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
 from avsec_gym.validation.likelihood.maximum_likelihood import SCORES, LikelihoodModel
-from avsec_gym.validation.moments import Moment
+from avsec_gym.validation.recordings import RecordedFrame
 from avsec_gym.validation.repair.damaged_scan import damaged_scan
 from avsec_gym.validation.repair.localisation import damaged_pixels
 from avsec_gym.validation.repair.repair import repair
@@ -81,7 +81,7 @@ def validators(system: SensorSystem, frames: list[SensorFrame]) -> dict[str, Val
     A likelihood that was never fitted costs as much as one that was.
     """
     named = {frame.id: frame for frame in frames}
-    clean = [Moment(id, partial(named.__getitem__, id)) for id in named]
+    clean = [RecordedFrame(id, partial(named.__getitem__, id)) for id in named]
     table = fit_threshold_table(CleanFrames(clean, system, DEPTH))
     thresholds = ThresholdValidator(table, rate=0.0)
     if len(system) == 3:
@@ -101,7 +101,7 @@ def validators(system: SensorSystem, frames: list[SensorFrame]) -> dict[str, Val
 
 
 def parts(validator: Validator, frame: SensorFrame) -> dict[str, float]:
-    """Milliseconds of one thread, for a moment that nobody attacked."""
+    """Milliseconds of one thread, for a frame that nobody attacked."""
     system = validator.system
     whole = isinstance(validator, LikelihoodValidator)
     last = len(system) - 1
@@ -118,7 +118,7 @@ def parts(validator: Validator, frame: SensorFrame) -> dict[str, float]:
     if isinstance(validator, LikelihoodValidator):
         evidence, model = gather_evidence(errors)[None], validator.model
         assert isinstance(model, LikelihoodModel)
-        found["decision"] = timed(lambda: model.decode(evidence).verdicts())
+        found["decision"] = timed(lambda: model.decode(evidence).statuses())
     elif len(system) > 3:
         found["decision"] = timed(lambda: identify_attacked_sensors(lambda _: False, len(system)))
     return found

@@ -55,7 +55,7 @@ from avsec_gym.scenario.intention import Intention
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitting import CleanFrames, fit_threshold_table
-from avsec_gym.validation.moments import Moment
+from avsec_gym.validation.recordings import RecordedFrame
 from avsec_gym.validation.thresholds import ThresholdTable
 
 TRAINING, HELD_OUT, CLEAN = 2001, 2002, 2003
@@ -124,7 +124,7 @@ def rendered(frames: int, layouts: int) -> str:
 def measured(clean: FrameScenes) -> ThresholdTable:
     """What the validator goes by."""
     scenes, data = clean.scenes.labelled, {"scenes": clean.scenes.name}
-    frames = [Moment(scene.id, partial(clean.frame, scene)) for scene in scenes]
+    frames = [RecordedFrame(scene.id, partial(clean.frame, scene)) for scene in scenes]
     with progress("measuring thresholds") as shown:
         return fit_threshold_table(
             CleanFrames(frames, LIDAR_AND_TWO_CAMERAS, PairDepth(), data), on_progress=shown

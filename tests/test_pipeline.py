@@ -21,7 +21,7 @@ from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.validation.evidence.disparity_error import DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
-from avsec_gym.validation.state_posterior import Verdict
+from avsec_gym.validation.state_posterior import SensorStatus
 from avsec_gym.validation.validator import Validation
 
 GREY = np.full((4, 6, 3), 100, np.uint8)
@@ -107,11 +107,11 @@ class Watchdog:
     def validate(self, frame: SensorFrame) -> Validation:
         self.asked += 1
         alarm = frame.image(2).mean() > 200
-        verdicts = dict.fromkeys(self.system.sensors, Verdict.SOUND)
+        verdicts = dict.fromkeys(self.system.sensors, SensorStatus.SOUND)
         if alarm and self.named is None:
-            verdicts = dict.fromkeys(verdicts, Verdict.CANNOT_TELL)
+            verdicts = dict.fromkeys(verdicts, SensorStatus.CANNOT_TELL)
         elif alarm:
-            verdicts[self.named] = Verdict.ATTACKED  # type: ignore[index]
+            verdicts[self.named] = SensorStatus.ATTACKED  # type: ignore[index]
         errors = DisparityErrors(DisparityMaps(frame, self.system))
         return Validation(alarm, verdicts, errors)
 

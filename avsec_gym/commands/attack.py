@@ -84,11 +84,11 @@ class AttackPatch:
             )
         else:
             grey, trained = patch.card.losses["grey"], patch.card.losses["patch"]
-            told = ", ".join(f"{name} {grey[name]:.3f} to {trained[name]:.3f}" for name in grey)
-            console.say(f"{self.out / PATCH}: mean loss to the ghosts, from plain grey: {told}")
+            means = ", ".join(f"{name} {grey[name]:.3f} to {trained[name]:.3f}" for name in grey)
+            console.say(f"{self.out / PATCH}: mean loss to the ghosts, from plain grey: {means}")
         return console.DONE
 
 
 def _tell(epoch: int, losses: dict[str, float]) -> None:
-    told = ", ".join(f"{name} {loss:.3f}" for name, loss in losses.items())
-    console.say(f"epoch {epoch}: mean loss to the ghosts: {told}")
+    means = ", ".join(f"{name} {loss:.3f}" for name, loss in losses.items())
+    console.say(f"epoch {epoch}: mean loss to the ghosts: {means}")

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from avsec_gym.sensor_system import Sensor
     from avsec_gym.validation.evidence.pair_depth import PairDepth
     from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
-    from avsec_gym.validation.moments import Recordings
-    from avsec_gym.validation.shipped import Kind
+    from avsec_gym.validation.recordings import Recordings
+    from avsec_gym.validation.shipped import FitKind
     from avsec_gym.validation.threshold_validator import ThresholdValidator
     from avsec_gym.validation.validator import Validator
 
@@ -66,7 +66,7 @@ class FitChoice:
         return self.thresholds or self.likelihood
 
     @property
-    def shipped(self) -> Kind | None:
+    def shipped(self) -> FitKind | None:
         """Which of the package's own fits is named, by its word in place of a file."""
         from avsec_gym.validation.shipped import SHIPPED
 
@@ -103,7 +103,7 @@ class FitChoice:
         elif self.file is not None and not self.shipped:
             validator = self._read(self.file, is_likelihood=self.thresholds is None)
             whose = f"{self.file} was fitted on"
-            remedy = "name a file of these; without any, one is made from the first moments"
+            remedy = "name a file of these; without any, one is made from the first frames"
         else:
             return None
         judged = validator.system.sensors
@@ -127,7 +127,7 @@ class FitChoice:
             DataError: An id that is not there.
         """
         if is_named:
-            return JudgedBy(recordings.named(ids) or recordings.moments)
+            return JudgedBy(recordings.named(ids) or recordings.frames)
         if self.shipped:
             return judged_by_shipped(recordings, ids, self.shipped, self.pair_depth)
         if self.clean is None and not self.fit_likelihood:
@@ -172,12 +172,12 @@ class FitChoice:
         )
         samples = path.with_name(SAMPLES)
         if not self.fit_likelihood:
-            with console.progress("measuring clean moments") as shown:
+            with console.progress("measuring clean frames") as shown:
                 table = fit_threshold_table(clean, samples=samples, on_progress=shown)
             table.write(path)
             return
-        console.say(f"avsec: fitting the likelihood of {len(by.clean)} moments")
-        with console.progress("attacking clean moments") as shown:
+        console.say(f"avsec: fitting the likelihood of {len(by.clean)} frames")
+        with console.progress("attacking clean frames") as shown:
             model = fit_likelihood_model(clean, self.seed, samples=samples, on_progress=shown)
         model.write(path)
 

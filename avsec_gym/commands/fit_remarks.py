@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from avsec_gym.validation.fitted_on import FittedOn
     from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
-    from avsec_gym.validation.moments import Moment
+    from avsec_gym.validation.recordings import RecordedFrame
     from avsec_gym.validation.threshold_validator import ThresholdValidator
     from avsec_gym.validation.validator import Validator
 
 
-def clean_data(recording: Path, frames: Sequence[Moment]) -> dict[str, Any]:
+def clean_data(recording: Path, frames: Sequence[RecordedFrame]) -> dict[str, Any]:
     """What names the clean frames of a recording in a fitted file.
 
     Args:
@@ -41,7 +41,7 @@ def origin(validator: Validator) -> str:
 
 
 def remarks(
-    validator: Validator, file: Path | None, recording: Path, judged: Sequence[Moment]
+    validator: Validator, file: Path | None, recording: Path, judged: Sequence[RecordedFrame]
 ) -> list[str]:
     """What to beware of; some may be empty.
 
@@ -57,7 +57,7 @@ def remarks(
     return [fitted.remark, _seen_before(fitted.on, file, recording, judged)]
 
 
-def fitted_among(data: Mapping[str, Any], recording: Path, frames: Sequence[Moment]) -> int:
+def fitted_among(data: Mapping[str, Any], recording: Path, frames: Sequence[RecordedFrame]) -> int:
     """How many of some frames a file was fitted on, in a drive or in the day that it is of.
 
     Args:
@@ -74,13 +74,15 @@ def fitted_among(data: Mapping[str, Any], recording: Path, frames: Sequence[Mome
     return sum(data["first"] <= _full_id(frame) <= data["last"] for frame in frames)
 
 
-def _seen_before(on: FittedOn, file: Path | None, recording: Path, judged: Sequence[Moment]) -> str:
+def _seen_before(
+    on: FittedOn, file: Path | None, recording: Path, judged: Sequence[RecordedFrame]
+) -> str:
     """A remark where a file was fitted on frames that it is to judge; else nothing."""
     both = fitted_among(on.data, recording, judged)
     if not both:
         return ""
     return (
-        f"{both} of the {len(judged)} moments were among those that {file} was made of: that they "
+        f"{both} of the {len(judged)} frames were among those that {file} was made of: that they "
         "raise no alarm says little"
     )
 
@@ -95,7 +97,7 @@ def _fitted(validator: Validator) -> ThresholdValidator | LikelihoodValidator | 
     return None
 
 
-def _full_id(frame: Moment) -> str:
+def _full_id(frame: RecordedFrame) -> str:
     """With the drive's name, also where there is but one drive."""
     if frame.drive is None or "/" in frame.id:
         return frame.id

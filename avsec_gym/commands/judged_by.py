@@ -1,6 +1,6 @@
-"""Which moments `avsec validate` judges, and by what: clean ones of the same recording, or a file.
+"""Which frames `avsec validate` judges, and by what: clean ones of the same recording, or a file.
 
-Who has 1 / r clean moments or more is judged by these; who has fewer by what the package ships, if
+Who has 1 / r clean frames or more is judged by these; who has fewer by what the package ships, if
 that is of such a rig, and it is said where it comes from.
 """
 
@@ -16,58 +16,58 @@ from avsec_gym.errors import ConfigurationError, DataError
 if TYPE_CHECKING:
     from avsec_gym.frame import SensorFrame
     from avsec_gym.validation.evidence.pair_depth import PairDepth
-    from avsec_gym.validation.moments import Moment, Recordings
-    from avsec_gym.validation.shipped import Kind
+    from avsec_gym.validation.recordings import RecordedFrame, Recordings
+    from avsec_gym.validation.shipped import FitKind
 
 USUAL_SHARE = 0.25
-"""Of the moments, that are fitted on."""
+"""Of the frames, that are fitted on."""
 
 
 @dataclass(frozen=True)
 class JudgedBy:
-    """Moments to be judged, and what they are judged by.
+    """Frames to be judged, and what they are judged by.
 
     Args:
         judged: One or more.
         clean: Of the same recording, to fit on; empty where a file is there.
         shipped: The package's own file; None where it is not needed.
-        remark: Why a file of the package's own is not used where few moments are clean; or empty.
+        remark: Why a file of the package's own is not used where few frames are clean; or empty.
     """
 
-    judged: Sequence[Moment]
-    clean: Sequence[Moment] = ()
+    judged: Sequence[RecordedFrame]
+    clean: Sequence[RecordedFrame] = ()
     shipped: Path | None = None
     remark: str = ""
 
 
 def judged_by_clean(recordings: Recordings, ids: Sequence[str], share: float) -> JudgedBy:
-    """Fit on the first moments, judge the others, or those that are named.
+    """Fit on the first frames, judge the others, or those that are named.
 
     Args:
         recordings: What is there.
-        ids: Of moments to be judged; none is fitted on.  Empty: all that are not fitted on.
-        share: Of all moments, that is fitted on.
+        ids: Of frames to be judged; none is fitted on.  Empty: all that are not fitted on.
+        share: Of all frames, that is fitted on.
 
     Raises:
         ConfigurationError: None is left to fit on, or to be judged.
         DataError: An id that is not there.
     """
-    named, moments = recordings.named(ids), recordings.moments
-    others = [moment for moment in moments if moment.id not in set(ids)]
-    count = max(1, round(share * len(moments)))
+    named, frames = recordings.named(ids), recordings.frames
+    others = [recorded for recorded in frames if recorded.id not in set(ids)]
+    count = max(1, round(share * len(frames)))
     clean, judged = others[:count], named or others[count:]
     if not clean or not judged:
         raise ConfigurationError(
-            f"of {len(moments)} moments none is left to be {'judged' if clean else 'fitted on'}: "
+            f"of {len(frames)} frames none is left to be {'judged' if clean else 'fitted on'}: "
             "lower --clean, raise --limit, or give --thresholds or --likelihood of an earlier run"
         )
     return JudgedBy(judged, clean)
 
 
 def judged_by_shipped(
-    recordings: Recordings, ids: Sequence[str], kind: Kind, depth: PairDepth
+    recordings: Recordings, ids: Sequence[str], kind: FitKind, depth: PairDepth
 ) -> JudgedBy:
-    """Judge all moments, or those that are named, by what the package ships.
+    """Judge all frames, or those that are named, by what the package ships.
 
     Args:
         recordings: What is there.
@@ -77,11 +77,11 @@ def judged_by_shipped(
 
     Raises:
         ConfigurationError: Nothing is shipped for such sensors, such a rig or such depth.
-        DataError: An id that is not there; or no moment's image can be read.
+        DataError: An id that is not there; or no frame's image can be read.
     """
     from avsec_gym.validation.shipped import shipped_fit
 
-    judged = recordings.named(ids) or recordings.moments
+    judged = recordings.named(ids) or recordings.frames
     frame = _first_readable(judged, recordings.system.reference)
     return JudgedBy(judged, shipped=shipped_fit(kind, recordings.system, depth, frame))
 
@@ -89,7 +89,7 @@ def judged_by_shipped(
 def judged_by_enough(
     recordings: Recordings, ids: Sequence[str], rate: float, depth: PairDepth
 ) -> JudgedBy:
-    """Fit on the usual share of the moments if it is 1 / r or more; else by thresholds shipped.
+    """Fit on the usual share of the frames if it is 1 / r or more; else by thresholds shipped.
 
     Args:
         recordings: What is there.
@@ -117,12 +117,12 @@ def judged_by_enough(
         return JudgedBy(own.judged, own.clean, remark=str(error))
 
 
-def _first_readable(moments: Sequence[Moment], camera: int) -> SensorFrame:
+def _first_readable(frames: Sequence[RecordedFrame], camera: int) -> SensorFrame:
     """The first frame whose image can be read."""
     problems = []
-    for moment in moments:
+    for recorded in frames:
         try:
-            frame = moment.frame()
+            frame = recorded.frame()
             frame.image(camera)
         except DataError as error:
             problems.append(error)

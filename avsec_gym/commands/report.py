@@ -36,7 +36,7 @@ class Report:
     """Most scenes with pictures; 0: none, of feature maps and repairs neither.  Each takes two
     attacks or three, of repairs one."""
     looked_at: int = 0
-    """Of `identification`: how many of the judged moments, the first ones, were looked at while a
+    """Of `identification`: how many of the judged frames, the first ones, were looked at while a
     method was made; its rates are also told without them."""
     experiments: tuple[str, ...] = ()
     """Experiments of other packages whose sections the page shows, such as

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal
 from avsec_gym import console
 from avsec_gym.commands.fit_choice import FitChoice
 from avsec_gym.commands.fit_remarks import origin, remarks
-from avsec_gym.commands.judged_moments import JudgedMoments
+from avsec_gym.commands.judged_frames import JudgedFrames
 from avsec_gym.commands.named_part import named_part
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.storage.text_files import read_text
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from avsec_gym.attacks.optical_attack import OpticalAttack
     from avsec_gym.commands.judged_by import JudgedBy
     from avsec_gym.sensor_system import Sensor, SensorSystem
-    from avsec_gym.validation.moments import Recordings
+    from avsec_gym.validation.recordings import Recordings
     from avsec_gym.validation.validation_folder import ValidationFolder
 
 _USUAL_OUT = Path("runs/validate")
@@ -30,9 +30,9 @@ _USUAL_OUT = Path("runs/validate")
 
 @dataclass(frozen=True)
 class Validate:
-    """Let the sensors of a recording judge each other, moment by moment.
+    """Let the sensors of a recording judge each other, frame by frame.
 
-    A line for each moment, a picture for each alarm, a summary; what was stopped goes on.
+    A line for each frame, a picture for each alarm, a summary; what was stopped goes on.
     """
 
     kitti_raw: Path | None = None
@@ -43,9 +43,9 @@ class Validate:
     sensors: tuple[str, ...] = ()
     """S_0 to S_n: lidar, if any, then cameras' numbers from right to left, the reference last.
     Default: those that --thresholds or --likelihood was made of, else all that see depth, but for
-    those that few moments have."""
+    those that few frames have."""
     ids: tuple[str, ...] = ()
-    """Only these moments, such as 000107, or 2011_09_26_drive_0052_sync/0000000005 where there are
+    """Only these frames, such as 000107, or 2011_09_26_drive_0052_sync/0000000005 where there are
     several drives.  Each has its picture, alarm or not."""
     thresholds: Path | None = None
     """A threshold table of such sensors, written by an earlier run to OUT/thresholds.json; or the
@@ -58,10 +58,10 @@ class Validate:
     arguments.  --rate, --criterion and --depth then have no meaning."""
     fit_likelihood: bool = False
     """Instead of thresholds: make a likelihood model of the first part of the recording, see
-    --clean, written to OUT/likelihood.json.  Each clean moment is attacked in every way."""
+    --clean, written to OUT/likelihood.json.  Each clean frame is attacked in every way."""
     clean: float | None = None
-    """Share of the moments, the first ones, that thresholds or likelihoods are made from: nobody
-    may have attacked them.  They are not judged.  Default: 0.25 where these are 1 / r moments or
+    """Share of the frames, the first ones, that thresholds or likelihoods are made from: nobody
+    may have attacked them.  They are not judged.  Default: 0.25 where these are 1 / r frames or
     more; else none, if the package ships thresholds of such sensors, fitted on procedural drives of
     KITTI's rig; else 0.25."""
     rate: float = 0.01
@@ -72,14 +72,14 @@ class Validate:
     depth: str = "sgbm"
     """How disparities of two cameras are found: a name, or JSON with arguments."""
     attack: str | None = None
-    """Attack the moments that are judged, to see whether it is noticed: JSON such as
+    """Attack the frames that are judged, to see whether it is detected: JSON such as
     '{"name": "thesis", "sensors": ["lidar", 3]}' or '{"name": "facula", "camera": 3}'."""
     seed: int = 0
     """Of the attacks."""
     limit: int | None = None
-    """Only the first moments."""
+    """Only the first frames."""
     out: Path | None = None
-    """Folder for moments.jsonl, thresholds.json or likelihood.json, and pictures of alarms.
+    """Folder for frames.jsonl, thresholds.json or likelihood.json, and pictures of alarms.
     Default: runs/validate, or runs/validate_2 and so on if that is of something else."""
     locate: bool = field(
         default=True,
@@ -118,7 +118,7 @@ class Validate:
         ):
             if remark:
                 console.say(f"avsec: {remark}")
-        judged = JudgedMoments(
+        judged = JudgedFrames(
             by.judged,
             validator,
             folder,
@@ -210,7 +210,7 @@ class Validate:
         )
 
     def _recordings(self, sensors: Sequence[Sensor]) -> Recordings:
-        from avsec_gym.validation.moments import object_recordings, raw_recordings
+        from avsec_gym.validation.recordings import object_recordings, raw_recordings
         from avsec_gym.world.export import default_suite
 
         if self.kitti is not None:
@@ -241,7 +241,7 @@ class Validate:
         if self.validator is not None:
             record["validator"] = named_part(self.validator, "--validator")
         if self.ids:
-            record["ids"] = [moment.id for moment in by.judged]
+            record["ids"] = [recorded.id for recorded in by.judged]
         for name in ("thresholds", "likelihood"):
             file = getattr(self, name)
             if file is not None and not self._choice.shipped:

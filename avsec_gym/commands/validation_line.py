@@ -1,4 +1,4 @@
-"""What `avsec validate` says of a moment, on one line, for people."""
+"""What `avsec validate` says of a frame, on one line, for people."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def validation_line(row: Mapping[str, Any]) -> str:
 
 
 def _verdict(row: Mapping[str, Any]) -> str:
-    open = [named(_sensor(one)) for one, said in row["verdicts"].items() if said == "cannot tell"]
+    open = [named(_sensor(one)) for one, said in row["statuses"].items() if said == "cannot tell"]
     if not row["alarm"]:
         return f"no alarm, though nothing clears {', '.join(open)}" if open else "sound"
     if not row["attacked"]:

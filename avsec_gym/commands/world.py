@@ -42,7 +42,7 @@ class WorldMake:
     no_lidar: bool = False
     """Write no scans."""
     previous: int = 0
-    """Moments 0.1 s apart before each frame, 0 to 3 (prev_2, ...; street, highway, mixed)."""
+    """Frames 0.1 s apart before each frame, 0 to 3 (prev_2, ...; street, highway, mixed)."""
     vehicles: int = 3
     """With sensors (connected)."""
     drive_frames: int = 50

@@ -14,7 +14,7 @@ from avsec_gym.geometry import project, transform_points
 from avsec_gym.sensor_system import LIDAR, Sensor, Triple
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.validation.evidence.comparison import Comparison, comparison_map
-from avsec_gym.validation.state_posterior import Verdict
+from avsec_gym.validation.state_posterior import SensorStatus
 from avsec_gym.validation.validator import SHARES, Validation
 
 if TYPE_CHECKING:
@@ -32,7 +32,11 @@ _LEGEND = (
 _NEAR, _FAR_OUT = 0.5, 5000
 """Metres before a camera; pixels, which OpenCV can still count."""
 _MOST_TRIPLES = 6
-_MARKS = {Verdict.ATTACKED: "#D7263D", Verdict.CANNOT_TELL: "#B8860B", Verdict.SOUND: "#222222"}
+_MARKS = {
+    SensorStatus.ATTACKED: "#D7263D",
+    SensorStatus.CANNOT_TELL: "#B8860B",
+    SensorStatus.SOUND: "#222222",
+}
 
 
 def draw_validation(
@@ -71,7 +75,7 @@ def draw_validation(
         axes.set_axis_off()
     # Left: a picture of each sensor.
     for axes, sensor in zip(panels[:, 0], system.sensors, strict=False):
-        status = validation.verdicts[sensor]
+        status = validation.statuses[sensor]
         title = f"{named(sensor)}: {status}"
         found = (damage or {}).get(sensor)
         if found is not None:
@@ -95,7 +99,7 @@ def draw_validation(
             + _shares_in_words(validation, triple),
             loc="left",
             fontsize=9,
-            color=_MARKS[Verdict.ATTACKED if triple in beyond else Verdict.SOUND],
+            color=_MARKS[SensorStatus.ATTACKED if triple in beyond else SensorStatus.SOUND],
         )
     return figure
 

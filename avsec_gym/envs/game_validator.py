@@ -126,9 +126,9 @@ def _measured(clean: FrameScenes) -> ThresholdTable:
     from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
     from avsec_gym.validation.evidence.pair_depth import PairDepth
     from avsec_gym.validation.fitting import CleanFrames, fit_threshold_table
-    from avsec_gym.validation.moments import Moment
+    from avsec_gym.validation.recordings import RecordedFrame
 
-    frames = [Moment(scene.id, partial(clean.frame, scene)) for scene in _measured_on(clean)]
+    frames = [RecordedFrame(scene.id, partial(clean.frame, scene)) for scene in _measured_on(clean)]
     data = {"scenes": clean.scenes.name}
     return fit_threshold_table(CleanFrames(frames, LIDAR_AND_TWO_CAMERAS, PairDepth(), data))
 

@@ -26,8 +26,8 @@ from avsec_gym.validation.evidence.disparity_error import DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence.evidence import evidence_scopes, gather_evidence
 from avsec_gym.validation.evidence.pair_depth import PairDepth
-from avsec_gym.validation.moments import Moment, raw_recordings
-from avsec_gym.validation.state_posterior import Verdict
+from avsec_gym.validation.recordings import RecordedFrame, raw_recordings
+from avsec_gym.validation.state_posterior import SensorStatus
 from avsec_gym.validation.validator import Validation
 
 Observation = NDArray[np.float32]
@@ -113,7 +113,7 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         size = len(evidence_scopes(self.system))
         self.observation_space = gym.spaces.Box(0.0, 1.0, (size,), np.float32)
         self.action_space = gym.spaces.MultiBinary(count)  # type: ignore[assignment]
-        self._moment: Moment | None = None
+        self._moment: RecordedFrame | None = None
         self._intention = Intention.STRAIGHT
         self._frame: SensorFrame | None = None
         self._errors: DisparityErrors | None = None
@@ -121,7 +121,7 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         self._named: NDArray[np.bool_] | None = None
 
     @cached_property
-    def moments(self) -> tuple[Moment, ...]:
+    def moments(self) -> tuple[RecordedFrame, ...]:
         """What is played.
 
         Raises:
@@ -133,7 +133,7 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
             from avsec_gym.world.export import default_suite
 
             source = default_suite("raw")
-        every = raw_recordings(source, self.system.sensors).moments
+        every = raw_recordings(source, self.system.sensors).frames
         chosen = every[first:][:count]
         if not chosen:
             raise ConfigurationError(f"of {len(every)} moments, none is left from {first} on")
@@ -194,13 +194,13 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         from avsec_gym.drawing.validation_picture import draw_validation
 
         flags = np.zeros(len(self.system), bool) if self._named is None else self._named
-        said = [Verdict.ATTACKED if flag else Verdict.SOUND for flag in flags]
+        said = [SensorStatus.ATTACKED if flag else SensorStatus.SOUND for flag in flags]
         if self._named is None:
-            said = [Verdict.CANNOT_TELL] * len(said)
+            said = [SensorStatus.CANNOT_TELL] * len(said)
         verdicts = dict(zip(self.system.sensors, said, strict=True))
         return picture_array(draw_validation(Validation(bool(flags.any()), verdicts, self._errors)))
 
-    def _picked(self, id: Any) -> Moment:
+    def _picked(self, id: Any) -> RecordedFrame:
         if id is None:
             return self.moments[int(self.np_random.integers(len(self.moments)))]
         for moment in self.moments:

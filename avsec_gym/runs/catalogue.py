@@ -14,7 +14,7 @@ EXPERIMENTS: dict[str, str] = {
     "pipeline": "avsec_gym.experiments.pipeline_drives:PIPELINE",
     "identification": "avsec_gym.experiments.chapter3.experiments:IDENTIFICATION",
     "five_sensors": "avsec_gym.experiments.chapter3.experiments:FIVE_SENSORS",
-    "knowing": "avsec_gym.experiments.chapter3.experiments:KNOWING",
+    "adaptive_attacks": "avsec_gym.experiments.chapter3.experiments:ADAPTIVE_ATTACKS",
     "object_level": "avsec_gym.experiments.chapter3.experiments:OBJECT_LEVEL",
     "impact": "avsec_gym.experiments.chapter3.experiments:IMPACT",
     "believed": "avsec_gym.experiments.chapter3.experiments:BELIEVED",

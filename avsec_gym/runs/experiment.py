@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.runs.renamed import first_place
 from avsec_gym.suggestions import unknown_name
 
 if TYPE_CHECKING:
@@ -106,7 +107,8 @@ class Cell:
     @property
     def id(self) -> str:
         """Sixteen hexadecimal digits that stand for work and arguments."""
-        return hashlib.sha256(f"{self.work} {self.key}".encode()).hexdigest()[:16]
+        named = f"{first_place(self.work)} {self.key}"
+        return hashlib.sha256(named.encode()).hexdigest()[:16]
 
 
 @dataclass(frozen=True)

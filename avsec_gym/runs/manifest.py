@@ -12,6 +12,7 @@ from typing import Any
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.runs.experiment import Configuration, Experiment
 from avsec_gym.runs.fingerprints import fingerprint
+from avsec_gym.runs.renamed import EXPERIMENTS
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.json_fields import fits, fitting_fields
 from avsec_gym.storage.json_files import read_json_object
@@ -77,7 +78,7 @@ def new_manifest(
 
 
 def read_manifest(root: Path) -> dict[str, Any] | None:
-    """A run's manifest; None where there is none.
+    """A run's manifest, its experiments by their names of today; None where there is none.
 
     Raises:
         DataError: It cannot be read, or is not one of a run.
@@ -90,7 +91,9 @@ def read_manifest(root: Path) -> dict[str, Any] | None:
         raise DataError(
             f"This is no manifest of a run: {problem}.", path=path, remedy="Name another folder."
         )
-    return manifest
+    experiments = manifest["experiments"].items()
+    renamed = {EXPERIMENTS.get(name, name): facts for name, facts in experiments}
+    return {**manifest, "experiments": renamed}
 
 
 def _problem(manifest: Mapping[str, Any]) -> str:

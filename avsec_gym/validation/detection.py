@@ -19,7 +19,7 @@ def detect_attack(
     """Whether one of the three sensors is attacked: E_{0,1,2} > theta_{0,1,2}.
 
     Args:
-        errors: Of a moment of a three-sensor system, such as `DisparityErrors`.
+        errors: Of a frame of a three-sensor system, such as `DisparityErrors`.
         thresholds: Of the same system.
 
     Raises:

@@ -24,6 +24,8 @@ _SAME_SCALE = 0.05
 """Recording days of KITTI differ by less, rigs by more."""
 _MOST_SENSORS = 16
 _LARGEST_SCALE = 1e6
+_RENAMED = {"moments": "frames"}
+"""Names of data in files of earlier releases, and what they are called now."""
 _REMEDY = "Fit it anew on clean frames of these sensors, or name another file."
 
 
@@ -147,7 +149,8 @@ def read_fitted(path: str | Path, kind: str) -> tuple[FittedOn, dict[str, Any]]:
             raise ValueError("scales are focal lengths times baselines, positive")
         if len(scales) != len(system.cameras) - 1:
             raise ValueError(f"{len(scales)} scales for {len(system.cameras)} cameras")
-        return FittedOn(system, dict(on["depth"]), scales, dict(on["data"])), content
+        data = {_RENAMED.get(name, name): value for name, value in on["data"].items()}
+        return FittedOn(system, dict(on["depth"]), scales, data), content
     except (KeyError, TypeError, ValueError, AttributeError, ConfigurationError) as error:
         raise broken(path, error) from error
 

@@ -25,7 +25,7 @@ from avsec_gym.validation.likelihood.likelihood_of_clean import (
     likelihood_of_clean,
 )
 from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
-from avsec_gym.validation.moments import Moment
+from avsec_gym.validation.recordings import RecordedFrame
 from avsec_gym.validation.thresholds import ThresholdTable, shares_of
 
 Progress = Callable[[int, int], object]
@@ -45,7 +45,7 @@ class CleanFrames:
             reason in the fit's data; else it is an error.
     """
 
-    frames: Sequence[Moment]
+    frames: Sequence[RecordedFrame]
     system: SensorSystem
     depth: PairDepth
     data: Mapping[str, Any] = field(default_factory=dict)
@@ -109,7 +109,7 @@ def fit_likelihood_model(
 class _Measured(NamedTuple):
     """What is known of the frames that are whole."""
 
-    frames: list[Moment]
+    frames: list[RecordedFrame]
     values: Floats
     """A row for each frame."""
     on: FittedOn
@@ -148,7 +148,7 @@ def _measured(
     if not whole:
         reasons = "".join(f": {reason}" for reason in list(left_out.values())[:1])
         raise ConfigurationError(f"there are no clean frames to fit on{reasons}")
-    data = {**clean.data, "moments": len(whole)}
+    data = {**clean.data, "frames": len(whole)}
     if clean.leaves_out_broken:
         data["left_out"] = left_out
     on = fitted_on(clean.system, clean.depth, whole[0].frame().calibration, data)

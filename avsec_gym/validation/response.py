@@ -7,7 +7,11 @@ from enum import StrEnum
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.suggestions import unknown_name
-from avsec_gym.validation.suspects import Untrusted, with_suspects_repaired, without_suspects
+from avsec_gym.validation.compromised_sensors import (
+    Untrusted,
+    with_compromised_sensors_repaired,
+    without_compromised_sensors,
+)
 from avsec_gym.validation.validator import Validation
 
 
@@ -18,10 +22,10 @@ class Response(StrEnum):
     """It brakes until it stands (`avsec_gym.emergency_stop`)."""
     DROP = "drop"
     """It drives on without the suspects, through another pair of cameras if need be, and stops
-    where that cannot be (`without_suspects`)."""
+    where that cannot be (`without_compromised_sensors`)."""
     REPAIR = "repair"
     """It drives on with what the other sensors make of the suspects' data, and stops where they are
-    too few (`with_suspects_repaired`)."""
+    too few (`with_compromised_sensors_repaired`)."""
 
     @classmethod
     def named(cls, name: Response | str) -> Response:
@@ -38,7 +42,7 @@ class Response(StrEnum):
 
 
 def trusted_frame(frame: SensorFrame, validation: Validation, response: Response) -> SensorFrame:
-    """What detectors get of a moment: without an alarm, all of it.
+    """What detectors get of a frame: without an alarm, all of it.
 
     Args:
         frame: That the validator saw.
@@ -54,5 +58,5 @@ def trusted_frame(frame: SensorFrame, validation: Validation, response: Response
     if response == Response.STOP:
         raise Untrusted(f"Frame {frame.id}: there is an alarm.", path=frame.origin)
     if response == Response.DROP:
-        return without_suspects(frame, validation)
-    return with_suspects_repaired(frame, validation)
+        return without_compromised_sensors(frame, validation)
+    return with_compromised_sensors_repaired(frame, validation)

@@ -26,7 +26,7 @@ from avsec_gym.validation.fitted_on import FittedOn, fitted_on
 from avsec_gym.validation.likelihood.maximum_likelihood import read_likelihood_model
 from avsec_gym.validation.thresholds import read_threshold_table
 
-Kind = Literal["thresholds", "likelihood"]
+FitKind = Literal["thresholds", "likelihood"]
 
 SHIPPED = "shipped"
 """What users call them, in place of a file."""
@@ -51,7 +51,7 @@ _SOURCES = (
 """What evidence comes from."""
 
 
-def shipped_file(kind: Kind, system: SensorSystem, folder: Path = FITS) -> Path:
+def shipped_file(kind: FitKind, system: SensorSystem, folder: Path = FITS) -> Path:
     """The file that was fitted on the procedural world with these sensors, there or not.
 
     Example:
@@ -62,7 +62,7 @@ def shipped_file(kind: Kind, system: SensorSystem, folder: Path = FITS) -> Path:
 
 
 def shipped_fit(
-    kind: Kind, system: SensorSystem, depth: PairDepth, frame: SensorFrame, folder: Path = FITS
+    kind: FitKind, system: SensorSystem, depth: PairDepth, frame: SensorFrame, folder: Path = FITS
 ) -> Path:
     """The shipped file that holds for these sensors of a vehicle.
 
@@ -106,11 +106,11 @@ def shipped_on(
         system: The sensors.
         depth: How disparities are found.
         frame: Of the rig.
-        data: ``seed`` and ``moments``, and what else names the frames; JSON-able.
+        data: ``seed`` and ``frames``, and what else names the frames; JSON-able.
     """
-    told = {"shipped": "KITTI's rig", **data, **rig_of(frame, system)}
-    told |= {"avsec_gym": avsec_gym.__version__, "sources": evidence_sources()}
-    return fitted_on(system, depth, frame.calibration, told)
+    versions = {"avsec_gym": avsec_gym.__version__, "sources": evidence_sources()}
+    named = {"shipped": "KITTI's rig", **data, **rig_of(frame, system), **versions}
+    return fitted_on(system, depth, frame.calibration, named)
 
 
 def rig_of(frame: SensorFrame, system: SensorSystem) -> dict[str, Any]:
@@ -140,17 +140,17 @@ def origin_of(on: FittedOn) -> str:
     """Where thresholds or likelihoods come from, in words; empty if their file does not tell.
 
     Example:
-        >>> origin_of(FittedOn(KITTI_SYSTEM, {}, (), {"recording": "drives", "moments": 10}))
-        'fitted on 10 clean moments of drives'
+        >>> origin_of(FittedOn(KITTI_SYSTEM, {}, (), {"recording": "drives", "frames": 10}))
+        'fitted on 10 clean frames of drives'
     """
     data = on.data
     if rig := data.get("shipped"):
         return (
-            f"fitted on procedural drives of {rig}, seed {data['seed']}, {data['moments']} frames; "
+            f"fitted on procedural drives of {rig}, seed {data['seed']}, {data['frames']} frames; "
             "not on this vehicle"
         )
     if "recording" in data:
-        return f"fitted on {data['moments']} clean moments of {data['recording']}"
+        return f"fitted on {data['frames']} clean frames of {data['recording']}"
     return ""
 
 

@@ -20,7 +20,7 @@ PRIOR_BEYOND = 0.1
 sets that are too large for the thesis' algorithms."""
 
 
-class Verdict(StrEnum):
+class SensorStatus(StrEnum):
     """On one sensor."""
 
     SOUND = "sound"
@@ -30,7 +30,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class StatePosterior:
-    """P(**s** | evidence) of N moments.
+    """P(**s** | evidence) of N frames.
 
     Args:
         probabilities: In the order of `state_vectors`, shape (N, 2^(n+1)).
@@ -57,12 +57,12 @@ class StatePosterior:
 
 @dataclass(frozen=True, eq=False)
 class Decoding:
-    """What the evidence of N moments says: the alarm, and what goes with it of each sensor.
+    """What the evidence of N frames says: the alarm, and what goes with it of each sensor.
 
     Args:
         posterior: Of the sensor state vectors.
         alarms: Whether an attack is reported, at the designated false alarm rate, shape (N,).
-        familiar: Whether some **s** explains the evidence as well as it does moments like those of
+        familiar: Whether some **s** explains the evidence as well as it does frames like those of
             the fit, shape (N,); else the probabilities say little.
     """
 
@@ -79,16 +79,16 @@ class Decoding:
         best = 1 + self.posterior.probabilities[:, 1:].argmax(axis=1)
         return self.posterior.states[np.where(self.alarms, best, 0)]
 
-    def verdicts(self, certainty: float | None = 0.95) -> list[list[Verdict]]:
-        """On each sensor of each moment.
+    def statuses(self, certainty: float | None = 0.95) -> list[list[SensorStatus]]:
+        """On each sensor of each frame.
 
         Without an alarm none is attacked; with it one or more are not sound.  Attacked is who is so
         with a probability of `certainty` or more; sound, who is attacked with 1 - `certainty` or
         less, and with an alarm even given that somebody is, unless `states` names it.  Between the
-        two the sensors cannot decide, nor about anyone in a moment that is not familiar.
+        two the sensors cannot decide, nor about anyone in a frame that is not familiar.
 
         Args:
-            certainty: None: familiar moments are decided, by `states`.
+            certainty: None: familiar frames are decided, by `states`.
 
         Raises:
             ConfigurationError: A certainty that is not above a half and up to 1.
@@ -101,10 +101,10 @@ class Decoding:
             suspicion = np.where(alarm, self.posterior.given_attack, self.posterior.sensors)
             sound &= suspicion <= 1.0 - certainty
             attacked = alarm & (self.posterior.sensors >= certainty)
-        chosen = np.full(sound.shape, Verdict.CANNOT_TELL, object)
-        chosen[sound] = Verdict.SOUND
-        chosen[attacked] = Verdict.ATTACKED
-        chosen[~self.familiar] = Verdict.CANNOT_TELL
+        chosen = np.full(sound.shape, SensorStatus.CANNOT_TELL, object)
+        chosen[sound] = SensorStatus.SOUND
+        chosen[attacked] = SensorStatus.ATTACKED
+        chosen[~self.familiar] = SensorStatus.CANNOT_TELL
         return chosen.tolist()
 
 
@@ -156,9 +156,9 @@ def brier_score(posterior: StatePosterior, states: States, weights: Floats | Non
     """Mean squared distance between each sensor's probability and what it was (Brier 1950).
 
     Args:
-        posterior: Of N moments.
+        posterior: Of N frames.
         states: The truth, shape (N, n + 1).
-        weights: How much each moment counts, shape (N,); None: as much as any other.
+        weights: How much each frame counts, shape (N,); None: as much as any other.
 
     Returns:
         0 for certainty that is right, 0.25 for one half everywhere, 1 for certainty that is wrong.
@@ -177,10 +177,10 @@ def reliability(
     """Of what was said with some probability, how much was so.
 
     Args:
-        posterior: Of N moments.
+        posterior: Of N frames.
         states: The truth, shape (N, n + 1).
-        weights: How much each moment counts, shape (N,); None: as much as any other.
-        groups: Moments of one group are alike, such as those of a drive, shape (N,); None: none
+        weights: How much each frame counts, shape (N,); None: as much as any other.
+        groups: Frames of one group are alike, such as those of a drive, shape (N,); None: none
             are.
         bins: Of equal width from 0 to 1.
 

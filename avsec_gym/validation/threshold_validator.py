@@ -18,7 +18,7 @@ from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.identification import identify_attacked_sensors
-from avsec_gym.validation.state_posterior import Verdict
+from avsec_gym.validation.state_posterior import SensorStatus
 from avsec_gym.validation.thresholds import (
     Criterion,
     Threshold,
@@ -91,7 +91,7 @@ class ThresholdValidator:
         if self.criterion == "any":
             few += ", for E and holes ten times as many or more"
         return (
-            f"expect more false alarms than r = {self.rate:g}: of {len(shares)} clean moments, the "
+            f"expect more false alarms than r = {self.rate:g}: of {len(shares)} clean frames, the "
             f"thresholds of {', '.join(names)} are the largest values; {few}"
         )
 
@@ -109,11 +109,11 @@ class ThresholdValidator:
         if len(sensors) == 3:
             errors.maps.find(self.system.pairs(2))
             alarm = detect_attack(errors, self._chosen)
-            said = Verdict.CANNOT_TELL if alarm else Verdict.SOUND
+            said = SensorStatus.CANNOT_TELL if alarm else SensorStatus.SOUND
             return Validation(alarm, dict.fromkeys(sensors, said), errors, thresholds=self._chosen)
         found = identify_attacked_sensors(exceeded, len(sensors))
-        verdicts = dict.fromkeys(sensors, Verdict.SOUND)
-        verdicts |= {sensors[one]: Verdict.CANNOT_TELL for one in found.doubtful}
-        verdicts |= {sensors[one]: Verdict.ATTACKED for one in found.named}
+        statuses = dict.fromkeys(sensors, SensorStatus.SOUND)
+        statuses |= {sensors[one]: SensorStatus.CANNOT_TELL for one in found.doubtful}
+        statuses |= {sensors[one]: SensorStatus.ATTACKED for one in found.named}
         alarm = bool(found.named or found.doubtful)
-        return Validation(alarm, verdicts, errors, thresholds=self._chosen)
+        return Validation(alarm, statuses, errors, thresholds=self._chosen)

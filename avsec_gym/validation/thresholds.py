@@ -64,8 +64,8 @@ class ThresholdTable:
     """What disparity errors of every triple are in attack-free data, whence thresholds follow.
 
     Beyond an order statistic of N samples lies the share that was meant, (r N + 1) / (N + 1) on
-    average, of new moments that are as independent of these samples as they are of each other.
-    Moments of one drive are alike: of a few drives, N counts drives rather than moments, and a new
+    average, of new frames that are as independent of these samples as they are of each other.
+    Frames of one drive are alike: of a few drives, N counts drives rather than frames, and a new
     drive may have many more false alarms, or none.
 
     Args:
@@ -143,11 +143,11 @@ class ThresholdTable:
 def threshold_table(
     on: FittedOn, samples: Iterable[Mapping[Triple, DisparityError]]
 ) -> ThresholdTable:
-    """The table of attack-free moments.
+    """The table of attack-free frames.
 
     Args:
         on: The sensors, the depth and the data.
-        samples: Of each moment all triples, such as `DisparityErrors`.
+        samples: Of each frame all triples, such as `DisparityErrors`.
 
     Raises:
         ConfigurationError: No samples.

@@ -1,4 +1,4 @@
-"""What a validator said of a recording, as a folder: a JSON line for each moment, as they come."""
+"""What a validator said of a recording, as a folder: a JSON line for each frame, as they come."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from avsec_gym.validation.validator import Validation
 if TYPE_CHECKING:
     from avsec_gym.validation.repair.damage import Damage
 
-FORMAT = 4
-"""Raised when what is kept of a moment changes: rows of before are not gone on with."""
+FORMAT = 5
+"""Raised when what is kept of a frame changes: rows of before are not gone on with."""
 _AWAY = "Name another --out, or take this folder away."
-RECORD, ROWS = "validation.json", "moments.jsonl"
+RECORD, ROWS = "validation.json", "frames.jsonl"
 """Whose results these are; the results."""
 THRESHOLDS, LIKELIHOOD, SAMPLES = "thresholds.json", "likelihood.json", "samples.jsonl"
-"""What errors were like when nobody attacked; the model; the moments that it was fitted on."""
+"""What errors were like when nobody attacked; the model; the frames that it was fitted on."""
 
 
 class ValidationFolder:
@@ -55,11 +55,11 @@ class ValidationFolder:
 
     @property
     def rows(self) -> dict[str, dict[str, Any]]:
-        """By the moments' ids."""
+        """By the frames' ids."""
         return self._lines.rows
 
     def add(self, row: dict[str, Any]) -> None:
-        """Keep what was said of a moment."""
+        """Keep what was said of a frame."""
         self._lines.add(row)
 
 
@@ -92,12 +92,12 @@ def row_of(
     damage: Mapping[Sensor, Damage],
     seconds: tuple[float, float],
 ) -> dict[str, Any]:
-    """What is kept of a moment; JSON-able.
+    """What is kept of a frame; JSON-able.
 
     Args:
-        id: Of the moment.
+        id: Of the frame.
         validation: What was said of it.
-        attacked: The sensors that were attacked on purpose, to see whether it is noticed.
+        attacked: The sensors that were attacked on purpose, to see whether it is detected.
         damage: In the sensors that are named; empty if nobody looked for it.
         seconds: From the sensors' data in memory to the verdict, and from there to the damage.
     """
@@ -110,7 +110,7 @@ def row_of(
         "id": id,
         "alarm": validation.alarm,
         "attacked": [sensor for sensor in sensors if sensor in validation.attacked],
-        "verdicts": {str(sensor): str(said) for sensor, said in validation.verdicts.items()},
+        "statuses": {str(sensor): str(said) for sensor, said in validation.statuses.items()},
         "probabilities": validation.probabilities
         and {str(sensor): round(p, 6) for sensor, p in validation.probabilities.items()},
         "shares": {
@@ -137,10 +137,10 @@ def row_of(
 
 
 def summary(rows: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Alarms and names over all moments; rates with 95 % Wilson intervals, None without a case.
+    """Alarms and names over all frames; rates with 95 % Wilson intervals, None without a case.
 
-    ``alarms_as_recorded`` counts alarms on moments that were not attacked on purpose: false ones,
-    if nobody attacked them while they were recorded.  ``attacks_named`` counts the moments in which
+    ``alarms_as_recorded`` counts alarms on frames that were not attacked on purpose: false ones,
+    if nobody attacked them while they were recorded.  ``attacks_named`` counts the frames in which
     exactly the attacked sensors were named; by thresholds, three sensors can name none.
     """
     as_recorded = [row for row in rows.values() if not row["truly_attacked"]]
@@ -153,14 +153,14 @@ def summary(rows: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     exact = [
         row["attacked"] == row["truly_attacked"]
         for row in attacked
-        if len(row["verdicts"]) > 3 or row["probabilities"] is not None
+        if len(row["statuses"]) > 3 or row["probabilities"] is not None
     ]
     return {
-        "moments": len(rows),
+        "frames": len(rows),
         "alarms": sum(row["alarm"] for row in rows.values()),
         "attacked_sensors": names,
         "alarms_as_recorded": _rate([row["alarm"] for row in as_recorded]),
-        "attacks_noticed": _rate([row["alarm"] for row in attacked]),
+        "attacks_detected": _rate([row["alarm"] for row in attacked]),
         "attacks_named": _rate(exact),
         "median_seconds": seconds[len(seconds) // 2] if seconds else None,
     }

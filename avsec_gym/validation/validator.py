@@ -1,4 +1,4 @@
-"""What a validator is: it looks at one moment and says which sensors are attacked."""
+"""What a validator is: it looks at one frame and says which sensors are attacked."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import Sensor, SensorSystem, Triple
-from avsec_gym.validation.state_posterior import Verdict
+from avsec_gym.validation.state_posterior import SensorStatus
 
 if TYPE_CHECKING:  # OpenCV is loaded where somebody validates, not before.
     from avsec_gym.validation.evidence.disparity_error import DisparityErrors
@@ -49,11 +49,11 @@ class Exceeded:
 
 @dataclass(frozen=True, eq=False)
 class Validation:
-    """What a validator says of one moment.
+    """What a validator says of one frame.
 
     Args:
         alarm: Whether an attack is reported.
-        verdicts: On each sensor of the system.  Without an alarm none is attacked, though some may
+        statuses: On each sensor of the system.  Without an alarm none is attacked, though some may
             not be told; with it never are all sound.
         errors: What it was concluded from, E_{i,j,k}; its `maps` show where.
         probabilities: That a sensor is attacked, where the validator gives any.
@@ -61,7 +61,7 @@ class Validation:
     """
 
     alarm: bool
-    verdicts: Mapping[Sensor, Verdict]
+    statuses: Mapping[Sensor, SensorStatus]
     errors: DisparityErrors
     probabilities: Mapping[Sensor, float] | None = None
     thresholds: Mapping[Triple, Threshold] | None = None
@@ -69,7 +69,9 @@ class Validation:
     @property
     def attacked(self) -> frozenset[Sensor]:
         """Sensors that are named as attacked."""
-        return frozenset(one for one, said in self.verdicts.items() if said == Verdict.ATTACKED)
+        return frozenset(
+            one for one, said in self.statuses.items() if said == SensorStatus.ATTACKED
+        )
 
     @property
     def exceeded(self) -> tuple[Exceeded, ...]:
@@ -100,7 +102,7 @@ class Validator(Protocol):
         ...
 
     def validate(self, frame: SensorFrame) -> Validation:
-        """Judge one moment.
+        """Judge one frame.
 
         Raises:
             ConfigurationError: The rig is not the one that the validator was fitted on.

@@ -1,4 +1,4 @@
-"""A picture of how three sensors notice an attack: maps, their comparison, E beside its threshold.
+"""A picture of how three sensors detect an attack: maps, their comparison, E beside its threshold.
 
 Run ``python -m studies.chapter3.detection_scheme_figure --out docs/images``.
 """
@@ -31,7 +31,7 @@ from avsec_gym.validation.evidence.disparity_error import DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitting import CleanFrames, fit_threshold_table
-from avsec_gym.validation.moments import Moment
+from avsec_gym.validation.recordings import RecordedFrame
 from avsec_gym.validation.thresholds import Threshold
 from avsec_gym.validation.validator import SHARES
 from avsec_gym.world.export import world_frames
@@ -134,7 +134,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if options.frame not in data.ids():
             raise ConfigurationError(f"the suite {_SUITE} has no frame {options.frame!r}")
         depth = PairDepth("sgbm")
-        frames = [Moment(id, partial(data.frame, id)) for id in clean]
+        frames = [RecordedFrame(id, partial(data.frame, id)) for id in clean]
         named = {"suite": _SUITE}
         table = fit_threshold_table(CleanFrames(frames, LIDAR_AND_TWO_CAMERAS, depth, named))
         threshold = table.thresholds(_RATE)[_TRIPLE]

@@ -1,4 +1,4 @@
-"""A picture of what sensors notice and name, from the JSON of a report, the thesis beside it.
+"""A picture of what sensors detect and name, from the JSON of a report, the thesis beside it.
 
 Run ``python -m studies.chapter3.identification_figure REPORT.json --out FILE``, where
 ``avsec report RUN --json`` wrote the report of `identification`.
@@ -50,7 +50,7 @@ def draw_identification(summary: Mapping[str, Any]) -> Figure:
         for axes, row in zip(panels[1], summary["case_distributions"], strict=True):
             _detection(axes, row["scenario"], summary["detection"])
         _identification(panels[2, 0], summary["identification"])
-        _reliability(panels[2, 1], summary["honesty"])
+        _reliability(panels[2, 1], summary["calibration"])
     return figure
 
 
@@ -63,7 +63,7 @@ def _distribution(axes: Axes, row: Mapping[str, Any]) -> None:
         axes.stairs(shares, edges, color=colour, label=label)
     for bound, label in zip(row["bounds"], ("thesis' bounds", ""), strict=True):
         axes.axvline(bound, color=_THESIS, lw=0.8, ls="--", label=label)
-    _finish(axes, f"disparity error E of {row['scenario']}", "E", "share of moments")
+    _finish(axes, f"disparity error E of {row['scenario']}", "E", "share of frames")
     axes.set(xlim=(0, row["largest"]), ylim=(0, None))
 
 
@@ -72,9 +72,9 @@ def _detection(axes: Axes, scenario: str, rows: Sequence[Mapping[str, Any]]) -> 
     for criterion, label, line in (("any", "all four shares", "-"), ("error", "E alone", ":")):
         own = [r for r in rows if (r["scenario"], r["criterion"]) == (scenario, criterion)]
         _curve(axes, own, label, _OURS, line)
-    told = {rate: share for (name, rate), share in DETECTION.items() if name == scenario}
-    axes.plot([*told], [*told.values()], "o", mfc="none", color=_THESIS, label="thesis")
-    _finish(axes, f"attacks noticed by {scenario}", "r", "")
+    thesis = {rate: share for (name, rate), share in DETECTION.items() if name == scenario}
+    axes.plot([*thesis], [*thesis.values()], "o", mfc="none", color=_THESIS, label="thesis")
+    _finish(axes, f"attacks detected by {scenario}", "r", "")
     axes.set(xlim=(-0.003, _HIGHEST_RATE), ylim=(0, 1.03))
 
 
@@ -82,23 +82,25 @@ def _identification(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
     """Figure 3.10, the mean of all sensors."""
     for method, (label, colour, line) in _METHODS.items():
         _curve(axes, [row for row in rows if row["method"] == method], label, colour, line)
-    told = [mean for *_, mean in IDENTIFICATION.values()]
-    axes.plot([*IDENTIFICATION], told, "o", mfc="none", color=_THESIS, label="thesis")
+    thesis = [mean for *_, mean in IDENTIFICATION.values()]
+    axes.plot([*IDENTIFICATION], thesis, "o", mfc="none", color=_THESIS, label="thesis")
     _finish(axes, "the attacked one of four sensors named", "r", "")
     axes.set(xlim=(-0.003, _HIGHEST_RATE), ylim=(0, 1.03))
 
 
-def _reliability(axes: Axes, honesty: Mapping[str, Any]) -> None:
+def _reliability(axes: Axes, calibration: Mapping[str, Any]) -> None:
     axes.plot([0, 1], [0, 1], color=FAINT, lw=0.8)
-    for told, label, colour, marker in (
-        (honesty, "the prior as it comes", _OURS, "o"),
-        (honesty["all_alike"], "all states alike", _BLUE, "s"),
+    for prior, label, colour, marker in (
+        (calibration, "the prior as it comes", _OURS, "o"),
+        (calibration["all_alike"], "all states alike", _BLUE, "s"),
     ):
-        rows = told["reliability"]
-        said, was = ([row[one] for row in rows] for one in ("said", "was"))
-        spread = np.abs(np.array([row["interval"] for row in rows]).T - was)
-        axes.errorbar(said, was, spread, fmt=marker, ms=4, lw=0.8, color=colour, label=label)
-    _finish(axes, "sensors attacked, by the probability that was said", "P(attacked)", "")
+        rows = prior["reliability"]
+        predicted, observed = ([row[key] for row in rows] for key in ("predicted", "observed"))
+        spread = np.abs(np.array([row["interval"] for row in rows]).T - observed)
+        axes.errorbar(
+            predicted, observed, spread, fmt=marker, ms=4, lw=0.8, color=colour, label=label
+        )
+    _finish(axes, "sensors attacked, by the predicted probability", "P(attacked)", "")
     axes.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02))
 
 
@@ -142,7 +144,7 @@ def _figure(path: Path) -> Figure:
         return draw_identification(read_json(path, remedy=_AGAIN)["validation"])
     except (ValueError, KeyError, TypeError) as error:
         raise DataError(
-            "This is no report of what sensors notice, or one of an earlier version.",
+            "This is no report of what sensors detect, or one of an earlier version.",
             path=path,
             remedy=_AGAIN,
         ) from error

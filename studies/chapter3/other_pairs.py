@@ -2,7 +2,7 @@
 
 Where a camera of its pair is attacked, the response ``drop`` gives a detector another pair, whose
 baseline is another one. Run ``python -m studies.chapter3.other_pairs`` to
-count the cars that it finds by each pair, in moments that nobody attacked.
+count the cars that it finds by each pair, in frames that nobody attacked.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.perception.detectors import Detector, make_detector
 from avsec_gym.runs.experiment import Configuration
-from avsec_gym.validation.moments import Recordings, drive_of
-from avsec_gym.validation.suspects import as_stereo_pair, stereo_pairs
+from avsec_gym.validation.compromised_sensors import as_stereo_pair, stereo_pairs
+from avsec_gym.validation.recordings import Recordings, drive_of
 from studies.answer import answer
 
 _LOG = logging.getLogger(__name__)
@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     return {
         "detector": options.detector,
         "seed": options.seed,
-        "moments": len(recordings.moments),
+        "frames": len(recordings.frames),
         "score_threshold": options.score_threshold,
         "pairs": found_by_pairs(recordings, detector, options.score_threshold),
     }
@@ -73,21 +73,21 @@ def found_by_pairs(
         interval that allows for cars of one drive being alike; and ``distance``, that box's over
         the true one: median, 10th and 90th percentile.
     """
-    calibration = recordings.moments[0].frame().calibration
+    calibration = recordings.frames[0].frame().calibration
     pairs = stereo_pairs(calibration, recordings.system.cameras)
     drives: list[str] = []
     seen = {pair: [np.empty(0)] for pair in pairs}
-    start, count = time.perf_counter(), len(recordings.moments)
-    for number, moment in enumerate(recordings.moments):
-        frame = moment.frame()
-        true = cars_ahead(scene_of(frame, moment.id, number).boxes)
-        drives += [drive_of(moment.id)] * len(true)
+    start, count = time.perf_counter(), len(recordings.frames)
+    for number, recorded in enumerate(recordings.frames):
+        frame = recorded.frame()
+        true = cars_ahead(scene_of(frame, recorded.id, number).boxes)
+        drives += [drive_of(recorded.id)] * len(true)
         for pair in pairs:
             found = above(detector.detect(as_stereo_pair(frame, *pair)), score_threshold)
             seen[pair].append(distances(true, found))
         if number % 20 == 19:
             left = (time.perf_counter() - start) * (count / (number + 1) - 1)
-            _LOG.info("%d of %d moments, about %.0f s left", number + 1, count, left)
+            _LOG.info("%d of %d frames, about %.0f s left", number + 1, count, left)
     return [
         {
             "left": pair[0],
@@ -143,7 +143,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """The command; its exit code."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--detector", default="stereo_rcnn", help="one of images; its name")
-    parser.add_argument("--limit", type=int, default=120, help="moments")
+    parser.add_argument("--limit", type=int, default=120, help="frames")
     parser.add_argument("--seed", type=int, default=0, help="of the drives")
     parser.add_argument("--score-threshold", type=float, default=0.3, help="of boxes that count")
     parser.add_argument("--json", type=Path, help="file for the result; default: standard output")

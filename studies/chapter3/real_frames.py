@@ -1,4 +1,4 @@
-"""Attacks on real frames of KITTI: what three sensors notice, and what detectors are led to see.
+"""Attacks on real frames of KITTI: what three sensors detect, and what detectors are led to see.
 
 Run ``python -m studies.chapter3.real_frames --kitti ROOT --json FILE``. Too few real
 frames are at hand to fit thresholds on, so these come from procedural frames of KITTI's own rig;
@@ -28,7 +28,7 @@ from avsec_gym.validation.evidence.disparity_error import MEASURES
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.evidence.state_evidence import StateEvidence
 from avsec_gym.validation.fitting import CleanFrames, fit_threshold_table
-from avsec_gym.validation.moments import object_recordings
+from avsec_gym.validation.recordings import object_recordings
 from avsec_gym.validation.state_posterior import state_vectors
 from avsec_gym.validation.thresholds import Criterion, ThresholdTable
 from avsec_gym.world.export import default_suite
@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         raise ConfigurationError(f"--draws is 1 or more, got {options.draws}")
     depth = PairDepth("sgbm")
     suite = default_suite("mixed")
-    clean = object_recordings(suite, _SYSTEM.sensors).moments
+    clean = object_recordings(suite, _SYSTEM.sensors).frames
     table = fit_threshold_table(CleanFrames(clean, _SYSTEM, depth, {"suite": "mixed"}))
     real = object_recordings(options.kitti, _SYSTEM.sensors)
     return {
@@ -63,8 +63,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             for criterion in _CRITERIA
         },
         "frames": {
-            one.id: noticed(one.frame(), table, depth, options.rate, options.draws)
-            for one in real.moments
+            one.id: detected(one.frame(), table, depth, options.rate, options.draws)
+            for one in real.frames
         },
         "impact": impact_on_real_frames(
             KittiObject(options.kitti), KittiObject(suite), options.draws
@@ -72,10 +72,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def noticed(
+def detected(
     frame: SensorFrame, table: ThresholdTable, depth: PairDepth, rate: float, draws: int
 ) -> dict[str, Any]:
-    """What a frame is like when nobody attacks it, and how many of the thesis' attacks are noticed.
+    """What a frame is like without an attack, and how many of the thesis' attacks are detected.
 
     Args:
         frame: With both images and the scan.
@@ -86,7 +86,7 @@ def noticed(
 
     Returns:
         ``clean``: all `MEASURES`, and by criterion whether it raises an alarm; ``cases``: of each
-        attack case and criterion the share that is noticed, with its interval.
+        attack case and criterion the share that is detected, with its interval.
     """
     states = state_vectors(len(_SYSTEM))
     evidence = StateEvidence(frame, {}, _SYSTEM, depth)

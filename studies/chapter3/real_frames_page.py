@@ -31,7 +31,7 @@ _DETECTORS = {
 
 
 def real_frames_page(result: Mapping[str, Any]) -> str:
-    """Markdown: what is noticed, and what detectors are led to see.
+    """Markdown: what is detected, and what detectors are led to see.
 
     Args:
         result: Of `studies.chapter3.real_frames.run`.
@@ -44,23 +44,23 @@ def real_frames_page(result: Mapping[str, Any]) -> str:
         " of each on every frame; in brackets: 95 % intervals, of detectors widened by what the"
         " draws on one frame have in common.",
     ]
-    for id, told in result["frames"].items():
-        lines += ["", f"## {id}: what LiDAR and two cameras notice, r = {rate:g} %", ""]
+    for id, found in result["frames"].items():
+        lines += ["", f"## {id}: what LiDAR and two cameras detect, r = {rate:g} %", ""]
         rows = [
             [
                 " and ".join(_SENSORS[one] for one in case.split("+")),
                 *(_share(shares[criterion]) for criterion in _CRITERIA),
             ]
-            for case, shares in told["cases"].items()
+            for case, shares in found["cases"].items()
         ]
-        rows.append(["nobody", *(_alarm(told["false_alarm"][one]) for one in _CRITERIA)])
-        titles = [f"noticed by {words}, %" for words in _CRITERIA.values()]
+        rows.append(["nobody", *(_alarm(found["false_alarm"][one]) for one in _CRITERIA)])
+        titles = [f"detected by {words}, %" for words in _CRITERIA.values()]
         lines += markdown_table(["attacked", *titles], rows)
     lines += [
         "",
-        f"Thresholds come from {fitted['moments']} moments of the procedural suite"
+        f"Thresholds come from {fitted['frames']} frames of the procedural suite"
         f" `{fitted['suite']}`, of KITTI’s own rig, since too few real frames are at hand: with"
-        " fewer than 1 / r moments they are the largest clean values. A bogus return behind what"
+        " fewer than 1 / r frames they are the largest clean values. A bogus return behind what"
         " the cameras see as a surface, or where they see none, is missed.",
         "",
         "## What detectors are led to see",
@@ -68,23 +68,23 @@ def real_frames_page(result: Mapping[str, Any]) -> str:
     ]
     rows = []
     for name in LIDAR_DETECTORS:
-        if (told := result["impact"][name]) is None:
+        if (found := result["impact"][name]) is None:
             continue
         thesis = f" *{number(100 * TAKEN_FOR_AN_OBSTACLE, 1)}*" if name == "pixor" else ""
-        taken = _share(told["taken"]) + thesis
-        row = [_DETECTORS[name], str(len(told["frames"])), taken, _share(told["already"])]
-        cars = (told.get(one) for one in ("car_taken", "car_already"))
+        taken = _share(found["taken"]) + thesis
+        row = [_DETECTORS[name], str(len(found["frames"])), taken, _share(found["already"])]
+        cars = (found.get(one) for one in ("car_taken", "car_already"))
         rows.append([*row, *map(_share, cars)])
     titles = ["frames", "a bogus return is an obstacle, %", "one was there without it, %"]
     titles += ["a pasted car is an obstacle, %", "one was there without it, %"]
     lines += [*markdown_table(["scans by", *titles], rows), ""]
     rows = []
     for name in IMAGE_DETECTORS:
-        if (told := result["impact"][name]) is None:
+        if (found := result["impact"][name]) is None:
             continue
-        wrong = (told[one] for one in ("false_alarms", "false_alarms_attacked"))
-        shares = (_share(told[one]) for one in ("found", "found_attacked"))
-        row = [_DETECTORS[name], str(len(told["frames"])), *shares]
+        wrong = (found[one] for one in ("false_alarms", "false_alarms_attacked"))
+        shares = (_share(found[one]) for one in ("found", "found_attacked"))
+        row = [_DETECTORS[name], str(len(found["frames"])), *shares]
         rows.append([*row, *(number(one, 2) for one in wrong)])
     titles = ["frames", "cars found, %", "under a facula, %"]
     titles += ["false alarms an image", "under a facula"]

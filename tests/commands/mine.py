@@ -21,7 +21,7 @@ from avsec_gym.scenario.planning_scenario import PlanningScenario
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
 from avsec_gym.validation.evidence.disparity_error import DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
-from avsec_gym.validation.state_posterior import Verdict
+from avsec_gym.validation.state_posterior import SensorStatus
 from avsec_gym.validation.validator import Validation
 
 BRIGHT = 200.0
@@ -101,12 +101,12 @@ class Validator:
 
     def validate(self, frame: SensorFrame) -> Validation:
         blamed = {one for one in (2, 3) if frame.image(one).mean() > self.bright}
-        verdicts = {
-            sensor: Verdict.ATTACKED if sensor in blamed else Verdict.SOUND
+        statuses = {
+            sensor: SensorStatus.ATTACKED if sensor in blamed else SensorStatus.SOUND
             for sensor in self.system.sensors
         }
         return Validation(
-            bool(blamed), verdicts, DisparityErrors(DisparityMaps(frame, self.system))
+            bool(blamed), statuses, DisparityErrors(DisparityMaps(frame, self.system))
         )
 
 

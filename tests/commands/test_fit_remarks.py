@@ -8,17 +8,17 @@ import pytest
 
 from avsec_gym.commands.fit_remarks import clean_data, fitted_among
 from avsec_gym.frame import SensorFrame
-from avsec_gym.validation.moments import Moment
+from avsec_gym.validation.recordings import RecordedFrame
 
 
-def frames(drive: str, numbers: range, several: bool = False) -> list[Moment]:
+def frames(drive: str, numbers: range, several: bool = False) -> list[RecordedFrame]:
     """Frames of a drive, which their ids name where there are several drives."""
 
     def never() -> SensorFrame:
         raise AssertionError("nothing is read")
 
     before = f"{drive}/" if several else ""
-    return [Moment(f"{before}{number:010d}", never, drive) for number in numbers]
+    return [RecordedFrame(f"{before}{number:010d}", never, drive) for number in numbers]
 
 
 @pytest.mark.parametrize(

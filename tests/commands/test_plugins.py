@@ -185,7 +185,7 @@ def test_a_validator_and_an_attack_in_validate(avsec: Any, data: Path, tmp_path:
     *rows, last = map(json.loads, done.stdout.splitlines())
     assert [(row["attacked"], row["truly_attacked"]) for row in rows] == [([3], [3])] * 3
     assert last["summary"]["attacks_named"]["rate"] is None
-    assert last["summary"]["attacks_noticed"]["count"] == 3
+    assert last["summary"]["attacks_detected"]["count"] == 3
     assert len(list((tmp_path / "attacked" / "alarms").iterdir())) == 3
     # It has no sensitivity of this command's, and judges the sensors that it judges.
     assert "--rate" in avsec(*common, "--rate", "0.1", code=2).stderr

@@ -70,11 +70,11 @@ def validated(day: Path, capsys: pytest.CaptureFixture[str]) -> Lines:
 def test_the_covered_camera_is_named_and_shown(validated: Lines, tmp_path: Path) -> None:
     out = tmp_path / "out"
     *rows, last = validated("--out", str(out), "--clean", "0.4")
-    # Five clean moments of four walls, so that nothing else can exceed the thresholds.
+    # Five clean frames of four walls, so that nothing else can exceed the thresholds.
     assert [row["attacked"] for row in rows] == [[]] * 6 + [[1]]
-    assert rows[-1]["verdicts"]["1"] == "attacked"
+    assert rows[-1]["statuses"]["1"] == "attacked"
     assert last["summary"]["alarms"] == 1
-    assert last["summary"]["moments"] == 7
+    assert last["summary"]["frames"] == 7
     assert [path.name for path in (out / "alarms").iterdir()] == [f"{COVERED:010d}.png"]
     assert (out / "alarms" / f"{COVERED:010d}.png").read_bytes().startswith(b"\x89PNG")
     assert not any(row["exceeded"] or row["damage"] for row in rows[:-1])
@@ -93,13 +93,13 @@ def test_it_goes_on_where_it_was_stopped(validated: Lines, tmp_path: Path) -> No
     out = tmp_path / "out"
     options = ["--out", str(out), "--clean", "0.4"]
     whole = validated(*options)
-    rows = (out / "moments.jsonl").read_text().splitlines(keepends=True)
+    rows = (out / "frames.jsonl").read_text().splitlines(keepends=True)
     # Killed in the middle of a line.
-    (out / "moments.jsonl").write_text("".join(rows[:3]) + rows[3][:20])
+    (out / "frames.jsonl").write_text("".join(rows[:3]) + rows[3][:20])
     untimed = {"seconds": 0, "locating_seconds": 0}
     again = validated(*options)
     assert [row | untimed for row in again[:-1]] == [row | untimed for row in whole[:-1]]
-    assert (out / "moments.jsonl").read_text().splitlines(keepends=True)[:3] == rows[:3]
+    assert (out / "frames.jsonl").read_text().splitlines(keepends=True)[:3] == rows[:3]
     validated("--out", str(out), "--clean", "0.5", code=1)
 
 
@@ -111,9 +111,9 @@ def test_thresholds_of_an_earlier_run_and_an_attack(validated: Lines, tmp_path: 
         "--out", str(tmp_path / "two"), "--thresholds", table, "--limit", "4", "--attack", facula
     )
     assert [row["truly_attacked"] for row in rows] == [[2]] * 4
-    noticed = last["summary"]["attacks_noticed"]
-    assert noticed["count"] == sum(row["alarm"] for row in rows)
-    assert noticed["of"] == 4
+    detected = last["summary"]["attacks_detected"]
+    assert detected["count"] == sum(row["alarm"] for row in rows)
+    assert detected["of"] == 4
     assert last["summary"]["alarms_as_recorded"]["rate"] is None
 
 
@@ -126,7 +126,7 @@ def test_a_fitted_file_tells_the_sensors(
     fitted = ["--thresholds", str(table), "--limit", "2"]
     for number, asked in enumerate(([], three)):
         rows = validated("--out", str(tmp_path / f"two{number}"), *fitted, *asked)[:-1]
-        assert [list(row["verdicts"]) for row in rows] == [["lidar", "2", "0"]] * 2
+        assert [list(row["statuses"]) for row in rows] == [["lidar", "2", "0"]] * 2
     arguments = ["validate", "--kitti-raw", str(day), "--out", str(tmp_path / "three"), *fitted]
     assert run([*arguments, "--sensors", "lidar", "2", "1", "0"]) == 2
     told = capsys.readouterr().err
@@ -134,7 +134,7 @@ def test_a_fitted_file_tells_the_sensors(
     assert "leave --sensors out" in told
 
 
-def test_a_rare_sensor_few_clean_moments_and_alarms_of_an_unknown_drive_are_said(
+def test_a_rare_sensor_few_clean_frames_and_alarms_of_an_unknown_drive_are_said(
     day: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     drive = tmp_path / day.name / f"{day.name}_drive_0001_sync"
@@ -144,8 +144,8 @@ def test_a_rare_sensor_few_clean_moments_and_alarms_of_an_unknown_drive_are_said
     arguments = ["validate", "--kitti-raw", str(drive), "--out", str(tmp_path / "out")]
     assert run([*arguments, "--clean", "0.4", "--no-locate"]) == 0
     told = capsys.readouterr()
-    assert "camera 2: 1 moments could be judged with it, 12 can without" in told.err
-    assert "more false alarms than r = 0.01: of 5 clean moments, the thresholds of E" in told.err
+    assert "camera 2: 1 frames could be judged with it, 12 can without" in told.err
+    assert "more false alarms than r = 0.01: of 5 clean frames, the thresholds of E" in told.err
     assert "alarms as recorded (false, if nobody attacked)" in told.out
     assert "without" not in told.out
     # Three sensors name nobody; they say what was beyond.
@@ -160,7 +160,7 @@ def test_who_does_not_ask_where_is_not_told(validated: Lines, tmp_path: Path) ->
     assert row["locating_seconds"] is None
 
 
-def test_light_that_e_overlooks_is_noticed_by_the_other_shares(
+def test_light_that_e_overlooks_is_detected_by_the_other_shares(
     validated: Lines, tmp_path: Path
 ) -> None:
     facula = {"name": "facula", "camera": 1, "radius": 200, "strength": 400, "centre": [120, 60]}
@@ -195,7 +195,7 @@ def test_what_lacks_is_said(
     assert "Three sensors" in capsys.readouterr().err
 
 
-def test_broken_clean_moments_are_told_again_when_it_goes_on(
+def test_broken_clean_frames_are_told_again_when_it_goes_on(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     drive = drive_of_walls(tmp_path, 6)
@@ -203,7 +203,7 @@ def test_broken_clean_moments_are_told_again_when_it_goes_on(
     (drive / "velodyne_points" / "data" / "0000000005.bin").unlink()
     out = tmp_path / "out"
     arguments = ["validate", "--kitti-raw", str(drive), "--out", str(out), "--clean", "0.5"]
-    # Of the last moment nothing is asked.
+    # Of the last frame nothing is asked.
     arguments += ["--limit", "5"]
     for _ in range(2):
         assert run(arguments) == 3
@@ -211,7 +211,7 @@ def test_broken_clean_moments_are_told_again_when_it_goes_on(
         assert "0000000001.png" in told
         assert "0000000005" not in told
         assert json.loads((out / "summary.json").read_text())["left_out"] == 1
-    assert json.loads((out / "thresholds.json").read_text())["fitted_on"]["data"]["moments"] == 1
+    assert json.loads((out / "thresholds.json").read_text())["fitted_on"]["data"]["frames"] == 1
 
 
 def test_one_command_makes_a_likelihood_file(
@@ -223,13 +223,13 @@ def test_one_command_makes_a_likelihood_file(
     # The last wall is covered: like none of the clean ones, and unlike those with a facula.
     assert row["alarm"]
     assert set(row["probabilities"]) == {"lidar", "2", "1", "0"}
-    assert last["summary"]["moments"] == 1
+    assert last["summary"]["frames"] == 1
     samples = (out / "samples.jsonl").read_text().splitlines()
     assert [json.loads(line)["id"] for line in samples] == [f"{n:010d}" for n in range(11)]
     model = read_likelihood_model(out / "likelihood.json")
     assert len(model.clean_scores) == 11
-    assert model.on.data["moments"] == 11
-    # Stopped while it was attacking moments: those that are done are not attacked again.
+    assert model.on.data["frames"] == 11
+    # Stopped while it was attacking frames: those that are done are not attacked again.
     (out / "likelihood.json").rename(tmp_path / "likelihood.json")
     (out / "samples.jsonl").write_text("\n".join(samples[:9]) + "\n" + samples[9][:100])
     attacked = []
@@ -247,10 +247,10 @@ def test_one_command_makes_a_likelihood_file(
     file = str(tmp_path / "likelihood.json")
     rows = validated("--out", str(tmp_path / "judged"), "--likelihood", file)[:-1]
     assert len(rows) == 12
-    assert rows[-1]["verdicts"] == row["verdicts"]
+    assert rows[-1]["statuses"] == row["statuses"]
     by_name = make("validator", {"name": "likelihood", "model": file, "rate": 0.0})
-    said = by_name.validate(wall(COVERED)).verdicts
-    assert {str(sensor): str(one) for sensor, one in said.items()} == row["verdicts"]
+    said = by_name.validate(wall(COVERED)).statuses
+    assert {str(sensor): str(one) for sensor, one in said.items()} == row["statuses"]
 
 
 @pytest.mark.parametrize(
@@ -315,7 +315,7 @@ def test_without_a_name_each_question_has_a_folder_of_its_own(
     assert sorted(path.name for path in (tmp_path / "runs").iterdir()) == ["validate", "validate_2"]
 
 
-def test_a_moment_of_other_images_is_left_out(
+def test_a_frame_of_other_images_is_left_out(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     drive = drive_of_walls(tmp_path, 8)
@@ -329,10 +329,10 @@ def test_a_moment_of_other_images_is_left_out(
     for id in ("0000000001", "0000000006"):
         assert f"left out: {id}: " in told.err
     assert "0000000007  sound" in told.out
-    assert json.loads((out / "summary.json").read_text())["moments"] == 3
+    assert json.loads((out / "summary.json").read_text())["frames"] == 3
 
 
-def test_measuring_clean_moments_goes_on_where_it_was_stopped(
+def test_measuring_clean_frames_goes_on_where_it_was_stopped(
     validated: Lines, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As a stop after two of four: what was measured is neither lost nor measured again."""
@@ -366,7 +366,7 @@ def test_only_what_is_asked_for_is_summed_up(validated: Lines, tmp_path: Path) -
     validated("--out", str(first), "--clean", "0.5", "--no-locate")
     table = ["--thresholds", str(first / "thresholds.json"), "--out", out, "--no-locate"]
     assert [len(validated(*table, "--limit", count)) for count in ("5", "2", "5")] == [6, 3, 6]
-    assert json.loads((tmp_path / "out" / "summary.json").read_text())["moments"] == 5
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["frames"] == 5
 
 
 def test_who_judges_what_thresholds_were_made_of_is_told(
@@ -377,12 +377,12 @@ def test_who_judges_what_thresholds_were_made_of_is_told(
     assert "says little" not in capsys.readouterr().err
     table = ["--thresholds", str(tmp_path / "first" / "thresholds.json")]
     assert run([*first, *table, "--out", str(tmp_path / "again")]) == 0
-    assert "3 of the 12 moments were among those that" in capsys.readouterr().err
+    assert "3 of the 12 frames were among those that" in capsys.readouterr().err
     # Nor does one drive of that day say more.
     (drive,) = day.glob("*_sync")
     judged = ["validate", "--kitti-raw", str(drive), "--no-locate", "--rate", "0"]
     assert run([*judged, *table, "--out", str(tmp_path / "drive")]) == 0
-    assert "3 of the 12 moments were among those that" in capsys.readouterr().err
+    assert "3 of the 12 frames were among those that" in capsys.readouterr().err
     # Others of the same name do.
     other = tmp_path / "elsewhere" / day.name
     shutil.copytree(day, other)
@@ -396,6 +396,6 @@ def test_a_damaged_line_is_named(validated: Lines, tmp_path: Path, capsys: Any) 
     out = tmp_path / "out"
     options = ["--out", str(out), "--clean", "0.5", "--no-locate"]
     validated(*options)
-    rows = (out / "moments.jsonl").read_text().split("\n")
-    (out / "moments.jsonl").write_text("\n".join(["{", *rows[1:]]))
+    rows = (out / "frames.jsonl").read_text().split("\n")
+    (out / "frames.jsonl").write_text("\n".join(["{", *rows[1:]]))
     validated(*options, code=1)

@@ -95,7 +95,7 @@ def test_an_attack_on_one_frame_raises_an_alarm(
     asked = ["--ids", "000000", f"--{by}", "shipped", "--attack", FACULA]
     (row, last), _ = validated("--kitti", kitti, *asked)
     assert row["alarm"]
-    assert last["summary"]["attacks_noticed"]["count"] == 1
+    assert last["summary"]["attacks_detected"]["count"] == 1
     assert (row["probabilities"] is None) == (by == "thresholds")
     assert [path.name for path in (tmp_path / "out" / "alarms").iterdir()] == ["000000.png"]
 
@@ -103,7 +103,7 @@ def test_an_attack_on_one_frame_raises_an_alarm(
 def test_a_drive_of_one_frame_is_judged(validated: Told, tmp_path: Path) -> None:
     drive = drive_of(tmp_path, kitti_rig(), 1)
     (row, _), told = validated("--kitti-raw", drive)
-    assert list(row["verdicts"]) == ["lidar", "1", "3", "2"]
+    assert list(row["statuses"]) == ["lidar", "1", "3", "2"]
     assert NOT_HERE in told
 
 
@@ -118,7 +118,7 @@ def test_a_frame_that_is_not_there_is_said(kitti: Path, validated: Told) -> None
 def test_one_frame_of_another_rig_is_refused(validated: Told, tmp_path: Path) -> None:
     drive = drive_of(tmp_path, SMALL, 1)
     _, told = validated("--kitti-raw", drive, code=2)
-    assert "of 1 moments none is left to be judged" in told
+    assert "of 1 frames none is left to be judged" in told
     assert "the package's thresholds do not hold here" in told
     assert "cameras that stand otherwise" in told
     _, told = validated("--kitti-raw", drive, "--likelihood", "shipped", code=2)
@@ -129,7 +129,7 @@ def test_who_has_enough_clean_frames_is_judged_by_these(validated: Told, tmp_pat
     drive = drive_of(tmp_path, kitti_rig(), 8)
     *rows, _ = validated("--kitti-raw", drive, "--rate", "0.5", "--sensors", "lidar", "3", "2")[0]
     assert len(rows) == 6
-    assert rows[0]["fitted_on"] == f"fitted on 2 clean moments of {drive.name}"
+    assert rows[0]["fitted_on"] == f"fitted on 2 clean frames of {drive.name}"
     assert (tmp_path / "out" / "thresholds.json").exists()
 
 
@@ -138,10 +138,10 @@ def test_too_few_clean_frames_of_another_rig_have_to_do(validated: Told, tmp_pat
     (*rows, _), told = validated("--kitti-raw", drive)
     assert len(rows) == 3
     assert "the package's thresholds do not hold here" in told
-    assert "fitted on 1 clean moments" in told
+    assert "fitted on 1 clean frames" in told
 
 
-def test_named_moments_are_judged_by_the_others(validated: Told, tmp_path: Path) -> None:
+def test_named_frames_are_judged_by_the_others(validated: Told, tmp_path: Path) -> None:
     drive = drive_of(tmp_path, kitti_rig(), 4)
     asked = ["--ids", "0000000000", "--clean", "0.5", "--sensors", "lidar", "3", "2"]
     (row, _), _ = validated("--kitti-raw", drive, *asked)
@@ -170,6 +170,6 @@ def test_a_shipped_file_of_an_older_format_is_refused(
 
 def test_a_real_frame_is_judged_by_one_command(shared: Path, validated: Told) -> None:
     (row, _), told = validated("--kitti", shared / "kitti" / "object", "--ids", "000107")
-    assert list(row["verdicts"]) == ["lidar", "3", "2"]
+    assert list(row["statuses"]) == ["lidar", "3", "2"]
     assert NOT_HERE in told
     assert not row["alarm"]

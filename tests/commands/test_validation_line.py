@@ -1,4 +1,4 @@
-"""What is said of a moment on one line."""
+"""What is said of a frame on one line."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SOUND: dict[str, Any] = {
     "id": "000107",
     "alarm": False,
     "attacked": [],
-    "verdicts": {"lidar": "sound", "1": "sound", "3": "sound", "2": "sound"},
+    "statuses": {"lidar": "sound", "1": "sound", "3": "sound", "2": "sound"},
     "probabilities": None,
     "exceeded": [],
     "damage": {},
@@ -31,7 +31,7 @@ DENSE = {"sensors": [1, 3, 2], "share": "densest", "value": 0.01, "threshold": 0
             {
                 "alarm": True,
                 "attacked": [3],
-                "verdicts": {**SOUND["verdicts"], "3": "attacked"},
+                "statuses": {**SOUND["statuses"], "3": "attacked"},
                 "exceeded": [BRIGHT, DENSE],
                 "damage": {"3": {"share_of_pixels": 0.1234}},
                 "locating_seconds": 0.1,
@@ -44,7 +44,7 @@ DENSE = {"sensors": [1, 3, 2], "share": "densest", "value": 0.01, "threshold": 0
             {
                 "alarm": True,
                 "attacked": ["lidar", 2],
-                "verdicts": {
+                "statuses": {
                     "lidar": "attacked",
                     "1": "cannot tell",
                     "3": "sound",
@@ -62,7 +62,7 @@ DENSE = {"sensors": [1, 3, 2], "share": "densest", "value": 0.01, "threshold": 0
         ),
         (
             {
-                "verdicts": {**SOUND["verdicts"], "1": "cannot tell"},
+                "statuses": {**SOUND["statuses"], "1": "cannot tell"},
                 "probabilities": {"lidar": 0.001, "1": 0.3},
             },
             "000107  no alarm, though nothing clears camera 1  "
@@ -81,7 +81,7 @@ DENSE = {"sensors": [1, 3, 2], "share": "densest", "value": 0.01, "threshold": 0
             "000107  ALARM: LiDAR (120 directions lost)  (0.25 s)",
         ),
         (
-            {"alarm": True, "verdicts": dict.fromkeys(SOUND["verdicts"], "cannot tell")},
+            {"alarm": True, "statuses": dict.fromkeys(SOUND["statuses"], "cannot tell")},
             "000107  ALARM: some sensor; which one, and where, is open  (0.25 s)",
         ),
     ],

@@ -13,7 +13,7 @@ from avsec_gym.validation.evidence.disparity_error import DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.repair.damage import Damage
 from avsec_gym.validation.repair.damaged_scan import DamagedScan
-from avsec_gym.validation.state_posterior import Verdict
+from avsec_gym.validation.state_posterior import SensorStatus
 from avsec_gym.validation.thresholds import Threshold
 from avsec_gym.validation.validator import Validation
 
@@ -35,10 +35,10 @@ def wall() -> SensorFrame:
 def test_the_longest_titles_are_not_cut_off() -> None:
     errors = DisparityErrors(DisparityMaps(wall().with_points(NO_POINTS), SYSTEM))
     assert len(dict(errors)) == len(SYSTEM.triples)
-    verdicts = dict.fromkeys(SYSTEM.sensors, Verdict.CANNOT_TELL)
+    statuses = dict.fromkeys(SYSTEM.sensors, SensorStatus.CANNOT_TELL)
     doubtful = Validation(
         True,
-        verdicts,
+        statuses,
         errors,
         dict.fromkeys(SYSTEM.sensors, 0.5),
         dict.fromkeys(SYSTEM.triples, Threshold(0.00123, 0.00123, 0.00123, 0.00123)),
@@ -61,12 +61,12 @@ def alarm(frame: SensorFrame, thresholds: Threshold | None = None) -> Validation
     """Camera 1 and the LiDAR are named."""
     errors = DisparityErrors(DisparityMaps(frame, SYSTEM))
     assert errors[0, 2, 3].valid > 1000
-    verdicts = {
-        sensor: Verdict.ATTACKED if sensor in (LIDAR, 1) else Verdict.SOUND
+    statuses = {
+        sensor: SensorStatus.ATTACKED if sensor in (LIDAR, 1) else SensorStatus.SOUND
         for sensor in SYSTEM.sensors
     }
     given = None if thresholds is None else dict.fromkeys(SYSTEM.triples, thresholds)
-    return Validation(True, verdicts, errors, thresholds=given)
+    return Validation(True, statuses, errors, thresholds=given)
 
 
 def test_what_is_beyond_its_threshold_says_so() -> None:
@@ -92,7 +92,7 @@ def test_what_raised_the_alarm_comes_first_whosever_reference_it_is() -> None:
     thresholds = {
         triple: Threshold(error=-1.0 if triple == told else 1.0) for triple in SYSTEM.triples
     }
-    said = Validation(True, said.verdicts, said.errors, thresholds=thresholds)
+    said = Validation(True, said.statuses, said.errors, thresholds=thresholds)
     assert [comparison.triple for comparison in said.exceeded] == [told]
     titles = [axes.get_title(loc="left") for axes in draw_validation(said).axes[1::2]]
     assert [title.partition("\n")[0] for title in titles] == [

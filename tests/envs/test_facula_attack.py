@@ -34,7 +34,7 @@ from avsec_gym.sensor_system import KITTI_SYSTEM, SensorSystem
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
 from avsec_gym.validation.evidence.disparity_error import MEASURES, DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
-from avsec_gym.validation.state_posterior import Verdict
+from avsec_gym.validation.state_posterior import SensorStatus
 from avsec_gym.validation.threshold_validator import ThresholdValidator
 from avsec_gym.validation.validator import Validation
 
@@ -57,7 +57,7 @@ class Watchman:
 
     def validate(self, frame: SensorFrame) -> Validation:
         self.frames.append(frame)
-        verdicts = dict.fromkeys(self.system.sensors, Verdict.SOUND)
+        verdicts = dict.fromkeys(self.system.sensors, SensorStatus.SOUND)
         return Validation(self.alarm, verdicts, DisparityErrors(DisparityMaps(frame, self.system)))
 
 

@@ -18,7 +18,7 @@ from avsec_gym.sensor_system import KITTI_SYSTEM, SensorSystem
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
 from avsec_gym.validation.evidence.disparity_error import DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
-from avsec_gym.validation.state_posterior import Verdict
+from avsec_gym.validation.state_posterior import SensorStatus
 from avsec_gym.validation.validator import Validation
 
 pytestmark = pytest.mark.usefixtures("small_suite")
@@ -42,7 +42,10 @@ class Knowing:
         changed = {"lidar": not np.array_equal(frame.points, clean.points)}
         for camera in self.system.cameras:
             changed[camera] = not np.array_equal(frame.image(camera), clean.image(camera))
-        said = {one: Verdict.ATTACKED if flag else Verdict.SOUND for one, flag in changed.items()}
+        said = {
+            one: SensorStatus.ATTACKED if flag else SensorStatus.SOUND
+            for one, flag in changed.items()
+        }
         return Validation(
             any(changed.values()), said, DisparityErrors(DisparityMaps(frame, self.system))
         )

@@ -19,7 +19,7 @@ from avsec_gym.validation.fitted_on import FittedOn
 
 @dataclass(frozen=True, eq=False)
 class MadeUp:
-    """Evidence of moments whose states are known."""
+    """Evidence of frames whose states are known."""
 
     evidence: Floats
     states: np.ndarray
@@ -44,7 +44,7 @@ def make_up(system: SensorSystem, states: np.ndarray, seed: int, damage: float =
 
     Args:
         system: Of sensors.
-        states: The same moments are shown in each of these states, shape (frames, K, n + 1).
+        states: The same frames are shown in each of these states, shape (frames, K, n + 1).
         seed: Of the noise.
         damage: Mean part of the view that an attack spoils.
     """
@@ -54,11 +54,11 @@ def make_up(system: SensorSystem, states: np.ndarray, seed: int, damage: float =
     base = fixed.uniform(0.5, 1.0, len(scopes))
     seen = [fixed.uniform(0.4, 1.0, len(scope)) for scope in scopes]
     evidence = []
-    for moment in states:
+    for of_frame in states:
         scene = rng.beta(2, 12)
         noise = rng.beta(2, 60, (len(system), len(system)))
         alone = rng.beta(2, 200, len(scopes))
-        for state in moment:
+        for state in of_frame:
             part = rng.beta(4, 4 / damage - 4, len(system)) * state
             row = []
             for e, scope in enumerate(scopes):

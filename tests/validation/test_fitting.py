@@ -19,7 +19,7 @@ from avsec_gym.validation.evidence.evidence import gather_evidence
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitting import CleanFrames, fit_likelihood_model, fit_threshold_table
 from avsec_gym.validation.likelihood.likelihood_of_clean import evidence_of_all_states
-from avsec_gym.validation.moments import Moment
+from avsec_gym.validation.recordings import RecordedFrame
 
 SYSTEM = SensorSystem((LIDAR, 1, 0))
 WallOf = Callable[[int], SensorFrame]
@@ -27,7 +27,7 @@ WallOf = Callable[[int], SensorFrame]
 
 @pytest.fixture
 def clean(wall_of: WallOf) -> CleanFrames:
-    frames = [Moment(str(seed), partial(wall_of, seed)) for seed in range(4)]
+    frames = [RecordedFrame(str(seed), partial(wall_of, seed)) for seed in range(4)]
     return CleanFrames(frames, SYSTEM, PairDepth(), {"walls": "of dots"})
 
 
@@ -39,7 +39,7 @@ def with_a_broken_one(clean: CleanFrames) -> CleanFrames:
         return replace(frame, images={0: frame.image(0)})
 
     first, _, *others = clean.frames
-    return replace(clean, frames=[first, Moment("1", broken), *others])
+    return replace(clean, frames=[first, RecordedFrame("1", broken), *others])
 
 
 def test_thresholds_are_measured_frame_by_frame(clean: CleanFrames, wall_of: WallOf) -> None:
@@ -50,7 +50,7 @@ def test_thresholds_are_measured_frame_by_frame(clean: CleanFrames, wall_of: Wal
     expected = [errors[triple].shares for triple in SYSTEM.triples]
     np.testing.assert_array_equal(table.shares[3], expected)
     assert table.on.system == SYSTEM
-    assert table.on.data == {"walls": "of dots", "moments": 4}
+    assert table.on.data == {"walls": "of dots", "frames": 4}
     assert progress == [(1, 4), (2, 4), (3, 4), (4, 4)]
 
 
@@ -75,7 +75,7 @@ def test_a_broken_frame_is_an_error_or_left_out(clean: CleanFrames) -> None:
         fit_threshold_table(frames)
     table = fit_threshold_table(replace(frames, leaves_out_broken=True))
     assert len(table) == 3
-    assert table.on.data["moments"] == 3
+    assert table.on.data["frames"] == 3
     assert list(table.on.data["left_out"]) == ["1"]
     np.testing.assert_array_equal(table.shares, fit_threshold_table(clean).shares[[0, 2, 3]])
 
@@ -95,12 +95,12 @@ def test_attacks_of_a_likelihood_do_not_depend_on_what_was_measured_before(
     """A frame's number, of which its attacks are drawn, counts the frames that are left out."""
     samples = tmp_path / "samples.jsonl"
     frames = replace(with_a_broken_one(clean), leaves_out_broken=True)
-    with pytest.raises(ConfigurationError, match="10 moments"):
+    with pytest.raises(ConfigurationError, match="10 frames"):
         fit_likelihood_model(frames, seed=5, samples=samples)
     lines = samples.read_text().splitlines(keepends=True)
     # Stopped after two frames: the third has the attacks that it had.
     samples.write_text("".join(lines[:2]))
-    with pytest.raises(ConfigurationError, match="10 moments"):
+    with pytest.raises(ConfigurationError, match="10 frames"):
         fit_likelihood_model(frames, seed=5, samples=samples)
     assert samples.read_text().splitlines(keepends=True) == lines
     expected = evidence_of_all_states(wall_of(3), SYSTEM, PairDepth(), (5, 3))
@@ -108,9 +108,9 @@ def test_attacks_of_a_likelihood_do_not_depend_on_what_was_measured_before(
 
 
 def test_a_likelihood_is_fitted_to_clean_and_attacked_frames(wall_of: WallOf) -> None:
-    frames = [Moment(str(seed), partial(wall_of, seed)) for seed in range(10)]
+    frames = [RecordedFrame(str(seed), partial(wall_of, seed)) for seed in range(10)]
     model = fit_likelihood_model(CleanFrames(frames, SYSTEM, PairDepth()), seed=0)
     errors = DisparityErrors(DisparityMaps(wall_of(2), SYSTEM))
-    assert model.on.data == {"moments": 10}
+    assert model.on.data == {"frames": 10}
     assert len(model.clean_scores) == 10
     assert not model.decode(gather_evidence(errors)[None], 0.0).alarms[0]

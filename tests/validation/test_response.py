@@ -14,11 +14,15 @@ from avsec_gym.geometry import project
 from avsec_gym.perception.depth.sgbm import SemiGlobalMatching
 from avsec_gym.rig import SensorRig, camera_rig
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
+from avsec_gym.validation.compromised_sensors import (
+    Untrusted,
+    with_compromised_sensors_repaired,
+    without_compromised_sensors,
+)
 from avsec_gym.validation.evidence.disparity_error import DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.response import Response, trusted_frame
-from avsec_gym.validation.state_posterior import Verdict
-from avsec_gym.validation.suspects import Untrusted, with_suspects_repaired, without_suspects
+from avsec_gym.validation.state_posterior import SensorStatus
 from avsec_gym.validation.validator import Validation
 
 SYSTEM = SensorSystem((LIDAR, 1, 3, 2))
@@ -44,15 +48,18 @@ def wall(places: tuple[float, ...] = PLACES) -> SensorFrame:
     return SensorFrame("000001", calibration, images, points, previous=(before,))
 
 
-def said(frame: SensorFrame, *suspects: Sensor, verdict: Verdict = Verdict.ATTACKED) -> Validation:
-    verdicts = {one: verdict if one in suspects else Verdict.SOUND for one in SYSTEM.sensors}
-    return Validation(bool(suspects), verdicts, DisparityErrors(DisparityMaps(frame, SYSTEM)))
+def said(
+    frame: SensorFrame, *compromised: Sensor, status: SensorStatus = SensorStatus.ATTACKED
+) -> Validation:
+    sound = SensorStatus.SOUND
+    statuses = {sensor: status if sensor in compromised else sound for sensor in SYSTEM.sensors}
+    return Validation(bool(compromised), statuses, DisparityErrors(DisparityMaps(frame, SYSTEM)))
 
 
-@pytest.mark.parametrize(("suspect", "pair"), [(3, (2, 1)), (2, (3, 1))])
-def test_another_pair_stands_in_and_depth_stays(suspect: int, pair: tuple[int, int]) -> None:
+@pytest.mark.parametrize(("compromised", "pair"), [(3, (2, 1)), (2, (3, 1))])
+def test_another_pair_stands_in_and_depth_stays(compromised: int, pair: tuple[int, int]) -> None:
     frame = wall()
-    left = without_suspects(frame, said(frame, suspect))
+    left = without_compromised_sensors(frame, said(frame, compromised))
     assert sorted(left.images) == [2, 3]
     for number, camera in zip((2, 3), pair, strict=True):
         assert left.image(number) is frame.image(camera)
@@ -67,7 +74,7 @@ def test_another_pair_stands_in_and_depth_stays(suspect: int, pair: tuple[int, i
 
 def test_who_looks_elsewhere_goes_on_and_the_suspect_is_not_looked_at() -> None:
     frame = wall()
-    left = without_suspects(frame, said(frame, LIDAR, 1))
+    left = without_compromised_sensors(frame, said(frame, LIDAR, 1))
     assert left.image(2) is frame.image(2)
     assert left.image(3) is frame.image(3)
     for ask in (partial(left.image, 1), lambda: left.points):
@@ -78,14 +85,17 @@ def test_who_looks_elsewhere_goes_on_and_the_suspect_is_not_looked_at() -> None:
 def test_a_pair_too_close_is_none() -> None:
     frame = wall((0.0, 0.56, -0.28, 0.40))  # Between 3 and 1 less than a fourth of the usual.
     with pytest.raises(Untrusted):
-        without_suspects(frame, said(frame, 2)).image(2)
-    assert without_suspects(frame, said(frame, 3)).image(3) is frame.image(1)
+        without_compromised_sensors(frame, said(frame, 2)).image(2)
+    assert without_compromised_sensors(frame, said(frame, 3)).image(3) is frame.image(1)
 
 
 def test_where_nothing_can_be_told_nothing_is_used() -> None:
     frame = wall()
-    validation = said(frame, *SYSTEM.sensors, verdict=Verdict.CANNOT_TELL)
-    for left in (without_suspects(frame, validation), with_suspects_repaired(frame, validation)):
+    validation = said(frame, *SYSTEM.sensors, status=SensorStatus.CANNOT_TELL)
+    for left in (
+        without_compromised_sensors(frame, validation),
+        with_compromised_sensors_repaired(frame, validation),
+    ):
         with pytest.raises(Untrusted, match="camera 2"):
             left.image(2)
         with pytest.raises(Untrusted, match="LiDAR"):
@@ -97,7 +107,7 @@ def test_a_camera_is_repaired_when_it_is_asked_for(monkeypatch: pytest.MonkeyPat
     spoiled = clean.image(3).copy()
     spoiled[:, 80:160] = 255
     frame = clean.with_image(3, spoiled)
-    left = with_suspects_repaired(frame, said(frame, 3))
+    left = with_compromised_sensors_repaired(frame, said(frame, 3))
     with monkeypatch.context() as nobody:
         nobody.setattr("avsec_gym.validation.repair.repair", None)
         assert left.image(2) is frame.image(2)
@@ -114,7 +124,7 @@ def test_bogus_points_are_taken_out_of_a_repaired_scan() -> None:
     clean = wall()
     bogus = clean.points[np.abs(clean.points[:, 1]) < 1.5] * np.float32(0.6)
     frame = clean.with_points(np.concatenate([clean.points, bogus]))
-    mended = with_suspects_repaired(frame, said(frame, LIDAR)).points
+    mended = with_compromised_sensors_repaired(frame, said(frame, LIDAR)).points
     near = [(points[:, 0] < 0.8 * DEPTH).sum() for points in (frame.points, mended)]
     assert near[1] < 0.1 * near[0]
 
@@ -132,6 +142,6 @@ def test_responses_to_an_alarm_and_to_none() -> None:
         Response.named("pray")
 
 
-def test_a_moment_without_scan_stays_without() -> None:
+def test_a_frame_without_scan_stays_without() -> None:
     frame = replace(wall(), scan=None)
-    assert not without_suspects(frame, said(frame, LIDAR)).has_points
+    assert not without_compromised_sensors(frame, said(frame, LIDAR)).has_points

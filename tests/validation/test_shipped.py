@@ -49,8 +49,8 @@ def test_each_standard_rig_has_its_file(kind: str, system: SensorSystem) -> None
     on = validator.on
     assert on.system == system
     # r = 1 % is an order statistic of so many or more.
-    assert on.data["moments"] >= 100
-    said = f"seed {on.data['seed']}, {on.data['moments']} frames; not on this vehicle"
+    assert on.data["frames"] >= 100
+    said = f"seed {on.data['seed']}, {on.data['frames']} frames; not on this vehicle"
     assert origin_of(on) == f"fitted on procedural drives of KITTI's rig, {said}"
     assert {"sources", "world", "avsec_gym", "drives"} <= set(on.data)
     # They are in what is installed.
@@ -105,10 +105,10 @@ def test_another_format_of_the_evidence_is_refused(tmp_path: Path) -> None:
 
 def test_other_sources_of_the_evidence_are_said() -> None:
     frame = seen_by(kitti_rig())
-    on = shipped_on(OBJECT, SGBM, frame, {"seed": 0, "moments": 3})
+    on = shipped_on(OBJECT, SGBM, frame, {"seed": 0, "frames": 3})
     assert not stale(on)
     assert stale(replace(on, data={**on.data, "sources": "0123456789abcdef"}))
-    assert not stale(replace(on, data={"recording": "drives", "moments": 3}))
+    assert not stale(replace(on, data={"recording": "drives", "frames": 3}))
     assert rig_of(frame, SensorSystem((1, 3, 2)))["lidar"] is None
 
 

@@ -8,13 +8,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.validation.state_posterior import Decoding, StatePosterior, Verdict, state_vectors
+from avsec_gym.validation.state_posterior import (
+    Decoding,
+    SensorStatus,
+    StatePosterior,
+    state_vectors,
+)
 
-SOUND, ATTACKED, OPEN = Verdict.SOUND, Verdict.ATTACKED, Verdict.CANNOT_TELL
+SOUND, ATTACKED, OPEN = SensorStatus.SOUND, SensorStatus.ATTACKED, SensorStatus.CANNOT_TELL
 
 
 def decoding(probabilities: dict[int, float], *, alarm: bool, familiar: bool = True) -> Decoding:
-    """Of one moment with four sensors; the clean state has what is left."""
+    """Of one frame with four sensors; the clean state has what is left."""
     each = np.zeros(16)
     each[list(probabilities)] = list(probabilities.values())
     each[0] += 1 - each.sum()
@@ -32,7 +37,7 @@ def test_alarm_and_verdicts_never_contradict_each_other(
 ) -> None:
     each = 10.0 ** np.array(powers)
     found = decoding(dict(enumerate(each / each.sum())), alarm=alarm, familiar=familiar)
-    said = found.verdicts(certainty)[0]
+    said = found.statuses(certainty)[0]
     if not familiar:
         assert said == [OPEN] * 4
     elif alarm:
@@ -44,20 +49,20 @@ def test_alarm_and_verdicts_never_contradict_each_other(
 
 
 def test_an_alarm_that_the_probabilities_do_not_bear_out_leaves_the_suspects_open() -> None:
-    # The hardest clean moments were easier still, so that a thousandth raises the alarm.
+    # The hardest clean frames were easier still, so that a thousandth raises the alarm.
     faint = decoding({0b0010: 8e-4, 0b0100: 2e-4}, alarm=True)
-    assert faint.verdicts() == [[SOUND, OPEN, OPEN, SOUND]]
+    assert faint.statuses() == [[SOUND, OPEN, OPEN, SOUND]]
     # And harder ones keep it down: then nobody is named, and nobody cleared who may be attacked.
     strong = {0b0010: 0.98}
-    assert decoding(strong, alarm=True).verdicts() == [[SOUND, ATTACKED, SOUND, SOUND]]
-    assert decoding(strong, alarm=False).verdicts() == [[SOUND, OPEN, SOUND, SOUND]]
+    assert decoding(strong, alarm=True).statuses() == [[SOUND, ATTACKED, SOUND, SOUND]]
+    assert decoding(strong, alarm=False).statuses() == [[SOUND, OPEN, SOUND, SOUND]]
 
 
 def test_without_a_certainty_the_most_probable_state_is_said() -> None:
     likely = {0b0011: 0.3, 0b0100: 0.25}
-    assert decoding(likely, alarm=True).verdicts(None) == [[ATTACKED, ATTACKED, SOUND, SOUND]]
-    assert decoding(likely, alarm=False).verdicts(None) == [[SOUND] * 4]
-    assert decoding(likely, alarm=True, familiar=False).verdicts(None) == [[OPEN] * 4]
+    assert decoding(likely, alarm=True).statuses(None) == [[ATTACKED, ATTACKED, SOUND, SOUND]]
+    assert decoding(likely, alarm=False).statuses(None) == [[SOUND] * 4]
+    assert decoding(likely, alarm=True, familiar=False).statuses(None) == [[OPEN] * 4]
 
 
 def test_given_an_attack_by_hand() -> None:
@@ -69,4 +74,4 @@ def test_given_an_attack_by_hand() -> None:
 @pytest.mark.parametrize("certainty", [0.5, 1.01, float("nan")])
 def test_a_certainty_that_is_none(certainty: float) -> None:
     with pytest.raises(ConfigurationError, match="certainty"):
-        decoding({1: 0.5}, alarm=True).verdicts(certainty)
+        decoding({1: 0.5}, alarm=True).statuses(certainty)

@@ -34,7 +34,7 @@ CRITERIA: tuple[Criterion, ...] = (*MEASURES, "any")
 
 def samples(on: FittedOn, count: int = 200) -> list[dict[Any, DisparityError]]:
     rng = np.random.default_rng(1)
-    moments = []
+    frames = []
     for valid, bad, others in zip(
         rng.integers(5000, 9001, (count, 4)),
         rng.beta(2, 20, (count, 4)),
@@ -45,8 +45,8 @@ def samples(on: FittedOn, count: int = 200) -> list[dict[Any, DisparityError]]:
             DisparityError(int(b * v), int(v), 9000, *other)
             for v, b, other in zip(valid, bad, others, strict=True)
         ]
-        moments.append(dict(zip(on.system.triples, errors, strict=True)))
-    return moments
+        frames.append(dict(zip(on.system.triples, errors, strict=True)))
+    return frames
 
 
 @pytest.mark.parametrize("criterion", CRITERIA)
@@ -54,11 +54,11 @@ def samples(on: FittedOn, count: int = 200) -> list[dict[Any, DisparityError]]:
 def test_the_share_r_of_the_samples_lies_beyond(
     kitti_on: FittedOn, rate: float, criterion: Criterion
 ) -> None:
-    moments = samples(kitti_on)
-    thresholds = threshold_table(kitti_on, moments).thresholds(rate, criterion)
+    frames = samples(kitti_on)
+    thresholds = threshold_table(kitti_on, frames).thresholds(rate, criterion)
     assert set(thresholds) == set(KITTI_SYSTEM.triples)
     for triple, threshold in thresholds.items():
-        beyond = np.mean([threshold.exceeded(moment[triple]) for moment in moments])
+        beyond = np.mean([threshold.exceeded(errors[triple]) for errors in frames])
         assert beyond == pytest.approx(rate, abs=1e-9 if criterion != "any" else 0.016)
         assert beyond <= rate + 1e-9
 

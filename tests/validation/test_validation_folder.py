@@ -16,13 +16,13 @@ def row(alarm: bool, attacked: list[int], truly: list[int], sensors: int = 4) ->
         "alarm": alarm,
         "attacked": attacked,
         "truly_attacked": truly,
-        "verdicts": dict.fromkeys(map(str, range(sensors)), "sound"),
+        "statuses": dict.fromkeys(map(str, range(sensors)), "sound"),
         "probabilities": None,
         "seconds": 0.5,
     }
 
 
-def test_alarms_on_moments_as_recorded_are_not_called_false() -> None:
+def test_alarms_on_frames_as_recorded_are_not_called_false() -> None:
     """Whether somebody attacked while they were recorded, nobody knows."""
     rows = [row(True, [3], []), row(False, [], []), row(True, [3], [3]), row(True, [1], [3])]
     found = summary(dict(zip("abcd", rows, strict=True)))
@@ -30,7 +30,7 @@ def test_alarms_on_moments_as_recorded_are_not_called_false() -> None:
     assert found["alarms"] == 3
     assert found["alarms_as_recorded"]["count"] == 1
     assert found["alarms_as_recorded"]["of"] == 2
-    assert found["attacks_noticed"]["rate"] == 1
+    assert found["attacks_detected"]["rate"] == 1
     assert (found["attacks_named"]["count"], found["attacks_named"]["of"]) == (1, 2)
     assert found["attacked_sensors"] == {"3": 2, "1": 1}
 
@@ -60,7 +60,7 @@ def test_a_damaged_line_tells_its_number(tmp_path: Path) -> None:
         folder.add({"id": id})
     lines = (tmp_path / ROWS).read_text().splitlines()
     (tmp_path / ROWS).write_text("\n".join([lines[0], lines[1][:5], lines[2]]) + "\n")
-    with pytest.raises(DataError, match=r"moments\.jsonl: Line 2 is damaged"):
+    with pytest.raises(DataError, match=r"frames\.jsonl: Line 2 is damaged"):
         ValidationFolder(tmp_path, {})
     # A last line that was cut off is done again.
     (tmp_path / ROWS).write_text("\n".join([lines[0], lines[1][:5]]))

@@ -15,6 +15,7 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.registry import make
 from avsec_gym.rig import kitti_rig
 from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.validation.compromised_sensors import Untrusted
 from avsec_gym.validation.evidence.disparity_error import DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence.evidence import gather_evidence
@@ -23,10 +24,9 @@ from avsec_gym.validation.fitted_on import fitted_on
 from avsec_gym.validation.fitting import CleanFrames, fit_threshold_table
 from avsec_gym.validation.likelihood.likelihood_fit import LikelihoodSamples, fit_likelihood
 from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
-from avsec_gym.validation.moments import Moment
+from avsec_gym.validation.recordings import RecordedFrame
 from avsec_gym.validation.response import Response, trusted_frame
-from avsec_gym.validation.state_posterior import Verdict, state_vectors
-from avsec_gym.validation.suspects import Untrusted
+from avsec_gym.validation.state_posterior import SensorStatus, state_vectors
 from avsec_gym.validation.threshold_validator import ThresholdValidator
 from avsec_gym.validation.thresholds import Criterion, ThresholdTable
 from avsec_gym.validation.validator import Validator
@@ -52,7 +52,7 @@ def spoiled(frame: SensorFrame, sensors: set[int | str], seed: int = 0) -> Senso
 
 @pytest.fixture(scope="module")
 def table(wall_of: WallOf) -> ThresholdTable:
-    frames = [Moment(str(seed), partial(wall_of, seed)) for seed in range(20)]
+    frames = [RecordedFrame(str(seed), partial(wall_of, seed)) for seed in range(20)]
     return fit_threshold_table(CleanFrames(frames, SYSTEM, PairDepth()))
 
 
@@ -66,7 +66,7 @@ def test_algorithm_2_names_the_attacked_sensor(
     found = validator.validate(spoiled(wall_of(3), attacked))
     assert found.alarm == bool(attacked)
     assert found.attacked == attacked
-    assert set(found.verdicts) == set(SYSTEM.sensors)
+    assert set(found.statuses) == set(SYSTEM.sensors)
 
 
 def test_beyond_the_limit_what_cannot_be_told_is_said(
@@ -74,11 +74,11 @@ def test_beyond_the_limit_what_cannot_be_told_is_said(
 ) -> None:
     every = ThresholdValidator(table, rate=0.0).validate(spoiled(wall_of(40), set(SYSTEM.sensors)))
     assert every.alarm
-    assert Verdict.CANNOT_TELL in every.verdicts.values()
+    assert SensorStatus.CANNOT_TELL in every.statuses.values()
 
 
 def table_with(frame: SensorFrame, beyond: set[tuple[int, int, int]]) -> ThresholdTable:
-    """Of one clean moment, in which these triples had no error at all, and others every error."""
+    """Of one clean frame, in which these triples had no error at all, and others every error."""
     on = fitted_on(SYSTEM, PairDepth(), frame.calibration, {})
     shares = [np.zeros(4) if triple in beyond else np.ones(4) for triple in SYSTEM.triples]
     return ThresholdTable(on, np.array([shares]))
@@ -90,8 +90,8 @@ def test_an_error_that_nobody_explains_is_not_kept_quiet(wall_of: WallOf) -> Non
     found = ThresholdValidator(table_with(wall, {(1, 2, 3)}), rate=0.0).validate(wall)
     assert found.alarm
     assert not found.attacked
-    assert found.verdicts[LIDAR] == Verdict.SOUND
-    assert {found.verdicts[one] for one in (0, 1, 2)} == {Verdict.CANNOT_TELL}
+    assert found.statuses[LIDAR] == SensorStatus.SOUND
+    assert {found.statuses[one] for one in (0, 1, 2)} == {SensorStatus.CANNOT_TELL}
     # Then all that nothing clears is left away, and a camera detector stops.
     with pytest.raises(Untrusted):
         trusted_frame(wall, found, Response.DROP).image(2)
@@ -124,7 +124,7 @@ def test_what_raised_the_alarm_is_told_the_farthest_beyond_first(
         (99, 0.0, "any", ""),
     ],
 )
-def test_too_few_clean_moments_for_the_rate_are_said(
+def test_too_few_clean_frames_for_the_rate_are_said(
     wall_of: WallOf, count: int, rate: float, criterion: Criterion, told: str
 ) -> None:
     """E and holes take ten times as many."""
@@ -132,7 +132,7 @@ def test_too_few_clean_moments_for_the_rate_are_said(
     shares = np.random.default_rng(0).uniform(size=(count, len(SYSTEM.triples), 4))
     remark = ThresholdValidator(ThresholdTable(on, shares), rate, criterion).remark
     if told:
-        assert f"more false alarms than r = {rate}: of {count} clean moments" in remark
+        assert f"more false alarms than r = {rate}: of {count} clean frames" in remark
         assert f"the thresholds of {told} are the largest" in remark
         assert "it takes 100 or more" in remark
         assert ("ten times as many or more" in remark) == (criterion == "any")
@@ -146,7 +146,7 @@ def test_where_no_two_sensors_agree_nobody_is_named(wall_of: WallOf) -> None:
     said = ThresholdValidator(table_with(wall, set(SYSTEM.triples)), rate=0.0).validate(wall)
     assert said.alarm
     assert not said.attacked
-    assert set(said.verdicts.values()) == {Verdict.CANNOT_TELL}
+    assert set(said.statuses.values()) == {SensorStatus.CANNOT_TELL}
 
 
 def test_maps_are_found_together_and_only_those_that_are_asked_for(
@@ -175,17 +175,17 @@ def test_maps_are_found_together_and_only_those_that_are_asked_for(
 
 def test_three_sensors_raise_an_alarm_and_name_nobody(wall_of: WallOf, tmp_path: Path) -> None:
     system = SensorSystem((LIDAR, 1, 0))
-    frames = [Moment(str(seed), partial(wall_of, seed)) for seed in range(5)]
+    frames = [RecordedFrame(str(seed), partial(wall_of, seed)) for seed in range(5)]
     path = tmp_path / "thresholds.json"
     fit_threshold_table(CleanFrames(frames, system, PairDepth())).write(path)
     validator = make("validator", {"name": "thresholds", "thresholds": str(path), "rate": 0.0})
     found = validator.validate(spoiled(wall_of(40), {1}))
     assert found.alarm
     assert not found.attacked
-    assert set(found.verdicts.values()) == {Verdict.CANNOT_TELL}
+    assert set(found.statuses.values()) == {SensorStatus.CANNOT_TELL}
     clean = validator.validate(wall_of(2))
     assert not clean.alarm
-    assert set(clean.verdicts.values()) == {Verdict.SOUND}
+    assert set(clean.statuses.values()) == {SensorStatus.SOUND}
 
 
 def test_another_rig_or_a_missing_sensor_is_refused(wall_of: WallOf, table: ThresholdTable) -> None:

@@ -51,13 +51,13 @@ def attack_of(
 def tampered_frames(
     frame: SensorFrame, system: SensorSystem, kind: str, seed: Seed
 ) -> dict[Sensor, TamperedFrame]:
-    """The moment with one sensor attacked at a time, each by draws of its own.
+    """The frame with one sensor attacked at a time, each by draws of its own.
 
     Args:
         frame: As it is.
         system: Its sensors.
         kind: See `attack_of`.
-        seed: Of the moment.
+        seed: Of the frame.
     """
     own = [*([seed] if isinstance(seed, int) else seed), _STREAM[kind]]
     return attacked_in_turn(

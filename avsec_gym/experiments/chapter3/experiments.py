@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from avsec_gym.experiments.chapter3.identification.adaptive_attacks import adaptive_cells
 from avsec_gym.experiments.chapter3.identification.five_sensors import five_cells, five_inputs
-from avsec_gym.experiments.chapter3.identification.knowing_attackers import knowing_cells
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import (
     evidence_cells,
     evidence_inputs,
 )
-from avsec_gym.experiments.chapter3.localisation.repaired_moments import (
+from avsec_gym.experiments.chapter3.localisation.repaired_frames import (
     LOCALISATION_OPTIONS,
     localisation_cells,
     localisation_inputs,
@@ -38,7 +38,7 @@ _OPTICAL = "avsec_gym.experiments.chapter3.objects.section:findings"
 
 IDENTIFICATION = Experiment(
     "identification",
-    "Is an attack on LiDAR or cameras noticed, and are the attacked sensors named?",
+    "Is an attack on LiDAR or cameras detected, and are the attacked sensors named?",
     "Tables 3.1 and 3.2, figures 3.5 to 3.10",
     evidence_cells,
     evidence_inputs,
@@ -58,11 +58,11 @@ FIVE_SENSORS = Experiment(
     section="avsec_gym.experiments.chapter3.identification.five_sensors_section:findings",
 )
 
-KNOWING = Experiment(
-    "knowing",
+ADAPTIVE_ATTACKS = Experiment(
+    "adaptive_attacks",
     "What do attackers hide who know how they are looked for?",
     "beyond it",
-    knowing_cells,
+    adaptive_cells,
     evidence_inputs,
     OPTIONS,
     _USUAL,
@@ -104,7 +104,7 @@ BELIEVED = Experiment(
 
 SENSITIVITY = Experiment(
     "sensitivity",
-    "Are attacks noticed that are large enough to harm a detector?",
+    "Are attacks detected that are large enough to harm a detector?",
     "Figures 3.11 and 3.12",
     size_cells,
     size_inputs,

@@ -15,7 +15,7 @@ from avsec_gym.runs.experiment import Cell, Configuration
 from avsec_gym.sensor_system import LIDAR, SensorSystem
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import FittedOn, fitted_on
-from avsec_gym.validation.moments import Recordings, raw_recordings
+from avsec_gym.validation.recordings import Recordings, raw_recordings
 from avsec_gym.world.export.default_suites import cached
 from avsec_gym.world.export.manifest import read_manifest, world_fingerprint
 from avsec_gym.world.export.recipe import Sensors
@@ -31,7 +31,7 @@ FITTED, JUDGED = "fitted", "judged"
 """The two parts of a run: recordings that thresholds and likelihoods come from, and others."""
 OPTIONS = {"fit": "", "fit_limit": 0, "fit_seed": -1, "depth": "sgbm"}
 """``fit``: KITTI raw drives to fit on, procedural ones if empty; ``fit_limit``: how many of their
-moments, as many as are judged if 0; ``fit_seed``: of procedural drives to fit on and of the attacks
+frames, as many as are judged if 0; ``fit_seed``: of procedural drives to fit on and of the attacks
 on them, the run's own if negative, so that new drives can be judged by what others were fitted on;
 ``depth``: how disparities are found."""
 USUAL_COUNT = 1000
@@ -43,15 +43,15 @@ _FIRST_SET = {FITTED: 3000, JUDGED: 4000}
 def procedural_drives(count: int, seed: int, part: str, drive_frames: int = 1) -> Path:
     """Four cameras and a LiDAR in KITTI's raw layout; made in the user's cache on first use.
 
-    The first moments of many are the moments of few: of sets that are there, the smallest that has
+    The first frames of many are the frames of few: of sets that are there, the smallest that has
     as many serves, and may have more.
 
     Args:
-        count: Of moments, at least.
+        count: Of frames, at least.
         seed: Other seeds are other drives.
         part: `FITTED` or `JUDGED`, which never share a drive.
-        drive_frames: Of each drive.  Moments of one drive are alike, so that a thousand drives say
-            more than a thousand moments of a few.
+        drive_frames: Of each drive.  Frames of one drive are alike, so that a thousand drives say
+            more than a thousand frames of a few.
 
     Raises:
         ConfigurationError: There cannot be so many, or the seed is not from 0 to 999.
@@ -72,7 +72,7 @@ def procedural_drives(count: int, seed: int, part: str, drive_frames: int = 1) -
 
 
 def _counts_there(kind: str, at_least: int) -> Iterator[int]:
-    """How many moments the complete sets of a kind have, of those in the cache."""
+    """How many frames the complete sets of a kind have, of those in the cache."""
     suites, fingerprint = cache_folder() / "suites", world_fingerprint()
     for root in suites.glob(f"{kind.format('*')}-{fingerprint}"):
         # What is wrong with a set is said when it is asked for by its own name.
@@ -91,17 +91,17 @@ def recordings_of(
     drive_frames: int = 1,
     system: SensorSystem = SYSTEM,
 ) -> Recordings:
-    """The moments of a part of a run.
+    """The frames of a part of a run.
 
     Args:
         configuration: Of the run.
         part: `FITTED` or `JUDGED`.
         drive_frames: Of procedural drives.
-        system: Which a moment has all sensors of.
+        system: Which a frame has all sensors of.
 
     Raises:
         ConfigurationError: A name is mistyped.
-        DataError: A folder is not there, or has no moment of all sensors.
+        DataError: A folder is not there, or has no frame of all sensors.
     """
     options = {**OPTIONS, **configuration.options}
     count = configuration.limit or USUAL_COUNT
@@ -116,7 +116,7 @@ def recordings_of(
         check_place(place)
         root = place
     found = raw_recordings(root, system.sensors)
-    return replace(found, moments=found.moments[:count])
+    return replace(found, frames=found.frames[:count])
 
 
 def seed_of(configuration: Configuration, part: str) -> int:
@@ -125,14 +125,14 @@ def seed_of(configuration: Configuration, part: str) -> int:
     return own if part == FITTED and own >= 0 else configuration.seed
 
 
-def moment_cells(
+def frame_cells(
     work: str,
     configuration: Configuration,
     parts: Iterable[str],
     system: SensorSystem = SYSTEM,
     **arguments: Any,
 ) -> list[Cell]:
-    """A cell for every moment, part by part; its arguments are ``part``, ``number``, and others.
+    """A cell for every frame, part by part; its arguments are ``part``, ``number``, and others.
 
     Args:
         work: What is done.
@@ -148,22 +148,22 @@ def moment_cells(
     if {FITTED, JUDGED} <= {*parts}:
         check_parts(configuration, system)
     return [
-        Cell.of(work, moment.id.partition("/")[0], part=part, number=number, **arguments)
+        Cell.of(work, recorded.id.partition("/")[0], part=part, number=number, **arguments)
         for part in parts
-        for number, moment in enumerate(recordings_of(configuration, part, system=system).moments)
+        for number, recorded in enumerate(recordings_of(configuration, part, system=system).frames)
     ]
 
 
 def fitted_to(configuration: Configuration, system: SensorSystem = SYSTEM) -> FittedOn:
     """What thresholds and likelihoods of a run hold for."""
     options = {**OPTIONS, **configuration.options}
-    frame = recordings_of(configuration, FITTED, system=system).moments[0].frame()
+    frame = recordings_of(configuration, FITTED, system=system).frames[0].frame()
     data = {"drives": options["fit"] or PROCEDURAL, "seed": seed_of(configuration, FITTED)}
     return fitted_on(system, PairDepth(options["depth"]), frame.calibration, data)
 
 
 def check_parts(configuration: Configuration, system: SensorSystem = SYSTEM) -> None:
-    """That both parts are of one rig, and have no moment in common; nothing is rendered for it.
+    """That both parts are of one rig, and have no frame in common; nothing is rendered for it.
 
     Raises:
         ConfigurationError: They are not.
@@ -178,11 +178,11 @@ def check_parts(configuration: Configuration, system: SensorSystem = SYSTEM) -> 
     remedy = "name other drives of the same rig by --options fit=FOLDER"
     if len(real) == len(places) and (both := _in_common(real[FITTED], real[JUDGED])):
         raise ConfigurationError(
-            f"{both} of the {len(real[JUDGED].moments)} moments in {places[JUDGED]} would be judged"
+            f"{both} of the {len(real[JUDGED].frames)} frames in {places[JUDGED]} would be judged"
             f" by what was fitted on themselves: {remedy}"
         )
     ours, theirs = (
-        real[part].moments[0].frame().calibration if part in real else RIG.calibration
+        real[part].frames[0].frame().calibration if part in real else RIG.calibration
         for part in (FITTED, JUDGED)
     )
     depth = PairDepth()
@@ -193,13 +193,12 @@ def check_parts(configuration: Configuration, system: SensorSystem = SYSTEM) -> 
 
 
 def _in_common(fitted: Recordings, judged: Recordings) -> int:
-    """How many moments both have, where one's folder lies in the other's."""
+    """How many frames both have, where one's folder lies in the other's."""
     first, second = (part.root.resolve() for part in (fitted, judged))
     if first not in (second, *second.parents) and second not in first.parents:
         return 0
     of_fitted, of_judged = (
-        {(one.drive, one.id.rpartition("/")[2]) for one in part.moments}
-        for part in (fitted, judged)
+        {(one.drive, one.id.rpartition("/")[2]) for one in part.frames} for part in (fitted, judged)
     )
     return len(of_fitted & of_judged)
 

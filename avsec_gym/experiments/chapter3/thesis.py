@@ -19,20 +19,20 @@ DETECTION = {
 """Average detection rate by scenario and r (table 3.1)."""
 
 
-class Bounds(NamedTuple):
+class ErrorBounds(NamedTuple):
     """Where the thesis finds E."""
 
     clean_below: float
     clean: str
-    """How many clean moments, in its words."""
+    """How many clean frames, in its words."""
     attacked_above: float
     attacked: str
 
 
-ERROR_BOUNDS: dict[Triple, Bounds] = {
-    SCENARIOS["LiDAR and two cameras"]: Bounds(0.20, "most", 0.25, "most"),
-    SCENARIOS["three cameras"]: Bounds(0.10, "virtually all", 0.125, "99 %"),
-    (0, 1, 3): Bounds(0.23, "most", 0.23, "all"),
+ERROR_BOUNDS: dict[Triple, ErrorBounds] = {
+    SCENARIOS["LiDAR and two cameras"]: ErrorBounds(0.20, "most", 0.25, "most"),
+    SCENARIOS["three cameras"]: ErrorBounds(0.10, "virtually all", 0.125, "99 %"),
+    (0, 1, 3): ErrorBounds(0.23, "most", 0.23, "all"),
 }
 """By triple (figures 3.5, 3.7 and 3.9)."""
 

@@ -111,10 +111,10 @@ def densest_share(pixels: Mask) -> float:
 
 
 class DisparityErrors(Mapping[Triple, DisparityError]):
-    """E_{i,j,k} of all triples of a moment; each is worked out when first asked for, and kept.
+    """E_{i,j,k} of all triples of a frame; each is worked out when first asked for, and kept.
 
     Args:
-        maps: Of the moment.
+        maps: Of the frame.
         known: Those that are known already.
     """
 

@@ -1,4 +1,4 @@
-"""`DisparityMaps`: the maps DM_{i,k} of one moment (thesis, section 3.3)."""
+"""`DisparityMaps`: the maps DM_{i,k} of one frame (thesis, section 3.3)."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ class DisparityMaps:
     """DM_{i,k} of all pairs of a system; each is found when first asked for, and kept.
 
     Args:
-        frame: The moment.
+        frame: The frame.
         system: Which sensors, in which order.
         depth: How disparities of two cameras are found.
-        known: What is known of the moment already.
+        known: What is known of the frame already.
 
     Raises:
         ConfigurationError: The cameras do not stand from right to left.

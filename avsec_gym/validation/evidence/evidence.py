@@ -1,4 +1,4 @@
-"""All that the sensors of a system say of each other at one moment, as one vector."""
+"""All that the sensors of a system say of each other at one frame, as one vector."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ def evidence_scopes(system: SensorSystem) -> tuple[Scope, ...]:
 
 
 def gather_evidence(errors: DisparityErrors, threads: int = 2) -> Floats:
-    """What one moment tells.
+    """What one frame tells.
 
     Args:
-        errors: Of the moment; all its maps are found.
+        errors: Of the frame; all its maps are found.
         threads: That find them.
 
     Returns:

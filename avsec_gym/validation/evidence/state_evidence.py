@@ -23,14 +23,14 @@ Element = tuple[tuple[int, ...], tuple[bool, ...]]
 
 
 class StateEvidence:
-    """One moment in any state **s**, of the 2^(n+1) that there are.
+    """One frame in any state **s**, of the 2^(n+1) that there are.
 
     A map depends on the states of its two sensors alone, an error on those of three.  With one
     LiDAR and three cameras, the 16 states take 12 matchings, not 48.
 
     Args:
-        clean: The moment as it is.
-        tampered: For each sensor that can be attacked, the moment with this one attacked; what
+        clean: The frame as it is.
+        tampered: For each sensor that can be attacked, the frame with this one attacked; what
             other sensors deliver in it does not count.
         system: Of sensors.
         depth: How disparities of two cameras are found.
@@ -53,7 +53,7 @@ class StateEvidence:
         self._errors: dict[Element, DisparityError] = {}
 
     def otherwise(self, tampered: Mapping[Sensor, SensorFrame]) -> StateEvidence:
-        """The same moment attacked otherwise; what is known of sound sensors stays known."""
+        """The same frame attacked otherwise; what is known of sound sensors stays known."""
         other = StateEvidence(self._clean, tampered, self.system, self.depth)
         other._views = {one: view for one, view in self._views.items() if not any(one[1])}
         other._errors = {one: error for one, error in self._errors.items() if not any(one[1])}

@@ -1,4 +1,4 @@
-"""`fit_likelihood`: a `LikelihoodModel` from clean moments and the same ones attacked."""
+"""`fit_likelihood`: a `LikelihoodModel` from clean frames and the same ones attacked."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _USUAL_WEIGHT = 0.5
 _FINEST = 0.2
 """Of u; nothing is more exact."""
 _UNSEEN = 0.02
-"""Share of a density that is for what no sample shows: of clean moments the normal distribution, of
+"""Share of a density that is for what no sample shows: of clean frames the normal distribution, of
 attacked ones one that is twice as wide as they are."""
 _LEAST_DENSITY = -50.0
 """Its logarithm."""
@@ -49,17 +49,17 @@ _MOST_TERMS = 100_000_000
 
 @dataclass(frozen=True, eq=False)
 class LikelihoodSamples:
-    """Moments whose state is known.
+    """Frames whose state is known.
 
     Args:
         evidence: Shares, shape (N, M); see `gather_evidence`.
         states: **s**, shape (N, n + 1).
-        frames: Which moment of the world each sample shows, clean or attacked, shape (N,).
-        drives: Which drive its moment belongs to, shape (N,); moments of one drive are alike.
+        frames: Which frame of the world each sample shows, clean or attacked, shape (N,).
+        drives: Which drive its frame belongs to, shape (N,); frames of one drive are alike.
             None: each is of a drive of its own.
 
     Raises:
-        ConfigurationError: Lengths differ, a moment has no clean sample, or is of two drives.
+        ConfigurationError: Lengths differ, a frame has no clean sample, or is of two drives.
     """
 
     evidence: Floats
@@ -76,19 +76,19 @@ class LikelihoodSamples:
         if len({len(self.evidence), len(self.states), len(self.frames), len(drives)}) > 1:
             raise ConfigurationError("evidence, states, frames, drives: a row for each sample")
         if len(np.unique([self.frames, self.drives], axis=1).T) > len(np.unique(self.frames)):
-            raise ConfigurationError("a moment belongs to one drive")
+            raise ConfigurationError("a frame belongs to one drive")
         clean = np.unique(self.frames[~self.states.any(axis=1)])
         if not len(clean) or len(clean) < len(np.unique(self.frames)):
             raise ConfigurationError(
-                f"each moment needs a clean sample, {len(clean)} of "
+                f"each frame needs a clean sample, {len(clean)} of "
                 f"{len(np.unique(self.frames))} have one"
             )
 
     def of_frames(self, chosen: NDArray[np.bool_]) -> LikelihoodSamples:
-        """Those of some moments.
+        """Those of some frames.
 
         Args:
-            chosen: Shape (moments,).
+            chosen: Shape (frames,).
         """
         return self._of(chosen[self.frames])
 
@@ -123,14 +123,14 @@ def fit_likelihood(on: FittedOn, samples: LikelihoodSamples) -> LikelihoodModel:
         samples: Clean and attacked.
 
     Raises:
-        ConfigurationError: Fewer than ten moments or five drives; or of some element no sample
+        ConfigurationError: Fewer than ten frames or five drives; or of some element no sample
             shows some of its sensors attacked together, which the model can only learn from
             samples.
     """
-    moments, drives = len(np.unique(samples.frames)), len(np.unique(np.asarray(samples.drives)))
-    if moments < 2 * FOLDS or drives < FOLDS:
+    frames, drives = len(np.unique(samples.frames)), len(np.unique(np.asarray(samples.drives)))
+    if frames < 2 * FOLDS or drives < FOLDS:
         raise ConfigurationError(
-            f"a fit needs {2 * FOLDS} moments or more of {FOLDS} drives or more, got {moments} of "
+            f"a fit needs {2 * FOLDS} frames or more of {FOLDS} drives or more, got {frames} of "
             f"{drives}"
         )
     truth = state_indices(samples.states)
@@ -141,7 +141,7 @@ def fit_likelihood(on: FittedOn, samples: LikelihoodSamples) -> LikelihoodModel:
         judged = replace(model, **weighed)
         scores[held_out] = judged.alarm_scores(samples.evidence[held_out])
         strangeness[held_out] = judged.strangeness(samples.evidence[held_out])
-    strangest = np.full(moments, -np.inf)
+    strangest = np.full(frames, -np.inf)
     np.maximum.at(strangest, samples.frames, strangeness)
     clean = truth == 0
     return replace(
@@ -203,10 +203,10 @@ def _log_density(seen: Floats, *, clean: bool) -> Floats:
     return np.asarray(np.round(np.maximum(logarithm, _LEAST_DENSITY), 4))
 
 
-def _correlation(residuals: Floats, touched: NDArray[np.bool_], moments: int) -> Floats:
+def _correlation(residuals: Floats, touched: NDArray[np.bool_], frames: int) -> Floats:
     """By whether two elements are touched, shape (2, 2, M, M); see `LikelihoodModel`.
 
-    As if as many moments without any correlation had been seen as there are elements.
+    As if as many frames without any correlation had been seen as there are elements.
     """
     m = residuals.shape[1]
     result = np.empty((2, 2, m, m))
@@ -214,7 +214,7 @@ def _correlation(residuals: Floats, touched: NDArray[np.bool_], moments: int) ->
         rows, columns = touched == bool(first), touched == bool(second)
         together = rows.T.astype(float) @ columns
         found = (residuals * rows).T @ (residuals * columns) / np.maximum(together, 1.0)
-        result[first, second] = found * moments / (m + moments)
+        result[first, second] = found * frames / (m + frames)
         np.fill_diagonal(result[first, second], 1.0)
     return result
 

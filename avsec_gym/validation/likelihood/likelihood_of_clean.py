@@ -1,4 +1,4 @@
-"""`likelihood_of_clean`: a likelihood model of whoever has clean moments, and nothing else."""
+"""`likelihood_of_clean`: a likelihood model of whoever has clean frames, and nothing else."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 from avsec_gym.validation.state_posterior import state_vectors
 
 _STRETCHES = 2 * FOLDS
-"""Into which moments are cut that come from too few drives."""
+"""Into which frames are cut that come from too few drives."""
 
 
 def evidence_of_all_states(
     frame: SensorFrame, system: SensorSystem, depth: PairDepth, seed: Seed
 ) -> Floats:
-    """What the sensors would say of a clean moment if any of them were attacked.
+    """What the sensors would say of a clean frame if any of them were attacked.
 
     Args:
-        frame: The moment; nobody attacked it.
+        frame: The frame; nobody attacked it.
         system: Of sensors.
         depth: How disparities of two cameras are found.
         seed: Of the attacks, which are those of `attack_to_fit_on`.
@@ -48,18 +48,18 @@ def evidence_of_all_states(
 
 
 def likelihood_of_clean(on: FittedOn, evidence: Floats, drives: Sequence[str]) -> LikelihoodModel:
-    """Fit a model on moments in all states.
+    """Fit a model on frames in all states.
 
     Args:
         on: The sensors, the depth and the data.
-        evidence: As of `evidence_of_all_states`, in the order in which the moments were recorded,
+        evidence: As of `evidence_of_all_states`, in the order in which the frames were recorded,
             shape (N, 2^(n+1), M).
-        drives: Which drive each moment belongs to.  Fewer than five cannot be held out one after
-            the other: they are cut into ten stretches, at whose ends moments are alike, so that
+        drives: Which drive each frame belongs to.  Fewer than five cannot be held out one after
+            the other: they are cut into ten stretches, at whose ends frames are alike, so that
             somewhat more false alarms are to be expected than r.
 
     Raises:
-        ConfigurationError: Fewer than ten moments.
+        ConfigurationError: Fewer than ten frames.
     """
     states = state_vectors(len(on.system))
     numbers = np.unique(drives, return_inverse=True)[1] if len(drives) else np.zeros(0, int)

@@ -25,7 +25,7 @@ from avsec_gym.validation.validator import Validation
 class LikelihoodValidator:
     """Finds the most probable sensor state vector, with a probability for each sensor.
 
-    What is said of each sensor, and that it goes with the alarm, is for `Decoding.verdicts`.
+    What is said of each sensor, and that it goes with the alarm, is for `Decoding.statuses`.
 
     Args:
         model: p(evidence | **s**); a model or its file.
@@ -62,12 +62,12 @@ class LikelihoodValidator:
 
     @property
     def remark(self) -> str:
-        """Where clean moments are too few for the rate; empty if they are not."""
+        """Where clean frames are too few for the rate; empty if they are not."""
         count = len(self._model.clean_scores)
         if not 0 < self.rate * count < 1:
             return ""
         return (
-            f"expect more false alarms than r = {self.rate:g}: of {count} clean moments that were "
+            f"expect more false alarms than r = {self.rate:g}: of {count} clean frames that were "
             f"held out none raises an alarm; it takes {math.ceil(1 / self.rate):,}"
         )
 
@@ -77,7 +77,7 @@ class LikelihoodValidator:
         errors = DisparityErrors(DisparityMaps(frame, self.system, self._depth))
         decoding = self._model.decode(gather_evidence(errors)[None], self.rate)
         sensors = self.system.sensors
-        said = decoding.verdicts(self.certainty)[0]
+        said = decoding.statuses(self.certainty)[0]
         probabilities = dict(zip(sensors, decoding.posterior.sensors[0].tolist(), strict=True))
-        verdicts = dict(zip(sensors, said, strict=True))
-        return Validation(bool(decoding.alarms[0]), verdicts, errors, probabilities)
+        statuses = dict(zip(sensors, said, strict=True))
+        return Validation(bool(decoding.alarms[0]), statuses, errors, probabilities)

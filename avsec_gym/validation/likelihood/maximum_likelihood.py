@@ -2,7 +2,7 @@
 
 Algorithm 2 cuts every error off at a threshold, which must stand above the hardest clean scene.
 But one scene is hard for all triples alike, while an attack moves only those that use an attacked
-sensor.  So the evidence is modelled as a whole, on a scale u on which that of clean moments is
+sensor.  So the evidence is modelled as a whole, on a scale u on which that of clean frames is
 normally distributed, element by element (`NormalScores`):
 
     ln p(u | s) = w_1 ln f_1(u_1 | s) + ... + w_M ln f_M(u_M | s) + w_0 ln c(u | s) + offset.
@@ -12,7 +12,7 @@ others leave it as it is, and an element that cannot see an attack has no say.  
 in common is for c, a Gaussian copula: their correlation, once each is made normal by its own f,
 depends on whether each of them is touched by the attack.  Were all this true, the weights would be
 1; a weighted composite likelihood (Varin, Reid and Firth, 2011) does not trust it, and learns from
-held-out moments how much each term is worth, and an offset for each attacked sensor, so that the
+held-out frames how much each term is worth, and an offset for each attacked sensor, so that the
 probabilities are honest.
 """
 
@@ -46,7 +46,7 @@ LEAST_SCORE, STEP, SCORES = -9.0, 0.1, 311
 """Where densities are known: the first score u, from one to the next, and how many."""
 _KIND = "likelihoods"
 _STRANGEST = 0.2
-"""Of the designated false alarm rate that part which is spent on moments like none of the fit."""
+"""Of the designated false alarm rate that part which is spent on frames like none of the fit."""
 _LEAST_EIGENVALUE = 0.02
 """Of a correlation matrix that was put together from pairs."""
 _LEAST_CHANCE = 1e-9
@@ -54,7 +54,7 @@ _LEAST_CHANCE = 1e-9
 _MOST_DEPENDENCE = 60.0
 """Of ln c; what is far from all that was seen turns nothing over."""
 _AT_ONCE = 4096
-"""Moments, so that memory stays small."""
+"""Frames, so that memory stays small."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +75,8 @@ class LikelihoodModel:
         weights: Of the elements, and of c the last, 0 or more, shape (M + 1,).
         offset: Added for each attacked sensor.
         scale: Of u, see `NormalScores`; None: log-odds.
-        clean_scores: `alarm_scores` of clean moments that the fit held out, shape (any,).
-        strangest: Of the same moments the largest of their `strangeness`, clean and in all states
+        clean_scores: `alarm_scores` of clean frames that the fit held out, shape (any,).
+        strangest: Of the same frames the largest of their `strangeness`, clean and in all states
             that the fit held out, shape (any,).
 
     Raises:
@@ -126,7 +126,7 @@ class LikelihoodModel:
         """P(**s** | evidence).
 
         Args:
-            evidence: Of N moments, shape (N, M); see `gather_evidence`.
+            evidence: Of N frames, shape (N, M); see `gather_evidence`.
             prior: P(**s**), shape (2^(n+1),); None: `attack_prior`, which the weights are learned
                 for.
 
@@ -161,7 +161,7 @@ class LikelihoodModel:
         """What is weighed: ln f of all elements, and ln c, shape (N, 2^(n+1), M + 1)."""
         if np.ndim(evidence) != 2 or np.shape(evidence)[1] != len(self.log_density):
             raise ConfigurationError(
-                f"evidence has {len(self.log_density)} elements a moment, got shape "
+                f"evidence has {len(self.log_density)} elements a frame, got shape "
                 f"{np.shape(evidence)}"
             )
         scale = self.scale or NormalScores.plain(len(self.log_density))
@@ -179,18 +179,18 @@ class LikelihoodModel:
         return result
 
     def decode(self, evidence: Floats, rate: float = 0.01, prior: Floats | None = None) -> Decoding:
-        """The attacked sensors of N moments.
+        """The attacked sensors of N frames.
 
         Args:
             evidence: Shares, shape (N, M).
-            rate: r, designated false alarm rate: the share of the held-out clean moments that are
+            rate: r, designated false alarm rate: the share of the held-out clean frames that are
                 beyond a threshold, that of the `alarm_scores` or that of their `strangeness`.  The
-                latter has a fifth of r; beyond it a moment is not familiar.  With fewer than 5 / r
-                moments it is the largest that was held out.
+                latter has a fifth of r; beyond it a frame is not familiar.  With fewer than 5 / r
+                frames it is the largest that was held out.
             prior: Of the probabilities, see `posterior`; alarms do not depend on it.
 
         Raises:
-            ConfigurationError: As `posterior`; a rate that is none; no clean moments were held out.
+            ConfigurationError: As `posterior`; a rate that is none; no clean frames were held out.
         """
         likelihoods, strangeness = self._judged(evidence)
         score, strangest = self._alarm_thresholds(rate)
@@ -230,7 +230,7 @@ class LikelihoodModel:
         """Of scores and of strangeness, both together at the rate."""
         if not 0 <= rate <= 1 or not (count := len(self.clean_scores)):
             raise ConfigurationError(
-                f"an alarm needs clean moments, of which there are {len(self.clean_scores)}, and a "
+                f"an alarm needs clean frames, of which there are {len(self.clean_scores)}, and a "
                 f"rate from 0 to 1, got {rate}"
             )
         # A product such as 0.29 * 100 comes out just below the whole number that is meant.

@@ -1,4 +1,4 @@
-"""Normal scores: how far out a share lies among those of clean moments, in standard deviations."""
+"""Normal scores: how far out a share lies among those of clean frames, in standard deviations."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from avsec_gym.geometry import Floats
 _SMALLEST_SHARE = 3e-4
 """Shares closer to 0 or 1 count as this close: three scan points in a window say no more."""
 _BEYOND = 0.1
-"""Share of clean moments, at most, that is taken for the tail."""
+"""Share of clean frames, at most, that is taken for the tail."""
 _SHORTEST_TAIL, _USUAL_TAIL = 0.05, 0.5
-"""Log-odds: nothing falls off faster, however alike clean moments are; and what is taken for the
+"""Log-odds: nothing falls off faster, however alike clean frames are; and what is taken for the
 tail where there is none, since they are all equal."""
 _QUANTILES = 200
 _SMALLEST_CHANCE = 1e-100
@@ -23,16 +23,16 @@ _SMALLEST_CHANCE = 1e-100
 
 @dataclass(frozen=True, eq=False)
 class NormalScores:
-    """A scale for each of M shares, on which clean moments are normally distributed.
+    """A scale for each of M shares, on which clean frames are normally distributed.
 
     Up to the tail it is their ranks that count.  The tail falls off exponentially with the
     log-odds, so that what lies beyond all that was seen is the less probable, the farther out.
 
     Args:
-        quantiles: Of clean moments' log-odds, ascending and evenly spread in probability, shape
+        quantiles: Of clean frames' log-odds, ascending and evenly spread in probability, shape
             (Q, M); without any, scores are the log-odds.
         begins: Where the tail begins, log-odds, shape (M,).
-        chances: Which share of clean moments is beyond that, above 0, shape (M,).
+        chances: Which share of clean frames is beyond that, above 0, shape (M,).
         tails: Their mean excess, log-odds, shape (M,).
 
     Raises:
@@ -69,7 +69,7 @@ class NormalScores:
         return cls(np.zeros((0, count)), *np.ones((3, count)))
 
     def __call__(self, shares: Floats) -> Floats:
-        """The scores of N moments.
+        """The scores of N frames.
 
         Args:
             shares: From 0 to 1, shape (N, M).
@@ -97,7 +97,7 @@ class NormalScores:
 
 
 def fit_normal_scores(clean: Floats) -> NormalScores:
-    """The scale of clean moments.
+    """The scale of clean frames.
 
     Args:
         clean: Their shares, shape (N, M).

@@ -10,7 +10,7 @@ from avsec_gym.sensor_system import LIDAR, Sensor
 from avsec_gym.validation.evidence.reprojection import Mask
 from avsec_gym.validation.repair.damaged_scan import DamagedScan, damaged_scan
 from avsec_gym.validation.repair.localisation import damaged_pixels
-from avsec_gym.validation.state_posterior import Verdict
+from avsec_gym.validation.state_posterior import SensorStatus
 from avsec_gym.validation.validator import Validation
 
 
@@ -45,7 +45,7 @@ def located_damage(validation: Validation) -> dict[Sensor, Damage]:
     It takes two sound sensors to look at a camera, one of them a camera; two cameras for the LiDAR.
 
     Args:
-        validation: Of a moment.
+        validation: Of a frame.
     """
     sensors = validation.errors.maps.system.sensors
     return {one: _damage(validation, one) for one in sensors if one in validation.attacked}
@@ -53,7 +53,7 @@ def located_damage(validation: Validation) -> dict[Sensor, Damage]:
 
 def _damage(validation: Validation, sensor: Sensor) -> Damage:
     maps = validation.errors.maps
-    sound = [one for one, said in validation.verdicts.items() if said == Verdict.SOUND]
+    sound = [one for one, said in validation.statuses.items() if said == SensorStatus.SOUND]
     try:
         if sensor == LIDAR:
             return Damage(scan=damaged_scan(maps.frame, sound, maps.depth))

@@ -78,7 +78,7 @@ def damaged_scan(
     lost where no return is left that is not bogus, though all maps know something within 60 m.
 
     Args:
-        frame: The moment, tampered with.
+        frame: The frame, tampered with.
         trusted: Sensors that are not attacked, two cameras or more of them.
         depth: How their disparities are found.
 
@@ -98,7 +98,7 @@ def trusted_maps(
     """A map of the trusted cameras farthest apart, and of what is left the same again.
 
     Args:
-        frame: The moment.
+        frame: The frame.
         trusted: Sensors, two cameras or more of them.
         depth: How disparities are found.
 

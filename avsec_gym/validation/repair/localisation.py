@@ -36,7 +36,7 @@ def damaged_pixels(
     """The part of an attacked camera's image that contradicts the trusted sensors.
 
     Args:
-        frame: The moment, tampered with.
+        frame: The frame, tampered with.
         camera: The attacked one.
         trusted: Sensors that are not: a camera, and a second one or the LiDAR.
         depth: How the disparities of two trusted cameras are found.

@@ -1,4 +1,4 @@
-"""A moment without its damage, filled from the trusted sensors (thesis, section 6.2: future work).
+"""A frame without its damage, filled from the trusted sensors (thesis, section 6.2: future work).
 
 What is filled is no measurement of the attacked sensor: it repeats what others saw, and where no
 other saw it, it is made up from what is around.  `Repair` says which is which.
@@ -44,7 +44,7 @@ farther off cost a detector of scans more cars than nearer ones, which tell what
 
 @dataclass(frozen=True, eq=False)
 class Repair:
-    """A repaired moment.
+    """A repaired frame.
 
     Args:
         frame: To be used in place of the tampered one.
@@ -71,7 +71,7 @@ def repair(
     """Find the damage in the sensors that are named, and fill it from the others.
 
     Args:
-        frame: The moment, tampered with.
+        frame: The frame, tampered with.
         system: The sensors of which some are trusted.
         attacked: Those that are not.
         depth: How the disparities of two trusted cameras are found.

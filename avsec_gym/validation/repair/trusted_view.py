@@ -46,7 +46,7 @@ def trusted_view(
     """What a camera should see.
 
     Args:
-        frame: The moment.
+        frame: The frame.
         camera: Which one; its own image is not looked at, but for its size and whether it is grey.
         trusted: A camera or more, and what gives depth: a second one, or a LiDAR.
         depth: How the disparities of two trusted cameras are found.
@@ -84,7 +84,7 @@ def trusted_depth(
     """Depths in a camera's view: of the widest trusted pair, in its holes of the LiDAR.
 
     Args:
-        frame: The moment.
+        frame: The frame.
         camera: Whose view.
         trusted: Sensors.
         depth: How disparities of two cameras are found.

@@ -20,7 +20,7 @@ from avsec_gym.experiments.chapter3.recordings import FITTED
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.validation.evidence.pair_depth import PairDepth
-from avsec_gym.validation.moments import raw_recordings
+from avsec_gym.validation.recordings import raw_recordings
 from avsec_gym.validation.shipped import FITS, evidence_sources, shipped_file
 from avsec_gym.validation.thresholds import read_threshold_table, shares_of
 from studies.answer import exit_code
@@ -44,8 +44,8 @@ def confirm_fits(frames: int, fits: Path) -> None:
     table = read_threshold_table(path)
     root = shipped_drives(frames, int(table.on.data["seed"]), FITTED)
     depth = PairDepth.from_settings(table.on.depth)
-    for number, moment in enumerate(raw_recordings(root, SYSTEM.sensors).moments[:frames]):
-        away = np.abs(shares_of(moment.frame(), SYSTEM, depth) - table.shares[number]).max()
+    for number, recorded in enumerate(raw_recordings(root, SYSTEM.sensors).frames[:frames]):
+        away = np.abs(shares_of(recorded.frame(), SYSTEM, depth) - table.shares[number]).max()
         if away > _SAME:
             raise DataError(
                 f"Frame {number} measures otherwise than when this was fitted, by {away:.2g}.",

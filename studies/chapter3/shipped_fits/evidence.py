@@ -32,7 +32,7 @@ _FIRST_SET = {FITTED: 5000, JUDGED: 6000}
 
 @dataclass(frozen=True, eq=False)
 class SystemEvidence:
-    """What the sensors of a system say of each other in N moments, in K states.
+    """What the sensors of a system say of each other in N frames, in K states.
 
     Args:
         system: Of sensors.
@@ -100,16 +100,16 @@ def shipped_drives(count: int, seed: int, part: str) -> Path:
     return cached(f"shipped_fits-{part}-{seed}-{count}", recipe)
 
 
-def sample_id(moment: str, seed: int) -> str:
-    """What a moment is called where its evidence is kept: of others it is another one."""
-    return f"{EVIDENCE_FORMAT}/{seed}/{moment}"
+def sample_id(id: str, seed: int) -> str:
+    """What a frame is called where its evidence is kept: of others it is another one."""
+    return f"{EVIDENCE_FORMAT}/{seed}/{id}"
 
 
 def measured(evidence: StateEvidence, states: States) -> Floats:
-    """What a moment tells, as one row: `MEASURES` of all triples, then the evidence, by state.
+    """What a frame tells, as one row: `MEASURES` of all triples, then the evidence, by state.
 
     Args:
-        evidence: Of the moment.
+        evidence: Of the frame.
         states: Shape (K, n + 1).
 
     Returns:
@@ -127,7 +127,7 @@ def evidence_of(rows: Floats, system: SensorSystem, states: States | None = None
     """Rows of `measured` taken apart.
 
     Args:
-        rows: Of N moments, shape (N, K, any).
+        rows: Of N frames, shape (N, K, any).
         system: Of sensors.
         states: In which they are; None: all.
     """

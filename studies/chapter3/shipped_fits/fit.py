@@ -25,7 +25,7 @@ from avsec_gym.storage.json_lines import JsonLines
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.evidence.state_evidence import StateEvidence
 from avsec_gym.validation.likelihood.likelihood_of_clean import likelihood_of_clean
-from avsec_gym.validation.moments import raw_recordings
+from avsec_gym.validation.recordings import raw_recordings
 from avsec_gym.validation.shipped import FITS, SHIPPED_SYSTEMS, shipped_file, shipped_on
 from avsec_gym.validation.state_posterior import state_vectors
 from avsec_gym.validation.thresholds import ThresholdTable
@@ -61,21 +61,21 @@ def write_fits(frames: int, seed: int, samples: Path, out: Path) -> None:
     if frames < _LEAST_FRAMES:
         raise ConfigurationError(f"it takes {_LEAST_FRAMES} frames or more, got {frames}")
     root = shipped_drives(frames, seed, FITTED)
-    moments = raw_recordings(root, SYSTEM.sensors).moments[:frames]
+    drawn = raw_recordings(root, SYSTEM.sensors).frames[:frames]
     kept, depth = JsonLines(samples), PairDepth("sgbm")
-    for number, moment in enumerate(moments):
-        if (id := sample_id(moment.id, seed)) not in kept.rows:
-            row = fitted_row(moment.frame(), depth, seed, number)
+    for number, recorded in enumerate(drawn):
+        if (id := sample_id(recorded.id, seed)) not in kept.rows:
+            row = fitted_row(recorded.frame(), depth, seed, number)
             kept.add({"id": id, "measured": row.tolist()})
             _LOG.info("measured %d of %d frames", number + 1, frames)
-    rows = np.array([kept.rows[sample_id(moment.id, seed)]["measured"] for moment in moments])
-    every, frame = evidence_of(rows, SYSTEM), moments[0].frame()
-    data = {"seed": seed, "moments": frames, "drives": frames, "world": world_fingerprint()}
+    rows = np.array([kept.rows[sample_id(recorded.id, seed)]["measured"] for recorded in drawn])
+    every, frame = evidence_of(rows, SYSTEM), drawn[0].frame()
+    data = {"seed": seed, "frames": frames, "drives": frames, "world": world_fingerprint()}
     for system in SHIPPED_SYSTEMS:
         own, on = every.of(system), shipped_on(system, depth, frame, data)
         table = ThresholdTable(on, own.shares[:, 0])
         table.write(shipped_file("thresholds", system, out), overwrite=True)
-        names = [moment.drive or moment.id for moment in moments]
+        names = [recorded.drive or recorded.id for recorded in drawn]
         model = likelihood_of_clean(on, own.elements, names)
         model.write(shipped_file("likelihood", system, out), overwrite=True)
 

@@ -35,7 +35,7 @@ from avsec_gym.validation.likelihood.maximum_likelihood import (
     LikelihoodModel,
     read_likelihood_model,
 )
-from avsec_gym.validation.moments import Moment, object_recordings, raw_recordings
+from avsec_gym.validation.recordings import RecordedFrame, object_recordings, raw_recordings
 from avsec_gym.validation.shipped import (
     FITS,
     SHIPPED_SYSTEMS,
@@ -43,7 +43,7 @@ from avsec_gym.validation.shipped import (
     shipped_file,
     shipped_fit,
 )
-from avsec_gym.validation.state_posterior import States, Verdict, state_vectors
+from avsec_gym.validation.state_posterior import SensorStatus, States, state_vectors
 from avsec_gym.validation.thresholds import ThresholdTable, read_threshold_table
 from studies.answer import answer
 from studies.chapter3.shipped_fits.evidence import (
@@ -55,7 +55,7 @@ from studies.chapter3.shipped_fits.evidence import (
     shipped_drives,
 )
 
-NOBODY = "nobody"
+NO_ATTACK = "no attack"
 CERTAINTY = 0.95
 """As `LikelihoodValidator` has it."""
 _OBJECT = SensorSystem((LIDAR, 3, 2))
@@ -77,18 +77,19 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     if min(options.frames, options.draws) < 1:
         raise ConfigurationError("--frames and --draws are 1 or more")
     root, kept = shipped_drives(options.frames, options.seed, JUDGED), JsonLines(options.samples)
-    moments = raw_recordings(root, SYSTEM.sensors).moments[: options.frames]
+    frames = raw_recordings(root, SYSTEM.sensors).frames[: options.frames]
     depth = PairDepth("sgbm")
     rows = []
-    for number, moment in enumerate(moments):
-        rows.append(attacked_in_turn_rows(moment, SYSTEM, depth, kept, [(options.seed, number)])[0])
-        _LOG.info("measured %d of %d frames", number + 1, len(moments))
+    for number, recorded in enumerate(frames):
+        seeds = [(options.seed, number)]
+        rows.append(attacked_in_turn_rows(recorded, SYSTEM, depth, kept, seeds)[0])
+        _LOG.info("measured %d of %d frames", number + 1, len(frames))
     every = evidence_of(np.array(rows), SYSTEM, one_at_a_time(SYSTEM))
-    frame = moments[0].frame()
+    frame = frames[0].frame()
     return {
         "rate": options.rate,
         "seed": options.seed,
-        "frames": len(moments),
+        "frames": len(frames),
         "systems": [
             judged(every.of(system), frame, options.rate, options.fits)
             for system in SHIPPED_SYSTEMS
@@ -104,17 +105,17 @@ def one_at_a_time(system: SensorSystem) -> States:
 
 
 def attacked_in_turn_rows(
-    moment: Moment,
+    recorded: RecordedFrame,
     system: SensorSystem,
     depth: PairDepth,
     kept: JsonLines,
     seeds: Iterable[tuple[int, int]],
 ) -> Floats:
-    """What a moment tells, see `measured`, clean and with each sensor attacked as in the thesis.
+    """What a frame tells, see `measured`, clean and with each sensor attacked as in the thesis.
 
     Args:
-        moment: Of a recording.
-        system: Of sensors.
+        recorded: The frame.
+        system: The sensors.
         depth: How disparities are found.
         kept: What was measured before, which is not measured again.
         seeds: Of the attacks.
@@ -124,15 +125,15 @@ def attacked_in_turn_rows(
     """
     rows, clean = [], None
     for seed in seeds:
-        id = sample_id(f"{moment.id} {' '.join(map(str, system.sensors))} {seed[1]}", seed[0])
+        id = sample_id(f"{recorded.id} {' '.join(map(str, system.sensors))} {seed[1]}", seed[0])
         if id not in kept.rows:
-            frame = moment.frame()
+            frame = recorded.frame()
             clean = clean or StateEvidence(frame, {}, system, depth)
             tampered = tampered_frames(frame, system, JUDGED, seed)
             evidence = clean.otherwise({sensor: one.frame for sensor, one in tampered.items()})
             found = measured(evidence, one_at_a_time(system))
             kept.add({"id": id, "measured": found.tolist()})
-            # What is known of the clean moment stays known.
+            # What is known of the clean frame stays known.
             clean = evidence
         rows.append(kept.rows[id]["measured"])
     return np.array(rows)
@@ -153,7 +154,7 @@ def judged(evidence: SystemEvidence, frame: SensorFrame, rate: float, fits: Path
     by: dict[str, dict[str, Any]] = {"thresholds": {}, "likelihood": {}}
     for number, state in enumerate(evidence.states):
         attacked = frozenset(np.flatnonzero(state).tolist())
-        case = ", ".join(str(system.sensors[one]) for one in attacked) or NOBODY
+        case = ", ".join(str(system.sensors[one]) for one in attacked) or NO_ATTACK
         for name, (alarms, named) in {
             "thresholds": said_by_thresholds(table, evidence.shares[:, number], rate),
             "likelihood": said_by_likelihood(model, evidence.elements[:, number], rate),
@@ -166,7 +167,7 @@ def judged(evidence: SystemEvidence, frame: SensorFrame, rate: float, fits: Path
 
 
 def said_by_thresholds(table: ThresholdTable, shares: Floats, rate: float) -> Said:
-    """What `ThresholdValidator` says of N moments.
+    """What `ThresholdValidator` says of N frames.
 
     Args:
         table: Of thresholds.
@@ -189,7 +190,7 @@ def said_by_thresholds(table: ThresholdTable, shares: Floats, rate: float) -> Sa
 
 
 def said_by_likelihood(model: LikelihoodModel, elements: Floats, rate: float) -> Said:
-    """What `LikelihoodValidator` says of N moments.
+    """What `LikelihoodValidator` says of N frames.
 
     Args:
         model: Of likelihoods.
@@ -197,9 +198,10 @@ def said_by_likelihood(model: LikelihoodModel, elements: Floats, rate: float) ->
         rate: r.
     """
     decoding = model.decode(elements, rate)
-    verdicts = decoding.verdicts(CERTAINTY)
+    statuses = decoding.statuses(CERTAINTY)
     named = [
-        frozenset(i for i, one in enumerate(said) if one == Verdict.ATTACKED) for said in verdicts
+        frozenset(i for i, one in enumerate(said) if one == SensorStatus.ATTACKED)
+        for said in statuses
     ]
     return decoding.alarms, named
 
@@ -207,16 +209,16 @@ def said_by_likelihood(model: LikelihoodModel, elements: Floats, rate: float) ->
 def _real(options: argparse.Namespace, depth: PairDepth, kept: JsonLines) -> dict[str, Any]:
     """Frames with both images and a scan, each attacked `draws` times; and pairs of images."""
     frames = {}
-    for moment in object_recordings(options.kitti, _OBJECT.sensors).moments:
+    for recorded in object_recordings(options.kitti, _OBJECT.sensors).frames:
         seeds = [(options.seed, draw) for draw in range(options.draws)]
-        rows = attacked_in_turn_rows(moment, _OBJECT, depth, kept, seeds)
+        rows = attacked_in_turn_rows(recorded, _OBJECT, depth, kept, seeds)
         evidence = evidence_of(rows, _OBJECT, one_at_a_time(_OBJECT))
-        told = judged(evidence, moment.frame(), options.rate, options.fits)
-        # Nobody's attack is the same moment in every draw.
-        for name, cases in told["by"].items():
-            count = cases[NOBODY]["alarms"]["count"] // options.draws
-            told["by"][name][NOBODY] = {"alarms": _share([bool(count)]), "named": None}
-        frames[moment.id] = {**told, "clean": _measures(evidence.shares[0, 0, 0])}
+        judgement = judged(evidence, recorded.frame(), options.rate, options.fits)
+        # Nobody's attack is the same frame in every draw.
+        for name, cases in judgement["by"].items():
+            count = cases[NO_ATTACK]["alarms"]["count"] // options.draws
+            judgement["by"][name][NO_ATTACK] = {"alarms": _share([bool(count)]), "named": None}
+        frames[recorded.id] = {**judgement, "clean": _measures(evidence.shares[0, 0, 0])}
     table = read_threshold_table(shipped_file("thresholds", _OBJECT, options.fits))
     thresholds = table.thresholds(options.rate)[_OBJECT.triples[0]]
     return {

@@ -18,7 +18,7 @@ from avsec_gym.sensor_system import LIDAR
 from avsec_gym.storage.json_files import read_json
 from avsec_gym.storage.text_files import write_text
 from studies.answer import exit_code
-from studies.chapter3.shipped_fits.judge import NOBODY
+from studies.chapter3.shipped_fits.judge import NO_ATTACK
 
 _COMMAND = "Make it with `python -m studies.chapter3.shipped_fits.judge --json FILE`."
 _HEADINGS = (
@@ -44,14 +44,14 @@ def shipped_page(result: Mapping[str, Any]) -> str:
         " 95 % intervals. Named: exactly the attacked sensor, by likelihoods with 95 % or more.",
         "",
     ]
-    for told in result["systems"]:
+    for system in result["systems"]:
         lines += [
-            f"## {_listed(told['sensors'])}: {result['frames']} procedural frames, seed"
+            f"## {_listed(system['sensors'])}: {result['frames']} procedural frames, seed"
             f" {result['seed']} of those to judge",
             "",
-            f"What decides was {told['fitted_on']}.",
+            f"Thresholds and likelihoods were {system['fitted_on']}.",
             "",
-            *_table(told),
+            *_table(system),
             "",
         ]
     if result["real"] is not None:
@@ -61,25 +61,25 @@ def shipped_page(result: Mapping[str, Any]) -> str:
 
 def _real(real: Mapping[str, Any], rate: str) -> list[str]:
     lines = []
-    for id, told in real["frames"].items():
+    for id, system in real["frames"].items():
         clean = ", ".join(
             f"{name} {value:.3g} of {real['thresholds'][name]:.3g}"
-            for name, value in told["clean"].items()
+            for name, value in system["clean"].items()
         )
         lines += [
-            f"## A real frame: {id}, {_listed(told['sensors'])}",
+            f"## A real frame: {id}, {_listed(system['sensors'])}",
             "",
-            f"What decides was {told['fitted_on']}. As it was recorded, of each threshold: {clean}."
-            f" {real['draws']} draws of each attack.",
+            f"Thresholds and likelihoods were {system['fitted_on']}. As it was recorded, of each"
+            f" threshold: {clean}. {real['draws']} draws of each attack.",
             "",
-            *_table(told),
+            *_table(system),
             "",
         ]
-        false = [name for name, by in told["by"].items() if by[NOBODY]["alarms"]["count"]]
+        false = [name for name, by in system["by"].items() if by[NO_ATTACK]["alarms"]["count"]]
         if false:
             lines += [
-                f"As it was recorded it raises a false alarm by {' and by '.join(false)}: what real"
-                " cameras are like, these have not seen. Who is named then is no evidence.",
+                f"As it was recorded it raises a false alarm by {' and by '.join(false)}: these"
+                " were fitted on no real camera. A sensor that is named then is no evidence.",
                 "",
             ]
     limit = real["thresholds"]["brightness"]
@@ -92,18 +92,18 @@ def _real(real: Mapping[str, Any], rate: str) -> list[str]:
         f"Other brightness of cameras 3 and 2, as recorded: {each}. Beyond the shipped threshold of"
         f" {limit:.3g} at r = {rate} % are {len(beyond)} of {len(real['pairs'])}"
         f"{f' ({chr(44).join(beyond)})' if beyond else ''}: each would be a false alarm. Procedural"
-        " frames are cleaner than real ones, so that more real frames raise one than r says.",
+        " frames are cleaner than real ones, so that more real frames raise one than r states.",
         "",
     ]
 
 
-def _table(told: Mapping[str, Any]) -> list[str]:
+def _table(system: Mapping[str, Any]) -> list[str]:
     rows = []
-    for case in told["by"]["thresholds"]:
-        cells = [told["by"][name][case] for name in ("thresholds", "likelihood")]
-        words = NOBODY if case == NOBODY else _listed([case])
-        # Who is named where nobody is attacked is counted with the alarms.
-        named = [None if case == NOBODY else one["named"] for one in cells]
+    for case in system["by"]["thresholds"]:
+        cells = [system["by"][name][case] for name in ("thresholds", "likelihood")]
+        words = NO_ATTACK if case == NO_ATTACK else _listed([case])
+        # A sensor that is named without an attack is counted with the alarms.
+        named = [None if case == NO_ATTACK else one["named"] for one in cells]
         rows.append([words, *(_share(one["alarms"]) for one in cells), *map(_share, named)])
     return markdown_table(_HEADINGS, rows)
 

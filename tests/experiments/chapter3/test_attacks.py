@@ -96,7 +96,7 @@ def test_lost_rays_are_judged_too(frame: SensorFrame) -> None:
     assert tampered.attacked == {LIDAR}
 
 
-def test_draws_are_the_moments_own(frame: SensorFrame) -> None:
+def test_draws_are_the_frames_own(frame: SensorFrame) -> None:
     one, same, other = (tampered_frames(frame, SYSTEM, JUDGED, (0, n)) for n in (1, 1, 2))
     assert one[2].settings == same[2].settings != other[2].settings
     assert one[2].settings != one[3].settings

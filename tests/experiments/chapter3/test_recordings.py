@@ -1,4 +1,4 @@
-"""Moments to judge are of drives of their own, but where an attack has to last."""
+"""Frames to judge are of drives of their own, but where an attack has to last."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from avsec_gym.experiments.chapter3.recordings import (
     SYSTEM,
     check_parts,
     drives_inputs,
-    moment_cells,
+    frame_cells,
     procedural_drives,
     recordings_of,
     seed_of,
@@ -28,7 +28,7 @@ from avsec_gym.kitti.raw_calibration import write_raw_calibration
 from avsec_gym.kitti.writing import write_raw_frame
 from avsec_gym.rig import camera_rig
 from avsec_gym.runs.experiment import Configuration
-from avsec_gym.validation.moments import Recordings
+from avsec_gym.validation.recordings import Recordings
 from avsec_gym.world.export.manifest import world_fingerprint, write_manifest
 
 
@@ -46,7 +46,7 @@ def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     return known
 
 
-def test_each_moment_is_of_its_own_drive(asked: dict[str, Any]) -> None:
+def test_each_frame_is_of_its_own_drive(asked: dict[str, Any]) -> None:
     for part in (FITTED, JUDGED):
         procedural_drives(24, 3, part)
     fitted, judged = asked.values()
@@ -84,7 +84,7 @@ def test_a_larger_set_that_is_there_serves(asked: dict[str, Any], tmp_path: Path
     assert [len(recipe) for recipe in asked.values()] == [50, 200, 24, 24]
 
 
-def test_the_first_moments_of_many_are_the_moments_of_few(asked: dict[str, Any]) -> None:
+def test_the_first_frames_of_many_are_the_frames_of_few(asked: dict[str, Any]) -> None:
     for count in (3, 7):
         procedural_drives(count, 3, JUDGED)
     few, many = asked.values()
@@ -119,7 +119,7 @@ def test_the_attacks_to_fit_on_have_the_seed_of_their_drives(
 
 
 def real_drives(root: Path, first: int, spread: float = 1.0) -> Path:
-    """Two drives of two moments, whose cameras stand so many times 27 cm from each other."""
+    """Two drives of two frames, whose cameras stand so many times 27 cm from each other."""
     places = [spread * one for one in (0.0, 0.54, -0.27, 0.27)]
     rig = camera_rig(places, focal_length=200.0, centre=(20.0, 10.0), size=(40, 20))
     day, image = root / "2011_09_26", np.zeros((20, 40, 3), np.uint8)
@@ -133,7 +133,7 @@ def real_drives(root: Path, first: int, spread: float = 1.0) -> Path:
 
 def cells_of(judged: Path, fit: Path, limit: int | None = None) -> int:
     asked = Configuration(str(judged), limit, options={"fit": str(fit)})
-    return len(moment_cells("work", asked, (FITTED, JUDGED)))
+    return len(frame_cells("work", asked, (FITTED, JUDGED)))
 
 
 def test_nothing_is_judged_by_what_was_fitted_on_itself(tmp_path: Path) -> None:
@@ -144,7 +144,7 @@ def test_nothing_is_judged_by_what_was_fitted_on_itself(tmp_path: Path) -> None:
     for judged, fit, both in ((day, day, "4 of the 4"), (one, day, "2 of"), (day, one, "2 of")):
         with pytest.raises(ConfigurationError, match=rf"{both}.*--options fit=FOLDER"):
             cells_of(judged, fit)
-    # The first two moments of the day are of its first drive.
+    # The first two frames of the day are of its first drive.
     assert cells_of(two, day, limit=2) == 4
 
 
@@ -160,7 +160,7 @@ def test_nothing_is_rendered_for_a_rig_that_it_says_nothing_of(
     near = Configuration(str(real_drives(tmp_path / "a", 1, spread=0.2)))
     for refused in (
         lambda: drives_inputs(near, (FITTED, JUDGED)),
-        lambda: moment_cells("work", near, (FITTED, JUDGED)),
+        lambda: frame_cells("work", near, (FITTED, JUDGED)),
         lambda: check_parts(Configuration(PROCEDURAL, options={"fit": near.scenarios})),
     ):
         with pytest.raises(ConfigurationError, match="cameras that stand otherwise"):

@@ -7,6 +7,7 @@ import pytest
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.experiments.chapter3.identification.beyond_rates import RATE, beyond_rates
+from avsec_gym.experiments.chapter3.identification.calibration import calibration
 from avsec_gym.experiments.chapter3.identification.detection_rates import (
     attack_cases_of,
     detection_rates,
@@ -19,7 +20,6 @@ from avsec_gym.experiments.chapter3.identification.evidence_table import (
     EvidenceTable,
     evidence_table,
 )
-from avsec_gym.experiments.chapter3.identification.honesty import honesty
 from avsec_gym.experiments.chapter3.identification.identification_rates import (
     algorithm_2,
     fitted_model,
@@ -33,7 +33,7 @@ from avsec_gym.validation.evidence.evidence import evidence_elements
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.identification import identify_attacked_sensors
 from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
-from avsec_gym.validation.state_posterior import Verdict, attack_prior, state_vectors
+from avsec_gym.validation.state_posterior import SensorStatus, attack_prior, state_vectors
 from avsec_gym.validation.thresholds import ThresholdTable
 
 ELEMENTS = evidence_elements(KITTI_SYSTEM)
@@ -42,19 +42,19 @@ STATES = state_vectors(4)
 ON = FittedOn(KITTI_SYSTEM, {"name": "sgbm"}, (48.0, 384.0), {"made": "up"})
 
 
-def made_up(moments: int, seed: int, damage: float = 0.5) -> EvidenceTable:
+def made_up(frames: int, seed: int, damage: float = 0.5) -> EvidenceTable:
     """Clean errors of 0 to 0.2; an attack on a sensor adds so much to what depends on it."""
     rng = np.random.default_rng(seed)
     touched = np.array([[state[list(scope)].any() for scope in SCOPES] for state in STATES])
-    clean = rng.uniform(0.0, 0.2, (moments, len(STATES), len(SCOPES)))
+    clean = rng.uniform(0.0, 0.2, (frames, len(STATES), len(SCOPES)))
     shares = clean + damage * touched
     triples = KITTI_SYSTEM.triples
-    of_triples = rng.uniform(0.0, 0.1, (moments, len(STATES), 2, len(triples)))
-    names = [f"{number:03d}/0" for number in range(moments)]
+    of_triples = rng.uniform(0.0, 0.1, (frames, len(STATES), 2, len(triples)))
+    names = [f"{number:03d}/0" for number in range(frames)]
     return EvidenceTable(KITTI_SYSTEM, names, shares, of_triples)
 
 
-def test_clear_attacks_are_always_noticed_and_named_within_the_limit() -> None:
+def test_clear_attacks_are_always_detected_and_named_within_the_limit() -> None:
     fitted, judged = made_up(100, 0), made_up(60, 1)
     for row in detection_rates(fitted, judged, ON, "error", (0.0, 0.1)):
         assert row["average"] == 1.0
@@ -72,27 +72,27 @@ def test_clear_attacks_are_always_noticed_and_named_within_the_limit() -> None:
 
 
 def test_an_error_that_nobody_explains_is_an_alarm_as_the_validator_raises_it() -> None:
-    """The validator's own rule, moment by moment, with maps that are not needed to know e."""
+    """The validator's own rule, frame by frame, with maps that are not needed to know e."""
     fitted, judged = made_up(100, 0), made_up(300, 1, damage=0.0)
     found = algorithm_2(fitted, judged, ON, 0.05)
     thresholds = ThresholdTable(ON, fitted.measures[:, 0]).thresholds(0.05)
-    for moment, measures in enumerate(judged.measures[:, 0]):
+    for number, measures in enumerate(judged.measures[:, 0]):
         e = {
             triple: bool((shares > thresholds[triple].shares).any())
             for triple, shares in zip(KITTI_SYSTEM.triples, measures, strict=True)
         }
         answer = identify_attacked_sensors(e.__getitem__, 4)
-        assert found.alarms[moment, 0] == bool(answer.attacked or answer.doubtful)
-        assert set(np.flatnonzero(found.sensors[moment, 0])) == set(answer.attacked)
-        told = set() if answer.limit_exceeded else set(answer.attacked)
-        assert set(np.flatnonzero(found.told[moment, 0])) == told
+        assert found.alarms[number, 0] == bool(answer.attacked or answer.doubtful)
+        assert set(np.flatnonzero(found.sensors[number, 0])) == set(answer.attacked)
+        named = set() if answer.limit_exceeded else set(answer.attacked)
+        assert set(np.flatnonzero(found.reported[number, 0])) == named
     row = identification_rates(lambda rate: found, judged.drives, 4, (0.05,))[0]
     assert row["false_alarms"]["count"] == found.alarms[:, 0].sum()
     # Some of them name nobody.
     assert found.alarms[:, 0].sum() > found.sensors[:, 0].any(axis=1).sum()
 
 
-def test_attacks_that_change_nothing_are_noticed_as_often_as_false_alarms() -> None:
+def test_attacks_that_change_nothing_are_detected_as_often_as_false_alarms() -> None:
     fitted, judged = made_up(400, 0, damage=0.0), made_up(400, 1, damage=0.0)
     for row in detection_rates(fitted, judged, ON, rates=(0.05,)):
         assert row["average"] == pytest.approx(0.05, abs=0.04)
@@ -112,47 +112,50 @@ def test_likelihood_tells_what_it_knows() -> None:
     assert rows[0]["false_alarms"]["rate"] < 0.1
 
 
-def test_honesty_is_of_what_a_user_is_told() -> None:
+def test_calibration_is_of_what_is_reported() -> None:
     fitted, judged = made_up(60, 0, damage=0.08), made_up(40, 1, damage=0.08)
     model = fitted_model(fitted, ON)
-    told = honesty(model, judged)
+    found = calibration(model, judged)
     counted: dict[int, list[str]] = {}
     for number, state in enumerate(STATES):
         for shares in judged.shares[:, number]:
-            # As the validator does, a moment at a time.
+            # As the validator does, a frame at a time.
             decoding = model.decode(shares[None], LikelihoodValidator.rate)
-            for said, attacked in zip(decoding.verdicts()[0], state, strict=True):
-                right = said == (Verdict.ATTACKED if attacked else Verdict.SOUND)
-                what = "cannot_tell" if said == Verdict.CANNOT_TELL else "wrong"
+            for said, attacked in zip(decoding.statuses()[0], state, strict=True):
+                right = said == (SensorStatus.ATTACKED if attacked else SensorStatus.SOUND)
+                what = "cannot_tell" if said == SensorStatus.CANNOT_TELL else "wrong"
                 counted.setdefault(int(state.sum()), []).append("right" if right else what)
-    assert list(told["verdicts"]) == ["0", "1", "2", "3", "4"]
+    assert list(found["statuses"]) == ["0", "1", "2", "3", "4"]
     for count, answers in counted.items():
-        row = told["verdicts"][str(count)]
+        row = found["statuses"][str(count)]
         for what in ("right", "wrong", "cannot_tell"):
             assert (row[what]["count"], row[what]["of"]) == (answers.count(what), len(answers))
         whole = [set(answers[i : i + 4]) == {"right"} for i in range(0, len(answers), 4)]
         assert (row["all_right"]["count"], row["all_right"]["of"]) == (sum(whole), len(whole))
     # Not to know is neither right nor wrong.
-    assert any(row["cannot_tell"]["count"] for row in told["verdicts"].values())
-    assert told["brier"] < 0.1
-    said, was, sensors = (
-        np.array([row[one] for row in told["reliability"]]) for one in ("said", "was", "sensors")
+    assert any(row["cannot_tell"]["count"] for row in found["statuses"].values())
+    assert found["brier"] < 0.1
+    predicted, observed, sensors = (
+        np.array([row[one] for row in found["reliability"]])
+        for one in ("predicted", "observed", "sensors")
     )
     assert sensors.sum() == pytest.approx(1.0)
     # As often as the prior expects sensors to be attacked.
     attacked = attack_prior(4) @ STATES.mean(axis=1)
-    assert (was * sensors).sum() == pytest.approx(attacked)
-    assert (said * sensors).sum() == pytest.approx(attacked, rel=0.2)
-    assert told["calibration_error"] == pytest.approx((np.abs(said - was) * sensors).sum())
-    for row in told["reliability"]:
-        assert row["interval"][0] <= row["was"] <= row["interval"][1]
+    assert (observed * sensors).sum() == pytest.approx(attacked)
+    assert (predicted * sensors).sum() == pytest.approx(attacked, rel=0.2)
+    assert found["calibration_error"] == pytest.approx(
+        (np.abs(predicted - observed) * sensors).sum()
+    )
+    for row in found["reliability"]:
+        assert row["interval"][0] <= row["observed"] <= row["interval"][1]
 
 
 def test_attacks_beyond_are_judged_sensor_by_sensor() -> None:
     fitted = made_up(200, 0)
     clear, nothing = (
         EvidenceTable(
-            table.system, table.moments, table.shares[:, [1, 2, 4, 8]],
+            table.system, table.frames, table.shares[:, [1, 2, 4, 8]],
             table.of_triples[:, [1, 2, 4, 8]],
         )
         for table in (made_up(40, 1), made_up(40, 1, damage=0.0))
@@ -162,7 +165,7 @@ def test_attacks_beyond_are_judged_sensor_by_sensor() -> None:
     assert [(row["kind"], row["sensor"]) for row in rows] == [
         (kind, sensor) for kind in ("clear", "nothing") for sensor in range(4)
     ]
-    ways = ("noticed", "noticed_by_error", "named", "named_likeliest")
+    ways = ("detected", "detected_by_error", "named", "named_likeliest")
     for row in rows:
         rates = [row[way]["rate"] for way in ways]
         assert min(rates) > 0.8 if row["kind"] == "clear" else max(rates) < 0.2
@@ -210,7 +213,7 @@ class Stored:
 
     def __init__(self, table: EvidenceTable) -> None:
         self.rows = []
-        for m, moment in enumerate(table.moments):
+        for m, id in enumerate(table.frames):
             for index, state in enumerate(STATES):
                 setting = "judged " + "".join("01"[int(one)] for one in state)
                 named = [measured(*element) for element in ELEMENTS]
@@ -221,7 +224,7 @@ class Stored:
                 ]
                 values = [*table.shares[m, index], *table.of_triples[m, index].ravel()]
                 self.rows += [
-                    {"setting": setting, "scenario": moment, "name": name, "value": value}
+                    {"setting": setting, "scenario": id, "name": name, "value": value}
                     for name, value in zip(named, values, strict=True)
                 ]
 
@@ -229,13 +232,13 @@ class Stored:
         return [row for row in self.rows if row["setting"] == where["setting"]]
 
 
-def test_a_run_is_read_back_and_half_a_moment_left_out() -> None:
+def test_a_run_is_read_back_and_half_a_frame_left_out() -> None:
     table = made_up(3, 0)
     stored = Stored(table)
     del stored.rows[-1]
     found = evidence_table(stored, "judged", KITTI_SYSTEM)  # type: ignore[arg-type]
-    assert found.moments == ["000/0", "001/0"]
+    assert found.frames == ["000/0", "001/0"]
     np.testing.assert_array_equal(found.shares, table.shares[:2])
     np.testing.assert_array_equal(found.of_triples, table.of_triples[:2])
-    with pytest.raises(ConfigurationError, match="no whole moment"):
+    with pytest.raises(ConfigurationError, match="no whole frame"):
         evidence_table(stored, "fitted", KITTI_SYSTEM)  # type: ignore[arg-type]

@@ -21,7 +21,7 @@ def wall(number: int, distance: float = 8.0) -> SensorFrame:
     """By all sensors of the rig.
 
     Args:
-        number: Of the moment; others have other dots.
+        number: Of the frame; others have other dots.
         distance: Metres ahead.
     """
     rng = np.random.default_rng(number)

@@ -21,26 +21,26 @@ from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import fitted_on
 from avsec_gym.validation.thresholds import ThresholdTable
 from studies.chapter3 import real_impact
-from studies.chapter3.real_frames import noticed, run
+from studies.chapter3.real_frames import detected, run
 from studies.chapter3.real_frames_page import main, real_frames_page
 from studies.chapter3.real_impact import impact_on_real_frames
 
 
-def test_light_into_real_cameras_is_noticed(shared: Path) -> None:
+def test_light_into_real_cameras_is_detected(shared: Path) -> None:
     frame = KittiObject(shared / "kitti" / "object").frame("000107")
     depth = PairDepth("sgbm")
     on = fitted_on(LIDAR_AND_TWO_CAMERAS, depth, frame.calibration, {"made": "up"})
     usual = ThresholdTable(on, np.array([[[0.25, 0.3, 0.05, 0.01]]]))
-    found = noticed(frame, usual, depth, 0.01, draws=2)
+    found = detected(frame, usual, depth, 0.01, draws=2)
     assert found["false_alarm"] == {"any": False, "error": False}
     assert 0 < found["clean"]["error"] < 0.25
     assert list(found["cases"]) == ["S0", "S1", "S0+S1", "S2", "S0+S2", "S1+S2", "S0+S1+S2"]
     for case in ("S1", "S2", "S0+S1+S2"):
         assert found["cases"][case]["any"]["count"] == 2
-    # Whoever is beyond no threshold at all notices nothing.
+    # Whoever is beyond no threshold at all detects nothing.
     deaf = ThresholdTable(on, np.ones((1, 1, 4)))
     assert not any(
-        one["any"]["count"] for one in noticed(frame, deaf, depth, 0.01, 1)["cases"].values()
+        one["any"]["count"] for one in detected(frame, deaf, depth, 0.01, 1)["cases"].values()
     )
 
 
@@ -110,15 +110,15 @@ def test_detectors_are_led_astray_on_real_frames(
     assert images["found_attacked"]["rate"] == 0.0
     assert images["found_attacked"]["of"] == 2 * images["found"]["of"]
     assert images["false_alarms"] == images["false_alarms_attacked"] == 0.0
-    noticed = {
+    detected = {
         "cases": {"S0": dict.fromkeys(("any", "error"), scans["taken"])},
         "false_alarm": {"any": False, "error": True},
     }
     result = {
         "rate": 0.01,
         "draws": 2,
-        "fitted": {"suite": "mixed", "moments": 48},
-        "frames": {"000107": noticed},
+        "fitted": {"suite": "mixed", "frames": 48},
+        "frames": {"000107": detected},
         "impact": found,
     }
     given, written = tmp_path / "result.json", tmp_path / "page.md"

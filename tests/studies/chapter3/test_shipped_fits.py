@@ -166,7 +166,7 @@ def test_the_page_says_what_came_out(tmp_path: Path) -> None:
     assert told == without_remark((results / "shipped_fits.md").read_text())
     assert "not on this vehicle" in told
     for one in made["systems"]:
-        nobody = one["by"]["thresholds"]["nobody"]["alarms"]
-        assert f"({nobody['count']} of {nobody['of']})" in told
+        unattacked = one["by"]["thresholds"]["no attack"]["alarms"]
+        assert f"({unattacked['count']} of {unattacked['of']})" in told
     (tmp_path / "other.json").write_text("[]")
     assert page.main([str(tmp_path / "other.json"), "--out", str(tmp_path / "no.md")]) == 1

@@ -43,13 +43,13 @@ def test_every_state_is_that_of_a_frame_attacked_as_a_whole(
     monkeypatch.setattr(
         DisparityMaps, "_find", lambda self, pair: matched.append(pair) or find(self, pair)
     )
-    moment = StateEvidence(clean, tampered, SYSTEM)
-    np.testing.assert_array_equal(moment.evidence(states), expected)
+    evidence = StateEvidence(clean, tampered, SYSTEM)
+    np.testing.assert_array_equal(evidence.evidence(states), expected)
     assert len(matched) == 4 * len(SYSTEM.pairs())
-    assert moment.errors(states[5])[0, 1, 2].error == expected[5][0]
+    assert evidence.errors(states[5])[0, 1, 2].error == expected[5][0]
     assert len(matched) == 4 * len(SYSTEM.pairs())
     # Attacked otherwise, the sound sensors are not matched again.
-    otherwise = moment.otherwise({LIDAR: tampered[LIDAR]})
+    otherwise = evidence.otherwise({LIDAR: tampered[LIDAR]})
     np.testing.assert_array_equal(otherwise.evidence(states[:2]), expected[:2])
     assert len(matched) == 4 * len(SYSTEM.pairs()) + 2
 
@@ -57,7 +57,7 @@ def test_every_state_is_that_of_a_frame_attacked_as_a_whole(
 def test_a_sensor_without_attack_cannot_be_attacked(
     wall_of: Callable[[int], SensorFrame],
 ) -> None:
-    moment = StateEvidence(wall_of(0), {}, SYSTEM)
-    assert moment.evidence(state_vectors(4)[:1]).shape == (1, 4 + 3 + 3 + 3 + 3)
+    evidence = StateEvidence(wall_of(0), {}, SYSTEM)
+    assert evidence.evidence(state_vectors(4)[:1]).shape == (1, 4 + 3 + 3 + 3 + 3)
     with pytest.raises(ConfigurationError, match="no attack on the sensor"):
-        moment.evidence(state_vectors(4)[1:2])
+        evidence.evidence(state_vectors(4)[1:2])

@@ -30,7 +30,7 @@ from avsec_gym.validation.likelihood.maximum_likelihood import (
 )
 from avsec_gym.validation.likelihood.normal_scores import log_odds
 from avsec_gym.validation.state_posterior import (
-    Verdict,
+    SensorStatus,
     attack_prior,
     brier_score,
     reliability,
@@ -152,16 +152,21 @@ def test_what_cannot_be_told_is_not_told() -> None:
     u = np.full((3, len(model.log_density)), -2.5)
     u[1, [0, 1, 3]] += 3.0
     u[2, :4] += 3.0
-    sound, second, all_spoilt = model.decode(1 / (1 + np.exp(-u))).verdicts()
-    assert sound == [Verdict.SOUND] * 4
-    assert second == [Verdict.SOUND, Verdict.ATTACKED, Verdict.SOUND, Verdict.SOUND]
-    assert all_spoilt == [Verdict.CANNOT_TELL] * 4
+    sound, second, all_spoilt = model.decode(1 / (1 + np.exp(-u))).statuses()
+    assert sound == [SensorStatus.SOUND] * 4
+    assert second == [
+        SensorStatus.SOUND,
+        SensorStatus.ATTACKED,
+        SensorStatus.SOUND,
+        SensorStatus.SOUND,
+    ]
+    assert all_spoilt == [SensorStatus.CANNOT_TELL] * 4
     strange = replace(model, strangest=np.full(3, 0.5)).decode(
         1 / (1 + np.exp(-u - np.resize([2, -2], u.shape[1])))
     )
     assert not strange.familiar.any()
     assert strange.alarms.all()
-    assert strange.verdicts() == [[Verdict.CANNOT_TELL] * 4] * 3
+    assert strange.statuses() == [[SensorStatus.CANNOT_TELL] * 4] * 3
 
 
 def test_a_blind_triple_has_no_say() -> None:
@@ -211,7 +216,7 @@ def test_more_than_can_be_identified_are_rarer_still(n: int) -> None:
 
 @pytest.fixture(scope="module")
 def judged(made_up: MadeUp) -> tuple[LikelihoodModel, Any, Any]:
-    """A model of 100 moments, and 100 others, each in all states."""
+    """A model of 100 frames, and 100 others, each in all states."""
     on = fitted_on(3)
     states = np.broadcast_to(state_vectors(4), (100, 16, 4))
     fit = made_up(on.system, states, seed=1, damage=0.3)
@@ -261,14 +266,14 @@ def test_its_probabilities_are_honest(judged: tuple[LikelihoodModel, Any, Any]) 
     assert certain @ weights == pytest.approx(exact @ weights, abs=0.03)
 
 
-def test_the_false_alarm_rate_is_that_of_moments_held_out(
+def test_the_false_alarm_rate_is_that_of_frames_held_out(
     judged: tuple[LikelihoodModel, Any, Any],
 ) -> None:
     model, _, others = judged
     clean = others.evidence[~others.states.any(axis=1)]
     assert len(model.clean_scores) == 100
     rates = [model.decode(clean, rate).alarms.mean() for rate in (0.0, 0.1, 0.5, 1.0)]
-    # Of 100 and 100 moments, two standard errors.
+    # Of 100 and 100 frames, two standard errors.
     assert rates[0] <= 0.05
     assert rates[1] == pytest.approx(0.1, abs=0.085)
     assert rates[2] == pytest.approx(0.5, abs=0.15)
@@ -277,7 +282,7 @@ def test_the_false_alarm_rate_is_that_of_moments_held_out(
         model.decode(clean, 1.5)
 
 
-def test_strange_moments_are_a_part_of_the_false_alarms(
+def test_strange_frames_are_a_part_of_the_false_alarms(
     judged: tuple[LikelihoodModel, Any, Any],
 ) -> None:
     model, _, others = judged
@@ -299,7 +304,7 @@ def test_one_outlier_does_not_make_everything_familiar() -> None:
     found = many.decode(strange)
     assert not found.familiar.any()
     assert found.alarms.all()
-    assert found.verdicts() == [[Verdict.CANNOT_TELL] * 4]
+    assert found.statuses() == [[SensorStatus.CANNOT_TELL] * 4]
     few = replace(many, clean_scores=many.clean_scores[-9:], strangest=many.strangest[-9:])
     assert few.decode(strange).familiar.all()
 
@@ -308,25 +313,25 @@ def test_one_outlier_does_not_make_everything_familiar() -> None:
 def test_false_alarms_on_new_drives_are_those_of_drives_that_were_held_out(
     made_up: MadeUp,
 ) -> None:
-    """A drive's moments are near twins: a fold that divides it knows what it is to be judged by."""
+    """A drive's frames are near twins: a fold that divides it knows what it is to be judged by."""
     on, drives, each = fitted_on(3), 30, 5
     states = np.broadcast_to(state_vectors(4), (drives, 16, 4))
     scenes = made_up(on.system, states, seed=1, damage=0.3)
     twins = np.repeat(log_odds(scenes.evidence).reshape(drives, -1), each, axis=0)
     twins += np.random.default_rng(0).normal(0.0, 0.03, twins.shape)
     evidence = (1 / (1 + np.exp(-twins))).reshape(drives * each * 16, -1)
-    moments = np.repeat(np.arange(drives * each), 16)
+    frames = np.repeat(np.arange(drives * each), 16)
     shown = np.tile(state_vectors(4), (drives * each, 1))
     new = made_up(on.system, np.zeros((2000, 1, 4), bool), seed=3).evidence
-    by_drive, by_moment = (
-        fit_likelihood(on, LikelihoodSamples(evidence, shown, moments, whose))
+    by_drive, by_frame = (
+        fit_likelihood(on, LikelihoodSamples(evidence, shown, frames, whose))
         .decode(new, rate=0.1)
         .alarms.mean()
-        for whose in (moments // each, None)
+        for whose in (frames // each, None)
     )
     # Three standard errors of a tenth of thirty drives.
     assert by_drive < 0.1 + 3 * np.sqrt(0.1 * 0.9 / drives)
-    assert by_moment > by_drive + 0.08
+    assert by_frame > by_drive + 0.08
 
 
 def test_folds_keep_drives_together_and_are_alike_in_size() -> None:
@@ -377,7 +382,7 @@ def test_samples_that_teach_too_little(made_up: MadeUp) -> None:
     attacked = few.states.any(axis=1)
     with pytest.raises(ConfigurationError, match="0 of 12 have one"):
         LikelihoodSamples(few.evidence[attacked], few.states[attacked], few.frames[attacked])
-    with pytest.raises(ConfigurationError, match="10 moments or more of 5 drives or more, got 9"):
+    with pytest.raises(ConfigurationError, match="10 frames or more of 5 drives or more, got 9"):
         fit_likelihood(on, samples.of_frames(np.arange(12) < 9))
     with pytest.raises(ConfigurationError, match="5 drives or more, got 12 of 4"):
         fit_likelihood(on, replace(samples, drives=samples.frames // 3))
@@ -394,12 +399,12 @@ def test_samples_that_teach_too_little(made_up: MadeUp) -> None:
 def test_brier_and_reliability_by_hand() -> None:
     model = model_of(3, OR)
     posterior = model.posterior(np.full((2, ELEMENTS), 0.08), np.eye(16)[3])
-    # Certain of S_0 and S_1, of which the second moment has none.
+    # Certain of S_0 and S_1, of which the second frame has none.
     truth = np.array([[1, 1, 0, 0], [0, 0, 0, 0]], bool)
     assert brier_score(posterior, truth) == pytest.approx(0.25)
     table = reliability(posterior, truth, bins=2)
     np.testing.assert_allclose(table, [[0, 0, 4, 2], [1, 0.5, 4, 2]])
-    # The second moment counts three times.
+    # The second frame counts three times.
     assert brier_score(posterior, truth, np.array([1, 3])) == pytest.approx(0.375)
     weighed = reliability(posterior, truth, np.array([1, 3]), bins=2)
     np.testing.assert_allclose(weighed, [[0, 0, 8, 64 / 40], [1, 0.25, 8, 64 / 40]])

@@ -10,7 +10,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.validation.likelihood.normal_scores import NormalScores, fit_normal_scores, log_odds
 
 
-def test_clean_moments_are_normal_whatever_their_shares() -> None:
+def test_clean_frames_are_normal_whatever_their_shares() -> None:
     random = np.random.default_rng(0)
     clean = np.stack(
         [random.beta(2, 30, 5000), random.uniform(0, 1, 5000), random.pareto(3, 5000) / 20 + 0.01],
@@ -46,7 +46,7 @@ def test_shares_that_are_often_equal_are_in_the_middle_of_their_ranks() -> None:
     assert constant(np.array([[0.6]]))[0, 0] > 2.5
 
 
-def test_without_clean_moments_scores_are_log_odds() -> None:
+def test_without_clean_frames_scores_are_log_odds() -> None:
     shares = np.array([[0.0, 0.5], [1.0, 0.2]])
     scores = NormalScores.plain(2)(shares)
     np.testing.assert_array_equal(scores, log_odds(shares))

@@ -11,7 +11,7 @@ from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
 from avsec_gym.validation.evidence.disparity_error import DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.repair.damage import located_damage
-from avsec_gym.validation.state_posterior import Verdict
+from avsec_gym.validation.state_posterior import SensorStatus
 from avsec_gym.validation.validator import Validation
 
 SYSTEM = SensorSystem((LIDAR, 2, 1, 0))
@@ -20,10 +20,10 @@ SYSTEM = SensorSystem((LIDAR, 2, 1, 0))
 def said_of(
     frame: SensorFrame, attacked: set[Sensor], doubtful: frozenset[Sensor] = frozenset()
 ) -> Validation:
-    verdicts: dict[Sensor, Verdict] = dict.fromkeys(SYSTEM.sensors, Verdict.SOUND)
-    verdicts |= dict.fromkeys(attacked, Verdict.ATTACKED)
-    verdicts |= dict.fromkeys(doubtful, Verdict.CANNOT_TELL)
-    return Validation(bool(attacked), verdicts, DisparityErrors(DisparityMaps(frame, SYSTEM)))
+    statuses: dict[Sensor, SensorStatus] = dict.fromkeys(SYSTEM.sensors, SensorStatus.SOUND)
+    statuses |= dict.fromkeys(attacked, SensorStatus.ATTACKED)
+    statuses |= dict.fromkeys(doubtful, SensorStatus.CANNOT_TELL)
+    return Validation(bool(attacked), statuses, DisparityErrors(DisparityMaps(frame, SYSTEM)))
 
 
 def test_light_is_where_it_shines(soft_wall: SensorFrame) -> None:

@@ -1,6 +1,6 @@
 """What is a validator before the detector worth?  Drives with and without attack and defence.
 
-Every moment of the judged drives is one situation.  An attack begins with a drive's first frame and
+Every frame of the judged drives is one situation.  An attack begins with a drive's first frame and
 stays as it is: the same spot of light, the same bogus return.
 """
 
@@ -43,9 +43,9 @@ from avsec_gym.runs.experiment import (
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
-from avsec_gym.validation.moments import Recordings, drive_of
+from avsec_gym.validation.recordings import Recordings, drive_of
 from avsec_gym.validation.response import Response
-from avsec_gym.validation.state_posterior import Verdict
+from avsec_gym.validation.state_posterior import SensorStatus
 
 NO_ATTACK, UNDEFENDED = "none", "undefended"
 """As settings name them: ``oracle none undefended``, ``stereo_rcnn lidar+3 drop``."""
@@ -73,12 +73,12 @@ _WORK = f"{__name__}:DefendedDrives"
 
 
 def defence_cells(configuration: Configuration) -> list[Cell]:
-    """A cell for every moment and attack, drive by drive."""
+    """A cell for every frame and attack, drive by drive."""
     recordings = _judged(configuration)
     at_once = {**OPTIONS, **configuration.options}["attacked_at_once"]
     return [
-        Cell.of(_WORK, drive_of(moment.id), attack=attack, number=number)
-        for number, moment in enumerate(recordings.moments)
+        Cell.of(_WORK, drive_of(recorded.id), attack=attack, number=number)
+        for number, recorded in enumerate(recordings.frames)
         for attack in attacks_on(recordings.system, at_once)
     ]
 
@@ -104,7 +104,7 @@ def _judged(configuration: Configuration) -> Recordings:
 
 
 class DefendedDrives:
-    """Attacks a moment, asks the validator, and drives: undefended, and with each response.
+    """Attacks a frame, asks the validator, and drives: undefended, and with each response.
 
     Args:
         configuration: Of the run.
@@ -114,7 +114,7 @@ class DefendedDrives:
         self._options = {**OPTIONS, **configuration.options}
         self._seed = configuration.seed
         self._recordings = _judged(configuration)
-        self._drives = sorted({drive_of(moment.id) for moment in self._recordings.moments})
+        self._drives = sorted({drive_of(recorded.id) for recorded in self._recordings.frames})
         self._validator = defending_validator(configuration)
         self._networks = {
             name: self._network(name)
@@ -129,21 +129,25 @@ class DefendedDrives:
 
         Args:
             attack: See `attacks_on`.
-            number: Of the moment.
+            number: Of the frame.
         """
-        moment, seconds = self._recordings.moments[number], {}
-        clean = moment.frame()
-        scene = scene_of(clean, moment.id, number, self._seed)
+        recorded, seconds = self._recordings.frames[number], {}
+        clean = recorded.frame()
+        scene = scene_of(clean, recorded.id, number, self._seed)
         start = time.perf_counter()
-        tampered = self._tampered(attack, clean, moment.id)
+        tampered = self._tampered(attack, clean, recorded.id)
         seconds["attack"] = time.perf_counter() - start
         start = time.perf_counter()
         validation = self._validator.validate(tampered.frame)
         seconds["validator"] = time.perf_counter() - start
-        measurements = [Measurement(attack, moment.id, "alarm", float(validation.alarm))]
-        for sensor, said in validation.verdicts.items():
-            named = math.nan if said == Verdict.CANNOT_TELL else float(said == Verdict.ATTACKED)
-            measurements.append(Measurement(attack, moment.id, f"named {sensor}", named))
+        measurements = [Measurement(attack, recorded.id, "alarm", float(validation.alarm))]
+        for sensor, said in validation.statuses.items():
+            named = (
+                math.nan
+                if said == SensorStatus.CANNOT_TELL
+                else float(said == SensorStatus.ATTACKED)
+            )
+            measurements.append(Measurement(attack, recorded.id, f"named {sensor}", named))
         drives: list[DriveRow] = []
         for detector in self._detectors(clean, scene, tampered):
             undefended = self._pipeline(detector)
@@ -158,11 +162,11 @@ class DefendedDrives:
                 drives += _driven(pipeline, scene, believed, f"{detector.name} {attack} {response}")
         return CellResult(drives, measurements=measurements, seconds=seconds)
 
-    def _tampered(self, attack: str, clean: SensorFrame, moment: str) -> TamperedFrame:
+    def _tampered(self, attack: str, clean: SensorFrame, id: str) -> TamperedFrame:
         if attack == NO_ATTACK:
             return TamperedFrame(clean)
         sensors: list[Sensor] = [one if one == LIDAR else int(one) for one in attack.split("+")]
-        seed = (self._seed, 1 + self._drives.index(drive_of(moment)))
+        seed = (self._seed, 1 + self._drives.index(drive_of(id)))
         return thesis_attack(sensors, self._recordings.system.reference).attack(clean, seed)
 
     def _detectors(

@@ -38,16 +38,16 @@ def defence_sentences(summary: DefenceSummary) -> list[str]:
             hits = {response: hit for response, hit in shares.items() if hit["of"]}
             if not hits:
                 continue
-            told = ", ".join(f"{_percent(hit)} ({response})" for response, hit in hits.items())
+            shown = ", ".join(f"{_percent(hit)} ({response})" for response, hit in hits.items())
             count = next(iter(hits.values()))["of"]
             who = defended_detector(detector)
             whose = who[0].upper() + who[1:]
-            sentences.append(f"{whose}: of {count:,} cases that {which}, {told} {now}.")
+            sentences.append(f"{whose}: of {count:,} cases that {which}, {shown} {now}.")
     for (_, attack, response), one in worth.items():
         if attack == NO_ATTACK and response == Response.STOP:
             sentences.append(
                 f"Unattacked, a car that stops at alarms does so in {_percent(one.stopped)} of"
-                " the moments."
+                " the frames."
             )
             break
     return sentences

@@ -38,7 +38,7 @@ class StereoOracle:
     may stand under the pair's numbers: it knows them by their projections.
 
     Args:
-        clean: The moment before the attack.
+        clean: The frame before the attack.
         truth: What is there.
     """
 

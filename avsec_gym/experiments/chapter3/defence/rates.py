@@ -13,7 +13,7 @@ from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.metrics.paired import paired_differences
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.runs.results import Results
-from avsec_gym.validation.moments import drive_of
+from avsec_gym.validation.recordings import drive_of
 from avsec_gym.validation.response import Response
 
 Share = Mapping[str, Any]
@@ -67,8 +67,8 @@ class DefenceRow:
 
     def to_json(self) -> dict[str, Any]:
         """All figures in one object."""
-        told = {"detector": self.detector, "attack": self.attack, "response": self.response}
-        return {**told, **self.rates.to_json(), **(vars(self.worth) if self.worth else {})}
+        case = {"detector": self.detector, "attack": self.attack, "response": self.response}
+        return {**case, **self.rates.to_json(), **(vars(self.worth) if self.worth else {})}
 
 
 @dataclass(frozen=True)
@@ -193,8 +193,8 @@ def frames_to_alarm(alarms: dict[str, bool]) -> dict[str, int]:
         {'0': 1, '1': 1, 'never': 1}
     """
     drives: dict[str, list[bool]] = {}
-    for moment in sorted(alarms):
-        drives.setdefault(drive_of(moment), []).append(alarms[moment])
+    for id in sorted(alarms):
+        drives.setdefault(drive_of(id), []).append(alarms[id])
     firsts = Counter(said.index(True) for said in drives.values() if any(said))
     counted = {str(frame): firsts[frame] for frame in sorted(firsts)}
     return {**counted, "never": len(drives) - sum(firsts.values())}
@@ -219,8 +219,8 @@ def _worth(
     collided = [(id, now) for id, was, now in were if was.collision]
     before = {drive: record.collision for drive, record in clean.items()}
     safe = {drive: record.safe for drive, record in clean.items()}
-    # A moment is stopped in for every intention, or for none.
-    moments = [(id, now) for id, _, now in were if now.intention == pairs[0][1].intention]
+    # A frame is stopped in for every intention, or for none.
+    frames = [(id, now) for id, _, now in were if now.intention == pairs[0][1].intention]
     return Worth(
         avoided=_share((id, not now.collision) for id, now in collided),
         avoided_of_attack=_share(
@@ -231,7 +231,7 @@ def _worth(
             (id, now.safe) for id, was, now in were if not was.safe and safe.get(_drive(now))
         ),
         given_up=_share((id, not now.planned) for id, was, now in were if was.safe),
-        stopped=_share((id, now.reason == STOPPED) for id, now in moments),
+        stopped=_share((id, now.reason == STOPPED) for id, now in frames),
         paired=paired_differences([was for was, _ in pairs], [now for _, now in pairs]),
     )
 

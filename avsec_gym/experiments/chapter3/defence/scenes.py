@@ -1,4 +1,4 @@
-"""What is really there at a moment of a raw drive: its scene."""
+"""What is really there at a frame of a raw drive: its scene."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from avsec_gym.storage.json_files import read_json
 
 
 def scene_of(frame: SensorFrame, id: str, number: int, seed: int = 0) -> Scene:
-    """The scene of a moment.
+    """The scene of a frame.
 
     A procedural drive has labels, moving flags and the road type of every frame.  Of a real one
     the tracklets are taken, which say where things are, but not that they move: all stand, on a

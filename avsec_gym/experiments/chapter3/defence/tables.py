@@ -54,11 +54,11 @@ def _worth_table(rows: Sequence[DefenceRow]) -> Table:
             *("avoided of the attack’s", "caused", "safe again", "given up", "stopped in"),
         ],
         lines,
-        "A case is a moment, an intention and an attack. Safe: reach the goal without a collision."
+        "A case is a frame, an intention and an attack. Safe: reach the goal without a collision."
         " Avoided: do not collide any more, of the cases that did; of the attack’s: of those that"
         " did only under attack. Caused: collide now, of those that did not. Safe again: of those"
         " that the attack made unsafe, such as by a blocked road. Given up: were safe and reach no"
-        " goal any more. Stopped in: moments; false stops where nothing is attacked."
+        " goal any more. Stopped in: frames; false stops where nothing is attacked."
         f" {INTERVALS}",
         names=3,
     )
@@ -70,12 +70,12 @@ def _alarm_table(rows: Sequence[AlarmRow]) -> Table:
         shares = [_share(row.alarms), _share(row.named_exactly)]
         lines.append([name(attacked_sensors(row.attack)), *shares, *_first_alarms(row)])
     return Table(
-        "How soon an attack is noticed",
+        "How soon an attack is detected",
         ["attacked", "alarms, %", "named exactly, %", "at once, %", "later", "never, %"],
         lines,
-        "Alarms: of moments; named exactly: the attacked sensors and no others. At once: of drives,"
+        "Alarms: of frames; named exactly: the attacked sensors and no others. At once: of drives,"
         " an alarm in the first frame of the attack; later: how many of them after how many"
-        " frames. A validator knows no earlier moment, so that it waits for what the scene hides.",
+        " frames. A validator knows no earlier frame, so that it waits for what the scene hides.",
     )
 
 

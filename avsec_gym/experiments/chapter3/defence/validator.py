@@ -71,7 +71,7 @@ def fitted_file(configuration: Configuration) -> Path:
         )
     check_parts(configuration)
     recordings, depth = recordings_of(configuration, FITTED), PairDepth(options["depth"])
-    names = [moment.id for moment in recordings.moments]
+    names = [recorded.id for recorded in recordings.frames]
     known = [str(recordings.root.resolve()), recordings.system.sensors, depth.settings, names]
     key = hashlib.sha256(f"{_sources()} {json.dumps(known)}".encode()).hexdigest()[:16]
     folder = cache_folder() / "thresholds"
@@ -79,9 +79,9 @@ def fitted_file(configuration: Configuration) -> Path:
     path = folder / f"{key}.json"
     with folder_lock(folder, wait=True, what="a validator's thresholds"):
         if not path.is_file():
-            _LOG.warning("measuring thresholds on %d clean moments, once", len(names))
+            _LOG.warning("measuring thresholds on %d clean frames, once", len(names))
             data = {"recordings": recordings.root.name}
-            clean = CleanFrames(recordings.moments, recordings.system, depth, data)
+            clean = CleanFrames(recordings.frames, recordings.system, depth, data)
             samples = folder / f"{key}.samples.jsonl"
             with console.progress("measuring clean frames") as shown:
                 table = fit_threshold_table(clean, samples=samples, on_progress=shown)

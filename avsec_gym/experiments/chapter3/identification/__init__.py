@@ -1,1 +1,1 @@
-"""Is an attack noticed, and are the attacked sensors named?  Tables 3.1 and 3.2."""
+"""Is an attack detected, and are the attacked sensors named?  Tables 3.1 and 3.2."""

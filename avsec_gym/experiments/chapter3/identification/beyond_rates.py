@@ -1,4 +1,4 @@
-"""Attacks beyond the thesis' settings: are they noticed, and is the attacked sensor named?"""
+"""Detection and identification rates of attacks beyond the thesis' settings."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ RATE = 0.01
 def beyond_rates(
     fitted: EvidenceTable, judged: Mapping[str, EvidenceTable], on: FittedOn, model: LikelihoodModel
 ) -> list[dict[str, Any]]:
-    """For each kind of attack and sensor how often it is noticed, and this sensor alone named.
+    """For each kind of attack and sensor how often it is detected, and this sensor alone named.
 
     Args:
-        fitted: Whose clean moments give the thresholds.
-        judged: By kind (`BEYOND`), moments in the states with one attacked sensor (`alone`).
-        on: What the thresholds hold for.
-        model: Fitted on the same moments.
+        fitted: The frames whose clean states give the thresholds.
+        judged: By kind (`BEYOND`), frames in the states with one attacked sensor (`alone`).
+        on: The sensors and the depth that the thresholds hold for.
+        model: The likelihood model that was fitted on the same frames.
 
     Returns:
-        Rows with ``kind`` and ``sensor`` (0 for S_0); ``noticed``, by the first of `SCENARIOS` that
-        holds the sensor, and ``noticed_by_error`` of E alone; ``named`` by algorithm 2, and
+        Rows with ``kind`` and ``sensor`` (0 for S_0); ``detected``, by the first of `SCENARIOS`
+        that holds the sensor, and ``detected_by_error`` by E alone; ``named`` by algorithm 2, and
         ``named_likeliest`` by maximum likelihood.
     """
     rows = []
@@ -49,11 +49,11 @@ def beyond_rates(
             triple = next(triple for triple in SCENARIOS.values() if sensor in triple)
             column = on.system.triples.index(triple)
             shares = {
-                "noticed": alarms[:, sensor, column],
-                "noticed_by_error": by_error[:, sensor, column],
+                "detected": alarms[:, sensor, column],
+                "detected_by_error": by_error[:, sensor, column],
                 "named": exact[0][:, sensor],
                 "named_likeliest": exact[1][:, sensor],
             }
-            told = {name: share_of(hits, table.drives) for name, hits in shares.items()}
-            rows.append({"kind": kind, "sensor": sensor, **told})
+            rates = {name: share_of(hits, table.drives) for name, hits in shares.items()}
+            rows.append({"kind": kind, "sensor": sensor, **rates})
     return rows

@@ -1,4 +1,4 @@
-"""Is an attack on one of three sensors noticed?  The two systems of section 3.3."""
+"""Is an attack on one of three sensors detected?  The two systems of section 3.3."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ def exceeded(
     rate: float,
     criterion: Criterion = "any",
 ) -> NDArray[np.bool_]:
-    """e_{i,j,k} of all judged moments, shape (N, states, triples).
+    """e_{i,j,k} of all judged frames, shape (N, states, triples).
 
     Args:
-        fitted: Whose clean moments give the thresholds.
+        fitted: Whose clean frames give the thresholds.
         judged: Others.
         on: What the thresholds hold for.
         rate: r.
@@ -45,10 +45,10 @@ def detection_rates(
     criterion: Criterion = "any",
     rates: Sequence[float] = RATES,
 ) -> list[dict[str, Any]]:
-    """For each scenario and r the share of attacks noticed, in every case and on average.
+    """For each scenario and r the share of attacks detected, in every case and on average.
 
     Args:
-        fitted: Whose clean moments give the thresholds.
+        fitted: Whose clean frames give the thresholds.
         judged: Others, whose attacks are looked for.
         on: What the thresholds hold for.
         criterion: See `ThresholdTable.thresholds`.
@@ -56,7 +56,7 @@ def detection_rates(
 
     Returns:
         Rows with ``scenario``, ``rate``, ``cases`` (attacked sensors -> share), their mean
-        ``average`` and its ``interval``, and ``false_alarms`` on clean moments.
+        ``average`` and its ``interval``, and ``false_alarms`` on clean frames.
     """
     rows = []
     for rate in rates:
@@ -79,12 +79,12 @@ def detection_rates(
 def case_rates(
     alarms: NDArray[np.bool_], cases: Mapping[int, tuple[int, ...]], drives: Sequence[str]
 ) -> dict[str, Any]:
-    """How often an alarm is raised in each attack case, on average, and on clean moments.
+    """How often an alarm is raised in each attack case, on average, and on clean frames.
 
     Args:
-        alarms: Of N moments in all states, shape (N, states).
+        alarms: Of N frames in all states, shape (N, states).
         cases: See `attack_cases_of`.
-        drives: Of the moments.
+        drives: Of the frames.
 
     Returns:
         ``cases``, ``average``, ``interval`` and ``false_alarms``, see `detection_rates`.

@@ -24,7 +24,7 @@ def case_distributions(judged: EvidenceTable) -> list[dict[str, Any]]:
 
     Returns:
         Rows with ``scenario``; ``largest``, up to where there are forty equal bins from 0;
-        ``clean``, and by name ``cases``: the share of moments in each bin; ``bounds``, see
+        ``clean``, and by name ``cases``: the share of frames in each bin; ``bounds``, see
         `ERROR_BOUNDS`: with ``clean_below`` the first, and ``attacked_above`` the second.
     """
     rows = []

@@ -18,39 +18,39 @@ from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import SensorSystem
 from avsec_gym.validation.evidence.disparity_error import MEASURES
 from avsec_gym.validation.evidence.evidence import evidence_elements
-from avsec_gym.validation.moments import drive_of
+from avsec_gym.validation.recordings import drive_of
 from avsec_gym.validation.state_posterior import States, state_vectors
 
 
 @dataclass(frozen=True, eq=False)
 class EvidenceTable:
-    """Of N moments in some states: all 2^(n+1), in the order of `state_vectors`, or `alone`.
+    """Of N frames in some states: all 2^(n+1), in the order of `state_vectors`, or `alone`.
 
     Args:
         system: Of sensors.
-        moments: Their ids.
+        frames: Their ids.
         shares: The evidence as of `gather_evidence`, shape (N, states, M).
         of_triples: `OF_TRIPLES` of every triple, shape (N, states, 2, triples).
     """
 
     system: SensorSystem
-    moments: Sequence[str]
+    frames: Sequence[str]
     shares: Floats
     of_triples: Floats
 
     def __len__(self) -> int:
-        return len(self.moments)
+        return len(self.frames)
 
-    def without(self, moments: Container[str]) -> EvidenceTable:
-        """The other moments."""
-        kept = [i for i, moment in enumerate(self.moments) if moment not in moments]
-        ids = [self.moments[i] for i in kept]
+    def without(self, frames: Container[str]) -> EvidenceTable:
+        """The other frames."""
+        kept = [i for i, id in enumerate(self.frames) if id not in frames]
+        ids = [self.frames[i] for i in kept]
         return EvidenceTable(self.system, ids, self.shares[kept], self.of_triples[kept])
 
     @property
     def drives(self) -> list[str]:
-        """Of each moment its drive."""
-        return [drive_of(moment) for moment in self.moments]
+        """Of each frame its drive."""
+        return [drive_of(id) for id in self.frames]
 
     @property
     def measures(self) -> Floats:
@@ -69,7 +69,7 @@ class EvidenceTable:
 def evidence_table(
     results: Results, kind: str, system: SensorSystem, states: States | None = None
 ) -> EvidenceTable:
-    """Read what `StateEvidences` stored; moments that are not whole are left out.
+    """Read what `StateEvidences` stored; frames that are not whole are left out.
 
     Args:
         results: Of a run.
@@ -90,12 +90,12 @@ def evidence_table(
             values = found.setdefault(row["scenario"], np.full((len(states), len(names)), np.nan))
             if row["name"] in column:  # Others are of earlier versions.
                 values[index, column[row["name"]]] = row["value"]
-    whole = sorted(moment for moment, values in found.items() if np.isfinite(values).all())
+    whole = sorted(id for id, values in found.items() if np.isfinite(values).all())
     if not whole:
         raise ConfigurationError(
-            f"the run has no whole moment of the kind {kind!r} of {len(system)} sensors: go on with"
+            f"the run has no whole frame of the kind {kind!r} of {len(system)} sensors: go on with"
             " the run that this report is of"
         )
-    stacked = np.stack([found[moment] for moment in whole])
+    stacked = np.stack([found[id] for id in whole])
     of_triples = stacked[..., len(elements) :].reshape(*stacked.shape[:2], len(OF_TRIPLES), -1)
     return EvidenceTable(system, whole, stacked[..., : len(elements)], of_triples)

@@ -19,7 +19,7 @@ from avsec_gym.experiments.chapter3.recordings import (
     JUDGED,
     drives_inputs,
     fitted_to,
-    moment_cells,
+    frame_cells,
 )
 from avsec_gym.experiments.chapter3.settings import RATES
 from avsec_gym.runs.experiment import Cell, Configuration
@@ -31,7 +31,7 @@ from avsec_gym.validation.state_posterior import state_vectors
 FIVE = SensorSystem((LIDAR, 1, 3, 0, 2))
 """All sensors of the rig, cameras from right to left."""
 FEWEST = 20
-"""Moments of each part, below which nothing is summed up."""
+"""Frames of each part, below which nothing is summed up."""
 
 _WORK = f"{__name__}:FiveStateEvidences"
 
@@ -44,9 +44,9 @@ class FiveStateEvidences(StateEvidences):
 
 
 def five_cells(configuration: Configuration) -> list[Cell]:
-    """A cell for every moment, first those that are fitted on."""
+    """A cell for every frame, first those that are fitted on."""
     parts = (FITTED, JUDGED)
-    return moment_cells(_WORK, configuration, parts, FIVE, format=EVIDENCE_FORMAT)
+    return frame_cells(_WORK, configuration, parts, FIVE, format=EVIDENCE_FORMAT)
 
 
 def five_inputs(configuration: Configuration) -> dict[str, Path]:
@@ -55,10 +55,10 @@ def five_inputs(configuration: Configuration) -> dict[str, Path]:
 
 
 def five_summary(results: Results, configuration: Configuration) -> dict[str, Any] | None:
-    """What is named of five sensors; None where either part has fewer than `FEWEST` moments.
+    """What is named of five sensors; None where either part has fewer than `FEWEST` frames.
 
     Returns:
-        ``moments`` of each part, and ``identification``: `rates_of_methods`.
+        ``frames`` of each part, and ``identification``: `rates_of_methods`.
     """
     nobody = bits(state_vectors(len(FIVE))[0])
     counts = {
@@ -70,4 +70,4 @@ def five_summary(results: Results, configuration: Configuration) -> dict[str, An
     fitted, judged = (evidence_table(results, part, FIVE) for part in (FITTED, JUDGED))
     on = fitted_to(configuration, FIVE)
     rows = rates_of_methods(fitted, judged, on, fitted_model(fitted, on), RATES)
-    return {"moments": {FITTED: len(fitted), JUDGED: len(judged)}, "identification": rows}
+    return {"frames": {FITTED: len(fitted), JUDGED: len(judged)}, "identification": rows}

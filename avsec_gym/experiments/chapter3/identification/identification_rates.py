@@ -19,23 +19,23 @@ from avsec_gym.validation.identification import identify_attacked_sensors
 from avsec_gym.validation.likelihood.likelihood_of_clean import likelihood_of_clean
 from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
 from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
-from avsec_gym.validation.state_posterior import Verdict, state_vectors
+from avsec_gym.validation.state_posterior import SensorStatus, state_vectors
 from avsec_gym.validation.thresholds import Criterion
 
 CRITERIA: tuple[Criterion, ...] = ("error", "any")
-"""E alone, as in the thesis; and all shares that a triple gives."""
+"""E alone, as in the thesis; and all shares of a triple."""
 
 
 class Concluded(NamedTuple):
-    """What was concluded of N moments in some states."""
+    """What was concluded of N frames in some states."""
 
     sensors: NDArray[np.bool_]
     """The sensor state vectors, shape (N, states, n + 1)."""
-    told: NDArray[np.bool_]
-    """Of whom the validator says that they are attacked, the same shape: fewer, where it says that
-    it cannot tell."""
+    reported: NDArray[np.bool_]
+    """The sensors that the validator reports as attacked, the same shape: fewer, where it reports
+    that their status is open."""
     alarms: NDArray[np.bool_]
-    """Whether an attack is reported, perhaps of nobody knows whom, shape (N, states)."""
+    """Whether an attack is reported, perhaps without a named sensor, shape (N, states)."""
 
 
 def algorithm_2(
@@ -45,46 +45,59 @@ def algorithm_2(
     rate: float,
     criterion: Criterion = "any",
 ) -> Concluded:
-    """What algorithm 2 concludes of every judged moment in every state.
+    """What algorithm 2 concludes of every judged frame in every state.
 
-    As the thesis has it, and as `ThresholdValidator` tells it: that names nobody where no two
-    sensors agree, and an error that nobody who is named explains is an alarm, too.
+    Both as the thesis states it, and as `ThresholdValidator` reports it: the validator names no
+    sensor where no two sensors agree, and an error that no named sensor explains is an alarm, too.
+
+    Args:
+        fitted: The frames whose clean states give the thresholds.
+        judged: Other frames.
+        on: The sensors and the depth that the thresholds hold for.
+        rate: r.
+        criterion: See `ThresholdTable.thresholds`.
     """
     state_vector = exceeded(fitted, judged, on, rate, criterion)
     sensors, triples = len(on.system), on.system.triples
-    # There are few different vectors e; each is decoded once.
+    # Few vectors e differ from each other; each is decoded once.
     patterns, which = np.unique(state_vector.reshape(-1, len(triples)), axis=0, return_inverse=True)
-    named, told = np.zeros((2, len(patterns), sensors), bool)
+    named, reported = np.zeros((2, len(patterns), sensors), bool)
     alarms = np.zeros(len(patterns), bool)
     for number, pattern in enumerate(patterns):
         e = dict(zip(triples, pattern.tolist(), strict=True))
         answer = identify_attacked_sensors(e.__getitem__, sensors)
         named[number, list(answer.attacked)] = True
-        told[number, list(answer.named)] = True
+        reported[number, list(answer.named)] = True
         alarms[number] = bool(answer.named or answer.doubtful)
     which = which.reshape(state_vector.shape[:2])
-    return Concluded(named[which], told[which], alarms[which])
+    return Concluded(named[which], reported[which], alarms[which])
 
 
 def fitted_model(fitted: EvidenceTable, on: FittedOn) -> LikelihoodModel:
-    """p(evidence | **s**) of every state of the fitted moments."""
+    """p(evidence | **s**) of every state of the fitted frames."""
     return likelihood_of_clean(on, fitted.shares, fitted.drives)
 
 
 def maximum_likelihood(
     model: LikelihoodModel, judged: EvidenceTable, rate: float, prior: Floats | None = None
 ) -> Concluded:
-    """What the most probable state vector is, of every judged moment in every state.
+    """What the most probable state vector is, of every judged frame in every state.
 
-    And what `LikelihoodValidator` tells of it, by the certainty that it comes with.
+    And what `LikelihoodValidator` reports of it, by its default certainty.
+
+    Args:
+        model: The likelihood model.
+        judged: The frames, in all states.
+        rate: r.
+        prior: See `LikelihoodModel.posterior`.
     """
-    moments, states, elements = judged.shares.shape
+    frames, states, elements = judged.shares.shape
     decoding = model.decode(judged.shares.reshape(-1, elements), rate, prior)
-    verdicts = np.array(decoding.verdicts(LikelihoodValidator.certainty))
+    statuses = np.array(decoding.statuses(LikelihoodValidator.certainty))
     return Concluded(
-        decoding.states.reshape(moments, states, -1),
-        (verdicts == Verdict.ATTACKED).reshape(moments, states, -1),
-        decoding.alarms.reshape(moments, states),
+        decoding.states.reshape(frames, states, -1),
+        (statuses == SensorStatus.ATTACKED).reshape(frames, states, -1),
+        decoding.alarms.reshape(frames, states),
     )
 
 
@@ -98,11 +111,11 @@ def rates_of_methods(
     """Rows of `identification_rates` of every way to identify, with its ``method``.
 
     Args:
-        fitted: Whose clean moments give the thresholds.
-        judged: Others.
-        on: What thresholds and model hold for.
-        model: Fitted on the same moments.
-        rates: r.
+        fitted: The frames whose clean states give the thresholds.
+        judged: Other frames.
+        on: The sensors and the depth that thresholds and model hold for.
+        model: The likelihood model that was fitted on the same frames.
+        rates: The values of r.
     """
     methods: dict[str, Callable[[float], Concluded]] = {
         f"algorithm 2, {criterion}": partial(algorithm_2, fitted, judged, on, criterion=criterion)
@@ -122,20 +135,19 @@ def identification_rates(
     sensors: int,
     rates: Sequence[float] = RATES,
 ) -> list[dict[str, Any]]:
-    """For each r the share of moments in which exactly the attacked sensors were named.
+    """For each r the share of frames in which exactly the attacked sensors were named.
 
     Args:
-        conclude: What is concluded at r, of all states.
-        drives: Of the judged moments.
-        sensors: n + 1.
-        rates: r.
+        conclude: A function of r that gives what is concluded of all frames in all states.
+        drives: The drive of each judged frame.
+        sensors: The number of sensors, n + 1.
+        rates: The values of r.
 
     Returns:
         Rows with ``rate``; ``sensors``, the share for an attack on each alone; ``together``, by how
-        many are attacked, as text, up to n - 2; ``average`` over
-        every set of up to n - 2 sensors, with ``interval``; ``told``, that of the validator's own
-        words; ``beyond``, the average over larger sets; and ``false_alarms`` on clean moments,
-        whoever is named.
+        many are attacked, as text, up to n - 2; ``average`` over every set of up to n - 2 sensors,
+        with ``interval``; ``reported``, the same of what the validator reports; ``beyond``, the
+        average over larger sets; and ``false_alarms`` on clean frames, whichever sensor is named.
     """
     states = state_vectors(sensors)
     within, beyond = at_most(states, sensors - 3), at_most(states, sensors)
@@ -144,7 +156,7 @@ def identification_rates(
     for rate in rates:
         found = conclude(rate)
         exact = (found.sensors == states).all(axis=2)
-        told = (found.told == states).all(axis=2)
+        reported = (found.reported == states).all(axis=2)
         average = share_of(exact[:, within], drives)
         rows.append(
             {
@@ -158,7 +170,7 @@ def identification_rates(
                 },
                 "average": average["rate"],
                 "interval": average["interval"],
-                "told": share_of(told[:, within], drives),
+                "reported": share_of(reported[:, within], drives),
                 "beyond": share_of(exact[:, beyond], drives),
                 "false_alarms": share_of(found.alarms[:, 0], drives),
             }

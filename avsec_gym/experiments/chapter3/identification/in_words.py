@@ -17,16 +17,16 @@ def validation_sentences(summary: Mapping[str, Any]) -> list[str]:
     Args:
         summary: Of `avsec_gym.experiments.chapter3.identification.summary.validation_summary`.
     """
-    noticed = {
+    detected = {
         (row["scenario"], row["criterion"]): row
         for row in summary["detection"]
         if row["rate"] == _RATE
     }
     sentences = []
-    for scenario in dict.fromkeys(scenario for scenario, _ in noticed):
-        alone, every = noticed[scenario, "error"], noticed[scenario, "any"]
+    for scenario in dict.fromkeys(scenario for scenario, _ in detected):
+        alone, every = detected[scenario, "error"], detected[scenario, "any"]
         sentences.append(
-            f"{scenario[0].upper()}{scenario[1:]} notice {_percent(every['average'])} of the"
+            f"{scenario[0].upper()}{scenario[1:]} detect {_percent(every['average'])} of the"
             f" thesis’ attacks at r = 1 % ({_percent(alone['average'])} by E alone), with"
             f" {_percent(every['false_alarms']['rate'])} false alarms."
         )
@@ -40,23 +40,23 @@ def validation_sentences(summary: Mapping[str, Any]) -> list[str]:
         f" {_percent(likeliest['false_alarms']['rate'])} false alarms."
     )
     if summary["beyond"]:
-        least = min(summary["beyond"], key=lambda row: row["noticed"]["rate"])
+        least = min(summary["beyond"], key=lambda row: row["detected"]["rate"])
         kind = BEYOND_IN_WORDS[least["kind"], least["sensor"] == 0]
         sentences.append(
-            "Attacks beyond the thesis’ settings are noticed less: least"
-            f" {kind} on S{least['sensor']}, in {_percent(least['noticed']['rate'])} of the"
-            " moments."
+            "Attacks beyond the thesis’ settings are detected less often: least"
+            f" {kind} on S{least['sensor']}, in {_percent(least['detected']['rate'])} of the"
+            " frames."
         )
     return sentences
 
 
-def five_sentence(told: Mapping[str, Any]) -> str:
-    """What is named of five sensors, at r = 1 %.
+def five_sentence(summary: Mapping[str, Any]) -> str:
+    """The identification rates of five sensors, at r = 1 %.
 
     Args:
-        told: Of `avsec_gym.experiments.chapter3.identification.five_sensors.five_summary`.
+        summary: The figures that `five_sensors.five_summary` gives.
     """
-    rows = {row["method"]: row for row in told["identification"] if row["rate"] == _RATE}
+    rows = {row["method"]: row for row in summary["identification"] if row["rate"] == _RATE}
     by_algorithm, likeliest = rows["algorithm 2, any"], rows["maximum likelihood"]
     one, two = (
         [_percent(row["together"][count]["rate"]) for row in (by_algorithm, likeliest)]

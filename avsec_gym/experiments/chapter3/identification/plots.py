@@ -1,6 +1,6 @@
-"""What sensors say of each other, and what follows from it: figures 3.5 to 3.10 of the thesis.
+"""Disparity errors and the rates that follow from them: figures 3.5 to 3.10 of the thesis.
 
-And how far probabilities keep what they promise, which the thesis has none of.
+A reliability diagram of the probabilities, which the thesis does not give, stands beside them.
 """
 
 from __future__ import annotations
@@ -48,14 +48,14 @@ def figures_of_validation(summary: Mapping[str, Any]) -> list[Figure]:
             )
             for case, shares in row["cases"].items()
         ]
-        title = f"Figure {shown}: disparity error E of {row['scenario']}, share of moments in %"
+        title = f"Figure {shown}: disparity error E of {row['scenario']}, share of frames in %"
         legend = [line_key(_CLEAN, "not attacked"), line_key(_ATTACKED, "attacked")]
         figures.append(Figure(title, panels, legend, note=_bounds_note(row)))
         detection = [one for one in summary["detection"] if one["scenario"] == row["scenario"]]
         figures.append(_detection_figure(curves, row["scenario"], detection))
     figures.append(_reference_figure(summary["reference_distributions"]))
     figures.append(_identification_figure(summary["identification"]))
-    figures.append(_reliability_figure(summary["honesty"]))
+    figures.append(_reliability_figure(summary["calibration"]))
     return figures
 
 
@@ -74,10 +74,10 @@ def _detection_figure(figure: str, scenario: str, rows: Sequence[Row]) -> Figure
         kind: _curve(rows, criterion, lambda row: row["average"])
         for criterion, kind in _CRITERION_KINDS.items()
     }
-    told = [
+    of_thesis = [
         (100 * rate, 100 * rated) for (name, rate), rated in DETECTION.items() if name == scenario
     ]
-    panels.append(_curves("mean of the seven cases", mean, told))
+    panels.append(_curves("mean of the seven cases", mean, of_thesis))
     legend = [line_key(kind, CRITERIA[criterion]) for criterion, kind in _CRITERION_KINDS.items()]
     legend.append(line_key("thin line-0", "false alarms, of all four shares"))
     title = f"Figure {figure}: detection rate over r, {scenario}, %"
@@ -95,7 +95,7 @@ def _identification_figure(rows: Sequence[Row]) -> Figure:
             ]
             for method, kind in _METHOD_KINDS.items()
         }
-        thesis = [(100 * rate, 100 * told[place]) for rate, told in IDENTIFICATION.items()]
+        thesis = [(100 * rate, 100 * rates[place]) for rate, rates in IDENTIFICATION.items()]
         panels.append(_curves(_attacked(sensor), lines, thesis))
     legend = [line_key(kind, METHODS[method]) for method, kind in _METHOD_KINDS.items()]
     return Figure(
@@ -119,39 +119,43 @@ def _reference_figure(rows: Sequence[Row]) -> Figure:
         line_key(_CLEAN, "no sensor of the triple attacked"),
         line_key(_ATTACKED, "one of them attacked"),
     ]
-    title = "Figure 3.9: disparity errors that the reference is in, share of moments in %"
+    title = "Figure 3.9: disparity errors that the reference is in, share of frames in %"
     notes = [_bounds_note(row, error_name(row["triple"])) for row in rows if "bounds" in row]
     return Figure(title, panels, legend, columns=5, note=" ".join(notes))
 
 
-def _reliability_figure(told: Row) -> Figure:
+def _reliability_figure(calibration: Row) -> Figure:
     return Figure(
-        "Do probabilities keep what they promise? Share of sensors that were attacked, %",
+        "Are the probabilities calibrated? Share of sensors that were attacked, %",
         [
-            _reliability_panel("by the prior as it comes", told["reliability"]),
-            _reliability_panel("all states alike", told["all_alike"]["reliability"]),
+            _reliability_panel("by the prior as it comes", calibration["reliability"]),
+            _reliability_panel("all states alike", calibration["all_alike"]["reliability"]),
         ],
         note="By maximum likelihood, in tenths of P(attacked), with every state as often as the"
         " prior expects it, or all of them equally often, most of them beyond n − 2; on the line,"
-        " it is as was said. Whiskers: 95 % intervals, Wilson's, as if drives were independent;"
-        " where few clean moments carry most of the weight, they are wide.",
+        " prediction and observation agree. Whiskers: 95 % intervals, Wilson's, as if drives were"
+        " independent;"
+        " where few clean frames carry most of the weight, they are wide.",
     )
 
 
 def _reliability_panel(title: str, rows: Iterable[Row]) -> str:
     frame = _frame(100.0, 100.0)
-    parts = _axes(frame, title, "P(attacked) that was said, %")
+    parts = _axes(frame, title, "predicted P(attacked), %")
     parts.append(polyline([frame.at((0, 0)), frame.at((100, 100))], "thin of-soft"))
     for row in rows:
-        said, was = 100 * row["said"], 100 * row["was"]
+        predicted, observed = 100 * row["predicted"], 100 * row["observed"]
         low, high = (100 * bound for bound in row["interval"])
         hint = (
-            f"said {number(said)} %, so in {number(was)} % [{number(low)}, {number(high)}];"
+            f"predicted {number(predicted)} %, observed {number(observed)} %"
+            f" [{number(low)}, {number(high)}];"
             f" {number(100 * row['sensors'], digits=2)} % of all sensors"
         )
-        parts.append(polyline([frame.at((said, low)), frame.at((said, high))], f"thin {_ATTACKED}"))
-        parts.append(marker(frame.at((said, was)), "circle", f"small {_ATTACKED}", hint))
-    label = f"How often a sensor was attacked, over the probability that was said, {title}"
+        parts.append(
+            polyline([frame.at((predicted, low)), frame.at((predicted, high))], f"thin {_ATTACKED}")
+        )
+        parts.append(marker(frame.at((predicted, observed)), "circle", f"small {_ATTACKED}", hint))
+    label = f"How often a sensor was attacked, over the predicted probability, {title}"
     return drawing(_WIDTH, _HEIGHT, parts, label)
 
 
@@ -159,7 +163,7 @@ def _bounds_note(row: Row, name: str = "E") -> str:
     """Where the thesis draws the lines."""
     below, above = (f"{100 * bound:g} %" for bound in row["bounds"])
     return (
-        f"Dashed: the thesis finds {name} below {below} in clean moments, above {above} in attacked"
+        f"Dashed: the thesis finds {name} below {below} in clean frames, above {above} in attacked"
         " ones."
     )
 
@@ -195,9 +199,9 @@ def _curves(title: str, lines: Lines, thesis: Sequence[Point] = ()) -> str:
     frame = _frame(100.0, 100.0)
     parts = _axes(frame, title, "r, %")
     parts += [polyline([frame.at(one) for one in points], kind) for kind, points in lines.items()]
-    for rate, told in thesis:
-        hint = f"The thesis, r = {rate:g} %: {number(told, digits=2)}"
-        parts.append(marker(frame.at((rate, told)), "circle", "hollow small line-0", hint))
+    for rate, share in thesis:
+        hint = f"The thesis, r = {rate:g} %: {number(share, digits=2)}"
+        parts.append(marker(frame.at((rate, share)), "circle", "hollow small line-0", hint))
     return drawing(_WIDTH, _HEIGHT, parts, f"{title}: rates over r, in percent")
 
 

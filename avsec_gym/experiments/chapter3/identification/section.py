@@ -1,4 +1,4 @@
-"""What a run shows of attacks that sensors notice and name."""
+"""What a run shows of attacks that sensors detect and name."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ def validation_section(summary: Mapping[str, Any]) -> Section:
     """
     return Section(
         "validation",
-        "Is an attack noticed, and the attacked sensor named?",
+        "Is an attack detected, and the attacked sensor named?",
         validation_sentences(summary),
         [*tables_of_validation(summary), *figures_of_validation(summary)],
         link="Sensor data validation",
-        context=f"{summary['moments']['judged']} moments of {summary['drives']['judged']} drives,"
+        context=f"{summary['frames']['judged']} frames of {summary['drives']['judged']} drives,"
         f" on none of which anything was fitted; depth by {summary['depth']['name']}. S0 is the"
         " LiDAR, S1 to S3 are the cameras from right to left.",
     )

@@ -1,4 +1,4 @@
-"""What all sensors say of each other in all states, moment by moment: the work of chapter 3."""
+"""What all sensors say of each other in all states, frame by frame: the work of chapter 3."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from avsec_gym.experiments.chapter3.recordings import (
     OPTIONS,
     SYSTEM,
     drives_inputs,
-    moment_cells,
+    frame_cells,
     recordings_of,
     seed_of,
 )
@@ -34,8 +34,8 @@ _WORK = f"{__name__}:StateEvidences"
 
 
 def evidence_cells(configuration: Configuration) -> list[Cell]:
-    """A cell for every moment, first those that are fitted on."""
-    return moment_cells(_WORK, configuration, (FITTED, JUDGED), format=EVIDENCE_FORMAT)
+    """A cell for every frame, first those that are fitted on."""
+    return frame_cells(_WORK, configuration, (FITTED, JUDGED), format=EVIDENCE_FORMAT)
 
 
 def evidence_inputs(configuration: Configuration) -> dict[str, Path]:
@@ -44,7 +44,7 @@ def evidence_inputs(configuration: Configuration) -> dict[str, Path]:
 
 
 class StateEvidences:
-    """Attacks every sensor of a moment, and asks for the evidence of every state.
+    """Attacks every sensor of a frame, and asks for the evidence of every state.
 
     Args:
         configuration: Of the run.
@@ -65,16 +65,16 @@ class StateEvidences:
     def __call__(self, part: str, number: int, format: int) -> CellResult:
         """The evidence of every state, and all `MEASURES` of its triples.
 
-        Of a judged moment also the attacks that are ``beyond``, each on one sensor alone.
+        Of a judged frame also the attacks that are ``beyond``, each on one sensor alone.
 
         Args:
             part: `FITTED` or `JUDGED`.
-            number: Of the moment.
+            number: Of the frame.
             format: `EVIDENCE_FORMAT` of what is measured; cells of another one are done again.
         """
         recordings = self._parts[part]
-        moment, system = recordings.moments[number], recordings.system
-        frame, seed = moment.frame(), (self._seeds[part], number)
+        recorded, system = recordings.frames[number], recordings.system
+        frame, seed = recorded.frame(), (self._seeds[part], number)
         every = state_vectors(len(system))
         kinds = {part: every}
         if part == JUDGED:
@@ -87,7 +87,7 @@ class StateEvidences:
             tampered = tampered_frames(frame, system, kind, seed)
             attacked = time.perf_counter()
             evidence = evidence.otherwise({sensor: one.frame for sensor, one in tampered.items()})
-            rows += evidence_rows(evidence, kind, states, moment.id)
+            rows += evidence_rows(evidence, kind, states, recorded.id)
             found = time.perf_counter()
             name = f"evidence of {len(states)} states"
             seconds["attack"] = seconds.get("attack", 0.0) + attacked - start
@@ -114,10 +114,10 @@ def evidence_rows(evidence: StateEvidence, kind: str, states: States, id: str) -
     """What `evidence_table` reads.
 
     Args:
-        evidence: Of a moment under attacks of one kind.
+        evidence: Of a frame under attacks of one kind.
         kind: Of attack.
         states: Shape (N, n + 1).
-        id: Of the moment.
+        id: Of the frame.
     """
     rows = []
     elements = evidence_elements(evidence.system)

@@ -1,4 +1,4 @@
-"""What a run of chapter 3 comes to: detection, identification, honesty, as JSON."""
+"""What a run of chapter 3 comes to: detection, identification, calibration, as JSON."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from functools import partial
 from typing import Any
 
 from avsec_gym.experiments.chapter3.attacks import BEYOND
+from avsec_gym.experiments.chapter3.identification.adaptive_rates import adaptive_rates
 from avsec_gym.experiments.chapter3.identification.beyond_rates import beyond_rates
+from avsec_gym.experiments.chapter3.identification.calibration import calibration
 from avsec_gym.experiments.chapter3.identification.detection_rates import detection_rates
 from avsec_gym.experiments.chapter3.identification.error_distributions import (
     case_distributions,
@@ -16,7 +18,6 @@ from avsec_gym.experiments.chapter3.identification.evidence_table import (
     EvidenceTable,
     evidence_table,
 )
-from avsec_gym.experiments.chapter3.identification.honesty import honesty
 from avsec_gym.experiments.chapter3.identification.identification_rates import (
     CRITERIA,
     fitted_model,
@@ -24,7 +25,6 @@ from avsec_gym.experiments.chapter3.identification.identification_rates import (
     maximum_likelihood,
     rates_of_methods,
 )
-from avsec_gym.experiments.chapter3.identification.knowing_rates import knowing_rates
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import alone
 from avsec_gym.experiments.chapter3.recordings import (
     FITTED,
@@ -42,20 +42,20 @@ from avsec_gym.validation.state_posterior import attack_prior, state_vectors
 from avsec_gym.validation.thresholds import Criterion
 
 ALONE: tuple[Criterion, ...] = ("hole_share", "densest", "brightness")
-"""What each of the other shares notices by itself, at r = 1 %."""
+"""What each of the other shares detects by itself, at r = 1 %."""
 FEWEST = 20
-"""Moments of each part, below which nothing is summed up."""
+"""Frames of each part, below which nothing is summed up."""
 
 
 def validation_summary(
     results: Results, configuration: Configuration, looked_at: int = 0
 ) -> dict[str, Any] | None:
-    """All figures of a run; None where either part has fewer than `FEWEST` moments.
+    """All figures of a run; None where either part has fewer than `FEWEST` frames.
 
     Args:
         results: Of `avsec run identification`.
         configuration: Of the run.
-        looked_at: How many of the judged moments, the first ones, were looked at while the method
+        looked_at: How many of the judged frames, the first ones, were looked at while the method
             was made; ``unseen`` leaves them out.
 
     Raises:
@@ -73,7 +73,7 @@ def validation_summary(
     one = alone(state_vectors(len(SYSTEM)))
     beyond = {kind: evidence_table(results, kind, SYSTEM, one) for kind in BEYOND}
     return {
-        "moments": {FITTED: len(fitted), JUDGED: len(judged)},
+        "frames": {FITTED: len(fitted), JUDGED: len(judged)},
         "drives": {FITTED: len(set(fitted.drives)), JUDGED: len(set(judged.drives))},
         "depth": dict(on.depth),
         "detection": [
@@ -91,9 +91,9 @@ def validation_summary(
             (0.01,),
         ),
         "unseen": _unseen(looked_at, configuration, fitted, judged, on, model),
-        "honesty": honesty(model, judged),
+        "calibration": calibration(model, judged),
         "beyond": beyond_rates(fitted, beyond, on, model),
-        "knowing": knowing_rates(results, fitted, on, model),
+        "adaptive_attacks": adaptive_rates(results, fitted, on, model),
         "case_distributions": case_distributions(judged),
         "reference_distributions": reference_distributions(judged),
     }
@@ -107,16 +107,16 @@ def _unseen(
     on: FittedOn,
     model: LikelihoodModel,
 ) -> dict[str, Any] | None:
-    """Both rates at r = 1 % without the moments that were looked at; None: there are none."""
+    """Both rates at r = 1 % without the frames that were looked at; None: there are none."""
     if not looked_at:
         return None
-    seen = {moment.id for moment in recordings_of(configuration, JUDGED).moments[:looked_at]}
+    seen = {recorded.id for recorded in recordings_of(configuration, JUDGED).frames[:looked_at]}
     others = judged.without(seen)
     if not len(others):
         return None
     return {
         "looked_at": len(judged) - len(others),
-        "moments": len(others),
+        "frames": len(others),
         "detection": detection_rates(fitted, others, on, rates=(0.01,)),
         "identification": rates_of_methods(fitted, others, on, model, (0.01,)),
     }

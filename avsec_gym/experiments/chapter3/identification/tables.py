@@ -7,7 +7,7 @@ from typing import Any
 
 from avsec_gym.drawing.page_table import Cell, Table, figure, name, number
 from avsec_gym.experiments.chapter3.attacks import OTHER, SMALLER
-from avsec_gym.experiments.chapter3.identification.knowing_attackers import (
+from avsec_gym.experiments.chapter3.identification.adaptive_attacks import (
     AGREED_DEPTH,
     AGREEING,
     DIM,
@@ -26,16 +26,16 @@ METHODS = {
     "algorithm 2, any": "algorithm 2, all four shares",
     "maximum likelihood": "maximum likelihood",
 }
-"""What ways to identify are called."""
+"""Names of the ways to identify."""
 _INDEPENDENT = "maximum likelihood, independent"
 PRIOR = (
     "By the prior of maximum likelihood each sensor is attacked with a probability of"
     f" {PRIOR_ATTACKED:g}, independently, but sets beyond n − 2 are {1 / PRIOR_BEYOND:g} times"
     " rarer than that."
 )
-TOLD = (
-    "What is told: by the validator as it comes, which rather says that it cannot tell than to name"
-    " somebody of whom it is not certain, or where no two sensors agree."
+REPORTED = (
+    "Reported: by the validator as it comes, which reports an open status rather than name a sensor"
+    " of which it is not certain, or where no two sensors agree."
 )
 CRITERIA = {
     "any": "all four shares",
@@ -44,21 +44,21 @@ CRITERIA = {
     "densest": "disproved points of the scan alone",
     "brightness": "brightness alone",
 }
-"""What ways to detect are called."""
+"""Names of the ways to detect."""
 INTERVALS = (
     "In brackets: 95 % intervals, Wilson’s, widened by what the cases of one drive have in common."
 )
-"""What intervals of shares are."""
+"""The note on intervals of shares."""
 BEYOND_IN_WORDS = {
     (SMALLER, True): "a bogus return 1 m wide",
     (SMALLER, False): "a facula of 60 to 120 px",
     (OTHER, True): "a bogus return that hides what is behind it",
     (OTHER, False): "a facula half as bright",
 }
-"""What attacks beyond the thesis' are called, on the LiDAR and on a camera."""
+"""Names of the attacks beyond the thesis' settings, on the LiDAR and on a camera."""
 
 
-_KNOWING = {
+_ADAPTIVE = {
     DIM: f"a facula of {MIN_LIGHT - 1} grey levels",
     VEIL: "the same light everywhere",
     AGREEING: f"faculae that agree on a surface {AGREED_DEPTH:g} m ahead",
@@ -66,11 +66,11 @@ _KNOWING = {
     REMOVED: "returns taken away, none added",
     OUT_OF_SIGHT: "a bogus return beside the images",
 }
-"""What attacks of those who know the method are called."""
+"""Names of the adaptive attacks."""
 
 
 def tables_of_validation(summary: Mapping[str, Any]) -> list[Table]:
-    """Tables 3.1 and 3.2, attacks beyond theirs, and what the likelihood's answers are worth.
+    """Tables 3.1 and 3.2, attacks beyond theirs, and the calibration of the likelihood.
 
     Args:
         summary: Of `avsec_gym.experiments.chapter3.identification.summary.validation_summary`.
@@ -82,15 +82,15 @@ def tables_of_validation(summary: Mapping[str, Any]) -> list[Table]:
         _identification_table(summary["identification"], summary["independent"]),
         *([unseen_table(summary["unseen"])] if summary["unseen"] else []),
         _beyond_table(summary["beyond"]),
-        *([_knowing_table(summary["knowing"])] if summary["knowing"] else []),
-        _honesty_table(summary["honesty"]),
+        *([_adaptive_table(summary["adaptive_attacks"])] if summary["adaptive_attacks"] else []),
+        _calibration_table(summary["calibration"]),
     ]
 
 
 def _detection_table(rows: Any) -> Table:
     lines = []
-    told = [row for row in rows if row["rate"] in RATES and row["criterion"] in ("any", "error")]
-    for row in sorted(told, key=lambda row: (row["scenario"], row["criterion"], row["rate"])):
+    shown = [row for row in rows if row["rate"] in RATES and row["criterion"] in ("any", "error")]
+    for row in sorted(shown, key=lambda row: (row["scenario"], row["criterion"], row["rate"])):
         own = DETECTION.get((row["scenario"], row["rate"])) if row["criterion"] == "error" else None
         lines.append(
             [
@@ -105,8 +105,8 @@ def _detection_table(rows: Any) -> Table:
         "Table 3.1: detection rate, mean over the seven attack cases",
         ["sensors", "what counts", "r, %", "detected, %", "false alarms, %"],
         lines,
-        "r: the designated false alarm rate, the share of the clean moments that thresholds were"
-        " fitted on which lies beyond them; false alarms: what it comes to on clean moments that"
+        "r: the designated false alarm rate, the share of the clean frames that thresholds were"
+        " fitted on which lies beyond them; false alarms: the rate on clean frames that"
         f" nothing was fitted on. {INTERVALS} In italics: the thesis.",
         names=2,
     )
@@ -159,16 +159,16 @@ def _bounds_table(summary: Mapping[str, Any]) -> Table:
     ]
     lines = []
     for words, triple, (clean, attacked), row in rows:
-        told = ERROR_BOUNDS[triple]
-        below = f"{clean}: below {100 * told.clean_below:g} %"
-        above = f"{attacked}: above {100 * told.attacked_above:g} %"
+        bounds = ERROR_BOUNDS[triple]
+        below = f"{clean}: below {100 * bounds.clean_below:g} %"
+        above = f"{attacked}: above {100 * bounds.attacked_above:g} %"
         lines += [
-            [name(words), name(below), share_cell(row["clean_below"]), name(told.clean)],
-            [name(words), name(above), share_cell(row["attacked_above"]), name(told.attacked)],
+            [name(words), name(below), share_cell(row["clean_below"]), name(bounds.clean)],
+            [name(words), name(above), share_cell(row["attacked_above"]), name(bounds.attacked)],
         ]
     return Table(
         "Figures 3.5, 3.7 and 3.9: on which side of the thesis’ bounds E lies",
-        ["E of", "moments", "so many, %", "the thesis"],
+        ["E of", "frames", "so many, %", "the thesis"],
         lines,
         INTERVALS,
         names=2,
@@ -192,7 +192,7 @@ def _identification_table(rows: Any, independent: Any) -> Table:
                 figure(row["rate"], scale=100, digits=0),
                 *sensors,
                 figure(row["average"], row["interval"], own[4], scale=100, digits=2),
-                share_cell(row["told"]),
+                share_cell(row["reported"]),
                 share_cell(row["false_alarms"]),
                 share_cell(row["beyond"]),
             ]
@@ -201,24 +201,24 @@ def _identification_table(rows: Any, independent: Any) -> Table:
         "Table 3.2: identification rate of one LiDAR (S0) and three cameras",
         [
             *("method", "r, %", "S0", "S1", "S2", "S3", "mean, %"),
-            *("mean of what is told, %", "false alarms, %", "beyond n − 2, %"),
+            *("mean reported, %", "false alarms, %", "beyond n − 2, %"),
         ],
         lines,
         "Identified: exactly the attacked sensors were named. Mean: over attacks on one sensor, up"
-        f" to n − 2. {TOLD} Beyond n − 2: exactly named among two to four attacked sensors, where"
-        " the thesis promises nothing, by the most probable state, however sure; what is said with"
-        " certainty is a table of its own. False alarms: of clean moments, whoever is named."
-        f" {PRIOR} Independent: they are not."
+        f" to n − 2. {REPORTED} Beyond n − 2: exactly named among two to four attacked sensors,"
+        " where the thesis promises nothing, by the most probable state, however sure; what is"
+        " reported with certainty is a table of its own. False alarms: of clean frames, whichever"
+        f" sensor is named. {PRIOR} Independent: they are not."
         f" {INTERVALS}",
     )
 
 
-def unseen_table(told: Mapping[str, Any]) -> Table:
-    """Both rates without the moments that were looked at while the method was made."""
-    rows = {f"noticed by {row['scenario']}": row for row in told["detection"]}
-    rows |= {f"named by {METHODS[row['method']]}": row for row in told["identification"]}
+def unseen_table(unseen: Mapping[str, Any]) -> Table:
+    """Both rates without the frames that were looked at while the method was made."""
+    rows = {f"detected by {row['scenario']}": row for row in unseen["detection"]}
+    rows |= {f"named by {METHODS[row['method']]}": row for row in unseen["identification"]}
     return Table(
-        f"The same of the {told['moments']:,} moments that nobody looked at, r = 1 %",
+        f"The same of the {unseen['frames']:,} frames that were not looked at, r = 1 %",
         ["method", "attacks, %", "false alarms, %"],
         [
             [
@@ -228,13 +228,13 @@ def unseen_table(told: Mapping[str, Any]) -> Table:
             ]
             for text, row in rows.items()
         ],
-        f"The first {told['looked_at']:,} judged moments were looked at while the method was made:"
+        f"The first {unseen['looked_at']:,} judged frames were looked at while the method was made:"
         f" clean ones that looked attacked, attacks that were missed. {INTERVALS}",
     )
 
 
 def _beyond_table(rows: Any) -> Table:
-    ways = ("noticed_by_error", "noticed", "named", "named_likeliest")
+    ways = ("detected_by_error", "detected", "named", "named_likeliest")
     lines = []
     for row in rows:
         attack = BEYOND_IN_WORDS[row["kind"], row["sensor"] == 0]
@@ -244,43 +244,43 @@ def _beyond_table(rows: Any) -> Table:
     return Table(
         "Attacks beyond the thesis’ settings, r = 1 %",
         [
-            *("attack", "on", "noticed by E, %", "by all four shares, %"),
+            *("attack", "on", "detected by E, %", "by all four shares, %"),
             *("named by algorithm 2, %", "by maximum likelihood, %"),
         ],
         lines,
-        "Else as in the thesis. Nothing was fitted on such attacks. Noticed: by the LiDAR and two"
+        "Else as in the thesis. Nothing was fitted on such attacks. Detected: by the LiDAR and two"
         " cameras, of S1 by three cameras; named: by all four sensors, and no other one, by all"
         f" four shares. {INTERVALS}",
         names=2,
     )
 
 
-def _knowing_table(rows: Any) -> Table:
+def _adaptive_table(rows: Any) -> Table:
     lines = []
     for row in rows:
-        noticed = (row["noticed"].get(scenario) for scenario in SCENARIOS)
+        detected = (row["detected"].get(scenario) for scenario in SCENARIOS)
         lines.append(
             [
-                name(_KNOWING[row["kind"]]),
+                name(_ADAPTIVE[row["kind"]]),
                 name(", ".join(f"S{one}" for one in row["attacked"])),
-                *(share_cell(share) if share else figure(None) for share in noticed),
+                *(share_cell(share) if share else figure(None) for share in detected),
                 *(share_cell(row[way]) for way in ("named", "named_likeliest", "accused")),
             ]
         )
     return Table(
-        "Attackers who know the method, r = 1 %",
+        "Adaptive attacks, r = 1 %",
         [
-            *("attack", "on", *(f"noticed by {scenario}, %" for scenario in SCENARIOS)),
+            *("attack", "on", *(f"detected by {scenario}, %" for scenario in SCENARIOS)),
             *("named by algorithm 2, %", "by maximum likelihood, %", "a sound one accused, %"),
         ],
         lines,
-        "Else as in the thesis. Named: exactly the attacked ones; accused: maximum likelihood names"
-        f" a sensor that nobody attacked. {INTERVALS}",
+        "The attacker knows the method. Else as in the thesis. Named: exactly the attacked ones;"
+        f" accused: maximum likelihood names a sensor that is not attacked. {INTERVALS}",
         names=2,
     )
 
 
-def _honesty_table(told: Mapping[str, Any]) -> Table:
+def _calibration_table(calibration: Mapping[str, Any]) -> Table:
     lines = [
         [
             name(count),
@@ -289,10 +289,10 @@ def _honesty_table(told: Mapping[str, Any]) -> Table:
                 for one in ("right", "wrong", "cannot_tell", "all_right", "alarms")
             ),
         ]
-        for count, row in told["verdicts"].items()
+        for count, row in calibration["statuses"].items()
     ]
     return Table(
-        "What a user of maximum likelihood is told of each sensor",
+        "What a user of maximum likelihood is calibration of each sensor",
         [
             "attacked sensors",
             "right, %",
@@ -302,15 +302,16 @@ def _honesty_table(told: Mapping[str, Any]) -> Table:
             "alarms, %",
         ],
         lines,
-        f"As it comes: r = {100 * told['rate']:g} %, certainty {100 * told['certainty']:g} %."
-        " Verdicts on all four sensors, attacked ones and sound ones, in every state of so many"
-        " attacked; all four right, and alarms: of moments. Brier score of P(attacked), with states"
-        f" as often as the prior expects them: {number(told['brier'], digits=4)}; always one half"
-        f" would be 0.25. What is said and what is so differ by"
-        f" {number(100 * told['calibration_error'], digits=2)} % on average; with all states"
+        f"As it comes: r = {100 * calibration['rate']:g} %, certainty"
+        f" {100 * calibration['certainty']:g} %."
+        " Statuses of all four sensors, attacked ones and sound ones, in every state of so many"
+        " attacked; all four right, and alarms: of frames. Brier score of P(attacked), with states"
+        f" as often as the prior expects them: {number(calibration['brier'], digits=4)}; always one"
+        " half would be 0.25. The predicted probability and the observed share differ by"
+        f" {number(100 * calibration['calibration_error'], digits=2)} % on average; with all states"
         " equally probable, most of them beyond n − 2, by"
-        f" {number(100 * told['all_alike']['calibration_error'], digits=2)} % (Brier score"
-        f" {number(told['all_alike']['brier'], digits=4)}). {PRIOR}"
+        f" {number(100 * calibration['all_alike']['calibration_error'], digits=2)} % (Brier score"
+        f" {number(calibration['all_alike']['brier'], digits=4)}). {PRIOR}"
         f" {INTERVALS}",
     )
 

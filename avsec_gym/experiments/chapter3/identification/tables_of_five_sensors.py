@@ -1,4 +1,4 @@
-"""What is named of five sensors, as a table."""
+"""The identification rates of five sensors, as a table."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from avsec_gym.experiments.chapter3.identification.tables import (
     INTERVALS,
     METHODS,
     PRIOR,
-    TOLD,
+    REPORTED,
     share_cell,
 )
 
 
-def table_of_five(told: Mapping[str, Any]) -> Table:
-    """What is named of five sensors.
+def table_of_five(summary: Mapping[str, Any]) -> Table:
+    """The identification rates of five sensors.
 
     Args:
-        told: Of `avsec_gym.experiments.chapter3.identification.five_sensors.five_summary`.
+        summary: The figures that `five_sensors.five_summary` gives.
     """
     lines = [
         [
@@ -27,18 +27,18 @@ def table_of_five(told: Mapping[str, Any]) -> Table:
             figure(row["rate"], scale=100, digits=0),
             *map(share_cell, row["together"].values()),
             figure(row["average"], row["interval"], scale=100, digits=2),
-            *(share_cell(row[one]) for one in ("told", "false_alarms", "beyond")),
+            *(share_cell(row[one]) for one in ("reported", "false_alarms", "beyond")),
         ]
-        for row in told["identification"]
+        for row in summary["identification"]
     ]
     return Table(
         "Identification rate of one LiDAR and four cameras",
         [
             *("method", "r, %", "one attacked, %", "two attacked, %", "mean, %"),
-            *("mean of what is told, %", "false alarms, %", "beyond n − 2, %"),
+            *("mean of what is summary, %", "false alarms, %", "beyond n − 2, %"),
         ],
         lines,
-        f"{told['moments']['judged']:,} moments in all 32 states, on none of which anything was"
-        f" fitted. Identified: exactly the attacked sensors were named. {TOLD} Beyond n − 2: among"
-        f" three to five attacked sensors. {PRIOR} {INTERVALS}",
+        f"{summary['frames']['judged']:,} frames in all 32 states, on none of which anything was"
+        f" fitted. Identified: exactly the attacked sensors were named. {REPORTED} Beyond n − 2:"
+        f" among three to five attacked sensors. {PRIOR} {INTERVALS}",
     )

@@ -25,7 +25,7 @@ def draw_repair(frame: SensorFrame, tampered: TamperedFrame, mended: Repair) -> 
 
     Args:
         frame: Clean.
-        tampered: The same moment, one sensor attacked.
+        tampered: The same frame, one sensor attacked.
         mended: What became of it.
     """
     import matplotlib as mpl

@@ -38,7 +38,7 @@ def localisation_sentences(summary: LocalisationSummary) -> list[str]:
             detector = detector_words(summary.scan_detector)
             sentences.append(
                 f"Where a car’s scan is pasted {detector} sees an obstacle in {attacked} of the"
-                f" moments, after the repair in {repaired}; without attack in {clean}."
+                f" frames, after the repair in {repaired}; without attack in {clean}."
             )
     return sentences
 

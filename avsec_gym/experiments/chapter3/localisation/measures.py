@@ -21,7 +21,7 @@ RADII = (37.5, 112.5, 225.0, 375.0)
 WIDTHS = (0.5, 1.5, 2.5)
 """Of bogus returns, metres."""
 CAR = "pasted car, rays lost"
-"""An attack that is not of the moment alone: the scan is another one's."""
+"""An attack that is not of the frame alone: the scan is another one's."""
 _FOUND = 0.5
 """Least IoU of two 2D boxes of one object."""
 
@@ -63,7 +63,7 @@ def measures_of(
     """One attack on one sensor, located and repaired.
 
     Args:
-        clean: The moment as it is.
+        clean: The frame as it is.
         tampered: As the car gets it.
         mended: What became of that.
 

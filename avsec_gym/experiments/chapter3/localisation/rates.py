@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.experiments.chapter3.localisation.measures import CAR, attacks_of
-from avsec_gym.experiments.chapter3.localisation.repaired_moments import LOCALISATION_OPTIONS
+from avsec_gym.experiments.chapter3.localisation.repaired_frames import LOCALISATION_OPTIONS
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
 from avsec_gym.experiments.chapter5.decoupling import Sampled
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES
 from avsec_gym.metrics.average_precision_curves import draw_resamples
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results
-from avsec_gym.validation.moments import drive_of
+from avsec_gym.validation.recordings import drive_of
 
 BOGUS_SEEN = ("bogus_clean", "bogus_before", "bogus_after")
 """Whether a detector of scans sees an obstacle where bogus points are, in three scans."""
@@ -30,11 +30,11 @@ class LocatedFrame:
     """How well the damage of one frame is located.
 
     Args:
-        moment: The frame's id.
+        frame: The frame's id.
         iou: Intersection over union of the found and the true damage.
     """
 
-    moment: str
+    frame: str
     iou: float
 
 
@@ -44,7 +44,7 @@ class LocatedAttack:
 
     Args:
         attack: Its name.
-        moments: How many frames.
+        frames: How many frames.
         iou: Mean intersection over union of the found and the true damage.
         interval: 95 % of the mean, bootstrap over drives; None of a single drive.
         lowest: The frame with the lowest IoU.
@@ -64,7 +64,7 @@ class LocatedAttack:
     """
 
     attack: str
-    moments: int
+    frames: int
     iou: float | None
     interval: Sequence[float] | None
     lowest: LocatedFrame | None
@@ -124,16 +124,16 @@ def _row(attack: str, found: Mapping[str, Mapping[str, float | None]]) -> Locate
 
     Args:
         attack: Its name.
-        found: Values by name and moment.
+        found: Values by name and frame.
     """
     known = {
-        name: {moment: value for moment, value in values.items() if value is not None}
+        name: {id: value for id, value in values.items() if value is not None}
         for name, values in found.items()
     }
     iou = known["iou"]
-    order = sorted(iou, key=lambda moment: (iou[moment], moment))
-    told = [order[0], order[(len(order) - 1) // 2]] if order else []
-    lowest, median = [LocatedFrame(one, iou[one]) for one in told] or (None, None)
+    order = sorted(iou, key=lambda id: (iou[id], id))
+    shown = [order[0], order[(len(order) - 1) // 2]] if order else []
+    lowest, median = [LocatedFrame(id, iou[id]) for id in shown] or (None, None)
     measured: dict[str, Any] = {name: _mean(known.get(name, {})) for name in MEANS}
     for name in SUMS:
         measured[name] = int(sum(known[name].values())) if name in known else None
@@ -153,8 +153,8 @@ def _mean(values: Mapping[str, float]) -> float | None:
 
 
 def _interval(values: Mapping[str, float]) -> list[float] | None:
-    """Of the mean of values by moment, those of one drive drawn together."""
-    _, drive = np.unique([drive_of(moment) for moment in values], return_inverse=True)
+    """Of the mean of values by frame, those of one drive drawn together."""
+    _, drive = np.unique([drive_of(id) for id in values], return_inverse=True)
     sums, counts = np.bincount(drive, [*values.values()]), np.bincount(drive)
     if len(counts) < 2:
         return None

@@ -1,4 +1,4 @@
-"""Pictures of attacked and repaired moments, made again: a run keeps figures, not images."""
+"""Pictures of attacked and repaired frames, made again: a run keeps figures, not images."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ from avsec_gym.drawing.scenario_picture import picture_array
 from avsec_gym.experiments.chapter3.localisation.figure import draw_repair
 from avsec_gym.experiments.chapter3.localisation.measures import measures_of
 from avsec_gym.experiments.chapter3.localisation.rates import LocalisationSummary, LocatedFrame
-from avsec_gym.experiments.chapter3.localisation.repaired_moments import Attempt
+from avsec_gym.experiments.chapter3.localisation.repaired_frames import Attempt
 
 SHOWN = {
     "facula": "facula, camera 2, 225 px",
     "bogus_return": "bogus return, 1.5 m, rays lost",
 }
 """One attack of each kind, by the names of its files."""
-_WORDS = {"median": "the median moment", "lowest": "the moment with the lowest IoU"}
+_WORDS = {"median": "the median frame", "lowest": "the frame with the lowest IoU"}
 """Of each attack: the frames that are shown, by their names in the summary."""
 
 
 class Repairs(Protocol):
-    """What is needed of chapter 3's `RepairedMoments`."""
+    """What is needed of chapter 3's `RepairedFrames`."""
 
-    def again(self, moment: str, attack: str) -> Attempt:
+    def again(self, id: str, attack: str) -> Attempt:
         """One attack of a cell once more."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class RepairPicture:
-    """One moment: clean, attacked, found beside true, repaired.
+    """One frame: clean, attacked, found beside true, repaired.
 
     Args:
         file: A name for it, without a suffix.
-        title: Attack, moment and IoU.
+        title: Attack, frame and IoU.
         figure: The picture.
         image: The same as a data URI.
         as_stored: Whether the IoU came out as it is stored in the run.
@@ -59,7 +59,7 @@ def repair_pictures(
     count: int,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[RepairPicture]:
-    """Of each attack of `SHOWN` the moment with the median IoU and that with the lowest.
+    """Of each attack of `SHOWN` the frame with the median IoU and that with the lowest.
 
     Args:
         summary: The rows of a run.
@@ -87,12 +87,12 @@ def repair_pictures(
 def _picture(
     file: str, attack: str, words: str, frame: LocatedFrame, repairs: Repairs
 ) -> RepairPicture:
-    attempt = repairs.again(frame.moment, attack)
+    attempt = repairs.again(frame.frame, attack)
     figure = draw_repair(attempt.clean, attempt.tampered, attempt.mended)
     iou = measures_of(attempt.clean, attempt.tampered, attempt.mended)["iou"]
     return RepairPicture(
         file,
-        f"{attack}: {words}, {frame.moment}, IoU {number(frame.iou, 100)} %",
+        f"{attack}: {words}, {frame.frame}, IoU {number(frame.iou, 100)} %",
         figure,
         embedded(picture_array(figure)),
         iou is not None and math.isclose(iou, frame.iou),

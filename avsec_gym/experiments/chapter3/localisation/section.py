@@ -48,7 +48,7 @@ def localisation_section(
 
     Args:
         summary: The rows of a run.
-        pictures: Moments attacked and repaired.
+        pictures: Frames attacked and repaired.
     """
     return Section(
         "localisation",
@@ -72,9 +72,9 @@ def _figure(pictures: Sequence[RepairPicture]) -> Figure:
     return Figure(
         "One attack of each kind, where it is located as well as usual, and worst",
         pictures=[PictureRow(shown, "repairs")],
-        note="Chosen by rule, not by eye: the moments with the median and with the lowest IoU. Of a"
+        note="Chosen by rule, not by eye: the frames with the median and with the lowest IoU. Of a"
         " bogus return the points are shown in camera 2’s image, the nearer the redder.",
-        label="Moments attacked and repaired",
+        label="Frames attacked and repaired",
     )
 
 
@@ -83,12 +83,12 @@ def _repaired_again(
 ) -> list[RepairPicture]:
     from avsec_gym.drawing.scenario_picture import save_picture
     from avsec_gym.experiments.chapter3.localisation.repair_pictures import repair_pictures
-    from avsec_gym.experiments.chapter3.localisation.repaired_moments import RepairedMoments
+    from avsec_gym.experiments.chapter3.localisation.repaired_frames import RepairedFrames
 
     run.use_its_threads()
     with request.progress("repairing again") as shown:
-        moments = RepairedMoments(run.configuration)
-        found = repair_pictures(summary, moments, request.pictures, shown)
+        frames = RepairedFrames(run.configuration)
+        found = repair_pictures(summary, frames, request.pictures, shown)
     if request.keeps_pictures:
         for one in found:
             save_picture(one.figure, run.figures / f"{one.file}.png", overwrite=True)

@@ -22,11 +22,11 @@ def table_of_localisation(summary: LocalisationSummary) -> Table:
         summary.scan_detector: summary.scan_score_threshold,
     }
     detectors = {one: score for one, score in scores.items() if one}
-    told = " or ".join(
+    counting = " or ".join(
         f"{detector_words(one)} (scores from {score:g} on)" for one, score in detectors.items()
     )
     columns = [
-        *("attack", "moments", "IoU, %", "lowest, %", "precision, %", "recall, %"),
+        *("attack", "frames", "IoU, %", "lowest, %", "precision, %", "recall, %"),
         *("IoU of lost returns, %", "error attacked", "error repaired"),
         *(_FOUND if detectors else ()),
         *(_BOGUS if summary.scan_detector else ()),
@@ -34,7 +34,7 @@ def table_of_localisation(summary: LocalisationSummary) -> Table:
     lines = [
         [
             name(row.attack),
-            figure(row.moments, digits=0),
+            figure(row.frames, digits=0),
             figure(row.iou, row.interval, scale=100),
             figure(None if row.lowest is None else row.lowest.iou, scale=100),
             *(figure(getattr(row, one), scale=100) for one in _SHARES),
@@ -48,7 +48,7 @@ def table_of_localisation(summary: LocalisationSummary) -> Table:
         for row in summary.attacks
     ]
     counted = (
-        f" Objects: that {told} finds in the clean images or"
+        f" Objects: that {counting} finds in the clean images or"
         " scans, and how many of them it finds again, 2D IoU 0.5 or more, in the attacked and the"
         " repaired ones; not refilled: in scans that only lack what was found bogus."
         if detectors
@@ -56,7 +56,7 @@ def table_of_localisation(summary: LocalisationSummary) -> Table:
     )
     if summary.scan_detector:
         counted += (
-            f" Bogus obstacle: in how many moments {detector_words(summary.scan_detector)} sees"
+            f" Bogus obstacle: in how many frames {detector_words(summary.scan_detector)} sees"
             " one where the bogus points are, half covered or more."
         )
     return Table(
@@ -64,7 +64,7 @@ def table_of_localisation(summary: LocalisationSummary) -> Table:
         columns,
         lines,
         "IoU, precision, recall: of the pixels or points found damaged, beside the true ones; means"
-        " over moments, precision over those in which something was found; in brackets: 95 %"
+        " over frames, precision over those in which something was found; in brackets: 95 %"
         " intervals by bootstrap over drives. Errors: mean difference to the clean image where it"
         f" was damaged, grey levels, before and after the repair.{counted}",
     )

@@ -1,6 +1,6 @@
 """The same attack, smaller and larger: what sensors say of each other, and what detectors see.
 
-The work of the sensitivity curves (thesis, section 3.5).  A moment's attack stands at one place in
+The work of the sensitivity curves (thesis, section 3.5).  A frame's attack stands at one place in
 all sizes: only the size differs.
 """
 
@@ -19,14 +19,14 @@ from avsec_gym.experiments.chapter3.objects.detector_weights import (
     lidar_detector,
     weight_inputs,
 )
-from avsec_gym.experiments.chapter3.objects.moment_truth import truth_of
+from avsec_gym.experiments.chapter3.objects.frame_truth import truth_of
 from avsec_gym.experiments.chapter3.recordings import (
     FITTED,
     JUDGED,
     OPTIONS,
     SYSTEM,
     drives_inputs,
-    moment_cells,
+    frame_cells,
     recordings_of,
 )
 from avsec_gym.experiments.chapter3.settings import SCENARIOS
@@ -66,15 +66,15 @@ TRUTH = "sizes truth"
 THREE_SENSORS = SensorSystem(
     tuple(SYSTEM.sensors[one] for one in SCENARIOS["LiDAR and two cameras"])
 )
-"""That notice the attacks: a LiDAR, a camera, and the reference left of it."""
+"""That detect the attacks: a LiDAR, a camera, and the reference left of it."""
 
 _WORK = f"{__name__}:AttackSizes"
 _STREAM = {LIDAR: 3, CAMERA: 4}
 
 
 def size_cells(configuration: Configuration) -> list[Cell]:
-    """A cell for every moment, first the clean ones that thresholds are fitted on."""
-    return moment_cells(_WORK, configuration, (FITTED, JUDGED), format=EVIDENCE_FORMAT)
+    """A cell for every frame, first the clean ones that thresholds are fitted on."""
+    return frame_cells(_WORK, configuration, (FITTED, JUDGED), format=EVIDENCE_FORMAT)
 
 
 def size_inputs(configuration: Configuration) -> dict[str, Path]:
@@ -86,16 +86,16 @@ def size_inputs(configuration: Configuration) -> dict[str, Path]:
 
 
 def size_setting(what: str) -> str:
-    """What results are filed under: of an attack its size is the strength, of clean moments 0.
+    """What results are filed under: of an attack its size is the strength, of clean frames 0.
 
     Args:
-        what: `LIDAR` or `CAMERA`, which are attacked; or the part that clean moments belong to.
+        what: `LIDAR` or `CAMERA`, which are attacked; or the part that clean frames belong to.
     """
     return f"sizes {what}"
 
 
 class AttackSizes:
-    """Attacks a moment in all sizes.
+    """Attacks a frame in all sizes.
 
     Args:
         configuration: Of the run.
@@ -111,28 +111,28 @@ class AttackSizes:
         self._seed = configuration.seed
 
     def __call__(self, part: str, number: int, format: int) -> CellResult:
-        """Disparity errors and detections, clean and in every size; of a fitted moment errors only.
+        """Disparity errors and detections, clean and in every size; of a fitted frame errors only.
 
         Args:
             part: `FITTED` or `JUDGED`.
-            number: Of the moment.
+            number: Of the frame.
             format: `EVIDENCE_FORMAT` of what is measured; cells of another one are done again.
         """
-        moment = self._parts[part].moments[number]
-        frame = moment.frame()
+        recorded = self._parts[part].frames[number]
+        frame = recorded.frame()
         seconds: dict[str, float] = {}
         start = time.perf_counter()
         maps = DisparityMaps(frame, THREE_SENSORS, self._depth)
-        rows = _measurements(size_setting(part), moment.id, _error(maps))
+        rows = _measurements(size_setting(part), recorded.id, _error(maps))
         seconds["evidence"] = time.perf_counter() - start
         if part == FITTED:
             return CellResult(measurements=rows, seconds=seconds)
         truth = truth_of(frame, THREE_SENSORS.reference)
-        detections = [DetectionRow(TRUTH, moment.id, truth)] if truth is not None else []
+        detections = [DetectionRow(TRUTH, recorded.id, truth)] if truth is not None else []
         for what, sizes in SIZES.items():
             setting = size_setting(what)
             start = time.perf_counter()
-            detections += self._seen(what, moment.id, frame, 0.0)
+            detections += self._seen(what, recorded.id, frame, 0.0)
             seconds[f"{what} detector"] = time.perf_counter() - start
             seed = (self._seed, number, _STREAM[what])
             largest = attack_of_size(what, sizes[-1]).attack(frame, seed)
@@ -145,13 +145,13 @@ class AttackSizes:
                 # A scan leaves the cameras' own map as it is.
                 known = {(1, 2): maps.view((1, 2))} if what == LIDAR else None
                 attacked = DisparityMaps(tampered.frame, THREE_SENSORS, self._depth, known)
-                rows += _measurements(setting, moment.id, _error(attacked), size)
+                rows += _measurements(setting, recorded.id, _error(attacked), size)
                 seconds["evidence"] += time.perf_counter() - start
                 for pixels in tampered.pixels.values():
                     share = float(pixels.mean())
-                    rows.append(Measurement(setting, moment.id, COVERED, share, size))
+                    rows.append(Measurement(setting, recorded.id, COVERED, share, size))
                 start = time.perf_counter()
-                detections += self._seen(what, moment.id, tampered.frame, size)
+                detections += self._seen(what, recorded.id, tampered.frame, size)
                 seconds[f"{what} detector"] += time.perf_counter() - start
         return CellResult(detections=detections, measurements=rows, seconds=seconds)
 

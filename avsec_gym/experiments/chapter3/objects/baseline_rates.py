@@ -1,8 +1,8 @@
-"""How often the object-level baseline notices an attack (thesis, table 3.1).
+"""How often the object-level baseline detects an attack (thesis, table 3.1).
 
 In a scenario the mismatches of its pairs are added up: the LiDAR with either camera, or all pairs
 of three cameras.  The thesis does not say how many of them make an alarm.  That its baseline
-notices less with the stricter IoU speaks for a number learned from clean data, as our thresholds
+detects less with the stricter IoU speaks for a number learned from clean data, as our thresholds
 are; the other reading, that any mismatch is one, stands beside it.
 """
 
@@ -26,41 +26,41 @@ from avsec_gym.geometry import Floats
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import SensorSystem, Triple
-from avsec_gym.validation.moments import drive_of
+from avsec_gym.validation.recordings import drive_of
 from avsec_gym.validation.state_posterior import state_vectors
 
 Pair = tuple[int, int]
 
 
 def baseline_summary(results: Results, configuration: Configuration) -> dict[str, Any] | None:
-    """Detection rates of the baseline; None where either part has fewer than `FEWEST` moments.
+    """Detection rates of the baseline; None where either part has fewer than `FEWEST` frames.
 
     Returns:
-        ``moments`` of each part, ``objects`` as of `score_thresholds`, and ``rows`` as of
+        ``frames`` of each part, ``objects`` as of `score_thresholds`, and ``rows`` as of
         `baseline_rates`.
     """
     thresholds = score_thresholds(results, configuration.options)
-    (fitted, _), (judged, moments) = (
+    (fitted, _), (judged, frames) = (
         mismatch_counts(results, part, thresholds) for part in (FITTED, JUDGED)
     )
     counts = {FITTED: len(fitted), JUDGED: len(judged)}
     if min(counts.values()) < FEWEST:
         return None
-    drives = [drive_of(moment) for moment in moments]
+    drives = [drive_of(id) for id in frames]
     rows = baseline_rates(fitted, judged, drives)
-    return {"moments": counts, "objects": thresholds, "rows": rows}
+    return {"frames": counts, "objects": thresholds, "rows": rows}
 
 
 def baseline_rates(
     fitted: Floats, judged: Floats, drives: Sequence[str], system: SensorSystem = SYSTEM
 ) -> list[dict[str, Any]]:
-    """For each scenario, IoU and rule the share of attacks noticed, in every case and on average.
+    """For each scenario, IoU and rule the share of attacks detected, in every case and on average.
 
     Args:
-        fitted: Mismatches of clean moments, shape (M, pairs, IoUs, 2, 2); the pairs are those of
+        fitted: Mismatches of clean frames, shape (M, pairs, IoUs, 2, 2); the pairs are those of
             the system, the last axes whether its first and its second sensor is attacked.
-        judged: Of other moments in all states, shape (N, pairs, IoUs, 2, 2).
-        drives: Of the judged moments.
+        judged: Of other frames in all states, shape (N, pairs, IoUs, 2, 2).
+        drives: Of the judged frames.
         system: A LiDAR and three cameras.
 
     Returns:

@@ -22,11 +22,11 @@ from avsec_gym.experiments.chapter3.objects.detector_weights import (
     scan_alone,
     weight_inputs,
 )
-from avsec_gym.experiments.chapter3.objects.moment_truth import truth_of
+from avsec_gym.experiments.chapter3.objects.frame_truth import truth_of
 from avsec_gym.experiments.chapter3.objects.object_mismatches import boxes_seen_by
 from avsec_gym.experiments.chapter3.objects.pasted_cars import (
     CarInView,
-    CarsOfMoments,
+    CarsOfFrames,
     pasted_box,
 )
 from avsec_gym.experiments.chapter3.recordings import (
@@ -35,7 +35,7 @@ from avsec_gym.experiments.chapter3.recordings import (
     OPTIONS,
     SYSTEM,
     drives_inputs,
-    moment_cells,
+    frame_cells,
     recordings_of,
     seed_of,
 )
@@ -73,8 +73,8 @@ _WORK = f"{__name__}:BelievedPoints"
 
 
 def believed_cells(configuration: Configuration) -> list[Cell]:
-    """A cell for every moment, first the clean ones, whose cars are pasted into the others."""
-    return moment_cells(_WORK, configuration, (FITTED, JUDGED))
+    """A cell for every frame, first the clean ones, whose cars are pasted into the others."""
+    return frame_cells(_WORK, configuration, (FITTED, JUDGED))
 
 
 def believed_inputs(configuration: Configuration) -> dict[str, Path]:
@@ -113,19 +113,19 @@ class BelievedPoints:
         }
         self._parts = {part: recordings_of(configuration, part) for part in (FITTED, JUDGED)}
         self._seed = seed_of(configuration, JUDGED)
-        self._cars = CarsOfMoments(self._parts[FITTED].moments)
+        self._cars = CarsOfFrames(self._parts[FITTED].frames)
 
     def __call__(self, part: str, number: int) -> CellResult:
-        """Of a fitted moment what is found, and the truth; of a judged one scores by kind.
+        """Of a fitted frame what is found, and the truth; of a judged one scores by kind.
 
         A score is NaN where no box is; without a labelled car there are planes only.
 
         Args:
             part: `FITTED` or `JUDGED`.
-            number: Of the moment.
+            number: Of the frame.
         """
-        moment = self._parts[part].moments[number]
-        frame = moment.frame()
+        recorded = self._parts[part].frames[number]
+        frame = recorded.frame()
         seconds = dict.fromkeys(("attack", *self._detectors), 0.0)
         if part == FITTED:
             camera = SYSTEM.reference
@@ -136,7 +136,7 @@ class BelievedPoints:
             }
             truth = truth_of(frame, camera)
             boxes |= {} if truth is None else {TRUTH: truth}
-            rows = [DetectionRow(setting, moment.id, one) for setting, one in boxes.items()]
+            rows = [DetectionRow(setting, recorded.id, one) for setting, one in boxes.items()]
             return CellResult(detections=rows, seconds=seconds)
         clean = self._look(frame, seconds)
         scores: list[Measurement] = []
@@ -147,7 +147,7 @@ class BelievedPoints:
             scores += [
                 Measurement(
                     believed_setting(kind),
-                    moment.id,
+                    recorded.id,
                     score_name(name, state),
                     best_score(found[name], place),
                 )
@@ -166,7 +166,7 @@ class BelievedPoints:
         for kind, plane in PLANES.items():
             tampered = replace(plane, distance=distance, bearing=bearing).attack(frame, seed)
             yield kind, tampered, bogus_patch(tampered)
-        count = len(self._parts[FITTED].moments)
+        count = len(self._parts[FITTED].frames)
         scan = self._cars.first_of(range(number, number + count))
         if scan is None:
             return

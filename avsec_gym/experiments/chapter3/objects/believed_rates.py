@@ -22,15 +22,15 @@ from avsec_gym.experiments.chapter3.objects.score_thresholds import score_thresh
 from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results
-from avsec_gym.validation.moments import drive_of
+from avsec_gym.validation.recordings import drive_of
 
 
 def believed_summary(results: Results, configuration: Configuration) -> dict[str, Any] | None:
-    """Of a run; None with fewer than `FEWEST` moments.
+    """Of a run; None with fewer than `FEWEST` frames.
 
     Returns:
         ``objects``: of each detector from which ``score`` on a box is an obstacle, see
-        `score_threshold`; ``rows`` with ``detector`` and ``kind``, in how many judged moments the
+        `score_threshold`; ``rows`` with ``detector`` and ``kind``, in how many judged frames the
         bogus points were ``taken`` for one, in how many there was one at that place ``clean``, and
         in how many only in the attacked scan, ``newly``.
     """
@@ -46,10 +46,10 @@ def believed_summary(results: Results, configuration: Configuration) -> dict[str
             )
             if len(attacked) < FEWEST:
                 continue
-            moments = sorted(attacked)
-            drives = [drive_of(id) for id in moments]
+            frames = sorted(attacked)
+            drives = [drive_of(id) for id in frames]
             taken, before = (
-                np.array([one[id] for id in moments], bool) for one in (attacked, clean)
+                np.array([one[id] for id in frames], bool) for one in (attacked, clean)
             )
             rows.append(
                 {
@@ -64,6 +64,6 @@ def believed_summary(results: Results, configuration: Configuration) -> dict[str
 
 
 def _taken(results: Results, kind: str, name: str, score: float) -> dict[str, bool]:
-    """By moment; None is stored where there is no box."""
+    """By frame; None is stored where there is no box."""
     rows = results.measurements(setting=believed_setting(kind), name=name)
     return {row["scenario"]: row["value"] is not None and row["value"] >= score for row in rows}

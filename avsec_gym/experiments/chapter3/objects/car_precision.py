@@ -12,7 +12,7 @@ from avsec_gym.experiments.chapter5.decoupling import Sampled
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES
 from avsec_gym.metrics.average_precision import METRICS, average_precision
 from avsec_gym.metrics.average_precision_frames import LEVELS
-from avsec_gym.validation.moments import drive_of
+from avsec_gym.validation.recordings import drive_of
 
 Precisions = dict[str, Sampled]
 """By level: AP in percent at 11 recall points, and of bootstrap samples of drives."""
@@ -21,24 +21,24 @@ Precisions = dict[str, Sampled]
 def car_precision(
     truth: Mapping[str, Boxes3D],
     found: Mapping[str, Boxes3D],
-    moments: Sequence[str],
+    frames: Sequence[str],
     metric: str,
     least_iou: float,
 ) -> Precisions:
-    """Of one detector; of the same moments, the bootstrap samples are the same.
+    """Of one detector; of the same frames, the bootstrap samples are the same.
 
     Args:
-        truth: By moment.
-        found: By moment.
-        moments: That are judged; those of one drive are drawn together, and one drive alone says
+        truth: By frame.
+        found: By frame.
+        frames: That are judged; those of one drive are drawn together, and one drive alone says
             nothing of others.
         metric: One of `METRICS`.
         least_iou: A match needs more.
     """
-    drives = [drive_of(one) for one in moments]
+    drives = [drive_of(one) for one in frames]
     result = average_precision(
-        [truth[one] for one in moments],
-        [found[one] for one in moments],
+        [truth[one] for one in frames],
+        [found[one] for one in frames],
         classes=["Car"],
         min_iou={"Car": (least_iou, least_iou, least_iou)},
         resamples=RESAMPLES,

@@ -21,7 +21,7 @@ from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import LIDAR
-from avsec_gym.validation.moments import drive_of
+from avsec_gym.validation.recordings import drive_of
 
 IOU = 0.5
 """That the thesis asks for here."""
@@ -30,10 +30,10 @@ SCORES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 
 
 def impact_summary(results: Results, configuration: Configuration) -> dict[str, Any] | None:
-    """Both figures of a run; None with fewer than `FEWEST` moments.
+    """Both figures of a run; None with fewer than `FEWEST` frames.
 
     Returns:
-        ``lidar``: from which ``score`` on a box is an obstacle; in how many moments the bogus
+        ``lidar``: from which ``score`` on a box is an obstacle; in how many frames the bogus
         return was ``taken`` for one, in how many the ``clean`` scan has one at that place, and in
         how many only the attacked one (``newly``); and ``by_score`` the same for `SCORES`.
         ``camera``: average precision of
@@ -54,8 +54,8 @@ def _bogus_returns(results: Results, options: dict[str, Any]) -> dict[str, Any] 
     patches = results.detections(PATCH)
     if not patches:
         return None
-    moments = sorted(patches)
-    drives = [drive_of(id) for id in moments]
+    frames = sorted(patches)
+    drives = [drive_of(id) for id in frames]
     found = {
         name: results.detections(seen_setting(JUDGED, LIDAR, attacked, SYSTEM.reference))
         for name, attacked in (("clean", False), ("taken", True))
@@ -66,7 +66,7 @@ def _bogus_returns(results: Results, options: dict[str, Any]) -> dict[str, Any] 
             name: np.array(
                 [
                     taken_for_an_obstacle(own[id][own[id].score >= score], patches[id])
-                    for id in moments
+                    for id in frames
                 ],
                 bool,
             )
@@ -89,13 +89,13 @@ def _facula(results: Results, detector: str) -> dict[str, Any] | None:
         results.detections(seen_setting(JUDGED, SYSTEM.reference, state, SYSTEM.reference))
         for state in (False, True)
     )
-    moments = sorted(truth.keys() & clean.keys() & attacked.keys())
-    if len(moments) < FEWEST:
+    frames = sorted(truth.keys() & clean.keys() & attacked.keys())
+    if len(frames) < FEWEST:
         return None
-    before, after = (car_precision(truth, found, moments, "2d", IOU) for found in (clean, attacked))
+    before, after = (car_precision(truth, found, frames, "2d", IOU) for found in (clean, attacked))
     return {
         "detector": detector,
-        "moments": len(moments),
+        "frames": len(frames),
         "iou": IOU,
         "clean": precision_rows(before, before),
         "attacked": precision_rows(before, after),

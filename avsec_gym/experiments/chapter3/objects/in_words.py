@@ -42,7 +42,7 @@ def _impact(impact: Mapping[str, Any]) -> list[str]:
     lidar, camera = impact["lidar"], impact["camera"]
     sentences = [
         f"{detector_words(lidar['detector'])} takes the bogus return for an obstacle in"
-        f" {lidar['taken']['count']:,} of {lidar['taken']['of']:,} moments; without the attack it"
+        f" {lidar['taken']['count']:,} of {lidar['taken']['of']:,} frames; without the attack it"
         f" has one there in {lidar['clean']['count']:,}."
     ]
     if camera is not None:
@@ -58,31 +58,31 @@ def _impact(impact: Mapping[str, Any]) -> list[str]:
 def _believed(summary: Mapping[str, Any]) -> list[str]:
     sentences = []
     for detector in summary["objects"]:
-        told = {row["kind"]: row for row in summary["rows"] if row["detector"] == detector}
-        plane = _percent(told[PLANE]["newly"]["rate"])
-        said = (
+        rows = {row["kind"]: row for row in summary["rows"] if row["detector"] == detector}
+        plane = _percent(rows[PLANE]["newly"]["rate"])
+        sentence = (
             f"{detector_words(detector)} is led to see an obstacle by {plane} of the bogus planes"
         )
-        if PASTED_RAYS_LOST in told:
-            car = _percent(told[PASTED_RAYS_LOST]["newly"]["rate"])
-            said += f", and by {car} of the scans of cars that hide what is behind them"
-        sentences.append(f"{said}.")
+        if PASTED_RAYS_LOST in rows:
+            car = _percent(rows[PASTED_RAYS_LOST]["newly"]["rate"])
+            sentence += f", and by {car} of the scans of cars that hide what is behind them"
+        sentences.append(f"{sentence}.")
     return sentences
 
 
-def _sizes(what: str, told: Mapping[str, Any]) -> str:
+def _sizes(what: str, curve: Mapping[str, Any]) -> str:
     unit = "px" if what == CAMERA else "m"
-    first, last = told["sizes"][1], told["sizes"][-1]
-    noticed = [_percent(row["detected"]["any"]["rate"]) for row in (first, last)]
+    first, last = curve["sizes"][1], curve["sizes"][-1]
+    detected = [_percent(row["detected"]["any"]["rate"]) for row in (first, last)]
     sentence = (
         f"{'Faculae' if what == CAMERA else 'Bogus returns'} of {first['size']:g} to"
-        f" {last['size']:g} {unit} are noticed in {noticed[0]} to {noticed[1]} of the moments"
+        f" {last['size']:g} {unit} are detected in {detected[0]} to {detected[1]} of the frames"
     )
     if last["precision"] is None:
         return f"{sentence}."
     lost = [number(row["precision"][SHOWN_LEVEL]["lost"], digits=2) for row in (first, last)]
     return (
-        f"{sentence}; they cost {detector_words(told['detector'])} {lost[0]} to {lost[1]} points"
+        f"{sentence}; they cost {detector_words(curve['detector'])} {lost[0]} to {lost[1]} points"
         " of AP."
     )
 

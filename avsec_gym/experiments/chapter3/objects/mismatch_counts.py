@@ -1,4 +1,4 @@
-"""How many objects of two sensors have no partner, in every moment of a run."""
+"""How many objects of two sensors have no partner, in every frame of a run."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ def mismatch_counts(
 
     Returns:
         Shape (N, pairs, IoUs, 2, 2), NaN for states that lack: the pairs are those of the system,
-        the last axes whether its first and its second sensor is attacked; and the moments' ids.
+        the last axes whether its first and its second sensor is attacked; and the frames' ids.
     """
     views: dict[str, dict[str, float]] = {}
-    for told in results.measurements(setting=view_setting(part)):
-        views.setdefault(told["scenario"], {})[told["name"]] = told["value"]
-    moments, pairs = sorted(views), SYSTEM.pairs()
-    counts = np.full((len(moments), len(pairs), len(IOUS), 2, 2), np.nan)
+    for view in results.measurements(setting=view_setting(part)):
+        views.setdefault(view["scenario"], {})[view["name"]] = view["value"]
+    frames, pairs = sorted(views), SYSTEM.pairs()
+    counts = np.full((len(frames), len(pairs), len(IOUS), 2, 2), np.nan)
     attacked = (False,) if part == FITTED else (False, True)
     for column, pair in enumerate(pairs):
         # The reference is the left one of two cameras.
@@ -52,12 +52,12 @@ def mismatch_counts(
             [_objects(results, part, pair, place, state, thresholds) for state in attacked]
             for place in (0, 1)
         )
-        for (row, id), i, k in product(enumerate(moments), map(int, attacked), map(int, attacked)):
+        for (row, id), i, k in product(enumerate(frames), map(int, attacked), map(int, attacked)):
             reach, width = views[id].get(reach_name(pair), 0.0), views[id][WIDTH]
             counts[row, column, :, i, k] = [
                 mismatches(left[k][id], right[i][id], iou, reach, width) for iou in IOUS
             ]
-    return counts, moments
+    return counts, frames
 
 
 def _objects(

@@ -1,4 +1,4 @@
-"""Scans of cars, cut out of some moments, pasted into others where a bogus return would stand."""
+"""Scans of cars, cut out of some frames, pasted into others where a bogus return would stand."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from avsec_gym.attacks.optical_attack import TamperedFrame
 from avsec_gym.attacks.pasted_scan import PastedScan
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
-from avsec_gym.experiments.chapter3.objects.moment_truth import truth_of
+from avsec_gym.experiments.chapter3.objects.frame_truth import truth_of
 from avsec_gym.experiments.chapter3.recordings import RIG, SYSTEM
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import ego_to_camera
 from avsec_gym.sensor_system import LIDAR, Sensor
-from avsec_gym.validation.moments import Moment
+from avsec_gym.validation.recordings import RecordedFrame
 
 FEWEST_POINTS = 200
 """Of the scan of a car."""
@@ -60,32 +60,32 @@ class CarInView:
         return paste.attack(frame, seed)
 
 
-class CarsOfMoments:
-    """The nearest car of each moment, see `scans_of_cars`; it is cut out once.
+class CarsOfFrames:
+    """The nearest car of each frame, see `scans_of_cars`; it is cut out once.
 
     Args:
-        moments: Of a recording.
+        frames: Of a recording.
     """
 
-    def __init__(self, moments: Sequence[Moment]) -> None:
-        self._moments = moments
+    def __init__(self, frames: Sequence[RecordedFrame]) -> None:
+        self._frames = frames
         self._known: dict[int, ObjectScan | None] = {}
 
     def first_of(self, numbers: Iterable[int]) -> ObjectScan | None:
-        """The car of the first moment that has one; None: none has.
+        """The car of the first frame that has one; None: none has.
 
         Args:
-            numbers: Of moments; after the last one of the recording comes the first again.
+            numbers: Of frames; after the last one of the recording comes the first again.
 
         Raises:
             DataError: A file is broken.
         """
-        found = (self._of(number % len(self._moments)) for number in numbers)
+        found = (self._of(number % len(self._frames)) for number in numbers)
         return next((scan for scan in found if scan is not None), None)
 
     def _of(self, number: int) -> ObjectScan | None:
         if number not in self._known:
-            frame = self._moments[number].frame()
+            frame = self._frames[number].frame()
             scans = scans_of_cars(frame, truth_of(frame, SYSTEM.reference))
             self._known[number] = scans[0] if scans else None
         return self._known[number]

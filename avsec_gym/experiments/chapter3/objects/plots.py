@@ -1,4 +1,4 @@
-"""Figures 3.11 and 3.12: what is noticed, and what a detector still finds, by an attack's size."""
+"""Figures 3.11 and 3.12: what is detected, and what a detector still finds, by an attack's size."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ Percent = tuple[float, Sequence[float] | None]
 """Percent, and its interval."""
 
 CURVES = {
-    "line-0": "noticed (all four shares)",
-    "dashed line-0": "noticed by E alone",
+    "line-0": "detected (all four shares)",
+    "dashed line-0": "detected by E alone",
     "line-1": "the detector’s AP",
 }
 """What lines are of, for a legend."""
@@ -44,7 +44,7 @@ def figure_of_sensitivity(summary: Mapping[str, Any]) -> Figure:
     """
     legend = [line_key(kind, words) for kind, words in CURVES.items()]
     return Figure(
-        "Figures 3.11 and 3.12: what is noticed, and what a detector still finds, %",
+        "Figures 3.11 and 3.12: what is detected, and what a detector still finds, %",
         draw_sensitivity(summary),
         [*legend, mark_key("hollow line-1", "AP in the thesis", size=4)],
         layout="maps",
@@ -52,12 +52,12 @@ def figure_of_sensitivity(summary: Mapping[str, Any]) -> Figure:
     )
 
 
-def _draw(what: str, told: Mapping[str, Any]) -> str:
-    rows = told["sizes"]
+def _draw(what: str, curve: Mapping[str, Any]) -> str:
+    rows = curve["sizes"]
     places = [100 * row["covered"] if what == CAMERA else row["size"] for row in rows]
     room = 0.02 * max(places)
     frame = Frame(Scale(-room, max(places) + room, 38, _WIDTH - 8), Scale(0, 100, _HEIGHT - 38, 26))
-    detector = detector_words(told["detector"])
+    detector = detector_words(curve["detector"])
     words = f"{'LiDAR' if what == LIDAR else 'Camera'} attacked{f', {detector}' * bool(detector)}"
     parts = [
         frame.axes(frame.x.ticks(6), frame.y.ticks(5)),
@@ -66,8 +66,8 @@ def _draw(what: str, told: Mapping[str, Any]) -> str:
     ]
     marks: list[str] = []
     curves: dict[str, Callable[[Row], Percent | None]] = {
-        "dashed line-0": lambda row: _noticed(row, "error"),
-        "line-0": lambda row: _noticed(row, "any"),
+        "dashed line-0": lambda row: _detected(row, "error"),
+        "line-0": lambda row: _detected(row, "any"),
         "line-1": _precision,
     }
     for kind, of in curves.items():
@@ -87,11 +87,11 @@ def _draw(what: str, told: Mapping[str, Any]) -> str:
         if thesis is not None:
             hint = f"The thesis’ AP: {number(thesis, 100, 2)}"
             marks.append(marker(frame.at((x, 100 * thesis)), "circle", "hollow line-1", hint))
-    label = f"{words}: what is noticed, and AP, in percent, over the attack’s size"
+    label = f"{words}: what is detected, and AP, in percent, over the attack’s size"
     return drawing(_WIDTH, _HEIGHT, [*parts, *marks], label)
 
 
-def _noticed(row: Row, criterion: str) -> Percent:
+def _detected(row: Row, criterion: str) -> Percent:
     share = row["detected"][criterion]
     return 100 * share["rate"], [100 * bound for bound in share["interval"]]
 

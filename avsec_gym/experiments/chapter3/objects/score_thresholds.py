@@ -1,7 +1,7 @@
 """From which score on a box counts as an object.
 
 Scores of two networks mean different things, and what the best threshold is no attack may tell: it
-is each detector's working point on clean moments that nothing is judged on.
+is each detector's working point on clean frames that nothing is judged on.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import LIDAR, Sensor
 
 USUAL = 0.3
-"""Where nobody labelled the clean moments."""
+"""Where nobody labelled the clean frames."""
 _UNKNOWN = {"precision": None, "recall": None}
 
 
@@ -32,7 +32,7 @@ def score_thresholds(results: Results, options: Mapping[str, Any]) -> dict[str, 
         options: `DETECTION_OPTIONS`, as far as a user chose them.
 
     Returns:
-        For each ``score``; and its ``precision`` and ``recall`` on the fitted moments (cars,
+        For each ``score``; and its ``precision`` and ``recall`` on the fitted frames (cars,
         moderate, IoU 0.5 from above or in the image), None where they are not known.
     """
     given = {**DETECTION_OPTIONS, **options}["score_threshold"]
@@ -52,7 +52,7 @@ def score_thresholds(results: Results, options: Mapping[str, Any]) -> dict[str, 
 def score_threshold(
     results: Results, truth_of: str, found_of: str, seen: int = FROM_ABOVE
 ) -> dict[str, Any]:
-    """Of one detector, from clean moments.
+    """Of one detector, from clean frames.
 
     Args:
         results: Of a run.
@@ -64,10 +64,10 @@ def score_threshold(
         ``score``, ``precision`` and ``recall``, see `score_thresholds`.
     """
     truth, found = results.detections(truth_of), results.detections(found_of)
-    moments = sorted(truth.keys() & found.keys())
+    frames = sorted(truth.keys() & found.keys())
     point = None
-    if moments:
-        point = working_point([truth[id] for id in moments], [found[id] for id in moments], seen)
+    if frames:
+        point = working_point([truth[id] for id in frames], [found[id] for id in frames], seen)
     if point is None:
         return {"score": USUAL, **_UNKNOWN}
     return point._asdict()

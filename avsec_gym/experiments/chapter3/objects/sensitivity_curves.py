@@ -1,4 +1,4 @@
-"""Are attacks noticed before they harm?  Detection rate and precision over an attack's size.
+"""Are attacks detected before they harm?  Detection rate and precision over an attack's size.
 
 Thesis, section 3.5: thresholds for r = 1 %, AP at IoU 0.7.
 """
@@ -35,7 +35,7 @@ from avsec_gym.sensor_system import LIDAR
 from avsec_gym.validation.evidence.disparity_error import MEASURES
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitted_on import FittedOn
-from avsec_gym.validation.moments import drive_of
+from avsec_gym.validation.recordings import drive_of
 from avsec_gym.validation.thresholds import ThresholdTable
 
 RATE = 0.01
@@ -46,16 +46,16 @@ _DETECTOR = {LIDAR: "sensitivity_lidar", CAMERA: "sensitivity_image"}
 
 
 def sensitivity_summary(results: Results, configuration: Configuration) -> dict[str, Any] | None:
-    """Both curves of a run; None where either part has fewer than `FEWEST` moments.
+    """Both curves of a run; None where either part has fewer than `FEWEST` frames.
 
     Returns:
-        ``moments`` of each part; and for `LIDAR` and `CAMERA`, by name, the ``detector``, the
-        ``metric`` of its precision, and ``sizes``, the clean moments first: rows with
+        ``frames`` of each part; and for `LIDAR` and `CAMERA`, by name, the ``detector``, the
+        ``metric`` of its precision, and ``sizes``, the clean frames first: rows with
 
         ``size``       metres of width, or pixels of radius; 0: clean;
         ``covered``    of a facula, its disc's share of the image (thesis), and
         ``changed``    the mean share that it changes visibly, both in [0, 1];
-        ``detected``   by criterion (`CRITERIA`), of how many moments; clean: false alarms;
+        ``detected``   by criterion (`CRITERIA`), of how many frames; clean: false alarms;
         ``precision``  as of `precision_rows`, at IoU 0.7; None where nobody looked or labelled.
     """
     options = {**SIZE_OPTIONS, **configuration.options}
@@ -69,7 +69,7 @@ def sensitivity_summary(results: Results, configuration: Configuration) -> dict[
     table = ThresholdTable(on, fitted[:, None])
     [triple] = THREE_SENSORS.triples
     thresholds = {name: table.thresholds(RATE, name)[triple].shares for name in CRITERIA}
-    found: dict[str, Any] = {"moments": counts, "rate": RATE}
+    found: dict[str, Any] = {"frames": counts, "rate": RATE}
     for what, sizes in SIZES.items():
         setting = size_setting(what)
         precisions = _precisions(results, what)
@@ -118,7 +118,7 @@ def _area(results: Results, setting: str, size: float) -> dict[str, float]:
 
 
 def _shares(results: Results, setting: str, size: float) -> tuple[Floats, list[str]]:
-    """All `MEASURES` of each moment, shape (N, 4), and its drive."""
+    """All `MEASURES` of each frame, shape (N, 4), and its drive."""
     rows = [results.measurements(name=name, setting=setting, strength=size) for name in MEASURES]
     values = np.array([[row["value"] for row in column] for column in rows], float)
     drives = [drive_of(row["scenario"]) for row in rows[0]]
@@ -126,14 +126,14 @@ def _shares(results: Results, setting: str, size: float) -> tuple[Floats, list[s
 
 
 def _precisions(results: Results, what: str) -> dict[float, Precisions]:
-    """By size; of the moments that were looked at in all of them."""
+    """By size; of the frames that were looked at in all of them."""
     truth = results.detections(TRUTH)
     found = {size: results.detections(size_setting(what), size) for size in (0.0, *SIZES[what])}
     found = {size: boxes for size, boxes in found.items() if boxes}
-    moments = sorted(truth.keys() & set.intersection(*map(set, found.values()), set(truth)))
-    if len(moments) < FEWEST:
+    frames = sorted(truth.keys() & set.intersection(*map(set, found.values()), set(truth)))
+    if len(frames) < FEWEST:
         return {}
     return {
-        size: car_precision(truth, boxes, moments, _METRIC[what], IOU)
+        size: car_precision(truth, boxes, frames, _METRIC[what], IOU)
         for size, boxes in found.items()
     }

@@ -20,7 +20,7 @@ from avsec_gym.experiments.chapter3.objects.detector_weights import (
     scan_alone,
     weight_inputs,
 )
-from avsec_gym.experiments.chapter3.objects.moment_truth import truth_of
+from avsec_gym.experiments.chapter3.objects.frame_truth import truth_of
 from avsec_gym.experiments.chapter3.objects.object_mismatches import (
     boxes_seen_by,
     disparity_reach,
@@ -30,7 +30,7 @@ from avsec_gym.experiments.chapter3.recordings import (
     JUDGED,
     OPTIONS,
     drives_inputs,
-    moment_cells,
+    frame_cells,
     recordings_of,
 )
 from avsec_gym.frame import SensorFrame
@@ -42,7 +42,7 @@ from avsec_gym.runs.experiment import (
     Measurement,
 )
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
-from avsec_gym.validation.moments import Recordings
+from avsec_gym.validation.recordings import Recordings
 
 DETECTION_OPTIONS = {
     "fit": OPTIONS["fit"],
@@ -55,7 +55,7 @@ DETECTION_OPTIONS = {
 }
 """``fit``, ``fit_limit``, ``fit_seed``: see `recordings.OPTIONS`; ``lidar_detector`` and
 ``image_detector``: who looks; ``score_threshold``: of boxes that count as objects, 0 for that score
-at which each detector finds most for its false alarms on the clean moments that are fitted on; by
+at which each detector finds most for its false alarms on the clean frames that are fitted on; by
 the networks' names their weights."""
 PATCH = "judged bogus patch"
 """Setting of where bogus points stand."""
@@ -66,8 +66,8 @@ _WORK = f"{__name__}:SensorDetections"
 
 
 def detection_cells(configuration: Configuration) -> list[Cell]:
-    """A cell for every moment, first the clean ones that thresholds are fitted on."""
-    return moment_cells(_WORK, configuration, (FITTED, JUDGED), format=DETECTIONS_FORMAT)
+    """A cell for every frame, first the clean ones that thresholds are fitted on."""
+    return frame_cells(_WORK, configuration, (FITTED, JUDGED), format=DETECTIONS_FORMAT)
 
 
 def detection_inputs(configuration: Configuration) -> dict[str, Path]:
@@ -110,7 +110,7 @@ def seen_setting(part: str, sensor: Sensor, attacked: bool, camera: int) -> str:
 
 
 class SensorDetections:
-    """Looks at every sensor of a moment.
+    """Looks at every sensor of a frame.
 
     Args:
         configuration: Of the run.
@@ -128,20 +128,20 @@ class SensorDetections:
 
         Args:
             part: `FITTED`, which nobody attacks, or `JUDGED`.
-            number: Of the moment.
+            number: Of the frame.
             format: `DETECTIONS_FORMAT`; cells of another one are done again.
         """
         if part not in self._parts:
             self._parts[part] = recordings_of(self._configuration, part)
         recordings = self._parts[part]
-        moment, system = recordings.moments[number], recordings.system
-        frame = moment.frame()
+        recorded, system = recordings.frames[number], recordings.system
+        frame = recorded.frame()
         seconds = dict.fromkeys(("attack", "lidar detector", "image detector"), 0.0)
         looks: list[tuple[Sensor, bool, SensorFrame]] = [
             (sensor, False, frame) for sensor in system.sensors
         ]
         truth = truth_of(frame, system.reference)
-        known = () if truth is None else (DetectionRow(truth_setting(part), moment.id, truth),)
+        known = () if truth is None else (DetectionRow(truth_setting(part), recorded.id, truth),)
         detections = list(known)
         if part == JUDGED:
             start = time.perf_counter()
@@ -149,7 +149,7 @@ class SensorDetections:
             attacked = tampered_frames(frame, system, part, seed)
             seconds["attack"] = time.perf_counter() - start
             looks += [(sensor, True, one.frame) for sensor, one in attacked.items()]
-            detections.append(DetectionRow(PATCH, moment.id, bogus_patch(attacked[LIDAR])))
+            detections.append(DetectionRow(PATCH, recorded.id, bogus_patch(attacked[LIDAR])))
         for sensor, state, source in looks:
             start = time.perf_counter()
             found = self._look(sensor, source)
@@ -158,9 +158,9 @@ class SensorDetections:
             for camera in system.cameras if sensor == LIDAR else (int(sensor),):
                 boxes = _seen_by(found, frame, camera) if sensor == LIDAR else found
                 setting = seen_setting(part, sensor, state, camera)
-                detections.append(DetectionRow(setting, moment.id, boxes))
+                detections.append(DetectionRow(setting, recorded.id, boxes))
         rows = [
-            Measurement(view_setting(part), moment.id, name, value)
+            Measurement(view_setting(part), recorded.id, name, value)
             for name, value in _views(frame, system).items()
         ]
         return CellResult(detections=detections, measurements=rows, seconds=seconds)

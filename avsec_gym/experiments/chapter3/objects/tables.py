@@ -46,7 +46,7 @@ ATTACKED = {LIDAR: "a bogus return’s width", CAMERA: "a facula’s radius"}
 SHOWN_LEVEL = "moderate"
 _TAKEN = ("clean", "taken", "newly")
 _METRICS = {"2d": "in the image", "3d": "in 3D"}
-_TOLD_RATE = 0.01
+_THESIS_RATE = 0.01
 
 
 def tables_of_optical_attacks(summaries: Mapping[str, Any]) -> list[Table]:
@@ -76,8 +76,8 @@ def detector_words(key: str) -> str:
 def _baseline_table(summary: Mapping[str, Any]) -> Table:
     lines = []
     for row in summary["rows"]:
-        told = row["rate"] == _TOLD_RATE
-        thesis = OBJECT_LEVEL[row["scenario"], row["iou"]] if told else None
+        is_of_thesis = row["rate"] == _THESIS_RATE
+        thesis = OBJECT_LEVEL[row["scenario"], row["iou"]] if is_of_thesis else None
         rule = "any" if row["rate"] is None else f"r = {100 * row['rate']:g} %"
         lines.append(
             [
@@ -95,7 +95,7 @@ def _baseline_table(summary: Mapping[str, Any]) -> Table:
         lines,
         f"A mismatch: a box of one sensor without partner in another’s. {_objects(summary)} Alarm:"
         " at any mismatch, or"
-        " at more than the share r of clean moments has, on which nothing here is judged. The"
+        " at more than the share r of clean frames has, on which nothing here is judged. The"
         " thesis, in italics, does not say how many mismatches make an alarm, nor how often it is"
         f" false. {INTERVALS}",
         names=3,
@@ -127,7 +127,7 @@ def _impact_table(summary: Mapping[str, Any]) -> Table:
         "What optical attacks do to detectors",
         ["measure", "clean, %", "attacked, %", "by the attack"],
         lines,
-        "Bogus returns: share of the moments, by the attack where only the attacked scan has an"
+        "Bogus returns: share of the frames, by the attack where only the attacked scan has an"
         f" obstacle there; boxes count from a score of {number(lidar['score'], digits=2)} on."
         f" {INTERVALS} AP: cars in the left image, IoU 0.5, 11 recall points, by"
         " the attack in percentage points, intervals by bootstrap over drives. The thesis, in"
@@ -147,9 +147,9 @@ def _score_table(lidar: Mapping[str, Any]) -> Table:
     )
 
 
-def _believed_table(told: Mapping[str, Any]) -> Table:
+def _believed_table(summary: Mapping[str, Any]) -> Table:
     lines = []
-    for row in told["rows"]:
+    for row in summary["rows"]:
         of_thesis = (row["detector"], row["kind"]) == ("pixor", PLANE)
         lines.append(
             [
@@ -162,16 +162,16 @@ def _believed_table(told: Mapping[str, Any]) -> Table:
         )
     scores = [
         f"{detector_words(detector)}’s from {_score(point)}"
-        for detector, point in told["objects"].items()
+        for detector, point in summary["objects"].items()
     ]
     return Table(
         "Which bogus points are taken for an obstacle?",
         ["detector", "bogus points", "clean, %", "attacked, %", "by the attack, %"],
         lines,
-        "All at one place of a moment, 6 to 10 m ahead, a car's nearest side there. Cars: scans"
-        " cut out of other moments, of 200 points or more, that show the LiDAR the sides that were"
+        "All at one place of a frame, 6 to 10 m ahead, a car's nearest side there. Cars: scans"
+        " cut out of other frames, of 200 points or more, that show the LiDAR the sides that were"
         " scanned. Boxes count, where that is known from that score on at which a detector finds"
-        f" most for its false alarms on the clean moments of other drives, {' and '.join(scores)}"
+        f" most for its false alarms on the clean frames of other drives, {' and '.join(scores)}"
         f" on. {INTERVALS} In italics: the thesis.",
         names=2,
     )
@@ -184,7 +184,7 @@ def _objects(summary: Mapping[str, Any]) -> str:
         return f"Boxes count from these scores on: {_score(lidar)} and {_score(camera)}."
     return (
         "Boxes count from that score on at which a detector finds most for its false alarms on the"
-        f" clean moments that are fitted on: the LiDAR’s from {_score(lidar)}, the images’ from"
+        f" clean frames that are fitted on: the LiDAR’s from {_score(lidar)}, the images’ from"
         f" {_score(camera)}."
     )
 
@@ -198,10 +198,10 @@ def _score(point: Mapping[str, Any]) -> str:
 
 
 def _size_table(what: str, summary: Mapping[str, Any]) -> Table:
-    told, camera = summary[what], what == CAMERA
-    detector = detector_words(told["detector"])
+    curve, camera = summary[what], what == CAMERA
+    detector = detector_words(curve["detector"])
     lines = []
-    for row in told["sizes"]:
+    for row in curve["sizes"]:
         precision = None if row["precision"] is None else row["precision"][SHOWN_LEVEL]
         thesis = PRECISION_OF_SIZE.get((what, row["size"]))
         area = ("covered", "changed") if camera else ()
@@ -217,7 +217,7 @@ def _size_table(what: str, summary: Mapping[str, Any]) -> Table:
             ]
         )
     measured = (
-        f"AP: cars by {detector} {_METRICS[told['metric']]}, IoU {told['iou']:g}, {SHOWN_LEVEL},"
+        f"AP: cars by {detector} {_METRICS[curve['metric']]}, IoU {curve['iou']:g}, {SHOWN_LEVEL},"
         " 11 recall points; losses in percentage points."
         if detector
         else "AP was not measured."
@@ -225,12 +225,12 @@ def _size_table(what: str, summary: Mapping[str, Any]) -> Table:
     unit = "px" if camera else "m"
     columns = [f"{'radius' if camera else 'width'}, {unit}"]
     columns += ["disc’s share of the image, %", "visibly changed, %"] if camera else []
-    columns += ["noticed by E, %", "by all four shares, %", "AP, %", "AP lost"]
+    columns += ["detected by E, %", "by all four shares, %", "AP, %", "AP lost"]
     return Table(
         f"Figure {'3.12' if camera else '3.11'}: {ATTACKED[what]}",
         columns,
         lines,
-        f"Noticed at r = {100 * summary['rate']:g} %, by the LiDAR and two cameras; the clean row"
+        f"Detected at r = {100 * summary['rate']:g} %, by the LiDAR and two cameras; the clean row"
         f" has false alarms. {measured} {INTERVALS} Those of AP are by bootstrap over drives."
         f" {IN_WORDS[what]}",
     )

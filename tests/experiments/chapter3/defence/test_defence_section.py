@@ -25,19 +25,19 @@ from avsec_gym.runs.experiment import (
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 
-MOMENTS = ("a/0", "a/1", "b/0", "b/1", "c/0", "c/1")
-NOTICED = {"a/0", "b/1"}
+FRAMES = ("a/0", "a/1", "b/0", "b/1", "c/0", "c/1")
+DETECTED = {"a/0", "b/1"}
 """Of an attack on camera 3: at once in drive a, a frame later in b, never in c."""
 NAN = float("nan")
 
 
-def moment(configuration: Configuration) -> Callable[..., CellResult]:
-    """Under attack the undefended car collides; who notices stops, or drives on safely."""
+def judged_frame(configuration: Configuration) -> Callable[..., CellResult]:
+    """Under attack the undefended car collides; who detects stops, or drives on safely."""
 
     def work(attack: str, number: int) -> CellResult:
-        id = MOMENTS[number]
+        id = FRAMES[number]
         is_attacked = attack != "none"
-        alarm = id in NOTICED if is_attacked else id == "c/1"
+        alarm = id in DETECTED if is_attacked else id == "c/1"
         drives = []
         for response in ("undefended", "stop", "drop", "repair"):
             outcome, reason = ("collision" if is_attacked else "safe"), None
@@ -58,8 +58,8 @@ def moment(configuration: Configuration) -> Callable[..., CellResult]:
 
 def cells(configuration: Configuration) -> list[Cell]:
     return [
-        Cell.of(f"{__name__}:moment", "", attack=attack, number=number)
-        for number in range(len(MOMENTS))
+        Cell.of(f"{__name__}:judged_frame", "", attack=attack, number=number)
+        for number in range(len(FRAMES))
         for attack in ("none", "3")
     ]
 
@@ -100,7 +100,7 @@ def test_a_page_says_what_a_defence_is_worth(tmp_path: Path) -> None:
     assert texts["nothing", "repair"] == [
         *("0.0", "100.0", "100.0"), *("–", "–", "0.0", "–", "0.0", "0.0")
     ]  # fmt: skip
-    # Three drives: wider than Wilson's of six moments, [9.7, 70.0].
+    # Three drives: wider than Wilson's of six frames, [9.7, 70.0].
     assert rows["camera 3", "stop"][3].interval == "[8.8, 72.1]"
     assert [[cell.text for cell in row] for row in alarms.rows] == [
         ["nothing", "16.7", "83.3", "–", "–", "–"],
@@ -114,7 +114,7 @@ def test_a_page_says_what_a_defence_is_worth(tmp_path: Path) -> None:
         " 33.3 % (drop), 33.3 % (repair) do not collide.",
         "Stereo R-CNN: of 6 cases that are unsafe only because of an attack, 0.0 % (stop),"
         " 33.3 % (drop), 33.3 % (repair) are safe again.",
-        "Unattacked, a car that stops at alarms does so in 16.7 % of the moments.",
+        "Unattacked, a car that stops at alarms does so in 16.7 % of the frames.",
     ]
     assert all(sentence in page and sentence in markdown_page(report) for sentence in said)
     for hint in (

@@ -90,12 +90,12 @@ def test_without_alarm_all_drive_alike_and_with_one_each_responds(
 
 def test_an_attack_stays_as_it_is_over_a_drive(configuration: Configuration) -> None:
     work = DefendedDrives(configuration)
-    moments = work._recordings.moments
-    settings = [work._tampered("3", one.frame(), one.id).settings for one in moments]
+    frames = work._recordings.frames
+    settings = [work._tampered("3", one.frame(), one.id).settings for one in frames]
     assert settings[0] == settings[1] != settings[2] == settings[3]
 
 
-def test_what_a_moment_shows(
+def test_what_a_frame_shows(
     configuration: Configuration, tmp_path: Path, walls: ModuleType
 ) -> None:
     drive = KittiRaw(configuration.scenarios).drive("0001")
@@ -135,7 +135,7 @@ def record(scenario: str, outcome: str, reason: str | None = None) -> SafetyReco
 
 
 class Stored:
-    """Of four moments in two drives: what happened."""
+    """Of four frames in two drives: what happened."""
 
     drives: ClassVar = {
         "oracle none undefended": "safe safe collision unplanned",
@@ -147,7 +147,7 @@ class Stored:
         "oracle 2 drop": "safe stopped collision safe",
         "oracle 2 repair": "safe safe safe safe",
     }
-    moments = ("a/0", "a/1", "b/0", "b/1")
+    frames = ("a/0", "a/1", "b/0", "b/1")
     alarms: ClassVar = {"none": (0, 1, 0, 0), "2": (0, 1, 0, 0), "3": (1, 1, 1, 1)}
     named: ClassVar = {
         "none": {"a/1": "1"},
@@ -161,8 +161,8 @@ class Stored:
     def records(self, setting: str) -> list[SafetyRecord]:
         outcomes = {"stopped": ("unplanned", "stopped"), "crash": ("collision", "stopped")}
         return [
-            record(moment, *outcomes.get(word, (word,)))
-            for moment, word in zip(self.moments, self.drives[setting].split(), strict=True)
+            record(id, *outcomes.get(word, (word,)))
+            for id, word in zip(self.frames, self.drives[setting].split(), strict=True)
         ]
 
     def detections(self, setting: str, strength: float = 0.0) -> dict[str, Boxes3D]:
@@ -170,14 +170,14 @@ class Stored:
 
     def measurements(self, **where: Any) -> list[dict[str, Any]]:
         rows = [
-            {"setting": attack, "scenario": moment, "name": "alarm", "value": value}
+            {"setting": attack, "scenario": id, "name": "alarm", "value": value}
             for attack, values in self.alarms.items()
-            for moment, value in zip(self.moments, values, strict=True)
+            for id, value in zip(self.frames, values, strict=True)
         ]
         rows += [
-            {"setting": attack, "scenario": moment, "name": f"named {sensor}", "value": 1.0}
+            {"setting": attack, "scenario": id, "name": f"named {sensor}", "value": 1.0}
             for attack, there in self.named.items()
-            for moment, sensor in there.items()
+            for id, sensor in there.items()
         ]
         return [row for row in rows if where.get("name", row["name"]) == row["name"]]
 
@@ -194,7 +194,7 @@ def test_collisions_avoided_and_false_stops() -> None:
     assert "avoided" not in found["2", "undefended"].to_json()
     rows = {case: row.worth for case, row in found.items()}
     worth = ("avoided", "caused", "given_up", "stopped")
-    # Without attack the second moment is safe, and so is the first: both collide by the attack.
+    # Without attack the second frame is safe, and so is the first: both collide by the attack.
     assert counts(rows["2", "stop"], "avoided_of_attack") == [(1, 2)]
     assert counts(rows["none", "stop"], "avoided_of_attack") == [(0, 0)]
     assert counts(rows["none", "stop"], *worth) == [(0, 1), (0, 3), (1, 2), (1, 4)]

@@ -12,7 +12,7 @@ from avsec_gym.attacks.attack import LEFT, RIGHT
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import SensorSystem
-from avsec_gym.validation.moments import raw_recordings
+from avsec_gym.validation.recordings import raw_recordings
 from studies.chapter3 import other_pairs
 from studies.chapter3.other_pairs import (
     cars_ahead,
@@ -62,7 +62,7 @@ def test_pairs_are_told_apart(tmp_path: Path, walls: ModuleType) -> None:
     recordings = raw_recordings(
         walls.write_labelled_drives(tmp_path, 1, 4), SensorSystem(("lidar", 1, 3, 2)).sensors
     )
-    usual = recordings.moments[0].frame().calibration.baseline(LEFT, RIGHT)
+    usual = recordings.frames[0].frame().calibration.baseline(LEFT, RIGHT)
     rows = found_by_pairs(recordings, OfOneBaseline(usual), 0.5)
     first, *others = rows
     assert (first["left"], first["right"], first["baseline"]) == (LEFT, RIGHT, 1.0)
@@ -71,7 +71,7 @@ def test_pairs_are_told_apart(tmp_path: Path, walls: ModuleType) -> None:
     assert others
     assert sum(row["found"]["count"] for row in others) == 2 * len(others)
     for row in others:
-        # Four moments of one drive: as little as one.
+        # Four frames of one drive: as little as one.
         assert row["found"]["interval"][1] - row["found"]["interval"][0] > 0.5
         assert row["baseline"] >= 0.4
         if row["found"]["count"]:

@@ -47,7 +47,7 @@ def test_a_stopped_measurement_goes_on_and_is_kept(
     assert fitted_file(configuration) == path
     assert len(measured) == 4
     table = read_threshold_table(path)
-    assert len(table) == table.on.data["moments"] == 4
+    assert len(table) == table.on.data["frames"] == 4
     # What was measured on the way is not left behind.
     assert not list(path.parent.glob("*.jsonl"))
 

@@ -34,7 +34,7 @@ from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.state_posterior import state_vectors
 
 STATES = state_vectors(len(FIVE))
-MOMENTS = 30
+FRAMES = 30
 
 
 class Kept:
@@ -74,7 +74,7 @@ def test_a_cell_has_all_states_of_all_sensors(tmp_path: Path, walls: ModuleType)
                 assert shares[number] == pytest.approx(table.shares[0, 0, number])
 
 
-def known_moment(part: str, number: int, hidden: int) -> CellResult:
+def known_frame(part: str, number: int, hidden: int) -> CellResult:
     """An attack adds to what depends on it; on the hidden sensor alone only to what is darker."""
     random = np.random.default_rng([part == "judged", number])
     # What is judged stays below the largest of what is fitted.
@@ -98,9 +98,9 @@ def test_two_that_are_attacked_are_named(monkeypatch: pytest.MonkeyPatch) -> Non
     on = FittedOn(FIVE, {"name": "sgbm"}, (100.0, 100.0, 100.0), {"made": "up"})
     monkeypatch.setattr(five_sensors, "fitted_to", lambda configuration, system: on)
     cells = [
-        known_moment(part, number, hidden=2)
+        known_frame(part, number, hidden=2)
         for part in ("fitted", "judged")
-        for number in range(MOMENTS)
+        for number in range(FRAMES)
     ]
     told = five_summary(Kept(*cells), Configuration())  # type: ignore[arg-type]
     assert told is not None
@@ -113,7 +113,7 @@ def test_two_that_are_attacked_are_named(monkeypatch: pytest.MonkeyPatch) -> Non
     assert likeliest["together"]["1"]["rate"] > 0.95
     assert likeliest["together"]["2"]["rate"] > 0.95
     assert by_algorithm["average"] == pytest.approx(14 / 15)
-    assert by_algorithm["beyond"]["of"] == MOMENTS * 16
+    assert by_algorithm["beyond"]["of"] == FRAMES * 16
     table = table_of_five(told)
     assert len(table.rows) == 15
     assert all(len(row) == len(table.columns) for row in table.rows)

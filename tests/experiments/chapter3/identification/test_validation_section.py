@@ -13,13 +13,13 @@ import pytest
 from avsec_gym.commands.report import Report
 from avsec_gym.experiments.chapter3.attacks import BEYOND
 from avsec_gym.experiments.chapter3.identification import summary as chapter_3
-from avsec_gym.experiments.chapter3.identification.in_words import validation_sentences
-from avsec_gym.experiments.chapter3.identification.knowing_attackers import (
+from avsec_gym.experiments.chapter3.identification.adaptive_attacks import (
     DIM,
     FAR,
     KINDS,
     states_of,
 )
+from avsec_gym.experiments.chapter3.identification.in_words import validation_sentences
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import alone, bits, measured
 from avsec_gym.experiments.chapter3.identification.tables import unseen_table
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
@@ -41,12 +41,12 @@ from avsec_gym.validation.state_posterior import state_vectors
 
 pytestmark = pytest.mark.slow
 
-MOMENTS = 24
+FRAMES = 24
 HIDDEN_FROM_E = 3
 """Position of a camera whose attacks leave E as it is, and are seen by brightness alone."""
 
 
-def moment(configuration: Configuration) -> Any:
+def judged_frame(configuration: Configuration) -> Any:
     def work(part: str, number: int) -> CellResult:
         random = np.random.default_rng([part == "judged", number])
         rows = []
@@ -77,15 +77,15 @@ def moment(configuration: Configuration) -> Any:
 
 
 def cells(configuration: Configuration) -> list[Cell]:
-    work = f"{__name__}:moment"
+    work = f"{__name__}:judged_frame"
     return [
         Cell.of(work, "", part=part, number=number)
         for part in ("fitted", "judged")
-        for number in range(configuration.limit or MOMENTS)
+        for number in range(configuration.limit or FRAMES)
     ]
 
 
-KNOWN = Experiment("known", "Is it noticed?", "Chapter 3", cells)
+KNOWN = Experiment("known", "Is it detected?", "Chapter 3", cells)
 
 
 @pytest.fixture
@@ -127,21 +127,21 @@ def test_a_page_says_what_sensors_notice(
     assert "The thesis, r = 1 %: 97.60" in box
     assert "of 24 drives" in page
     # Of what was said with some probability, how much was so.
-    said_so = (summary["honesty"], summary["honesty"]["all_alike"])
+    said_so = (summary["calibration"], summary["calibration"]["all_alike"])
     assert page.count('data-hint="said ') == sum(len(one["reliability"]) for one in said_so)
     # The mean of all cases, with the thesis beside it.
     box = page.partition("<h3>Figure 3.8")[2].partition("</ul>")[0]
     assert "The thesis, r = 1 %: 99.97" in box
     text = markdown_page(report)
-    told = {(row["kind"], *row["attacked"]): row for row in summary["knowing"]}
+    told = {(row["kind"], *row["attacked"]): row for row in summary["adaptive_attacks"]}
     assert len(told) == sum(len(kind.attacked) for kind in KINDS.values())
     for row in told.values():
-        for share in (*row["noticed"].values(), row["named_likeliest"]):
-            assert share["of"] == MOMENTS
+        for share in (*row["detected"].values(), row["named_likeliest"]):
+            assert share["of"] == FRAMES
     # Only the first scenario has a LiDAR, only the second one the rightmost camera.
-    assert list(told[FAR, 0]["noticed"]) == ["LiDAR and two cameras"]
-    assert list(told[DIM, 1]["noticed"]) == ["three cameras"]
-    assert told[DIM, 1]["noticed"]["three cameras"]["rate"] > 0.9
+    assert list(told[FAR, 0]["detected"]) == ["LiDAR and two cameras"]
+    assert list(told[DIM, 1]["detected"]) == ["three cameras"]
+    assert told[DIM, 1]["detected"]["three cameras"]["rate"] > 0.9
     assert told[DIM, 1]["named_likeliest"]["rate"] > 0.9 > 0.1 > told[DIM, 1]["accused"]["rate"]
     assert "## Attackers who know the method" in text
     assert "## Table 3.2" in text
@@ -152,24 +152,24 @@ def test_a_page_says_what_sensors_notice(
     assert "*98.15*" in text
 
 
-def test_moments_that_were_looked_at_are_left_out_once(
+def test_frames_that_were_looked_at_are_left_out_once(
     run: RunFolder, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    moments = [SimpleNamespace(id=f"drive_{number:03d}/0") for number in range(MOMENTS)]
-    monkeypatch.setattr(chapter_3, "recordings_of", lambda *_: SimpleNamespace(moments=moments))
+    frames = [SimpleNamespace(id=f"drive_{number:03d}/0") for number in range(FRAMES)]
+    monkeypatch.setattr(chapter_3, "recordings_of", lambda *_: SimpleNamespace(frames=frames))
     whole = run_report(run).data["validation"]
     assert whole["unseen"] is None
     told = chapter_3.validation_summary(run, run.configuration, 5)["unseen"]
-    assert (told["looked_at"], told["moments"]) == (5, MOMENTS - 5)
+    assert (told["looked_at"], told["frames"]) == (5, FRAMES - 5)
     assert [row["scenario"] for row in told["detection"]] == list(SCENARIOS)
     assert {row["rate"] for row in told["identification"]} == {0.01}
-    assert chapter_3.validation_summary(run, run.configuration, MOMENTS)["unseen"] is None
-    assert "19 moments that nobody looked at" in unseen_table(told).title
+    assert chapter_3.validation_summary(run, run.configuration, FRAMES)["unseen"] is None
+    assert "19 frames that nobody looked at" in unseen_table(told).title
 
 
-def test_too_few_moments_are_not_summed_up(tmp_path: Path) -> None:
+def test_too_few_frames_are_not_summed_up(tmp_path: Path) -> None:
     configuration = Configuration("made_up", limit=3)
     run_experiments([KNOWN], configuration, tmp_path / "few", workers=0, threads=1)
     report = run_report(RunFolder.open(tmp_path / "few"))
     assert report.data["validation"] is None
-    assert report.data["question"] == "Is it noticed?"
+    assert report.data["question"] == "Is it detected?"

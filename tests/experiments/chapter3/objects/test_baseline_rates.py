@@ -1,4 +1,4 @@
-"""Rates of the object-level baseline against plain loops over moments and states."""
+"""Rates of the object-level baseline against plain loops over frames and states."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from avsec_gym.geometry import Floats
 PAIRS = list(SYSTEM.pairs())
 
 
-def counts(moments: int, seed: int) -> Floats:
+def counts(frames: int, seed: int) -> Floats:
     random = np.random.default_rng(seed)
-    clean = random.poisson(1.0, (moments, len(PAIRS), len(IOUS), 1, 1))
-    return clean + random.poisson([[0, 1], [1, 2]], (moments, len(PAIRS), len(IOUS), 2, 2))
+    clean = random.poisson(1.0, (frames, len(PAIRS), len(IOUS), 1, 1))
+    return clean + random.poisson([[0, 1], [1, 2]], (frames, len(PAIRS), len(IOUS), 2, 2))
 
 
 def total(one: Floats, iou: float, pairs: list[tuple[int, int]], attacked: tuple[int, ...]) -> int:

@@ -24,7 +24,7 @@ from avsec_gym.experiments.chapter3.objects.believed_points import (
 from avsec_gym.experiments.chapter3.objects.bogus_obstacles import covering
 from avsec_gym.experiments.chapter3.objects.pasted_cars import (
     CarInView,
-    CarsOfMoments,
+    CarsOfFrames,
     pasted_box,
 )
 from avsec_gym.frame import SensorFrame
@@ -36,7 +36,7 @@ from avsec_gym.kitti.writing import write_raw_frame
 from avsec_gym.rig import camera_rig
 from avsec_gym.runs.catalogue import experiment
 from avsec_gym.runs.experiment import CellResult, Configuration
-from avsec_gym.validation.moments import Moment
+from avsec_gym.validation.recordings import RecordedFrame
 
 RIG = camera_rig(
     (0.0, 0.56, -0.28, 0.28), focal_length=320.0, centre=(120.0, 60.0), size=(240, 120)
@@ -152,12 +152,12 @@ def test_cars_are_believed_and_planes_are_not(
 
 
 def test_a_pasted_car_is_where_its_box_is() -> None:
-    moment = Moment("0", lambda: labelled)
+    recorded = RecordedFrame("0", lambda: labelled)
     labelled = street(1)
     labels = Boxes3D([[0.0, 1.65, 17.0]], [[1.5, 1.6, 4.0]], [-1.57], [1.0], ["Car"])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(f"{CarInView.__module__}.truth_of", lambda frame, camera: labels)
-        cars = CarsOfMoments([moment])
+        cars = CarsOfFrames([recorded])
         scan = cars.first_of([3])
         assert cars.first_of([0]) is scan
         assert cars.first_of([]) is None

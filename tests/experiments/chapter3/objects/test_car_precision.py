@@ -25,27 +25,27 @@ def cars(*which: int) -> Boxes3D:
 
 
 def scenes(drives: int, frames: int) -> tuple[dict[str, Boxes3D], dict[str, Boxes3D], list[str]]:
-    """Every third drive hides the second car, in all of its moments."""
-    moments = [f"{drive:03d}/{frame}" for drive in range(drives) for frame in range(frames)]
-    found = {one: cars(0) if int(one[:3]) % 3 == 0 else cars(0, 1) for one in moments}
-    return dict.fromkeys(moments, cars(0, 1)), found, moments
+    """Every third drive hides the second car, in all of its frames."""
+    ids = [f"{drive:03d}/{frame}" for drive in range(drives) for frame in range(frames)]
+    found = {id: cars(0) if int(id[:3]) % 3 == 0 else cars(0, 1) for id in ids}
+    return dict.fromkeys(ids, cars(0, 1)), found, ids
 
 
 def test_it_is_kittis_precision() -> None:
-    truth, found, moments = scenes(30, 1)
+    truth, found, frames = scenes(30, 1)
     for metric, place in (("2d", 0), ("3d", 2)):
-        own = car_precision(truth, found, moments, metric, 0.7)
+        own = car_precision(truth, found, frames, metric, 0.7)
         known = average_precision(
             [*truth.values()], [*found.values()], classes=["Car"], resamples=RESAMPLES
         )
         assert known.drawn is not None
         for level, name in enumerate(LEVELS):
             assert own[name].value == pytest.approx(known.ap11[0, place, level])
-            # Where each moment is a drive of its own, drives are drawn as frames are.
+            # Where each frame is a drive of its own, drives are drawn as frames are.
             np.testing.assert_allclose(own[name].samples, known.drawn[0, place, level, :, 0])
 
 
-def test_moments_that_are_alike_tell_no_more_than_one() -> None:
+def test_frames_that_are_alike_tell_no_more_than_one() -> None:
     once, often = (car_precision(*scenes(30, frames), "3d", 0.7) for frames in (1, 5))
     assert often["moderate"].interval == pytest.approx(once["moderate"].interval)
 

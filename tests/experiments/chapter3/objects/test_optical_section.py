@@ -43,9 +43,9 @@ from avsec_gym.runs.section import Findings
 from avsec_gym.sensor_system import LIDAR
 from avsec_gym.validation.evidence.disparity_error import MEASURES
 
-MOMENTS = 24
+FRAMES = 24
 FOUND_OF_SIZE = {LIDAR: 1.5, CAMERA: 150.0}
-"""Above it the detector misses the second car of a moment."""
+"""Above it the detector misses the second car of a frame."""
 
 
 def two_cars() -> Boxes3D:
@@ -71,7 +71,7 @@ def found(count: int) -> Boxes3D:
 def objects_of(part: str, number: int) -> CellResult:
     """Every third attack hides the second car from a camera, and shows the LiDAR a third one.
 
-    The LiDAR alone sees a bogus one in all but one moment; and in every other moment a box of
+    The LiDAR alone sees a bogus one in all but one frame; and in every other frame a box of
     camera 2 is too high to be the others' at an IoU of 0.7.
     """
     id, hidden = f"drive_{number:03d}/0", number % 3 == 0
@@ -106,7 +106,7 @@ def objects_of(part: str, number: int) -> CellResult:
 
 
 def sizes_of(part: str, number: int) -> CellResult:
-    """The larger an attack the more of it is noticed, by all shares sooner than by E."""
+    """The larger an attack the more of it is detected, by all shares sooner than by E."""
     id, random = f"drive_{number:03d}/0", np.random.default_rng([part == "judged", number])
     noise = 0.01 if part == "fitted" else 0.005
 
@@ -141,7 +141,7 @@ def known(work: Any) -> Experiment:
         return [
             Cell.of(f"{__name__}:{work.__name__}_work", "", part=part, number=number)
             for part in ("fitted", "judged")
-            for number in range(configuration.limit or MOMENTS)
+            for number in range(configuration.limit or FRAMES)
         ]
 
     return Experiment(work.__name__, "What does light do?", "Chapter 3", cells)
@@ -177,22 +177,22 @@ def test_mismatches_raise_alarms(report: RunReport) -> None:
     for scenario in ("LiDAR and two cameras", "three cameras"):
         loose, strict = rows[scenario, 0.5, 0.01], rows[scenario, 0.7, 0.01]
         # All three cameras together miss the same car.
-        noticed = 6 / 7 if scenario == "three cameras" else 1.0
-        assert loose["average"] == pytest.approx(noticed / 3)
+        detected = 6 / 7 if scenario == "three cameras" else 1.0
+        assert loose["average"] == pytest.approx(detected / 3)
         assert loose["false_alarms"]["rate"] == 0.0
         assert strict["false_alarms"]["rate"] == 0.5
-    assert report.data["baseline"]["moments"] == {"fitted": MOMENTS, "judged": MOMENTS}
+    assert report.data["baseline"]["frames"] == {"fitted": FRAMES, "judged": FRAMES}
 
 
 def test_the_impact_has_its_control(report: RunReport) -> None:
     lidar, camera = report.data["impact"]["lidar"], report.data["impact"]["camera"]
-    # Both cars of every fitted moment are found from the lower one's score on.
+    # Both cars of every fitted frame are found from the lower one's score on.
     assert lidar["score"] == 0.8
     taken = {row["score"]: row["taken"]["count"] for row in lidar["by_score"]}
     # The bogus car's score is 0.85, that of the car where one patch stands 0.8.
-    assert (taken[0.05], taken[0.8], taken[0.9]) == (MOMENTS - 1, MOMENTS - 1, 0)
+    assert (taken[0.05], taken[0.8], taken[0.9]) == (FRAMES - 1, FRAMES - 1, 0)
     assert {name: lidar[name]["count"] for name in ("taken", "clean", "newly")} == {
-        "taken": MOMENTS - 1, "clean": 1, "newly": MOMENTS - 2,
+        "taken": FRAMES - 1, "clean": 1, "newly": FRAMES - 2,
     }  # fmt: skip
     clean, lit = camera["clean"]["moderate"], camera["attacked"]["moderate"]
     assert clean["value"] == pytest.approx(100)
@@ -208,9 +208,9 @@ def test_sensitivity_counts_what_is_beyond_the_threshold(report: RunReport) -> N
         rows = report.data["sensitivity"][what]["sizes"]
         assert [row["size"] for row in rows] == [0.0, *sizes]
         for place, row in enumerate(rows[1:], 1):
-            noticed = place / len(sizes)
-            assert row["detected"]["error"]["rate"] == pytest.approx(noticed / 2, abs=0.09)
-            assert row["detected"]["any"]["rate"] == pytest.approx(noticed, abs=0.09)
+            detected = place / len(sizes)
+            assert row["detected"]["error"]["rate"] == pytest.approx(detected / 2, abs=0.09)
+            assert row["detected"]["any"]["rate"] == pytest.approx(detected, abs=0.09)
             missed = row["size"] > FOUND_OF_SIZE[what]
             # One car of two: recall 0.5, six of 11 points.
             lost = 100 * 5 / 11 if missed else 0.0
@@ -223,18 +223,18 @@ def test_sensitivity_counts_what_is_beyond_the_threshold(report: RunReport) -> N
 
 def test_page_and_text_show_all_of_it(report: RunReport) -> None:
     said = report.sentences
-    taken = "PIXOR takes the bogus return for an obstacle in 23 of 24 moments; without the attack"
+    taken = "PIXOR takes the bogus return for an obstacle in 23 of 24 frames; without the attack"
     assert f"{taken} it has one there in 1." in said
     page, text = html_page(report), markdown_page(report)
     for words in ("65.32", "63.39", "98.60", "84.62", "61.53", "54.12", "YOLOv3", "PointRCNN"):
         assert words in page
         assert words in text
-    for words in ("Figures 3.11 and 3.12", 'id="optical"', "noticed by E alone"):
+    for words in ("Figures 3.11 and 3.12", 'id="optical"', "detected by E alone"):
         assert words in page
     assert said[0] in text
 
 
-def test_without_detectors_the_page_shows_what_is_noticed(report: RunReport) -> None:
+def test_without_detectors_the_page_shows_what_is_detected(report: RunReport) -> None:
     alone = {"sensitivity": json.loads(json.dumps(report.data["sensitivity"]))}
     for what in SIZES:
         alone["sensitivity"][what]["detector"] = ""
@@ -242,10 +242,10 @@ def test_without_detectors_the_page_shows_what_is_noticed(report: RunReport) -> 
             row["precision"] = None
     page = html_page(shown(report, alone))
     assert page.count("AP was not measured.") == 2
-    assert "of the moments." in optical_sentences(alone)[0]
+    assert "of the frames." in optical_sentences(alone)[0]
 
 
-def test_too_few_moments_are_not_summed_up(tmp_path: Path) -> None:
+def test_too_few_frames_are_not_summed_up(tmp_path: Path) -> None:
     experiments = [known(objects_of), known(sizes_of)]
     configuration = Configuration("made_up", limit=3)
     run_experiments(experiments, configuration, tmp_path / "few", workers=0, threads=1)
@@ -256,7 +256,7 @@ def test_too_few_moments_are_not_summed_up(tmp_path: Path) -> None:
 
 def test_which_bogus_points_are_believed_is_told(report: RunReport) -> None:
     def share(count: int) -> dict[str, Any]:
-        return share_of(np.arange(MOMENTS) < count, [str(one) for one in range(MOMENTS)])
+        return share_of(np.arange(FRAMES) < count, [str(one) for one in range(FRAMES)])
 
     rows = [
         {

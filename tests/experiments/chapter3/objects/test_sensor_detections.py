@@ -23,8 +23,8 @@ from avsec_gym.experiments.chapter3.objects.attack_sizes import (
 )
 from avsec_gym.experiments.chapter3.objects.bogus_obstacles import taken_for_an_obstacle
 from avsec_gym.experiments.chapter3.objects.detector_weights import weights_of
+from avsec_gym.experiments.chapter3.objects.frame_truth import truth_of
 from avsec_gym.experiments.chapter3.objects.mismatch_counts import IOUS, mismatch_counts
-from avsec_gym.experiments.chapter3.objects.moment_truth import truth_of
 from avsec_gym.experiments.chapter3.objects.score_thresholds import USUAL, score_thresholds
 from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     DETECTIONS_FORMAT,
@@ -186,8 +186,8 @@ def test_weights_are_inputs_of_a_run(configuration: Configuration) -> None:
 
 def test_nobody_attacks_what_is_fitted_on(configuration: Configuration) -> None:
     result = SensorDetections(configuration)("fitted", 1, DETECTIONS_FORMAT)
-    counts, moments = mismatch_counts(Kept(result), "fitted", FROM_0_3)  # type: ignore[arg-type]
-    assert moments == ["0000000001"]
+    counts, frames = mismatch_counts(Kept(result), "fitted", FROM_0_3)  # type: ignore[arg-type]
+    assert frames == ["0000000001"]
     assert counts.shape == (1, 5, len(IOUS), 2, 2)
     assert (counts[..., 0, 0] == 0).all()
     assert np.isnan(counts).sum() == 5 * len(IOUS) * 3
@@ -201,8 +201,8 @@ def test_a_sensor_that_sees_more_or_less_than_another_is_a_mismatch(
     hidden = set()
     work = SensorDetections(configuration)
     results = [work("judged", number, DETECTIONS_FORMAT) for number in range(3)]
-    counts, moments = mismatch_counts(Kept(*results), "judged", FROM_0_3)  # type: ignore[arg-type]
-    assert len(moments) == 3
+    counts, frames = mismatch_counts(Kept(*results), "judged", FROM_0_3)  # type: ignore[arg-type]
+    assert len(frames) == 3
     for number, result in enumerate(results):
         boxes = boxes_of(result)
         assert boxes[truth_setting("judged"), 0.0].category.tolist() == ["Car", "DontCare"]
@@ -230,7 +230,7 @@ def test_a_sensor_that_sees_more_or_less_than_another_is_a_mismatch(
     assert hidden, "no facula hides the car: the test says little"
 
 
-def test_boxes_count_from_the_working_point_of_clean_moments_on(
+def test_boxes_count_from_the_working_point_of_clean_frames_on(
     configuration: Configuration,
 ) -> None:
     work = SensorDetections(configuration)

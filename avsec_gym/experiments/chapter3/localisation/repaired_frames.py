@@ -1,4 +1,4 @@
-"""Every judged moment attacked in eleven ways, located and repaired: the work of `localisation`."""
+"""Every judged frame attacked in eleven ways, located and repaired: the work of `localisation`."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ from avsec_gym.experiments.chapter3.objects.detector_weights import (
     weights_of,
 )
 from avsec_gym.experiments.chapter3.objects.object_mismatches import boxes_seen_by
-from avsec_gym.experiments.chapter3.objects.pasted_cars import CarInView, CarsOfMoments, pasted_box
+from avsec_gym.experiments.chapter3.objects.pasted_cars import CarInView, CarsOfFrames, pasted_box
 from avsec_gym.experiments.chapter3.recordings import (
     JUDGED,
     OPTIONS,
     drives_inputs,
-    moment_cells,
+    frame_cells,
     recordings_of,
 )
 from avsec_gym.frame import SensorFrame
@@ -66,17 +66,17 @@ of those of the package."""
 LOCALISATION_FORMAT = 3
 """Raised when something else is attacked or measured."""
 
-_WORK = f"{__name__}:RepairedMoments"
+_WORK = f"{__name__}:RepairedFrames"
 _STREAM = 5
 """Of draws; the other experiments of chapter 3 have those below."""
 
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
-    """One attack on one moment, and what became of it.
+    """One attack on one frame, and what became of it.
 
     Args:
-        clean: The moment as it is.
+        clean: The frame as it is.
         tampered: As the car gets it.
         mended: Repaired.
         bogus: Where the bogus points of an attacked LiDAR stand.
@@ -89,8 +89,8 @@ class Attempt:
 
 
 def localisation_cells(configuration: Configuration) -> list[Cell]:
-    """A cell for every judged moment."""
-    return moment_cells(_WORK, configuration, (JUDGED,), format=LOCALISATION_FORMAT)
+    """A cell for every judged frame."""
+    return frame_cells(_WORK, configuration, (JUDGED,), format=LOCALISATION_FORMAT)
 
 
 def localisation_inputs(configuration: Configuration) -> dict[str, Path]:
@@ -100,8 +100,8 @@ def localisation_inputs(configuration: Configuration) -> dict[str, Path]:
     return weights | drives_inputs(configuration, (JUDGED,))
 
 
-class RepairedMoments:
-    """Attacks a moment, and repairs it with the attacked sensor named.
+class RepairedFrames:
+    """Attacks a frame, and repairs it with the attacked sensor named.
 
     Args:
         configuration: Of the run.
@@ -114,7 +114,7 @@ class RepairedMoments:
         self._reference = self._parts[JUDGED].system.reference
         self._attacks = attacks_of(self._reference)
         self._seed = configuration.seed
-        self._cars = CarsOfMoments(self._parts[JUDGED].moments)
+        self._cars = CarsOfFrames(self._parts[JUDGED].frames)
 
     @cached_property
     def _detector(self) -> Detector | None:
@@ -139,11 +139,11 @@ class RepairedMoments:
 
         Args:
             part: `JUDGED`.
-            number: Of the moment.
+            number: Of the frame.
             format: `LOCALISATION_FORMAT`; cells of another one are done again.
         """
-        moment, seconds = self._parts[part].moments[number], dict[str, float]()
-        clean = moment.frame()
+        recorded, seconds = self._parts[part].frames[number], dict[str, float]()
+        clean = recorded.frame()
         in_images, in_scan = self._seen(clean, seconds), self._scanned(clean, seconds)
         rows = []
         for attack in self._attacks_on(number):
@@ -166,24 +166,24 @@ class RepairedMoments:
                     found[f"bogus_{state}"] = taken_for_an_obstacle(boxes, attempt.bogus)
             for name, value in found.items():
                 known = math.nan if value is None else value
-                rows.append(Measurement(attack, moment.id, name, known))
+                rows.append(Measurement(attack, recorded.id, name, known))
         return CellResult(measurements=rows, seconds=seconds)
 
-    def again(self, moment: str, attack: str) -> Attempt:
+    def again(self, id: str, attack: str) -> Attempt:
         """One attack of a cell once more.
 
         Args:
-            moment: Its id.
+            id: The id of the frame.
             attack: As `attacks_of` calls it.
 
         Raises:
-            DataError: The moment is no longer there.
+            DataError: The frame is no longer there.
         """
         recordings = self._parts[JUDGED]
-        for number, one in enumerate(recordings.moments):
-            if one.id == moment:
+        for number, one in enumerate(recordings.frames):
+            if one.id == id:
                 return self._attempt(one.frame(), number, attack, {})
-        raise DataError(f"The moment {moment} is no longer there.", path=recordings.root)
+        raise DataError(f"The frame {id} is no longer there.", path=recordings.root)
 
     def _attempt(
         self, clean: SensorFrame, number: int, attack: str, seconds: dict[str, float]
@@ -204,8 +204,8 @@ class RepairedMoments:
         return Attempt(clean, tampered, mended, bogus)
 
     def _attacks_on(self, number: int) -> dict[str, OpticalAttack]:
-        """`attacks_of`, and `CAR`, that of the next other moment; not where nobody labelled any."""
-        count = len(self._parts[JUDGED].moments)
+        """`attacks_of`, and `CAR`, that of the next other frame; not where nobody labelled any."""
+        count = len(self._parts[JUDGED].frames)
         scan = self._cars.first_of(range(number + 1, number + count))
         pasted = {} if scan is None else {CAR: CarInView(scan, self._reference)}
         return {**self._attacks, **pasted}

@@ -18,7 +18,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.commands.report import Report
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.experiments.chapter3.experiments import LOCALISATION
-from avsec_gym.experiments.chapter3.localisation import repaired_moments
+from avsec_gym.experiments.chapter3.localisation import repaired_frames
 from avsec_gym.experiments.chapter3.localisation.measures import (
     CAR,
     Overlap,
@@ -32,7 +32,7 @@ from avsec_gym.experiments.chapter3.localisation.rates import (
     localisation_summary,
 )
 from avsec_gym.experiments.chapter3.localisation.repair_pictures import SHOWN
-from avsec_gym.experiments.chapter3.localisation.repaired_moments import RepairedMoments
+from avsec_gym.experiments.chapter3.localisation.repaired_frames import RepairedFrames
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import transform_points
 from avsec_gym.kitti.raw_calibration import write_raw_calibration
@@ -99,7 +99,7 @@ def drives(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def two_attacks(monkeypatch: pytest.MonkeyPatch) -> None:
     """One of each kind, light on the sign."""
     two = {FACULA: Facula(2, 225.0, centre=(130.0, 65.0)), BOGUS: attacks_of()[BOGUS]}
-    monkeypatch.setattr(repaired_moments, "attacks_of", lambda camera: two)
+    monkeypatch.setattr(repaired_frames, "attacks_of", lambda camera: two)
 
 
 def test_overlap_of_two_areas() -> None:
@@ -150,8 +150,8 @@ def values_of(result: CellResult, attack: str) -> dict[str, float]:
 def test_a_cell_attacks_repairs_and_counts(drives: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(registry._REGISTERED, (registry.Kind.DETECTOR, "reader"), Reader)
     configuration = Configuration(str(drives), options={"detector": "reader"})
-    cells, moments = LOCALISATION.cells(configuration), RepairedMoments(configuration)
-    result = moments(**cells[0].arguments)
+    cells, frames = LOCALISATION.cells(configuration), RepairedFrames(configuration)
+    result = frames(**cells[0].arguments)
     facula, bogus = values_of(result, FACULA), values_of(result, BOGUS)
     assert facula["iou"] > 0.5
     assert facula["error_before"] > 50
@@ -162,10 +162,10 @@ def test_a_cell_attacks_repairs_and_counts(drives: Path, monkeypatch: pytest.Mon
     assert {row.scenario for row in result.measurements} == {
         "2026_01_01_drive_0001_sync/0000000000"
     }
-    repeated = RepairedMoments(configuration)(**cells[0].arguments)
+    repeated = RepairedFrames(configuration)(**cells[0].arguments)
     assert list(repeated.measurements) == list(result.measurements)
     with pytest.raises(DataError, match="no longer there"):
-        moments.again("gone", FACULA)
+        frames.again("gone", FACULA)
 
 
 class Whole:
@@ -195,7 +195,7 @@ def test_what_a_refilled_scan_shows_is_told_apart_from_a_cleaned_one(
         options = {"scan_detector": "whole", "refill_error": error}
         configuration = Configuration(str(drives), options=options)
         cells = LOCALISATION.cells(configuration)
-        bogus = values_of(RepairedMoments(configuration)(**cells[0].arguments), BOGUS)
+        bogus = values_of(RepairedFrames(configuration)(**cells[0].arguments), BOGUS)
         found = [bogus[f"found_{state}"] for state in ("before", "cleaned", "after")]
         assert [bogus["objects"], *found] == [1, 0, 0, after]
 
@@ -245,11 +245,11 @@ def test_a_pasted_car_is_gone_after_the_repair(
         assert [row[one] for one in ("objects", "found_before", "found_after")] == [3, 3, 3]
     assert rows[FACULA]["bogus_before"] is None
     [said] = [one for one in report.sentences if "is pasted" in one]
-    assert "in 100.0 % of the moments, after the repair in 0.0 %" in said
+    assert "in 100.0 % of the frames, after the repair in 0.0 %" in said
     assert "bogus obstacle clean" in markdown_page(report)
-    moments = RepairedMoments(asked)
-    moment = f"{next(iter(sorted(day.glob('*_sync')))).name}/0000000000"
-    again = moments.again(moment, CAR)
+    frames = RepairedFrames(asked)
+    id = f"{next(iter(sorted(day.glob('*_sync')))).name}/0000000000"
+    again = frames.again(id, CAR)
     assert len(again.bogus) == 1
 
 
@@ -275,16 +275,16 @@ def test_from_drives_to_the_page(drives: Path, tmp_path: Path) -> None:
 
 
 class Rows:
-    """Results of one attack, by moment."""
+    """Results of one attack, by frame."""
 
     def __init__(self, values: dict[str, dict[str, float | None]]) -> None:
         self._values = values
 
     def measurements(self, setting: str) -> list[dict[str, Any]]:
         return [
-            {"name": name, "scenario": moment, "value": value}
+            {"name": name, "scenario": id, "value": value}
             for name, found in self._values.items()
-            for moment, value in found.items()
+            for id, value in found.items()
             if setting == FACULA
         ]
 
@@ -304,7 +304,7 @@ def test_attacks_are_summed_up() -> None:
         objects={"a/0": 3.0, "a/1": 2.0},
         found_after={"a/0": 2.0, "a/1": 2.0},
     )
-    assert row.moments == 4
+    assert row.frames == 4
     assert row.iou == pytest.approx(0.5)
     assert row.lowest == LocatedFrame("b/0", 0.1)
     assert row.median == LocatedFrame("a/0", 0.5)
@@ -315,7 +315,7 @@ def test_attacks_are_summed_up() -> None:
     assert localisation_summary(Rows({}), Configuration()) is None  # type: ignore[arg-type]
 
 
-def test_moments_of_one_drive_say_nothing_of_others() -> None:
+def test_frames_of_one_drive_say_nothing_of_others() -> None:
     assert summed_up(iou={"a/0": 0.5, "a/1": 0.9}).interval is None
     nothing = summed_up(iou={"a/0": None})
     assert (nothing.iou, nothing.interval, nothing.median) == (None, None, None)

@@ -1,4 +1,4 @@
-"""What `avsec validate` says of the moments that it judges: line by line, and in sum."""
+"""What `avsec validate` says of the frames that it judges: line by line, and in sum."""
 
 from __future__ import annotations
 
@@ -16,36 +16,36 @@ from avsec_gym.storage.text_files import write_text
 if TYPE_CHECKING:
     from avsec_gym.attacks.optical_attack import OpticalAttack
     from avsec_gym.frame import SensorFrame
-    from avsec_gym.validation.moments import Moment
+    from avsec_gym.validation.recordings import RecordedFrame
     from avsec_gym.validation.validation_folder import ValidationFolder
     from avsec_gym.validation.validator import Validator
 
 _REMARKS = 5
-"""So many moments left out are told one by one."""
+"""So many frames left out are told one by one."""
 _RATES = {
     "alarms as recorded (false, if nobody attacked)": "alarms_as_recorded",
-    "attacks noticed": "attacks_noticed",
+    "attacks detected": "attacks_detected",
     "attacked sensors named exactly": "attacks_named",
 }
 
 
 @dataclass(frozen=True)
-class JudgedMoments:
-    """Moments of a recording, a validator, and the folder that keeps what it says of them.
+class JudgedFrames:
+    """Frames of a recording, a validator, and the folder that keeps what it says of them.
 
     Args:
-        moments: One or more.
+        frames: One or more.
         validator: That judges them.
         folder: Of this question; what it knows already is not asked again.
-        attack: On each of the moments; None: as they were recorded.
+        attack: On each of the frames; None: as they were recorded.
         seed: Of the attack.
         locate: Whether damage is looked for in the sensors that are named.
         as_json: JSON lines instead of words.
         origin: What the validator was fitted on, in words, which stands in every output.
-        draw_all: Whether moments without an alarm have a picture, too.
+        draw_all: Whether frames without an alarm have a picture, too.
     """
 
-    moments: Sequence[Moment]
+    frames: Sequence[RecordedFrame]
     validator: Validator
     folder: ValidationFolder
     attack: OpticalAttack | None
@@ -67,17 +67,17 @@ class JudgedMoments:
         refused: list[AvsecError] = []
         for row in self._rows.values():
             self._tell(row)
-        missing = [one for one in enumerate(self.moments) if one[1].id not in self.folder.rows]
+        missing = [one for one in enumerate(self.frames) if one[1].id not in self.folder.rows]
         with console.progress("validating") as shown:
-            for done, (number, moment) in enumerate(missing, start=1):
+            for done, (number, recorded) in enumerate(missing, start=1):
                 try:
-                    frame = moment.read(self.validator.system)
+                    frame = recorded.read(self.validator.system)
                 except DataError as error:
-                    left_out[moment.id] = str(error)
+                    left_out[recorded.id] = str(error)
                 else:
-                    if problem := self._judge_one(moment.id, frame, number):
+                    if problem := self._judge_one(recorded.id, frame, number):
                         refused.append(problem)
-                        left_out[moment.id] = str(problem)
+                        left_out[recorded.id] = str(problem)
                 shown(done, len(missing))
         if refused and not self._rows:
             raise refused[0]
@@ -119,14 +119,14 @@ class JudgedMoments:
         """Sum up, in words or JSON and in ``summary.json``; the exit code.
 
         Args:
-            left_out: Why moments could not be judged, by their ids.
+            left_out: Why frames could not be judged, by their ids.
         """
         from avsec_gym.validation.validation_folder import summary
 
         for id, reason in list(left_out.items())[:_REMARKS]:
             console.say(f"avsec: left out: {id}: {reason}")
         if len(left_out) > _REMARKS:
-            console.say(f"avsec: left out: {len(left_out) - _REMARKS} more moments")
+            console.say(f"avsec: left out: {len(left_out) - _REMARKS} more frames")
         found, out = summary(self._rows), self.folder.out
         found |= {"left_out": len(left_out), "fitted_on": self.origin}
         document = with_schema("validate.summary", found)
@@ -144,18 +144,18 @@ class JudgedMoments:
                 if (one := found[key])["of"]
             ]
             console.print_table(
-                f"{found['moments']} moments, {found['alarms']} alarms"
+                f"{found['frames']} frames, {found['alarms']} alarms"
                 f"{f'; {self.origin}' if self.origin else ''}; {out}",
-                ["", "moments", "% (95 %)"],
+                ["", "frames", "% (95 %)"],
                 lines,
             )
         return console.DONE_IN_PART if left_out else console.DONE
 
     @property
     def _rows(self) -> dict[str, dict[str, Any]]:
-        """Of these moments; the folder may have others."""
+        """Of these frames; the folder may have others."""
         rows = self.folder.rows
-        return {one.id: rows[one.id] for one in self.moments if one.id in rows}
+        return {one.id: rows[one.id] for one in self.frames if one.id in rows}
 
     def _tell(self, row: Mapping[str, Any]) -> None:
         from avsec_gym.commands.validation_line import validation_line

@@ -1,4 +1,4 @@
-"""Going on after an alarm: a moment without the suspects, or with their data repaired.
+"""Going on after an alarm: a frame without the suspects, or with their data repaired.
 
 Suspects are the sensors that are attacked, and those that cannot be told.  What nothing can take
 the place of raises `Untrusted` when it is asked for, and not before: a camera detector goes on
@@ -19,7 +19,7 @@ from avsec_gym.attacks.attack import LEFT, RIGHT
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import Calibration, LazyImages, SensorFrame
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
-from avsec_gym.validation.state_posterior import Verdict
+from avsec_gym.validation.state_posterior import SensorStatus
 from avsec_gym.validation.validator import Validation
 
 SHORTEST_BASELINE = 0.4
@@ -30,8 +30,8 @@ class Untrusted(DataError):
     """What is asked for is not to be trusted, and nothing takes its place."""
 
 
-def without_suspects(frame: SensorFrame, validation: Validation) -> SensorFrame:
-    """The moment with nothing of what suspects deliver.
+def without_compromised_sensors(frame: SensorFrame, validation: Validation) -> SensorFrame:
+    """The frame with nothing of what suspects deliver.
 
     If a camera of the stereo pair is a suspect, another pair of sound cameras takes the place of
     both: under their numbers, with its own projections, so that objects are where they were.  It is
@@ -48,8 +48,8 @@ def without_suspects(frame: SensorFrame, validation: Validation) -> SensorFrame:
     return _with(frame, {one: partial(_refuse, frame, one) for one in suspects})
 
 
-def with_suspects_repaired(frame: SensorFrame, validation: Validation) -> SensorFrame:
-    """The moment with what sound sensors make of the suspects' data, each as it is asked for.
+def with_compromised_sensors_repaired(frame: SensorFrame, validation: Validation) -> SensorFrame:
+    """The frame with what sound sensors make of the suspects' data, each as it is asked for.
 
     It takes two sound sensors to repair a camera, one of them a camera; two cameras for the LiDAR.
     See `avsec_gym.validation.repair.repair`.
@@ -65,12 +65,12 @@ def with_suspects_repaired(frame: SensorFrame, validation: Validation) -> Sensor
 def _parted(validation: Validation) -> tuple[list[Sensor], list[Sensor]]:
     """Sound sensors and suspects, in the system's order."""
     sensors = validation.errors.maps.system.sensors
-    sound = [one for one in sensors if validation.verdicts[one] == Verdict.SOUND]
+    sound = [one for one in sensors if validation.statuses[one] == SensorStatus.SOUND]
     return sound, [one for one in sensors if one not in sound]
 
 
 def _with(frame: SensorFrame, sources: Mapping[Sensor, Callable[[], Any]]) -> SensorFrame:
-    """The moment with other images and scans, loaded when they are asked for."""
+    """The frame with other images and scans, loaded when they are asked for."""
     images = {c: sources.get(c, partial(frame.image, c)) for c in frame.images}
     scan = sources.get(LIDAR, frame.scan) if frame.has_points else None
     return replace(frame, images=LazyImages(images), scan=scan)
@@ -101,10 +101,10 @@ def stereo_pairs(calibration: Calibration, cameras: Iterable[int]) -> dict[tuple
 
 
 def as_stereo_pair(frame: SensorFrame, left: int, right: int) -> SensorFrame:
-    """Two cameras as `LEFT` and `RIGHT`, and no others; so in the moments before.
+    """Two cameras as `LEFT` and `RIGHT`, and no others; so in the frames before.
 
     Args:
-        frame: The moment.
+        frame: The frame.
         left: Number of a camera of it.
         right: Of one to the right of it.
     """
@@ -125,7 +125,7 @@ def _mended(
     frame: SensorFrame, validation: Validation, sound: list[Sensor], suspect: Sensor
 ) -> Any:
     """The suspect's image or scan, repaired."""
-    # Few moments are repaired, and what repairs them takes its time to import.
+    # Few frames are repaired, and what repairs them takes its time to import.
     from avsec_gym.validation.repair.repair import repair
 
     maps = validation.errors.maps

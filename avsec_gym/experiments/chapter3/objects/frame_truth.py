@@ -1,4 +1,4 @@
-"""What is to be seen in a moment's image, as average precision takes it."""
+"""What is to be seen in a frame's image, as average precision takes it."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avsec_gym.experiments.chapter3.identification.knowing_attackers import (
+from avsec_gym.experiments.chapter3.identification.adaptive_attacks import (
     AGREED_DEPTH,
     AGREEING,
     DIM,

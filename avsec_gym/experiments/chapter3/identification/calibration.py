@@ -1,4 +1,4 @@
-"""What the likelihood's answers are worth: to whom it says what, and with which probability."""
+"""Calibration of the likelihood validator: how often its statuses and probabilities are right."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
 from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 from avsec_gym.validation.state_posterior import (
-    Verdict,
+    SensorStatus,
     attack_prior,
     brier_score,
     reliability,
@@ -21,17 +21,17 @@ from avsec_gym.validation.state_posterior import (
 )
 
 
-def honesty(model: LikelihoodModel, judged: EvidenceTable) -> dict[str, Any]:
+def calibration(model: LikelihoodModel, judged: EvidenceTable) -> dict[str, Any]:
     """What users of `LikelihoodValidator` are told, by the rule, rate and prior that it comes with.
 
     Args:
-        model: That was fitted on other moments.
+        model: That was fitted on other frames.
         judged: In all states.
 
     Returns:
-        ``rate``, ``certainty``; ``verdicts``: for each number of attacked sensors, by its text, the
-        shares of the verdicts on all sensors that are ``right``, ``wrong`` and ``cannot_tell``,
-        and of the moments in which ``all_right`` are, and with ``alarms``.  Of the probabilities,
+        ``rate``, ``certainty``; ``statuses``: for each number of attacked sensors, by its text, the
+        shares of the statuses on all sensors that are ``right``, ``wrong`` and ``cannot_tell``,
+        and of the frames in which ``all_right`` are, and with ``alarms``.  Of the probabilities,
         with every state as often as the prior expects it: ``brier``; ``reliability``, for each
         tenth that was said what was ``said`` on average, the share that ``was`` so with its
         ``interval``, as if drives were independent, and which share of the ``sensors`` it was said
@@ -40,17 +40,17 @@ def honesty(model: LikelihoodModel, judged: EvidenceTable) -> dict[str, Any]:
         them beyond n - 2.
     """
     states, drives = state_vectors(model.sensors), judged.drives
-    moments = len(judged)
+    frames = len(judged)
     rate, certainty = LikelihoodValidator.rate, LikelihoodValidator.certainty
-    decoding = model.decode(judged.shares.reshape(moments * len(states), -1), rate)
-    said = np.array(decoding.verdicts(certainty)).reshape(moments, len(states), -1)
-    alarms = decoding.alarms.reshape(moments, len(states))
-    unknown = said == Verdict.CANNOT_TELL
-    right = said == np.where(states, Verdict.ATTACKED, Verdict.SOUND)
-    verdicts = {}
+    decoding = model.decode(judged.shares.reshape(frames * len(states), -1), rate)
+    said = np.array(decoding.statuses(certainty)).reshape(frames, len(states), -1)
+    alarms = decoding.alarms.reshape(frames, len(states))
+    unknown = said == SensorStatus.CANNOT_TELL
+    right = said == np.where(states, SensorStatus.ATTACKED, SensorStatus.SOUND)
+    statuses = {}
     for count in range(model.sensors + 1):
         chosen = np.flatnonzero(states.sum(axis=1) == count)
-        verdicts[str(count)] = {
+        statuses[str(count)] = {
             "right": share_of(right[:, chosen], drives),
             "wrong": share_of(~(right | unknown)[:, chosen], drives),
             "cannot_tell": share_of(unknown[:, chosen], drives),
@@ -60,7 +60,7 @@ def honesty(model: LikelihoodModel, judged: EvidenceTable) -> dict[str, Any]:
     return {
         "rate": rate,
         "certainty": certainty,
-        "verdicts": verdicts,
+        "statuses": statuses,
         **_of_probabilities(model, judged, attack_prior(model.sensors)),
         "all_alike": _of_probabilities(model, judged, np.full(len(states), 1 / len(states))),
     }
@@ -70,10 +70,10 @@ def _of_probabilities(
     model: LikelihoodModel, judged: EvidenceTable, prior: Floats
 ) -> dict[str, Any]:
     """``brier``, ``reliability``, ``calibration_error``, with states as often as a prior says."""
-    states, moments = state_vectors(model.sensors), len(judged)
-    posterior = model.posterior(judged.shares.reshape(moments * len(states), -1), prior)
-    truth = np.tile(states, (moments, 1))
-    weights = np.tile(prior, moments)
+    states, frames = state_vectors(model.sensors), len(judged)
+    posterior = model.posterior(judged.shares.reshape(frames * len(states), -1), prior)
+    truth = np.tile(states, (frames, 1))
+    weights = np.tile(prior, frames)
     rows = reliability(posterior, truth, weights, np.repeat(judged.drives, len(states)))
     said_something = rows[np.isfinite(rows).all(axis=1)]
     off = np.abs(said_something[:, 0] - said_something[:, 1])
@@ -82,8 +82,8 @@ def _of_probabilities(
         "calibration_error": float(np.average(off, weights=said_something[:, 2])),
         "reliability": [
             {
-                "said": mean,
-                "was": share,
+                "predicted": mean,
+                "observed": share,
                 "interval": list(wilson_interval(share * independent, independent)),
                 "sensors": weight / np.nansum(rows[:, 2]),
             }

@@ -1,4 +1,4 @@
-"""Attackers who know how they are looked for, and stay where nobody looks: the work of `knowing`.
+"""Adaptive attacks, which stay where the method does not look: the work of `adaptive_attacks`.
 
 Each kind goes around one of the rules by which sensors are compared.  What it is worth to the
 attacker is another question: a dim facula hides as little as it shows.
@@ -19,7 +19,7 @@ from avsec_gym.attacks.facula import THESIS_RADII, Facula
 from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
 from avsec_gym.attacks.optical_attack import TamperedFrame
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import evidence_rows
-from avsec_gym.experiments.chapter3.recordings import JUDGED, OPTIONS, moment_cells, recordings_of
+from avsec_gym.experiments.chapter3.recordings import JUDGED, OPTIONS, frame_cells, recordings_of
 from avsec_gym.frame import SensorFrame
 from avsec_gym.runs.experiment import Cell, CellResult, Configuration
 from avsec_gym.sensor_system import LIDAR, Sensor, SensorSystem
@@ -30,9 +30,9 @@ from avsec_gym.validation.evidence.state_evidence import StateEvidence
 from avsec_gym.validation.state_posterior import States
 
 Tampered = dict[Sensor, TamperedFrame]
-"""The moment with one sensor attacked at a time."""
+"""The frame with one sensor attacked at a time."""
 Tamper = Callable[[SensorFrame, SensorSystem, Seed], Tampered]
-"""How a moment is attacked."""
+"""How a frame is attacked."""
 
 DIM, VEIL, AGREEING = "dim", "veil", "agreeing"
 FAR, REMOVED, OUT_OF_SIGHT = "far", "removed", "out of sight"
@@ -42,25 +42,25 @@ _VEIL_RADIUS, _VEIL_STRENGTH = 1e5, 64.0
 """Pixels, grey levels: the same light everywhere, as another exposure has."""
 _STREAM = 6
 """Of draws; the other experiments of chapter 3 have those below."""
-_WORK = f"{__name__}:KnowingAttackers"
+_WORK = f"{__name__}:AdaptiveAttacks"
 
 
-class Kind(NamedTuple):
+class AdaptiveAttack(NamedTuple):
     """One way around the rules."""
 
     attacked: tuple[tuple[int, ...], ...]
     """Sets of positions in the system that are attacked together."""
     tamper: Tamper
-    """Attacks a moment."""
+    """Attacks a frame."""
 
 
-def knowing_cells(configuration: Configuration) -> list[Cell]:
-    """A cell for every judged moment."""
-    return moment_cells(_WORK, configuration, (JUDGED,), format=EVIDENCE_FORMAT)
+def adaptive_cells(configuration: Configuration) -> list[Cell]:
+    """A cell for every judged frame."""
+    return frame_cells(_WORK, configuration, (JUDGED,), format=EVIDENCE_FORMAT)
 
 
-class KnowingAttackers:
-    """Attacks a moment in every way of `KINDS`, and asks for the evidence.
+class AdaptiveAttacks:
+    """Attacks a frame in every way of `KINDS`, and asks for the evidence.
 
     Args:
         configuration: Of the run.
@@ -76,21 +76,21 @@ class KnowingAttackers:
 
         Args:
             part: `JUDGED`.
-            number: Of the moment.
+            number: Of the frame.
             format: `EVIDENCE_FORMAT` of what is measured; cells of another one are done again.
         """
-        moment, system = self._recordings.moments[number], self._recordings.system
-        frame = moment.frame()
+        recorded, system = self._recordings.frames[number], self._recordings.system
+        frame = recorded.frame()
         evidence = StateEvidence(frame, {}, system, self._depth)
         rows, start = [], time.perf_counter()
         for stream, (name, kind) in enumerate(KINDS.items()):
             tampered = kind.tamper(frame, system, (self._seed, number, _STREAM, stream))
             evidence = evidence.otherwise({sensor: one.frame for sensor, one in tampered.items()})
-            rows += evidence_rows(evidence, name, states_of(kind, len(system)), moment.id)
+            rows += evidence_rows(evidence, name, states_of(kind, len(system)), recorded.id)
         return CellResult(measurements=rows, seconds={"evidence": time.perf_counter() - start})
 
 
-def states_of(kind: Kind, sensors: int) -> States:
+def states_of(kind: AdaptiveAttack, sensors: int) -> States:
     """Its sets as sensor state vectors, shape (sets, n + 1)."""
     states = np.zeros((len(kind.attacked), sensors), bool)
     for state, attacked in zip(states, kind.attacked, strict=True):
@@ -139,13 +139,13 @@ def _spoofed(spoofing: LidarSpoofing) -> Tamper:
 
 
 _CAMERAS = ((1,), (2,), (3,))
-KINDS: Mapping[str, Kind] = {
-    DIM: Kind(_CAMERAS, _lit(Facula(strength=MIN_LIGHT - 1))),
-    VEIL: Kind(_CAMERAS, _lit(Facula(radius=_VEIL_RADIUS, strength=_VEIL_STRENGTH))),
-    AGREEING: Kind(((2, 3), (1, 2, 3)), agreeing_faculae),
-    FAR: Kind(((0,),), _spoofed(LidarSpoofing(distance=(20.0, 30.0)))),
-    REMOVED: Kind(((0,),), removed_returns),
-    OUT_OF_SIGHT: Kind(((0,),), _spoofed(LidarSpoofing(bearing=math.pi / 2))),
+KINDS: Mapping[str, AdaptiveAttack] = {
+    DIM: AdaptiveAttack(_CAMERAS, _lit(Facula(strength=MIN_LIGHT - 1))),
+    VEIL: AdaptiveAttack(_CAMERAS, _lit(Facula(radius=_VEIL_RADIUS, strength=_VEIL_STRENGTH))),
+    AGREEING: AdaptiveAttack(((2, 3), (1, 2, 3)), agreeing_faculae),
+    FAR: AdaptiveAttack(((0,),), _spoofed(LidarSpoofing(distance=(20.0, 30.0)))),
+    REMOVED: AdaptiveAttack(((0,),), removed_returns),
+    OUT_OF_SIGHT: AdaptiveAttack(((0,),), _spoofed(LidarSpoofing(bearing=math.pi / 2))),
 }
 """Light below `MIN_LIGHT`; the same light everywhere; the same light in several cameras, where one
 surface would be; bogus returns far ahead; returns taken away; bogus returns beside the images."""

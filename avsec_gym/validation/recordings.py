@@ -1,4 +1,4 @@
-"""The moments of a recording that a system of sensors can judge, and what it lacks for the rest."""
+"""The frames of a recording that a system of sensors can judge, and what it lacks for the rest."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ _NAMED = 5
 
 
 @dataclass(frozen=True)
-class Moment:
-    """One moment of a recording.
+class RecordedFrame:
+    """One frame of a recording.
 
     Args:
         id: Such as ``000107``, or ``2011_09_26_drive_0052_sync/0000000005`` of several drives.
         frame: Reads what the sensors deliver; DataError where a file is broken.
-        drive: Whose moments are alike; None: it stands alone.
+        drive: Whose frames are alike; None: it stands alone.
     """
 
     id: str
@@ -59,33 +59,33 @@ class Recordings:
     Args:
         root: The folder that was named.
         system: The sensors.
-        moments: That have all of them.
+        frames: That have all of them.
         lacking: What the others lack, by their ids.
         remark: Which sensors were left out, and why; empty if none was.
     """
 
     root: Path
     system: SensorSystem
-    moments: tuple[Moment, ...]
+    frames: tuple[RecordedFrame, ...]
     lacking: dict[str, str]
     remark: str = ""
 
     def first(self, count: int | None) -> Recordings:
-        """The first moments, and what others up to the last of them lack; None: all."""
-        if count is None or count > len(self.moments):
+        """The first frames, and what others up to the last of them lack; None: all."""
+        if count is None or count > len(self.frames):
             return self
-        moments = self.moments[:count]
+        frames = self.frames[:count]
         # Ids are in order: they are names of drives, and numbers with all their digits.
-        lacking = {id: what for id, what in self.lacking.items() if id < moments[-1].id}
-        return replace(self, moments=moments, lacking=lacking)
+        lacking = {id: what for id, what in self.lacking.items() if id < frames[-1].id}
+        return replace(self, frames=frames, lacking=lacking)
 
-    def named(self, ids: Sequence[str]) -> tuple[Moment, ...]:
-        """The moments with these ids, in the recording's order.
+    def named(self, ids: Sequence[str]) -> tuple[RecordedFrame, ...]:
+        """The frames with these ids, in the recording's order.
 
         Raises:
             DataError: One of them lacks a sensor, or is not there.
         """
-        known = {moment.id: moment for moment in self.moments}
+        known = {recorded.id: recorded for recorded in self.frames}
         for id in ids:
             if id not in known:
                 problem = (
@@ -97,7 +97,7 @@ class Recordings:
                 raise DataError(
                     problem, path=self.root, remedy=f"The frames that can be judged are {some}."
                 )
-        return tuple(moment for moment in self.moments if moment.id in set(ids))
+        return tuple(recorded for recorded in self.frames if recorded.id in set(ids))
 
 
 def raw_recordings(root: str | Path, sensors: Sequence[Sensor] | None = None) -> Recordings:
@@ -105,7 +105,7 @@ def raw_recordings(root: str | Path, sensors: Sequence[Sensor] | None = None) ->
 
     Args:
         root: See `KittiRaw`.
-        sensors: S_0 to S_n; None: those that leave the most to judge, moments times sensors, see
+        sensors: S_0 to S_n; None: those that leave the most to judge, frames times sensors, see
             `system_of`: one that few frames have is left out, one that a few lack is not.
 
     Raises:
@@ -122,15 +122,15 @@ def raw_recordings(root: str | Path, sensors: Sequence[Sensor] | None = None) ->
         system, remark = _fullest_system(drives[0].calibration, counts, root)
     else:
         system = SensorSystem(tuple(sensors))
-    moments, lacking = [], {}
+    whole, lacking = [], {}
     for drive, number, had in frames:
         id = f"{drive.name}/{number:010d}" if len(drives) > 1 else f"{number:010d}"
         missing = [_folder(sensor) for sensor in system.sensors if sensor not in had]
         if missing:
             lacking[id] = ", ".join(missing)
         else:
-            moments.append(Moment(id, partial(drive.frame, number, previous=0), drive.name))
-    return _checked(Recordings(Path(root), system, tuple(moments), lacking, remark))
+            whole.append(RecordedFrame(id, partial(drive.frame, number, previous=0), drive.name))
+    return _checked(Recordings(Path(root), system, tuple(whole), lacking, remark))
 
 
 def object_recordings(
@@ -149,21 +149,21 @@ def object_recordings(
     sensed = set().union(*(has[folder] for folder in folders[1:]))
     every = sorted(sensed) if split is None else data.ids(split)
     missing = {id: [folder for folder in folders if id not in has[folder]] for id in every}
-    moments = tuple(
-        Moment(id, partial(data.frame, id)) for id, folders in missing.items() if not folders
+    frames = tuple(
+        RecordedFrame(id, partial(data.frame, id)) for id, folders in missing.items() if not folders
     )
     lacking = {id: ", ".join(folders) for id, folders in missing.items() if folders}
-    return _checked(Recordings(Path(root), system, moments, lacking))
+    return _checked(Recordings(Path(root), system, frames, lacking))
 
 
-def drive_of(moment: str) -> str:
-    """The drive that a moment of `Recordings` belongs to; empty where there is one drive only.
+def drive_of(id: str) -> str:
+    """The drive that a frame of `Recordings` belongs to; empty where there is one drive only.
 
     Example:
         >>> drive_of("2026_01_01_drive_0001_sync/0000000000"), drive_of("0000000007")
         ('2026_01_01_drive_0001_sync', '')
     """
-    return moment.rpartition("/")[0]
+    return id.rpartition("/")[0]
 
 
 def system_of(calibration: Calibration, there: Iterable[Sensor], root: str | Path) -> SensorSystem:
@@ -205,7 +205,7 @@ def _fullest_system(
 ) -> tuple[SensorSystem, str]:
     """The sensors that leave the most to judge, and what is to be said of the others.
 
-    Not the most moments: a scan that is missing here and there is no reason to leave out the LiDAR.
+    Not the most frames: a scan that is missing here and there is no reason to leave out the LiDAR.
 
     Args:
         calibration: Of the rig.
@@ -230,7 +230,7 @@ def _fullest_system(
     if not left_out:
         return best, ""
     return best, (
-        f"{_named(left_out)}: {whole(everything)} moments could be judged with it, {whole(best)} "
+        f"{_named(left_out)}: {whole(everything)} frames could be judged with it, {whole(best)} "
         f"can without; --sensors {' '.join(map(str, everything.sensors))} asks for it"
     )
 
@@ -243,7 +243,7 @@ def _ids(data: KittiObject, folder: str) -> set[str]:
 
 
 def _checked(found: Recordings) -> Recordings:
-    if not found.moments:
+    if not found.frames:
         first = next(iter(found.lacking.items()), None)
         raise DataError(
             f"No frame has all of {_named(found.system.sensors)}"
@@ -253,7 +253,7 @@ def _checked(found: Recordings) -> Recordings:
             "`avsec validate --sensors` (a fitted file tells its own).",
         )
     try:
-        found.system.check(found.moments[0].frame().calibration)
+        found.system.check(found.frames[0].frame().calibration)
     except ConfigurationError as error:
         raise ConfigurationError(f"{found.root}: {error}") from error
     return found

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from avsec_gym.experiments.chapter3.identification.adaptive_attacks import KINDS, states_of
 from avsec_gym.experiments.chapter3.identification.beyond_rates import RATE
 from avsec_gym.experiments.chapter3.identification.detection_rates import exceeded
 from avsec_gym.experiments.chapter3.identification.evidence_table import (
@@ -16,7 +17,6 @@ from avsec_gym.experiments.chapter3.identification.identification_rates import (
     algorithm_2,
     maximum_likelihood,
 )
-from avsec_gym.experiments.chapter3.identification.knowing_attackers import KINDS, states_of
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import bits
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
 from avsec_gym.experiments.chapter3.settings import SCENARIOS
@@ -26,19 +26,19 @@ from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 
 
-def knowing_rates(
+def adaptive_rates(
     results: Results, fitted: EvidenceTable, on: FittedOn, model: LikelihoodModel
 ) -> list[dict[str, Any]]:
     """For each kind and set of attacked sensors, at r = 1 %.
 
     Args:
-        results: Of a run; without `knowing` there are no rows.
-        fitted: Whose clean moments give the thresholds.
+        results: Of a run; without `adaptive_attacks` there are no rows.
+        fitted: Whose clean frames give the thresholds.
         on: What they hold for.
-        model: Fitted on the same moments.
+        model: Fitted on the same frames.
 
     Returns:
-        Rows with ``kind`` and ``attacked``, positions; ``noticed`` by each of the `SCENARIOS` that
+        Rows with ``kind`` and ``attacked``, positions; ``detected`` by each of the `SCENARIOS` that
         holds one of them, by its text; ``named`` by algorithm 2, exactly these, and
         ``named_likeliest`` by maximum likelihood; ``accused``: it names a sound sensor.
     """
@@ -52,7 +52,7 @@ def knowing_rates(
         by_algorithm = algorithm_2(fitted, table, on, RATE).sensors
         likeliest = maximum_likelihood(model, table, RATE).sensors
         for number, (attacked, state) in enumerate(zip(kind.attacked, states, strict=True)):
-            noticed = {
+            detected = {
                 scenario: share_of(alarms[:, number, SYSTEM.triples.index(triple)], table.drives)
                 for scenario, triple in SCENARIOS.items()
                 if {*attacked} & {*triple}
@@ -66,7 +66,7 @@ def knowing_rates(
                 {
                     "kind": name,
                     "attacked": list(attacked),
-                    "noticed": noticed,
+                    "detected": detected,
                     **{what: share_of(np.asarray(hit), table.drives) for what, hit in hits.items()},
                 }
             )

@@ -1,4 +1,4 @@
-"""Which sensors and moments of a recording are judged, and what is said of the rest."""
+"""Which sensors and frames of a recording are judged, and what is said of the rest."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from avsec_gym.kitti.raw_calibration import write_raw_calibration
 from avsec_gym.kitti.writing import write_object_frame, write_raw_frame
 from avsec_gym.rig import kitti_rig
 from avsec_gym.sensor_system import KITTI_SYSTEM, LIDAR
-from avsec_gym.validation import moments
-from avsec_gym.validation.moments import object_recordings, raw_recordings, system_of
+from avsec_gym.validation import recordings
+from avsec_gym.validation.recordings import object_recordings, raw_recordings, system_of
 
 DAY = "2026_01_01"
 FOLDERS = {"lidar": "velodyne_points", **{str(c): f"image_0{c}" for c in range(4)}}
@@ -45,13 +45,13 @@ def test_a_sensor_that_few_frames_have_is_left_out_and_that_is_said(drive_of: Dr
     drive = drive_of(1, {"1": range(2, 10)})
     found = raw_recordings(drive)
     assert found.system.sensors == (LIDAR, 2, 0)
-    assert len(found.moments) == 10
+    assert len(found.frames) == 10
     assert found.lacking == {}
-    assert "camera 1: 2 moments" in found.remark
+    assert "camera 1: 2 frames" in found.remark
     assert "--sensors lidar 2 1 0" in found.remark
     # Who asks for it gets it.
     asked = raw_recordings(drive, (LIDAR, 2, 1, 0))
-    assert [moment.id for moment in asked.moments] == [f"{n:010d}" for n in range(2)]
+    assert [recorded.id for recorded in asked.frames] == [f"{n:010d}" for n in range(2)]
     assert asked.lacking == {f"{n:010d}": "image_01" for n in range(2, 10)}
     assert asked.remark == ""
 
@@ -61,7 +61,7 @@ def test_a_sensor_that_a_few_frames_lack_is_kept(drive_of: DriveOf) -> None:
     found = raw_recordings(drive_of(1, {"lidar": range(2)}))
     assert found.system.sensors == (LIDAR, 2, 1, 0)
     assert found.lacking == {f"{n:010d}": "velodyne_points" for n in range(2)}
-    assert len(found.moments) == 8
+    assert len(found.frames) == 8
     assert found.remark == ""
 
 
@@ -74,15 +74,15 @@ def test_sensors_of_several_drives_are_those_that_most_of_them_share(drive_of: D
     drive_of(3, {"1": range(9)}, frames=9)
     found = raw_recordings(root)
     assert found.system.sensors == (LIDAR, 2, 0)
-    assert [moment.drive for moment in found.moments].count(f"{DAY}_drive_0003_sync") == 9
-    assert found.moments[0].id == f"{DAY}_drive_0001_sync/0000000000"
+    assert [recorded.drive for recorded in found.frames].count(f"{DAY}_drive_0003_sync") == 9
+    assert found.frames[0].id == f"{DAY}_drive_0001_sync/0000000000"
     assert found.lacking == {f"{DAY}_drive_0002_sync/{n:010d}": "velodyne_points" for n in range(4)}
 
 
-def test_the_first_moments_keep_what_others_before_them_lack(drive_of: DriveOf) -> None:
+def test_the_first_frames_keep_what_others_before_them_lack(drive_of: DriveOf) -> None:
     found = raw_recordings(drive_of(1, {"2": range(3, 5)}))
     first = found.first(4)
-    assert [moment.id[-1] for moment in first.moments] == ["0", "1", "2", "5"]
+    assert [recorded.id[-1] for recorded in first.frames] == ["0", "1", "2", "5"]
     assert list(first.lacking) == ["0000000003", "0000000004"]
     assert found.first(3).lacking == {}
     assert found.first(None) is found.first(99) is found
@@ -133,11 +133,11 @@ def test_object_frames_need_both_images_scan_and_calibration(
     shutil.copy(calib / "000000.txt", calib / "000007.txt")
     found = object_recordings(tmp_path)
     assert found.system.sensors == (LIDAR, 3, 2)
-    assert [moment.id for moment in found.moments] == ["000000", "000002"]
+    assert [recorded.id for recorded in found.frames] == ["000000", "000002"]
     assert found.lacking == {"000001": "velodyne"}
     with pytest.raises(DataError, match="No frame has all of lidar, camera 1"):
         object_recordings(tmp_path, (LIDAR, 1, 2))
 
 
-def test_drives_of_moments() -> None:
-    assert [moments.drive_of(id) for id in ("a/b/7", "a/7", "7")] == ["a/b", "a", ""]
+def test_drives_of_frames() -> None:
+    assert [recordings.drive_of(id) for id in ("a/b/7", "a/7", "7")] == ["a/b", "a", ""]
