@@ -101,7 +101,7 @@ def _check_options(command: Any, words: Sequence[str], program: str) -> None:
             return
         if word.startswith("--") and len(word) > 2 and flag not in known:
             # Without dashes, which all options have in common; they are put back.
-            nearest = did_you_mean(flag[2:], [one[2:] for one in known]).replace('"', '"--', 1)
+            nearest = did_you_mean(flag[2:], [flag[2:] for flag in known]).replace('"', '"--', 1)
             problem = f"{program} has no option {flag}."
             remedy = f"`{program} --help` tells all."
             raise ConfigurationError(" ".join(filter(None, (problem, nearest, remedy))))
@@ -192,7 +192,7 @@ def _unwrapped(annotation: Any) -> Any:
     if get_origin(annotation) is Annotated:
         return _unwrapped(get_args(annotation)[0])
     if get_origin(annotation) in (Union, UnionType):
-        others = [one for one in get_args(annotation) if one is not NoneType]
+        others = [member for member in get_args(annotation) if member is not NoneType]
         return _unwrapped(others[0]) if len(others) == 1 else annotation
     return annotation
 

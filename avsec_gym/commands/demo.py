@@ -59,8 +59,8 @@ class Demo:
         answer = report.data.get("answer")
         if self.json:
             console.print_json("demo", {"out": str(self.out), "rates": rows, "answer": answer})
-        for one in answer["detectors"] if answer else []:
-            console.say(f"{one['name']}: {' '.join(one['took'])}")
+        for case in answer["detectors"] if answer else []:
+            console.say(f"{case['name']}: {' '.join(case['took'])}")
         console.say(page.sentence(report))
         return max(ran, reported)
 

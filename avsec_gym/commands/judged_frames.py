@@ -155,7 +155,7 @@ class JudgedFrames:
     def _rows(self) -> dict[str, dict[str, Any]]:
         """Of these frames; the folder may have others."""
         rows = self.folder.rows
-        return {one.id: rows[one.id] for one in self.frames if one.id in rows}
+        return {recorded.id: rows[recorded.id] for recorded in self.frames if recorded.id in rows}
 
     def _tell(self, row: Mapping[str, Any]) -> None:
         from avsec_gym.commands.validation_line import validation_line

@@ -193,7 +193,7 @@ class Validate:
 
     @property
     def _sensors(self) -> tuple[Sensor, ...]:
-        return tuple(int(one) if one.isdigit() else one for one in self.sensors)
+        return tuple(int(sensor) if sensor.isdigit() else sensor for sensor in self.sensors)
 
     @cached_property
     def _choice(self) -> FitChoice:

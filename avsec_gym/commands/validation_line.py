@@ -23,19 +23,21 @@ def validation_line(row: Mapping[str, Any]) -> str:
 
 
 def _verdict(row: Mapping[str, Any]) -> str:
-    open = [named(_sensor(one)) for one, said in row["statuses"].items() if said == "cannot tell"]
+    open = [
+        named(_sensor(sensor)) for sensor, said in row["statuses"].items() if said == "cannot tell"
+    ]
     if not row["alarm"]:
         return f"no alarm, though nothing clears {', '.join(open)}" if open else "sound"
     if not row["attacked"]:
         return "ALARM: some sensor; which one, and where, is open"
-    damage = {one: f" ({damage_in_words(found)})" for one, found in row["damage"].items()}
-    names = ", ".join(named(one) + damage.get(str(one), "") for one in row["attacked"])
+    damage = {sensor: f" ({damage_in_words(found)})" for sensor, found in row["damage"].items()}
+    names = ", ".join(named(sensor) + damage.get(str(sensor), "") for sensor in row["attacked"])
     return f"ALARM: {names}" + (f"; nothing clears {', '.join(open)}" if open else "")
 
 
 def _why(row: Mapping[str, Any]) -> list[str]:
     if row["probabilities"] is not None:
-        each = (f"{named(_sensor(one))} {p:.3f}" for one, p in row["probabilities"].items())
+        each = (f"{named(_sensor(sensor))} {p:.3f}" for sensor, p in row["probabilities"].items())
         return [f"P(attacked): {', '.join(each)}"]
     if not row["exceeded"]:
         return []

@@ -83,12 +83,12 @@ class WeightsCalibrate:
             )
         found, evidence = [], []
         with console.progress("detecting") as shown:
-            for done, one in enumerate(ids, start=1):
-                boxes, known = _evidenced(detector, data.frame(one))
+            for done, id in enumerate(ids, start=1):
+                boxes, known = _evidenced(detector, data.frame(id))
                 found.append(boxes)
                 evidence.append(known)
                 shown(done, len(ids))
-        labels = [data.labels(one, keep_dont_care=True) for one in ids]
+        labels = [data.labels(id, keep_dont_care=True) for id in ids]
         seen = IN_IMAGE if kind == Kind.IMAGE_DETECTOR else FROM_ABOVE
         rows, right, wrong = boxes_right_and_wrong(labels, found, seen)
         scores = np.concatenate([boxes.score for boxes in found])[rows]

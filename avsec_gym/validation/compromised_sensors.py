@@ -45,7 +45,7 @@ def without_compromised_sensors(frame: SensorFrame, validation: Validation) -> S
     if {LEFT, RIGHT} & set(suspects) and (pair := _stand_in(frame, sound)) is not None:
         frame = as_stereo_pair(frame, *pair)
         suspects = [LIDAR] if LIDAR in suspects else []
-    return _with(frame, {one: partial(_refuse, frame, one) for one in suspects})
+    return _with(frame, {sensor: partial(_refuse, frame, sensor) for sensor in suspects})
 
 
 def with_compromised_sensors_repaired(frame: SensorFrame, validation: Validation) -> SensorFrame:
@@ -59,14 +59,16 @@ def with_compromised_sensors_repaired(frame: SensorFrame, validation: Validation
         validation: What it said.
     """
     sound, suspects = _parted(validation)
-    return _with(frame, {one: partial(_mended, frame, validation, sound, one) for one in suspects})
+    return _with(
+        frame, {sensor: partial(_mended, frame, validation, sound, sensor) for sensor in suspects}
+    )
 
 
 def _parted(validation: Validation) -> tuple[list[Sensor], list[Sensor]]:
     """Sound sensors and suspects, in the system's order."""
     sensors = validation.errors.maps.system.sensors
-    sound = [one for one in sensors if validation.statuses[one] == SensorStatus.SOUND]
-    return sound, [one for one in sensors if one not in sound]
+    sound = [sensor for sensor in sensors if validation.statuses[sensor] == SensorStatus.SOUND]
+    return sound, [sensor for sensor in sensors if sensor not in sound]
 
 
 def _with(frame: SensorFrame, sources: Mapping[Sensor, Callable[[], Any]]) -> SensorFrame:
@@ -80,7 +82,7 @@ def _stand_in(frame: SensorFrame, sound: list[Sensor]) -> tuple[int, int] | None
     """The sound pair, left and right, that is most like the stereo pair."""
     if not {LEFT, RIGHT} <= set(frame.calibration.cameras):
         return None
-    cameras = [one for one in sound if isinstance(one, int) and one in frame.images]
+    cameras = [sensor for sensor in sound if isinstance(sensor, int) and sensor in frame.images]
     return next(iter(stereo_pairs(frame.calibration, cameras)), None)
 
 
@@ -96,7 +98,9 @@ def stereo_pairs(calibration: Calibration, cameras: Iterable[int]) -> dict[tuple
     """
     usual = calibration.baseline(LEFT, RIGHT)
     shares = {pair: calibration.baseline(*pair) / usual for pair in permutations(cameras, 2)}
-    likeness = {pair: abs(np.log(one)) for pair, one in shares.items() if one >= SHORTEST_BASELINE}
+    likeness = {
+        pair: abs(np.log(share)) for pair, share in shares.items() if share >= SHORTEST_BASELINE
+    }
     return {pair: shares[pair] for pair in sorted(likeness, key=likeness.__getitem__)}
 
 
@@ -129,7 +133,7 @@ def _mended(
     from avsec_gym.validation.repair.repair import repair
 
     maps = validation.errors.maps
-    judges = tuple(one for one in maps.system.sensors if one in sound or one == suspect)
+    judges = tuple(sensor for sensor in maps.system.sensors if sensor in sound or sensor == suspect)
     try:
         mended = repair(frame, SensorSystem(judges), {suspect}, maps.depth).frame
     except ConfigurationError:

@@ -132,19 +132,21 @@ def _measured(
     """
     kept, left_out = JsonLines(samples), dict[str, str]()
     # Numbers count all frames: seeds do not depend on what was measured before.
-    missing = [(n, one) for n, one in enumerate(clean.frames) if one.id not in kept.rows]
-    for done, (number, one) in enumerate(missing, start=1):
+    missing = [
+        (n, recorded) for n, recorded in enumerate(clean.frames) if recorded.id not in kept.rows
+    ]
+    for done, (number, recorded) in enumerate(missing, start=1):
         try:
-            values = measure(number, one.read(clean.system))
+            values = measure(number, recorded.read(clean.system))
         except DataError as error:
             if not clean.leaves_out_broken:
                 raise
-            left_out[one.id] = str(error)
+            left_out[recorded.id] = str(error)
         else:
-            kept.add({"id": one.id, "measured": values.tolist()})
+            kept.add({"id": recorded.id, "measured": values.tolist()})
         if on_progress is not None:
             on_progress(done, len(missing))
-    whole = [one for one in clean.frames if one.id in kept.rows]
+    whole = [recorded for recorded in clean.frames if recorded.id in kept.rows]
     if not whole:
         reasons = "".join(f": {reason}" for reason in list(left_out.values())[:1])
         raise ConfigurationError(f"there are no clean frames to fit on{reasons}")
@@ -152,4 +154,6 @@ def _measured(
     if clean.leaves_out_broken:
         data["left_out"] = left_out
     on = fitted_on(clean.system, clean.depth, whole[0].frame().calibration, data)
-    return _Measured(whole, np.array([kept.rows[one.id]["measured"] for one in whole]), on)
+    return _Measured(
+        whole, np.array([kept.rows[recorded.id]["measured"] for recorded in whole]), on
+    )

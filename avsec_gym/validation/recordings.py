@@ -143,7 +143,10 @@ def object_recordings(
     """
     data = KittiObject(root)
     system = SensorSystem((LIDAR, 3, 2) if sensors is None else tuple(sensors))
-    folders = ["calib", *("velodyne" if one == LIDAR else f"image_{one}" for one in system.sensors)]
+    folders = [
+        "calib",
+        *("velodyne" if sensor == LIDAR else f"image_{sensor}" for sensor in system.sensors),
+    ]
     has = {folder: _ids(data, folder) for folder in folders}
     # KITTI's own labels and calibrations come without images: such frames are none.
     sensed = set().union(*(has[folder] for folder in folders[1:]))
@@ -180,14 +183,16 @@ def system_of(calibration: Calibration, there: Iterable[Sensor], root: str | Pat
     known = set(there)
     if known.issuperset(KITTI_SYSTEM.sensors) and calibration.cameras == (0, 1, 2, 3):
         return KITTI_SYSTEM
-    cameras = [one for one in known if isinstance(one, int) and one in calibration.cameras]
+    cameras = [
+        sensor for sensor in known if isinstance(sensor, int) and sensor in calibration.cameras
+    ]
     cameras.sort(key=lambda camera: -float(calibration.camera_centre(camera)[0]))
     if cameras:
         reference = cameras[-1]
         cameras = [
-            one
-            for one in cameras
-            if one == reference or calibration.baseline(reference, one) > _SAME_PLACE
+            camera
+            for camera in cameras
+            if camera == reference or calibration.baseline(reference, camera) > _SAME_PLACE
         ]
     chosen: list[Sensor] = [*([LIDAR] if LIDAR in known else []), *cameras]
     if len(chosen) < 3:
@@ -226,7 +231,7 @@ def _fullest_system(
         with suppress(DataError):  # Fewer than three.
             systems.append(system_of(calibration, there, root))
     best = max(systems, key=lambda system: (len(system) * whole(system), len(system)))
-    left_out = [one for one in everything.sensors if one not in best.sensors]
+    left_out = [sensor for sensor in everything.sensors if sensor not in best.sensors]
     if not left_out:
         return best, ""
     return best, (
@@ -281,5 +286,5 @@ def _folder(sensor: Sensor) -> str:
 
 
 def _named(sensors: Iterable[Sensor]) -> str:
-    names = [LIDAR if one == LIDAR else f"camera {one}" for one in sensors]
+    names = [LIDAR if sensor == LIDAR else f"camera {sensor}" for sensor in sensors]
     return ", ".join(names) or "none"

@@ -79,7 +79,9 @@ def shipped_fit(
     """
     path, what = shipped_file(kind, system, folder), f"{kind.removesuffix('s')}s"
     if system not in SHIPPED_SYSTEMS:
-        known = "; ".join(" ".join(map(str, one.sensors)) for one in SHIPPED_SYSTEMS)
+        known = "; ".join(
+            " ".join(map(str, known_system.sensors)) for known_system in SHIPPED_SYSTEMS
+        )
         raise ConfigurationError(
             f"the package ships no {what} of the sensors {' '.join(map(str, system.sensors))}, but "
             f"of {known}"
@@ -173,7 +175,7 @@ def evidence_sources() -> str:
 def _differences(fitted: Mapping[str, Any], there: Mapping[str, Any]) -> list[str]:
     """In what a rig differs from the one that was fitted on."""
     result = []
-    ours, theirs = (float(one["focal_length"]) for one in (fitted, there))
+    ours, theirs = (float(rig["focal_length"]) for rig in (fitted, there))
     if not np.isclose(theirs, ours, rtol=_SAME_FOCAL_LENGTH, atol=0):
         result.append(f"a focal length of {theirs:.0f} px, not {ours:.0f}")
     if not np.allclose(there["size"], fitted["size"], rtol=_SAME_SIZE, atol=0):

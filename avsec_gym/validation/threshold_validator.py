@@ -86,7 +86,9 @@ class ThresholdValidator:
         # Of a share that is nothing in every sample none would lie beyond, however many there were.
         if self.rate == 0 or not (largest & shares.any(axis=(0, 1))).any():
             return ""
-        names = [SHARES[name] for name, one in zip(MEASURES, largest, strict=True) if one]
+        names = [
+            SHARES[name] for name, is_largest in zip(MEASURES, largest, strict=True) if is_largest
+        ]
         few = f"it takes {math.ceil(1 / self.rate):,} or more"
         if self.criterion == "any":
             few += ", for E and holes ten times as many or more"
@@ -113,7 +115,7 @@ class ThresholdValidator:
             return Validation(alarm, dict.fromkeys(sensors, said), errors, thresholds=self._chosen)
         found = identify_attacked_sensors(exceeded, len(sensors))
         statuses = dict.fromkeys(sensors, SensorStatus.SOUND)
-        statuses |= {sensors[one]: SensorStatus.CANNOT_TELL for one in found.doubtful}
-        statuses |= {sensors[one]: SensorStatus.ATTACKED for one in found.named}
+        statuses |= {sensors[position]: SensorStatus.CANNOT_TELL for position in found.doubtful}
+        statuses |= {sensors[position]: SensorStatus.ATTACKED for position in found.named}
         alarm = bool(found.named or found.doubtful)
         return Validation(alarm, statuses, errors, thresholds=self._chosen)

@@ -123,7 +123,7 @@ class ThresholdTable:
         result = {}
         for number, triple in enumerate(self.on.system.triples):
             values = dict(zip(rarer, self.shares[:, number, columns].T, strict=True))
-            needed = [rarer[name] * _not_below(one) for name, one in values.items()]
+            needed = [rarer[name] * _not_below(of_measure) for name, of_measure in values.items()]
             allowed = _allowed(np.min(needed, axis=0), rate)
             result[triple] = Threshold(
                 **{name: _order_statistic(values[name], allowed // rarer[name]) for name in rarer}

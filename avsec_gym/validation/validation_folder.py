@@ -104,7 +104,7 @@ def row_of(
     sensors, errors = validation.errors.maps.system.sensors, validation.errors
 
     def whose(triple: Triple) -> list[Sensor]:
-        return [sensors[one] for one in triple]
+        return [sensors[position] for position in triple]
 
     row = {
         "id": id,
@@ -121,12 +121,12 @@ def row_of(
         },
         "exceeded": [
             {
-                "sensors": whose(one.triple),
-                "share": one.share,
-                "value": round(one.value, 6),
-                "threshold": round(one.threshold, 6),
+                "sensors": whose(beyond.triple),
+                "share": beyond.share,
+                "value": round(beyond.value, 6),
+                "threshold": round(beyond.threshold, 6),
             }
-            for one in validation.exceeded
+            for beyond in validation.exceeded
         ],
         "damage": {str(sensor): found.row for sensor, found in damage.items()},
         "truly_attacked": [sensor for sensor in sensors if sensor in attacked],

@@ -107,7 +107,7 @@ def _reliability(axes: Axes, calibration: Mapping[str, Any]) -> None:
 def _curve(
     axes: Axes, rows: Sequence[Mapping[str, Any]], label: str, colour: str, line: str
 ) -> None:
-    rates, shares = ([row[one] for row in rows] for one in ("rate", "average"))
+    rates, shares = ([row[key] for row in rows] for key in ("rate", "average"))
     low, high = np.array([row["interval"] for row in rows]).T
     axes.fill_between(rates, low, high, color=colour, alpha=0.2, lw=0)
     axes.plot(rates, shares, line, color=colour, label=label)

@@ -129,7 +129,7 @@ def distances(cars: Boxes3D, found: Boxes3D) -> Floats:
     ratios = np.full(len(cars), np.nan)
     if not len(cars) or not len(found):
         return ratios
-    bearings = [np.arctan2(one.location[:, 0], one.location[:, 2]) for one in (cars, found)]
+    bearings = [np.arctan2(boxes.location[:, 0], boxes.location[:, 2]) for boxes in (cars, found)]
     apart = np.abs(bearings[0][:, None] - bearings[1][None, :])
     same = apart < _SAME_BEARING
     # A box finds one car; no pair is worth losing another one.

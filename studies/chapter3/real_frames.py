@@ -63,8 +63,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             for criterion in _CRITERIA
         },
         "frames": {
-            one.id: detected(one.frame(), table, depth, options.rate, options.draws)
-            for one in real.frames
+            recorded.id: detected(recorded.frame(), table, depth, options.rate, options.draws)
+            for recorded in real.frames
         },
         "impact": impact_on_real_frames(
             KittiObject(options.kitti), KittiObject(suite), options.draws
@@ -95,13 +95,19 @@ def detected(
     alarms = np.zeros((draws, len(states), len(_CRITERIA)), bool)
     for draw in range(draws):
         tampered = tampered_frames(frame, _SYSTEM, JUDGED, draw)
-        evidence = evidence.otherwise({sensor: one.frame for sensor, one in tampered.items()})
+        evidence = evidence.otherwise(
+            {sensor: attacked.frame for sensor, attacked in tampered.items()}
+        )
         for number, state in enumerate(states):
             found = evidence.errors(state)
-            alarms[draw, number] = [detect_attack(found, chosen[one]) for one in _CRITERIA]
+            alarms[draw, number] = [
+                detect_attack(found, chosen[criterion]) for criterion in _CRITERIA
+            ]
     return {
         "clean": _named(sound[_TRIPLE].shares),
-        "false_alarm": {one: detect_attack(sound, chosen[one]) for one in _CRITERIA},
+        "false_alarm": {
+            criterion: detect_attack(sound, chosen[criterion]) for criterion in _CRITERIA
+        },
         "cases": {
             case_name(np.flatnonzero(state).tolist()): {
                 criterion: _share(int(alarms[:, number, column].sum()), draws)

@@ -48,12 +48,14 @@ def real_frames_page(result: Mapping[str, Any]) -> str:
         lines += ["", f"## {id}: what LiDAR and two cameras detect, r = {rate:g} %", ""]
         rows = [
             [
-                " and ".join(_SENSORS[one] for one in case.split("+")),
+                " and ".join(_SENSORS[sensor] for sensor in case.split("+")),
                 *(_share(shares[criterion]) for criterion in _CRITERIA),
             ]
             for case, shares in found["cases"].items()
         ]
-        rows.append(["nobody", *(_alarm(found["false_alarm"][one]) for one in _CRITERIA)])
+        rows.append(
+            ["nobody", *(_alarm(found["false_alarm"][criterion]) for criterion in _CRITERIA)]
+        )
         titles = [f"detected by {words}, %" for words in _CRITERIA.values()]
         lines += markdown_table(["attacked", *titles], rows)
     lines += [
@@ -73,7 +75,7 @@ def real_frames_page(result: Mapping[str, Any]) -> str:
         thesis = f" *{number(100 * TAKEN_FOR_AN_OBSTACLE, 1)}*" if name == "pixor" else ""
         taken = _share(found["taken"]) + thesis
         row = [_DETECTORS[name], str(len(found["frames"])), taken, _share(found["already"])]
-        cars = (found.get(one) for one in ("car_taken", "car_already"))
+        cars = (found.get(key) for key in ("car_taken", "car_already"))
         rows.append([*row, *map(_share, cars)])
     titles = ["frames", "a bogus return is an obstacle, %", "one was there without it, %"]
     titles += ["a pasted car is an obstacle, %", "one was there without it, %"]
@@ -82,10 +84,10 @@ def real_frames_page(result: Mapping[str, Any]) -> str:
     for name in IMAGE_DETECTORS:
         if (found := result["impact"][name]) is None:
             continue
-        wrong = (found[one] for one in ("false_alarms", "false_alarms_attacked"))
-        shares = (_share(found[one]) for one in ("found", "found_attacked"))
+        wrong = (found[key] for key in ("false_alarms", "false_alarms_attacked"))
+        shares = (_share(found[key]) for key in ("found", "found_attacked"))
         row = [_DETECTORS[name], str(len(found["frames"])), *shares]
-        rows.append([*row, *(number(one, 2) for one in wrong)])
+        rows.append([*row, *(number(count, 2) for count in wrong)])
     titles = ["frames", "cars found, %", "under a facula, %"]
     titles += ["false alarms an image", "under a facula"]
     lines += markdown_table(["images by", *titles], rows)

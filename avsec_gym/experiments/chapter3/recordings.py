@@ -198,7 +198,8 @@ def _in_common(fitted: Recordings, judged: Recordings) -> int:
     if first not in (second, *second.parents) and second not in first.parents:
         return 0
     of_fitted, of_judged = (
-        {(one.drive, one.id.rpartition("/")[2]) for one in part.frames} for part in (fitted, judged)
+        {(recorded.drive, recorded.id.rpartition("/")[2]) for recorded in part.frames}
+        for part in (fitted, judged)
     )
     return len(of_fitted & of_judged)
 

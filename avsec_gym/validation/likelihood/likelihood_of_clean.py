@@ -43,7 +43,7 @@ def evidence_of_all_states(
     """
     attack_of = partial(attack_to_fit_on, reference=system.reference)
     tampered = attacked_in_turn(frame, system, attack_of, seed)
-    frames = {sensor: one.frame for sensor, one in tampered.items()}
+    frames = {sensor: attacked.frame for sensor, attacked in tampered.items()}
     return StateEvidence(frame, frames, system, depth).evidence(state_vectors(len(system)))
 
 

@@ -206,7 +206,9 @@ class LikelihoodModel:
         """
         values = {name: np.asarray(getattr(self, name)).tolist() for name in _parameters()}
         scale = self.scale or NormalScores.plain(len(self.log_density))
-        values["scale"] = {one.name: getattr(scale, one.name).tolist() for one in fields(scale)}
+        values["scale"] = {
+            parameter.name: getattr(scale, parameter.name).tolist() for parameter in fields(scale)
+        }
         write_fitted(path, _KIND, self.on, values, overwrite=overwrite)
 
     def _judged(self, evidence: Floats) -> tuple[Floats, Floats]:
@@ -334,7 +336,7 @@ def _at(u: Floats, known: Floats) -> Floats:
     below = np.minimum(place.astype(int), SCORES - 2)
     part = (place - below)[..., None]
     element = np.arange(known.shape[0])
-    first, second = (known[element, :, below + one] for one in (0, 1))
+    first, second = (known[element, :, below + step] for step in (0, 1))
     return np.asarray(first + part * (second - first))
 
 
@@ -347,4 +349,8 @@ def _nearest_correlation(pairs: Floats) -> Floats:
 
 
 def _parameters() -> list[str]:
-    return [one.name for one in fields(LikelihoodModel) if one.name not in ("on", "scale")]
+    return [
+        parameter.name
+        for parameter in fields(LikelihoodModel)
+        if parameter.name not in ("on", "scale")
+    ]

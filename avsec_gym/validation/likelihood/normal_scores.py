@@ -58,7 +58,7 @@ class NormalScores:
                 f"{self.quantiles.shape} and {shapes}"
             )
         values = (self.quantiles, self.begins, self.chances, self.tails)
-        is_finite = all(np.isfinite(one).all() for one in values)
+        is_finite = all(np.isfinite(array).all() for array in values)
         is_positive = (self.tails > 0).all() and (self.chances > 0).all()
         if not (is_finite and is_positive) or (np.diff(self.quantiles, axis=0) < 0).any():
             raise ConfigurationError("quantiles ascend, chances and tails are positive")
@@ -82,13 +82,13 @@ class NormalScores:
             return u
         levels = _levels(len(self.quantiles))
         scores = np.empty_like(u)
-        for i, (one, known) in enumerate(zip(u.T, self.quantiles.T, strict=True)):
+        for i, (odds, known) in enumerate(zip(u.T, self.quantiles.T, strict=True)):
             # Of equal quantiles the middle.
-            last = np.interp(one, known, levels)
-            first = -np.interp(-one, -known[::-1], -levels[::-1])
-            beyond = np.maximum(one - self.begins[i], 0.0) / self.tails[i]
+            last = np.interp(odds, known, levels)
+            first = -np.interp(-odds, -known[::-1], -levels[::-1])
+            beyond = np.maximum(odds - self.begins[i], 0.0) / self.tails[i]
             chance = np.where(
-                one > self.begins[i],
+                odds > self.begins[i],
                 np.maximum(self.chances[i] * np.exp(-beyond), _SMALLEST_CHANCE),
                 np.maximum(1.0 - 0.5 * (first + last), self.chances[i]),
             )

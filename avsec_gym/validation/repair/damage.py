@@ -35,7 +35,7 @@ class Damage:
             return {"share_of_pixels": round(float(self.pixels.mean()), 6)}
         if self.scan is not None:
             counts = {"points": self.scan.points, "lost_directions": self.scan.lost}
-            return {name: int(one.sum()) for name, one in counts.items()}
+            return {name: int(mask.sum()) for name, mask in counts.items()}
         return {"unknown": self.unknown}
 
 
@@ -48,12 +48,15 @@ def located_damage(validation: Validation) -> dict[Sensor, Damage]:
         validation: Of a frame.
     """
     sensors = validation.errors.maps.system.sensors
-    return {one: _damage(validation, one) for one in sensors if one in validation.attacked}
+    return {
+        sensor: _damage(validation, sensor) for sensor in sensors if sensor in validation.attacked
+    }
 
 
 def _damage(validation: Validation, sensor: Sensor) -> Damage:
     maps = validation.errors.maps
-    sound = [one for one, said in validation.statuses.items() if said == SensorStatus.SOUND]
+    known = validation.statuses.items()
+    sound = [sensor for sensor, status in known if status == SensorStatus.SOUND]
     try:
         if sensor == LIDAR:
             return Damage(scan=damaged_scan(maps.frame, sound, maps.depth))

@@ -138,7 +138,7 @@ def bogus_points(
     """
     result = np.zeros(len(points), bool)
     every = np.stack(
-        [_votes(points, calibration, one, trusted, nearest) for one, trusted in maps.items()]
+        [_votes(points, calibration, camera, trusted, nearest) for camera, trusted in maps.items()]
     )
     ahead = np.flatnonzero(points[:, 0] > 0)
     votes = np.where((every < 0).any(axis=0), -1.0, every.max(axis=0))[ahead]

@@ -57,14 +57,14 @@ class SystemEvidence:
         """
         if not set(system.sensors) <= set(self.system.sensors):
             raise ConfigurationError(f"{system.sensors} are not all among {self.system.sensors}")
-        place = [self.system.sensors.index(one) for one in system.sensors]
+        place = [self.system.sensors.index(sensor) for sensor in system.sensors]
         others = np.setdiff1d(np.arange(len(self.system)), place)
         kept = ~self.states[:, others].any(axis=1)
         triples = [self.system.triples.index((place[i], place[j], place[k])) for i, j, k in
                    system.triples]  # fmt: skip
         column = {element: number for number, element in enumerate(evidence_elements(self.system))}
         columns = [
-            column[name, tuple(place[one] for one in scope)]
+            column[name, tuple(place[position] for position in scope)]
             for name, scope in evidence_elements(system)
         ]
         states = self.states[kept][:, place]

@@ -91,7 +91,7 @@ def fitted_row(frame: SensorFrame, depth: PairDepth, seed: int, number: int) -> 
     """
     attack_of = partial(attack_to_fit_on, reference=SYSTEM.reference)
     tampered = attacked_in_turn(frame, SYSTEM, attack_of, (seed, number))
-    frames = {sensor: one.frame for sensor, one in tampered.items()}
+    frames = {sensor: attacked.frame for sensor, attacked in tampered.items()}
     return measured(StateEvidence(frame, frames, SYSTEM, depth), state_vectors(len(SYSTEM)))
 
 

@@ -130,7 +130,9 @@ def attacked_in_turn_rows(
             frame = recorded.frame()
             clean = clean or StateEvidence(frame, {}, system, depth)
             tampered = tampered_frames(frame, system, JUDGED, seed)
-            evidence = clean.otherwise({sensor: one.frame for sensor, one in tampered.items()})
+            evidence = clean.otherwise(
+                {sensor: attacked.frame for sensor, attacked in tampered.items()}
+            )
             found = measured(evidence, one_at_a_time(system))
             kept.add({"id": id, "measured": found.tolist()})
             # What is known of the clean frame stays known.
@@ -154,14 +156,16 @@ def judged(evidence: SystemEvidence, frame: SensorFrame, rate: float, fits: Path
     by: dict[str, dict[str, Any]] = {"thresholds": {}, "likelihood": {}}
     for number, state in enumerate(evidence.states):
         attacked = frozenset(np.flatnonzero(state).tolist())
-        case = ", ".join(str(system.sensors[one]) for one in attacked) or NO_ATTACK
+        case = ", ".join(str(system.sensors[position]) for position in attacked) or NO_ATTACK
         for name, (alarms, named) in {
             "thresholds": said_by_thresholds(table, evidence.shares[:, number], rate),
             "likelihood": said_by_likelihood(model, evidence.elements[:, number], rate),
         }.items():
             by[name][case] = {
                 "alarms": _share(alarms),
-                "named": None if named is None else _share([one == attacked for one in named]),
+                "named": None
+                if named is None
+                else _share([sensors == attacked for sensors in named]),
             }
     return {"sensors": list(system.sensors), "fitted_on": origin_of(table.on), "by": by}
 
@@ -185,8 +189,8 @@ def said_by_thresholds(table: ThresholdTable, shares: Floats, rate: float) -> Sa
         )
         for row in beyond.tolist()
     ]
-    alarms = np.array([bool(one.named or one.doubtful) for one in found])
-    return alarms, [frozenset(one.named) for one in found]
+    alarms = np.array([bool(answer.named or answer.doubtful) for answer in found])
+    return alarms, [frozenset(answer.named) for answer in found]
 
 
 def said_by_likelihood(model: LikelihoodModel, elements: Floats, rate: float) -> Said:
@@ -200,7 +204,7 @@ def said_by_likelihood(model: LikelihoodModel, elements: Floats, rate: float) ->
     decoding = model.decode(elements, rate)
     statuses = decoding.statuses(CERTAINTY)
     named = [
-        frozenset(i for i, one in enumerate(said) if one == SensorStatus.ATTACKED)
+        frozenset(i for i, status in enumerate(said) if status == SensorStatus.ATTACKED)
         for said in statuses
     ]
     return decoding.alarms, named
@@ -239,7 +243,7 @@ def _pairs(kitti: Path, depth: PairDepth) -> dict[str, float]:
 
 
 def _measures(shares: Floats) -> Mapping[str, float]:
-    return {name: round(float(one), 6) for name, one in zip(MEASURES, shares, strict=True)}
+    return {name: round(float(share), 6) for name, share in zip(MEASURES, shares, strict=True)}
 
 
 def _share(hits: Sequence[bool] | Any) -> dict[str, Any]:

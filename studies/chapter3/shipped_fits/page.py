@@ -103,13 +103,13 @@ def _table(system: Mapping[str, Any]) -> list[str]:
         cells = [system["by"][name][case] for name in ("thresholds", "likelihood")]
         words = NO_ATTACK if case == NO_ATTACK else _listed([case])
         # A sensor that is named without an attack is counted with the alarms.
-        named = [None if case == NO_ATTACK else one["named"] for one in cells]
-        rows.append([words, *(_share(one["alarms"]) for one in cells), *map(_share, named)])
+        named = [None if case == NO_ATTACK else judged["named"] for judged in cells]
+        rows.append([words, *(_share(judged["alarms"]) for judged in cells), *map(_share, named)])
     return markdown_table(_HEADINGS, rows)
 
 
 def _listed(sensors: Sequence[Any]) -> str:
-    words = ["LiDAR" if one == LIDAR else f"camera {one}" for one in sensors]
+    words = ["LiDAR" if sensor == LIDAR else f"camera {sensor}" for sensor in sensors]
     return ", ".join(words)
 
 

@@ -165,7 +165,9 @@ class DefendedDrives:
     def _tampered(self, attack: str, clean: SensorFrame, id: str) -> TamperedFrame:
         if attack == NO_ATTACK:
             return TamperedFrame(clean)
-        sensors: list[Sensor] = [one if one == LIDAR else int(one) for one in attack.split("+")]
+        sensors: list[Sensor] = [
+            sensor if sensor == LIDAR else int(sensor) for sensor in attack.split("+")
+        ]
         seed = (self._seed, 1 + self._drives.index(drive_of(id)))
         return thesis_attack(sensors, self._recordings.system.reference).attack(clean, seed)
 

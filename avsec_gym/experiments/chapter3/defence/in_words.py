@@ -27,14 +27,14 @@ def defence_sentences(summary: DefenceSummary) -> list[str]:
         if row.worth is not None
     }
     sentences = []
-    for detector in dict.fromkeys(one for one, _, _ in worth):
+    for detector in dict.fromkeys(detector for detector, _, _ in worth):
         own = {
             response: worth[detector, ANY_ATTACK, response]
             for response in Response
             if (detector, ANY_ATTACK, response) in worth
         }
         for share, (which, now) in _WORTH.items():
-            shares = {response: getattr(one, share) for response, one in own.items()}
+            shares = {response: getattr(worth, share) for response, worth in own.items()}
             hits = {response: hit for response, hit in shares.items() if hit["of"]}
             if not hits:
                 continue
@@ -43,10 +43,10 @@ def defence_sentences(summary: DefenceSummary) -> list[str]:
             who = defended_detector(detector)
             whose = who[0].upper() + who[1:]
             sentences.append(f"{whose}: of {count:,} cases that {which}, {shown} {now}.")
-    for (_, attack, response), one in worth.items():
+    for (_, attack, response), row in worth.items():
         if attack == NO_ATTACK and response == Response.STOP:
             sentences.append(
-                f"Unattacked, a car that stops at alarms does so in {_percent(one.stopped)} of"
+                f"Unattacked, a car that stops at alarms does so in {_percent(row.stopped)} of"
                 " the frames."
             )
             break

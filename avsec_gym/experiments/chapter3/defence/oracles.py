@@ -52,9 +52,9 @@ class StereoOracle:
         for camera in (LEFT, RIGHT):
             projection = frame.calibration.projection(camera)
             own = next(
-                one
-                for one in self.clean.calibration.cameras
-                if np.array_equal(self.clean.calibration.projection(one), projection)
+                camera
+                for camera in self.clean.calibration.cameras
+                if np.array_equal(self.clean.calibration.projection(camera), projection)
             )
             hidden = _hidden_pixels(frame.image(camera), self.clean.image(own))
             seen &= _shares(hidden, self.truth, projection) <= _HIDDEN

@@ -138,16 +138,16 @@ def defence_rows(results: Results) -> list[DefenceRow]:
             found.setdefault((detector, attack), {})[response] = records
     rows = []
     for detector in sorted({detector for detector, _ in found}):
-        own = {attack: there for (one, attack), there in found.items() if one == detector}
+        own = {attack: there for (of, attack), there in found.items() if of == detector}
         attacks = sorted(attack for attack in own if attack != NO_ATTACK)
-        clean = {_drive(one): one for one in own.get(NO_ATTACK, {}).get(UNDEFENDED, ())}
+        clean = {_drive(record): record for record in own.get(NO_ATTACK, {}).get(UNDEFENDED, ())}
         cases = {attack: [attack] for attack in (NO_ATTACK, *attacks) if attack in own}
         for name, together in {**cases, ANY_ATTACK: attacks}.items():
             for response in (UNDEFENDED, *Response):
                 pairs = [
                     pair
-                    for one in together
-                    for pair in zip(own[one][UNDEFENDED], own[one][response], strict=True)
+                    for case in together
+                    for pair in zip(own[case][UNDEFENDED], own[case][response], strict=True)
                 ]
                 rates = SafetyRates.of(now for _, now in pairs)
                 worth = None if response == UNDEFENDED else _worth(pairs, clean)

@@ -42,7 +42,7 @@ def _worth_table(rows: Sequence[DefenceRow]) -> Table:
             undefended[case] = [figure(share, scale=100) for share in shares]
             continue
         words = defended_detector(row.detector), attacked_sensors(row.attack), row.response
-        changes = [_share(getattr(row.worth, one)) for one in _SHARES]
+        changes = [_share(getattr(row.worth, share)) for share in _SHARES]
         safe = figure(rates.safe_driving_rate, scale=100)
         lines.append([*map(name, words), *undefended[case], safe, *changes])
     return Table(
@@ -88,7 +88,7 @@ def _first_alarms(row: AlarmRow) -> list[Cell]:
     later = [f"{n} after {frames}" for frames, n in waited.items() if frames not in ("0", "never")]
     drives = [str(number) for number in range(len(counts))]
     at_once, never = (
-        share_of([one == which for one in counts], drives) for which in ("0", "never")
+        share_of([frames == which for frames in counts], drives) for which in ("0", "never")
     )
     return [_share(at_once), Cell(", ".join(later) or UNKNOWN), _share(never)]
 
@@ -102,7 +102,7 @@ def attacked_sensors(attack: str) -> str:
     """What an attack of the experiment is called."""
     if attack in (NO_ATTACK, ANY_ATTACK):
         return {NO_ATTACK: "nothing", ANY_ATTACK: "any of these"}[attack]
-    sensors = (named(one if one == LIDAR else int(one)) for one in attack.split("+"))
+    sensors = (named(sensor if sensor == LIDAR else int(sensor)) for sensor in attack.split("+"))
     return " and ".join(sensors)
 
 

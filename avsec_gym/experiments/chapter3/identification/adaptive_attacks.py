@@ -85,7 +85,9 @@ class AdaptiveAttacks:
         rows, start = [], time.perf_counter()
         for stream, (name, kind) in enumerate(KINDS.items()):
             tampered = kind.tamper(frame, system, (self._seed, number, _STREAM, stream))
-            evidence = evidence.otherwise({sensor: one.frame for sensor, one in tampered.items()})
+            evidence = evidence.otherwise(
+                {sensor: attacked.frame for sensor, attacked in tampered.items()}
+            )
             rows += evidence_rows(evidence, name, states_of(kind, len(system)), recorded.id)
         return CellResult(measurements=rows, seconds={"evidence": time.perf_counter() - start})
 

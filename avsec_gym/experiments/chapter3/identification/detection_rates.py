@@ -91,7 +91,7 @@ def case_rates(
     """
     average = share_of(alarms[:, list(cases)], drives)
     return {
-        "cases": {case_name(case): float(alarms[:, one].mean()) for one, case in cases.items()},
+        "cases": {case_name(case): float(alarms[:, state].mean()) for state, case in cases.items()},
         "average": average["rate"],
         "interval": average["interval"],
         "false_alarms": share_of(alarms[:, 0], drives),
@@ -100,7 +100,7 @@ def case_rates(
 
 def case_name(attacked: Iterable[int]) -> str:
     """``S0+S2``."""
-    return "+".join(f"S{one}" for one in attacked)
+    return "+".join(f"S{sensor}" for sensor in attacked)
 
 
 def attack_cases_of(triple: Triple, sensors: int) -> dict[int, tuple[int, ...]]:

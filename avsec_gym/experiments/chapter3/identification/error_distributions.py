@@ -32,7 +32,7 @@ def case_distributions(judged: EvidenceTable) -> list[dict[str, Any]]:
         cases = {0: (), **attack_cases_of(triple, len(judged.system))}
         largest, shares = _histograms(judged, triple, cases)
         clean = shares.pop("")
-        attacked = [one for one in cases if one]
+        attacked = [state for state in cases if state]
         beside = _beside_bounds(judged, triple, [0], attacked)
         rows.append(
             {"scenario": scenario, "largest": largest, "clean": clean, "cases": shares, **beside}
@@ -48,7 +48,7 @@ def reference_distributions(judged: EvidenceTable) -> list[dict[str, Any]]:
         where the thesis has bounds for this figure, also what `case_distributions` says of them.
     """
     sensors = len(judged.system)
-    cases = {0: (), **{1 << one: (one,) for one in range(sensors)}}
+    cases = {0: (), **{1 << sensor: (sensor,) for sensor in range(sensors)}}
     rows = []
     for triple in judged.system.triples:
         if triple[2] == sensors - 1:

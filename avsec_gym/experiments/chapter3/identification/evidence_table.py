@@ -61,7 +61,7 @@ class EvidenceTable:
         nothing = np.zeros(self.shares.shape[:2])
         for name in set(MEASURES) - set(OF_TRIPLES):
             where = [place.get((name, triple)) for triple in triples]
-            of_each = [nothing if one is None else self.shares[..., one] for one in where]
+            of_each = [nothing if column is None else self.shares[..., column] for column in where]
             found[name] = np.stack(of_each, axis=-1)
         return np.stack([found[name] for name in MEASURES], axis=-1)
 

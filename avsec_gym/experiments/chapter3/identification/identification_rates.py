@@ -162,7 +162,8 @@ def identification_rates(
             {
                 "rate": rate,
                 "sensors": {
-                    f"S{one}": share_of(exact[:, 1 << one], drives) for one in range(sensors)
+                    f"S{sensor}": share_of(exact[:, 1 << sensor], drives)
+                    for sensor in range(sensors)
                 },
                 "together": {
                     str(count): share_of(exact[:, states.sum(axis=1) == count], drives)

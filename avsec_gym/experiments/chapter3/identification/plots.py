@@ -51,7 +51,9 @@ def figures_of_validation(summary: Mapping[str, Any]) -> list[Figure]:
         title = f"Figure {shown}: disparity error E of {row['scenario']}, share of frames in %"
         legend = [line_key(_CLEAN, "not attacked"), line_key(_ATTACKED, "attacked")]
         figures.append(Figure(title, panels, legend, note=_bounds_note(row)))
-        detection = [one for one in summary["detection"] if one["scenario"] == row["scenario"]]
+        detection = [
+            rates for rates in summary["detection"] if rates["scenario"] == row["scenario"]
+        ]
         figures.append(_detection_figure(curves, row["scenario"], detection))
     figures.append(_reference_figure(summary["reference_distributions"]))
     figures.append(_identification_figure(summary["identification"]))
@@ -111,7 +113,7 @@ def _reference_figure(rows: Sequence[Row]) -> Figure:
     for row in rows:
         name = error_name(row["triple"])
         for case, shares in row["cases"].items():
-            touched = case in {f"S{one}" for one in row["triple"]}
+            touched = case in {f"S{sensor}" for sensor in row["triple"]}
             title = f"{name}, {_attacked(case)}"
             drawn, bounds = [("clean", shares)], row.get("bounds", ())
             panels.append(_histograms(title, row["largest"], drawn, bounds, touched))
@@ -198,7 +200,9 @@ def _histograms(
 def _curves(title: str, lines: Lines, thesis: Sequence[Point] = ()) -> str:
     frame = _frame(100.0, 100.0)
     parts = _axes(frame, title, "r, %")
-    parts += [polyline([frame.at(one) for one in points], kind) for kind, points in lines.items()]
+    parts += [
+        polyline([frame.at(point) for point in points], kind) for kind, points in lines.items()
+    ]
     for rate, share in thesis:
         hint = f"The thesis, r = {rate:g} %: {number(share, digits=2)}"
         parts.append(marker(frame.at((rate, share)), "circle", "hollow small line-0", hint))

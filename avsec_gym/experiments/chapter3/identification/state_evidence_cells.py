@@ -86,7 +86,9 @@ class StateEvidences:
             start = time.perf_counter()
             tampered = tampered_frames(frame, system, kind, seed)
             attacked = time.perf_counter()
-            evidence = evidence.otherwise({sensor: one.frame for sensor, one in tampered.items()})
+            evidence = evidence.otherwise(
+                {sensor: attacked_alone.frame for sensor, attacked_alone in tampered.items()}
+            )
             rows += evidence_rows(evidence, kind, states, recorded.id)
             found = time.perf_counter()
             name = f"evidence of {len(states)} states"
@@ -102,7 +104,7 @@ def alone(states: States) -> States:
 
 def bits(state: States) -> str:
     """A state vector as a word, S_0 first: ``0100``."""
-    return "".join("1" if one else "0" for one in state)
+    return "".join("1" if is_attacked else "0" for is_attacked in state)
 
 
 def measured(name: str, scope: tuple[int, ...]) -> str:

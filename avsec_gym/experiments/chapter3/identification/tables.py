@@ -139,9 +139,9 @@ def _case_table(rows: Any) -> Table:
 
 
 def _position(case: str, cases: list[str]) -> str:
-    single = [one for one in cases if "+" not in one]
+    single = [case for case in cases if "+" not in case]
     words = dict(zip(single, ("first", "second", "third"), strict=True))
-    return " and ".join(words[one] for one in case.split("+"))
+    return " and ".join(words[sensor] for sensor in case.split("+"))
 
 
 def _bounds_table(summary: Mapping[str, Any]) -> Table:
@@ -183,8 +183,8 @@ def _identification_table(rows: Any, independent: Any) -> Table:
         of_thesis = row["method"] == "algorithm 2, error"
         own = IDENTIFICATION[row["rate"]] if of_thesis else (None,) * 5
         sensors = [
-            figure(share["rate"], thesis=one, scale=100)
-            for share, one in zip(row["sensors"].values(), own[:4], strict=True)
+            figure(share["rate"], thesis=thesis, scale=100)
+            for share, thesis in zip(row["sensors"].values(), own[:4], strict=True)
         ]
         lines.append(
             [
@@ -262,7 +262,7 @@ def _adaptive_table(rows: Any) -> Table:
         lines.append(
             [
                 name(_ADAPTIVE[row["kind"]]),
-                name(", ".join(f"S{one}" for one in row["attacked"])),
+                name(", ".join(f"S{sensor}" for sensor in row["attacked"])),
                 *(share_cell(share) if share else figure(None) for share in detected),
                 *(share_cell(row[way]) for way in ("named", "named_likeliest", "accused")),
             ]
@@ -285,8 +285,8 @@ def _calibration_table(calibration: Mapping[str, Any]) -> Table:
         [
             name(count),
             *(
-                share_cell(row[one])
-                for one in ("right", "wrong", "cannot_tell", "all_right", "alarms")
+                share_cell(row[key])
+                for key in ("right", "wrong", "cannot_tell", "all_right", "alarms")
             ),
         ]
         for count, row in calibration["statuses"].items()

@@ -27,7 +27,7 @@ def table_of_five(summary: Mapping[str, Any]) -> Table:
             figure(row["rate"], scale=100, digits=0),
             *map(share_cell, row["together"].values()),
             figure(row["average"], row["interval"], scale=100, digits=2),
-            *(share_cell(row[one]) for one in ("reported", "false_alarms", "beyond")),
+            *(share_cell(row[key]) for key in ("reported", "false_alarms", "beyond")),
         ]
         for row in summary["identification"]
     ]

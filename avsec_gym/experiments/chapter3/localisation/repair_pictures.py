@@ -78,8 +78,8 @@ def repair_pictures(
         if attack in rows and (frame := getattr(rows[attack], which))
     ][:count]
     pictures = []
-    for done, one in enumerate(wanted, start=1):
-        pictures.append(_picture(*one, repairs))
+    for done, picture in enumerate(wanted, start=1):
+        pictures.append(_picture(*picture, repairs))
         on_progress(done, len(wanted))
     return pictures
 

@@ -151,12 +151,13 @@ class RepairedFrames:
             found = measures_of(clean, attempt.tampered, attempt.mended)
             if self._detector is not None and attempt.tampered.pixels:
                 before, after = (
-                    self._seen(one.frame, seconds) for one in (attempt.tampered, attempt.mended)
+                    self._seen(state.frame, seconds) for state in (attempt.tampered, attempt.mended)
                 )
                 found |= _counts(in_images, before, after)
             if self._scan_detector is not None and attempt.tampered.points is not None:
                 before, after = (
-                    self._scanned(one.frame, seconds) for one in (attempt.tampered, attempt.mended)
+                    self._scanned(state.frame, seconds)
+                    for state in (attempt.tampered, attempt.mended)
                 )
                 found |= _counts(in_scan, before, after)
                 cleaned = self._scanned(_not_refilled(attempt.mended), seconds)
@@ -180,9 +181,9 @@ class RepairedFrames:
             DataError: The frame is no longer there.
         """
         recordings = self._parts[JUDGED]
-        for number, one in enumerate(recordings.frames):
-            if one.id == id:
-                return self._attempt(one.frame(), number, attack, {})
+        for number, recorded in enumerate(recordings.frames):
+            if recorded.id == id:
+                return self._attempt(recorded.frame(), number, attack, {})
         raise DataError(f"The frame {id} is no longer there.", path=recordings.root)
 
     def _attempt(

@@ -62,12 +62,14 @@ def localisation_section(
 def _figure(pictures: Sequence[RepairPicture]) -> Figure:
     shown = [
         Picture(
-            one.image,
-            one.title,
-            f"{one.title}: clean, attacked, found beside true, repaired",
-            warning="" if one.as_stored else "Repeated here it came out otherwise than in the run.",
+            picture.image,
+            picture.title,
+            f"{picture.title}: clean, attacked, found beside true, repaired",
+            warning=""
+            if picture.as_stored
+            else "Repeated here it came out otherwise than in the run.",
         )
-        for one in pictures
+        for picture in pictures
     ]
     return Figure(
         "One attack of each kind, where it is located as well as usual, and worst",
@@ -90,6 +92,6 @@ def _repaired_again(
         frames = RepairedFrames(run.configuration)
         found = repair_pictures(summary, frames, request.pictures, shown)
     if request.keeps_pictures:
-        for one in found:
-            save_picture(one.figure, run.figures / f"{one.file}.png", overwrite=True)
+        for picture in found:
+            save_picture(picture.figure, run.figures / f"{picture.file}.png", overwrite=True)
     return found

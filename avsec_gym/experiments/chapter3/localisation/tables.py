@@ -21,9 +21,10 @@ def table_of_localisation(summary: LocalisationSummary) -> Table:
         summary.detector: summary.score_threshold,
         summary.scan_detector: summary.scan_score_threshold,
     }
-    detectors = {one: score for one, score in scores.items() if one}
+    detectors = {detector: score for detector, score in scores.items() if detector}
     counting = " or ".join(
-        f"{detector_words(one)} (scores from {score:g} on)" for one, score in detectors.items()
+        f"{detector_words(detector)} (scores from {score:g} on)"
+        for detector, score in detectors.items()
     )
     columns = [
         *("attack", "frames", "IoU, %", "lowest, %", "precision, %", "recall, %"),
@@ -37,12 +38,15 @@ def table_of_localisation(summary: LocalisationSummary) -> Table:
             figure(row.frames, digits=0),
             figure(row.iou, row.interval, scale=100),
             figure(None if row.lowest is None else row.lowest.iou, scale=100),
-            *(figure(getattr(row, one), scale=100) for one in _SHARES),
+            *(figure(getattr(row, name_of_share), scale=100) for name_of_share in _SHARES),
             *(figure(row.error_before), figure(row.error_after)),
-            *(figure(getattr(row, one), digits=0) for one in (SUMS if detectors else ())),
             *(
-                figure(getattr(row, one), scale=100)
-                for one in (BOGUS_SEEN if summary.scan_detector else ())
+                figure(getattr(row, name_of_sum), digits=0)
+                for name_of_sum in (SUMS if detectors else ())
+            ),
+            *(
+                figure(getattr(row, name_of_share), scale=100)
+                for name_of_share in (BOGUS_SEEN if summary.scan_detector else ())
             ),
         ]
         for row in summary.attacks

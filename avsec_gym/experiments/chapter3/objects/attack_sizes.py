@@ -64,7 +64,7 @@ COVERED = "covered"
 TRUTH = "sizes truth"
 """Setting of what is really there."""
 THREE_SENSORS = SensorSystem(
-    tuple(SYSTEM.sensors[one] for one in SCENARIOS["LiDAR and two cameras"])
+    tuple(SYSTEM.sensors[position] for position in SCENARIOS["LiDAR and two cameras"])
 )
 """That detect the attacks: a LiDAR, a camera, and the reference left of it."""
 

@@ -136,7 +136,7 @@ class BelievedPoints:
             }
             truth = truth_of(frame, camera)
             boxes |= {} if truth is None else {TRUTH: truth}
-            rows = [DetectionRow(setting, recorded.id, one) for setting, one in boxes.items()]
+            rows = [DetectionRow(setting, recorded.id, found) for setting, found in boxes.items()]
             return CellResult(detections=rows, seconds=seconds)
         clean = self._look(frame, seconds)
         scores: list[Measurement] = []

@@ -49,7 +49,7 @@ def believed_summary(results: Results, configuration: Configuration) -> dict[str
             frames = sorted(attacked)
             drives = [drive_of(id) for id in frames]
             taken, before = (
-                np.array([one[id] for id in frames], bool) for one in (attacked, clean)
+                np.array([by_frame[id] for id in frames], bool) for by_frame in (attacked, clean)
             )
             rows.append(
                 {

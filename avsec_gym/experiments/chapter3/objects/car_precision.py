@@ -35,10 +35,10 @@ def car_precision(
         metric: One of `METRICS`.
         least_iou: A match needs more.
     """
-    drives = [drive_of(one) for one in frames]
+    drives = [drive_of(id) for id in frames]
     result = average_precision(
-        [truth[one] for one in frames],
-        [found[one] for one in frames],
+        [truth[id] for id in frames],
+        [found[id] for id in frames],
         classes=["Car"],
         min_iou={"Car": (least_iou, least_iou, least_iou)},
         resamples=RESAMPLES,

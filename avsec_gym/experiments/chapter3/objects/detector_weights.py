@@ -51,7 +51,7 @@ def weight_inputs(names: Iterable[str], options: Mapping[str, Any]) -> dict[str,
         options: By the networks' names their weights, among others.
     """
     found = {}
-    for name in (one for one in names if one in options):
+    for name in (network for network in names if network in options):
         found[f"weights of {name}"] = weights = weights_of(name, options)
         if (card := card_path(weights)).is_file():
             found[f"card of {name}"] = card

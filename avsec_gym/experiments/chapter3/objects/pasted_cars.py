@@ -113,6 +113,6 @@ def scans_of_cars(frame: SensorFrame, labels: Boxes3D | None) -> list[ObjectScan
 
 def pasted_box(scan: ObjectScan, tampered: TamperedFrame) -> Boxes3D:
     """Where `PastedScan` put an object, on the road."""
-    pose = [[tampered.settings[one] for one in ("x", "y", "heading")]]
+    pose = [[tampered.settings[key] for key in ("x", "y", "heading")]]
     location, rotation_y = ego_to_camera(pose, RIG.camera_height)
     return Boxes3D(location, np.array([scan.dimensions]), rotation_y, np.ones(1), np.array(["Car"]))

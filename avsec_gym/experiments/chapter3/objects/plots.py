@@ -72,12 +72,12 @@ def _draw(what: str, curve: Mapping[str, Any]) -> str:
     }
     for kind, of in curves.items():
         known = [(x, row, of(row)) for x, row in zip(places, rows, strict=True)]
-        points = [(x, row, one) for x, row, one in known if one is not None]
-        spans = [(x, one[1]) for x, _, one in points if one[1] is not None]
+        points = [(x, row, percent) for x, row, percent in known if percent is not None]
+        spans = [(x, percent[1]) for x, _, percent in points if percent[1] is not None]
         if kind != "dashed line-0":
             low, high = ([frame.at((x, span[side])) for x, span in spans] for side in (0, 1))
             parts.append(band(low, high, kind))
-        parts.append(polyline([frame.at((x, one[0])) for x, _, one in points], kind))
+        parts.append(polyline([frame.at((x, percent[0])) for x, _, percent in points], kind))
         for x, row, (value, interval) in points:
             size = f"{row['size']:g} {'px' if what == CAMERA else 'm'}" if row["size"] else "clean"
             hint = f"{CURVES[kind]}, {size}: {number(value)} {bounds(interval)}"

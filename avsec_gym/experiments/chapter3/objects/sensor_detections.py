@@ -148,7 +148,7 @@ class SensorDetections:
             seed = (self._configuration.seed, number)
             attacked = tampered_frames(frame, system, part, seed)
             seconds["attack"] = time.perf_counter() - start
-            looks += [(sensor, True, one.frame) for sensor, one in attacked.items()]
+            looks += [(sensor, True, tampered.frame) for sensor, tampered in attacked.items()]
             detections.append(DetectionRow(PATCH, recorded.id, bogus_patch(attacked[LIDAR])))
         for sensor, state, source in looks:
             start = time.perf_counter()

@@ -140,7 +140,7 @@ def _score_table(lidar: Mapping[str, Any]) -> Table:
         "Bogus returns taken for an obstacle, by the score from which on a box is one",
         ["score", "clean, %", "attacked, %", "by the attack, %"],
         [
-            [name(number(row["score"], digits=2)), *map(_share, (row[one] for one in _TAKEN))]
+            [name(number(row["score"], digits=2)), *map(_share, (row[key] for key in _TAKEN))]
             for row in lidar["by_score"]
         ],
         f"By {detector_words(lidar['detector'])}. {INTERVALS}",
@@ -179,7 +179,7 @@ def _believed_table(summary: Mapping[str, Any]) -> Table:
 
 def _objects(summary: Mapping[str, Any]) -> str:
     """From which scores on boxes count."""
-    lidar, camera = (summary["objects"][one] for one in ("lidar", "camera"))
+    lidar, camera = (summary["objects"][sensor] for sensor in ("lidar", "camera"))
     if lidar["precision"] is None and camera["precision"] is None:
         return f"Boxes count from these scores on: {_score(lidar)} and {_score(camera)}."
     return (
@@ -193,7 +193,7 @@ def _score(point: Mapping[str, Any]) -> str:
     score = number(point["score"], digits=2)
     if point["precision"] is None:
         return score
-    right, found = (number(point[one], 100, 0) for one in ("precision", "recall"))
+    right, found = (number(point[key], 100, 0) for key in ("precision", "recall"))
     return f"{score} ({right} % of its boxes are right, {found} % of the cars found)"
 
 
@@ -208,7 +208,7 @@ def _size_table(what: str, summary: Mapping[str, Any]) -> Table:
         lines.append(
             [
                 figure(row["size"], digits=1) if row["size"] else name("clean"),
-                *(figure(row[one], scale=100, digits=2) for one in area),
+                *(figure(row[key], scale=100, digits=2) for key in area),
                 *(_share(row["detected"][criterion]) for criterion in ("error", "any")),
                 _percent(precision, thesis),
                 figure(None)
