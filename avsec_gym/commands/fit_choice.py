@@ -118,7 +118,7 @@ class FitChoice:
         """Which frames are judged, and by what.
 
         Args:
-            recordings: What is there.
+            recordings: The recorded frames.
             ids: Frames to be judged; empty: all that are not fitted on.
             is_named: Whether the validator is there already, see `named`.
 
@@ -141,7 +141,7 @@ class FitChoice:
 
         Args:
             by: What the frames are judged by.
-            recordings: What is there.
+            recordings: The recorded frames.
             out: Folder of the fit and of what is measured for it; what is there already, is used.
 
         Raises:

@@ -28,7 +28,7 @@ class JudgedBy:
     """Frames to be judged, and what they are judged by.
 
     Args:
-        judged: One or more.
+        judged: The frames to be judged, one or more.
         clean: Of the same recording, to fit on; empty where a file is there.
         shipped: The package's own file; None where it is not needed.
         remark: Why a file of the package's own is not used where few frames are clean; or empty.
@@ -44,7 +44,7 @@ def judged_by_clean(recordings: Recordings, ids: Sequence[str], share: float) ->
     """Fit on the first frames, judge the others, or those that are named.
 
     Args:
-        recordings: What is there.
+        recordings: The recorded frames.
         ids: Of frames to be judged; none is fitted on.  Empty: all that are not fitted on.
         share: Of all frames, that is fitted on.
 
@@ -70,9 +70,9 @@ def judged_by_shipped(
     """Judge all frames, or those that are named, by what the package ships.
 
     Args:
-        recordings: What is there.
-        ids: As above.
-        kind: Of file.
+        recordings: The recorded frames.
+        ids: See `judged_by_clean`.
+        kind: The kind of the file.
         depth: How disparities of two cameras are found.
 
     Raises:
@@ -92,10 +92,10 @@ def judged_by_enough(
     """Fit on the usual share of the frames if it is 1 / r or more; else by thresholds shipped.
 
     Args:
-        recordings: What is there.
-        ids: As above.
-        rate: r.
-        depth: As above.
+        recordings: The recorded frames.
+        ids: See `judged_by_clean`.
+        rate: The designated false alarm rate r.
+        depth: How disparities of two cameras are found.
 
     Raises:
         ConfigurationError: Neither can be.

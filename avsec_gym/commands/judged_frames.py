@@ -34,13 +34,13 @@ class JudgedFrames:
     """Frames of a recording, a validator, and the folder that keeps what it says of them.
 
     Args:
-        frames: One or more.
-        validator: That judges them.
+        frames: The frames, one or more.
+        validator: The validator that judges the frames.
         folder: Of this question; what it knows already is not asked again.
         attack: On each of the frames; None: as they were recorded.
-        seed: Of the attack.
+        seed: Seed of the attack.
         locate: Whether damage is looked for in the sensors that are named.
-        as_json: JSON lines instead of words.
+        as_json: Whether JSON lines are printed instead of words.
         origin: What the validator was fitted on, in words, which stands in every output.
         draw_all: Whether frames without an alarm have a picture, too.
     """
@@ -119,7 +119,7 @@ class JudgedFrames:
         """Sum up, in words or JSON and in ``summary.json``; the exit code.
 
         Args:
-            left_out: Why frames could not be judged, by their ids.
+            left_out: The reasons why frames could not be judged, by their ids.
         """
         from avsec_gym.validation.validation_folder import summary
 

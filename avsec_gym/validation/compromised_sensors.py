@@ -1,8 +1,8 @@
-"""Going on after an alarm: a frame without the suspects, or with their data repaired.
+"""Going on after an alarm: a frame without its compromised sensors, or with their data repaired.
 
-Suspects are the sensors that are attacked, and those that cannot be told.  What nothing can take
-the place of raises `Untrusted` when it is asked for, and not before: a camera detector goes on
-without the LiDAR.
+Compromised are the sensors whose status is attacked, and those whose status is open.  Data that
+nothing can replace raise `Untrusted` when they are asked for, and not before: a camera detector
+goes on without the LiDAR.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ from avsec_gym.validation.state_posterior import SensorStatus
 from avsec_gym.validation.validator import Validation
 
 SHORTEST_BASELINE = 0.4
-"""Share of the usual one; who expects that takes what a shorter one sees for far away."""
+"""Share of the usual baseline; a detector that expects that one takes what a shorter one sees for
+far away."""
 
 
 class Untrusted(DataError):
@@ -31,41 +32,42 @@ class Untrusted(DataError):
 
 
 def without_compromised_sensors(frame: SensorFrame, validation: Validation) -> SensorFrame:
-    """The frame with nothing of what suspects deliver.
+    """The frame without the data of compromised sensors.
 
-    If a camera of the stereo pair is a suspect, another pair of sound cameras takes the place of
-    both: under their numbers, with its own projections, so that objects are where they were.  It is
-    the pair whose baseline is most like theirs, and at least 0.4 of it.
+    If a camera of the stereo pair is compromised, another pair of sound cameras replaces both:
+    under their numbers, with its own projections, so that objects are where they were.  It is the
+    pair whose baseline is most like theirs, and at least 0.4 of it.
 
     Args:
-        frame: That the validator saw.
-        validation: What it said.
+        frame: The frame that the validator judged.
+        validation: The result of that validator.
     """
-    sound, suspects = _parted(validation)
-    if {LEFT, RIGHT} & set(suspects) and (pair := _stand_in(frame, sound)) is not None:
+    sound, compromised = _parted(validation)
+    if {LEFT, RIGHT} & set(compromised) and (pair := _stand_in(frame, sound)) is not None:
         frame = as_stereo_pair(frame, *pair)
-        suspects = [LIDAR] if LIDAR in suspects else []
-    return _with(frame, {sensor: partial(_refuse, frame, sensor) for sensor in suspects})
+        compromised = [LIDAR] if LIDAR in compromised else []
+    return _with(frame, {sensor: partial(_refuse, frame, sensor) for sensor in compromised})
 
 
 def with_compromised_sensors_repaired(frame: SensorFrame, validation: Validation) -> SensorFrame:
-    """The frame with what sound sensors make of the suspects' data, each as it is asked for.
+    """The frame with the data of compromised sensors repaired, each when it is asked for.
 
-    It takes two sound sensors to repair a camera, one of them a camera; two cameras for the LiDAR.
+    Two sound sensors, one of them a camera, repair a camera; two sound cameras repair the LiDAR.
     See `avsec_gym.validation.repair.repair`.
 
     Args:
-        frame: That the validator saw.
-        validation: What it said.
+        frame: The frame that the validator judged.
+        validation: The result of that validator.
     """
-    sound, suspects = _parted(validation)
+    sound, compromised = _parted(validation)
     return _with(
-        frame, {sensor: partial(_mended, frame, validation, sound, sensor) for sensor in suspects}
+        frame,
+        {sensor: partial(_repaired, frame, validation, sound, sensor) for sensor in compromised},
     )
 
 
 def _parted(validation: Validation) -> tuple[list[Sensor], list[Sensor]]:
-    """Sound sensors and suspects, in the system's order."""
+    """Sound and compromised sensors, in the system's order."""
     sensors = validation.errors.maps.system.sensors
     sound = [sensor for sensor in sensors if validation.statuses[sensor] == SensorStatus.SOUND]
     return sound, [sensor for sensor in sensors if sensor not in sound]
@@ -87,11 +89,11 @@ def _stand_in(frame: SensorFrame, sound: list[Sensor]) -> tuple[int, int] | None
 
 
 def stereo_pairs(calibration: Calibration, cameras: Iterable[int]) -> dict[tuple[int, int], float]:
-    """Pairs that may take the place of cameras 2 and 3, the most like them first.
+    """Pairs that may replace cameras 2 and 3, the most like them first.
 
     Args:
-        calibration: Of the rig.
-        cameras: That may be of a pair.
+        calibration: The calibration of the rig.
+        cameras: The cameras that may be of a pair.
 
     Returns:
         By left and right camera the baseline, over that of cameras 2 and 3.
@@ -105,12 +107,12 @@ def stereo_pairs(calibration: Calibration, cameras: Iterable[int]) -> dict[tuple
 
 
 def as_stereo_pair(frame: SensorFrame, left: int, right: int) -> SensorFrame:
-    """Two cameras as `LEFT` and `RIGHT`, and no others; so in the frames before.
+    """Two cameras as `LEFT` and `RIGHT`, and no others; also in the frames before.
 
     Args:
         frame: The frame.
-        left: Number of a camera of it.
-        right: Of one to the right of it.
+        left: The number of the left camera.
+        right: The number of the right camera.
     """
     numbers = {LEFT: left, RIGHT: right}
     projections = np.zeros_like(frame.calibration.projections)
@@ -125,24 +127,26 @@ def as_stereo_pair(frame: SensorFrame, left: int, right: int) -> SensorFrame:
     )
 
 
-def _mended(
-    frame: SensorFrame, validation: Validation, sound: list[Sensor], suspect: Sensor
+def _repaired(
+    frame: SensorFrame, validation: Validation, sound: list[Sensor], compromised: Sensor
 ) -> Any:
-    """The suspect's image or scan, repaired."""
-    # Few frames are repaired, and what repairs them takes its time to import.
+    """The repaired image or scan of a compromised sensor."""
+    # Few frames are repaired, and the repair takes long to import.
     from avsec_gym.validation.repair.repair import repair
 
     maps = validation.errors.maps
-    judges = tuple(sensor for sensor in maps.system.sensors if sensor in sound or sensor == suspect)
+    judges = tuple(
+        sensor for sensor in maps.system.sensors if sensor in sound or sensor == compromised
+    )
     try:
-        mended = repair(frame, SensorSystem(judges), {suspect}, maps.depth).frame
+        repaired = repair(frame, SensorSystem(judges), {compromised}, maps.depth).frame
     except ConfigurationError:
-        _refuse(frame, suspect)
-    return mended.points if suspect == LIDAR else mended.image(int(suspect))
+        _refuse(frame, compromised)
+    return repaired.points if compromised == LIDAR else repaired.image(int(compromised))
 
 
-def _refuse(frame: SensorFrame, suspect: Sensor) -> NoReturn:
-    name = "the LiDAR" if suspect == LIDAR else f"camera {suspect}"
+def _refuse(frame: SensorFrame, compromised: Sensor) -> NoReturn:
+    name = "the LiDAR" if compromised == LIDAR else f"camera {compromised}"
     raise Untrusted(
         f"Frame {frame.id}: {name} is not to be trusted, and nothing takes its place.",
         path=frame.origin,

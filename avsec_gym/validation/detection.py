@@ -19,8 +19,8 @@ def detect_attack(
     """Whether one of the three sensors is attacked: E_{0,1,2} > theta_{0,1,2}.
 
     Args:
-        errors: Of a frame of a three-sensor system, such as `DisparityErrors`.
-        thresholds: Of the same system.
+        errors: The errors of a frame of a three-sensor system, such as `DisparityErrors`.
+        thresholds: The thresholds of the same system.
 
     Raises:
         ConfigurationError: More sensors; to find out which one is for `identify_attacked_sensors`.

@@ -34,7 +34,7 @@ class FittedOn:
     """What thresholds and likelihoods hold for, and where they come from.
 
     Args:
-        system: Of sensors.
+        system: The sensors.
         depth: `PairDepth.settings`.
         scales: Focal length times baseline of neighbouring cameras, from right to left, pixels
             times metres.
@@ -47,16 +47,16 @@ class FittedOn:
     data: Mapping[str, Any]
 
     def check(self, system: SensorSystem, depth: PairDepth, calibration: Calibration) -> None:
-        """That it holds for these sensors too.
+        """Check that it holds for these sensors, too.
 
         Args:
             system: The same one.
             depth: How disparities are found.
-            calibration: Of the rig.
+            calibration: The calibration of the rig.
 
         Raises:
-            ConfigurationError: Another system, depth estimator or rig; thresholds of one say
-                nothing of the other.
+            ConfigurationError: Another system, depth estimator or rig, for which the thresholds
+                do not hold.
         """
         if self.system != system:
             raise ConfigurationError(
@@ -91,10 +91,10 @@ def fitted_on(
     """What is to be fitted on these sensors.
 
     Args:
-        system: Of sensors.
+        system: The sensors.
         depth: How disparities are found.
-        calibration: Of the rig.
-        data: What names the frames; JSON-able.
+        calibration: The calibration of the rig.
+        data: Names of the frames; JSON-able.
 
     Raises:
         ConfigurationError: The cameras do not stand in that order.
@@ -156,7 +156,7 @@ def read_fitted(path: str | Path, kind: str) -> tuple[FittedOn, dict[str, Any]]:
 
 
 def broken(path: str | Path, error: Exception) -> DataError:
-    """What is said of a file whose content does not hold together."""
+    """The error for a file whose content is inconsistent."""
     what = f"lacks {error}" if isinstance(error, KeyError) else f"is damaged: {error}"
     return DataError(f"The file {what}.", path=path, remedy=_REMEDY)
 

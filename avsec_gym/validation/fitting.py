@@ -87,7 +87,7 @@ def fit_likelihood_model(
     Args:
         clean: Ten frames or more.
         seed: Seed of the attacks, which are those of `attack_to_fit_on`.
-        samples: As of `fit_threshold_table`.
+        samples: See `fit_threshold_table`.
         on_progress: Callback after each frame; the fit itself takes a minute beyond the last.
 
     Raises:
@@ -107,7 +107,7 @@ def fit_likelihood_model(
 
 
 class _Measured(NamedTuple):
-    """What is known of the frames that are whole."""
+    """The measurements of the frames that are whole."""
 
     frames: list[RecordedFrame]
     values: Floats

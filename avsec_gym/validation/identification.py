@@ -15,18 +15,17 @@ ErrorState = Callable[[Triple], bool]
 
 @dataclass(frozen=True)
 class Identification:
-    """What algorithm 2 found out, and how firmly.
+    """The answer of algorithm 2, and how firm it is.
 
     Args:
         attacked: A, positions of the attacked sensors in the order in which they were found.
         zero: The element of **e** that lemma 1 started from; None where all that were asked for
             are 1.
-        other_answers: What lemma 1 says from other zeros of the same **e**, where it is not the
-            same.
+        other_answers: The answers of lemma 1 from other zeros of the same **e**, where they differ.
         unexplained: Elements of that **e** which the answer contradicts, so that some element is
             wrong; wherever zeros disagree there are such.
         limit_exceeded: No triple at all was consistent, so that more than n - 2 sensors are
-            attacked, or elements are wrong: `attacked` then says little, and of the first three
+            attacked, or elements are wrong: `attacked` then means little, and of the first three
             sensors nothing.
     """
 
@@ -38,9 +37,10 @@ class Identification:
 
     @property
     def named(self) -> frozenset[int]:
-        """Who is reported as attacked: A, but nobody beyond the limit.
+        """The sensors that are reported as attacked: A, but none beyond the limit.
 
-        No two sensors agree there, and who was dropped is no more suspicious than who is left.
+        No two sensors agree there, and a dropped sensor is no more suspicious than one that is
+        left.
         """
         return frozenset() if self.limit_exceeded else frozenset(self.attacked)
 
@@ -67,10 +67,10 @@ def identify_attacked_sensors(state: ErrorState, sensors: int) -> Identification
 
     Args:
         state: e_{i,j,k}.
-        sensors: n + 1.
+        sensors: The number of sensors, n + 1.
 
     Raises:
-        ConfigurationError: Fewer than four sensors, of which none can be told.
+        ConfigurationError: Fewer than four sensors, of which none can be identified.
 
     Example:
         >>> identify_attacked_sensors(lambda triple: 1 in triple, 4).attacked
@@ -82,10 +82,12 @@ def identify_attacked_sensors(state: ErrorState, sensors: int) -> Identification
             "detect"
         )
     dropped: tuple[int, ...] = ()
+    # S_n is the reference; while all elements of e are 1, it is attacked (lemma 2) and is dropped.
     for n in range(sensors - 1, 2, -1):
         vector = disparity_error_state_vector(state, n)
         zeros = [triple for triple, exceeded in vector.items() if not exceeded]
         if zeros:
+            # Lemma 1 answers from any zero; where errors are noisy, zeros may disagree.
             answer, *others = dict.fromkeys(_by_lemma_1(vector, zero) for zero in zeros)
             unexplained = [t for t, exceeded in vector.items() if exceeded != bool(answer & {*t})]
             attacked = (*dropped, *sorted(answer))
@@ -100,7 +102,7 @@ def disparity_error_state_vector(state: ErrorState, n: int) -> dict[Triple, bool
 
 
 def _by_lemma_1(vector: Mapping[Triple, bool], zero: Triple) -> frozenset[int]:
-    """S_i0, S_j0 and S_n agree, so they are sound; who contradicts S_i0 is not.
+    """S_i0, S_j0 and S_n agree, so they are sound; a sensor that contradicts S_i0 is not.
 
     The thesis prints e_{i0,i,l-1}; its proof shows that n is meant.
     """

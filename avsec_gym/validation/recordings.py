@@ -1,4 +1,4 @@
-"""The frames of a recording that a system of sensors can judge, and what it lacks for the rest."""
+"""The frames of a recording that a system of sensors can judge, and what the others lack."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _NAMED = 5
 
 @dataclass(frozen=True)
 class RecordedFrame:
-    """One frame of a recording.
+    """One frame of a recording, before it is read.
 
     Args:
         id: Such as ``000107``, or ``2011_09_26_drive_0052_sync/0000000005`` of several drives.
         frame: Reads what the sensors deliver; DataError where a file is broken.
-        drive: Whose frames are alike; None: it stands alone.
+        drive: The drive of the frame, whose frames are alike; None: the frame stands alone.
     """
 
     id: str
@@ -59,9 +59,9 @@ class Recordings:
     Args:
         root: The folder that was named.
         system: The sensors.
-        frames: That have all of them.
-        lacking: What the others lack, by their ids.
-        remark: Which sensors were left out, and why; empty if none was.
+        frames: The frames that have the data of all these sensors.
+        lacking: What each of the other frames lacks, by its id.
+        remark: The sensors that were left out, and why; empty if none was.
     """
 
     root: Path
@@ -173,9 +173,9 @@ def system_of(calibration: Calibration, there: Iterable[Sensor], root: str | Pat
     """KITTI's system where all its sensors are there, else everything that sees depth.
 
     Args:
-        calibration: Of the rig.
-        there: Sensors that deliver something.
-        root: For messages.
+        calibration: The calibration of the rig.
+        there: The sensors that deliver something.
+        root: The folder, for messages.
 
     Raises:
         DataError: They are fewer than three.
@@ -208,14 +208,14 @@ def system_of(calibration: Calibration, there: Iterable[Sensor], root: str | Pat
 def _fullest_system(
     calibration: Calibration, counts: Mapping[frozenset[Sensor], int], root: str | Path
 ) -> tuple[SensorSystem, str]:
-    """The sensors that leave the most to judge, and what is to be said of the others.
+    """The sensors that leave the most to judge, and a remark on the others.
 
     Not the most frames: a scan that is missing here and there is no reason to leave out the LiDAR.
 
     Args:
-        calibration: Of the rig.
+        calibration: The calibration of the rig.
         counts: How many frames have just these sensors.
-        root: For messages.
+        root: The folder, for messages.
     """
 
     def whole(system: SensorSystem) -> int:
@@ -255,7 +255,7 @@ def _checked(found: Recordings) -> Recordings:
             + (f"; {first[0]} lacks {first[1]}." if first else "."),
             path=found.root,
             remedy="Fetch what is missing, which `avsec data check` lists; or judge other sensors: "
-            "`avsec validate --sensors` (a fitted file tells its own).",
+            "`avsec validate --sensors` (a fitted file states its own).",
         )
     try:
         found.system.check(found.frames[0].frame().calibration)

@@ -21,11 +21,11 @@ class Response(StrEnum):
     STOP = "stop"
     """It brakes until it stands (`avsec_gym.emergency_stop`)."""
     DROP = "drop"
-    """It drives on without the suspects, through another pair of cameras if need be, and stops
-    where that cannot be (`without_compromised_sensors`)."""
+    """It drives on without the compromised sensors, through another pair of cameras if need be, and
+    stops where that is impossible (`without_compromised_sensors`)."""
     REPAIR = "repair"
-    """It drives on with what the other sensors make of the suspects' data, and stops where they are
-    too few (`with_compromised_sensors_repaired`)."""
+    """It drives on with the data of compromised sensors repaired by the others, and stops where
+    these are too few (`with_compromised_sensors_repaired`)."""
 
     @classmethod
     def named(cls, name: Response | str) -> Response:
@@ -42,16 +42,16 @@ class Response(StrEnum):
 
 
 def trusted_frame(frame: SensorFrame, validation: Validation, response: Response) -> SensorFrame:
-    """What detectors get of a frame: without an alarm, all of it.
+    """The frame that detectors get; without an alarm the whole frame.
 
     Args:
-        frame: That the validator saw.
-        validation: What it said.
-        response: To an alarm.
+        frame: The frame that the validator judged.
+        validation: The result of that validator.
+        response: The response to an alarm.
 
     Raises:
-        Untrusted: The car stops.  The frame itself may raise it later, when it is asked for what
-            nothing can take the place of.
+        Untrusted: The car stops.  The frame itself may raise it later, when it is asked for data
+            that nothing can replace.
     """
     if not validation.alarm:
         return frame

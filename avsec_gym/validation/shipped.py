@@ -1,8 +1,8 @@
-"""Thresholds and likelihoods that the package ships, for who has no clean frames of a rig.
+"""Thresholds and likelihoods that the package ships, for users without clean frames of a rig.
 
-They were fitted on the procedural world by `studies.chapter3.shipped_fits.fit`, for
-some sensors of KITTI's rig.  What a real vehicle's clean frames are like, they do not know: whoever
-has enough of those fits on them.
+They were fitted on the procedural world by `studies.chapter3.shipped_fits.fit`, for some sensors of
+KITTI's rig.  They know nothing of the clean frames of a real vehicle: users who have enough of
+those fit on them.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from avsec_gym.validation.thresholds import read_threshold_table
 FitKind = Literal["thresholds", "likelihood"]
 
 SHIPPED = "shipped"
-"""What users call them, in place of a file."""
+"""The word that users type in place of a file."""
 SHIPPED_SYSTEMS = (
     KITTI_SYSTEM,
     SensorSystem((LIDAR, 3, 2)),
@@ -102,12 +102,12 @@ def shipped_fit(
 def shipped_on(
     system: SensorSystem, depth: PairDepth, frame: SensorFrame, data: Mapping[str, Any]
 ) -> FittedOn:
-    """What a shipped file is said to be fitted on.
+    """The sensors and data that a shipped file names.
 
     Args:
         system: The sensors.
         depth: How disparities are found.
-        frame: Of the rig.
+        frame: A frame of the rig.
         data: ``seed`` and ``frames``, and what else names the frames; JSON-able.
     """
     versions = {"avsec_gym": avsec_gym.__version__, "sources": evidence_sources()}
@@ -139,7 +139,7 @@ def rig_of(frame: SensorFrame, system: SensorSystem) -> dict[str, Any]:
 
 
 def origin_of(on: FittedOn) -> str:
-    """Where thresholds or likelihoods come from, in words; empty if their file does not tell.
+    """Where thresholds or likelihoods come from, in words; empty if their file does not state it.
 
     Example:
         >>> origin_of(FittedOn(KITTI_SYSTEM, {}, (), {"recording": "drives", "frames": 10}))
@@ -173,7 +173,7 @@ def evidence_sources() -> str:
 
 
 def _differences(fitted: Mapping[str, Any], there: Mapping[str, Any]) -> list[str]:
-    """In what a rig differs from the one that was fitted on."""
+    """Differences between a rig and the one of the fit."""
     result = []
     ours, theirs = (float(rig["focal_length"]) for rig in (fitted, there))
     if not np.isclose(theirs, ours, rtol=_SAME_FOCAL_LENGTH, atol=0):

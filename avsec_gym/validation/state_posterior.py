@@ -1,4 +1,4 @@
-"""How probable each sensor state vector **s** is, and what may be concluded from it."""
+"""The probability of each sensor state vector **s**, and the sensor statuses that follow."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ sets that are too large for the thesis' algorithms."""
 
 
 class SensorStatus(StrEnum):
-    """On one sensor."""
+    """What a validator reports of one sensor."""
 
     SOUND = "sound"
     ATTACKED = "attacked"
@@ -33,7 +33,7 @@ class StatePosterior:
     """P(**s** | evidence) of N frames.
 
     Args:
-        probabilities: In the order of `state_vectors`, shape (N, 2^(n+1)).
+        probabilities: A probability for each of the `state_vectors`, shape (N, 2^(n+1)).
     """
 
     probabilities: Floats
@@ -57,13 +57,13 @@ class StatePosterior:
 
 @dataclass(frozen=True, eq=False)
 class Decoding:
-    """What the evidence of N frames says: the alarm, and what goes with it of each sensor.
+    """What follows from the evidence of N frames: the alarm, and the status of each sensor.
 
     Args:
-        posterior: Of the sensor state vectors.
+        posterior: The probabilities of the sensor state vectors.
         alarms: Whether an attack is reported, at the designated false alarm rate, shape (N,).
         familiar: Whether some **s** explains the evidence as well as it does frames like those of
-            the fit, shape (N,); else the probabilities say little.
+            the fit, shape (N,); else the probabilities mean little.
     """
 
     posterior: StatePosterior
@@ -80,12 +80,13 @@ class Decoding:
         return self.posterior.states[np.where(self.alarms, best, 0)]
 
     def statuses(self, certainty: float | None = 0.95) -> list[list[SensorStatus]]:
-        """On each sensor of each frame.
+        """The status of each sensor of each frame.
 
-        Without an alarm none is attacked; with it one or more are not sound.  Attacked is who is so
-        with a probability of `certainty` or more; sound, who is attacked with 1 - `certainty` or
-        less, and with an alarm even given that somebody is, unless `states` names it.  Between the
-        two the sensors cannot decide, nor about anyone in a frame that is not familiar.
+        Without an alarm no sensor is attacked; with an alarm one or more are not sound.  A sensor
+        is attacked where P(attacked) is `certainty` or more.  It is sound where P(attacked) is
+        1 - `certainty` or less, with an alarm even given that some sensor is attacked, unless
+        `states` names it.  Between the two, and in every frame that is not familiar, its status is
+        open.
 
         Args:
             certainty: None: familiar frames are decided, by `states`.
@@ -131,8 +132,8 @@ def attack_prior(
     That there are never more, is what the thesis assumes; of three sensors one may be attacked.
 
     Args:
-        sensors: n + 1.
-        attacked: Probability of each.
+        sensors: The number of sensors, n + 1.
+        attacked: The probability of an attack on each sensor.
         beyond: How much rarer larger sets are than if they were independent; 1: not at all.
 
     Returns:
@@ -156,8 +157,8 @@ def brier_score(posterior: StatePosterior, states: States, weights: Floats | Non
     """Mean squared distance between each sensor's probability and what it was (Brier 1950).
 
     Args:
-        posterior: Of N frames.
-        states: The truth, shape (N, n + 1).
+        posterior: The probabilities of N frames.
+        states: The true states, shape (N, n + 1).
         weights: How much each frame counts, shape (N,); None: as much as any other.
 
     Returns:
@@ -174,33 +175,35 @@ def reliability(
     groups: ArrayLike | None = None,
     bins: int = 10,
 ) -> Floats:
-    """Of what was said with some probability, how much was so.
+    """How often sensors were attacked, by the predicted probability: a reliability diagram.
 
     Args:
-        posterior: Of N frames.
-        states: The truth, shape (N, n + 1).
+        posterior: The probabilities of N frames.
+        states: The true states, shape (N, n + 1).
         weights: How much each frame counts, shape (N,); None: as much as any other.
         groups: Frames of one group are alike, such as those of a drive, shape (N,); None: none
             are.
-        bins: Of equal width from 0 to 1.
+        bins: The number of bins of equal width from 0 to 1.
 
     Returns:
-        For each bin the mean probability, the share that was attacked, the weight of the sensors of
-        which it was said, and as how many independent groups they count (Kish 1965), shape
-        (bins, 4); NaN in an empty one.
+        For each bin the mean probability, the share that was attacked, the weight of its sensors,
+        and as how many independent groups they count (Kish 1965), shape (bins, 4); NaN in an empty
+        bin.
     """
-    said, was = posterior.sensors, np.asarray(states, float)
-    weight = np.broadcast_to(np.ones(len(was)) if weights is None else weights, len(was))
-    alike = np.arange(len(was)) if groups is None else np.unique(groups, return_inverse=True)[1]
-    which = np.minimum((said * bins).astype(int), bins - 1)
+    predicted, observed = posterior.sensors, np.asarray(states, float)
+    weight = np.broadcast_to(np.ones(len(observed)) if weights is None else weights, len(observed))
+    alike = (
+        np.arange(len(observed)) if groups is None else np.unique(groups, return_inverse=True)[1]
+    )
+    which = np.minimum((predicted * bins).astype(int), bins - 1)
     table = np.zeros((bins, alike.max(initial=0) + 1))
-    of_each = np.broadcast_to(weight[:, None], said.shape)
+    of_each = np.broadcast_to(weight[:, None], predicted.shape)
     np.add.at(table, (which, alike[:, None]), of_each)
     total = table.sum(axis=1)
     with np.errstate(invalid="ignore"):
         mean, share = (
             np.bincount(which.ravel(), (of_each * value).ravel(), bins) / total
-            for value in (said, was)
+            for value in (predicted, observed)
         )
         independent = total**2 / (table**2).sum(axis=1)
     return np.stack([mean, share, total, independent], axis=1)

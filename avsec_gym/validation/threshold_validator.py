@@ -32,11 +32,11 @@ from avsec_gym.validation.validator import SHARES, Validation
 class ThresholdValidator:
     """Finds an attack on three sensors, and the attacked sensors of four or more.
 
-    An error beyond its threshold is always an alarm: what nobody whom algorithm 2 names explains
-    leaves its sensors open.
+    An error beyond its threshold is always an alarm: where no sensor that algorithm 2 names
+    explains it, the status of its sensors is open.
 
     Args:
-        thresholds: What errors are like when nobody attacks; a table or its file.
+        thresholds: The errors without an attack; a table or its file.
         rate: r, the designated false alarm rate of each triple.
         criterion: See `ThresholdTable.thresholds`.
 
@@ -98,12 +98,12 @@ class ThresholdValidator:
         )
 
     def validate(self, frame: SensorFrame) -> Validation:
-        """See `Validator`; only maps of those references are found that algorithm 2 comes to."""
+        """See `Validator`; maps are found only of those references that algorithm 2 reaches."""
         self.on.check(self.system, self._depth, frame.calibration)
         errors = DisparityErrors(DisparityMaps(frame, self.system, self._depth))
 
         def exceeded(triple: Triple) -> bool:
-            # Whoever asks for one triple of a reference asks for all of them.
+            # Algorithm 1 asks for all triples of a reference: their maps are found at once.
             errors.maps.find(self.system.pairs(triple[2]))
             return self._chosen[triple].exceeded(errors[triple])
 
@@ -111,8 +111,9 @@ class ThresholdValidator:
         if len(sensors) == 3:
             errors.maps.find(self.system.pairs(2))
             alarm = detect_attack(errors, self._chosen)
-            said = SensorStatus.CANNOT_TELL if alarm else SensorStatus.SOUND
-            return Validation(alarm, dict.fromkeys(sensors, said), errors, thresholds=self._chosen)
+            status = SensorStatus.CANNOT_TELL if alarm else SensorStatus.SOUND
+            statuses = dict.fromkeys(sensors, status)
+            return Validation(alarm, statuses, errors, thresholds=self._chosen)
         found = identify_attacked_sensors(exceeded, len(sensors))
         statuses = dict.fromkeys(sensors, SensorStatus.SOUND)
         statuses |= {sensors[position]: SensorStatus.CANNOT_TELL for position in found.doubtful}

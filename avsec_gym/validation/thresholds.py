@@ -1,4 +1,4 @@
-"""`ThresholdTable`: what disparity errors are like when nobody attacks (thesis, section 3.3.2)."""
+"""`ThresholdTable`: disparity errors without an attack, and thresholds (thesis, section 3.3.2)."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ class Threshold:
     """Theta_{i,j,k}, and one for each share that goes beyond E; infinite where it does not matter.
 
     Args:
-        error: For E.
-        hole_share: And so on, see `DisparityError`.
-        densest: Likewise.
-        brightness: Likewise.
+        error: The threshold of E.
+        hole_share: See `DisparityError`.
+        densest: See `DisparityError`.
+        brightness: See `DisparityError`.
     """
 
     error: float = np.inf
@@ -70,7 +70,7 @@ class ThresholdTable:
 
     Args:
         on: The sensors, the depth and the data; the triples are those of its system.
-        shares: Of N samples, all `MEASURES`, shape (N, triples, 4).
+        shares: All `MEASURES` of N samples, shape (N, triples, 4).
 
     Raises:
         ConfigurationError: No samples, another shape, or values outside [0, 1].
@@ -123,7 +123,7 @@ class ThresholdTable:
         result = {}
         for number, triple in enumerate(self.on.system.triples):
             values = dict(zip(rarer, self.shares[:, number, columns].T, strict=True))
-            needed = [rarer[name] * _not_below(of_measure) for name, of_measure in values.items()]
+            needed = [rarer[name] * _not_below(shares) for name, shares in values.items()]
             allowed = _allowed(np.min(needed, axis=0), rate)
             result[triple] = Threshold(
                 **{name: _order_statistic(values[name], allowed // rarer[name]) for name in rarer}
@@ -147,7 +147,7 @@ def threshold_table(
 
     Args:
         on: The sensors, the depth and the data.
-        samples: Of each frame all triples, such as `DisparityErrors`.
+        samples: The errors of all triples of each frame, such as `DisparityErrors`.
 
     Raises:
         ConfigurationError: No samples.
@@ -161,7 +161,7 @@ def shares_of(frame: SensorFrame, system: SensorSystem, depth: PairDepth) -> Flo
     """All `MEASURES` of every triple of a frame, shape (triples, 4).
 
     Args:
-        frame: With all sensors.
+        frame: A frame with the data of all sensors.
         system: The sensors.
         depth: How disparities of two cameras are found.
     """
@@ -195,7 +195,7 @@ def _allowed(needed: NDArray[np.intp], rate: float) -> int:
 
     Args:
         needed: For each sample, how many have to be allowed before it lies beyond.
-        rate: From 0 to 1.
+        rate: The share, from 0 to 1.
     """
     # A product such as 0.29 * 100 comes out just below the whole number that is meant.
     count = int(rate * len(needed) + 1e-9)

@@ -1,4 +1,4 @@
-"""What a validator said of a recording, as a folder: a JSON line for each frame, as they come."""
+"""The results of a validator on a recording, as a folder: a JSON line for each frame."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from avsec_gym.validation.repair.damage import Damage
 
 FORMAT = 5
-"""Raised when what is kept of a frame changes: rows of before are not gone on with."""
+"""Raised when a row changes: a run does not go on with rows of an earlier format."""
 _AWAY = "Name another --out, or take this folder away."
 RECORD, ROWS = "validation.json", "frames.jsonl"
 """Whose results these are; the results."""
 THRESHOLDS, LIKELIHOOD, SAMPLES = "thresholds.json", "likelihood.json", "samples.jsonl"
-"""What errors were like when nobody attacked; the model; the frames that it was fitted on."""
+"""The errors of clean frames; the model; what was measured of the frames that it was fitted on."""
 
 
 class ValidationFolder:
@@ -59,16 +59,16 @@ class ValidationFolder:
         return self._lines.rows
 
     def add(self, row: dict[str, Any]) -> None:
-        """Keep what was said of a frame."""
+        """Keep the result of a frame."""
         self._lines.add(row)
 
 
 def differences(out: Path, record: Mapping[str, Any]) -> list[str]:
-    """In what the results in a folder are others: ``seed 1, not 0``; none where there are none.
+    """Differences between a folder's record and another: ``seed 1, not 0``; empty without results.
 
     Args:
         out: The folder, there or not.
-        record: As of `ValidationFolder`.
+        record: See `ValidationFolder`.
     """
     if not any(is_there(out / name) for name in (ROWS, THRESHOLDS, LIKELIHOOD, SAMPLES)):
         return []
@@ -76,7 +76,7 @@ def differences(out: Path, record: Mapping[str, Any]) -> list[str]:
     if is_there(out / RECORD):
         there = read_json_object(out / RECORD, remedy=_AWAY)
     if not there:
-        return [f"there is no {RECORD} that tells whose they are"]
+        return [f"there is no {RECORD} that states whose they are"]
     asked = json.loads(json.dumps({"rows": FORMAT, **record}))
     return [
         f"{name} {there.get(name)}, not {asked.get(name)}"
@@ -92,14 +92,15 @@ def row_of(
     damage: Mapping[Sensor, Damage],
     seconds: tuple[float, float],
 ) -> dict[str, Any]:
-    """What is kept of a frame; JSON-able.
+    """The row that is kept of a frame; JSON-able.
 
     Args:
-        id: Of the frame.
-        validation: What was said of it.
+        id: The id of the frame.
+        validation: The result of the validator.
         attacked: The sensors that were attacked on purpose, to see whether it is detected.
-        damage: In the sensors that are named; empty if nobody looked for it.
-        seconds: From the sensors' data in memory to the verdict, and from there to the damage.
+        damage: The damage in the named sensors; empty if it was not located.
+        seconds: The time from the sensors' data in memory to the statuses, and from there to the
+            damage.
     """
     sensors, errors = validation.errors.maps.system.sensors, validation.errors
 
@@ -110,7 +111,7 @@ def row_of(
         "id": id,
         "alarm": validation.alarm,
         "attacked": [sensor for sensor in sensors if sensor in validation.attacked],
-        "statuses": {str(sensor): str(said) for sensor, said in validation.statuses.items()},
+        "statuses": {str(sensor): str(status) for sensor, status in validation.statuses.items()},
         "probabilities": validation.probabilities
         and {str(sensor): round(p, 6) for sensor, p in validation.probabilities.items()},
         "shares": {
@@ -139,8 +140,8 @@ def row_of(
 def summary(rows: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """Alarms and names over all frames; rates with 95 % Wilson intervals, None without a case.
 
-    ``alarms_as_recorded`` counts alarms on frames that were not attacked on purpose: false ones,
-    if nobody attacked them while they were recorded.  ``attacks_named`` counts the frames in which
+    ``alarms_as_recorded`` counts alarms on frames that were not attacked on purpose: false alarms,
+    unless an attacker was there during the recording.  ``attacks_named`` counts the frames in which
     exactly the attacked sensors were named; by thresholds, three sensors can name none.
     """
     as_recorded = [row for row in rows.values() if not row["truly_attacked"]]

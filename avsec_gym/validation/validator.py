@@ -1,4 +1,4 @@
-"""What a validator is: it looks at one frame and says which sensors are attacked."""
+"""What a validator is: it judges one frame and reports the status of each sensor."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import Sensor, SensorSystem, Triple
 from avsec_gym.validation.state_posterior import SensorStatus
 
-if TYPE_CHECKING:  # OpenCV is loaded where somebody validates, not before.
+if TYPE_CHECKING:  # OpenCV is loaded where frames are validated, not before.
     from avsec_gym.validation.evidence.disparity_error import DisparityErrors
     from avsec_gym.validation.thresholds import Threshold
 
@@ -20,7 +20,7 @@ SHARES = {
     "densest": "densest window",
     "brightness": "other brightness",
 }
-"""What people call the shares of a `DisparityError`."""
+"""Names of the shares of a `DisparityError` in words."""
 _LEAST = 0.001
 """A threshold below this share of the pixels counts as this one where two are compared."""
 
@@ -30,10 +30,10 @@ class Exceeded:
     """A share beyond its threshold.
 
     Args:
-        triple: Whose.
-        share: Which of `MEASURES`.
-        value: How much it is.
-        threshold: Beyond which it should not be.
+        triple: The triple of sensors.
+        share: The measure, one of `MEASURES`.
+        value: The value of the share.
+        threshold: The threshold that the value exceeds.
     """
 
     triple: Triple
@@ -49,15 +49,15 @@ class Exceeded:
 
 @dataclass(frozen=True, eq=False)
 class Validation:
-    """What a validator says of one frame.
+    """The result of a validator for one frame.
 
     Args:
         alarm: Whether an attack is reported.
-        statuses: On each sensor of the system.  Without an alarm none is attacked, though some may
-            not be told; with it never are all sound.
-        errors: What it was concluded from, E_{i,j,k}; its `maps` show where.
-        probabilities: That a sensor is attacked, where the validator gives any.
-        thresholds: Of each triple, where they are what decides.
+        statuses: The status of each sensor of the system.  Without an alarm none is attacked,
+            though some may be open; with an alarm never are all sound.
+        errors: The errors E_{i,j,k} that decided; their `maps` show where.
+        probabilities: P(attacked) of each sensor, where the validator gives any.
+        thresholds: The thresholds of each triple, where thresholds decide.
     """
 
     alarm: bool
@@ -89,11 +89,11 @@ class Validation:
 
 @runtime_checkable
 class Validator(Protocol):
-    """Anything that judges the sensors of a system by what they say of each other."""
+    """Anything that judges the sensors of a system by the evidence that they give of each other."""
 
     @property
     def name(self) -> str:
-        """How it is called."""
+        """The name of the validator."""
         ...
 
     @property

@@ -52,7 +52,7 @@ def draw_detection_scheme(frame: SensorFrame, threshold: Threshold, seed: int = 
     Args:
         frame: With the images of cameras 2 and 3 and a scan.
         threshold: Of all shares.
-        seed: Of the attack.
+        seed: Seed of the attack.
 
     Raises:
         DataError: It lacks one of them.

@@ -78,11 +78,11 @@ def detected(
     """What a frame is like without an attack, and how many of the thesis' attacks are detected.
 
     Args:
-        frame: With both images and the scan.
-        table: Of thresholds.
-        depth: The one that they hold for.
-        rate: r.
-        draws: Of the attacks.
+        frame: A frame with both images and the scan.
+        table: The threshold table.
+        depth: The depth that the thresholds hold for.
+        rate: The designated false alarm rate r.
+        draws: The number of draws of the attacks.
 
     Returns:
         ``clean``: all `MEASURES`, and by criterion whether it raises an alarm; ``cases``: of each

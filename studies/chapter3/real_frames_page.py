@@ -34,7 +34,7 @@ def real_frames_page(result: Mapping[str, Any]) -> str:
     """Markdown: what is detected, and what detectors are led to see.
 
     Args:
-        result: Of `studies.chapter3.real_frames.run`.
+        result: The result of `studies.chapter3.real_frames.run`.
     """
     rate, draws, fitted = 100 * result["rate"], result["draws"], result["fitted"]
     lines = [

@@ -44,9 +44,9 @@ def impact_on_real_frames(
     """The thesis' attacks, one at a time, on every frame that has what a detector looks at.
 
     Args:
-        real: The frames to attack.
+        real: The real frames, which are attacked.
         clean: Labelled frames of the world, with scans.
-        draws: Of the attacks on each frame.
+        draws: The number of draws of the attacks on each frame.
 
     Returns:
         By detector ``score``, from which on a box counts, and ``frames``, their ids.  Of those that

@@ -112,10 +112,10 @@ def test_a_camera_is_repaired_when_it_is_asked_for(monkeypatch: pytest.MonkeyPat
         nobody.setattr("avsec_gym.validation.repair.repair", None)
         assert left.image(2) is frame.image(2)
         assert left.points is frame.points
-    mended = left.image(3)
+    repaired = left.image(3)
     before, after = (
         np.abs(np.subtract(image, clean.image(3), dtype=float))[:, 80:160].mean()
-        for image in (spoiled, mended)
+        for image in (spoiled, repaired)
     )
     assert after < 0.3 * before
 
@@ -124,8 +124,8 @@ def test_bogus_points_are_taken_out_of_a_repaired_scan() -> None:
     clean = wall()
     bogus = clean.points[np.abs(clean.points[:, 1]) < 1.5] * np.float32(0.6)
     frame = clean.with_points(np.concatenate([clean.points, bogus]))
-    mended = with_compromised_sensors_repaired(frame, said(frame, LIDAR)).points
-    near = [(points[:, 0] < 0.8 * DEPTH).sum() for points in (frame.points, mended)]
+    repaired = with_compromised_sensors_repaired(frame, said(frame, LIDAR)).points
+    near = [(points[:, 0] < 0.8 * DEPTH).sum() for points in (frame.points, repaired)]
     assert near[1] < 0.1 * near[0]
 
 

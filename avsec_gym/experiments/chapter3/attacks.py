@@ -54,10 +54,10 @@ def tampered_frames(
     """The frame with one sensor attacked at a time, each by draws of its own.
 
     Args:
-        frame: As it is.
-        system: Its sensors.
-        kind: See `attack_of`.
-        seed: Of the frame.
+        frame: The frame without an attack.
+        system: The sensors of the frame.
+        kind: The kind of attack, see `attack_of`.
+        seed: Seed of the attacks on this frame.
     """
     own = [*([seed] if isinstance(seed, int) else seed), _STREAM[kind]]
     return attacked_in_turn(

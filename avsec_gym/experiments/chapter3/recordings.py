@@ -47,8 +47,8 @@ def procedural_drives(count: int, seed: int, part: str, drive_frames: int = 1) -
     as many serves, and may have more.
 
     Args:
-        count: Of frames, at least.
-        seed: Other seeds are other drives.
+        count: The number of frames, at least.
+        seed: Seed of the drives; other seeds are other drives.
         part: `FITTED` or `JUDGED`, which never share a drive.
         drive_frames: Of each drive.  Frames of one drive are alike, so that a thousand drives say
             more than a thousand frames of a few.
@@ -94,9 +94,9 @@ def recordings_of(
     """The frames of a part of a run.
 
     Args:
-        configuration: Of the run.
+        configuration: The configuration of the run.
         part: `FITTED` or `JUDGED`.
-        drive_frames: Of procedural drives.
+        drive_frames: The frames of each procedural drive.
         system: Which a frame has all sensors of.
 
     Raises:
@@ -135,11 +135,11 @@ def frame_cells(
     """A cell for every frame, part by part; its arguments are ``part``, ``number``, and others.
 
     Args:
-        work: What is done.
-        configuration: Of the run.
+        work: The place of the work, see `Cell`.
+        configuration: The configuration of the run.
         parts: `FITTED`, `JUDGED`, or both.
-        system: See `recordings_of`.
-        arguments: The same for all.
+        system: The sensors, see `recordings_of`.
+        arguments: Further arguments, the same for all cells.
 
     Raises:
         ConfigurationError: What is fitted on says nothing of what is judged, or is the same.
@@ -210,9 +210,9 @@ def drives_inputs(
     """The manifests of procedural drives, which are rendered if they are not there.
 
     Args:
-        configuration: Of the run.
+        configuration: The configuration of the run.
         parts: `FITTED`, `JUDGED`, or both.
-        system: See `recordings_of`.
+        system: The sensors, see `recordings_of`.
 
     Raises:
         ConfigurationError: See `check_parts`.

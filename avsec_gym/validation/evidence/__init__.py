@@ -1,1 +1,1 @@
-"""What sensors say of each other: disparity maps, and how they contradict each other."""
+"""Evidence that sensors give of each other: disparity maps, and where these contradict."""

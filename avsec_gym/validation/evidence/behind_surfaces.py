@@ -36,9 +36,9 @@ class LidarEye(NamedTuple):
 
     Args:
         focal_length: Pixels.
-        u: Of the optical axis, pixels.
-        v: Likewise.
-        place: Of the LiDAR in the reference camera's frame, metres, shape (3,).
+        u: The column of the optical axis, pixels.
+        v: The row of the optical axis, pixels.
+        place: The place of the LiDAR in the reference camera's frame, metres, shape (3,).
         scale: Disparity times depth, in pixels and metres, of the maps that are compared.
     """
 
@@ -67,7 +67,7 @@ def behind_surfaces(scan: Disparity, dense: Disparity, eye: LidarEye) -> Mask:
     Args:
         scan: DM_{0,k}, in the scale of the dense one, shape (H, W).
         dense: DM_{j,k}, the same shape.
-        eye: Of the reference camera k.
+        eye: The LiDAR in the view of the reference camera k.
 
     Returns:
         Shape (H, W); false where there is no point.
@@ -117,6 +117,7 @@ def _from_the_lidar(dense: Disparity, eye: NDArray[np.float64]) -> Disparity:
 def _behind(
     scan: Disparity, dense: Disparity, surfaces: Disparity, eye: NDArray[np.float64]
 ) -> Mask:
+    # `surfaces` are in the LiDAR's view, `scan` and `dense` in the camera's; all of one scale.
     height, width = scan.shape
     scale = eye[6]
     result = np.zeros((height, width), np.bool_)
@@ -136,6 +137,8 @@ def _behind(
 @numba.njit(nogil=True, cache=True)
 def _is_surrounded(surfaces: Disparity, row: int, column: int, least: float) -> bool:
     """Whether on each of four sides of a pixel enough is known, and nearer."""
+    # The row and the column of the pixel itself belong to two sides each; `known` counts at least
+    # what `nearer` counts.
     height, width = surfaces.shape
     known, nearer = np.zeros(4), np.zeros(4)
     for n in range(-AROUND, AROUND + 1, STEP):

@@ -25,7 +25,7 @@ _SHIFT = 2
 _PATCH = 15
 """Pixels to a side of what lies around one."""
 _DARKEST = 8
-"""Grey levels; darker pixels tell nothing of how two cameras are exposed."""
+"""Grey levels; darker pixels hold no information on how two cameras are exposed."""
 _WHITE = 250
 _EXPOSURES, _EXPOSURE_BINS = 0.7, 281
 """Two cameras' exposures differ by less than a factor of two; searched by half a percent."""
@@ -49,23 +49,22 @@ class Expected(NamedTuple):
 
     least: Image
     most: Image
-    """More than `least` where the camera that tells of a pixel overflowed: who knows how bright it
-    is."""
+    """More than `least` where the other camera overflowed, so that the brightness is unknown."""
 
 
 def brightness_inconsistency(image: Image, other: Image, disparity: Disparity) -> Brightness:
     """Which share of the matched pixels is not as bright in both images of a pair.
 
     Args:
-        image: Of the reference camera, shape (H, W, 3).
-        other: Of the camera to its right, the same shape.
+        image: The image of the reference camera, shape (H, W, 3).
+        other: The image of the camera to its right, the same shape.
         disparity: In the view of the reference, pixels, NaN where unknown, shape (H, W).
 
     Returns:
         All 1 with fewer than `FEWEST` pixels.
     """
     if is_grey(other):
-        # Which colour the light has, only one of them can tell.
+        # Only one of the cameras sees the colour of the light.
         image = without_colours(image)
     height, width = disparity.shape
     column = np.arange(width, dtype=np.float32) - disparity
@@ -85,15 +84,15 @@ def brightness_inconsistency(image: Image, other: Image, disparity: Disparity) -
 
 
 def differing_pixels(image: Image, expected: Expected, known: Mask) -> tuple[Mask, Mask, Mask]:
-    """Where an image is brighter or darker than it should be, and where that can be told.
+    """Where an image is brighter or darker than it should be, and where that is known.
 
     A pixel differs if it lies outside of what the expected image has within two pixels, by
-    `MIN_LIGHT` and in some colour.  White where the scene may be white tells nothing.
+    `MIN_LIGHT` and in some colour.  White where the scene may be white is no evidence.
 
     Args:
-        image: As it came, shape (H, W, 3).
-        expected: As it should be, equally exposed.
-        known: Where that is known, shape (H, W).
+        image: The image as it came, shape (H, W, 3).
+        expected: The image as it should be, equally exposed.
+        known: The pixels where that is known, shape (H, W).
 
     Returns:
         Three masks: brighter and darker, which are within the third.
@@ -114,9 +113,9 @@ def equally_exposed(expected: Image, image: Image, known: Mask) -> Expected:
     so that it may cover more than half of the image.
 
     Args:
-        expected: From other cameras, shape (H, W, 3).
-        image: That the camera took.
-        known: Where something is expected, shape (H, W).
+        expected: The image that other cameras give, shape (H, W, 3).
+        image: The image that the camera took.
+        known: The pixels where something is expected, shape (H, W).
     """
     if is_grey(image):
         expected = without_colours(expected)
@@ -142,7 +141,7 @@ def without_colours(image: Image) -> Image:
 
 def is_grey(image: Image) -> bool:
     """Whether all pixels have the same red, green and blue."""
-    # Few of them tell of most images.
+    # A few pixels decide for most images.
     return all(bool((some[..., :1] == some).all()) for some in (image[::16, ::16], image))
 
 
@@ -173,7 +172,7 @@ def _flags(mask: Mask) -> NDArray[np.uint8]:
 
 
 def _exposure(expected: Image, image: Image, colour: int, telling: NDArray[np.uint8]) -> float:
-    """The logarithm of the factor that the most pixels agree on; 0 where none tells."""
+    """The logarithm of the factor that the most pixels agree on; 0 without such pixels."""
     # How many pixels have which two levels: all that counts of a million pixels, without a loop.
     levels = cv2.calcHist(
         [expected, image], [colour, 3 + colour], telling, [256, 256], [0, 256, 0, 256]

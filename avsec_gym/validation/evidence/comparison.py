@@ -19,7 +19,7 @@ MIN_RELATIVE_DIFFERENCE = 0.05
 
 
 class Comparison(IntEnum):
-    """What two maps say of a pixel."""
+    """How two maps agree at a pixel."""
 
     UNKNOWN = 0
     """Neither map knows it."""
@@ -47,6 +47,7 @@ def comparison_map(first: DisparityMap, second: DisparityMap) -> NDArray[np.uint
 
 @numba.njit(nogil=True, cache=True)
 def _compare(first: Disparity, second: Disparity) -> NDArray[np.uint8]:
+    # Both maps have one scale and one shape; every pixel of the result is written once.
     height, width = first.shape
     result = np.empty((height, width), np.uint8)
     for v in range(height):

@@ -1,6 +1,6 @@
 """Disparity error E_{i,j,k} between two disparity maps of one view (thesis, section 3.3.2).
 
-E counts contradictions of disparity in the whole view.  Three more shares say what it overlooks:
+E counts contradictions of disparity in the whole view.  Three more shares are for what it overlooks:
 light that leaves a matcher nothing to match, light that it copes with, and points of a scan that
 are few, but all in one place, and disproved by the images.
 """
@@ -31,14 +31,14 @@ MEASURES = ("error", "hole_share", "densest", "brightness")
 
 @dataclass(frozen=True)
 class DisparityError:
-    """How far two maps of one view contradict each other, and how much they say at all.
+    """How far two maps of one view contradict each other, and how much of it they know.
 
     Args:
         inconsistent: Pixels whose disparities differ (equation 3.2).
         valid: Pixels known in both maps.
         pixels: That could be known in both: those of the scan, of two dense maps all.
         densest: Of a scan the share of `disproved_points` in that window of `WINDOW` which has
-            most; 0 of two dense maps, whose contradictions have no judge.
+            most; 0 of two dense maps, whose contradictions nothing decides.
         brightness: `Brightness.patches` of that pair of the triple's cameras which has most: the
             reference does not see all that two others do.
     """
@@ -73,7 +73,7 @@ class DisparityError:
 def disparity_error(
     first: DisparityMap, second: DisparityMap, *, sparse: bool = False
 ) -> DisparityError:
-    """Compare two maps in the scale of the second (equation 3.2); what images tell is left out.
+    """Compare two maps in the scale of the second (equation 3.2), without their images.
 
     Args:
         first: DM_{i,k}, in any scale.
@@ -102,7 +102,7 @@ def densest_share(pixels: Mask) -> float:
     """The share of some pixels in that window of `WINDOW` which has most of them.
 
     Args:
-        pixels: Shape (H, W).
+        pixels: The pixels, shape (H, W).
     """
     window = cv2.blur(
         np.asarray(pixels, np.float32), (WINDOW, WINDOW), borderType=cv2.BORDER_CONSTANT
@@ -114,8 +114,8 @@ class DisparityErrors(Mapping[Triple, DisparityError]):
     """E_{i,j,k} of all triples of a frame; each is worked out when first asked for, and kept.
 
     Args:
-        maps: Of the frame.
-        known: Those that are known already.
+        maps: The maps of the frame.
+        known: The errors that are known already.
     """
 
     def __init__(
@@ -132,7 +132,7 @@ class DisparityErrors(Mapping[Triple, DisparityError]):
 
     @property
     def known(self) -> tuple[Triple, ...]:
-        """Triples that somebody has asked for, in the system's order."""
+        """Triples that were asked for, in the system's order."""
         return tuple(triple for triple in self if triple in self._known)
 
     def __iter__(self) -> Iterator[Triple]:

@@ -20,11 +20,11 @@ from avsec_gym.validation.evidence.brightness import (
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 
 Pair = tuple[int, int]
-"""Positions i < k in a system: what sensor i tells of the view of camera k."""
+"""Positions i < k in a system: what sensor i measures in the view of camera k."""
 
 
 class PairView(NamedTuple):
-    """What two sensors tell of the view of the second one."""
+    """What two sensors measure in the view of the second one."""
 
     map: DisparityMap
     """DM_{i,k}, in the scale of the two cameras; a LiDAR's in that of (k - 1, k)."""
@@ -37,7 +37,7 @@ class DisparityMaps:
 
     Args:
         frame: The frame.
-        system: Which sensors, in which order.
+        system: The sensors, in their order.
         depth: How disparities of two cameras are found.
         known: What is known of the frame already.
 
@@ -92,7 +92,7 @@ class DisparityMaps:
         """Find several maps at once.
 
         Args:
-            pairs: Which; those that are known cost nothing.
+            pairs: The pairs; those that are known cost nothing.
             threads: OpenCV works outside Python's lock.
         """
         missing = [self._checked(pair) for pair in dict.fromkeys(pairs) if pair not in self._known]

@@ -1,7 +1,7 @@
 """Scan points that are not there, as two cameras see.
 
 A scan and a disparity map contradict each other in every treetop, since matchers smooth what is
-thin, and on every plain wall.  Which of them is right, the images say, or not: around a pixel they
+thin, and on every plain wall.  The images may show which of them is right: around a pixel they
 look alike where the disparity is right.  A bogus return stands before what both cameras see, and
 there they look alike without it; or behind it, where no beam comes from.
 """
@@ -32,9 +32,9 @@ _ROWS, _COLUMNS = 5, 6
 def disproved_points(
     scan: DisparityMap, dense: DisparityMap, image: Image, other: Image, eye: LidarEye
 ) -> Mask:
-    """Pixels of scan points that are not where the cameras say, and whom the images disprove.
+    """Pixels of scan points that contradict the cameras, and that the images disprove.
 
-    They stand nearer than the cameras say, or behind what these see, see `behind_surfaces`.
+    They stand nearer than the cameras measure, or behind what these see, see `behind_surfaces`.
 
     Each of the pixels around one is darker than the middle, as bright, or brighter, and so in both
     images if they show the same: the census of Zabih and Woodfill (1994), which minds little how
@@ -43,8 +43,8 @@ def disproved_points(
     Args:
         scan: DM_{0,k}, in any scale.
         dense: DM_{j,k}.
-        image: Of the reference k, shape (H, W, 3).
-        other: Of camera j to its right.
+        image: The image of the reference k, shape (H, W, 3).
+        other: The image of camera j to its right.
         eye: Where the LiDAR is, in the view of the reference and the scale of the dense map.
 
     Returns:
@@ -77,6 +77,7 @@ def _is_disproved(
     scan: Disparity,
     dense: Disparity,
 ) -> Mask:
+    # `rows` and `columns` are those of pixels with a scan point and a disparity in the dense map.
     result = np.empty(len(rows), np.bool_)
     for point in range(len(rows)):
         v, u = rows[point], columns[point]
@@ -91,6 +92,7 @@ def _unlike(
     left: NDArray[np.uint8], right: NDArray[np.uint8], v: int, u: int, disparity: float
 ) -> float:
     """Share of the pixels around that differ in census, of three columns the best; NaN outside."""
+    # Only pixels that are in both images are compared, so that no index leaves an image.
     height, width = left.shape
     best = np.nan
     middle = round(u - disparity)

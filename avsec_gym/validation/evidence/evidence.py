@@ -1,4 +1,4 @@
-"""All that the sensors of a system say of each other at one frame, as one vector."""
+"""All evidence that the sensors of a system give of each other in one frame, as one vector."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ def evidence_scopes(system: SensorSystem) -> tuple[Scope, ...]:
 
 
 def gather_evidence(errors: DisparityErrors, threads: int = 2) -> Floats:
-    """What one frame tells.
+    """The evidence of one frame.
 
     Args:
-        errors: Of the frame; all its maps are found.
-        threads: That find them.
+        errors: The errors of the frame; all its maps are found.
+        threads: The number of threads that find the maps.
 
     Returns:
         Shares in the order of `evidence_elements`, shape (elements,).

@@ -24,8 +24,8 @@ def carried_depth(depth: Depth, calibration: Calibration, source: int, target: i
     Each pixel is carried on its own to the pixels around where it falls; the nearest wins.
 
     Args:
-        depth: In the view of the source.
-        calibration: Of the rig.
+        depth: The depths in the view of the source.
+        calibration: The calibration of the rig.
         source: The camera that the depths are known in.
         target: The camera that looks.
     """
@@ -46,9 +46,9 @@ def carried_image(
     """What a camera would see, painted with another camera's image.
 
     Args:
-        image: Of the source.
-        depth: In the view of the target.
-        calibration: Of the rig.
+        image: The image of the source.
+        depth: The depths in the view of the target.
+        calibration: The calibration of the rig.
         source: The camera that took the image.
         target: The camera that looks.
 

@@ -24,7 +24,7 @@ class SeenByBoth:
     two images can be compared there.
 
     Args:
-        estimator: Whose maps these are.
+        estimator: The estimator whose maps are cleaned.
     """
 
     name: ClassVar[str] = "seen_by_both"
@@ -51,6 +51,8 @@ def seen_by_both(disparity: Disparity) -> Mask:
 
 @numba.njit(nogil=True, cache=True)
 def _seen_by_both(disparity: Disparity) -> Mask:
+    # After the first pass over a row `nearest` holds, for each column of the other image, the
+    # largest disparity that falls on it; the second pass compares each pixel with it.
     height, width = disparity.shape
     result = np.zeros((height, width), np.bool_)
     nearest = np.empty(width + 2, np.float32)

@@ -1,4 +1,4 @@
-"""What the sensors would say in every sensor state vector: each disparity map is found once."""
+"""The evidence in every sensor state vector; each disparity map is found once."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ class StateEvidence:
     LiDAR and three cameras, the 16 states take 12 matchings, not 48.
 
     Args:
-        clean: The frame as it is.
+        clean: The frame without an attack.
         tampered: For each sensor that can be attacked, the frame with this one attacked; what
             other sensors deliver in it does not count.
-        system: Of sensors.
+        system: The sensors.
         depth: How disparities of two cameras are found.
 
     Raises:
@@ -63,7 +63,7 @@ class StateEvidence:
         """Find all maps that these states need at once.
 
         Args:
-            states: Shape (N, n + 1).
+            states: The states, shape (N, n + 1).
             threads: OpenCV's matching runs outside Python's lock.
         """
         wanted = {

@@ -88,7 +88,7 @@ class LikelihoodSamples:
         """Those of some frames.
 
         Args:
-            chosen: Shape (frames,).
+            chosen: Whether each frame is chosen, shape (frames,).
         """
         return self._of(chosen[self.frames])
 
@@ -115,7 +115,7 @@ def fit_likelihood(on: FittedOn, samples: LikelihoodSamples) -> LikelihoodModel:
 
     Each fifth of the drives is judged by what was fitted on the others.  Weights are those that
     make the true states of held-out samples most probable, each state as often as `attack_prior`
-    expects it, so that probabilities are honest.  Sizes and seeds of the attacks should not be
+    expects it, so that probabilities are calibrated.  Sizes and seeds of the attacks should not be
     those that are to be judged.
 
     Args:
@@ -134,16 +134,20 @@ def fit_likelihood(on: FittedOn, samples: LikelihoodSamples) -> LikelihoodModel:
             f"{drives}"
         )
     truth = state_indices(samples.states)
+    # Densities are fitted without one fifth of the drives at a time; weights on that fifth.
     parts = [(_densities(on, part), held_out) for part, held_out in samples.in_folds()]
     weighed = _weights(parts, samples.evidence, truth)
+    # Alarm scores and strangeness of every sample, by the model that has not seen it.
     scores, strangeness = np.empty((2, len(truth)))
     for model, held_out in parts:
         judged = replace(model, **weighed)
         scores[held_out] = judged.alarm_scores(samples.evidence[held_out])
         strangeness[held_out] = judged.strangeness(samples.evidence[held_out])
+    # A frame is as strange as the strangest of its states.
     strangest = np.full(frames, -np.inf)
     np.maximum.at(strangest, samples.frames, strangeness)
     clean = truth == 0
+    # The model itself has the densities of all drives.
     return replace(
         _densities(on, samples),
         **weighed,
@@ -188,7 +192,7 @@ def _log_density(seen: Floats, *, clean: bool) -> Floats:
 
     Args:
         seen: Scores u, shape (any,).
-        clean: Whether nobody was attacked.
+        clean: Whether the samples are without an attack.
     """
     spread = seen.std()
     quartiles = np.subtract(*np.quantile(seen, (0.75, 0.25))) / 1.34
@@ -226,15 +230,17 @@ def _weights(
 
     Args:
         parts: Models, and the samples that each has not seen.
-        evidence: Of all samples.
+        evidence: The evidence of all samples.
         truth: Indices of their states, which count as often as `attack_prior` expects them.
     """
+    # Samples count as often as the prior expects their states.
     model = parts[0][0]
     states = state_vectors(model.sensors)
     shown = np.bincount(truth, minlength=len(states)) / len(truth)
     expected = np.where(shown > 0, attack_prior(model.sensors), 0.0)
     with np.errstate(divide="ignore"):
         prior = np.log(expected / expected.sum())
+    # The terms of held-out samples; of some of them where memory would not suffice.
     few = max(1, _MOST_TERMS // (len(states) * len(model.weights)))
     chosen = np.sort(np.random.default_rng(0).permutation(len(truth))[:few])
     terms = np.empty((len(chosen), len(states), len(model.weights) + 1))
@@ -246,6 +252,7 @@ def _weights(
     counts = np.exp(prior[truth[chosen]]) / shown[truth[chosen]]
     usual = np.r_[np.full(len(model.weights), _USUAL_WEIGHT), 0.0]
 
+    # Minus the log-probability of the true states, with a quadratic prior around the usual weights.
     def surprise(weights: Floats) -> tuple[float, Floats]:
         weighed = terms @ weights + prior
         missed = special.logsumexp(weighed, axis=1) - true @ weights - prior[truth[chosen]]

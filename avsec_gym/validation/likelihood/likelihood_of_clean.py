@@ -1,4 +1,4 @@
-"""`likelihood_of_clean`: a likelihood model of whoever has clean frames, and nothing else."""
+"""`likelihood_of_clean`: a likelihood model from clean frames and nothing else."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ _STRETCHES = 2 * FOLDS
 def evidence_of_all_states(
     frame: SensorFrame, system: SensorSystem, depth: PairDepth, seed: Seed
 ) -> Floats:
-    """What the sensors would say of a clean frame if any of them were attacked.
+    """The evidence of a clean frame in every state, had any of the sensors been attacked.
 
     Args:
-        frame: The frame; nobody attacked it.
-        system: Of sensors.
+        frame: A frame without an attack.
+        system: The sensors.
         depth: How disparities of two cameras are found.
-        seed: Of the attacks, which are those of `attack_to_fit_on`.
+        seed: Seed of the attacks, which are those of `attack_to_fit_on`.
 
     Returns:
         In the order of `state_vectors` and of `evidence_elements`, shape (2^(n+1), M).

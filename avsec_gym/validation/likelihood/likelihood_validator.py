@@ -25,13 +25,13 @@ from avsec_gym.validation.validator import Validation
 class LikelihoodValidator:
     """Finds the most probable sensor state vector, with a probability for each sensor.
 
-    What is said of each sensor, and that it goes with the alarm, is for `Decoding.statuses`.
+    `Decoding.statuses` gives the status of each sensor, in accord with the alarm.
 
     Args:
         model: p(evidence | **s**); a model or its file.
         rate: The designated false alarm rate.
-        certainty: Below this probability of what is said, a sensor cannot be told; None: the most
-            probable **s** is said.
+        certainty: The probability that a status needs, else it is open; None: the most probable
+            **s** is reported.
 
     Raises:
         DataError: The file is missing or broken.
@@ -77,7 +77,7 @@ class LikelihoodValidator:
         errors = DisparityErrors(DisparityMaps(frame, self.system, self._depth))
         decoding = self._model.decode(gather_evidence(errors)[None], self.rate)
         sensors = self.system.sensors
-        said = decoding.statuses(self.certainty)[0]
+        found = decoding.statuses(self.certainty)[0]
         probabilities = dict(zip(sensors, decoding.posterior.sensors[0].tolist(), strict=True))
-        statuses = dict(zip(sensors, said, strict=True))
+        statuses = dict(zip(sensors, found, strict=True))
         return Validation(bool(decoding.alarms[0]), statuses, errors, probabilities)

@@ -8,12 +8,12 @@ normally distributed, element by element (`NormalScores`):
     ln p(u | s) = w_1 ln f_1(u_1 | s) + ... + w_M ln f_M(u_M | s) + w_0 ln c(u | s) + offset.
 
 An element's density f depends on which sensors of its own scope are attacked, so that attacks on
-others leave it as it is, and an element that cannot see an attack has no say.  What elements have
-in common is for c, a Gaussian copula: their correlation, once each is made normal by its own f,
-depends on whether each of them is touched by the attack.  Were all this true, the weights would be
+others leave it as it is, and an element that cannot see an attack has no weight.  The factor c
+models what elements have in common, as a Gaussian copula: their correlation, once each is made
+normal by its own f, depends on whether each of them is touched by the attack.  Were all this true, the weights would be
 1; a weighted composite likelihood (Varin, Reid and Firth, 2011) does not trust it, and learns from
 held-out frames how much each term is worth, and an offset for each attacked sensor, so that the
-probabilities are honest.
+probabilities are calibrated.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ class LikelihoodModel:
         """P(**s** | evidence).
 
         Args:
-            evidence: Of N frames, shape (N, M); see `gather_evidence`.
+            evidence: The evidence of N frames, shape (N, M); see `gather_evidence`.
             prior: P(**s**), shape (2^(n+1),); None: `attack_prior`, which the weights are learned
                 for.
 
@@ -139,7 +139,7 @@ class LikelihoodModel:
         """Ln p(evidence | **s**) but for a constant.
 
         Args:
-            evidence: Shares, shape (N, M).
+            evidence: The shares, shape (N, M).
 
         Returns:
             In the order of `state_vectors`, shape (N, 2^(n+1)).
@@ -158,12 +158,13 @@ class LikelihoodModel:
         return self._judged(evidence)[1]
 
     def terms(self, evidence: Floats) -> Floats:
-        """What is weighed: ln f of all elements, and ln c, shape (N, 2^(n+1), M + 1)."""
+        """The terms that are weighed: ln f of all elements, and ln c, shape (N, 2^(n+1), M + 1)."""
         if np.ndim(evidence) != 2 or np.shape(evidence)[1] != len(self.log_density):
             raise ConfigurationError(
                 f"evidence has {len(self.log_density)} elements a frame, got shape "
                 f"{np.shape(evidence)}"
             )
+        # The shares as scores u, then ln f and normal scores z of each element under each pattern.
         scale = self.scale or NormalScores.plain(len(self.log_density))
         u = np.clip(scale(evidence), self.lowest, self.highest)
         of_patterns = np.stack([_at(u, self.log_density), _at(u, self._normal)])
@@ -172,6 +173,7 @@ class LikelihoodModel:
         for state, patterns in enumerate(self._patterns):
             density, z = of_patterns[:, :, element, patterns]
             result[:, state, :-1] = density
+            # ln c of a Gaussian copula: -1/2 (z C^-1 z - z z) - 1/2 ln det C.
             whitened = z @ self._whitenings[state].T
             excess = 0.5 * ((z**2).sum(axis=1) - (whitened**2).sum(axis=1))
             result[:, state, -1] = excess - self._log_widths[state]
@@ -182,7 +184,7 @@ class LikelihoodModel:
         """The attacked sensors of N frames.
 
         Args:
-            evidence: Shares, shape (N, M).
+            evidence: The shares, shape (N, M).
             rate: r, designated false alarm rate: the share of the held-out clean frames that are
                 beyond a threshold, that of the `alarm_scores` or that of their `strangeness`.  The
                 latter has a fifth of r; beyond it a frame is not familiar.  With fewer than 5 / r
@@ -238,7 +240,7 @@ class LikelihoodModel:
         # A product such as 0.29 * 100 comes out just below the whole number that is meant.
         beyond, strange = int(rate * count + 1e-9), int(_STRANGEST * rate * count + 1e-9)
         strangest = np.sort(self.strangest)[-1 - strange]
-        # Who is strange raises the alarm anyway: nobody is beyond that score.
+        # Strange frames raise the alarm anyway: their score takes no part in the other threshold.
         scores = np.where(self.strangest > strangest, np.inf, self.clean_scores)
         return float(np.sort(np.r_[-np.inf, scores])[-1 - beyond]), float(strangest)
 
@@ -300,8 +302,8 @@ def element_patterns(states: States, scopes: Sequence[Scope]) -> NDArray[np.intp
     """Which of its own sensors are attacked, for each element of the evidence.
 
     Args:
-        states: Shape (N, n + 1).
-        scopes: Of the M elements.
+        states: The states, shape (N, n + 1).
+        scopes: The scopes of the M elements.
 
     Returns:
         The attacked sensors of the scope as bits, the first one lowest, shape (N, M).
@@ -313,7 +315,7 @@ def as_normal(log_density: Floats) -> Floats:
     """Scores that are as far out in a normal distribution as each u is by its density.
 
     Args:
-        log_density: At all u, shape (..., SCORES).
+        log_density: Log-densities at all u, shape (..., SCORES).
 
     Returns:
         The same shape.
@@ -329,8 +331,8 @@ def _at(u: Floats, known: Floats) -> Floats:
     """What is known at `SCORES` scores, at others, shape (N, M, 8).
 
     Args:
-        u: Shape (N, M).
-        known: Shape (M, 8, SCORES).
+        u: The scores, shape (N, M).
+        known: The values at all `SCORES` scores, shape (M, 8, SCORES).
     """
     place = np.clip((u - LEAST_SCORE) / STEP, 0.0, SCORES - 1.0)
     below = np.minimum(place.astype(int), SCORES - 2)

@@ -11,7 +11,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 
 _SMALLEST_SHARE = 3e-4
-"""Shares closer to 0 or 1 count as this close: three scan points in a window say no more."""
+"""Shares closer to 0 or 1 count as this close: three scan points in a window are no evidence."""
 _BEYOND = 0.1
 """Share of clean frames, at most, that is taken for the tail."""
 _SHORTEST_TAIL, _USUAL_TAIL = 0.05, 0.5
@@ -48,7 +48,7 @@ class NormalScores:
         for name in ("begins", "chances", "tails"):
             object.__setattr__(self, name, np.array(getattr(self, name), float))
         m = len(self.tails) if self.tails.ndim else 0
-        # Of no quantiles, a file does not tell the shape.
+        # Of no quantiles, a file does not hold the shape.
         quantiles = np.array(self.quantiles, float)
         object.__setattr__(self, "quantiles", quantiles if quantiles.size else np.zeros((0, m)))
         shapes = {self.begins.shape, self.chances.shape, self.tails.shape, (m,)}
@@ -72,7 +72,7 @@ class NormalScores:
         """The scores of N frames.
 
         Args:
-            shares: From 0 to 1, shape (N, M).
+            shares: The shares, from 0 to 1, shape (N, M).
 
         Returns:
             Finite, shape (N, M).
@@ -100,7 +100,7 @@ def fit_normal_scores(clean: Floats) -> NormalScores:
     """The scale of clean frames.
 
     Args:
-        clean: Their shares, shape (N, M).
+        clean: The shares of clean frames, shape (N, M).
     """
     u = log_odds(clean)
     quantiles = np.quantile(u, _levels(min(len(u), _QUANTILES)), axis=0, method="hazen")

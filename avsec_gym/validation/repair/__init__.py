@@ -1,1 +1,1 @@
-"""Where a named sensor is damaged, and what the sound ones make of it."""
+"""Where a named sensor is damaged, and its data repaired by the sound sensors."""

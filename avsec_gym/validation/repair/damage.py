@@ -1,4 +1,4 @@
-"""Where the sensors that a validator names are damaged, as those see it that are sound."""
+"""Where the sensors that a validator names are damaged, as the sound sensors see it."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ class Damage:
     """Of one sensor.
 
     Args:
-        pixels: Of a camera, shape (H, W).
-        scan: Of a LiDAR.
-        unknown: Why it cannot be told; empty where it can.
+        pixels: The damaged pixels of a camera, shape (H, W).
+        scan: The damage of a scan.
+        unknown: Why the damage is unknown; empty where it is known.
     """
 
     pixels: Mask | None = None
@@ -42,10 +42,10 @@ class Damage:
 def located_damage(validation: Validation) -> dict[Sensor, Damage]:
     """The damage in each sensor that is named; none without an alarm.
 
-    It takes two sound sensors to look at a camera, one of them a camera; two cameras for the LiDAR.
+    Two sound sensors, one of them a camera, check a camera; two sound cameras check the LiDAR.
 
     Args:
-        validation: Of a frame.
+        validation: The result of a validator for one frame.
     """
     sensors = validation.errors.maps.system.sensors
     return {

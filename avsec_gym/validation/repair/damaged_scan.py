@@ -1,7 +1,7 @@
 """Where an attacked LiDAR's scan is damaged: bogus points, and directions without returns.
 
-The judge is the depth of a trusted pair of cameras, so that nothing is said of what they do not
-see: behind the car, below and above the image, and where their matcher finds nothing.
+The reference is the depth of a trusted pair of cameras, so that nothing is known of what they do
+not see: behind the car, below and above the image, and where their matcher finds nothing.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def damaged_scan(
     lost where no return is left that is not bogus, though all maps know something within 60 m.
 
     Args:
-        frame: The frame, tampered with.
+        frame: The tampered frame.
         trusted: Sensors that are not attacked, two cameras or more of them.
         depth: How their disparities are found.
 
@@ -127,15 +127,16 @@ def bogus_points(
     """Which points of a scan trusted maps contradict; see `damaged_scan`.
 
     Args:
-        points: Shape (M, 4).
-        calibration: Of the rig.
-        maps: By the camera in whose view they are.
+        points: The scan, shape (M, 4).
+        calibration: The calibration of the rig.
+        maps: The disparity maps, by the camera in whose view they are.
         nearest: Depth down to which cameras were matched, metres; a point that is nearer is
-            confirmed by what is as near as they can tell.
+            confirmed by what is as near as they can measure.
 
     Returns:
         Shape (M,).
     """
+    # Each map votes on each point that it sees; a confirmation outweighs any contradiction.
     result = np.zeros(len(points), bool)
     every = np.stack(
         [_votes(points, calibration, camera, trusted, nearest) for camera, trusted in maps.items()]
@@ -145,11 +146,13 @@ def bogus_points(
     voters = np.flatnonzero(votes)
     if not len(voters):
         return result
+    # The majority of the known points around a point decides.
     places = _as_neighbours(points[ahead, :3].astype(float))
     tree = cKDTree(places[voters])
     _, index = tree.query(places, _NEIGHBOURS, distance_upper_bound=1.0)
     heard = np.append(votes[voters], 0.0)[index]
     suspicious = np.flatnonzero(heard.sum(axis=1) > 0)
+    # Small clusters are noise of the matcher.
     result[ahead[suspicious[_in_large_cluster(places[suspicious])]]] = True
     return result
 
@@ -159,26 +162,30 @@ def lost_directions(returns: Points, calibration: Calibration, maps: TrustedMaps
 
     Args:
         returns: The points of the scan that are not bogus, shape (M, 4).
-        calibration: Of the rig.
-        maps: By the camera in whose view they are.
+        calibration: The calibration of the rig.
+        maps: The disparity maps, by the camera in whose view they are.
 
     Returns:
         See `DamagedScan`.
     """
+    # Directions with a return, and those between two beams.
     came_back = np.zeros((_ROWS, _COLUMNS), np.uint8)
     row, column, inside = directions(returns[:, :3].astype(float))
     came_back[row[inside], column[inside]] = 1
     between_beams = np.ones((_BETWEEN_BEAMS, _BETWEEN_BEAMS), np.uint8)
     lost = cv2.morphologyEx(came_back, cv2.MORPH_CLOSE, between_beams) == 0
+    # Rows above and below all beams are not looked at.
     looked_at = np.flatnonzero(came_back.any(axis=1))
     lost[: looked_at.min(initial=_ROWS)] = False
     lost[looked_at.max(initial=-1) + 1 :] = False
+    # Only where all maps expect something is a return missing.
     for camera, trusted in maps.items():
         expected = np.zeros_like(came_back)
         row, column, inside = directions(seen_places(trusted, calibration, camera))
         expected[row[inside], column[inside]] = 1
         # Pixels and directions do not fall on each other one to one.
         lost &= cv2.morphologyEx(expected, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)) > 0
+    # Thin and small regions are borders of objects.
     wide = cv2.morphologyEx(lost.astype(np.uint8), cv2.MORPH_OPEN, between_beams)
     return large_parts(wide > 0, _SMALLEST_REGION)
 
@@ -190,8 +197,8 @@ def seen_places(
 
     Args:
         trusted: The map.
-        calibration: Of the rig.
-        camera: In whose view it is.
+        calibration: The calibration of the rig.
+        camera: The camera in whose view the map is.
         reach: Greatest depth, metres; 60 at most.
     """
     depth = trusted.depth

@@ -12,8 +12,8 @@ def large_parts(mask: Mask, least: float) -> Mask:
     """A mask without its small parts.
 
     Args:
-        mask: Shape (H, W); neighbours also touch at corners.
-        least: Pixels that a part has at least.
+        mask: The mask, shape (H, W); neighbours also touch at corners.
+        least: The fewest pixels of a part that is kept.
     """
     _, labels, numbers, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8))
     large = numbers[:, cv2.CC_STAT_AREA] >= least

@@ -1,9 +1,9 @@
 """Where in an attacked camera's image the damage is (thesis, section 6.2: future work).
 
-Disparities say that something is wrong: where light hides the scene, a matcher finds nothing.
+Disparities show that something is wrong: where light hides the scene, a matcher finds nothing.
 But it copes with light that only brightens, so that the damage is wider than its holes.  What
-shows all of it is the image itself beside what the trusted sensors say it should be: their depth
-tells where each pixel is in a trusted camera's image.
+shows all of it is the image itself beside the image that the trusted sensors predict: their depth
+gives the place of each pixel in a trusted camera's image.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ def damaged_pixels(
     """The part of an attacked camera's image that contradicts the trusted sensors.
 
     Args:
-        frame: The frame, tampered with.
-        camera: The attacked one.
+        frame: The tampered frame.
+        camera: The attacked camera.
         trusted: Sensors that are not: a camera, and a second one or the LiDAR.
         depth: How the disparities of two trusted cameras are found.
 

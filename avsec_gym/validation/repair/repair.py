@@ -1,7 +1,7 @@
 """A frame without its damage, filled from the trusted sensors (thesis, section 6.2: future work).
 
 What is filled is no measurement of the attacked sensor: it repeats what others saw, and where no
-other saw it, it is made up from what is around.  `Repair` says which is which.
+other saw it, it is inpainted from what is around.  `Repair` states which is which.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _BEAM_ROWS = 2
 """Directions between two rings of a LiDAR."""
 REFILL_ERROR = 1.0
 """Metres of depth that a pixel of disparity may be where a scan is refilled.  Points that are
-farther off cost a detector of scans more cars than nearer ones, which tell what stands there."""
+farther off cost a detector of scans more cars than nearer ones, which show what stands there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,9 +71,9 @@ def repair(
     """Find the damage in the sensors that are named, and fill it from the others.
 
     Args:
-        frame: The frame, tampered with.
+        frame: The tampered frame.
         system: The sensors of which some are trusted.
-        attacked: Those that are not.
+        attacked: The sensors that are not trusted.
         depth: How the disparities of two trusted cameras are found.
         refill_error: See `refilled_points`.
 
@@ -87,6 +87,7 @@ def repair(
     named = set(attacked)
     if unknown := named - set(system.sensors):
         raise ConfigurationError(f"no sensors of the system: {sorted(unknown, key=str)}")
+    # Cameras first: each is painted from the trusted sensors alone, so that the order is free.
     trusted = tuple(sensor for sensor in system.sensors if sensor not in named)
     repaired, pixels, made_up = frame, {}, {}
     for camera in (sensor for sensor in system.cameras if sensor in named):
@@ -96,6 +97,7 @@ def repair(
         pixels[camera], made_up[camera] = found, found & ~view.believed
     if LIDAR not in named:
         return Repair(repaired, pixels, made_up)
+    # The scan: bogus points are removed, then lost directions are refilled from the cameras.
     maps = trusted_maps(frame, trusted, depth)
     nearest = (depth or PairDepth()).nearest
     bogus = bogus_points(frame.points, frame.calibration, maps, nearest)
@@ -113,9 +115,9 @@ def filled_image(image: Image, view: TrustedView, damaged: Mask) -> Image:
     What none of them sees is continued from around (Telea's inpainting).
 
     Args:
-        image: Of the attacked camera.
+        image: The image of the attacked camera.
         view: What it should see.
-        damaged: Which pixels to fill, shape (H, W).
+        damaged: The pixels to fill, shape (H, W).
     """
     result = np.where(
         (damaged & view.believed)[..., None],
@@ -143,7 +145,7 @@ def refilled_points(
 
     Args:
         scan: What is lost.
-        calibration: Of the rig.
+        calibration: The calibration of the rig.
         maps: See `trusted_maps`.
         refill_error: Metres of depth that a pixel of disparity is at most where points are made: 1
             m reaches 20 m with a baseline of 0.54 m and KITTI's focal length.

@@ -1,4 +1,4 @@
-"""`TrustedView`: what a camera should see, as the sensors tell that are trusted."""
+"""`TrustedView`: what a camera should see, by the sensors that are trusted."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def trusted_view(
         painted, seen = carried_image(
             frame.image(source), filled, frame.calibration, source, camera
         )
-        # The first source also paints where nobody sees what is there, so that nothing is black.
+        # The first source also paints what no source sees, so that nothing is black.
         image = np.where((seen | (source == sources[0]) & ~believed)[..., None], painted, image)
         believed |= seen
     return TrustedView(known, filled, image, believed)

@@ -35,7 +35,7 @@ class SystemEvidence:
     """What the sensors of a system say of each other in N frames, in K states.
 
     Args:
-        system: Of sensors.
+        system: The sensors.
         states: Shape (K, n + 1).
         shares: `MEASURES` of every triple, shape (N, K, triples, 4).
         elements: As `gather_evidence`, shape (N, K, M).
@@ -85,7 +85,7 @@ def shipped_drives(count: int, seed: int, part: str) -> Path:
 
     Args:
         count: Of frames.
-        seed: Other seeds are other drives.
+        seed: Seed of the drives; other seeds are other drives.
         part: `FITTED` or `JUDGED`, which never share a drive.
 
     Raises:
@@ -128,7 +128,7 @@ def evidence_of(rows: Floats, system: SensorSystem, states: States | None = None
 
     Args:
         rows: Of N frames, shape (N, K, any).
-        system: Of sensors.
+        system: The sensors.
         states: In which they are; None: all.
     """
     states = state_vectors(len(system)) if states is None else states

@@ -87,7 +87,7 @@ def fitted_row(frame: SensorFrame, depth: PairDepth, seed: int, number: int) -> 
         frame: Which nobody attacked.
         depth: How disparities are found.
         seed: Of the fit.
-        number: Of the frame.
+        number: The number of the frame.
     """
     attack_of = partial(attack_to_fit_on, reference=SYSTEM.reference)
     tampered = attacked_in_turn(frame, SYSTEM, attack_of, (seed, number))

@@ -146,8 +146,8 @@ def judged(evidence: SystemEvidence, frame: SensorFrame, rate: float, fits: Path
 
     Args:
         evidence: In the states of `one_at_a_time`.
-        frame: Of the rig.
-        rate: r.
+        frame: A frame of the rig.
+        rate: The designated false alarm rate r.
         fits: Folder of the files.
     """
     system, depth = evidence.system, PairDepth("sgbm")
@@ -174,9 +174,9 @@ def said_by_thresholds(table: ThresholdTable, shares: Floats, rate: float) -> Sa
     """What `ThresholdValidator` says of N frames.
 
     Args:
-        table: Of thresholds.
+        table: The threshold table.
         shares: Of every triple, shape (N, triples, 4).
-        rate: r.
+        rate: The designated false alarm rate r.
     """
     system, chosen = table.on.system, table.thresholds(rate)
     limits = np.array([chosen[triple].shares for triple in system.triples])
@@ -199,7 +199,7 @@ def said_by_likelihood(model: LikelihoodModel, elements: Floats, rate: float) ->
     Args:
         model: Of likelihoods.
         elements: Shape (N, M).
-        rate: r.
+        rate: The designated false alarm rate r.
     """
     decoding = model.decode(elements, rate)
     statuses = decoding.statuses(CERTAINTY)

@@ -31,7 +31,7 @@ def shipped_page(result: Mapping[str, Any]) -> str:
     """The page.
 
     Args:
-        result: Of `judge`.
+        result: The result of `judge`.
     """
     rate = number(100 * result["rate"], digits=0)
     lines = [

@@ -36,28 +36,28 @@ def wall(wall_of: Callable[[int], SensorFrame]) -> SensorFrame:
 
 def test_an_image_gets_back_what_the_light_hid(wall: SensorFrame) -> None:
     tampered = SPOT.attack(wall)
-    mended = repair(tampered.frame, SYSTEM, tampered.attacked)
+    repaired = repair(tampered.frame, SYSTEM, tampered.attacked)
     true, clean = tampered.pixels[0], wall.image(0).astype(float)
-    error = np.abs(mended.frame.image(0) - clean)[true].mean()
+    error = np.abs(repaired.frame.image(0) - clean)[true].mean()
     assert error < 0.1 * np.abs(tampered.frame.image(0) - clean)[true].mean()
-    untouched = ~mended.pixels[0]
+    untouched = ~repaired.pixels[0]
     np.testing.assert_array_equal(
-        mended.frame.image(0)[untouched], tampered.frame.image(0)[untouched]
+        repaired.frame.image(0)[untouched], tampered.frame.image(0)[untouched]
     )
-    assert mended.frame.points is tampered.frame.points
-    assert mended.scan is None
+    assert repaired.frame.points is tampered.frame.points
+    assert repaired.scan is None
 
 
 def test_a_scan_gets_back_the_wall(wall: SensorFrame) -> None:
     tampered = BOGUS.attack(wall)
-    mended = repair(tampered.frame, SYSTEM, {LIDAR})
+    repaired = repair(tampered.frame, SYSTEM, {LIDAR})
     assert tampered.lost is not None
-    assert mended.refilled is not None
-    points = mended.frame.points
+    assert repaired.refilled is not None
+    points = repaired.frame.points
     forward, before = points[:, 0], tampered.frame.points[:, 0]
     nearer = np.median(wall.points[:, 0]) - 1.0
     assert (before < nearer).sum() > 20 * (forward < nearer).sum()
-    refilled = points[mended.refilled]
+    refilled = points[repaired.refilled]
     assert len(refilled) > 100
     assert (refilled[:, 3] == REFILLED_REFLECTANCE).all()
     # The wall is where the lost points were.
@@ -86,20 +86,20 @@ def test_a_scan_is_refilled_only_where_cameras_know_how_far_away_things_are(
 def test_several_sensors_are_repaired_at_once_from_those_that_are_left(wall: SensorFrame) -> None:
     spot = Facula(1, 180.0, (130.0, 60.0), saturation=0.5)
     tampered = SensorCombination((spot, BOGUS)).attack(wall)
-    mended = repair(tampered.frame, SYSTEM, tampered.attacked)
-    assert set(mended.pixels) == {1}
-    assert mended.scan is not None
+    repaired = repair(tampered.frame, SYSTEM, tampered.attacked)
+    assert set(repaired.pixels) == {1}
+    assert repaired.scan is not None
     assert tampered.points is not None
-    assert mended.scan.points[tampered.points].mean() > 0.9
-    assert (mended.pixels[1] & tampered.pixels[1]).sum() > 0.8 * tampered.pixels[1].sum()
+    assert repaired.scan.points[tampered.points].mean() > 0.9
+    assert (repaired.pixels[1] & tampered.pixels[1]).sum() > 0.8 * tampered.pixels[1].sum()
 
 
 def test_what_nobody_saw_is_said_to_be_made_up(wall: SensorFrame) -> None:
     tampered = Facula(0, 200.0, (0.0, 60.0), saturation=0.5).attack(wall)
-    mended = repair(tampered.frame, SYSTEM, {0})
+    repaired = repair(tampered.frame, SYSTEM, {0})
     # The leftmost columns of the wall are out of the other cameras' sight.
-    assert mended.made_up[0][50:70, :8].all()
-    assert not mended.made_up[0][:, 20:].any()
+    assert repaired.made_up[0][50:70, :8].all()
+    assert not repaired.made_up[0][:, 20:].any()
 
 
 def test_too_few_trusted_sensors_are_said(wall: SensorFrame) -> None:

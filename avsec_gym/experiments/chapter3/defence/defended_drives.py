@@ -107,7 +107,7 @@ class DefendedDrives:
     """Attacks a frame, asks the validator, and drives: undefended, and with each response.
 
     Args:
-        configuration: Of the run.
+        configuration: The configuration of the run.
     """
 
     def __init__(self, configuration: Configuration) -> None:
@@ -129,7 +129,7 @@ class DefendedDrives:
 
         Args:
             attack: See `attacks_on`.
-            number: Of the frame.
+            number: The number of the frame.
         """
         recorded, seconds = self._recordings.frames[number], {}
         clean = recorded.frame()

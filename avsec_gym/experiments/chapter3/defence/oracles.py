@@ -39,7 +39,7 @@ class StereoOracle:
 
     Args:
         clean: The frame before the attack.
-        truth: What is there.
+        truth: The boxes of what is there.
     """
 
     clean: SensorFrame
@@ -67,7 +67,7 @@ class LidarOracle:
 
     Args:
         bogus: That an attacker sent, shape (B, 4); those that are left in a scan are believed.
-        truth: What is there.
+        truth: The boxes of what is there.
     """
 
     bogus: Points

@@ -24,10 +24,10 @@ def scene_of(frame: SensorFrame, id: str, number: int, seed: int = 0) -> Scene:
     street.
 
     Args:
-        frame: Of a drive, as its reader gives it.
-        id: Of the scene; frames of several drives have the same numbers.
-        number: See `Scene`.
-        seed: See `Scene`.
+        frame: A frame of a drive, as its reader gives it.
+        id: The id of the scene; frames of several drives have the same numbers.
+        number: The number of the scene, see `Scene`.
+        seed: The seed of the scene, see `Scene`.
 
     Raises:
         DataError: The drive has neither labels nor tracklets, or a file is broken.

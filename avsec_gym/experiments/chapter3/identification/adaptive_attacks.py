@@ -63,7 +63,7 @@ class AdaptiveAttacks:
     """Attacks a frame in every way of `KINDS`, and asks for the evidence.
 
     Args:
-        configuration: Of the run.
+        configuration: The configuration of the run.
     """
 
     def __init__(self, configuration: Configuration) -> None:
@@ -76,7 +76,7 @@ class AdaptiveAttacks:
 
         Args:
             part: `JUDGED`.
-            number: Of the frame.
+            number: The number of the frame.
             format: `EVIDENCE_FORMAT` of what is measured; cells of another one are done again.
         """
         recorded, system = self._recordings.frames[number], self._recordings.system

@@ -33,9 +33,9 @@ def adaptive_rates(
 
     Args:
         results: Of a run; without `adaptive_attacks` there are no rows.
-        fitted: Whose clean frames give the thresholds.
-        on: What they hold for.
-        model: Fitted on the same frames.
+        fitted: The frames whose clean states give the thresholds.
+        on: The sensors and the depth that they hold for.
+        model: The likelihood model that was fitted on the same frames.
 
     Returns:
         Rows with ``kind`` and ``attacked``, positions; ``detected`` by each of the `SCENARIOS` that

@@ -25,8 +25,8 @@ def calibration(model: LikelihoodModel, judged: EvidenceTable) -> dict[str, Any]
     """What users of `LikelihoodValidator` are told, by the rule, rate and prior that it comes with.
 
     Args:
-        model: That was fitted on other frames.
-        judged: In all states.
+        model: A model that was fitted on other frames.
+        judged: The judged frames, in all states.
 
     Returns:
         ``rate``, ``certainty``; ``statuses``: for each number of attacked sensors, by its text, the

@@ -27,10 +27,10 @@ def exceeded(
     """e_{i,j,k} of all judged frames, shape (N, states, triples).
 
     Args:
-        fitted: Whose clean frames give the thresholds.
-        judged: Others.
-        on: What the thresholds hold for.
-        rate: r.
+        fitted: The frames whose clean states give the thresholds.
+        judged: Other frames.
+        on: The sensors and the depth that the thresholds hold for.
+        rate: The designated false alarm rate r.
         criterion: See `ThresholdTable.thresholds`.
     """
     chosen = ThresholdTable(on, fitted.measures[:, 0]).thresholds(rate, criterion)
@@ -48,11 +48,11 @@ def detection_rates(
     """For each scenario and r the share of attacks detected, in every case and on average.
 
     Args:
-        fitted: Whose clean frames give the thresholds.
-        judged: Others, whose attacks are looked for.
-        on: What the thresholds hold for.
+        fitted: The frames whose clean states give the thresholds.
+        judged: Other frames, whose attacks are to be detected.
+        on: The sensors and the depth that the thresholds hold for.
         criterion: See `ThresholdTable.thresholds`.
-        rates: r.
+        rates: The values of r.
 
     Returns:
         Rows with ``scenario``, ``rate``, ``cases`` (attacked sensors -> share), their mean
@@ -84,7 +84,7 @@ def case_rates(
     Args:
         alarms: Of N frames in all states, shape (N, states).
         cases: See `attack_cases_of`.
-        drives: Of the frames.
+        drives: The drive of each frame.
 
     Returns:
         ``cases``, ``average``, ``interval`` and ``false_alarms``, see `detection_rates`.

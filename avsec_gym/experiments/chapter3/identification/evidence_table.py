@@ -27,7 +27,7 @@ class EvidenceTable:
     """Of N frames in some states: all 2^(n+1), in the order of `state_vectors`, or `alone`.
 
     Args:
-        system: Of sensors.
+        system: The sensors.
         frames: Their ids.
         shares: The evidence as of `gather_evidence`, shape (N, states, M).
         of_triples: `OF_TRIPLES` of every triple, shape (N, states, 2, triples).
@@ -72,9 +72,9 @@ def evidence_table(
     """Read what `StateEvidences` stored; frames that are not whole are left out.
 
     Args:
-        results: Of a run.
+        results: The results of a run.
         kind: Of attack: `FITTED`, `JUDGED`, or one of `BEYOND`.
-        system: Of sensors.
+        system: The sensors.
         states: Shape (states, n + 1); None: all.
 
     Raises:

@@ -54,7 +54,7 @@ def algorithm_2(
         fitted: The frames whose clean states give the thresholds.
         judged: Other frames.
         on: The sensors and the depth that the thresholds hold for.
-        rate: r.
+        rate: The designated false alarm rate r.
         criterion: See `ThresholdTable.thresholds`.
     """
     state_vector = exceeded(fitted, judged, on, rate, criterion)
@@ -88,7 +88,7 @@ def maximum_likelihood(
     Args:
         model: The likelihood model.
         judged: The frames, in all states.
-        rate: r.
+        rate: The designated false alarm rate r.
         prior: See `LikelihoodModel.posterior`.
     """
     frames, states, elements = judged.shares.shape

@@ -47,7 +47,7 @@ class StateEvidences:
     """Attacks every sensor of a frame, and asks for the evidence of every state.
 
     Args:
-        configuration: Of the run.
+        configuration: The configuration of the run.
     """
 
     system: ClassVar[SensorSystem] = SYSTEM
@@ -69,7 +69,7 @@ class StateEvidences:
 
         Args:
             part: `FITTED` or `JUDGED`.
-            number: Of the frame.
+            number: The number of the frame.
             format: `EVIDENCE_FORMAT` of what is measured; cells of another one are done again.
         """
         recordings = self._parts[part]
@@ -116,10 +116,10 @@ def evidence_rows(evidence: StateEvidence, kind: str, states: States, id: str) -
     """What `evidence_table` reads.
 
     Args:
-        evidence: Of a frame under attacks of one kind.
-        kind: Of attack.
-        states: Shape (N, n + 1).
-        id: Of the frame.
+        evidence: The evidence of a frame under attacks of one kind.
+        kind: The kind of attack.
+        states: The states, shape (N, n + 1).
+        id: The id of the frame.
     """
     rows = []
     elements = evidence_elements(evidence.system)

@@ -54,7 +54,7 @@ def validation_summary(
 
     Args:
         results: Of `avsec run identification`.
-        configuration: Of the run.
+        configuration: The configuration of the run.
         looked_at: How many of the judged frames, the first ones, were looked at while the method
             was made; ``unseen`` leaves them out.
 

@@ -20,13 +20,13 @@ _TITLES = ("clean", "attacked", "green: found, blue: found but sound, red: misse
 _NEAR, _FAR = 4.0, 50.0
 
 
-def draw_repair(frame: SensorFrame, tampered: TamperedFrame, mended: Repair) -> Figure:
+def draw_repair(frame: SensorFrame, tampered: TamperedFrame, repaired: Repair) -> Figure:
     """Four panels of an attacked camera's image, or of the scan in camera 2's.
 
     Args:
         frame: Clean.
         tampered: The same frame, one sensor attacked.
-        mended: What became of it.
+        repaired: What became of it.
     """
     import matplotlib as mpl
 
@@ -35,9 +35,9 @@ def draw_repair(frame: SensorFrame, tampered: TamperedFrame, mended: Repair) -> 
         figure = Figure(figsize=(7.0, 9.2), dpi=90, facecolor="white", layout="constrained")
         panels = figure.subplots(4)
         if tampered.pixels:
-            _draw_images(panels, frame, tampered, mended)
+            _draw_images(panels, frame, tampered, repaired)
         else:
-            _draw_scans(panels, frame, tampered, mended)
+            _draw_scans(panels, frame, tampered, repaired)
         for axes, title in zip(panels, _TITLES, strict=True):
             axes.set(xticks=[], yticks=[])
             axes.set_title(title, loc="left")
@@ -45,10 +45,10 @@ def draw_repair(frame: SensorFrame, tampered: TamperedFrame, mended: Repair) -> 
 
 
 def _draw_images(
-    panels: NDArray[Any], frame: SensorFrame, tampered: TamperedFrame, mended: Repair
+    panels: NDArray[Any], frame: SensorFrame, tampered: TamperedFrame, repaired: Repair
 ) -> None:
     ((camera, true),) = tampered.pixels.items()
-    found = mended.pixels[camera]
+    found = repaired.pixels[camera]
     attacked = tampered.frame.image(camera)
     marked = attacked.astype(float)
     for area, colour in (
@@ -57,23 +57,23 @@ def _draw_images(
         (true & ~found, _ONLY_TRUE),
     ):
         marked[area] = 0.45 * marked[area] + 0.55 * np.array(colour)
-    images = (frame.image(camera), attacked, marked.astype(np.uint8), mended.frame.image(camera))
+    images = (frame.image(camera), attacked, marked.astype(np.uint8), repaired.frame.image(camera))
     for axes, image in zip(panels, images, strict=True):
         axes.imshow(image)
 
 
 def _draw_scans(
-    panels: NDArray[Any], frame: SensorFrame, tampered: TamperedFrame, mended: Repair
+    panels: NDArray[Any], frame: SensorFrame, tampered: TamperedFrame, repaired: Repair
 ) -> None:
     assert tampered.points is not None, "a bogus return is points"
-    assert mended.scan is not None, "the LiDAR was named"
-    points, true, found = tampered.frame.points, tampered.points, mended.scan.points
+    assert repaired.scan is not None, "the LiDAR was named"
+    points, true, found = tampered.frame.points, tampered.points, repaired.scan.points
     for axes in panels:
         axes.imshow(frame.image(2), alpha=0.35)
     for axes, scan in (
         (panels[0], frame.points),
         (panels[1], points),
-        (panels[3], mended.frame.points),
+        (panels[3], repaired.frame.points),
     ):
         _dots(axes, frame, scan, None)
     for chosen, colour in (

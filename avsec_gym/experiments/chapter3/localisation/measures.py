@@ -58,14 +58,14 @@ def attacks_of(camera: int = 2) -> dict[str, OpticalAttack]:
 
 
 def measures_of(
-    clean: SensorFrame, tampered: TamperedFrame, mended: Repair
+    clean: SensorFrame, tampered: TamperedFrame, repaired: Repair
 ) -> dict[str, float | None]:
     """One attack on one sensor, located and repaired.
 
     Args:
-        clean: The frame as it is.
-        tampered: As the car gets it.
-        mended: What became of that.
+        clean: The frame without an attack.
+        tampered: The attacked frame, as the car gets it.
+        repaired: The repaired frame.
 
     Returns:
         ``iou``, ``precision`` and ``recall`` of the found pixels or points, see `Overlap`.  Of a
@@ -76,15 +76,15 @@ def measures_of(
     for camera, true in tampered.pixels.items():
         image = clean.image(camera)
         return {
-            **vars(overlap(mended.pixels[camera], true)),
+            **vars(overlap(repaired.pixels[camera], true)),
             "error_before": _difference(tampered.frame.image(camera), image, true),
-            "error_after": _difference(mended.frame.image(camera), image, true),
+            "error_after": _difference(repaired.frame.image(camera), image, true),
         }
-    assert mended.scan is not None, "what attacks no camera attacks the LiDAR"
+    assert repaired.scan is not None, "what attacks no camera attacks the LiDAR"
     assert tampered.points is not None, "bogus returns are points"
-    found: dict[str, float | None] = {**vars(overlap(mended.scan.points, tampered.points))}
+    found: dict[str, float | None] = {**vars(overlap(repaired.scan.points, tampered.points))}
     if tampered.lost is not None:
-        found["iou_of_lost"] = overlap(mended.scan.is_lost(clean.points), tampered.lost).iou
+        found["iou_of_lost"] = overlap(repaired.scan.is_lost(clean.points), tampered.lost).iou
     return found
 
 

@@ -88,8 +88,8 @@ def _picture(
     file: str, attack: str, words: str, frame: LocatedFrame, repairs: Repairs
 ) -> RepairPicture:
     attempt = repairs.again(frame.frame, attack)
-    figure = draw_repair(attempt.clean, attempt.tampered, attempt.mended)
-    iou = measures_of(attempt.clean, attempt.tampered, attempt.mended)["iou"]
+    figure = draw_repair(attempt.clean, attempt.tampered, attempt.repaired)
+    iou = measures_of(attempt.clean, attempt.tampered, attempt.repaired)["iou"]
     return RepairPicture(
         file,
         f"{attack}: {words}, {frame.frame}, IoU {number(frame.iou, 100)} %",

@@ -76,15 +76,15 @@ class Attempt:
     """One attack on one frame, and what became of it.
 
     Args:
-        clean: The frame as it is.
-        tampered: As the car gets it.
-        mended: Repaired.
-        bogus: Where the bogus points of an attacked LiDAR stand.
+        clean: The frame without an attack.
+        tampered: The attacked frame, as the car gets it.
+        repaired: The repaired frame.
+        bogus: The place of the bogus points of an attacked LiDAR.
     """
 
     clean: SensorFrame
     tampered: TamperedFrame
-    mended: Repair
+    repaired: Repair
     bogus: Boxes3D
 
 
@@ -104,7 +104,7 @@ class RepairedFrames:
     """Attacks a frame, and repairs it with the attacked sensor named.
 
     Args:
-        configuration: Of the run.
+        configuration: The configuration of the run.
     """
 
     def __init__(self, configuration: Configuration) -> None:
@@ -139,7 +139,7 @@ class RepairedFrames:
 
         Args:
             part: `JUDGED`.
-            number: Of the frame.
+            number: The number of the frame.
             format: `LOCALISATION_FORMAT`; cells of another one are done again.
         """
         recorded, seconds = self._parts[part].frames[number], dict[str, float]()
@@ -148,19 +148,20 @@ class RepairedFrames:
         rows = []
         for attack in self._attacks_on(number):
             attempt = self._attempt(clean, number, attack, seconds)
-            found = measures_of(clean, attempt.tampered, attempt.mended)
+            found = measures_of(clean, attempt.tampered, attempt.repaired)
             if self._detector is not None and attempt.tampered.pixels:
                 before, after = (
-                    self._seen(state.frame, seconds) for state in (attempt.tampered, attempt.mended)
+                    self._seen(state.frame, seconds)
+                    for state in (attempt.tampered, attempt.repaired)
                 )
                 found |= _counts(in_images, before, after)
             if self._scan_detector is not None and attempt.tampered.points is not None:
                 before, after = (
                     self._scanned(state.frame, seconds)
-                    for state in (attempt.tampered, attempt.mended)
+                    for state in (attempt.tampered, attempt.repaired)
                 )
                 found |= _counts(in_scan, before, after)
-                cleaned = self._scanned(_not_refilled(attempt.mended), seconds)
+                cleaned = self._scanned(_not_refilled(attempt.repaired), seconds)
                 found["found_cleaned"] = found_again(in_scan, cleaned)
                 looks = {"clean": in_scan, "before": before, "after": after}
                 for state, boxes in looks.items():
@@ -196,13 +197,13 @@ class RepairedFrames:
         with _timed(seconds, f"repair of {'a camera' if tampered.pixels else 'the LiDAR'}"):
             system = self._parts[JUDGED].system
             error = self._options["refill_error"]
-            mended = repair(tampered.frame, system, tampered.attacked, self._depth, error)
+            repaired = repair(tampered.frame, system, tampered.attacked, self._depth, error)
         bogus = Boxes3D.empty()
         if isinstance(chosen, CarInView):
             bogus = pasted_box(chosen.scan, tampered)
         elif tampered.points is not None:
             bogus = bogus_patch(tampered)
-        return Attempt(clean, tampered, mended, bogus)
+        return Attempt(clean, tampered, repaired, bogus)
 
     def _attacks_on(self, number: int) -> dict[str, OpticalAttack]:
         """`attacks_of`, and `CAR`, that of the next other frame; not where nobody labelled any."""
@@ -229,9 +230,9 @@ class RepairedFrames:
             return above(self._detector.detect(frame), self._options["score_threshold"])
 
 
-def _not_refilled(mended: Repair) -> SensorFrame:
-    assert mended.refilled is not None, "a scan that was repaired"
-    return mended.frame.with_points(mended.frame.points[~mended.refilled])
+def _not_refilled(repaired: Repair) -> SensorFrame:
+    assert repaired.refilled is not None, "a scan that was repaired"
+    return repaired.frame.with_points(repaired.frame.points[~repaired.refilled])
 
 
 def _counts(objects: Boxes3D, before: Boxes3D, after: Boxes3D) -> dict[str, float | None]:

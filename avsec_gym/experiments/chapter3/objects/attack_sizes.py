@@ -98,7 +98,7 @@ class AttackSizes:
     """Attacks a frame in all sizes.
 
     Args:
-        configuration: Of the run.
+        configuration: The configuration of the run.
     """
 
     def __init__(self, configuration: Configuration) -> None:
@@ -115,7 +115,7 @@ class AttackSizes:
 
         Args:
             part: `FITTED` or `JUDGED`.
-            number: Of the frame.
+            number: The number of the frame.
             format: `EVIDENCE_FORMAT` of what is measured; cells of another one are done again.
         """
         recorded = self._parts[part].frames[number]

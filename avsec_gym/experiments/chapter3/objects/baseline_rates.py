@@ -60,7 +60,7 @@ def baseline_rates(
         fitted: Mismatches of clean frames, shape (M, pairs, IoUs, 2, 2); the pairs are those of
             the system, the last axes whether its first and its second sensor is attacked.
         judged: Of other frames in all states, shape (N, pairs, IoUs, 2, 2).
-        drives: Of the judged frames.
+        drives: The drive of each judged frame.
         system: A LiDAR and three cameras.
 
     Returns:

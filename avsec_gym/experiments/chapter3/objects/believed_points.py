@@ -103,7 +103,7 @@ class BelievedPoints:
     """Shows bogus points to detectors.
 
     Args:
-        configuration: Of the run.
+        configuration: The configuration of the run.
     """
 
     def __init__(self, configuration: Configuration) -> None:
@@ -122,7 +122,7 @@ class BelievedPoints:
 
         Args:
             part: `FITTED` or `JUDGED`.
-            number: Of the frame.
+            number: The number of the frame.
         """
         recorded = self._parts[part].frames[number]
         frame = recorded.frame()

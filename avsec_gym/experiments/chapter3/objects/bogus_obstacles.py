@@ -56,8 +56,8 @@ def taken_for_an_obstacle(found: Boxes3D, patch: Boxes3D) -> bool:
     """Whether one of the boxes covers the patch.
 
     Args:
-        found: By a detector, in space.
-        patch: See `bogus_patch`.
+        found: The boxes of a detector, in space.
+        patch: The bogus patch, see `bogus_patch`.
     """
     return bool(covering(found, patch).any())
 
@@ -66,8 +66,8 @@ def covering(found: Boxes3D, place: Boxes3D) -> NDArray[np.bool_]:
     """Which of N boxes cover a place, shape (N,).
 
     Args:
-        found: By a detector, in space.
-        place: One box; none covers an empty place.
+        found: The boxes of a detector, in space.
+        place: One box; no box covers an empty place.
     """
     if not len(place):
         return np.zeros(len(found), bool)

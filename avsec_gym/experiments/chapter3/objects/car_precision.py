@@ -28,12 +28,12 @@ def car_precision(
     """Of one detector; of the same frames, the bootstrap samples are the same.
 
     Args:
-        truth: By frame.
-        found: By frame.
+        truth: The labelled boxes, by frame.
+        found: The detected boxes, by frame.
         frames: That are judged; those of one drive are drawn together, and one drive alone says
             nothing of others.
-        metric: One of `METRICS`.
-        least_iou: A match needs more.
+        metric: The metric, one of `METRICS`.
+        least_iou: The IoU that a match exceeds.
     """
     drives = [drive_of(id) for id in frames]
     result = average_precision(

@@ -16,8 +16,8 @@ def truth_of(frame: SensorFrame, camera: int) -> Boxes3D | None:
     tracklets, whose 2D boxes are those of their projected corners.
 
     Args:
-        frame: Of a drive, as its reader gives it.
-        camera: The reference.
+        frame: A frame of a drive, as its reader gives it.
+        camera: The reference camera.
 
     Raises:
         DataError: A file is broken.

@@ -32,7 +32,7 @@ def mismatch_counts(
     """What `SensorDetections` stored, counted.
 
     Args:
-        results: Of a run.
+        results: The results of a run.
         part: `FITTED`, whose sensors nobody attacks, or `JUDGED`.
         thresholds: See `score_thresholds`.
 

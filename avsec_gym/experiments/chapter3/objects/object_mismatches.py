@@ -43,11 +43,11 @@ def mismatches(
     """How many boxes of either set have no partner in the other.
 
     Args:
-        first: In an image, with `box2d`.
-        second: In the same image, or in that of a camera farther right.
+        first: Boxes in an image, with `box2d`.
+        second: Boxes in the same image, or in that of a camera farther right.
         least_iou: Partners are of one category and have more than this in common.
         reach: The largest disparity between the two images, pixels; 0: they are one.
-        width: Of the images, pixels.
+        width: The width of the images, pixels.
 
     Example:
         >>> from avsec_gym.perception.detectors.image_detector import image_boxes
@@ -77,8 +77,8 @@ def boxes_seen_by(boxes: Boxes3D, projection: Floats, size: tuple[int, int]) -> 
     """Boxes in space as a camera shows them; those that it does not show are left out.
 
     Args:
-        boxes: In the camera frame.
-        projection: Of the camera, shape (3, 4).
+        boxes: The boxes, in the camera frame.
+        projection: The projection of the camera, shape (3, 4).
         size: Height and width of its image, to which 2D boxes are clipped.
     """
     corners = box_corners(boxes.location, boxes.dimensions, boxes.rotation_y)

@@ -36,9 +36,9 @@ class CarInView:
     The side of the car that is nearest to the LiDAR stands at that distance.
 
     Args:
-        scan: Of the car.
-        reference: The camera in whose view it is.
-        rays_lost: See `PastedScan`.
+        scan: The scan of the car.
+        reference: The camera in whose view the car stands.
+        rays_lost: Whether rays are lost, see `PastedScan`.
     """
 
     name: ClassVar[str] = "car_in_view"
@@ -64,7 +64,7 @@ class CarsOfFrames:
     """The nearest car of each frame, see `scans_of_cars`; it is cut out once.
 
     Args:
-        frames: Of a recording.
+        frames: The frames of a recording.
     """
 
     def __init__(self, frames: Sequence[RecordedFrame]) -> None:

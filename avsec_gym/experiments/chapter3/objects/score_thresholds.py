@@ -28,7 +28,7 @@ def score_thresholds(results: Results, options: Mapping[str, Any]) -> dict[str, 
     """Of the LiDAR's detector, ``lidar``, and of the images', ``camera``.
 
     Args:
-        results: Of a run.
+        results: The results of a run.
         options: `DETECTION_OPTIONS`, as far as a user chose them.
 
     Returns:
@@ -55,7 +55,7 @@ def score_threshold(
     """Of one detector, from clean frames.
 
     Args:
-        results: Of a run.
+        results: The results of a run.
         truth_of: The setting of labels.
         found_of: That of detections.
         seen: `FROM_ABOVE` or `IN_IMAGE`.

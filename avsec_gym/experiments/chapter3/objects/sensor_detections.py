@@ -113,7 +113,7 @@ class SensorDetections:
     """Looks at every sensor of a frame.
 
     Args:
-        configuration: Of the run.
+        configuration: The configuration of the run.
     """
 
     def __init__(self, configuration: Configuration) -> None:
@@ -128,7 +128,7 @@ class SensorDetections:
 
         Args:
             part: `FITTED`, which nobody attacks, or `JUDGED`.
-            number: Of the frame.
+            number: The number of the frame.
             format: `DETECTIONS_FORMAT`; cells of another one are done again.
         """
         if part not in self._parts:

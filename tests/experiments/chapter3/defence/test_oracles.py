@@ -75,8 +75,8 @@ def test_bogus_points_are_an_obstacle_until_they_are_taken_out(
     assert (x, y, heading) == pytest.approx((7.73, 0.0, 0.0), abs=0.1)
     assert seen.dimensions[2] == pytest.approx([1.5, 2.5, 0.1], abs=0.1)
     assert len(oracle.detect(clean)) == 2
-    mended = tampered.frame.with_points(np.concatenate([clean.points, bogus[:40]]))
-    assert len(oracle.detect(mended)) == 2
+    repaired = tampered.frame.with_points(np.concatenate([clean.points, bogus[:40]]))
+    assert len(oracle.detect(repaired)) == 2
 
 
 def test_a_strip_on_the_road_is_driven_over(clean: SensorFrame, truth: Boxes3D) -> None:
@@ -86,5 +86,5 @@ def test_a_strip_on_the_road_is_driven_over(clean: SensorFrame, truth: Boxes3D) 
     oracle = LidarOracle(bogus, truth)
     for kept, seen in ((height < 0.28, 2), (height < 0.6, 3), (height > 0.4, 3)):
         assert kept.sum() > 150
-        mended = tampered.frame.with_points(np.concatenate([clean.points, bogus[kept]]))
-        assert len(oracle.detect(mended)) == seen
+        repaired = tampered.frame.with_points(np.concatenate([clean.points, bogus[kept]]))
+        assert len(oracle.detect(repaired)) == seen
