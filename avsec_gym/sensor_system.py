@@ -6,6 +6,7 @@ the left one, hence the reference, of a stereo pair with each sensor before it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -17,6 +18,8 @@ Sensor = int | str
 """A camera's number, or `LIDAR`."""
 Triple = tuple[int, int, int]
 """Positions i < j < k in a system: the disparity maps of i and j, both seen by the camera k."""
+MOST_SENSORS = 16
+"""An attacker can choose any of their subsets; of more sensors these are too many to list."""
 
 
 @dataclass(frozen=True)
@@ -24,10 +27,11 @@ class SensorSystem:
     """Three sensors or more that see the same scene.
 
     Args:
-        sensors: S_0 to S_n: the LiDAR first, if there is one, then cameras from right to left.
+        sensors: S_0 to S_n, `MOST_SENSORS` at most: the LiDAR first, if there is one, then cameras
+            from right to left.
 
     Raises:
-        ConfigurationError: Fewer than three sensors, one of them twice, a LiDAR that is not the
+        ConfigurationError: Too few or too many sensors, one of them twice, a LiDAR that is not the
             first, or something that is no sensor.
 
     Example:
@@ -38,11 +42,16 @@ class SensorSystem:
     sensors: tuple[Sensor, ...]
 
     def __post_init__(self) -> None:
+        if isinstance(self.sensors, str) or not isinstance(self.sensors, Sequence):
+            raise ConfigurationError(
+                f"sensors are a list such as ({LIDAR!r}, 3, 2), got {self.sensors!r}"
+            )
         sensors = tuple(self.sensors)
         object.__setattr__(self, "sensors", sensors)
-        if len(sensors) < 3 or len(set(sensors)) != len(sensors):
+        listed = ", ".join(map(str, sensors[: MOST_SENSORS + 1]))
+        if not 3 <= len(sensors) <= MOST_SENSORS:
             raise ConfigurationError(
-                f"a system has three different sensors or more, got {', '.join(map(str, sensors))}"
+                f"a system has 3 to {MOST_SENSORS} sensors, got {len(sensors)}: {listed}"
             )
         for position, sensor in enumerate(sensors):
             if isinstance(sensor, bool) or not (
@@ -52,6 +61,8 @@ class SensorSystem:
                     f"sensors are cameras' numbers, and {LIDAR!r} for the first, got {sensor!r} as "
                     f"S{position}"
                 )
+        if len(set(sensors)) != len(sensors):
+            raise ConfigurationError(f"the sensors of a system are different ones, got {listed}")
 
     def __len__(self) -> int:
         return len(self.sensors)

@@ -12,6 +12,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from avsec_gym.argument_checks import flag, number, shown, whole_number
 from avsec_gym.errors import ConfigurationError, PlanningError
 from avsec_gym.geometry import Floats
 from avsec_gym.planners.collision import CollisionWorld, collides, collision_world_of, within_reach
@@ -45,6 +46,8 @@ from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenari
 
 _FIRST_SLICE, _SLICE = 256, 1e-3
 """Nodes to expand before the first look at the clock, and seconds between two looks."""
+_LEAST_TIME = 1e-9
+"""Seconds: a limit of 0 would plan nothing."""
 _ROOM = 2048
 """Nodes to make room for at first."""
 _FEW = 16
@@ -117,11 +120,17 @@ class MotionPrimitivePlanner:
                 raise ConfigurationError(
                     f"the planner's {name} is one of {known}, got {value!r}"
                 ) from None
-        if self.node_limit < 1 or not self.time_limit > 0:
+        if self.primitives is not None and not isinstance(self.primitives, MotionPrimitives):
             raise ConfigurationError(
-                "a planner's limits are above 0, got"
-                f" node_limit={self.node_limit}, time_limit={self.time_limit}"
+                f"primitives is None or a set of MotionPrimitives, got {shown(self.primitives)}"
             )
+        checked = {
+            "node_limit": whole_number("node_limit", self.node_limit, 1),
+            "time_limit": number("time_limit", self.time_limit, _LEAST_TIME, math.inf),
+            "keep_tree": flag("keep_tree", self.keep_tree),
+        }
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
 
     def plan(
         self,

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +23,9 @@ from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.map_files import read_disparity
 from avsec_gym.scenario.label_list import ROAD_TYPES, read_label_list
 from avsec_gym.scenario.scene import Scene
+from avsec_gym.scenario.scene_arguments import scene_arguments
 from avsec_gym.scenario.scene_sets import SceneSet, labelled_scenarios, labelled_scene
+from avsec_gym.storage.regular_files import is_folder
 from avsec_gym.suggestions import unknown_name
 from avsec_gym.unknown_source import unknown_source
 
@@ -125,11 +126,7 @@ def frame_scenes_of(what: Any) -> FrameScenes:
     if isinstance(what, FrameScenes):
         return what
     check_frame_scenes(what)
-    try:
-        hashable = {k: tuple(v) if isinstance(v, list) else v for k, v in _arguments(what).items()}
-        return _kept(tuple(sorted(hashable.items())))
-    except (TypeError, ValueError) as error:
-        raise ConfigurationError(f"these are no arguments of a frame set: {error}") from error
+    return _kept(tuple(sorted(scene_arguments(what, frame_scenes).items())))
 
 
 def check_frame_scenes(what: Any) -> None:
@@ -144,23 +141,22 @@ def check_frame_scenes(what: Any) -> None:
     """
     if isinstance(what, FrameScenes):
         return
-    asked = _arguments(what)
-    for name in asked:
-        if name not in (known := list(signature(frame_scenes).parameters)):
-            problem = f"these are no arguments of a frame set: {name!r}"
-            raise ConfigurationError(unknown_name(problem, str(name), known))
+    asked = scene_arguments(what, frame_scenes)
     source, split = asked.get("source", "mixed"), asked.get("split")
-    for each in source if isinstance(source, list | tuple) else [source]:
+    labelled = asked.get("scenarios")
+    if labelled is not None and not is_folder(labelled):
+        raise DataError(
+            "There is no such folder.",
+            path=labelled,
+            remedy="Name the folder of the labelled scenarios.",
+        )
+    for each in source if isinstance(source, tuple) else [source]:
         if str(each) not in SUITES:
             data = _data(str(each))
             _ = split is None or data.ids(split)  # Which looks into the list of them only.
         elif split not in (None, *_SPLITS):
             problem = f"the suite {each} has no split {split!r}"
             raise ConfigurationError(unknown_name(problem, str(split), _SPLITS))
-
-
-def _arguments(what: Any) -> Mapping[str, Any]:
-    return what if isinstance(what, Mapping) else {"source": str(what)}
 
 
 @lru_cache(maxsize=8)
@@ -211,7 +207,7 @@ def _data(source: str | Path) -> KittiObject:
         from avsec_gym.world.export import world_frames
 
         return world_frames(str(source))
-    if not Path(source).is_dir():
+    if not is_folder(source):
         raise unknown_source(
             str(source),
             SUITES,

@@ -100,7 +100,7 @@ def check_depth(name: Any) -> None:
     Raises:
         ConfigurationError: Nothing has that name.
     """
-    if name not in _BUILT_IN:
+    if not isinstance(name, str) or name not in _BUILT_IN:
         problem = f"there is no depth estimator named {name!r}"
         raise ConfigurationError(unknown_name(problem, str(name), _BUILT_IN))
 
