@@ -11,6 +11,7 @@ import logging
 from collections.abc import Callable, Mapping
 from enum import StrEnum
 from importlib import import_module, metadata
+from inspect import Parameter, signature
 from typing import Any
 
 from avsec_gym.errors import ConfigurationError
@@ -156,35 +157,36 @@ def make(kind: Kind | str, what: Any) -> Any:
     if not isinstance(what, str | Mapping):
         return what
     name, arguments = _known(kind, what)
-    told = ""
+    factory, defaults, where = _factory(kind, name)
     try:
-        if (kind, name) in _REGISTERED:
-            return _REGISTERED[kind, name](**arguments)
-        path, defaults = _BUILT_IN[kind, name]
-        module, attribute = path.split(":")
-        told = f" (its arguments: help({module}.{attribute}))"
-        return getattr(import_module(module), attribute)(**(defaults | arguments))
+        return factory(**(defaults | arguments))
     except (TypeError, ValueError) as error:
-        raise ConfigurationError(f"the {kind} {name!r} cannot be made: {error}{told}") from error
+        raise ConfigurationError(f"the {kind} {name!r} cannot be made: {error}{where}") from error
 
 
 def check(kind: Kind | str, what: Any) -> None:
-    """Refuse what `make` cannot know, and what is no such part; nothing is made, nor imported.
+    """Refuse what `make` cannot know, and what is no such part; nothing is made.
+
+    Arguments are compared with those that the part has.  Of a bare name of a network nothing is
+    imported.
 
     Args:
         kind: One of `Kind`.
         what: As of `make`.
 
     Raises:
-        ConfigurationError: Nothing has that name, or an object lacks the method that parts of this
-            kind have.
+        ConfigurationError: Nothing has that name, it has no such arguments or lacks one, or an
+            object lacks the method that parts of this kind have.
 
     Example:
         >>> check("planner", {"name": "astar", "node_limit": 1000})
     """
     kind = _kind(kind)
     if isinstance(what, str | Mapping):
-        _known(kind, what)
+        name, arguments = _known(kind, what)
+        # A built-in that brings arguments along works as it is.
+        if arguments or not _BUILT_IN.get((kind, name), ("", {}))[1]:
+            _check_names(kind, name, arguments)
     elif not hasattr(what, _METHODS[kind]):
         raise ConfigurationError(
             f"a {kind} is a name, a dictionary of a name and arguments, or an object that has "
@@ -228,6 +230,47 @@ def _known(kind: Kind, what: str | Mapping[str, Any]) -> tuple[str, dict[str, An
         problem = f"there is no {kind} named {name!r}"
         raise ConfigurationError(unknown_name(problem, name, known))
     return name, asked
+
+
+def _factory(kind: Kind, name: str) -> tuple[Callable[..., Any], dict[str, Any], str]:
+    """What makes a part, with which defaults, and where its arguments are described."""
+    if (kind, name) in _REGISTERED:
+        return _REGISTERED[kind, name], {}, ""
+    path, defaults = _BUILT_IN[kind, name]
+    module, attribute = path.split(":")
+    where = f" (its arguments: help({module}.{attribute}))"
+    return getattr(import_module(module), attribute), dict(defaults), where
+
+
+def _check_names(kind: Kind, name: str, arguments: Mapping[str, Any]) -> None:
+    """That a part has arguments of these names, and needs no others.
+
+    Raises:
+        ConfigurationError: It has no such argument, or lacks one.
+    """
+    factory, defaults, where = _factory(kind, name)
+    try:
+        parameters = list(signature(factory).parameters.values())
+    except (TypeError, ValueError):  # Not every callable tells: `make` finds out.
+        return
+    if any(each.kind == Parameter.VAR_KEYWORD for each in parameters):
+        return
+    named = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
+    known = [each.name for each in parameters if each.kind in named]
+    for given in arguments:
+        if given not in known:
+            problem = f"the {kind} {name!r} has no argument {given!r}{where}"
+            raise ConfigurationError(unknown_name(problem, str(given), known))
+    for each in parameters:
+        if (
+            each.kind in named
+            and each.default is each.empty
+            and each.name not in {**defaults, **arguments}
+        ):
+            raise ConfigurationError(
+                f"the {kind} {name!r} needs the argument {each.name!r}{where}: give a dictionary "
+                f'such as {{"name": "{name}", "{each.name}": ...}}'
+            )
 
 
 def _kind(kind: Kind | str) -> Kind:

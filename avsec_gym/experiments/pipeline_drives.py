@@ -11,9 +11,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from avsec_gym.attacks.attacked_detector import attack_kind
 from avsec_gym.experiments.chapter5.scenes import scenes_of
 from avsec_gym.experiments.procedural_frames import PROCEDURAL, USUAL_COUNT
 from avsec_gym.pipeline import Pipeline, drive
+from avsec_gym.registry import Kind, check
 from avsec_gym.runs.experiment import (
     Cell,
     CellResult,
@@ -24,6 +26,7 @@ from avsec_gym.runs.experiment import (
 )
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion
+from avsec_gym.validation.response import Response
 
 OPTIONS: Mapping[str, Any] = {
     "detector": {"name": "dsgn"},
@@ -44,7 +47,18 @@ _WORK = "avsec_gym.experiments.pipeline_drives:PipelineDrives"
 
 
 def _cells(configuration: Configuration) -> list[Cell]:
-    """A cell for every scene."""
+    """A cell for every scene.
+
+    Raises:
+        ConfigurationError: There is no part of one of the names, or it has no such arguments.
+    """
+    options = {**OPTIONS, **configuration.options}
+    # The parts first: a slip is reported before minutes in which scenes are rendered.
+    for kind in Kind:
+        if (part := options.get(kind)) is not None:
+            check(attack_kind(part) if kind == Kind.ATTACK else kind, part)
+    Motion.named(options["motion"])
+    Response.named(options["response"])
     scenes = scenes_of(configuration).scenes.scenes
     return [Cell.of(_WORK, scene.id, scenario=scene.id) for scene in scenes]
 
