@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import whole_number
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import Floats
 from avsec_gym.image_only import check_places
@@ -14,6 +15,8 @@ from avsec_gym.image_only import check_places
 _LOW = np.array([-40.0, -5.0, 0.0, 0.0, 0.0, 0.0, -np.pi])
 _HIGH = np.array([40.0, 5.0, 80.0, 5.0, 5.0, 20.0, np.pi])
 ROW = 8
+MOST_BOXES = 1000
+"""A frame of KITTI has some twenty objects; detectors report a few hundred boxes at most."""
 
 
 @dataclass(frozen=True)
@@ -24,10 +27,17 @@ class BoxCoding:
     -40..40 m, y in -5..5 m, z in 0..80 m; sizes up to 5, 5 and 20 m; ry in -pi..pi.
 
     Args:
-        max_boxes: Rows of an action.
+        max_boxes: Rows of an action, at most `MOST_BOXES`.
+
+    Raises:
+        ConfigurationError: There is no row, or there are too many.
     """
 
     max_boxes: int = 50
+
+    def __post_init__(self) -> None:
+        count = whole_number("max_boxes", self.max_boxes, 1, MOST_BOXES)
+        object.__setattr__(self, "max_boxes", count)
 
     @property
     def size(self) -> int:

@@ -10,11 +10,16 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import shown, whole_number
 from avsec_gym.envs.detection_attack import DetectionGame
 from avsec_gym.envs.ghost_round import OUTCOMES, Round
 from avsec_gym.envs.query_budget import QueryBudget
+from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.metrics.safety import SAFE
+
+MOST_ENVIRONMENTS = 65_536
+"""Each has its own generator of random numbers and its own row of every array."""
 
 
 class DetectionAttackVectorEnv(
@@ -28,13 +33,13 @@ class DetectionAttackVectorEnv(
 
     Args:
         game: Rules and scenes.
-        num_envs: Number of environments.
+        num_envs: Number of environments, at most `MOST_ENVIRONMENTS`.
         max_episode_steps: Steps after which an episode ends, if the budget does not end it before.
         budget: Queries of an episode, and the price of a query, a ghost, a hidden object.
         render_mode: Only None.
 
     Raises:
-        ConfigurationError: No environment, or a mode.
+        ConfigurationError: A number is out of range, or there is a mode.
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012 - as Gymnasium declares it
@@ -54,11 +59,11 @@ class DetectionAttackVectorEnv(
             raise ConfigurationError(
                 "many environments at once are not rendered: make a single one"
             )
-        if num_envs < 1:
-            raise ConfigurationError(f"num_envs is 1 or more, got {num_envs}")
+        num_envs = whole_number("num_envs", num_envs, 1, MOST_ENVIRONMENTS)
+        longest = whole_number("max_episode_steps", max_episode_steps, 1)
         self.game, self.query_budget = game, budget
         self.num_envs, self.render_mode = num_envs, render_mode
-        self.longest = min(budget.queries or max_episode_steps, max_episode_steps)
+        self.longest = min(budget.queries or longest, longest)
         size = (game.action_size,)
         self.single_action_space = gym.spaces.Box(-1.0, 1.0, size, np.float32)
         self.single_observation_space = gym.spaces.Box(
@@ -79,10 +84,10 @@ class DetectionAttackVectorEnv(
         options: dict[str, Any] | None = None,
     ) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Begin all episodes, or those of ``options["reset_mask"]``."""
-        options = dict(options or {})
-        mask = np.array(options.pop("reset_mask", np.ones(self.num_envs, bool)), bool)
+        options = reset_options(options, "reset_mask")
+        mask = self._mask(options.pop("reset_mask", np.ones(self.num_envs, bool)))
         if seed is not None or not self._generators:
-            given = seed if isinstance(seed, list) else self._seeds(seed)
+            given = self._seeds(seed)
             fresh = [gym.utils.seeding.np_random(each)[0] for each in given]
             old = self._generators or fresh
             changed = [each is not None for each in given]
@@ -145,8 +150,26 @@ class DetectionAttackVectorEnv(
     def _safe_before(self) -> NDArray[np.bool_]:
         return np.array([self.game.is_safe(r.index, r.intention) for r in self._rounds])
 
-    def _seeds(self, seed: int | None) -> list[int | None]:
-        return [None if seed is None else seed + i for i in range(self.num_envs)]
+    def _seeds(self, seed: Any) -> list[int | None]:
+        """One for each environment: those of a list, or consecutive ones."""
+        if not isinstance(seed, list | tuple):
+            first = None if seed is None else whole_number("seed", seed, 0)
+            return [None if first is None else first + i for i in range(self.num_envs)]
+        if len(seed) != self.num_envs:
+            raise ConfigurationError(
+                f"reset takes one seed, or one for each of {self.num_envs} environments, got "
+                f"{len(seed)}"
+            )
+        return [None if each is None else whole_number("seed", each, 0) for each in seed]
+
+    def _mask(self, given: Any) -> NDArray[np.bool_]:
+        """A copy of the mask of the episodes that begin."""
+        is_mask = isinstance(given, np.ndarray) and given.dtype == bool
+        if not is_mask or given.shape != (self.num_envs,):
+            raise ConfigurationError(
+                f"reset_mask is a NumPy array of {self.num_envs} flags, got {shown(given)}"
+            )
+        return np.array(given)
 
     def _begin(self, which: NDArray[np.int64], options: dict[str, Any]) -> None:
         for i in which:

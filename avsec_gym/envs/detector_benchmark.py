@@ -8,12 +8,14 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import whole_number
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.actions import checked_action
 from avsec_gym.envs.box_coding import BoxCoding
 from avsec_gym.envs.info import drive_info
 from avsec_gym.envs.parts import Parts
 from avsec_gym.envs.rendering import DrawnEnv
+from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.geometry import bird_eye_iou
@@ -25,6 +27,8 @@ from avsec_gym.scenario.scene import Motion, Scene
 
 _MATCHED = 0.5
 """Bird's-eye overlap at which an object counts as found."""
+MOST_POINTS = 1_000_000
+"""A scan of KITTI's LiDAR has some 120,000."""
 
 Observation = dict[str, NDArray[Any]]
 
@@ -72,7 +76,7 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
     * `motion="static"`: the planner takes everything to stand; `"truth"`: it knows how the real
       objects behind the boxes move.
     * `score_threshold=0.3`: boxes below it are not planned on.
-    * `max_boxes=50`, `points=0`
+    * `max_boxes=50`: rows of an action, at most 1,000; `points=0`: of the scan, at most 1,000,000.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 
     `reset(options={"scenario": id, "intention": "left"})` picks a scene.
@@ -94,16 +98,13 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
         render_mode: str | None = None,
     ) -> None:
         super().__init__(render_mode)
-        if max_boxes < 1 or points < 0:
-            raise ConfigurationError(
-                f"max_boxes is 1 or more, points 0 or more, got {max_boxes} and {points}"
-            )
+        self.coding = BoxCoding(max_boxes)
+        self.points = whole_number("points", points, 0, MOST_POINTS)
         parts = Parts(scenarios, None, planner, motion, score_threshold, agent=Kind.DETECTOR)
         # The planner first: a slip is reported before minutes in which a suite is made.
         self.motion, self.planner = Motion.named(parts.motion), parts.made_planner()
         self.scenes = parts.scenes()
-        self.score_threshold, self.points = score_threshold, points
-        self.coding = BoxCoding(max_boxes)
+        self.score_threshold = parts.score_threshold
         self._labelled = self.scenes.scenes.labelled
         self._size = self.scenes.frame(self._labelled[0]).image(2).shape
         self.action_space = gym.spaces.Box(-1.0, 1.0, (self.coding.size,), np.float32)
@@ -112,8 +113,8 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
             "right": gym.spaces.Box(0, 255, self._size, np.uint8),
             "calibration": gym.spaces.Box(-1e6, 1e6, (24,), np.float64),
         }
-        if points:
-            spaces["points"] = gym.spaces.Box(-1e4, 1e4, (4 * points,), np.float32)
+        if self.points:
+            spaces["points"] = gym.spaces.Box(-1e4, 1e4, (4 * self.points,), np.float32)
         self.observation_space = gym.spaces.Dict(spaces)  # type: ignore[assignment]
         self._scene: Scene | None = None
         self._frame: SensorFrame | None = None
@@ -137,11 +138,7 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
     ) -> tuple[Observation, dict[str, Any]]:
         """Begin an episode; ``options`` may pick a ``scenario`` and an ``intention``."""
         super().reset(seed=seed)
-        options = options or {}
-        if unknown := set(options) - {"scenario", "intention"}:
-            raise ConfigurationError(
-                f"reset knows the options scenario and intention, got {unknown}"
-            )
+        options = reset_options(options)
         intentions = intentions_named(options.get("intention"))
         self._scene = self._picked(options.get("scenario"))
         self._frame = self.scenes.frame(self._scene)

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from numbers import Real
 from typing import Any
 
 import numpy as np
 
+from avsec_gym.argument_checks import number, number_range
 from avsec_gym.attacks.attack import LEFT, RIGHT
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.envs.actions import LinearScale
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
+
+RADII = (0.1, 10_000.0)
+"""Pixels: a spot that no pixel shows, and one that covers the image wherever it is."""
+STRENGTHS = (0.1, 2550.0)
+"""Grey levels: too little to be seen, and ten times what makes a black pixel white."""
 
 
 @dataclass(frozen=True)
@@ -21,11 +25,13 @@ class FaculaCoding:
 
     Args:
         size: Height and width of the images, pixels.
-        radii: The smallest and the largest, pixels of an image 1242 wide, as `Facula` counts them.
-        strength: Of the light, grey levels; two numbers: the weakest and the strongest.
+        radii: The smallest and the largest, pixels of an image 1242 wide, as `Facula` counts them;
+            within `RADII`.
+        strength: Of the light, grey levels; two numbers: the weakest and the strongest; within
+            `STRENGTHS`.
 
     Raises:
-        ConfigurationError: A number that cannot be.
+        ConfigurationError: A number is out of range, or a range is none.
     """
 
     size: tuple[int, int]
@@ -33,16 +39,10 @@ class FaculaCoding:
     strength: float | tuple[float, float] = 255.0
 
     def __post_init__(self) -> None:
-        if not _is_range(self.radii):
-            raise ConfigurationError(
-                f"radii are a smallest and a largest, in pixels, got {self.radii}"
-            )
-        if isinstance(self.strength, Real):
-            Facula(strength=float(self.strength))
-        elif not _is_range(self.strength):
-            raise ConfigurationError(
-                f"a strength is one number or a smallest and a largest, got {self.strength}"
-            )
+        is_range = isinstance(self.strength, list | tuple | np.ndarray)
+        check = number_range if is_range else number
+        object.__setattr__(self, "strength", check("strength", self.strength, *STRENGTHS))
+        object.__setattr__(self, "radii", number_range("radii", self.radii, *RADII))
 
     @property
     def action_size(self) -> int:
@@ -75,14 +75,10 @@ class FaculaCoding:
     def _ranges(self) -> list[Any]:
         """Of column, row, radius, and of the strength, if it is one."""
         height, width = self.size
-        chosen = [] if isinstance(self.strength, Real) else [self.strength]
+        chosen = [self.strength] if isinstance(self.strength, tuple) else []
         return [(0.0, width - 1.0), (0.0, height - 1.0), self.radii, *chosen]
 
     @property
     def _scale(self) -> LinearScale:
         low, high = np.transpose(self._ranges)
         return LinearScale(low, high)
-
-
-def _is_range(numbers: Any) -> bool:
-    return np.shape(numbers) == (2,) and bool(0 < numbers[0] < numbers[1] < np.inf)

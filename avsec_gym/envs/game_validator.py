@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, cast, get_args
 
+from avsec_gym.argument_checks import number, one_of
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.registry import Kind, check, make
 from avsec_gym.scenario.frame_scenes import FrameScenes, check_frame_scenes
@@ -50,7 +51,7 @@ def validator_and_played(
         DataError: A clean scene lacks an image or the scan.
     """
     check_validator(what, clean)
-    if _is_measured(what):
+    if is_measured(what):
         arguments = {"name": what} if isinstance(what, str) else what
         clean = _kept_back(scenes) if clean is None else clean
         what, scenes = {**arguments, "thresholds": _measured(clean)}, _without(scenes, clean)
@@ -73,11 +74,13 @@ def check_validator(what: Any, clean: Any = None) -> None:
             measures nothing.
         DataError: A folder of clean scenes is missing.
     """
-    if what is not None:
+    if is_measured(what):
+        _check_measured({} if isinstance(what, str) else what)
+    elif what is not None:
         check(Kind.VALIDATOR, what)
     if clean is None:
         return
-    if not _is_measured(what):
+    if not is_measured(what):
         raise ConfigurationError(
             "`clean` names the scenes that thresholds are measured on, which only the validator "
             f"'thresholds' without a table asks for, not {what!r}: leave it out"
@@ -85,7 +88,18 @@ def check_validator(what: Any, clean: Any = None) -> None:
     check_frame_scenes(clean)
 
 
-def _is_measured(what: Any) -> bool:
+def _check_measured(arguments: Mapping[str, Any]) -> None:
+    """That thresholds can be chosen by these arguments, once there is a table."""
+    if set(arguments) <= {"name"}:
+        return
+    from avsec_gym.validation.thresholds import Criterion
+
+    check(Kind.VALIDATOR, {**arguments, "thresholds": "a table that is not measured yet"})
+    number("rate", arguments.get("rate", 0.0), 0.0, 1.0)
+    one_of("criterion", arguments.get("criterion", "any"), get_args(Criterion))
+
+
+def is_measured(what: Any) -> bool:
     """Whether its thresholds are measured on clean scenes of the game."""
     if isinstance(what, Mapping):
         return what.get("name") == "thresholds" and "thresholds" not in what

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import one_of, whole_number
 from avsec_gym.attacks.object_injection import GHOSTS, hide_objects, inject_ghosts
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.ghost_round import (
@@ -24,6 +24,7 @@ from avsec_gym.envs.ghost_round import (
     observation,
     round_of,
 )
+from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.collision_check import batch_collides
@@ -37,9 +38,11 @@ from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.intention import Intention, intentions_named
 from avsec_gym.scenario.planning_scenario import PlanningScenario
 from avsec_gym.scenario.scene import Motion
+from avsec_gym.scenario.scene_arguments import scene_arguments
 from avsec_gym.scenario.scene_sets import SceneSet, scene_set
-from avsec_gym.suggestions import unknown_name
 
+MOST_GHOSTS = 32
+"""As many as the real objects that an observation shows."""
 FAR = 1e7
 """Metres; where obstacles are put that are not there."""
 
@@ -64,8 +67,8 @@ class GhostGame:
         scenarios: What `avsec_gym.scenario.scene_sets.scene_set` takes: a name or folder, or a
             dictionary of its arguments; or a live `SceneSet`.
         planner: The victim's motion planner: a name, a dictionary or a live one.
-        ghosts: Ghost objects that an action can place.
-        hides: Real objects that an action can hide.
+        ghosts: Ghost objects that an action can place, at most `MOST_GHOSTS`.
+        hides: Real objects that an action can hide, at most as many as an observation shows.
         motion: What the planner knows of motion.
         ghost: Which ghosts, a key of `GHOSTS`.
 
@@ -83,15 +86,14 @@ class GhostGame:
         motion: Motion | str = Motion.STATIC,
         ghost: str = "patch",
     ) -> None:
-        if ghost not in GHOSTS:
-            raise ConfigurationError(unknown_name(f"there is no ghost {ghost!r}", ghost, GHOSTS))
-        if not all(isinstance(count, int) for count in (ghosts, hides)):
+        self.range = GHOSTS[one_of("ghost", ghost, GHOSTS)]
+        self.motion = Motion.without_classifier(motion)
+        self.ghosts = whole_number("ghosts", ghosts, 0, MOST_GHOSTS)
+        self.hides = whole_number("hides", hides, 0, NEAREST)
+        if self.ghosts + self.hides == 0:
             raise ConfigurationError(
-                f"ghosts and hides are whole numbers, got {ghosts!r} and {hides!r}"
-            )
-        if ghosts < 0 or hides < 0 or ghosts + hides == 0:
-            raise ConfigurationError(
-                f"an attacker places ghosts or hides objects, got ghosts={ghosts}, hides={hides}"
+                "an attacker places ghosts or hides objects, got ghosts=0 and hides=0: for "
+                "instance, give ghosts=1"
             )
         victim = make(Kind.PLANNER, planner)
         if not isinstance(victim, MotionPrimitivePlanner) or victim.mode != Mode.COMPLETE:
@@ -101,9 +103,6 @@ class GhostGame:
             )
         self.scenes = _scenes(scenarios)
         self.victim = victim
-        self.ghosts, self.hides = ghosts, hides
-        self.motion = Motion.named(motion)
-        self.range = GHOSTS[ghost]
         self._labelled = self.scenes.labelled
         self._ids = {scene.id: index for index, scene in enumerate(self._labelled)}
         self._rounds: dict[tuple[int, Intention], Round] = {}
@@ -138,12 +137,7 @@ class GhostGame:
         Raises:
             ConfigurationError: No scene has the id, no such intention, or no round is safe.
         """
-        options = options or {}
-        unknown = set(options) - {"scenario", "intention"}
-        if unknown:
-            raise ConfigurationError(
-                f"reset knows the options scenario and intention, got {unknown}"
-            )
+        options = reset_options(options)
         intentions = intentions_named(options.get("intention"))
         wanted = options.get("scenario")
         if wanted is not None:
@@ -328,20 +322,21 @@ class GhostGame:
 
 
 @lru_cache(maxsize=16)
-def _named_scenes(arguments: tuple[tuple[str, Any], ...]) -> SceneSet:
+def _kept(arguments: tuple[tuple[str, Any], ...]) -> SceneSet:
     return scene_set(**dict(arguments))
 
 
 def _scenes(scenarios: Any) -> SceneSet:
+    """The set that is named, made once, or a live one.
+
+    Raises:
+        ConfigurationError: These are no arguments of `scene_set`, or the set is empty.
+        DataError: A folder or file is missing or broken.
+    """
     if isinstance(scenarios, SceneSet):
         scenes = scenarios
     else:
-        try:
-            named = isinstance(scenarios, (str, Path))
-            arguments = {"name": str(scenarios)} if named else dict(scenarios)
-            scenes = _named_scenes(tuple(sorted(arguments.items())))
-        except (TypeError, ValueError) as error:
-            raise ConfigurationError(f"these are no arguments of a scene set: {error}") from error
+        scenes = _kept(tuple(sorted(scene_arguments(scenarios, scene_set).items())))
     if not len(scenes):
         raise ConfigurationError(f"the scene set {scenes.name} is empty")
     return scenes

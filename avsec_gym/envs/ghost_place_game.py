@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import whole_number
 from avsec_gym.attacks.object_injection import inject_ghosts
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.ghost_game import GhostGame, one_number
@@ -94,9 +95,7 @@ class GhostPlaceGame:
         places: int = 16,
         motion: Motion | str = Motion.STATIC,
     ) -> None:
-        if not isinstance(places, int) or not 2 <= places <= 16:
-            raise ConfigurationError(f"places is a whole number from 2 to 16, got {places!r}")
-        self.places = places
+        self.places = whole_number("places", places, 2, 16)
         self.base = GhostGame(scenarios, planner, ghosts=1, motion=motion, ghost="car")
         self._answers: dict[tuple[int, Intention], Answers] = {}
         self._passable: dict[tuple[Any, ...], Spots] = {}

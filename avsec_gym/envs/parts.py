@@ -7,11 +7,14 @@ dictionaries or live objects.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from avsec_gym.envs.game_validator import check_validator, validator_and_played
-from avsec_gym.errors import ConfigurationError
+from avsec_gym.argument_checks import number
+from avsec_gym.envs.game_validator import check_validator, is_measured, validator_and_played
+from avsec_gym.envs.one_thread import one_thread
+from avsec_gym.image_only import check_detector
 from avsec_gym.pipeline import Pipeline
 from avsec_gym.planners.planner import Planner
 from avsec_gym.registry import Kind, check, make
@@ -26,7 +29,9 @@ if TYPE_CHECKING:  # OpenCV is loaded where somebody validates, not before.
 class Parts:
     """What an environment on sensor data is made of, beside its agent.
 
-    A mistyped name is refused at once; nothing is loaded, made or measured before it is asked for.
+    What cannot work is refused at once.  A bare name is looked up, and its part is made when it is
+    asked for, as networks take seconds to load; a part with arguments is made at once, since only
+    that shows whether they fit.  Nothing is measured, and no scene is read.
 
     Args:
         scenarios: Scenes with sensor data, as of `frame_scenes_of`.
@@ -40,8 +45,9 @@ class Parts:
         agent: The part that the agent plays.
 
     Raises:
-        ConfigurationError: A name is unknown, or a number is out of range.
-        DataError: A folder of scenes is missing.
+        ConfigurationError: A name is unknown, an argument of a part does not fit, or a number is
+            out of range.
+        DataError: A folder of scenes or a file of weights is missing or broken.
     """
 
     scenarios: Any = "mixed"
@@ -54,14 +60,20 @@ class Parts:
     agent: Kind = Kind.ATTACK
 
     def __post_init__(self) -> None:
-        if not 0 <= self.score_threshold <= 1:
-            raise ConfigurationError(f"a score threshold is in [0, 1], got {self.score_threshold}")
-        if self.agent != Kind.DETECTOR:
-            check(Kind.DETECTOR, self.detector)
-        check(Kind.PLANNER, self.planner)
-        check_validator(self.validator, self.clean)
+        checked: dict[str, Any] = {
+            "score_threshold": number("score_threshold", self.score_threshold, 0.0, 1.0),
+            "motion": Motion.without_classifier(self.motion),
+        }
         check_frame_scenes(self.scenarios)
-        object.__setattr__(self, "motion", Motion.without_classifier(self.motion))
+        check_validator(self.validator, self.clean)
+        checked["planner"] = _checked(Kind.PLANNER, self.planner)
+        if self.agent != Kind.DETECTOR:
+            checked["detector"] = _checked(Kind.DETECTOR, self.detector)
+            check_detector(checked["detector"])
+        if self.validator is not None and not is_measured(self.validator):
+            checked["validator"] = _checked(Kind.VALIDATOR, self.validator)
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
 
     def scenes(self) -> FrameScenes:
         """The scenarios, all of them.
@@ -87,8 +99,7 @@ class Parts:
         Raises:
             ConfigurationError: Its arguments do not fit, or what was made of them plans nothing.
         """
-        planner: Planner = make(Kind.PLANNER, self.planner)
-        check(Kind.PLANNER, planner)
+        planner: Planner = _made(Kind.PLANNER, self.planner)
         return planner
 
     def pipeline(self) -> Pipeline:
@@ -98,9 +109,29 @@ class Parts:
             ConfigurationError: Arguments of a part do not fit.
             DataError: A file, such as the detector's weights, is missing or broken.
         """
-        return Pipeline(
-            self.detector,
-            planner=self.planner,
-            motion=Motion.named(self.motion),
-            score_threshold=self.score_threshold,
-        )
+        with one_thread():  # As in `_made`.
+            return Pipeline(
+                self.detector,
+                planner=self.planner,
+                motion=Motion.named(self.motion),
+                score_threshold=self.score_threshold,
+            )
+
+
+def _checked(kind: Kind, what: Any) -> Any:
+    """A part that has arguments, made; a bare name or a live part as it is."""
+    check(kind, what)
+    has_arguments = isinstance(what, Mapping) and set(what) != {"name"}
+    return _made(kind, what) if has_arguments else what
+
+
+def _made(kind: Kind, what: Any) -> Any:
+    """The part, which can do what parts of its kind do.
+
+    Raises:
+        ConfigurationError: Its arguments do not fit, or what was made of them is no such part.
+    """
+    with one_thread():  # A forked process would wait forever for the threads of its parent.
+        part = make(kind, what)
+    check(kind, part)
+    return part

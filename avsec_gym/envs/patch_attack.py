@@ -8,15 +8,18 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from avsec_gym.argument_checks import shown
 from avsec_gym.attacks.attack import LEFT
+from avsec_gym.envs.one_thread import one_thread
 from avsec_gym.envs.parts import Parts
 from avsec_gym.envs.patch_coding import SIZE, PatchCoding
 from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.envs.sensor_attack import SensorAttackEnv, Tampering
-from avsec_gym.envs.sensor_attack_game import Situation, one_thread
+from avsec_gym.envs.sensor_attack_game import Situation
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.scenario.scene import Motion
+from avsec_gym.storage.regular_files import is_file
 from avsec_gym.unknown_source import unknown_source
 
 if TYPE_CHECKING:  # torch is loaded with the detector, not before.
@@ -170,10 +173,10 @@ def _check_patch(patch: Patch | str | Path | None) -> None:
         DataError: There is no such file.
     """
     if isinstance(patch, str | Path):
-        if str(patch) not in CONTROLS and not Path(patch).is_file():
+        if str(patch) not in CONTROLS and not is_file(patch):
             names = " or ".join(map(repr, CONTROLS))
             raise unknown_source(
                 str(patch), CONTROLS, f"Name a file that `avsec attack patch` made, or {names}."
             )
     elif patch is not None and not hasattr(patch, "pixels"):
-        raise ConfigurationError(f"a patch is a name, a file or a Patch, got {patch!r}")
+        raise ConfigurationError(f"a patch is a name, a file or a Patch, got {shown(patch)}")

@@ -6,13 +6,13 @@ from typing import Any, cast
 
 import numpy as np
 
+from avsec_gym.argument_checks import flag, whole_number
 from avsec_gym.attacks.attack import LEFT, RIGHT, Budget
 from avsec_gym.envs.parts import Parts
 from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.envs.sensor_attack import SensorAttackEnv, Tampering
 from avsec_gym.envs.sensor_attack_game import Situation
 from avsec_gym.envs.wave_basis import WaveBasis
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Image
 from avsec_gym.geometry import Floats
 from avsec_gym.scenario.scene import Motion
@@ -103,15 +103,11 @@ class PerturbationAttackEnv(SensorAttackEnv):
         price: float = 0.02,
         render_mode: str | None = None,
     ) -> None:
-        if epsilon not in range(1, 256):
-            raise ConfigurationError(f"epsilon is a whole number of grey levels, got {epsilon!r}")
-        if len(wavelengths) != 2:
-            raise ConfigurationError(f"wavelengths are a shortest and a longest, got {wavelengths}")
-        self.basis = WaveBasis(waves, *wavelengths)
-        self.budget = Budget(float(epsilon))
-        self.shared = shared
+        self.basis = WaveBasis(waves, wavelengths)
+        self.budget = Budget(float(whole_number("epsilon", epsilon, 1, 255)))
+        self.shared = flag("shared", shared)
         super().__init__(
-            self.basis.size * (1 if shared else 2),
+            self.basis.size * (1 if self.shared else 2),
             Parts(scenarios, detector, planner, motion, score_threshold),
             QueryBudget(queries, price),
             image=image,

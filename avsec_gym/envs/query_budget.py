@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from avsec_gym.errors import ConfigurationError
+from avsec_gym.argument_checks import number, whole_number
 
 
 @dataclass(frozen=True)
@@ -17,11 +15,11 @@ class QueryBudget:
     Args:
         queries: Queries of an episode, which ends with the last; None: `usual`, and Gymnasium's
             time limit ends the episode where there is one.
-        price: Reward that a query costs, and each thing that it uses.
+        price: Reward that a query costs, and each thing that it uses, from 0 to 1.
         usual: Budget of the registered id, its `max_episode_steps`.
 
     Raises:
-        ConfigurationError: Fewer than one query, or a price that is not a finite number.
+        ConfigurationError: Fewer than one query, or a price that is out of range.
     """
 
     queries: int | None = None
@@ -29,10 +27,9 @@ class QueryBudget:
     usual: int = 10
 
     def __post_init__(self) -> None:
-        if not isinstance(self.price, int | float) or not np.isfinite(self.price):
-            raise ConfigurationError(f"price is a finite number, got {self.price!r}")
-        if self.queries is not None and self.queries < 1:
-            raise ConfigurationError(f"queries is 1 or more, got {self.queries}")
+        object.__setattr__(self, "price", number("price", self.price, 0.0, 1.0))
+        if self.queries is not None:
+            object.__setattr__(self, "queries", whole_number("queries", self.queries, 1))
 
     @property
     def count(self) -> int:

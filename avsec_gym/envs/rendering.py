@@ -9,8 +9,8 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import one_of
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.suggestions import unknown_name
 
 Observation = TypeVar("Observation")
 
@@ -33,10 +33,8 @@ class DrawnEnv(gym.Env[Observation, NDArray[np.float32]], Generic[Observation]):
     """Of the window."""
 
     def __init__(self, render_mode: str | None = None) -> None:
-        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
-            modes = self.metadata["render_modes"]
-            problem = f"there is no render_mode {render_mode!r}"
-            raise ConfigurationError(unknown_name(problem, str(render_mode), modes))
+        if render_mode is not None:
+            render_mode = one_of("render_mode", render_mode, self.metadata["render_modes"])
         self.render_mode = render_mode
         self._window: Window | None = None
 

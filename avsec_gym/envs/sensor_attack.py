@@ -11,6 +11,7 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import flag
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.envs.actions import checked_action
 from avsec_gym.envs.info import drive_info
@@ -56,7 +57,7 @@ class SensorAttackEnv(DrawnEnv[Observation]):
         render_mode: None, ``rgb_array`` or ``human``.
 
     Raises:
-        ConfigurationError: An unknown mode.
+        ConfigurationError: An unknown mode, or a flag that is neither True nor False.
     """
 
     known_size = SIZE
@@ -74,12 +75,12 @@ class SensorAttackEnv(DrawnEnv[Observation]):
     ) -> None:
         super().__init__(render_mode)
         self.parts, self.query_budget = parts, budget
-        self.image, self.contested = image, contested
+        self.image, self.contested = flag("image", image), flag("contested", contested)
         self.action_space = gym.spaces.Box(-1.0, 1.0, (action_size,), np.float32)
         vector = gym.spaces.Box(-1.0, 1.0, (self.known_size + action_size,), np.float32)
         pixels = gym.spaces.Box(0, 255, (*THUMBNAIL, 3), np.uint8)
         self.observation_space: gym.Space[Any] = (
-            gym.spaces.Dict({"features": vector, "image": pixels}) if image else vector
+            gym.spaces.Dict({"features": vector, "image": pixels}) if self.image else vector
         )
         self._situation: Situation | None = None
         self._last: Look | None = None

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +11,9 @@ import numpy as np
 from avsec_gym.attacks.attack import quantised
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.notice import Notice
+from avsec_gym.envs.one_thread import one_thread
 from avsec_gym.envs.parts import Parts
+from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.pipeline import Drive, Perception
@@ -77,11 +77,7 @@ class SensorAttackGame:
         Raises:
             ConfigurationError: No scene has the id, no such intention, or nothing is safe.
         """
-        options = options or {}
-        if unknown := set(options) - {"scenario", "intention"}:
-            raise ConfigurationError(
-                f"reset knows the options scenario and intention, got {unknown}"
-            )
+        options = reset_options(options)
         intentions = intentions_named(options.get("intention"))
         if options.get("scenario") is not None:
             scene = self._named(str(options["scenario"]))
@@ -140,22 +136,3 @@ class SensorAttackGame:
                 f"{self._ids[0]!r}"
             )
         return self._labelled[id]
-
-
-@contextmanager
-def one_thread() -> Iterator[None]:
-    """Let torch, where it is loaded, compute on one thread.
-
-    Networks round otherwise on another number of threads, and an episode is the same bit for bit
-    in every process; a forked one would also wait forever for its parent's threads.
-    """
-    torch = sys.modules.get("torch")
-    if torch is None:
-        yield
-        return
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(threads)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +11,18 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.argument_checks import number, shown, whole_number
 from avsec_gym.attacks.sensor_combination import attack_cases, thesis_attack
 from avsec_gym.envs.actions import checked_flags
 from avsec_gym.envs.info import drive_info
 from avsec_gym.envs.rendering import DrawnEnv
+from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
+from avsec_gym.kitti.raw import KittiRaw
 from avsec_gym.scenario.intention import Intention, intentions_named
 from avsec_gym.sensor_system import KITTI_SYSTEM, Sensor, SensorSystem
+from avsec_gym.storage.regular_files import is_folder
 from avsec_gym.suggestions import unknown_name
 from avsec_gym.unknown_source import unknown_source
 from avsec_gym.validation.evidence.disparity_error import DisparityErrors
@@ -101,14 +104,10 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         render_mode: str | None = None,
     ) -> None:
         super().__init__(render_mode)
-        self.system, self.depth = SensorSystem(tuple(sensors)), PairDepth(depth)
+        self.system, self.depth = SensorSystem(sensors), PairDepth(depth)
         count = len(self.system)
-        most = max(1, count - 3) if most is None else most
-        if not 0 <= clean <= 1 or most not in range(1, count + 1):
-            raise ConfigurationError(
-                f"clean is a share from 0 to 1, most from 1 to {count}, got {clean} and {most}"
-            )
-        self.clean, self.cases = clean, attack_cases(self.system, most)
+        most = max(1, count - 3) if most is None else whole_number("most", most, 1, count)
+        self.clean, self.cases = number("clean", clean, 0.0, 1.0), attack_cases(self.system, most)
         self._played = _played(scenarios)
         size = len(evidence_scopes(self.system))
         self.observation_space = gym.spaces.Box(0.0, 1.0, (size,), np.float32)
@@ -155,21 +154,14 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
     ) -> tuple[Observation, dict[str, Any]]:
         """Draw a moment and an attack; ``options`` may pick them, and an ``intention``."""
         super().reset(seed=seed)
-        options = options or {}
-        if unknown := set(options) - {"attacked", "scenario", "intention"}:
-            raise ConfigurationError(
-                f"reset knows the options attacked, scenario and intention, got {unknown}"
-            )
+        options = reset_options(options, "attacked")
         random, intentions = self.np_random, intentions_named(options.get("intention"))
         self._intention = intentions[int(random.integers(len(intentions)))]
         self._moment = self._picked(options.get("scenario"))
         drawn = self.cases[int(random.integers(len(self.cases)))]
-        is_clean = random.random() < self.clean
-        attacked = options.get("attacked", () if is_clean else drawn)
-        if unknown := set(attacked) - set(self.system.sensors):
-            raise ConfigurationError(
-                f"the sensors are {', '.join(map(str, self.system.sensors))}, got {unknown}"
-            )
+        attacked = drawn if random.random() >= self.clean else ()
+        if "attacked" in options:
+            attacked = self._chosen(options["attacked"])
         self._attacked = np.array([sensor in attacked for sensor in self.system.sensors])
         attack = thesis_attack(attacked, self.system.reference)
         self._frame = attack.attack(self._moment.frame(), int(random.integers(2**31))).frame
@@ -208,6 +200,16 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
                 return moment
         raise ConfigurationError(f"there is no moment {id!r}; the first is {self.moments[0].id!r}")
 
+    def _chosen(self, attacked: Any) -> tuple[Sensor, ...]:
+        """The sensors that a user wants attacked."""
+        known = self.system.sensors
+        if not isinstance(attacked, list | tuple) or any(each not in known for each in attacked):
+            raise ConfigurationError(
+                f"attacked is a list of sensors, such as [{known[-1]!r}], of "
+                f"{', '.join(map(str, known))}, got {shown(attacked)}"
+            )
+        return tuple(attacked)
+
     def _observe(self) -> Observation:
         assert self._errors is not None
         return gather_evidence(self._errors, threads=1).astype(np.float32)
@@ -238,27 +240,27 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
 
 
 def _played(what: Any) -> tuple[str | Path, int, int | None]:
-    """Where the moments are, from which one on, and how many; nothing is read.
+    """Where the frames are, from which one on, and how many; none is read.
 
     Raises:
         ConfigurationError: The arguments name no recording.
-        DataError: There is no such folder.
+        DataError: There is no such folder, or it has another layout.
     """
     given = what if isinstance(what, Mapping) else {"source": what}
     for name in given:
         if name not in _ARGUMENTS:
-            problem = f"moments are named by source, first and count, not by {name!r}"
+            problem = f"frames are named by source, first and count, not by {shown(name)}"
             raise ConfigurationError(unknown_name(problem, str(name), _ARGUMENTS))
-    source, first, count = given.get("source", "raw"), given.get("first", 0), given.get("count")
-    least = ((first, 0), (1 if count is None else count, 1))
-    if not isinstance(source, str | Path) or not all(
-        isinstance(one, Integral) and not isinstance(one, bool) and int(one) >= low
-        for one, low in least
-    ):
+    first = whole_number("first", given.get("first", 0), 0)
+    count = None if given.get("count") is None else whole_number("count", given["count"], 1)
+    source = given.get("source", "raw")
+    if not isinstance(source, str | Path):
         raise ConfigurationError(
-            "source is a folder or 'raw', first a number of moments from 0 on, count one from "
-            f"1 on, got {source!r}, {first!r} and {count!r}"
+            f"scenarios are a folder in KITTI's raw layout, or 'raw', got {shown(source)}"
         )
-    if source != "raw" and not Path(source).is_dir():
-        raise unknown_source(str(source), ["raw"], "Name a folder in KITTI's raw layout, or 'raw'.")
+    if source != "raw":
+        if not is_folder(source):
+            expected = "Name a folder in KITTI's raw layout, or 'raw'."
+            raise unknown_source(str(source), ["raw"], expected)
+        KittiRaw(source)  # Refuses a folder of another layout.
     return source, first, count

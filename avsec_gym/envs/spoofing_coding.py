@@ -6,15 +6,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from avsec_gym.argument_checks import flag, number_range
 from avsec_gym.attacks.lidar_spoofing import LidarSpoofing
 from avsec_gym.envs.actions import LinearScale
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 
 SIZE = 4
 """Range, bearing, width, height."""
 
 Ends = tuple[float, float]
+LIMITS: dict[str, Ends] = {
+    "distances": (0.1, 120.0),
+    "bearings": (-np.pi, np.pi),
+    "widths": (0.01, 50.0),
+    "heights": (0.01, 10.0),
+}
+"""Metres and radians; a Velodyne HDL-64E sees no farther than 120 m."""
 
 
 @dataclass(frozen=True)
@@ -22,14 +29,15 @@ class SpoofingCoding:
     """Actions in [-1, 1], scaled linearly to bogus returns.
 
     Args:
-        distances: Along the ground, metres; as the next three, the smallest and the largest.
+        distances: Along the ground, metres; as the next three, the smallest and the largest,
+            within `LIMITS`.
         bearings: Radians to the left of ahead.
         widths: Metres.
         heights: Metres, from the road up.
         rays_lost: See `LidarSpoofing`.
 
     Raises:
-        ConfigurationError: A range that cannot be.
+        ConfigurationError: A range is none or goes beyond the limits, or a flag is no flag.
     """
 
     distances: Ends = (5.0, 40.0)
@@ -39,11 +47,10 @@ class SpoofingCoding:
     rays_lost: bool = False
 
     def __post_init__(self) -> None:
-        for name in ("distances", "bearings", "widths", "heights"):
-            ends = getattr(self, name)
-            sound = len(ends) == 2 and -np.inf < ends[0] < ends[1] < np.inf
-            if not sound or (name != "bearings" and ends[0] <= 0):
-                raise ConfigurationError(f"{name} are a smallest and a largest, got {ends}")
+        for name, limits in LIMITS.items():
+            ends = number_range(name, getattr(self, name), *limits)
+            object.__setattr__(self, name, ends)
+        object.__setattr__(self, "rays_lost", flag("rays_lost", self.rays_lost))
 
     def decode(self, action: Floats) -> LidarSpoofing:
         """The bogus return that an action names: distance, bearing, width, height; shape (4,)."""

@@ -12,8 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.errors import ConfigurationError
+from avsec_gym.argument_checks import number_range, whole_number
 from avsec_gym.geometry import Floats
+
+MOST_WAVES = 256
+"""More make patterns slow: every pixel is a sum over all waves."""
+LENGTHS = (2.0, 10_000.0)
+"""Pixels: the finest pattern that pixels can show, and one that hardly changes across an image."""
 
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 
@@ -23,25 +28,22 @@ class WaveBasis:
     """Waves whose directions are spread evenly over half a turn, and lengths over a range.
 
     Args:
-        waves: How many, each with two coefficients: its cosine's and its sine's.
-        shortest: Length of a wave, pixels.
-        longest: Lengths lie between the two, evenly spread on a logarithmic scale.
+        waves: How many, each with two coefficients: its cosine's and its sine's; at most
+            `MOST_WAVES`.
+        wavelengths: The shortest and the longest, pixels, within `LENGTHS`; the others lie between
+            them, evenly spread on a logarithmic scale.
 
     Raises:
-        ConfigurationError: No wave, or lengths that are not 2 pixels or more and in order.
+        ConfigurationError: A number is out of range, or the longest comes first.
     """
 
     waves: int = 8
-    shortest: float = 12.0
-    longest: float = 60.0
+    wavelengths: tuple[float, float] = (12.0, 60.0)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.waves, int) or self.waves < 1:
-            raise ConfigurationError(f"there are one wave or more, got {self.waves!r}")
-        if not 2 <= self.shortest <= self.longest < np.inf:
-            raise ConfigurationError(
-                f"waves are 2 pixels long or longer, the shortest first, got {self}"
-            )
+        lengths = number_range("wavelengths", self.wavelengths, *LENGTHS, may_be_one=True)
+        object.__setattr__(self, "waves", whole_number("waves", self.waves, 1, MOST_WAVES))
+        object.__setattr__(self, "wavelengths", lengths)
 
     @property
     def size(self) -> int:
@@ -78,6 +80,7 @@ class WaveBasis:
     def _frequencies(self) -> tuple[Floats, Floats]:
         """Radians a pixel, to the right and down, shape (waves,) each."""
         number = np.arange(self.waves)
-        lengths = self.shortest * (self.longest / self.shortest) ** (number * _GOLDEN % 1.0)
+        shortest, longest = self.wavelengths
+        lengths = shortest * (longest / shortest) ** (number * _GOLDEN % 1.0)
         direction = np.pi * number / self.waves
         return 2 * np.pi * np.cos(direction) / lengths, 2 * np.pi * np.sin(direction) / lengths

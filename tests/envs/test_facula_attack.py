@@ -104,7 +104,7 @@ def test_the_attacker_may_choose_the_strength(quick: dict[str, Any]) -> None:
     lit = env.unwrapped._look.frame.image(2)  # type: ignore[attr-defined]
     dark = env.unwrapped.situation.unattacked.frame.image(2)  # type: ignore[attr-defined]
     assert (lit.astype(int) - dark).max() == 70
-    with pytest.raises(ConfigurationError, match="a smallest and a largest"):
+    with pytest.raises(ConfigurationError, match="the smaller one first"):
         FaculaAttackEnv(**quick, strength=(220.0, 20.0))
 
 

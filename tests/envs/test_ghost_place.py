@@ -242,8 +242,9 @@ def test_spots_are_of_the_grid_and_enough(road_type: RoadType, intention: Intent
         ({"scenarios": "no such set"}, "no such set"),
         ({"planner": "dijkstra"}, "astar"),
         ({"motion": "guessed"}, "static.*truth"),
+        ({"motion": "classifier"}, 'use "static" or "truth"'),
         ({"queries": 0}, "1 or more"),
-        ({"price": float("nan")}, "finite"),
+        ({"price": float("nan")}, "from 0 to 1, got nan"),
     ],
 )
 @pytest.mark.parametrize("form", [GhostPlaceEnv, GhostPlaceVectorEnv])

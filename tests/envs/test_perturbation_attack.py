@@ -59,7 +59,7 @@ def random_actions(env: gym.Env[Any, Any], count: int, seed: int = 0) -> np.ndar
 @pytest.mark.parametrize("number", range(8))
 def test_a_single_wave_has_its_length_and_direction(number: int) -> None:
     """The strongest frequency of its sign is its own."""
-    basis = WaveBasis(shortest=16, longest=64)
+    basis = WaveBasis(wavelengths=(16, 64))
     coefficients = np.eye(16)[number]
     pattern = basis.pattern(coefficients, (256, 256)).astype(float)
     spectrum = np.abs(np.fft.fft2(pattern - pattern.mean()))
@@ -248,8 +248,8 @@ def test_an_attacker_may_see_a_small_image(quick: dict[str, Any]) -> None:
         ({"epsilon": 256}, "epsilon"),
         ({"waves": 0}, "wave"),
         ({"waves": 1.5}, "wave"),
-        ({"wavelengths": [60, 12]}, "shortest"),
-        ({"wavelengths": [1, 12]}, "2 pixels"),
+        ({"wavelengths": [60, 12]}, "the smaller one first"),
+        ({"wavelengths": [1, 12]}, "from 2 to 10000"),
         ({"wavelengths": [12]}, "wavelengths"),
         ({"score_threshold": 2}, "threshold"),
         ({"motion": "backwards"}, "motion"),
@@ -268,7 +268,7 @@ def test_wrong_arguments_are_refused(arguments: dict[str, Any], message: str) ->
         ({"detector": "nobody"}, "no detector named 'nobody'"),
         ({"planner": "nobody"}, "no planner named 'nobody'"),
         ({"scenarios": "nowhere"}, "nowhere"),
-        ({"scenarios": {"folder": "nowhere"}}, "no arguments of a frame set"),
+        ({"scenarios": {"folder": "nowhere"}}, "no argument 'folder'"),
     ],
 )
 def test_names_that_nothing_has_are_refused_at_once(
