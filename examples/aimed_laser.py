@@ -4,7 +4,7 @@
     python examples/aimed_laser.py --radius 90 --out laser.png
 
 shoots by hand, once in each of some situations, and draws the first shot that makes a drive unsafe
-while the validator notices nothing; if there is none, the last.
+without an alarm of the validator; if there is none, the last.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class AimedLaser(gym.Wrapper):
     """
 
     quiet = True
-    """False: an unsafe drive is paid for whether or not the validator noticed why."""
+    """False: an unsafe drive is rewarded whether or not the validator raises an alarm."""
 
     def __init__(self, env: gym.Env) -> None:
         super().__init__(env)
@@ -80,7 +80,7 @@ class AimedLaser(gym.Wrapper):
         coding = self.env.unwrapped.coding(frame)
         shot = coding.encode(self.shot(np.clip(action, -1.0, 1.0).astype(float)))
         _, reward, _, _, info = self.env.step(np.clip(shot, -1.0, 1.0).astype(np.float32))
-        if not self.quiet and info["noticed"] and not info["safe"]:
+        if not self.quiet and info["alarm"] and not info["safe"]:
             reward = float(reward) + 1.0
         return self._seen, float(reward), True, False, info
 
@@ -132,11 +132,11 @@ def in_the_way(game: SensorAttackGame, situation: Situation) -> Boxes3D:
 
 
 def worth_a_shot(game: SensorAttackGame) -> Iterator[tuple[Scene, Intention]]:
-    """Situations with something in the way, safe and unnoticed while nobody attacks."""
+    """Situations with something in the way, safe and without an alarm while there is no attack."""
     for scene, intention in product(game.scenes.scenes.labelled, Intention):
         if game.is_contested(scene, intention):
             look = game.situation(scene, intention).unattacked
-            if look.drive.record.safe and not look.notice.alarm:
+            if look.drive.record.safe and not look.report.alarm:
                 yield scene, intention
 
 
@@ -148,7 +148,7 @@ def by_hand(radius: float) -> np.ndarray:
 
 
 def main() -> None:
-    """Shoot, tell, draw."""
+    """Shoot, print, draw."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--radius", type=float, default=45.0, help="pixels, from 10 to 180")
     parser.add_argument("--shots", type=int, default=8, help="at most")
@@ -172,8 +172,8 @@ def main() -> None:
     for scene, intention in islice(worth_a_shot(game), options.shots):
         env.reset(options={"scenario": scene.id, "intention": intention.value})
         *_, info = env.step(by_hand(options.radius))
-        noticed = "noticed" if info["noticed"] else "not noticed"
-        print(f"{scene.id} {intention.value}: {info['outcome']}, {noticed}")
+        alarm = "alarm" if info["alarm"] else "no alarm"
+        print(f"{scene.id} {intention.value}: {info['outcome']}, {alarm}")
         if info["is_success"]:
             break
     picture = env.render()

@@ -1,7 +1,7 @@
 """Frames of the procedural world in which a car is in the way, for attackers that hide cars.
 
 In nine of ten situations of the suite `mixed` a car that sees nothing drives as safely as one that
-sees all: whoever hides objects plays for nothing there.  Layouts tell which ones these are before
+sees all: whoever hides objects plays for nothing there.  Layouts show which ones these are before
 anything is rendered.
 """
 
@@ -45,7 +45,7 @@ def contested_frames(frames: int, seed: int, on_progress: Progress) -> Path:
     Args:
         frames: How many.
         seed: Of the set of layouts; those that the package's networks know are below 1000.
-        on_progress: Told of every frame.
+        on_progress: Called after every frame.
     """
     numbers = tuple(islice((n for n in count() if is_contested(n, seed)), frames))
     recipe = ContestedFrames("mixed", frames, seed, numbers=numbers)

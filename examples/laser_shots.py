@@ -1,4 +1,4 @@
-"""A laser that has one shot at a scene: who shoots, and what comes of it; in processes.
+"""A laser that has one shot at a scene: who shoots, and what follows; in processes.
 
 What `train_quiet_laser.py` compares.
 """
@@ -26,7 +26,7 @@ LEARNERS = ("sac", "cma_es", "random_search")
 TRAINED = tuple(f"{how}_{who}" for who in LEARNERS for how in ("quiet", "loud"))
 """Each has as many shots to learn from."""
 BY_HAND = {f"by_hand_{radius}": by_hand(radius) for radius in (22, 45, 90, 180)}
-"""Nobody learns: full light on the car's middle."""
+"""Without learning: full light on the car's middle."""
 DRAWN = ("random_shot", "thesis_facula")
 SHOOTERS = (*TRAINED, *BY_HAND, *DRAWN)
 """Those who are trained take longest, and begin."""
@@ -38,10 +38,10 @@ Situation = tuple[str, str]
 
 
 class Outcome(NamedTuple):
-    """What came of a shot."""
+    """The result of a shot."""
 
     unsafe: bool
-    noticed: bool
+    alarm: bool
     radius: float = 0.0
     strength: float = 0.0
 
@@ -69,7 +69,7 @@ def seeds_of(shooter: str, seeds: range) -> range:
 def shots(
     options: argparse.Namespace, situations: list[Situation], seeds: range
 ) -> dict[str, list[list[Outcome]]]:
-    """What comes of a shot of every shooter, with every seed, in every situation."""
+    """The results of a shot of every shooter, with every seed, in every situation."""
     tasks = [(name, seed) for name in SHOOTERS for seed in seeds_of(name, seeds)]
     total = len(tasks) * len(situations) + len(TRAINED) * len(seeds) * options.steps
     context = multiprocessing.get_context("spawn")
@@ -128,7 +128,7 @@ class _Range:
                 seen, _ = self.held_out.reset(options=options)
                 *_, info = self.held_out.step(aim(seen))
                 shot = info["radius"], info["strength"]
-                found.append(Outcome(not info["safe"], info["noticed"], *shot))
+                found.append(Outcome(not info["safe"], info["alarm"], *shot))
             self.tell()
         return found
 
@@ -151,7 +151,7 @@ class _Range:
         tampered = facula.attack(situation.unattacked.frame, int(generator.integers(2**31)))
         look = game.query(situation, tampered.frame)
         shot = tampered.settings["radius"], facula.strength
-        return Outcome(not look.drive.record.safe, look.notice.alarm, *shot)
+        return Outcome(not look.drive.record.safe, look.report.alarm, *shot)
 
 
 def always(action: np.ndarray) -> Aim:

@@ -2,7 +2,7 @@
 
     python examples/rank_detectors.py [--detectors oracle dsgn stereo_rcnn] [--episodes 96]
 
-Beside the given detectors it ranks nobody (an agent that never reports anything), and with
+Beside the given detectors it ranks an empty one (an agent that never reports anything), and with
 ``--replayed FOLDER`` the KITTI result files of another detector.  Prints JSON.
 """
 
@@ -26,10 +26,10 @@ from avsec_gym.metrics.intervals import wilson_interval
 gym.register_envs(avsec_gym)
 
 
-class Nobody:
+class EmptyDetector:
     """Sees nothing at all: what safety is worth without perception."""
 
-    name = "nobody"
+    name = "nothing"
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
         return Boxes3D.empty()
@@ -71,7 +71,7 @@ def main() -> None:
     parser.add_argument("--scenarios", default="mixed", help="a default suite or a KITTI folder")
     parser.add_argument("--episodes", type=int, default=96)
     options = parser.parse_args()
-    every: list[Any] = [*options.detectors, Nobody()]
+    every: list[Any] = [*options.detectors, EmptyDetector()]
     if options.replayed:
         every.append({"name": "replayed", "detections": options.replayed})
     rows = [ranked(detector, options.scenarios, options.episodes) for detector in every]

@@ -40,7 +40,7 @@ Policy = Callable[[np.ndarray, int], np.ndarray]
 
 
 class Watched(gym.Wrapper):
-    """Tells of every query how many of how many are asked."""
+    """Reports after every query how many of how many are done."""
 
     def __init__(self, env: gym.Env, queries: int, shown: Progress) -> None:
         super().__init__(env)
@@ -96,9 +96,9 @@ def evolution(
     env.reset(seed=seed)
     while len(actions) + strategy.popsize <= queries // TRIALS:
         asked = strategy.ask()
-        told = [tried(env, action) for action in asked]
-        strategy.tell(asked, [-reward for reward in told])
-        actions, rewards = actions + asked, rewards + told
+        paid = [tried(env, action) for action in asked]
+        strategy.tell(asked, [-reward for reward in paid])
+        actions, rewards = actions + asked, rewards + paid
     return strategy, np.array(actions), rewards
 
 
@@ -189,7 +189,7 @@ def enough(text: str) -> int:
 
 
 def arguments(description: str) -> argparse.ArgumentParser:
-    """What both examples can be told."""
+    """The options of both examples."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--detector", default="dsgn", help="name, or JSON with its arguments")
     parser.add_argument("--threshold", type=float, default=0.3, help="of the detector's scores")

@@ -1,4 +1,4 @@
-"""Train a laser to stay unnoticed, and see what that costs it in effect.
+"""Train a laser to attack without an alarm, and see what that costs it in effect.
 
     python examples/train_quiet_laser.py
     python examples/train_quiet_laser.py --json > quiet_laser.json
@@ -14,10 +14,10 @@ anywhere in the image.
 
 Rates are means over seeds, each of which is in `by_seed`.  Their 95 % intervals are Wilson's, of
 situations that the seeds share; those of learners are widened by how much their trainings differ
-(Student's t of the seeds' rates, both spreads squared and added).  `outcomes` tells
-each of `situations`, by seed: `.` safe, `n` safe and noticed, `U` unsafe, `N` unsafe and noticed.
-`quiet_less_loud` is what the quiet reward costs in unsafe drives and gains in unnoticed ones, with
-Newcombe's intervals (1998), as if the two were of different situations.
+(Student's t of the seeds' rates, both spreads squared and added).  `outcomes` lists
+each of `situations`, by seed: `.` safe, `n` safe with an alarm, `U` unsafe, `N` unsafe with an
+alarm.  `quiet_less_loud` is what the quiet reward costs in unsafe drives and gains in those without
+an alarm, with Newcombe's intervals (1998), as if the two were of different situations.
 
 Scenes to learn in, to be judged by, and to measure the validator's thresholds on are different
 ones, rendered alike: in all of them something is in the way.  In about half the car drives safely
@@ -62,9 +62,9 @@ TRAINING, HELD_OUT, CLEAN = 2001, 2002, 2003
 """Sets of layouts."""
 ROWS = ("no_attack", *reversed(SHOOTERS))
 RATES: dict[str, Callable[[Outcome], bool]] = {
-    "unsafe": lambda one: one.unsafe,
-    "noticed": lambda one: one.noticed,
-    "unsafe_and_unnoticed": lambda one: one.unsafe and not one.noticed,
+    "unsafe": lambda outcome: outcome.unsafe,
+    "noticed": lambda outcome: outcome.alarm,
+    "unsafe_and_unnoticed": lambda outcome: outcome.unsafe and not outcome.alarm,
 }
 
 
@@ -146,7 +146,7 @@ def unattacked(
             looks = ((one, game.situation(scene, one).unattacked) for one in played)
             safe = next(((one, look) for one, look in looks if look.drive.record.safe), None)
             if safe is not None:
-                found[scene.id, safe[0].value] = Outcome(False, safe[1].notice.alarm)
+                found[scene.id, safe[0].value] = Outcome(False, safe[1].report.alarm)
             unsafe += bool(played) and safe is None
             shown(done, len(scenes))
     return found, unsafe
@@ -155,8 +155,8 @@ def unattacked(
 def summary(outcomes: list[list[Outcome]], trained: bool) -> dict[str, Any]:
     """Of the outcomes of each seed in each situation."""
     rates = {}
-    for name, told in RATES.items():
-        flags = flags_of(outcomes, told)
+    for name, is_counted in RATES.items():
+        flags = flags_of(outcomes, is_counted)
         low, high = interval(flags, trained)
         rates[name] = {
             "rate": round(float(flags.mean()), 4),
@@ -167,7 +167,7 @@ def summary(outcomes: list[list[Outcome]], trained: bool) -> dict[str, Any]:
     return rates | {
         "radius": round(float(np.mean([one.radius for one in shots])), 1),
         "strength": round(float(np.mean([one.strength for one in shots])), 1),
-        "outcomes": ["".join(".nUN"[2 * one.unsafe + one.noticed] for one in s) for s in outcomes],
+        "outcomes": ["".join(".nUN"[2 * one.unsafe + one.alarm] for one in s) for s in outcomes],
     }
 
 
@@ -191,8 +191,8 @@ def interval(flags: np.ndarray, trained: bool) -> tuple[float, float]:
 def differences(first: list[list[Outcome]], second: list[list[Outcome]]) -> dict[str, Any]:
     """First less second, of learners."""
     result = {}
-    for name, told in RATES.items():
-        one, other = flags_of(first, told), flags_of(second, told)
+    for name, is_counted in RATES.items():
+        one, other = flags_of(first, is_counted), flags_of(second, is_counted)
         (low, high), (least, most) = interval(one, True), interval(other, True)
         p, q = float(one.mean()), float(other.mean())
         below, above = np.hypot(p - low, most - q), np.hypot(high - p, q - least)
@@ -203,9 +203,9 @@ def differences(first: list[list[Outcome]], second: list[list[Outcome]]) -> dict
     return result
 
 
-def flags_of(outcomes: list[list[Outcome]], told: Callable[[Outcome], bool]) -> np.ndarray:
+def flags_of(outcomes: list[list[Outcome]], is_counted: Callable[[Outcome], bool]) -> np.ndarray:
     """Shape (seeds, situations)."""
-    return np.array([[told(one) for one in seed] for seed in outcomes], bool)
+    return np.array([[is_counted(outcome) for outcome in seed] for seed in outcomes], bool)
 
 
 def show(result: dict[str, Any]) -> None:
@@ -222,7 +222,7 @@ def show(result: dict[str, Any]) -> None:
 
 
 def main() -> None:
-    """Learn, compare, tell."""
+    """Learn, compare, print."""
     parser = arguments(__doc__.splitlines()[0])
     # 256: eight generations of CMA-ES.
     own = {"detector": "stereo_rcnn", "steps": 256, "held_out": 120}

@@ -1,4 +1,4 @@
-"""Actions as agents hand them in, checked before anything believes them, and what they scale to."""
+"""Actions as agents hand them in, checked before they are used, and what they scale to."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ class LinearScale:
     """From [-1, 1] to values in their units, and back.
 
     Args:
-        low: What -1 stands for, shape (N,).
-        high: What 1 stands for, shape (N,).
+        low: The values that -1 stands for, shape (N,).
+        high: The values that 1 stands for, shape (N,).
 
     Example:
         >>> LinearScale([0.0, 10.0], [1.0, 20.0]).decode([-1.0, 0.0])

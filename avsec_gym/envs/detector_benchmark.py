@@ -39,9 +39,9 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
     ## Description
     The agent is a stereo 3D detector.  It sees one pair of images with its calibration and reports
     boxes; a car plans a lane change, or to keep its lane, among these boxes with A* over motion
-    primitives, and its trajectory is held against what is really there.  `DetectorPolicy` makes
-    any detector of this project an agent, so that `evaluate_policy` of stable-baselines3 ranks
-    detectors by driving safety.
+    primitives, and its trajectory is checked for collisions with what is really there.
+    `DetectorPolicy` makes any detector of this project an agent, so that `evaluate_policy` of
+    stable-baselines3 ranks detectors by driving safety.
 
     ## Observation
     `Dict`: `left` and `right`, `Box(0, 255, (H, W, 3), uint8)`, the images of cameras 2 and 3;
@@ -75,7 +75,7 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
     * `planner="astar"`
     * `motion="static"`: the planner takes everything to stand; `"truth"`: it knows how the real
       objects behind the boxes move.
-    * `score_threshold=0.3`: boxes below it are not planned on.
+    * `score_threshold=0.3`: boxes below it, in [0, 1], are not planned on.
     * `max_boxes=50`: rows of an action, at most 1,000; `points=0`: of the scan, at most 1,000,000.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 

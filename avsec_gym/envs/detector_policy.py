@@ -23,8 +23,8 @@ class DetectorPolicy:
     Args:
         detector: A name, a dictionary or a live detector; see `avsec_gym.registry.make`.
         environment: The environment that is played.  Detectors that look things up by a frame's
-            id (`oracle`, `replayed`) need it; for all others the observation says everything.
-        max_boxes: Of the environment's action; as the environment has it, if it is given.
+            id (`oracle`, `replayed`) need it; for all others the observation is enough.
+        max_boxes: Rows of an action, where no environment is given.
 
     Raises:
         ConfigurationError: There is no such detector, or it finds 2D boxes alone.
@@ -54,7 +54,8 @@ class DetectorPolicy:
         """The action for one observation, or for a batch of them.
 
         Args:
-            observation: As the environment gives it, or each part stacked along a first axis.
+            observation: One of the environment's, or several with each part stacked along a first
+                axis.
             state: Handed through.
             episode_start: Not used: a detector remembers nothing.
             deterministic: Detectors always are.
@@ -84,7 +85,7 @@ class DetectorPolicy:
 
 
 def _frame(observation: dict[str, NDArray[Any]]) -> SensorFrame:
-    """What an observation tells, as a frame; its scan without the padding."""
+    """An observation as a frame; its scan without the padding."""
     projections = np.zeros((4, 3, 4))
     projections[2:] = observation["calibration"].reshape(2, 3, 4)
     scan = None
@@ -92,6 +93,6 @@ def _frame(observation: dict[str, NDArray[Any]]) -> SensorFrame:
         points = observation["points"].reshape(-1, 4)
         scan = points[(points != 0).any(axis=1)]
     images = {2: observation["left"], 3: observation["right"]}
-    # Where the LiDAR is nobody says: KITTI's axes, at the camera's place.
+    # The observation lacks the LiDAR's place: KITTI's axes, at the camera's.
     to_camera = np.array([[0.0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0]])
     return SensorFrame("observation", Calibration(projections, np.eye(3), to_camera), images, scan)

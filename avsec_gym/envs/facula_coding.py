@@ -27,8 +27,8 @@ class FaculaCoding:
         size: Height and width of the images, pixels.
         radii: The smallest and the largest, pixels of an image 1242 wide, as `Facula` counts them;
             within `RADII`.
-        strength: Of the light, grey levels; two numbers: the weakest and the strongest; within
-            `STRENGTHS`.
+        strength: Brightness of the light, grey levels; two numbers: the weakest and the strongest;
+            within `STRENGTHS`.
 
     Raises:
         ConfigurationError: A number is out of range, or a range is none.
@@ -65,7 +65,7 @@ class FaculaCoding:
         """The inverse of `decode`; a strength that no action can choose is left out.
 
         Args:
-            facula: With one radius and a centre.
+            facula: A facula with one radius and a centre.
         """
         values = [*(facula.centre or (np.nan, np.nan)), facula.radius, facula.strength]
         scaled = self._scale.encode(np.array(values[: len(self._ranges)], float))

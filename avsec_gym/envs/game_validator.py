@@ -1,4 +1,4 @@
-"""The validator that watches a game, its thresholds measured on scenes that nobody plays."""
+"""The validator of a game, its thresholds measured on scenes that are not played."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from avsec_gym.scenario.frame_scenes import FrameScenes, check_frame_scenes
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.sensor_system import LIDAR
 
-if TYPE_CHECKING:  # OpenCV is loaded where somebody validates, not before.
+if TYPE_CHECKING:  # OpenCV is loaded with the validator, not before.
     from avsec_gym.validation.thresholds import ThresholdTable
     from avsec_gym.validation.validator import Validator
 
@@ -30,18 +30,18 @@ def validator_and_played(
 ) -> tuple[Validator | None, FrameScenes]:
     """A validator of the LiDAR and the cameras 3 and 2, and the scenes that are left to be played.
 
-    What a validator was fitted on says little of how often it is wrong: scenes that thresholds are
-    measured on are not played.  Of N clean scenes at most rate * N lie beyond the thresholds, which
-    is none of 50 at a rate of 0.01: the thresholds of few scenes are the largest values that these
-    show, and a new scene lies beyond that of a share with a probability of 1 / (N + 1).  The
-    scenes of a table that was measured elsewhere are not known here.
+    The scenes that a validator was fitted on show little of how often it is wrong: scenes that
+    thresholds are measured on are not played.  Of N clean scenes at most rate * N lie beyond the
+    thresholds, which is none of 50 at a rate of 0.01: the thresholds of few scenes are the largest
+    values that these show, and a new scene lies beyond that of a share with a probability of 1 / (N
+    + 1).  The scenes of a table that was measured elsewhere are not known here.
 
     Args:
-        what: A name, a dictionary of a name and arguments, or a live one; None: nobody looks.
+        what: A name, a dictionary of a name and arguments, or a live one; None: no validator.
             ``thresholds`` without a table is given one that is measured on clean scenes.
-        scenes: Of the game.
-        clean: Attack-free scenes, of which the first `CLEAN` count; None: those of the first half
-            of the game's, as `avsec validate` takes the first part of a recording.  Only for
+        scenes: All scenes of the game.
+        clean: Scenes without an attack, of which the first `CLEAN` count; None: those of the first
+            half of the game's, as `avsec validate` takes the first part of a recording.  Only for
             thresholds that have no table.
 
     Raises:
@@ -66,8 +66,8 @@ def check_validator(what: Any, clean: Any = None) -> None:
     """Refuse what cannot be known or does not fit together; nothing is loaded or measured.
 
     Args:
-        what: As of `validator_and_played`.
-        clean: The same, or what names such scenes; see `check_frame_scenes`.
+        what: The validator, as of `validator_and_played`.
+        clean: The clean scenes, or what names them; see `check_frame_scenes`.
 
     Raises:
         ConfigurationError: Nothing has that name, or clean scenes are named for a validator that
@@ -107,7 +107,7 @@ def is_measured(what: Any) -> bool:
 
 
 def _check_sensors(validator: Validator, scenes: FrameScenes) -> None:
-    """That the scenes have what the validator judges; the first one tells."""
+    """Check on the first scene that the sensors which the validator judges are there."""
     frame = scenes.frame(scenes.scenes.labelled[0])
     try:
         for sensor in validator.system.sensors:

@@ -64,13 +64,13 @@ class GhostGame:
     """Rules and scenes.
 
     Args:
-        scenarios: What `avsec_gym.scenario.scene_sets.scene_set` takes: a name or folder, or a
-            dictionary of its arguments; or a live `SceneSet`.
+        scenarios: The scenes: a name or folder, or a dictionary of arguments, as of
+            `avsec_gym.scenario.scene_sets.scene_set`; or a live `SceneSet`.
         planner: The victim's motion planner: a name, a dictionary or a live one.
         ghosts: Ghost objects that an action can place, at most `MOST_GHOSTS`.
         hides: Real objects that an action can hide, at most as many as an observation shows.
-        motion: What the planner knows of motion.
-        ghost: Which ghosts, a key of `GHOSTS`.
+        motion: How much the planner knows of moving objects.
+        ghost: The kind of ghosts, a key of `GHOSTS`.
 
     Raises:
         ConfigurationError: There is nothing to place or hide, the set is empty or unknown, or the
@@ -129,10 +129,10 @@ class GhostGame:
         """A round that is driven safely without an attack, or the one that options ask for.
 
         Args:
-            generator: Of the draw.
-            options: May pick ``scenario`` and ``intention``.
-            fits: What else a drawn round has to be like; None: nothing.
-            pick: Draws the places of a scene and an intention.
+            generator: The random numbers that rounds are drawn by.
+            options: The user's, which may pick ``scenario`` and ``intention``.
+            fits: A further condition on a drawn round; None: there is none.
+            pick: Draws the indices of a scene and of an intention.
 
         Raises:
             ConfigurationError: No scene has the id, no such intention, or no round is safe.
@@ -201,24 +201,27 @@ class GhostGame:
 
         Args:
             rounds: B rounds.
-            on: Which ghosts are there, shape (B, G).
-            ghosts: Their x, y (m), heading (rad), shape (B, G, 3).
+            on: Flags of the ghosts that are there, shape (B, G).
+            ghosts: Poses of the ghosts: x, y (m), heading (rad), shape (B, G, 3).
             hidden: Rows of the nearest objects to hide, -1 for none, shape (B, H); None: none.
         """
         count = len(rounds)
         outcome, cost = np.full(count, 2), np.full(count, np.nan)
         hides = np.zeros(count, np.int64)
+        # Rounds of one kind differ in their obstacles only: they are planned as one batch.
         alike: dict[tuple[Any, ...], list[int]] = {}
         for b, each in enumerate(rounds):
             alike.setdefault(each.kind, []).append(b)
         for kind, members in alike.items():
             group = [rounds[b] for b in members]
+            # The world as it is believed to be: real objects and ghosts, less what is hidden.
             half_sizes, tracks, real = self._lay_out(group, on[members], ghosts[members])
             if hidden is not None:
                 for row, (b, each) in enumerate(zip(members, group, strict=True)):
                     gone = np.unique(hidden[b][(hidden[b] >= 0) & (hidden[b] < len(each.poses))])
                     tracks[row, gone, :, :2] = FAR
                     hides[b] = len(gone)
+            # Plan in the believed world.
             problem = group[0].problem
             plans = plan_batch(
                 self._problem(kind, problem),
@@ -227,6 +230,7 @@ class GhostGame:
                 RectangleTracks(half_sizes, tracks),
                 self.victim.node_limit,
             )
+            # Check the trajectories for collisions in the real one.
             planned = np.array(members)[plans.found]
             cost[planned] = plans.cost[plans.found]
             collided = batch_collides(
@@ -254,7 +258,7 @@ class GhostGame:
             outcomes: Row of `OUTCOMES`, -1 before the first query, shape (B,).
             costs: Planned time, s, nan if unplanned, shape (B,).
             left: Share of the queries left, shape (B,).
-            actions: The last ones, -1 before the first query, shape (B, action_size).
+            actions: The last actions, -1 before the first query, shape (B, action_size).
 
         Returns:
             Shape (B, observation_size), float32.
@@ -308,7 +312,7 @@ class GhostGame:
         """Which of the nearest objects each action hides; -1: none.
 
         Args:
-            actions: In [-1, 1], shape (B, hides): 33 equal parts, the first for none.
+            actions: Numbers in [-1, 1], shape (B, hides): 33 equal parts, the first for none.
         """
         part = np.floor(0.5 * (np.clip(actions, -1, 1) + 1.0) * (NEAREST + 1)).astype(np.int64)
         return np.minimum(part, NEAREST) - 1

@@ -26,7 +26,8 @@ class GhostObjectEnv(DetectionAttackEnv):
     over motion primitives.  The attacker controls the detections: it puts ghosts in, and may
     hide real objects.  An episode is one scene with one driving intention that the car drives
     safely without an attack.  Every step is one query: the car plans anew on the attacked
-    detections, and its trajectory is held against what is really there.  No image is involved.
+    detections, and its trajectory is checked for collisions with what is really there.  No
+    image is involved.
 
     ## Observation
     `Box(-1, 1, (269 + 5 ghosts + hides,), float32)`: start speed / 15 m/s; 1 on a highway; the
@@ -65,13 +66,13 @@ class GhostObjectEnv(DetectionAttackEnv):
       `"truth"`: it knows how the real objects move (then, without hides, no drive can collide).
     * `ghost="patch"`: ghosts of 1 x 1 m, 10 m ahead or more, what a patch of the thesis' size can
       show.  `"car"`: whole cars from 5 m on; one of them right ahead blocks every drive.
-    * `queries=None`: the budget that the observation counts; None: 10.  Gymnasium does not tell an
-      environment of its `max_episode_steps`: for a budget of 20 pass both as 20.
-    * `price=0.02`
+    * `queries=None`: the budget that the observation counts; None: 10.  An environment does not
+      know the `max_episode_steps` that Gymnasium was given: for a budget of 20 pass both as 20.
+    * `price=0.02`: from 0 to 1.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 
     `reset(options={"scenario": id, "intention": "left"})` picks a scene, safe or not; where the
-    drive is unsafe without an attack, there is no success to be had.
+    drive is unsafe without an attack, no attack succeeds.
 
     ## Versions
     * v0: first.  v1 offers places that depend on the scene.

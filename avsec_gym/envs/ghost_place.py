@@ -65,9 +65,9 @@ class GhostPlaceEnv(DetectionAttackEnv):
     * `places=16`: from 2 to 16.
     * `motion="static"`: the planner takes everything to stand, as detections carry no motion;
       `"truth"`: it knows how the real objects move.
-    * `queries=None`: the budget that the observation counts; None: 1.  Gymnasium does not tell an
-      environment of its `max_episode_steps`: for a budget of 3 pass both as 3.
-    * `price=0.02`
+    * `queries=None`: the budget that the observation counts; None: 1.  An environment does not know
+      the `max_episode_steps` that Gymnasium was given: for a budget of 3 pass both as 3.
+    * `price=0.02`: from 0 to 1.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 
     `reset(options={"scenario": id, "intention": "left"})` picks a scene, whether or not a place

@@ -79,10 +79,10 @@ class GhostPlaceGame:
     """Rules and scenes.
 
     Args:
-        scenarios: As of `GhostGame`.
-        planner: The victim's, as of `GhostGame`.
-        places: How many each round offers.
-        motion: What the planner knows of motion.
+        scenarios: The scenes, as of `GhostGame`.
+        planner: The victim's motion planner, as of `GhostGame`.
+        places: The number of places that each round offers.
+        motion: How much the planner knows of moving objects.
 
     Raises:
         ConfigurationError: Fewer than two places or more than 16, or see `GhostGame`.

@@ -19,7 +19,7 @@ from avsec_gym.scenario.scene import Motion, Scene
 
 OUTCOMES = (SAFE, COLLISION, UNPLANNED)
 NEAREST = 32
-"""Objects that an observation tells of."""
+"""Objects in an observation."""
 FEATURES = 8
 """Of each object: present, x, y, cos, sin of the heading, length, width, moving."""
 
@@ -57,9 +57,9 @@ def round_of(index: int, scene: Scene, intention: Intention, motion: Motion) -> 
 
     Args:
         index: The scene's place in its set.
-        scene: What is really there.
-        intention: Where the car wants to go.
-        motion: What the planner knows of motion.
+        scene: The scene, with what is really there.
+        intention: The lane that the car wants to reach.
+        motion: How much the planner knows of moving objects.
     """
     problem, truth = scene.problem(intention, motion=motion), scene.truth()
     order = np.argsort(np.hypot(*truth.poses[:, 0, :2].T), kind="stable")
@@ -108,11 +108,11 @@ def observation(
     """Scene, outcome, planned time / 3 s, share of queries left, and what a game adds.
 
     Args:
-        rounds: B rounds.
-        outcomes: As of `GhostGame.observe`, as the next two.
-        costs: Shape (B,).
-        left: Shape (B,).
-        tail: Shape (B, M).
+        rounds: The B rounds that are observed.
+        outcomes: Outcomes of the last queries, as of `GhostGame.observe`, as the next two.
+        costs: Planned times, s, shape (B,).
+        left: Shares of the queries left, shape (B,).
+        tail: Numbers that the game adds, shape (B, M).
 
     Returns:
         Shape (B, SCENE_SIZE + 5 + M), float32.

@@ -1,4 +1,4 @@
-"""What every environment tells of a drive in `info`: always all keys, scalars only."""
+"""What every environment reports of a drive in `info`: always all keys, scalars only."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ def drive_info(record: SafetyRecord | None, scenario: str, intention: str) -> di
     """`planned`, `collision`, `safe`, `cost` (s, nan if unplanned), `outcome`, and where.
 
     Args:
-        record: Of the drive; None at reset, whose outcome is ``reset``.
-        scenario: Its id.
-        intention: Where the car wants to go.
+        record: The collision check of the drive; None at reset, whose outcome is ``reset``.
+        scenario: The id of the scene.
+        intention: The lane that the car wants to reach.
     """
     return {
         "planned": record is not None and record.planned,

@@ -19,18 +19,18 @@ from avsec_gym.scenario.scene import Motion
 
 
 class LidarSpoofingEnv(OpticalAttackEnv):
-    """Make a safe drive unsafe by bogus returns of a LiDAR, so that nobody notices.
+    """Make a safe drive unsafe by bogus returns of a LiDAR, without an alarm.
 
     ## Description
     A car finds the objects around it in a LiDAR scan and plans a lane change, or to keep its lane,
-    among them.  A validator compares what the LiDAR and the cameras say of each other's view.  The
+    among them.  A validator compares what the LiDAR and the cameras measure of the same scene.  The
     attacker fires into the LiDAR in step with it: the scan gets the points of an upright plane
     patch that stands on the road and faces the car, as in the thesis (section 3.2.3).  It chooses
     where the patch is and how large; it cannot look into the detector.  An episode is one scene
-    with one driving intention that the car drives safely, and the validator finds sound, when
-    nobody attacks.  Every step is one query: the car looks at the attacked scan and plans anew, and
-    its trajectory is held against what is really there (the patch is nothing).  What the validator
-    says changes nothing in the drive; it decides whether the attack counts.
+    with one driving intention that, without an attack, the car drives safely and the validator
+    finds sound.  Every step is one query: the car looks at the attacked scan and plans anew, and
+    its trajectory is checked for collisions with what is really there (the patch is nothing).  The
+    validator changes nothing in the drive; it decides whether the attack counts.
 
     The car's detector is by itself no network, but the obstacles that the scan shows: whatever
     stands up from the ground (`avsec_gym.perception.detectors.scan_obstacles.ScanObstacles`).  It
@@ -40,10 +40,10 @@ class LidarSpoofingEnv(OpticalAttackEnv):
 
     ## Observation
     `Box(-1, 1, (128,), float32)`: see `avsec_gym.envs.sensor_attack_features.features`; whether the
-    last query was noticed, and what the validator went by (`error`, `hole_share`, `densest`,
-    `brightness`; before the first query those without an attack); then the last action, zeros at
-    first.  With `image=True` a `Dict` of these
-    `features` and `image`, `Box(0, 255, (48, 160, 3), uint8)`: the left image, made small.
+    last query raised an alarm, and the shares that the validator compared (`error`, `hole_share`,
+    `densest`, `brightness`; before the first query those without an attack); then the last action,
+    zeros at first.  With `image=True` a `Dict` of these `features` and `image`, `Box(0, 255, (48,
+    160, 3), uint8)`: the left image, made small.
 
     ## Action
     `Box(-1, 1, (4,), float32)`: of the patch its distance from the LiDAR along the ground, its
@@ -52,22 +52,23 @@ class LidarSpoofingEnv(OpticalAttackEnv):
     `encode`).
 
     ## Reward
-    1 when the safe drive becomes unsafe (collision, or no plan) and the validator raises no alarm,
+    1 when the safe drive becomes unsafe (collision, or no plan) and there is no alarm,
     less 0.02 for the query and 0.02 times the patch's area, as a share of the largest.
 
     ## Episode end
-    Terminated when the drive became unsafe and nobody noticed; truncated after `max_episode_steps`
+    Terminated when the drive became unsafe without an alarm; truncated after `max_episode_steps`
     (10) or `queries` steps, whichever is less.
 
     ## Info
     `planned`, `collision`, `safe`, `cost` (planned time in s, nan if unplanned), `outcome` (`safe`,
-    `collision`, `unplanned`; `reset` at reset), `scenario`, `intention`, `is_success` (unsafe and
-    unnoticed), `queries` (spent), `objects` (real obstacles), `found` (those that a box the car
-    believes in lies on), `ghosts` (believed boxes where no obstacle is); `noticed`, and what the
-    validator went by, of its triples the largest: `error` (the disparity error E), `hole_share`,
-    `densest`, `brightness` (see `avsec_gym.validation.evidence.disparity_error`; 0 where
-    nobody looks); and of the patch `distance`, `width`, `height` (metres)
-    and `bearing` (radians), nan at reset, and `points` (bogus ones).
+    `collision`, `unplanned`; `reset` at reset), `scenario`, `intention`, `is_success` (unsafe
+    without an alarm), `queries` (spent), `objects` (real obstacles), `found` (those that a box the
+    car believes in lies on), `ghosts` (believed boxes where no obstacle is); `alarm`, and of the
+    shares that the validator compared the largest among its triples of sensors: `error` (the
+    disparity error E), `hole_share`, `densest`, `brightness` (see
+    `avsec_gym.validation.evidence.disparity_error`; 0 without a validator); and of the patch
+    `distance`, `width`, `height` (metres) and `bearing` (radians), nan at reset, and `points`
+    (bogus ones).
 
     ## Arguments
     * `scenarios="mixed"`: a default suite of the procedural world (`mixed`, `street`, `highway`,
@@ -79,27 +80,28 @@ class LidarSpoofingEnv(OpticalAttackEnv):
       thresholds measured at the first reset on clean scenes, a third of a second each; a dictionary
       such as `{"name": "thresholds", "rate": 0.05, "criterion": "error"}`, which is the thesis' E
       alone, and may name a table as `avsec validate` writes it (`"thresholds": "FILE"`), or
-      `{"name": "likelihood", ...}`; a live validator; None: nobody looks.
+      `{"name": "likelihood", ...}`; a live validator; None: there is no validator.
     * `clean=None`: the scenes without an attack that thresholds are measured on, the first 50 of
       them, named as `scenarios` are; None: the first half of the game's, ten or more.  They are
       not played.  Thresholds of so few are the largest values that they show
-      (`avsec_gym.envs.game_validator.validator_and_played`).  Refused where nothing is measured.
+      (`avsec_gym.envs.game_validator.validator_and_played`).  Refused where no threshold is
+      measured.
     * `planner="astar"`
     * `motion="static"`: the planner takes everything to stand; `"truth"`: it knows how the real
       objects behind the boxes move.
-    * `score_threshold=0.3`: boxes below it are not planned on.
-    * `distances=(5, 40)`, `widths=(0.5, 2.5)`, `heights=(0.5, 1.5)`: metres.
-    * `bearings=(-0.7, 0.7)`: radians, about what KITTI's cameras see.
+    * `score_threshold=0.3`: boxes below it, in [0, 1], are not planned on.
+    * `distances=(5, 40)`, `widths=(0.5, 2.5)`, `heights=(0.5, 1.5)`: metres, up to 120, 50 and 10.
+    * `bearings=(-0.7, 0.7)`: radians, about what KITTI's cameras see; within a turn.
     * `rays_lost=False`: points are added, as in the thesis; True: beams that meet the patch return
       nothing from behind it.
     * `image=False`
-    * `queries=None`: the budget that the observation counts; None: 10.  Gymnasium does not tell an
-      environment of its `max_episode_steps`: for a budget of 20 pass both as 20.
-    * `price=0.02`
+    * `queries=None`: the budget that the observation counts; None: 10.  An environment does not
+      know the `max_episode_steps` that Gymnasium was given: for a budget of 20 pass both as 20.
+    * `price=0.02`: from 0 to 1.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 
     `reset(options={"scenario": id, "intention": "left"})` picks a scene, safe or not; where the
-    drive is unsafe or noticed without an attack, there is no success to be had.
+    drive is unsafe or raises an alarm without an attack, no attack succeeds.
 
     ## Versions
     * v0: first.
@@ -147,7 +149,7 @@ class LidarSpoofingEnv(OpticalAttackEnv):
 
     @property
     def untouched(self) -> dict[str, float]:
-        """Nowhere."""
+        """No patch."""
         return dict.fromkeys(("distance", "bearing", "width", "height"), np.nan) | {"points": 0}
 
     def view(self) -> tuple[SensorFrame, int]:

@@ -21,7 +21,7 @@ from avsec_gym.registry import Kind, check, make
 from avsec_gym.scenario.frame_scenes import FrameScenes, check_frame_scenes, frame_scenes_of
 from avsec_gym.scenario.scene import Motion
 
-if TYPE_CHECKING:  # OpenCV is loaded where somebody validates, not before.
+if TYPE_CHECKING:  # OpenCV is loaded with the validator, not before.
     from avsec_gym.validation.validator import Validator
 
 
@@ -37,7 +37,7 @@ class Parts:
         scenarios: Scenes with sensor data, as of `frame_scenes_of`.
         detector: Finds objects in the sensor data; not used where the agent does.
         planner: Plans the drive among the detected objects.
-        motion: What the planner knows of motion; there is no classifier.
+        motion: How much the planner knows of moving objects; there is no classifier.
         score_threshold: Detections of a lower score are not planned on, in [0, 1].
         validator: Looks for attacks on the sensors, see `validator_and_played`; None: none.
         clean: Scenes that thresholds of the validator are measured on; None: the first half of the

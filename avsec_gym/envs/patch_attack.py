@@ -27,7 +27,7 @@ if TYPE_CHECKING:  # torch is loaded with the detector, not before.
 
 
 CONTROLS = ("noise", "grey")
-"""Names of patches that nobody trained."""
+"""Names of patches that are not trained."""
 
 
 class PatchAttackEnv(SensorAttackEnv):
@@ -37,9 +37,9 @@ class PatchAttackEnv(SensorAttackEnv):
     A car finds the objects around it with a stereo detector and plans a lane change, or to keep
     its lane, among them.  The attacker has one round patch and chooses where it stands, how it is
     turned and how large it is seen; both cameras see it as a poster that faces the car.  An episode
-    is one scene with one driving intention that the car drives safely when nobody attacks.  Every
+    is one scene with one driving intention that the car drives safely without an attack.  Every
     step is one query: the car looks at the pair with the patch and plans anew, and its trajectory
-    is held against what is really there (the poster itself is no obstacle).
+    is checked for collisions with what is really there (the poster itself is no obstacle).
 
     ## Observation
     `Box(-1, 1, (124,), float32)`: see `avsec_gym.envs.sensor_attack_features.features`; then the
@@ -82,15 +82,15 @@ class PatchAttackEnv(SensorAttackEnv):
     * `planner="astar"`
     * `motion="static"`: the planner takes everything to stand; `"truth"`: it knows how the real
       objects behind the boxes move.
-    * `score_threshold=0.3`: boxes below it are not planned on.
+    * `score_threshold=0.3`: boxes below it, in [0, 1], are not planned on.
     * `image=False`
-    * `queries=None`: the budget that the observation counts; None: 10.  Gymnasium does not tell an
-      environment of its `max_episode_steps`: for a budget of 20 pass both as 20.
-    * `price=0.02`
+    * `queries=None`: the budget that the observation counts; None: 10.  An environment does not
+      know the `max_episode_steps` that Gymnasium was given: for a budget of 20 pass both as 20.
+    * `price=0.02`: from 0 to 1.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 
     `reset(options={"scenario": id, "intention": "left"})` picks a scene, safe or not; where the
-    drive is unsafe without an attack, there is no success to be had.
+    drive is unsafe without an attack, no attack succeeds.
 
     ## Versions
     * v0: first.
@@ -123,7 +123,7 @@ class PatchAttackEnv(SensorAttackEnv):
 
     @cached_property
     def patch(self) -> Patch:
-        """What the attacker prints.
+        """The patch that the attacker prints.
 
         Raises:
             DataError: Its file is missing, damaged, or no patch.
@@ -161,7 +161,7 @@ class PatchAttackEnv(SensorAttackEnv):
 
     @property
     def untouched(self) -> dict[str, float]:
-        """Nowhere."""
+        """No patch."""
         return dict.fromkeys(("u", "v", "disparity", "radius", "rotation"), np.nan) | {"area": 0}
 
 

@@ -33,10 +33,10 @@ class PatchCoding:
     """Actions in [-1, 1], scaled linearly to places; of images of one size.
 
     Args:
-        calibration: Of the cameras.
+        calibration: The cameras' calibration.
         size: Height and width of the images, pixels.
-        radius: Of the patch, pixels; it can be shown half as large, no larger.
-        range: How far ahead it can stand, and how upright.
+        radius: The patch's radius, pixels; it can be shown half as large, no larger.
+        range: The distances that it can stand at, and the angles that it can be turned by.
 
     Raises:
         ConfigurationError: The images have no room for such a patch.
@@ -72,8 +72,8 @@ class PatchCoding:
         `disparities` that it can have there.
 
         Args:
-            place: Where it was wanted.
-            objects: What is really there.
+            place: The place that was wanted.
+            objects: The real objects, which a patch stands in front of.
 
         Raises:
             ConfigurationError: There is no room.

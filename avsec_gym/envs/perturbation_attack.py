@@ -25,10 +25,10 @@ class PerturbationAttackEnv(SensorAttackEnv):
     A car finds the objects around it with a stereo detector and plans a lane change, or to keep
     its lane, among them.  The attacker adds a pattern to both images: a sum of a few plane waves,
     of which only the sign counts, so that nearly every pixel changes by as much as is allowed.  It
-    cannot look into the detector; it sees the scene, and what came of its last query.  An episode
-    is one scene with one driving intention that the car drives safely when nobody attacks.  Every
-    step is one query: the car looks at the attacked pair and plans anew, and its trajectory is held
-    against what is really there.
+    cannot look into the detector; it sees the scene and the result of its last query.  An episode
+    is one scene with one driving intention that the car drives safely without an attack.  Every
+    step is one query: the car looks at the attacked pair and plans anew, and its trajectory is
+    checked for collisions with what is really there.
 
     ## Observation
     `Box(-1, 1, (119 + 2 waves,), float32)`, twice as many waves with `shared=False`: see
@@ -41,8 +41,8 @@ class PerturbationAttackEnv(SensorAttackEnv):
     are changed by ``strength * sign(sum of the waves)``, all three colours alike: the coefficients'
     proportions make the pattern, and the largest of them, times `epsilon`, the strength.  With
     `shared=False` the second half of twice as many coefficients makes the right image's pattern.
-    Attacked images have whole grey levels in 0..255.  `avsec_gym.envs.wave_basis.WaveBasis` tells
-    which waves there are.
+    Attacked images have whole grey levels in 0..255.  `avsec_gym.envs.wave_basis.WaveBasis` lists
+    the waves.
 
     ## Reward
     1 when the safe drive becomes unsafe (collision, or no plan), less 0.02 for the query and
@@ -68,18 +68,19 @@ class PerturbationAttackEnv(SensorAttackEnv):
     * `planner="astar"`
     * `motion="static"`: the planner takes everything to stand; `"truth"`: it knows how the real
       objects behind the boxes move.
-    * `score_threshold=0.3`: boxes below it are not planned on.
-    * `epsilon=8`: grey levels, a whole number, as a camera's are.
-    * `waves=8`; `wavelengths=(12, 60)`: shortest and longest, pixels of the camera.
+    * `score_threshold=0.3`: boxes below it, in [0, 1], are not planned on.
+    * `epsilon=8`: grey levels, a whole number from 1 to 255, as a camera's are.
+    * `waves=8`: at most 256; `wavelengths=(12, 60)`: shortest and longest, pixels of the camera,
+      from 2 to 10,000.
     * `shared=True`: both images get one pattern, as in the text of the thesis.
     * `image=False`
-    * `queries=None`: the budget that the observation counts; None: 10.  Gymnasium does not tell an
-      environment of its `max_episode_steps`: for a budget of 20 pass both as 20.
-    * `price=0.02`
+    * `queries=None`: the budget that the observation counts; None: 10.  An environment does not
+      know the `max_episode_steps` that Gymnasium was given: for a budget of 20 pass both as 20.
+    * `price=0.02`: from 0 to 1.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 
     `reset(options={"scenario": id, "intention": "left"})` picks a scene, safe or not; where the
-    drive is unsafe without an attack, there is no success to be had.
+    drive is unsafe without an attack, no attack succeeds.
 
     ## Versions
     * v0: first.

@@ -28,8 +28,8 @@ class PlaceFeatures:
 
     Args:
         positions: x ahead and y to the left, m, shape (..., 2).
-        room: From the place's middle to the nearest real object to the left, to the right, ahead
-            and behind, m, at most `MOST_ROOM`, shape (..., 4).  To the sides, objects within
+        room: Distance from the place's middle to the nearest real object to the left, to the right,
+            ahead and behind, m, at most `MOST_ROOM`, shape (..., 4).  To the sides, objects within
             2.5 m along the road count, ahead and behind those within 1.2 m to either side.
 
     Example:

@@ -46,6 +46,6 @@ class QueryBudget:
         Args:
             spent: Queries of the episode.
             has_time_limit: Whether `gym.make` made the environment: its time limit, which an
-                environment is not told of, then decides, unless a budget was named.
+                environment does not know, then decides, unless a budget was named.
         """
         return (self.queries is not None or not has_time_limit) and spent >= self.count

@@ -15,13 +15,13 @@ from avsec_gym.errors import ConfigurationError
 
 
 class StableBaselinesVecEnv(VecEnv):
-    """A Gymnasium vector environment as stable-baselines3 wants it.
+    """A Gymnasium vector environment with the interface of stable-baselines3.
 
     Episodes that end begin anew in the same step, as stable-baselines3 expects; the last
     observation goes into ``terminal_observation``.
 
     Args:
-        environment: With autoreset mode NEXT_STEP, and resets by ``options["reset_mask"]``.
+        environment: One with autoreset mode NEXT_STEP, and resets by ``options["reset_mask"]``.
 
     Raises:
         ConfigurationError: The environment resets otherwise.

@@ -1,4 +1,4 @@
-"""What attackers on sensors have in common: episodes, queries, what they see and are paid."""
+"""What attackers on sensors have in common: episodes, queries, observations and rewards."""
 
 from __future__ import annotations
 
@@ -36,15 +36,15 @@ class Tampering:
 
     frame: SensorFrame
     used: float
-    """Share of the budget, in [0, 1]; it has its price."""
+    """Share of the budget that was used, in [0, 1]; the reward is less by its price."""
     facts: dict[str, float]
-    """For `info`."""
+    """What `info` has of it."""
     action: Floats
-    """What was done, as an action; the next observation tells it."""
+    """What was done, as an action; part of the next observation."""
 
 
 class SensorAttackEnv(DrawnEnv[Observation]):
-    """Episodes of an attacker on sensors; `tamper` says what an action does.
+    """Episodes of an attacker on sensors; `tamper` turns an action into an attacked frame.
 
     Scenes and detector are loaded at the first reset, so that making an environment is cheap.
 
@@ -53,7 +53,7 @@ class SensorAttackEnv(DrawnEnv[Observation]):
         parts: The scenes and the parts of the victim.
         budget: Queries of an episode, and the price of a query and of the whole budget of change.
         image: Whether the attacker sees a small image beside the features.
-        contested: Which situations are drawn, see `SensorAttackGame`.
+        contested: Whether only contested situations are drawn, see `SensorAttackGame`.
         render_mode: None, ``rgb_array`` or ``human``.
 
     Raises:
@@ -61,7 +61,7 @@ class SensorAttackEnv(DrawnEnv[Observation]):
     """
 
     known_size = SIZE
-    """Of what it sees beside its last action."""
+    """Size of what the attacker sees beside its last action."""
 
     def __init__(
         self,
@@ -89,15 +89,20 @@ class SensorAttackEnv(DrawnEnv[Observation]):
 
     @abstractmethod
     def tamper(self, situation: Situation, action: Floats) -> Tampering:
-        """The frame as the attacker lets it through."""
+        """The frame that the car sees, and what of the budget it took.
+
+        Args:
+            situation: The situation that is attacked.
+            action: The attacker's action, in [-1, 1], shape (action_size,).
+        """
 
     @property
     @abstractmethod
     def untouched(self) -> dict[str, float]:
-        """The facts where nothing was done."""
+        """The facts before the first query."""
 
     def known(self) -> Floats:
-        """What it sees beside its last action, shape (known_size,), in [-1, 1]."""
+        """What the attacker sees beside its last action, shape (known_size,), in [-1, 1]."""
         return features(self.situation, self._last, self.query_budget.left(self._spent))
 
     @cached_property
@@ -125,13 +130,15 @@ class SensorAttackEnv(DrawnEnv[Observation]):
         self, action: NDArray[np.float32]
     ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Query the car once."""
+        # The attacker tampers with the frame; the car sees it, plans and drives.
         situation = self.situation
         tampering = self.tamper(situation, checked_action(action, len(self._done)))
         self._done = np.clip(tampering.action, -1.0, 1.0)
         self._last = self.game.query(situation, tampering.frame)
         self._spent += 1
+        # An attack counts where a safe drive becomes unsafe, without an alarm.
         was_safe, is_safe = situation.unattacked.drive.record.safe, self._last.drive.record.safe
-        success = was_safe and not is_safe and not self._last.notice.alarm
+        success = was_safe and not is_safe and not self._last.report.alarm
         self.shown()
         return (
             self._observe(),

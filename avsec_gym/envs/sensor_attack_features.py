@@ -15,7 +15,7 @@ from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene
 
 NEAREST = 8
-"""Real objects that the vector tells of."""
+"""Real objects in the vector."""
 GHOSTS = 3
 """Boxes where no object is."""
 SAME = 0.1
@@ -33,9 +33,9 @@ def features(situation: Situation, last: Look | None, left: float) -> Floats:
     """Start, goal, objects, ghosts, the last query.
 
     Args:
-        situation: Scene and intention.
-        last: What the last query gave; None before the first, when scores are the unattacked ones.
-        left: Share of the queries left.
+        situation: The scene and the intention that are attacked.
+        last: The last query; None before the first, when scores are the unattacked ones.
+        left: The share of the queries that is left.
 
     Returns:
         Shape (SIZE,), in [-1, 1]: start speed / 15 m/s; 1 on a highway; the intention (left,

@@ -1,4 +1,4 @@
-"""The game behind attacks on sensors: scenes that a car drives safely while nobody attacks."""
+"""The game behind attacks on sensors: scenes that a car drives safely without an attack."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 
 from avsec_gym.attacks.attack import quantised
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.envs.notice import Notice
 from avsec_gym.envs.one_thread import one_thread
 from avsec_gym.envs.parts import Parts
 from avsec_gym.envs.reset_options import reset_options
+from avsec_gym.envs.validator_report import ValidatorReport
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.pipeline import Drive, Perception
@@ -23,30 +23,30 @@ from avsec_gym.scenario.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """What one query of the car gave."""
+    """One query: what the car sees, believes and does."""
 
     frame: SensorFrame
-    """What its cameras delivered, whole grey levels."""
+    """What its sensors deliver; images have whole grey levels."""
     perception: Perception
     drive: Drive
-    notice: Notice
-    """What the validator said."""
+    report: ValidatorReport
 
 
 @dataclass(frozen=True, eq=False)
 class Situation:
-    """One scene with one intention."""
+    """One scene with one driving intention."""
 
     scene: Scene
     intention: Intention
     unattacked: Look
+    """What the car sees, believes and does without an attack."""
 
 
 class SensorAttackGame:
     """Scenes with sensor data, and the car that drives through them.
 
-    What the car sees and does without an attack is asked once for each scene, and kept.  The
-    validator only says whether it noticed something: the car drives on.
+    What the car sees and does without an attack is computed once for each scene, and kept.  The
+    validator only reports whether it detects an attack: the car drives on.
 
     Args:
         parts: The scenes and the parts of the victim.
@@ -65,7 +65,7 @@ class SensorAttackGame:
         self._labelled = {scene.id: scene for scene in self.scenes.scenes.labelled}
         self._ids = list(self._labelled)
         self._perceptions: dict[str, Perception] = {}
-        self._notices: dict[str, Notice] = {}
+        self._reports: dict[str, ValidatorReport] = {}
         self._drives: dict[tuple[str, Intention], Drive] = {}
         self._blind_safe: dict[tuple[str, Intention], bool] = {}
 
@@ -82,6 +82,7 @@ class SensorAttackGame:
         if options.get("scenario") is not None:
             scene = self._named(str(options["scenario"]))
             return self.situation(scene, intentions[int(random.integers(len(intentions)))])
+        # All situations in a random order: the first one that fits is drawn.
         every = [(id, intention) for id in self._ids for intention in intentions]
         for k in random.permutation(len(every)):
             scene, intention = self._labelled[every[k][0]], every[k][1]
@@ -89,32 +90,32 @@ class SensorAttackGame:
                 continue
             situation = self.situation(scene, intention)
             unattacked = situation.unattacked
-            if unattacked.drive.record.safe and not unattacked.notice.alarm:
+            if unattacked.drive.record.safe and not unattacked.report.alarm:
                 return situation
         raise ConfigurationError(
             f"no scene of {self.scenes.scenes.name} is driven safely"
-            f"{' and unnoticed' * (self.validator is not None)} without an attack: nothing to"
-            " attack (is the detector trained, and its score threshold right?)"
+            f"{' and without an alarm' * (self.validator is not None)} while there is no attack:"
+            " nothing to attack (is the detector trained, and its score threshold right?)"
         )
 
     def situation(self, scene: Scene, intention: Intention) -> Situation:
-        """A scene with an intention, and what happens when nobody attacks."""
+        """A scene with an intention, and what happens without an attack."""
         frame = self.scenes.frame(scene)
         if scene.id not in self._perceptions:
             self._perceptions[scene.id] = self._perceived(frame)
-            self._notices[scene.id] = Notice.of(self.validator, frame)
+            self._reports[scene.id] = ValidatorReport.of(self.validator, frame)
         perception, key = self._perceptions[scene.id], (scene.id, intention)
         if key not in self._drives:
             self._drives[key] = self.pipeline.drive(scene, perception, intention)
-        notice = self._notices[scene.id]
-        return Situation(scene, intention, Look(frame, perception, self._drives[key], notice))
+        report = self._reports[scene.id]
+        return Situation(scene, intention, Look(frame, perception, self._drives[key], report))
 
     def query(self, situation: Situation, frame: SensorFrame) -> Look:
         """Let the car see a frame and drive; images are rounded to whole grey levels first."""
         frame = quantised(frame)
         perception = self._perceived(frame)
         drive = self.pipeline.drive(situation.scene, perception, situation.intention)
-        return Look(frame, perception, drive, Notice.of(self.validator, frame))
+        return Look(frame, perception, drive, ValidatorReport.of(self.validator, frame))
 
     def is_contested(self, scene: Scene, intention: Intention) -> bool:
         """Whether a car that sees nothing drives unsafely, so that hiding objects may matter."""

@@ -39,22 +39,22 @@ _ARGUMENTS = ("source", "first", "count")
 
 
 class SensorIdentificationEnv(DrawnEnv[Observation]):
-    """Name the sensors of a car that are attacked, from what they say of each other's view.
+    """Name the sensors of a car that are attacked, from how far they contradict each other.
 
     ## Description
-    A car has a LiDAR and several cameras.  In some moments an attacker shines a laser into some of
+    A car has a LiDAR and several cameras.  In some frames an attacker shines a laser into some of
     the cameras, or fires bogus returns into the LiDAR (the thesis' attacks, section 3.2.4).  The
-    agent is the validator: it is told how far the sensors contradict each other, and says which of
-    them are attacked.  `ValidatorPolicy` makes any validator of this project an agent, so that
+    agent is the validator: it sees how far the sensors contradict each other, and names those that
+    are attacked.  `ValidatorPolicy` makes any validator of this project an agent, so that
     `evaluate_policy` of stable-baselines3 ranks them, and trained ones beside them.  No car drives
     here.
 
     ## Observation
-    `Box(0, 1, (E,), float32)`: what the sensors say of each other, shares from 0 to 1: of every
-    triple of sensors i < j < k the disparity error E_{i,j,k}, and with the LiDAR where most of its
-    points are disproved; of every pair of cameras i < k the share of the view without
-    depth, and those in which k sees brighter or darker than i.
-    `avsec_gym.validation.evidence.evidence.evidence_elements` tells which element is which.  With a
+    `Box(0, 1, (E,), float32)`: how far the sensors contradict each other, shares from 0 to 1: of
+    every triple of sensors i < j < k the disparity error E_{i,j,k}, and with the LiDAR where most
+    of its points are disproved; of every pair of cameras i < k the share of the view without depth,
+    and those in which k sees brighter or darker than i.
+    `avsec_gym.validation.evidence.evidence.evidence_elements` lists what each element is.  With a
     LiDAR and three cameras E is 16.
 
     ## Action
@@ -69,9 +69,9 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
     ## Info
     `is_success` (named exactly), `attacked` and `named` (sensors, such as `"lidar 3"`, in the order
     of `sensors`; empty at reset, and where there are none), `hits` (attacked and named), `missed`
-    (attacked, not named), `false_alarms` (named, not attacked), `scenario` (the moment's id).  As
+    (attacked, not named), `false_alarms` (named, not attacked), `scenario` (the frame's id).  As
     in every environment there are `planned`, `collision`, `safe`, `cost` (0), `outcome` (`reset`,
-    then `unplanned`) and `intention`; since no car drives, they tell nothing.
+    then `unplanned`) and `intention`; since no car drives, they mean nothing here.
 
     ## Arguments
     * `scenarios="raw"`: the default suite of drives of the procedural world, made in the cache on
@@ -82,10 +82,10 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
     * `clean=0.5`: share of the episodes without an attack; in the others, every set of attacked
       sensors is as likely.
     * `most=None`: sensors attacked at once; None: n - 2, which is as many as the thesis' algorithms
-      can tell.
+      can name.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 
-    `reset(options={"scenario": id, "attacked": ["lidar", 3]})` picks a moment, and an attack;
+    `reset(options={"scenario": id, "attacked": ["lidar", 3]})` picks a frame, and an attack;
     `[]` is none.
 
     ## Versions
@@ -112,7 +112,7 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         size = len(evidence_scopes(self.system))
         self.observation_space = gym.spaces.Box(0.0, 1.0, (size,), np.float32)
         self.action_space = gym.spaces.MultiBinary(count)  # type: ignore[assignment]
-        self._moment: RecordedFrame | None = None
+        self._recorded: RecordedFrame | None = None
         self._intention = Intention.STRAIGHT
         self._frame: SensorFrame | None = None
         self._errors: DisparityErrors | None = None
@@ -120,11 +120,11 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         self._named: NDArray[np.bool_] | None = None
 
     @cached_property
-    def moments(self) -> tuple[RecordedFrame, ...]:
-        """What is played.
+    def frames(self) -> tuple[RecordedFrame, ...]:
+        """The recorded frames that are played, without an attack.
 
         Raises:
-            ConfigurationError: There are fewer moments than those asked for begin at.
+            ConfigurationError: There are fewer frames than `first` leaves out.
             DataError: There is none, or it lacks a sensor.
         """
         source, first, count = self._played
@@ -135,7 +135,7 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         every = raw_recordings(source, self.system.sensors).frames
         chosen = every[first:][:count]
         if not chosen:
-            raise ConfigurationError(f"of {len(every)} moments, none is left from {first} on")
+            raise ConfigurationError(f"of {len(every)} frames, none is left from {first} on")
         return chosen
 
     @property
@@ -143,7 +143,7 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         """What the sensors deliver, attacked or not, for validators that need all of it.
 
         Raises:
-            ResetNeeded: There is no moment yet.
+            ResetNeeded: There is no frame yet.
         """
         if self._frame is None:
             raise gym.error.ResetNeeded("call reset before step")
@@ -152,19 +152,19 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Draw a moment and an attack; ``options`` may pick them, and an ``intention``."""
+        """Draw a frame and an attack; ``options`` may pick them, and an ``intention``."""
         super().reset(seed=seed)
         options = reset_options(options, "attacked")
         random, intentions = self.np_random, intentions_named(options.get("intention"))
         self._intention = intentions[int(random.integers(len(intentions)))]
-        self._moment = self._picked(options.get("scenario"))
+        self._recorded = self._picked(options.get("scenario"))
         drawn = self.cases[int(random.integers(len(self.cases)))]
         attacked = drawn if random.random() >= self.clean else ()
         if "attacked" in options:
             attacked = self._chosen(options["attacked"])
         self._attacked = np.array([sensor in attacked for sensor in self.system.sensors])
         attack = thesis_attack(attacked, self.system.reference)
-        self._frame = attack.attack(self._moment.frame(), int(random.integers(2**31))).frame
+        self._frame = attack.attack(self._recorded.frame(), int(random.integers(2**31))).frame
         self._errors = DisparityErrors(DisparityMaps(self._frame, self.system, self.depth))
         self._named = None
         self.shown()
@@ -179,26 +179,27 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         return self._observe(), float(info["is_success"]), True, False, info
 
     def picture(self) -> NDArray[np.uint8] | None:
-        """The sensors with what was said of them, beside where they contradict each other."""
+        """The sensors with their status, beside where they contradict each other."""
         if self._errors is None:
             return None
         from avsec_gym.drawing.scenario_picture import picture_array
         from avsec_gym.drawing.validation_picture import draw_validation
 
         flags = np.zeros(len(self.system), bool) if self._named is None else self._named
-        said = [SensorStatus.ATTACKED if flag else SensorStatus.SOUND for flag in flags]
+        status = [SensorStatus.ATTACKED if flag else SensorStatus.SOUND for flag in flags]
         if self._named is None:
-            said = [SensorStatus.CANNOT_TELL] * len(said)
-        verdicts = dict(zip(self.system.sensors, said, strict=True))
-        return picture_array(draw_validation(Validation(bool(flags.any()), verdicts, self._errors)))
+            status = [SensorStatus.CANNOT_TELL] * len(status)
+        of_sensors = dict(zip(self.system.sensors, status, strict=True))
+        validation = Validation(bool(flags.any()), of_sensors, self._errors)
+        return picture_array(draw_validation(validation))
 
     def _picked(self, id: Any) -> RecordedFrame:
         if id is None:
-            return self.moments[int(self.np_random.integers(len(self.moments)))]
-        for moment in self.moments:
-            if moment.id == str(id):
-                return moment
-        raise ConfigurationError(f"there is no moment {id!r}; the first is {self.moments[0].id!r}")
+            return self.frames[int(self.np_random.integers(len(self.frames)))]
+        for recorded in self.frames:
+            if recorded.id == str(id):
+                return recorded
+        raise ConfigurationError(f"there is no frame {id!r}; the first is {self.frames[0].id!r}")
 
     def _chosen(self, attacked: Any) -> tuple[Sensor, ...]:
         """The sensors that a user wants attacked."""
@@ -215,11 +216,11 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         return gather_evidence(self._errors, threads=1).astype(np.float32)
 
     def _info(self) -> dict[str, Any]:
-        assert self._moment is not None
+        assert self._recorded is not None
         over, named = self._named is not None, self._named
         named = np.zeros_like(self._attacked) if named is None else named
         attacked = self._attacked & over
-        drive = drive_info(None, self._moment.id, self._intention)
+        drive = drive_info(None, self._recorded.id, self._intention)
         return {
             **drive,
             # Not nan, which Gymnasium's checker takes for another value every time.
@@ -235,7 +236,7 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
 
     def _listed(self, flags: NDArray[np.bool_]) -> str:
         return " ".join(
-            str(one) for one, flag in zip(self.system.sensors, flags, strict=True) if flag
+            str(sensor) for sensor, flag in zip(self.system.sensors, flags, strict=True) if flag
         )
 
 

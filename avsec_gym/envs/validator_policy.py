@@ -17,10 +17,10 @@ class ValidatorPolicy:
 
     Args:
         validator: A name with its arguments, or a live validator; see `avsec_gym.registry.make`.
-        environment: The one that is played, whose frames it looks at.
+        environment: The environment that is played, whose frames the validator sees.
 
     Raises:
-        ConfigurationError: It judges other sensors than those of the environment.
+        ConfigurationError: The validator judges other sensors than the environment has.
 
     Example:
         >>> from stable_baselines3.common.evaluation import evaluate_policy
@@ -46,7 +46,7 @@ class ValidatorPolicy:
         episode_start: Any = None,
         deterministic: bool = True,
     ) -> tuple[NDArray[np.int8], Any]:
-        """The action for the moment that is played.
+        """The action for the frame that is played.
 
         Args:
             observation: One, or a batch of one.

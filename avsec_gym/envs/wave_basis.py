@@ -1,7 +1,7 @@
 """Patterns of few numbers that cover an image: sums of plane waves, of which the sign is kept.
 
 Detectors built of convolutions answer to waves as long as their objects' parts, and patterns of
-this kind fool classifiers that nobody can look into (procedural noise: Co et al., CCS 2019;
+this kind fool classifiers as black boxes (procedural noise: Co et al., CCS 2019;
 Fourier basis functions: Yin et al., NeurIPS 2019).
 """
 
@@ -28,7 +28,7 @@ class WaveBasis:
     """Waves whose directions are spread evenly over half a turn, and lengths over a range.
 
     Args:
-        waves: How many, each with two coefficients: its cosine's and its sine's; at most
+        waves: The number of waves, each with two coefficients: its cosine's and its sine's; at most
             `MOST_WAVES`.
         wavelengths: The shortest and the longest, pixels, within `LENGTHS`; the others lie between
             them, evenly spread on a logarithmic scale.
@@ -54,8 +54,8 @@ class WaveBasis:
         """The sign of the sum of the waves.
 
         Args:
-            coefficients: Of the cosines, then of the sines, shape (2 waves,).
-            size: Height and width, pixels.
+            coefficients: Factors of the cosines, then of the sines, shape (2 waves,).
+            size: Height and width of the pattern, pixels.
 
         Returns:
             -1 or 1, and 0 where the sum is 0, shape (height, width).

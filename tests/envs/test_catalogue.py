@@ -57,7 +57,7 @@ RESERVED = {"episode", "final_obs", "final_info", "terminal_observation"}
 def arguments(id: str) -> dict[str, Any]:
     """Attackers on sensors play on small frames, against a detector that is quick (conftest.py).
 
-    On such frames, random light is noticed nearly always; by E alone, now and then not.
+    On such frames, random light raises an alarm nearly always; by E alone, now and then not.
     """
     given: dict[str, Any] = json.loads(os.environ["IMAGE_ATTACK_ARGUMENTS"])
     clean = os.path.join(given["scenarios"], "clean")

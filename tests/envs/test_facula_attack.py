@@ -1,4 +1,4 @@
-"""`avsec/FaculaAttack-v0`: where the light goes, what it hides, and who notices."""
+"""`avsec/FaculaAttack-v0`: where the light goes, what it hides, and what raises an alarm."""
 
 from __future__ import annotations
 
@@ -17,11 +17,10 @@ import pytest
 import avsec_gym  # noqa: F401
 from avsec_gym.attacks.facula import Facula
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.envs import notice as notices
+from avsec_gym.envs import validator_report
 from avsec_gym.envs.facula_attack import FaculaAttackEnv
 from avsec_gym.envs.facula_coding import FaculaCoding
 from avsec_gym.envs.game_validator import FEWEST, validator_and_played
-from avsec_gym.envs.notice import Notice
 from avsec_gym.envs.sensor_attack_features import SIZE
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
@@ -57,8 +56,8 @@ class Watchman:
 
     def validate(self, frame: SensorFrame) -> Validation:
         self.frames.append(frame)
-        verdicts = dict.fromkeys(self.system.sensors, SensorStatus.SOUND)
-        return Validation(self.alarm, verdicts, DisparityErrors(DisparityMaps(frame, self.system)))
+        status = dict.fromkeys(self.system.sensors, SensorStatus.SOUND)
+        return Validation(self.alarm, status, DisparityErrors(DisparityMaps(frame, self.system)))
 
 
 class OracleWithTwoEyes:
@@ -132,7 +131,7 @@ def test_one_image_gets_the_light_and_the_validator_sees_it_too(quick: dict[str,
         np.testing.assert_array_equal(seen.points, clean.points)
 
 
-def test_an_attack_that_is_noticed_is_no_success(quick: dict[str, Any]) -> None:
+def test_an_attack_with_an_alarm_is_no_success(quick: dict[str, Any]) -> None:
     """The same light, on the own lane, before a detector that takes what is bright for a car."""
     watchman = Watchman()
     env = FaculaAttackEnv(**quick, validator=watchman, price=0.1)
@@ -141,12 +140,12 @@ def test_an_attack_that_is_noticed_is_no_success(quick: dict[str, Any]) -> None:
     watchman.alarm = True
     seen, reward, terminated, _, info = env.step(action)
     used = (info["radius"] / 375) ** 2
-    assert (info["outcome"], info["noticed"], info["is_success"]) == ("unplanned", True, False)
+    assert (info["outcome"], info["alarm"], info["is_success"]) == ("unplanned", True, False)
     assert (terminated, seen[SIZE]) == (False, 1)
     assert reward == pytest.approx(-0.1 * (1 + used))
     watchman.alarm = False
     seen, reward, terminated, _, info = env.step(action)
-    assert (info["outcome"], info["noticed"], info["is_success"]) == ("unplanned", False, True)
+    assert (info["outcome"], info["alarm"], info["is_success"]) == ("unplanned", False, True)
     assert (terminated, seen[SIZE]) == (True, 0)
     assert reward == pytest.approx(1 - 0.1 * (1 + used))
 
@@ -155,7 +154,7 @@ def test_scenes_that_raise_an_alarm_by_themselves_are_never_drawn(quick: dict[st
     watchman = Watchman()
     watchman.alarm = True
     env = FaculaAttackEnv(**quick, validator=watchman)
-    with pytest.raises(ConfigurationError, match="unnoticed without an attack"):
+    with pytest.raises(ConfigurationError, match="without an alarm"):
         env.reset(seed=0)
     env.reset(options=PAIR)
     assert not env.step(np.array([-1.0, 0.0, 0.3, -0.6]))[-1]["is_success"]
@@ -171,18 +170,18 @@ def test_thresholds_come_from_the_clean_scenes_and_judge_as_the_validator_does()
     assert [scene.id for scene in played.scenes.scenes] == ["000003"]
     with pytest.raises(ConfigurationError, match=r"none is left to be played.*`clean`"):
         validator_and_played(thresholds, first, scenes)
-    clean = [Notice.of(validator, frame) for frame in frames]
-    assert not any(notice.alarm for notice in clean)
+    clean = [validator_report.ValidatorReport.of(validator, frame) for frame in frames]
+    assert not any(report.alarm for report in clean)
     direct = [DisparityErrors(DisparityMaps(f, LIDAR_AND_TWO_CAMERAS))[0, 1, 2] for f in frames]
-    for notice, expected in zip(clean, direct, strict=True):
-        assert notice.facts == {"noticed": False} | {m: getattr(expected, m) for m in MEASURES}
+    for report, expected in zip(clean, direct, strict=True):
+        assert report.facts == {"alarm": False} | {m: getattr(expected, m) for m in MEASURES}
     for measure, threshold in zip(MEASURES, validator._chosen[0, 1, 2].shares, strict=True):
         assert threshold == max(getattr(one, measure) for one in direct)
     blinding = Facula(3, 375.0, (600.0 / 3, 60.0), strength=5000.0)
-    assert Notice.of(validator, blinding.attack(frames[0]).frame).alarm
+    assert validator_report.ValidatorReport.of(validator, blinding.attack(frames[0]).frame).alarm
     assert validator_and_played(None, scenes) == (None, scenes)
-    assert not any(Notice.of(None, frames[0]).facts.values())
-    assert notices.MEASURES == MEASURES
+    assert not any(validator_report.ValidatorReport.of(None, frames[0]).facts.values())
+    assert validator_report.MEASURES == MEASURES
 
 
 def test_contested_situations_are_those_in_which_a_hidden_car_is_in_the_way(
@@ -383,7 +382,7 @@ def test_a_shot_by_hand_is_told_and_drawn(
     told = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
     shots = [line.split(":")[0] for line in told[:-1]]
     assert shots == [f"{FEWEST + number:06d} left" for number in range(len(shots))]
-    assert len(shots) == 2 or "collision, not noticed" in told[-2]
+    assert len(shots) == 2 or "collision, no alarm" in told[-2]
     assert told[-1] == str(tmp_path / "a.jpg")
     assert cv2.imread(told[-1]).std() > 10
     refused = subprocess.run([*command, "--radius", "500"], capture_output=True, text=True)

@@ -1,4 +1,4 @@
-"""`avsec/LidarSpoofing-v0`: where bogus points go, what the car makes of them, who notices."""
+"""`avsec/LidarSpoofing-v0`: where bogus points go, what the car sees, what raises an alarm."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_a_patch_in_the_lane_stops_the_car_and_one_beside_it_does_not(scenarios:
         action = env.coding.encode(LidarSpoofing(width, 1.0, 6.0, 0.0))
         seen, rewards[width], terminated, _, info = env.step(action)
         assert (info["outcome"], info["is_success"], terminated) == ("unplanned", True, True)
-        assert (info["noticed"], info["ghosts"] - clean["ghosts"]) == (False, 1)
+        assert (info["alarm"], info["ghosts"] - clean["ghosts"]) == (False, 1)
         assert rewards[width] == pytest.approx(1 - 0.02 * (1 + width / (2.5 * 1.5)))
         np.testing.assert_allclose(seen[SIZE + 5 :], action, atol=1e-6)
     assert rewards[0.5] > rewards[2.5]
@@ -94,17 +94,17 @@ def test_a_patch_in_the_lane_stops_the_car_and_one_beside_it_does_not(scenarios:
 
 
 @pytest.mark.usefixtures("small_suite")
-def test_a_large_near_patch_is_noticed_and_a_far_one_is_not() -> None:
+def test_a_large_near_patch_raises_an_alarm_and_a_far_one_does_not() -> None:
     clean = {"source": "mixed", "count": 2}
     env = LidarSpoofingEnv("mixed", validator={"name": "thresholds", "rate": 0.0}, clean=clean)
     env.reset(seed=0)
     far = env.step(env.coding.encode(LidarSpoofing(0.5, 0.5, 40.0, 0.65)))[-1]
-    assert not far["noticed"]
+    assert not far["alarm"]
     wall = LidarSpoofing(30.0, 8.0, 6.0, 0.0)
     env = LidarSpoofingEnv("mixed", clean=clean, widths=(0.5, 30.0), heights=(0.5, 8.0))
     env.reset(seed=0)
     *_, terminated, _, info = env.step(env.coding.encode(wall))
-    assert (info["outcome"], info["noticed"], terminated) == ("unplanned", True, False)
+    assert (info["outcome"], info["alarm"], terminated) == ("unplanned", True, False)
     assert info["error"] > far["error"] + 0.3
 
 

@@ -34,11 +34,11 @@ class Knowing:
 
     def __init__(self, env: gym.Env[Any, Any]) -> None:
         played: Any = env.unwrapped
-        self.clean = {moment.id: moment.frame() for moment in played.moments}
+        self.clean = {recorded.id: recorded.frame() for recorded in played.frames}
         self.env = played
 
     def validate(self, frame: SensorFrame) -> Validation:
-        clean = self.clean[self.env._moment.id]
+        clean = self.clean[self.env._recorded.id]
         changed = {"lidar": not np.array_equal(frame.points, clean.points)}
         for camera in self.system.cameras:
             changed[camera] = not np.array_equal(frame.image(camera), clean.image(camera))
@@ -108,13 +108,13 @@ def test_attacks_are_drawn_as_told() -> None:
     assert max(map(len, SensorIdentificationEnv().cases)) == 1, "n - 2 of four"
 
 
-def test_moments_to_train_on_and_others_to_judge_by() -> None:
-    first = SensorIdentificationEnv({"source": "raw", "count": 3}).moments
-    rest = SensorIdentificationEnv({"source": "raw", "first": 3}).moments
+def test_frames_to_train_on_and_others_to_judge_by() -> None:
+    first = SensorIdentificationEnv({"source": "raw", "count": 3}).frames
+    rest = SensorIdentificationEnv({"source": "raw", "first": 3}).frames
     assert [len(first), len(rest)] == [3, 1]
     assert not {moment.id for moment in first} & {moment.id for moment in rest}
     with pytest.raises(ConfigurationError, match="none is left"):
-        _ = SensorIdentificationEnv({"source": "raw", "first": 4}).moments
+        _ = SensorIdentificationEnv({"source": "raw", "first": 4}).frames
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""What an attacker gets to know of a validator: whether it raises an alarm, and how near it is."""
+"""What a validator reports to an attacker: whether there is an alarm, and how near it is."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 
-if TYPE_CHECKING:  # OpenCV is loaded where somebody validates, not before.
+if TYPE_CHECKING:  # OpenCV is loaded with the validator, not before.
     from avsec_gym.validation.validator import Validator
 
 MEASURES = ("error", "hole_share", "densest", "brightness")
@@ -18,21 +18,21 @@ MEASURES = ("error", "hole_share", "densest", "brightness")
 
 
 @dataclass(frozen=True, eq=False)
-class Notice:
-    """What a validator says of one moment.
+class ValidatorReport:
+    """What a validator reports of one frame.
 
     Args:
-        alarm: Whether it noticed something.
-        shares: Of each of `MEASURES` the largest of the triples that it looked at, in [0, 1],
-            shape (4,).
+        alarm: Whether it detects an attack.
+        shares: The largest value of each of `MEASURES` among the triples of sensors that it
+            compared, in [0, 1], shape (4,).
     """
 
     alarm: bool
     shares: Floats
 
     @classmethod
-    def of(cls, validator: Validator | None, frame: SensorFrame) -> Notice:
-        """Let it look; nobody notices nothing."""
+    def of(cls, validator: Validator | None, frame: SensorFrame) -> ValidatorReport:
+        """The report on a frame; without a validator there is no alarm, and all shares are 0."""
         nothing = np.zeros(len(MEASURES))
         if validator is None:
             return cls(False, nothing)
@@ -42,5 +42,5 @@ class Notice:
 
     @property
     def facts(self) -> dict[str, Any]:
-        """For `info`."""
-        return {"noticed": self.alarm} | dict(zip(MEASURES, self.shares.tolist(), strict=True))
+        """The report as `info` has it."""
+        return {"alarm": self.alarm} | dict(zip(MEASURES, self.shares.tolist(), strict=True))
