@@ -101,7 +101,7 @@ def validators(system: SensorSystem, frames: list[SensorFrame]) -> dict[str, Val
 
 
 def parts(validator: Validator, frame: SensorFrame) -> dict[str, float]:
-    """Milliseconds of one thread, for a frame that nobody attacked."""
+    """Milliseconds of one thread, for a frame without an attack."""
     system = validator.system
     whole = isinstance(validator, LikelihoodValidator)
     last = len(system) - 1
@@ -127,11 +127,12 @@ def parts(validator: Validator, frame: SensorFrame) -> dict[str, float]:
 def with_reference_attacked(validator: Validator, frames: list[SensorFrame]) -> dict[str, float]:
     """Milliseconds of a frame, and how many cameras' views were looked at."""
     tampered = [BLINDING.attack(frame, seed).frame for seed, frame in enumerate(frames)]
-    said: list[Validation] = []
+    validations: list[Validation] = []
     whole = [
-        timed(lambda frame=frame: said.append(validator.validate(frame))) for frame in tampered
+        timed(lambda frame=frame: validations.append(validator.validate(frame)))
+        for frame in tampered
     ]
-    views = [{triple[2] for triple in one.errors.known} for one in said]
+    views = [{triple[2] for triple in found.errors.known} for found in validations]
     return {"frame": _median(whole), "views": statistics.median(map(len, views))}
 
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from avsec_gym.metrics.average_precision import AveragePrecision
 
 _REMARKS = 10
-"""So many broken files are told one by one."""
+"""So many broken files are reported one by one."""
 
 
 @dataclass(frozen=True)

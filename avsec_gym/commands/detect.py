@@ -12,7 +12,7 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.registry import Kind, names
 
 _REMARKS = 10
-"""So many frames left out are told one by one."""
+"""So many frames that were left out are reported one by one."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Which validator `avsec validate` judges by: a named one, a file, a shipped fit, or one made here.
 
-Whoever has 1 / r clean frames or more is judged by a fit on these; whoever has fewer by what the
+A recording with 1 / r clean frames or more is judged by a fit on these; one with fewer by what the
 package ships, if that is of such a rig.
 """
 

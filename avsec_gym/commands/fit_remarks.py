@@ -83,7 +83,7 @@ def _seen_before(
         return ""
     return (
         f"{both} of the {len(judged)} frames were among those that {file} was made of: that they "
-        "raise no alarm says little"
+        "raise no alarm means little"
     )
 
 

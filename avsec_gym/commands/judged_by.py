@@ -1,7 +1,7 @@
 """Which frames `avsec validate` judges, and by what: clean ones of the same recording, or a file.
 
-Who has 1 / r clean frames or more is judged by these; who has fewer by what the package ships, if
-that is of such a rig, and it is said where it comes from.
+A recording with 1 / r clean frames or more is judged by a fit on these; one with fewer by what the
+package ships, if that is of such a rig, and the output states where the fit comes from.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What `avsec validate` says of the frames that it judges: line by line, and in sum."""
+"""What `avsec validate` reports of the frames that it judges: line by line, and in sum."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from avsec_gym.validation.validator import Validator
 
 _REMARKS = 5
-"""So many frames left out are told one by one."""
+"""So many frames that were left out are reported one by one."""
 _RATES = {
-    "alarms as recorded (false, if nobody attacked)": "alarms_as_recorded",
+    "alarms as recorded (false, if unattacked)": "alarms_as_recorded",
     "attacks detected": "attacks_detected",
     "attacked sensors named exactly": "attacks_named",
 }
@@ -31,7 +31,7 @@ _RATES = {
 
 @dataclass(frozen=True)
 class JudgedFrames:
-    """Frames of a recording, a validator, and the folder that keeps what it says of them.
+    """Frames of a recording, a validator, and the folder that keeps its results.
 
     Args:
         frames: The frames, one or more.
@@ -56,10 +56,10 @@ class JudgedFrames:
     draw_all: bool = False
 
     def judge(self, left_out: dict[str, str]) -> None:
-        """Say what there is to be said of each, as it comes.
+        """Judge each frame, and report its result at once.
 
         Args:
-            left_out: Is told by their ids why some of them cannot be judged.
+            left_out: Gets the reason for each frame that cannot be judged, by its id.
 
         Raises:
             AvsecError: None could be judged; why the first could not.

@@ -1,4 +1,4 @@
-"""`avsec report`: what a run came to, as one page with pictures."""
+"""`avsec report`: the results of a run, as one page with pictures."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Report:
     attacks or three, of repairs one."""
     looked_at: int = 0
     """Of `identification`: how many of the judged frames, the first ones, were looked at while a
-    method was made; its rates are also told without them."""
+    method was made; its rates are also given without them."""
     experiments: tuple[str, ...] = ()
     """Experiments of other packages whose sections the page shows, such as
     my_package.my_module:MY_EXPERIMENT.  Nothing that only the run's folder names is imported."""

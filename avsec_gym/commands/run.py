@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from avsec_gym.runs.run import RunReport
 
 _REMARKS = 10
-"""So many failed cells are told one by one."""
+"""So many failed cells are reported one by one."""
 
 
 @dataclass(frozen=True)

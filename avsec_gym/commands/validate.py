@@ -30,7 +30,7 @@ _USUAL_OUT = Path("runs/validate")
 
 @dataclass(frozen=True)
 class Validate:
-    """Let the sensors of a recording judge each other, frame by frame.
+    """Check the sensors of a recording against each other, frame by frame.
 
     A line for each frame, a picture for each alarm, a summary; what was stopped goes on.
     """
@@ -60,8 +60,8 @@ class Validate:
     """Instead of thresholds: make a likelihood model of the first part of the recording, see
     --clean, written to OUT/likelihood.json.  Each clean frame is attacked in every way."""
     clean: float | None = None
-    """Share of the frames, the first ones, that thresholds or likelihoods are made from: nobody
-    may have attacked them.  They are not judged.  Default: 0.25 where these are 1 / r frames or
+    """Share of the frames, the first ones, that thresholds or likelihoods are made from: they must
+    be without an attack.  They are not judged.  Default: 0.25 where these are 1 / r frames or
     more; else none, if the package ships thresholds of such sensors, fitted on procedural drives of
     KITTI's rig; else 0.25."""
     rate: float = 0.01
@@ -103,7 +103,7 @@ class Validate:
         self._check_attack(recordings.system)
         by = choice.judged_by(recordings, self.ids, is_named=named is not None)
         folder = self._folder(recordings, by)
-        # Whoever names frames does not ask what others lack.
+        # Where frames are named, what others lack does not matter.
         lacking = {} if self.ids else recordings.lacking
         left_out = {id: f"it lacks {what}" for id, what in lacking.items()}
         if named is None:
@@ -165,10 +165,10 @@ class Validate:
                 raise ConfigurationError(f"--{name} cannot be {getattr(self, name)}")
         if self.clean is not None and (self.thresholds or self.likelihood):
             raise ConfigurationError(
-                "--clean says what is fitted on, --thresholds and --likelihood that something is "
+                "--clean states what is fitted on, --thresholds and --likelihood that something is "
                 "fitted already: give one"
             )
-        # What is mistyped is told before anything is measured.
+        # A mistyped name is an error before anything is measured.
         _ = self._attack, self._choice.pair_depth
 
     def _check_attack(self, system: SensorSystem) -> None:
@@ -176,7 +176,7 @@ class Validate:
             return
         judged, attacked = system.sensors, sorted(self._attack.sensors, key=str)
         if not attacked or not set(attacked) <= set(judged):
-            names = " ".join(map(str, attacked)) or "nobody"
+            names = " ".join(map(str, attacked)) or "no sensor"
             raise ConfigurationError(
                 f"--attack attacks {names}; the sensors {' '.join(map(str, judged))} are judged:"
                 " attack some of these, or ask for others with --sensors"

@@ -1,4 +1,4 @@
-"""What `avsec validate` says of a frame, on one line, for people."""
+"""What `avsec validate` reports of a frame, on one line, for people."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from avsec_gym.validation.validator import SHARES
 
 
 def validation_line(row: Mapping[str, Any]) -> str:
-    """The verdict, where the damage is, and why: probabilities, or the share that decided.
+    """The sensor statuses, where the damage is, and why: probabilities, or the deciding share.
 
     Args:
         row: As `avsec_gym.validation.validation_folder.row_of` makes it.
@@ -19,12 +19,14 @@ def validation_line(row: Mapping[str, Any]) -> str:
     why = [*_why(row), f"{row['seconds']:.2f} s"]
     if row["locating_seconds"] is not None:
         why.append(f"{row['locating_seconds']:.2f} s to locate")
-    return f"{row['id']}  {_verdict(row)}  ({'; '.join(why)})"
+    return f"{row['id']}  {_status(row)}  ({'; '.join(why)})"
 
 
-def _verdict(row: Mapping[str, Any]) -> str:
+def _status(row: Mapping[str, Any]) -> str:
     open = [
-        named(_sensor(sensor)) for sensor, said in row["statuses"].items() if said == "cannot tell"
+        named(_sensor(sensor))
+        for sensor, status in row["statuses"].items()
+        if status == "cannot tell"
     ]
     if not row["alarm"]:
         return f"no alarm, though nothing clears {', '.join(open)}" if open else "sound"

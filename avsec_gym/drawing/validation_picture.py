@@ -126,7 +126,7 @@ def compared_in_words(sensors: Sequence[Sensor]) -> str:
 def damage_in_words(row: Mapping[str, Any]) -> str:
     """For people, of `Damage.row`: ``12 % of its pixels``."""
     if "unknown" in row:
-        return "too few sensors are sound to tell where"
+        return "too few sensors are sound to locate it"
     words = []
     if share := row.get("share_of_pixels"):
         words.append(f"{100 * share:.1f} % of its pixels")

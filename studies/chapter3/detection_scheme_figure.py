@@ -77,13 +77,13 @@ def _draw_column(
     image = frame.image(LIDAR_AND_TWO_CAMERAS.reference)
     compared = comparison_map(maps[i, k], maps[j, k])
     error = DisparityErrors(maps)[_TRIPLE]
-    said = ", ".join(
+    shares = ", ".join(
         f"{name} {100 * value:.1f} % {'>' if value > limit else '≤'} {100 * limit:.1f} %"
         for measure, name in SHARES.items()
         if (value := getattr(error, measure)) > (limit := getattr(threshold, measure))
         or measure == "error"
     )
-    verdict = "alarm" if threshold.exceeded(error) else "no alarm"
+    decision = "alarm" if threshold.exceeded(error) else "no alarm"
     for axes, picture, title in zip(
         panels,
         (
@@ -96,7 +96,7 @@ def _draw_column(
             f"{given}: the reference, camera {LIDAR_AND_TWO_CAMERAS.reference}",
             "its disparity map from the LiDAR",
             "its disparity map from camera 3",
-            f"red contradicts: {verdict}\n{said}",
+            f"red contradicts: {decision}\n{shares}",
         ),
         strict=True,
     ):

@@ -2,7 +2,7 @@
 
 Where a camera of its pair is attacked, the response ``drop`` gives a detector another pair, whose
 baseline is another one. Run ``python -m studies.chapter3.other_pairs`` to
-count the cars that it finds by each pair, in frames that nobody attacked.
+count the cars that it finds by each pair, in frames without an attack.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def _row(ratios: Floats, drives: Sequence[str]) -> dict[str, Any]:
 
 
 def cars_ahead(boxes: Boxes3D) -> Boxes3D:
-    """Cars of which a pair should tell."""
+    """Cars that a pair should find."""
     away = boxes.location[:, 2]
     return boxes[(boxes.category == "Car") & (away > _NEAREST) & (away < _FARTHEST)]
 

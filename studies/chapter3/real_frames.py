@@ -2,7 +2,7 @@
 
 Run ``python -m studies.chapter3.real_frames --kitti ROOT --json FILE``. Too few real
 frames are at hand to fit thresholds on, so these come from procedural frames of KITTI's own rig;
-that a clean real frame stays below them, is told first.  What detectors are led to see is counted
+that a clean real frame stays below them, is shown first.  What detectors are led to see is counted
 in the frames that have labels.  `real_frames_page` makes a page of the result.
 """
 

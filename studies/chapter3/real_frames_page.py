@@ -54,7 +54,7 @@ def real_frames_page(result: Mapping[str, Any]) -> str:
             for case, shares in found["cases"].items()
         ]
         rows.append(
-            ["nobody", *(_alarm(found["false_alarm"][criterion]) for criterion in _CRITERIA)]
+            ["no attack", *(_alarm(found["false_alarm"][criterion]) for criterion in _CRITERIA)]
         )
         titles = [f"detected by {words}, %" for words in _CRITERIA.values()]
         lines += markdown_table(["attacked", *titles], rows)

@@ -146,7 +146,7 @@ def test_a_rare_sensor_few_clean_frames_and_alarms_of_an_unknown_drive_are_said(
     told = capsys.readouterr()
     assert "camera 2: 1 frames could be judged with it, 12 can without" in told.err
     assert "more false alarms than r = 0.01: of 5 clean frames, the thresholds of E" in told.err
-    assert "alarms as recorded (false, if nobody attacked)" in told.out
+    assert "alarms as recorded (false, if unattacked)" in told.out
     assert "without" not in told.out
     # Three sensors name nobody; they say what was beyond.
     assert "ALARM: some sensor; which one, and where, is open  (" in told.out
@@ -282,7 +282,7 @@ def test_what_cannot_be_is_refused(
     [
         (["--attack", '{"name": "faculla", "camera": 1}'], "no optical_attack named 'faculla'"),
         (["--attack", '{"name": "facula", "camera": 7}'], "attacks 7; the sensors lidar 2 1 0"),
-        (["--attack", '{"name": "thesis", "sensors": []}'], "attacks nobody"),
+        (["--attack", '{"name": "thesis", "sensors": []}'], "attacks no sensor"),
         (["--attack", ""], "no optical_attack named ''"),
         (["--depth", '{"name": "sgbm", "blocks": 1}'], "sgbm cannot be made"),
         (["--depth", '{"name": "sgbm", "nearest": -1}'], "nearest depth is positive"),

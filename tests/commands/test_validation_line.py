@@ -57,7 +57,7 @@ DENSE = {"sensors": [1, 3, 2], "share": "densest", "value": 0.01, "threshold": 0
                 },
             },
             "000107  ALARM: LiDAR (412 points, 7 directions lost), camera 2 (too few sensors are "
-            "sound to tell where); nothing clears camera 1  (densest window 0.01 > 0.009 "
+            "sound to locate it); nothing clears camera 1  (densest window 0.01 > 0.009 "
             "of camera 1 against camera 3, seen by camera 2; 0.25 s)",
         ),
         (

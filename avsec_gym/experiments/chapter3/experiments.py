@@ -60,7 +60,7 @@ FIVE_SENSORS = Experiment(
 
 ADAPTIVE_ATTACKS = Experiment(
     "adaptive_attacks",
-    "What do attackers hide who know how they are looked for?",
+    "What stays undetected where the attacker knows the method?",
     "beyond it",
     adaptive_cells,
     evidence_inputs,
@@ -71,7 +71,7 @@ ADAPTIVE_ATTACKS = Experiment(
 
 OBJECT_LEVEL = Experiment(
     "object_level",
-    "Do mismatches between two sensors' objects tell that one of them is attacked?",
+    "Do mismatches between two sensors' objects reveal that one of them is attacked?",
     "Table 3.1, baseline",
     detection_cells,
     detection_inputs,

@@ -1,4 +1,4 @@
-"""What chapter 3 is judged on: drives of a rig whose cameras stand far enough from each other."""
+"""The data of chapter 3: drives of a rig whose cameras stand far enough from each other."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def procedural_drives(count: int, seed: int, part: str, drive_frames: int = 1) -
         count: The number of frames, at least.
         seed: Seed of the drives; other seeds are other drives.
         part: `FITTED` or `JUDGED`, which never share a drive.
-        drive_frames: Of each drive.  Frames of one drive are alike, so that a thousand drives say
-            more than a thousand frames of a few.
+        drive_frames: Of each drive.  Frames of one drive are alike, so that a thousand drives are
+            more evidence than a thousand frames of a few.
 
     Raises:
         ConfigurationError: There cannot be so many, or the seed is not from 0 to 999.
@@ -75,7 +75,7 @@ def _counts_there(kind: str, at_least: int) -> Iterator[int]:
     """How many frames the complete sets of a kind have, of those in the cache."""
     suites, fingerprint = cache_folder() / "suites", world_fingerprint()
     for root in suites.glob(f"{kind.format('*')}-{fingerprint}"):
-        # What is wrong with a set is said when it is asked for by its own name.
+        # A broken set is an error where it is asked for by its own name.
         manifest = None
         with suppress(DataError):
             manifest = read_manifest(root)
@@ -142,7 +142,8 @@ def frame_cells(
         arguments: Further arguments, the same for all cells.
 
     Raises:
-        ConfigurationError: What is fitted on says nothing of what is judged, or is the same.
+        ConfigurationError: The fitted part is of another rig than the judged one, or shares frames
+            with it.
     """
     parts = tuple(parts)
     if {FITTED, JUDGED} <= {*parts}:

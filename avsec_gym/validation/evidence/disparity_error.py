@@ -1,6 +1,6 @@
 """Disparity error E_{i,j,k} between two disparity maps of one view (thesis, section 3.3.2).
 
-E counts contradictions of disparity in the whole view.  Three more shares are for what it overlooks:
+E counts contradictions of disparity in the whole view.  Three more shares count what it overlooks:
 light that leaves a matcher nothing to match, light that it copes with, and points of a scan that
 are few, but all in one place, and disproved by the images.
 """

@@ -26,7 +26,7 @@ _OWN = ("name", "nearest")
 class PairDepth:
     """Makes the depth estimator of each pair, once.
 
-    Other estimators than matching also answer where only one camera sees: those pixels are left out.
+    Other estimators than matching also answer where only one camera sees: such pixels are left out.
 
     Args:
         what: A name that `make_depth` knows, or a dictionary of it and its arguments, without

@@ -10,10 +10,10 @@ normally distributed, element by element (`NormalScores`):
 An element's density f depends on which sensors of its own scope are attacked, so that attacks on
 others leave it as it is, and an element that cannot see an attack has no weight.  The factor c
 models what elements have in common, as a Gaussian copula: their correlation, once each is made
-normal by its own f, depends on whether each of them is touched by the attack.  Were all this true, the weights would be
-1; a weighted composite likelihood (Varin, Reid and Firth, 2011) does not trust it, and learns from
-held-out frames how much each term is worth, and an offset for each attacked sensor, so that the
-probabilities are calibrated.
+normal by its own f, depends on whether each of them is touched by the attack.  Were all this true,
+the weights would be 1; a weighted composite likelihood (Varin, Reid and Firth, 2011) does not trust
+it, and learns from held-out frames how much each term is worth, and an offset for each attacked
+sensor, so that the probabilities are calibrated.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Procedural drives of KITTI's rig, what its sensors say of each other there, and of fewer sensors.
+"""Procedural drives of KITTI's rig, the evidence of its sensors there, and of fewer sensors.
 
-Everything is measured once, of the LiDAR and three cameras in every state; what some of these
-sensors say of each other is a part of it.
+Everything is measured once, of the LiDAR and three cameras in every state; the
+evidence of fewer sensors is a part of that.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _FIRST_SET = {FITTED: 5000, JUDGED: 6000}
 
 @dataclass(frozen=True, eq=False)
 class SystemEvidence:
-    """What the sensors of a system say of each other in N frames, in K states.
+    """The evidence of the sensors of a system in N frames, in K states.
 
     Args:
         system: The sensors.
@@ -47,7 +47,7 @@ class SystemEvidence:
     elements: Floats
 
     def of(self, system: SensorSystem) -> SystemEvidence:
-        """What some of the sensors say, in the states that attack nobody else.
+        """The evidence of some of the sensors, in the states that attack no other sensor.
 
         Args:
             system: Some of the sensors, in the same order.
@@ -101,12 +101,12 @@ def shipped_drives(count: int, seed: int, part: str) -> Path:
 
 
 def sample_id(id: str, seed: int) -> str:
-    """What a frame is called where its evidence is kept: of others it is another one."""
+    """The id of a frame where its evidence is kept; another format or seed gives another id."""
     return f"{EVIDENCE_FORMAT}/{seed}/{id}"
 
 
 def measured(evidence: StateEvidence, states: States) -> Floats:
-    """What a frame tells, as one row: `MEASURES` of all triples, then the evidence, by state.
+    """The evidence of a frame, as one row: `MEASURES` of all triples, then the evidence, by state.
 
     Args:
         evidence: Of the frame.

@@ -81,10 +81,10 @@ def write_fits(frames: int, seed: int, samples: Path, out: Path) -> None:
 
 
 def fitted_row(frame: SensorFrame, depth: PairDepth, seed: int, number: int) -> Floats:
-    """What a frame to fit on tells in every state, see `measured`.
+    """The evidence of a frame to fit on in every state, see `measured`.
 
     Args:
-        frame: Which nobody attacked.
+        frame: A frame without an attack.
         depth: How disparities are found.
         seed: Of the fit.
         number: The number of the frame.

@@ -99,7 +99,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def one_at_a_time(system: SensorSystem) -> States:
-    """Nobody attacked, then each sensor alone."""
+    """No attack, then each sensor attacked alone."""
     states = state_vectors(len(system))
     return np.asarray(states[states.sum(axis=1) <= 1])
 
@@ -111,7 +111,7 @@ def attacked_in_turn_rows(
     kept: JsonLines,
     seeds: Iterable[tuple[int, int]],
 ) -> Floats:
-    """What a frame tells, see `measured`, clean and with each sensor attacked as in the thesis.
+    """The evidence of a frame, see `measured`, clean and with each sensor attacked in turn.
 
     Args:
         recorded: The frame.
@@ -171,7 +171,7 @@ def judged(evidence: SystemEvidence, frame: SensorFrame, rate: float, fits: Path
 
 
 def said_by_thresholds(table: ThresholdTable, shares: Floats, rate: float) -> Said:
-    """What `ThresholdValidator` says of N frames.
+    """What `ThresholdValidator` reports of N frames.
 
     Args:
         table: The threshold table.
@@ -194,7 +194,7 @@ def said_by_thresholds(table: ThresholdTable, shares: Floats, rate: float) -> Sa
 
 
 def said_by_likelihood(model: LikelihoodModel, elements: Floats, rate: float) -> Said:
-    """What `LikelihoodValidator` says of N frames.
+    """What `LikelihoodValidator` reports of N frames.
 
     Args:
         model: Of likelihoods.
@@ -204,8 +204,8 @@ def said_by_likelihood(model: LikelihoodModel, elements: Floats, rate: float) ->
     decoding = model.decode(elements, rate)
     statuses = decoding.statuses(CERTAINTY)
     named = [
-        frozenset(i for i, status in enumerate(said) if status == SensorStatus.ATTACKED)
-        for said in statuses
+        frozenset(i for i, status in enumerate(own) if status == SensorStatus.ATTACKED)
+        for own in statuses
     ]
     return decoding.alarms, named
 
@@ -218,7 +218,7 @@ def _real(options: argparse.Namespace, depth: PairDepth, kept: JsonLines) -> dic
         rows = attacked_in_turn_rows(recorded, _OBJECT, depth, kept, seeds)
         evidence = evidence_of(rows, _OBJECT, one_at_a_time(_OBJECT))
         judgement = judged(evidence, recorded.frame(), options.rate, options.fits)
-        # Nobody's attack is the same frame in every draw.
+        # Without an attack all draws are the same frame.
         for name, cases in judgement["by"].items():
             count = cases[NO_ATTACK]["alarms"]["count"] // options.draws
             judgement["by"][name][NO_ATTACK] = {"alarms": _share([bool(count)]), "named": None}

@@ -67,7 +67,7 @@ weights, instead of those of the package."""
 
 DRIVE_FRAMES = 4
 """Of procedural drives: what the first frame hides of an attack the next ones may show.  Frames of
-one drive say little more than one, and rendering them takes as long as that of new roads."""
+one drive are little more evidence than one frame, and take as long to render as new roads."""
 
 _WORK = f"{__name__}:DefendedDrives"
 
@@ -123,9 +123,9 @@ class DefendedDrives:
         }
 
     def __call__(self, attack: str, number: int) -> CellResult:
-        """Drives of every detector, response and intention; the alarm, and who is named.
+        """Drives of every detector, response and intention; the alarm, and the named sensors.
 
-        A sensor is ``named`` by 1, or 0; NaN: it cannot be told.
+        A sensor is ``named`` by 1, or 0; NaN: its status is open.
 
         Args:
             attack: See `attacks_on`.
@@ -141,11 +141,11 @@ class DefendedDrives:
         validation = self._validator.validate(tampered.frame)
         seconds["validator"] = time.perf_counter() - start
         measurements = [Measurement(attack, recorded.id, "alarm", float(validation.alarm))]
-        for sensor, said in validation.statuses.items():
+        for sensor, status in validation.statuses.items():
             named = (
                 math.nan
-                if said == SensorStatus.CANNOT_TELL
-                else float(said == SensorStatus.ATTACKED)
+                if status == SensorStatus.CANNOT_TELL
+                else float(status == SensorStatus.ATTACKED)
             )
             measurements.append(Measurement(attack, recorded.id, f"named {sensor}", named))
         drives: list[DriveRow] = []

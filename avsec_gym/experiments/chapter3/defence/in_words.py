@@ -1,4 +1,4 @@
-"""What a run of chapter 3 says of a validator before the detector, in sentences."""
+"""The results of chapter 3 on a validator before the detector, in sentences."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _WORTH = {
 
 
 def defence_sentences(summary: DefenceSummary) -> list[str]:
-    """What each response is worth, and what it costs where nobody attacks.
+    """What each response is worth, and what it costs without an attack.
 
     Args:
         summary: The rows of a run.
@@ -40,9 +40,9 @@ def defence_sentences(summary: DefenceSummary) -> list[str]:
                 continue
             shown = ", ".join(f"{_percent(hit)} ({response})" for response, hit in hits.items())
             count = next(iter(hits.values()))["of"]
-            who = defended_detector(detector)
-            whose = who[0].upper() + who[1:]
-            sentences.append(f"{whose}: of {count:,} cases that {which}, {shown} {now}.")
+            car = defended_detector(detector)
+            car = car[0].upper() + car[1:]
+            sentences.append(f"{car}: of {count:,} cases that {which}, {shown} {now}.")
     for (_, attack, response), row in worth.items():
         if attack == NO_ATTACK and response == Response.STOP:
             sentences.append(

@@ -1,6 +1,6 @@
 """Detectors that know the truth, as far as an optical attack lets it through.
 
-With them the worth of a defence can be told apart from that of a network: they see everything that
+With them the worth of a defence is measured apart from that of a network: they see everything that
 is labelled, but nothing behind a facula, and whatever bogus returns show.
 """
 
@@ -24,8 +24,8 @@ _HIDDEN = 0.5
 _FEWEST_POINTS = 50
 """Of an obstacle in a scan."""
 _LOWEST = 0.3
-"""Metres; what stands up less is driven over.  Where a bogus return meets the road it says what the
-road says, and no repair takes it out."""
+"""Metres; what stands up less is driven over.  Where a bogus return meets the road it agrees
+with the road, and no repair removes it."""
 _THINNEST = 0.1
 """Metres; a bogus return is as thin as a screen."""
 

@@ -15,7 +15,7 @@ from avsec_gym.validation.response import Response
 
 MARKS: dict[str, tuple[str, str, str]] = {
     UNDEFENDED: ("circle", "hollow line-1", "undefended"),
-    Response.DROP: ("square", "line-0", "drops the suspects"),
+    Response.DROP: ("square", "line-0", "drops compromised sensors"),
     Response.REPAIR: ("diamond", "line-2", "repairs them"),
     Response.STOP: ("triangle", "line-1", "stops"),
 }

@@ -34,7 +34,7 @@ class Worth:
         caused: Drives that collide now, of those that did not.
         regained: Drives that are safe again, of those that the attack made unsafe.
         given_up: Drives that reach no goal any more, of those that were safe.
-        stopped: Frames that the car stops in, which are false stops where nobody attacks.
+        stopped: Frames that the car stops in, which are false stops without an attack.
         paired: Differences of the rates, see `paired_differences`.
     """
 
@@ -96,7 +96,7 @@ class AlarmRow:
 
 @dataclass(frozen=True)
 class DefenceSummary:
-    """What a run tells of a defence.
+    """The results of a run on a defence.
 
     Args:
         worth: Of `defence_rows`.
@@ -112,7 +112,7 @@ class DefenceSummary:
 
 
 def defence_summary(results: Results) -> DefenceSummary | None:
-    """All rows of a run; None if nobody was defended."""
+    """All rows of a run; None if no car was defended."""
     worth = [row for row in defence_rows(results) if row.rates.scenarios]
     return DefenceSummary(worth, alarm_rows(results)) if worth else None
 
@@ -168,9 +168,9 @@ def alarm_rows(results: Results) -> list[AlarmRow]:
     rows = []
     for attack in sorted(alarms, key=lambda name: (name != NO_ATTACK, name.count("+"), name)):
         true = set() if attack == NO_ATTACK else set(attack.split("+"))
-        said = named.get(attack, {})
+        own = named.get(attack, {})
         exact = (
-            (id, alarm == bool(true) and said.get(id, set()) == true)
+            (id, alarm == bool(true) and own.get(id, set()) == true)
             for id, alarm in alarms[attack].items()
         )
         waited = None if attack == NO_ATTACK else frames_to_alarm(alarms[attack])
@@ -195,7 +195,7 @@ def frames_to_alarm(alarms: dict[str, bool]) -> dict[str, int]:
     drives: dict[str, list[bool]] = {}
     for id in sorted(alarms):
         drives.setdefault(drive_of(id), []).append(alarms[id])
-    firsts = Counter(said.index(True) for said in drives.values() if any(said))
+    firsts = Counter(raised.index(True) for raised in drives.values() if any(raised))
     counted = {str(frame): firsts[frame] for frame in sorted(firsts)}
     return {**counted, "never": len(drives) - sum(firsts.values())}
 

@@ -20,7 +20,7 @@ def scene_of(frame: SensorFrame, id: str, number: int, seed: int = 0) -> Scene:
     """The scene of a frame.
 
     A procedural drive has labels, moving flags and the road type of every frame.  Of a real one
-    the tracklets are taken, which say where things are, but not that they move: all stand, on a
+    the tracklets are taken, which hold where things are, but not that they move: all stand, on a
     street.
 
     Args:
@@ -34,7 +34,7 @@ def scene_of(frame: SensorFrame, id: str, number: int, seed: int = 0) -> Scene:
     """
     if frame.origin is None:
         raise DataError(
-            f"Frame {frame.id} does not come from a drive: nobody knows what is there.",
+            f"Frame {frame.id} does not come from a drive: what is there is unknown.",
             remedy="Read it with KittiRaw(root).drive(name).frame(number).",
         )
     labels = _place(frame.origin, "label", f"{frame.id}.txt")

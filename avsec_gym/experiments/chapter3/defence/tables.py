@@ -94,12 +94,12 @@ def _first_alarms(row: AlarmRow) -> list[Cell]:
 
 
 def defended_detector(detector: str) -> str:
-    """What a detector of the experiment is called."""
+    """The name of a detector of the experiment."""
     return _ORACLES.get(detector) or detector_name(detector)
 
 
 def attacked_sensors(attack: str) -> str:
-    """What an attack of the experiment is called."""
+    """The attacked sensors of the experiment, in words."""
     if attack in (NO_ATTACK, ANY_ATTACK):
         return {NO_ATTACK: "nothing", ANY_ATTACK: "any of these"}[attack]
     sensors = (named(sensor if sensor == LIDAR else int(sensor)) for sensor in attack.split("+"))

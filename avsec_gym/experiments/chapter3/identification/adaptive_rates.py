@@ -1,4 +1,4 @@
-"""What attackers who know the method hide, and whom they make the method accuse."""
+"""How often adaptive attacks are detected and identified, and how often a sound sensor is named."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from avsec_gym.validation.state_posterior import (
 
 
 def calibration(model: LikelihoodModel, judged: EvidenceTable) -> dict[str, Any]:
-    """What users of `LikelihoodValidator` are told, by the rule, rate and prior that it comes with.
+    """How often `LikelihoodValidator` is right, by its default rule, rate and prior.
 
     Args:
         model: A model that was fitted on other frames.
@@ -33,9 +33,9 @@ def calibration(model: LikelihoodModel, judged: EvidenceTable) -> dict[str, Any]
         shares of the statuses on all sensors that are ``right``, ``wrong`` and ``cannot_tell``,
         and of the frames in which ``all_right`` are, and with ``alarms``.  Of the probabilities,
         with every state as often as the prior expects it: ``brier``; ``reliability``, for each
-        tenth that was said what was ``said`` on average, the share that ``was`` so with its
-        ``interval``, as if drives were independent, and which share of the ``sensors`` it was said
-        of; ``calibration_error``, how far both are from each other on average (Naeini 2015).
+        tenth of probability what was ``predicted`` on average, the share that was ``observed`` with
+        its ``interval``, as if drives were independent, and the share of the ``sensors`` in it;
+        ``calibration_error``, how far both are from each other on average (Naeini 2015).
         ``all_alike`` has the same of a prior by which every state is equally probable, most of
         them beyond n - 2.
     """
@@ -43,10 +43,10 @@ def calibration(model: LikelihoodModel, judged: EvidenceTable) -> dict[str, Any]
     frames = len(judged)
     rate, certainty = LikelihoodValidator.rate, LikelihoodValidator.certainty
     decoding = model.decode(judged.shares.reshape(frames * len(states), -1), rate)
-    said = np.array(decoding.statuses(certainty)).reshape(frames, len(states), -1)
+    reported = np.array(decoding.statuses(certainty)).reshape(frames, len(states), -1)
     alarms = decoding.alarms.reshape(frames, len(states))
-    unknown = said == SensorStatus.CANNOT_TELL
-    right = said == np.where(states, SensorStatus.ATTACKED, SensorStatus.SOUND)
+    unknown = reported == SensorStatus.CANNOT_TELL
+    right = reported == np.where(states, SensorStatus.ATTACKED, SensorStatus.SOUND)
     statuses = {}
     for count in range(model.sensors + 1):
         chosen = np.flatnonzero(states.sum(axis=1) == count)
@@ -69,17 +69,17 @@ def calibration(model: LikelihoodModel, judged: EvidenceTable) -> dict[str, Any]
 def _of_probabilities(
     model: LikelihoodModel, judged: EvidenceTable, prior: Floats
 ) -> dict[str, Any]:
-    """``brier``, ``reliability``, ``calibration_error``, with states as often as a prior says."""
+    """``brier``, ``reliability``, ``calibration_error``, with states as often as a prior states."""
     states, frames = state_vectors(model.sensors), len(judged)
     posterior = model.posterior(judged.shares.reshape(frames * len(states), -1), prior)
     truth = np.tile(states, (frames, 1))
     weights = np.tile(prior, frames)
     rows = reliability(posterior, truth, weights, np.repeat(judged.drives, len(states)))
-    said_something = rows[np.isfinite(rows).all(axis=1)]
-    off = np.abs(said_something[:, 0] - said_something[:, 1])
+    filled = rows[np.isfinite(rows).all(axis=1)]
+    off = np.abs(filled[:, 0] - filled[:, 1])
     return {
         "brier": brier_score(posterior, truth, weights),
-        "calibration_error": float(np.average(off, weights=said_something[:, 2])),
+        "calibration_error": float(np.average(off, weights=filled[:, 2])),
         "reliability": [
             {
                 "predicted": mean,
@@ -87,6 +87,6 @@ def _of_probabilities(
                 "interval": list(wilson_interval(share * independent, independent)),
                 "sensors": weight / np.nansum(rows[:, 2]),
             }
-            for mean, share, weight, independent in said_something.tolist()
+            for mean, share, weight, independent in filled.tolist()
         ],
     }

@@ -45,7 +45,7 @@ def reference_distributions(judged: EvidenceTable) -> list[dict[str, Any]]:
 
     Returns:
         Rows with ``triple``, ``largest``, and by name ``cases``, the clean one's ``""`` first;
-        where the thesis has bounds for this figure, also what `case_distributions` says of them.
+        where the thesis has bounds for this figure, also the bounds as of `case_distributions`.
     """
     sensors = len(judged.system)
     cases = {0: (), **{1 << sensor: (sensor,) for sensor in range(sensors)}}

@@ -60,9 +60,9 @@ def five_summary(results: Results, configuration: Configuration) -> dict[str, An
     Returns:
         ``frames`` of each part, and ``identification``: `rates_of_methods`.
     """
-    nobody = bits(state_vectors(len(FIVE))[0])
+    clean = bits(state_vectors(len(FIVE))[0])
     counts = {
-        part: len({row["scenario"] for row in results.measurements(setting=f"{part} {nobody}")})
+        part: len({row["scenario"] for row in results.measurements(setting=f"{part} {clean}")})
         for part in (FITTED, JUDGED)
     }
     if min(counts.values()) < FEWEST:

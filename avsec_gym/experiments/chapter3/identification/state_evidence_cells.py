@@ -1,4 +1,4 @@
-"""What all sensors say of each other in all states, frame by frame: the work of chapter 3."""
+"""The evidence of all sensors in all states, frame by frame: the work of chapter 3."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def evidence_inputs(configuration: Configuration) -> dict[str, Path]:
 
 
 class StateEvidences:
-    """Attacks every sensor of a frame, and asks for the evidence of every state.
+    """Attacks every sensor of a frame, and measures the evidence of every state.
 
     Args:
         configuration: The configuration of the run.
@@ -108,7 +108,7 @@ def bits(state: States) -> str:
 
 
 def measured(name: str, scope: tuple[int, ...]) -> str:
-    """What a share of some sensors is called in a run: ``error 0,1,3``."""
+    """The name of a share of some sensors in a run: ``error 0,1,3``."""
     return f"{name} {','.join(map(str, scope))}"
 
 

@@ -1,4 +1,4 @@
-"""What a run of chapter 3 comes to: detection, identification, calibration, as JSON."""
+"""The results of a run of chapter 3: detection, identification, calibration, as JSON."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ from avsec_gym.validation.state_posterior import attack_prior, state_vectors
 from avsec_gym.validation.thresholds import Criterion
 
 ALONE: tuple[Criterion, ...] = ("hole_share", "densest", "brightness")
-"""What each of the other shares detects by itself, at r = 1 %."""
+"""The other shares, each of which is judged by itself, at r = 1 %."""
 FEWEST = 20
 """Frames of each part, below which nothing is summed up."""
 

@@ -1,4 +1,4 @@
-"""What a run of chapter 3 says of damage located and repaired, in sentences."""
+"""The results of chapter 3 on damage located and repaired, in sentences."""
 
 from __future__ import annotations
 

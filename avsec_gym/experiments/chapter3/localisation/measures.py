@@ -21,7 +21,7 @@ RADII = (37.5, 112.5, 225.0, 375.0)
 WIDTHS = (0.5, 1.5, 2.5)
 """Of bogus returns, metres."""
 CAR = "pasted car, rays lost"
-"""An attack that is not of the frame alone: the scan is another one's."""
+"""An attack that needs a second frame: the pasted scan is from there."""
 _FOUND = 0.5
 """Least IoU of two 2D boxes of one object."""
 
@@ -42,7 +42,7 @@ class Overlap:
 
 
 def attacks_of(camera: int = 2) -> dict[str, OpticalAttack]:
-    """The attacks that are tried, by what they are called.
+    """The attacks that are tried, by their names.
 
     Args:
         camera: That light shines into, and in whose view bogus returns are.

@@ -85,7 +85,7 @@ class LocatedAttack:
 
 @dataclass(frozen=True)
 class LocalisationSummary:
-    """What a run tells of damage located and repaired.
+    """The results of a run on damage located and repaired.
 
     Args:
         detector: The detector of images that looked at repaired frames; empty: none.

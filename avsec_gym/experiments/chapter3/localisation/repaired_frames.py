@@ -58,7 +58,7 @@ LOCALISATION_OPTIONS = {
     **{name: WEIGHT_OPTIONS[name] for name in ("pixor", "pointrcnn")},
 }
 """``depth``: how disparities are found; ``refill_error``: see `repair`; ``detector``: a stereo
-detector whose objects are counted under attacks on a camera, nobody's if empty; ``scan_detector``:
+detector whose objects are counted under attacks on a camera, none if empty; ``scan_detector``:
 one that looks at scans, for attacks on the LiDAR; ``score_threshold`` and
 ``scan_score_threshold``: of their boxes that count; by the networks' names their weights, instead
 of those of the package."""
@@ -118,7 +118,7 @@ class RepairedFrames:
 
     @cached_property
     def _detector(self) -> Detector | None:
-        # Who only makes pictures again needs no weights.
+        # To make pictures again needs no weights.
         name = self._options["detector"]
         known = {"weights": weights_of(name, self._options)} if name in self._options else {}
         return make_detector({"name": name, **known}) if name else None
@@ -129,7 +129,7 @@ class RepairedFrames:
         return lidar_detector(name, self._options) if name else None
 
     def __call__(self, part: str, number: int, format: int) -> CellResult:
-        """What `measures_of` tells of each attack; NaN where it is a share of nothing.
+        """What `measures_of` gives for each attack; NaN where it is a share of nothing.
 
         With a detector of the attacked sensor also how many ``objects`` it finds in the clean
         images or scan, and how many of them in the attacked ones, ``found_before``, and in the
@@ -206,7 +206,7 @@ class RepairedFrames:
         return Attempt(clean, tampered, repaired, bogus)
 
     def _attacks_on(self, number: int) -> dict[str, OpticalAttack]:
-        """`attacks_of`, and `CAR`, that of the next other frame; not where nobody labelled any."""
+        """`attacks_of`, and `CAR`, from the next other frame that has a labelled car."""
         count = len(self._parts[JUDGED].frames)
         scan = self._cars.first_of(range(number + 1, number + count))
         pasted = {} if scan is None else {CAR: CarInView(scan, self._reference)}

@@ -1,4 +1,4 @@
-"""The same attack, smaller and larger: what sensors say of each other, and what detectors see.
+"""The same attack, smaller and larger: the evidence of the sensors, and what detectors see.
 
 The work of the sensitivity curves (thesis, section 3.5).  A frame's attack stands at one place in
 all sizes: only the size differs.
@@ -58,7 +58,7 @@ SIZE_OPTIONS = {
     **{name: WEIGHT_OPTIONS[name] for name in ("pointrcnn", "yolo")},
 }
 """Beside those of the recordings: ``sensitivity_lidar`` and ``sensitivity_image``: whose precision
-is measured, nobody's if empty; by the networks' names their weights."""
+is measured, not measured if empty; by the networks' names their weights."""
 COVERED = "covered"
 """Share of the image in which a facula changes something visibly, within its radius."""
 TRUTH = "sizes truth"
@@ -66,7 +66,7 @@ TRUTH = "sizes truth"
 THREE_SENSORS = SensorSystem(
     tuple(SYSTEM.sensors[position] for position in SCENARIOS["LiDAR and two cameras"])
 )
-"""That detect the attacks: a LiDAR, a camera, and the reference left of it."""
+"""The sensors that detect the attacks: a LiDAR, a camera, and the reference left of it."""
 
 _WORK = f"{__name__}:AttackSizes"
 _STREAM = {LIDAR: 3, CAMERA: 4}

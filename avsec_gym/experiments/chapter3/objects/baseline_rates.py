@@ -1,7 +1,7 @@
 """How often the object-level baseline detects an attack (thesis, table 3.1).
 
 In a scenario the mismatches of its pairs are added up: the LiDAR with either camera, or all pairs
-of three cameras.  The thesis does not say how many of them make an alarm.  That its baseline
+of three cameras.  The thesis does not state how many of them make an alarm.  That its baseline
 detects less with the stricter IoU speaks for a number learned from clean data, as our thresholds
 are; the other reading, that any mismatch is one, stands beside it.
 """

@@ -1,6 +1,6 @@
 """Which bogus points does a detector take for an obstacle?  Planes, and scans of real cars.
 
-The thesis attacks with planes, since chapter 3 asks what sensors say of each other; its section 4.5
+The thesis attacks with planes, since chapter 3 compares sensors with each other; its section 4.5
 pastes scans of objects.  Here all stand at one place, so that what they look like alone differs.
 """
 

@@ -1,6 +1,6 @@
 """Is a bogus return taken for an obstacle?
 
-The thesis (section 3.2.4) does not say how it decides.  Here it is where a box covers half of the
+The thesis (section 3.2.4) does not state how it decides.  Here it is where a box covers half of the
 bogus patch or more, seen from above, with half a metre to spare: a network that looks for whole
 cars puts one behind the face that it sees.
 """

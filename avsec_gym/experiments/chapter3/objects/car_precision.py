@@ -30,8 +30,8 @@ def car_precision(
     Args:
         truth: The labelled boxes, by frame.
         found: The detected boxes, by frame.
-        frames: That are judged; those of one drive are drawn together, and one drive alone says
-            nothing of others.
+        frames: The ids of the judged frames; those of one drive are drawn together, and one drive
+            alone gives no interval.
         metric: The metric, one of `METRICS`.
         least_iou: The IoU that a match exceeds.
     """

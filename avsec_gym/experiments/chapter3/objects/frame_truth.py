@@ -1,4 +1,4 @@
-"""What is to be seen in a frame's image, as average precision takes it."""
+"""The labelled boxes of a frame's image, as average precision takes them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from avsec_gym.kitti.raw import TRACKLETS, Drive
 
 
 def truth_of(frame: SensorFrame, camera: int) -> Boxes3D | None:
-    """Labels with 2D boxes, and the regions not to care about; None where nobody labelled.
+    """Labels with 2D boxes, and the regions not to care about; None without labels.
 
     Procedural drives have labels of camera 2, which is the reference of chapter 3.  A real one has
     tracklets, whose 2D boxes are those of their projected corners.

@@ -1,4 +1,4 @@
-"""What optical attacks do to detectors that nobody defends (thesis, section 3.2.4)."""
+"""What optical attacks do to undefended detectors (thesis, section 3.2.4)."""
 
 from __future__ import annotations
 
@@ -36,9 +36,8 @@ def impact_summary(results: Results, configuration: Configuration) -> dict[str, 
         ``lidar``: from which ``score`` on a box is an obstacle; in how many frames the bogus
         return was ``taken`` for one, in how many the ``clean`` scan has one at that place, and in
         how many only the attacked one (``newly``); and ``by_score`` the same for `SCORES`.
-        ``camera``: average precision of
-        cars in the reference's image, ``clean`` and ``attacked`` (`precision_rows`); None where
-        nobody labelled.
+        ``camera``: average precision of cars in the reference's image, ``clean`` and ``attacked``
+        (`precision_rows`); None without labels.
     """
     options = {**DETECTION_OPTIONS, **configuration.options}
     lidar = _bogus_returns(results, options)

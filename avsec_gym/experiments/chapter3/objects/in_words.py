@@ -1,4 +1,4 @@
-"""What a run of chapter 3 says of detectors under optical attacks, in sentences."""
+"""The results of chapter 3 on detectors under optical attacks, in sentences."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def optical_sentences(summaries: Mapping[str, Any]) -> list[str]:
         for row in summaries["baseline"]["rows"]:
             if (row["iou"], row["rate"]) == (0.5, _RATE):
                 sentences.append(
-                    f"Objects of {row['scenario']} tell of {_percent(row['average'])} of the"
+                    f"Objects of {row['scenario']} reveal {_percent(row['average'])} of the"
                     f" attacks, with {_percent(row['false_alarms']['rate'])} false alarms (IoU 0.5,"
                     " r = 1 %)."
                 )

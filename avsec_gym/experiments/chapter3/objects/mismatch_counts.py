@@ -33,7 +33,7 @@ def mismatch_counts(
 
     Args:
         results: The results of a run.
-        part: `FITTED`, whose sensors nobody attacks, or `JUDGED`.
+        part: `FITTED`, whose frames are without an attack, or `JUDGED`.
         thresholds: See `score_thresholds`.
 
     Returns:

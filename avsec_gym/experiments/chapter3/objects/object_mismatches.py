@@ -2,11 +2,11 @@
 
 The thesis extracts "object-level features" from two sensors and detects attacks "by measuring the
 mismatches between the two sets", with IoU 0.5 and 0.7 "for determining feature mismatches"; how
-boxes of two sensors are compared it does not say.  Here they are compared in a camera's image:
+boxes of two sensors are compared it does not state.  Here they are compared in a camera's image:
 
 - A box in space is projected into the image, and clipped to it.
 - A box in another camera's image may stand anywhere farther left than in the reference's, by up to
-  the disparity of what is 3.5 m away: nobody knows its depth, and a near car's two boxes have
+  the disparity of what is 3.5 m away: its depth is unknown, and a near car's two boxes have
   little in common as they are.
 - Of all ways to pair boxes the one with the fewest mismatches counts.
 - Boxes lower than 25 pixels may have a partner but are no mismatch: far cars are seen by some

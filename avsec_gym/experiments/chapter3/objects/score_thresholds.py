@@ -1,7 +1,7 @@
 """From which score on a box counts as an object.
 
-Scores of two networks mean different things, and what the best threshold is no attack may tell: it
-is each detector's working point on clean frames that nothing is judged on.
+Scores of two networks mean different things, and no attack may influence the threshold: it is each
+detector's working point on clean frames that nothing is judged on.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import LIDAR, Sensor
 
 USUAL = 0.3
-"""Where nobody labelled the clean frames."""
+"""The threshold where the clean frames have no labels."""
 _UNKNOWN = {"precision": None, "recall": None}
 
 

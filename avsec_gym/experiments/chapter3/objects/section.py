@@ -1,4 +1,4 @@
-"""What a run shows of detectors under optical attacks, and of attacks that objects tell of."""
+"""What a run shows of detectors under optical attacks, and of attacks that objects reveal."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def sensitivity_summary(results: Results, configuration: Configuration) -> dict[
         ``covered``    of a facula, its disc's share of the image (thesis), and
         ``changed``    the mean share that it changes visibly, both in [0, 1];
         ``detected``   by criterion (`CRITERIA`), of how many frames; clean: false alarms;
-        ``precision``  as of `precision_rows`, at IoU 0.7; None where nobody looked or labelled.
+        ``precision``  as of `precision_rows`, at IoU 0.7; None without detector or labels.
     """
     options = {**SIZE_OPTIONS, **configuration.options}
     fitted, _ = _shares(results, size_setting(FITTED), 0.0)
@@ -64,7 +64,7 @@ def sensitivity_summary(results: Results, configuration: Configuration) -> dict[
     counts = {FITTED: len(fitted), JUDGED: len(clean[0])}
     if min(counts.values()) < FEWEST:
         return None
-    # Nobody else will read these thresholds: their scales do not matter.
+    # These thresholds are not kept: their scales do not matter.
     on = FittedOn(THREE_SENSORS, PairDepth(options["depth"]).settings, (), {})
     table = ThresholdTable(on, fitted[:, None])
     [triple] = THREE_SENSORS.triples

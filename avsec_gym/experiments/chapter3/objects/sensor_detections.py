@@ -54,9 +54,9 @@ DETECTION_OPTIONS = {
     **{name: WEIGHT_OPTIONS[name] for name in ("pixor", "faster_rcnn")},
 }
 """``fit``, ``fit_limit``, ``fit_seed``: see `recordings.OPTIONS`; ``lidar_detector`` and
-``image_detector``: who looks; ``score_threshold``: of boxes that count as objects, 0 for that score
-at which each detector finds most for its false alarms on the clean frames that are fitted on; by
-the networks' names their weights."""
+``image_detector``: the detectors; ``score_threshold``: of boxes that count as objects, 0 for that
+score at which each detector finds most for its false alarms on the clean frames that are fitted on;
+by the networks' names their weights."""
 PATCH = "judged bogus patch"
 """Setting of where bogus points stand."""
 DETECTIONS_FORMAT = 2
@@ -127,7 +127,7 @@ class SensorDetections:
         """Detections of each sensor, and the truth.
 
         Args:
-            part: `FITTED`, which nobody attacks, or `JUDGED`.
+            part: `FITTED`, which is not attacked, or `JUDGED`.
             number: The number of the frame.
             format: `DETECTIONS_FORMAT`; cells of another one are done again.
         """

@@ -32,7 +32,7 @@ DETECTORS = {
     "faster_rcnn": "Faster R-CNN",
     "yolo": "YOLOv3",
 }
-"""What detectors are called."""
+"""Names of the detectors."""
 BELIEVED_IN_WORDS = {
     PLANE: "the thesis’ plane",
     PLANE_RAYS_LOST: "a plane that hides what is behind it",
@@ -40,7 +40,7 @@ BELIEVED_IN_WORDS = {
     PASTED: "the scan of a car",
     PASTED_RAYS_LOST: "the scan of a car that hides what is behind it",
 }
-"""What kinds of bogus points are called."""
+"""Names of the kinds of bogus points."""
 ATTACKED = {LIDAR: "a bogus return’s width", CAMERA: "a facula’s radius"}
 """What is varied."""
 SHOWN_LEVEL = "moderate"
@@ -69,7 +69,7 @@ def tables_of_optical_attacks(summaries: Mapping[str, Any]) -> list[Table]:
 
 
 def detector_words(key: str) -> str:
-    """What a detector is called; a plug-in's by its own name."""
+    """The name of a detector in words; a plug-in's own name."""
     return DETECTORS.get(key) or detector_name(key)
 
 
@@ -90,13 +90,13 @@ def _baseline_table(summary: Mapping[str, Any]) -> Table:
             ]
         )
     return Table(
-        "Table 3.1, baseline: attacks that objects tell of, mean over the seven attack cases",
+        "Table 3.1, baseline: attacks that objects reveal, mean over the seven attack cases",
         ["sensors", "IoU", "alarm", "mismatches without one", "detected, %", "false alarms, %"],
         lines,
         f"A mismatch: a box of one sensor without partner in another’s. {_objects(summary)} Alarm:"
         " at any mismatch, or"
         " at more than the share r of clean frames has, on which nothing here is judged. The"
-        " thesis, in italics, does not say how many mismatches make an alarm, nor how often it is"
+        " thesis, in italics, does not state how many mismatches make an alarm, nor how often it is"
         f" false. {INTERVALS}",
         names=3,
     )
@@ -131,7 +131,7 @@ def _impact_table(summary: Mapping[str, Any]) -> Table:
         f" obstacle there; boxes count from a score of {number(lidar['score'], digits=2)} on."
         f" {INTERVALS} AP: cars in the left image, IoU 0.5, 11 recall points, by"
         " the attack in percentage points, intervals by bootstrap over drives. The thesis, in"
-        " italics, tells its AP without a level of difficulty.",
+        " italics, gives its AP without a level of difficulty.",
     )
 
 

@@ -17,4 +17,4 @@ IN_WORDS = {
     CAMERA: f"The thesis: detection over 90 % at {RADII[4]:g} px (23.71 % of the image), small from"
     " 5 to 15 %.",
 }
-"""What it says of the curves."""
+"""What the thesis states of the curves."""

@@ -119,7 +119,7 @@ def test_a_page_says_what_a_defence_is_worth(tmp_path: Path) -> None:
     assert all(sentence in page and sentence in markdown_page(report) for sentence in said)
     for hint in (
         "camera 3 attacked, undefended: 0.0 % safe",
-        "camera 3 attacked, drops the suspects: 33.3 % safe",
+        "camera 3 attacked, drops compromised sensors: 33.3 % safe",
         "nothing attacked, stops: 83.3 % safe",
     ):
         assert hint in page
