@@ -34,6 +34,7 @@ lint: .venv/installed
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo --no-cache
+	$(BIN)/python docs/words.py
 	$(BIN)/python -m studies check
 
 bench: .venv/installed

@@ -16,7 +16,7 @@ _MOST_LAYOUTS = 100_000
 
 @dataclass(frozen=True)
 class Draw:
-    """Draw a drive: lanes, objects believed and real, search tree, trajectory, verdict."""
+    """Draw a drive: lanes, objects believed and real, search tree, trajectory, collision check."""
 
     scene: Annotated[str, tyro.conf.Positional]
     """Its id, such as 000107 or street-000003."""

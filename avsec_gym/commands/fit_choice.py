@@ -108,7 +108,7 @@ class FitChoice:
             return None
         judged = validator.system.sensors
         if tuple(sensors) not in ((), judged):
-            known, asked = (" ".join(map(str, one)) for one in (judged, sensors))
+            known, asked = (" ".join(map(str, some)) for some in (judged, sensors))
             raise ConfigurationError(
                 f"{whose} the sensors {known}, not {asked}: leave --sensors out, or {remedy}"
             )

@@ -67,7 +67,8 @@ class JudgedFrames:
         refused: list[AvsecError] = []
         for row in self._rows.values():
             self._tell(row)
-        missing = [one for one in enumerate(self.frames) if one[1].id not in self.folder.rows]
+        known = self.folder.rows
+        missing = [(n, frame) for n, frame in enumerate(self.frames) if frame.id not in known]
         with console.progress("validating") as shown:
             for done, (number, recorded) in enumerate(missing, start=1):
                 try:

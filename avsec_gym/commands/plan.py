@@ -149,7 +149,7 @@ def _row(file: Path, plan: Plan) -> dict[str, Any]:
         "start_speed": None if math.isnan(plan.start_speed) else plan.start_speed,
         "seconds": plan.seconds,
         "reason": None if plan.reason is None else str(plan.reason),
-        # A planner of somebody else's may not say.
+        # A planner of another package may not report it.
         "goal_occupied": None if math.isnan(plan.goal_occupied) else plan.goal_occupied,
     }
 

@@ -9,7 +9,7 @@ from types import FrameType
 
 
 class Terminated(KeyboardInterrupt):
-    """The system, or somebody, asks this process to end; everything ends as after Ctrl-C.
+    """The system, or a user, asks this process to end; everything ends as after Ctrl-C.
 
     Args:
         number: Of the signal.

@@ -226,7 +226,7 @@ class Validate:
             "format": FORMAT,
             "recording": "default suite raw" if place is None else str(place.resolve()),
             "sensors": list(recordings.system.sensors),
-            "clean_moments": len(by.clean),
+            "clean_frames": len(by.clean),
             "rate": self.rate,
             "criterion": self.criterion,
             "depth": None

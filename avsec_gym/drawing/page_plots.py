@@ -168,7 +168,7 @@ def limits(values: Iterable[float | None], least: float = 1.0) -> tuple[float, f
 def _round_step(size: float) -> float:
     """1, 2, 2.5 or 5 times a power of ten, at least as large."""
     power = 10.0 ** math.floor(math.log10(max(size, 1e-12)))
-    return next(power * one for one in (1, 2, 2.5, 5, 10) if power * one >= size * (1 - 1e-9))
+    return next(power * step for step in (1, 2, 2.5, 5, 10) if power * step >= size * (1 - 1e-9))
 
 
 def _tick(value: float) -> str:

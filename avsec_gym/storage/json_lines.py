@@ -54,6 +54,6 @@ def _row(line: str, number: int, path: Path) -> dict[str, Any]:
         raise DataError(
             f"Line {number} is damaged ({error}).",
             path=path,
-            remedy="Take the line out: its moment is then judged again.",
+            remedy="Take the line out: its frame is then judged again.",
         ) from error
     return row

@@ -70,7 +70,7 @@ class Validation:
     def attacked(self) -> frozenset[Sensor]:
         """Sensors that are named as attacked."""
         return frozenset(
-            one for one, said in self.statuses.items() if said == SensorStatus.ATTACKED
+            sensor for sensor, status in self.statuses.items() if status == SensorStatus.ATTACKED
         )
 
     @property

@@ -79,7 +79,7 @@ def brightness_inconsistency(image: Image, other: Image, disparity: Disparity) -
     count = int(judged.sum())
     if count < FEWEST:
         return Brightness(1.0, 1.0, 1.0)
-    most = sum(int((one & _mostly(one, judged)).sum()) for one in (brighter, darker))
+    most = sum(int((mask & _mostly(mask, judged)).sum()) for mask in (brighter, darker))
     return Brightness(int(brighter.sum()) / count, int(darker.sum()) / count, most / count)
 
 
@@ -102,7 +102,7 @@ def differing_pixels(image: Image, expected: Expected, known: Mask) -> tuple[Mas
     below: Any = cv2.subtract(cv2.erode(expected.least, around), image)
     blind = (_least(image) >= _WHITE) & (_least(expected.most) >= 255 - MIN_LIGHT)
     judged = known & ~blind
-    brighter, darker = (judged & (_most(one) > MIN_LIGHT) for one in (above, below))
+    brighter, darker = (judged & (_most(excess) > MIN_LIGHT) for excess in (above, below))
     return brighter, darker & ~brighter, judged
 
 
@@ -130,7 +130,7 @@ def equally_exposed(expected: Image, image: Image, known: Mask) -> Expected:
     least = np.rint(np.minimum(levels, 255.0)).astype(np.uint8)
     most = least.copy()
     most[_WHITE:] = 255
-    return Expected(*(np.asarray(cv2.LUT(expected, one[None]), np.uint8) for one in (least, most)))
+    return Expected(*(np.asarray(cv2.LUT(expected, to[None]), np.uint8) for to in (least, most)))
 
 
 def without_colours(image: Image) -> Image:
@@ -149,8 +149,8 @@ def _mostly(pixels: Mask, judged: Mask) -> Mask:
     """Where more than half of the judged pixels around are some of these."""
     around = (_PATCH, _PATCH)
     share, of = (
-        cv2.blur(np.asarray(one, np.float32), around, borderType=cv2.BORDER_CONSTANT)
-        for one in (pixels, judged)
+        cv2.blur(np.asarray(mask, np.float32), around, borderType=cv2.BORDER_CONSTANT)
+        for mask in (pixels, judged)
     )
     return np.asarray(share > 0.5 * of)
 
@@ -179,7 +179,7 @@ def _exposure(expected: Image, image: Image, colour: int, telling: NDArray[np.ui
     ).ravel()
     if not levels.any():
         return 0.0
-    begin, end = (np.bincount(one.ravel(), levels, _EXPOSURE_BINS + 1) for one in _AGREEING)
+    begin, end = (np.bincount(limits.ravel(), levels, _EXPOSURE_BINS + 1) for limits in _AGREEING)
     agreeing = np.cumsum(begin - end)[:_EXPOSURE_BINS]
     # Of the first plateau the middle.
     best = np.flatnonzero(agreeing >= agreeing.max() - 0.5)

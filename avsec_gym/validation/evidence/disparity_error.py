@@ -146,11 +146,11 @@ class DisparityErrors(Mapping[Triple, DisparityError]):
         maps, sensors = self.maps, self.maps.system.sensors
         sparse = maps.system.has_scan(triple)
         error = disparity_error(maps[i, k], maps[j, k], sparse=sparse)
-        seen = [one for one in maps.system.pairs_of(triple) if not maps.system.has_scan(one)]
-        error = replace(error, brightness=max(maps.brightness(one).patches for one in seen))
+        seen = [pair for pair in maps.system.pairs_of(triple) if not maps.system.has_scan(pair)]
+        error = replace(error, brightness=max(maps.brightness(pair).patches for pair in seen))
         if not sparse:
             return error
-        reference, other = (maps.frame.image(int(sensors[one])) for one in (k, j))
+        reference, other = (maps.frame.image(int(sensors[position])) for position in (k, j))
         eye = lidar_eye(maps.frame.calibration, int(sensors[k]), maps[j, k].focal_times_baseline)
         disproved = disproved_points(maps[i, k], maps[j, k], reference, other, eye)
         return replace(error, densest=densest_share(disproved))

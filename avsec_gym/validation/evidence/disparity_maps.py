@@ -111,7 +111,7 @@ class DisparityMaps:
         """Cameras that stand farther apart are matched longer; a scan is quick."""
         if self.system.has_scan(pair):
             return 0.0
-        other, camera = (int(self.system.sensors[one]) for one in pair)
+        other, camera = (int(self.system.sensors[position]) for position in pair)
         return self.frame.calibration.baseline(camera, other)
 
     def _find(self, pair: Pair) -> PairView:
@@ -127,12 +127,12 @@ class DisparityMaps:
 
     def _between(self, camera: int, right: int) -> PairView:
         frame = self.frame
-        images = {one: frame.image(one) for one in (camera, right)}
+        images = {number: frame.image(number) for number in (camera, right)}
         if len({is_grey(image) for image in images.values()}) > 1:
             # To a network, a grey image and one of colours are two scenes.
-            images = {one: without_colours(image) for one, image in images.items()}
-            for one, image in images.items():
-                frame = frame.with_image(one, image)
+            images = {number: without_colours(image) for number, image in images.items()}
+            for number, image in images.items():
+                frame = frame.with_image(number, image)
         found = self.depth.estimator(frame.calibration, camera, right).disparity(frame)
         return PairView(
             found, brightness_inconsistency(images[camera], images[right], found.values)

@@ -59,7 +59,7 @@ def disproved_points(
     rows, columns = np.nonzero(nearer | behind_surfaces(here, dense.values, eye))
     result = np.zeros(here.shape, bool)
     if len(rows):
-        left, right = (_smooth_grey(one) for one in (image, other))
+        left, right = (_smooth_grey(seen) for seen in (image, other))
         result[rows, columns] = _is_disproved(left, right, rows, columns, here, dense.values)
     return result
 

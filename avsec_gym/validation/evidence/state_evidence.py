@@ -55,8 +55,12 @@ class StateEvidence:
     def otherwise(self, tampered: Mapping[Sensor, SensorFrame]) -> StateEvidence:
         """The same frame attacked otherwise; what is known of sound sensors stays known."""
         other = StateEvidence(self._clean, tampered, self.system, self.depth)
-        other._views = {one: view for one, view in self._views.items() if not any(one[1])}
-        other._errors = {one: error for one, error in self._errors.items() if not any(one[1])}
+        other._views = {
+            element: view for element, view in self._views.items() if not any(element[1])
+        }
+        other._errors = {
+            element: error for element, error in self._errors.items() if not any(element[1])
+        }
         return other
 
     def find(self, states: States, threads: int = 2) -> None:
@@ -97,7 +101,7 @@ class StateEvidence:
 
     def _find(self, element: Element) -> PairView:
         pair, attacked = element
-        frame = self._attacked([self.system.sensors[one] for one in pair], attacked)
+        frame = self._attacked([self.system.sensors[position] for position in pair], attacked)
         return DisparityMaps(frame, self.system, self.depth).view((pair[0], pair[1]))
 
     def _attacked(self, sensors: Iterable[Sensor], state: Iterable[bool]) -> SensorFrame:
@@ -117,4 +121,4 @@ class StateEvidence:
 
 def _element(positions: tuple[int, ...], state: Iterable[bool]) -> Element:
     attacked = list(state)
-    return positions, tuple(bool(attacked[one]) for one in positions)
+    return positions, tuple(bool(attacked[position]) for position in positions)

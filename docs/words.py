@@ -1,0 +1,103 @@
+"""Keeps the words out that the rooms have left behind, in names, comments and prose alike.
+
+``python docs/words.py`` lists every line of the rooms below that holds one; `make lint` runs it.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+ROOMS = (
+    *(
+        f"avsec_gym/{room}"
+        for room in (
+            "commands", "drawing", "experiments/chapter3", "kitti", "metrics", "planners",
+            "scenario", "storage", "validation", "world",
+        )
+    ),
+    "studies/chapter3", "docs/validation.md",
+)  # fmt: skip
+"""Folders and files whose words are those of the field."""
+
+WORDS = {
+    "moment": "frame (one rig) or instant (several vehicles)",
+    "moments": "frames or instants",
+    "verdict": "sensor status, or collision check",
+    "verdicts": "sensor statuses, or collision checks",
+    "suspect": "compromised sensor",
+    "suspects": "compromised sensors",
+    "noticed": "detected",
+    "notices": "detects",
+    "unnoticed": "undetected",
+    "nobody": "no attack, or what the sentence is about",
+    "somebody": "the attacker, or a user",
+    "everybody": "every vehicle",
+    "mended": "corrected, or repaired",
+    "honesty": "calibration",
+    "stakes": "headroom",
+    "knowing": "adaptive",
+    "for one in": "the noun of what the loop goes through",
+}
+"""A word, and what stands in its place."""
+
+ALLOWED = {
+    ("avsec_gym/world/models/plants/trees.py", "stakes"): "wooden ones that hold a young tree",
+    ("avsec_gym/validation/fitted_on.py", "moments"): "a key in files of earlier releases",
+}
+"""Uses that are right as they are: file and word, and why."""
+
+_WORD = re.compile(
+    # Parts of names count as words: `test_noticed`, `_Moment`; of `knowingly` nothing does.
+    r"(?<![a-z])(" + "|".join(WORDS) + r")(?![a-z])",
+    re.IGNORECASE,
+)
+
+
+def found(text: str) -> Iterator[tuple[int, str]]:
+    """The words of a text that are not to be used, each with the number of its line.
+
+    Example:
+        >>> list(found("Each _moment of a DRIVE, and momentum."))
+        [(1, 'moment')]
+    """
+    # Names that join words by capitals are parted first: RepairedMoments.
+    parted = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", text)
+    for number, line in enumerate(parted.splitlines(), start=1):
+        for match in _WORD.finditer(line):
+            yield number, match[1].lower()
+
+
+def complaints(files: Iterable[Path]) -> list[str]:
+    """A line for each word of some files that is not to be used, its file and line first."""
+    result = []
+    for file in files:
+        path = file.relative_to(ROOT).as_posix()
+        for number, word in found(file.read_text(encoding="utf-8")):
+            if (path, word) not in ALLOWED:
+                result.append(f"{path}:{number}: {word!r}: say {WORDS[word]}")
+    return result
+
+
+def files_of_rooms() -> list[Path]:
+    """The sources and pages of all rooms."""
+    files: list[Path] = []
+    for room in (ROOT / room for room in ROOMS):
+        inside = room.rglob("*") if room.is_dir() else [room]
+        files += [file for file in inside if file.suffix in (".py", ".md", ".toml")]
+    return sorted(files)
+
+
+def main() -> int:
+    """The command; its exit code: 1 if there is such a word."""
+    lines = complaints(files_of_rooms())
+    for line in lines:
+        print(line)
+    return bool(lines)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
