@@ -307,7 +307,7 @@ KINDS = {
         Kind("run manifest", "manifest.json", sound_files.run, tiny_run.look, _LINES | JSON),
         Kind("validation record", "validation.json", _make_validation_rows, _validation_rows,
              _LINES | JSON),
-        Kind("validation rows", "moments.jsonl", _make_validation_rows, _validation_rows, _LINES),
+        Kind("validation rows", "frames.jsonl", _make_validation_rows, _validation_rows, _LINES),
         Kind("thresholds", "thresholds.json", _at(sound_files.thresholds, "thresholds.json"),
              _thresholds, _LINES | JSON, impossible.shares),
         Kind("likelihood", "likelihood.json", _at(sound_files.likelihood, "likelihood.json"),

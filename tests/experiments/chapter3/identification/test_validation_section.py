@@ -96,7 +96,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RunFolder:
     return RunFolder.open(tmp_path / "run")
 
 
-def test_a_page_says_what_sensors_notice(
+def test_a_page_shows_what_sensors_detect(
     run: RunFolder, capsys: pytest.CaptureFixture[str]
 ) -> None:
     report = run_report(run)
@@ -126,9 +126,9 @@ def test_a_page_says_what_sensors_notice(
     assert box.count("<svg") == 4
     assert "The thesis, r = 1 %: 97.60" in box
     assert "of 24 drives" in page
-    # Of what was said with some probability, how much was so.
-    said_so = (summary["calibration"], summary["calibration"]["all_alike"])
-    assert page.count('data-hint="said ') == sum(len(one["reliability"]) for one in said_so)
+    # A point for each tenth of probability that was predicted.
+    both = (summary["calibration"], summary["calibration"]["all_alike"])
+    assert page.count('data-hint="predicted ') == sum(len(one["reliability"]) for one in both)
     # The mean of all cases, with the thesis beside it.
     box = page.partition("<h3>Figure 3.8")[2].partition("</ul>")[0]
     assert "The thesis, r = 1 %: 99.97" in box
@@ -143,10 +143,10 @@ def test_a_page_says_what_sensors_notice(
     assert list(told[DIM, 1]["detected"]) == ["three cameras"]
     assert told[DIM, 1]["detected"]["three cameras"]["rate"] > 0.9
     assert told[DIM, 1]["named_likeliest"]["rate"] > 0.9 > 0.1 > told[DIM, 1]["accused"]["rate"]
-    assert "## Attackers who know the method" in text
+    assert "## Adaptive attacks" in text
     assert "## Table 3.2" in text
     assert "a bogus return that hides what is behind it" in text
-    assert "## What a user of maximum likelihood is told" in text
+    assert "## Status that maximum likelihood reports" in text
     # Curves know more rates than tables.
     assert len(text.partition("## Table 3.1")[2].partition("##")[0].strip().splitlines()) < 30
     assert "*98.15*" in text
@@ -164,7 +164,7 @@ def test_frames_that_were_looked_at_are_left_out_once(
     assert [row["scenario"] for row in told["detection"]] == list(SCENARIOS)
     assert {row["rate"] for row in told["identification"]} == {0.01}
     assert chapter_3.validation_summary(run, run.configuration, FRAMES)["unseen"] is None
-    assert "19 frames that nobody looked at" in unseen_table(told).title
+    assert "19 frames that were not looked at" in unseen_table(told).title
 
 
 def test_too_few_frames_are_not_summed_up(tmp_path: Path) -> None:
