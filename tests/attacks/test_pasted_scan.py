@@ -201,7 +201,7 @@ def test_validate_pastes_the_file(
     assert run([*command, "--clean", "0.5", "--out", str(tmp_path / "out")]) == 0
     *rows, last = map(json.loads, capsys.readouterr().out.splitlines())
     assert [row["truly_attacked"] for row in rows] == [["lidar"]] * 2
-    assert last["summary"]["attacks_noticed"]["of"] == 2
+    assert last["summary"]["attacks_detected"]["of"] == 2
 
 
 def test_what_cannot_be_is_refused() -> None:
