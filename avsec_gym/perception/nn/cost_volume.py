@@ -48,34 +48,11 @@ def sampled_volume(left: Tensor, right: Tensor, disparities: Tensor) -> Tensor:
     """
     planes = disparities.shape[1]
     pairs = [
-        torch.stack([_shifted(features, shift) for shift in shifts], 1)
+        torch.stack([shifted(features, shift) for shift in shifts], 1)
         for features, shifts in zip(right, disparities.tolist(), strict=True)
     ]
     repeated = left.unsqueeze(2).expand(-1, -1, planes, -1, -1)
     return torch.cat([repeated, torch.stack(pairs)], 1)
-
-
-def correlation_volume(left: Tensor, right: Tensor, disparities: Tensor, groups: int) -> Tensor:
-    """How well both views agree on each plane: means of products (Guo et al., CVPR 2019).
-
-    Args:
-        left: Features of the left image, shape (B, C, H, W).
-        right: The same shape.
-        disparities: As for `sampled_volume`, shape (B, D).
-        groups: G groups of neighbouring channels, each of which gives one mean.
-
-    Returns:
-        Shape (B, G, D, H, W).
-    """
-
-    def agreement(one: Tensor, other: Tensor, shift: float) -> Tensor:
-        products = one * _shifted(other, shift)
-        return products.reshape(groups, -1, *products.shape[1:]).mean(1)
-
-    pairs = zip(left, right, disparities.tolist(), strict=True)
-    return torch.stack(
-        [torch.stack([agreement(one, other, s) for s in shifts], 1) for one, other, shifts in pairs]
-    )
 
 
 def enlarged(costs: Tensor, size: Sequence[int], aligned_corners: bool) -> Tensor:
@@ -110,8 +87,8 @@ def expectation(logits: Tensor, values: Tensor) -> Tensor:
     return (logits.softmax(1) * values[:, None, None]).sum(1)
 
 
-def _shifted(features: Tensor, shift: float) -> Tensor:
-    """Features (C, H, W) moved to the right by a shift that need not be whole."""
+def shifted(features: Tensor, shift: float) -> Tensor:
+    """Features (C, H, W) moved to the right by a shift that need not be whole; zeros move in."""
     width = features.shape[-1]
     first = min(math.ceil(shift), width)
     weight, count = first - shift, width - first

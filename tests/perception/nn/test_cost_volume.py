@@ -9,7 +9,6 @@ import torch
 from torch.nn import functional
 
 from avsec_gym.perception.nn.cost_volume import (
-    correlation_volume,
     disparity_volume,
     enlarged,
     expectation,
@@ -52,31 +51,12 @@ def test_planes_may_lie_anywhere_and_differ_between_pairs():
         assert math.isclose(found, _sampled(right[b, c, y], place), abs_tol=1e-6)
 
 
-def test_agreement_is_the_mean_product_of_each_group():
-    left, right = _features(2, 2, 6, 2, 7)
-    disparities = torch.tensor([[0.0, 1.5, 3.0], [2.0, 0.3, 6.7]])
-    volume = correlation_volume(left, right, disparities, 3)
-    both = sampled_volume(left, right, disparities)
-    products = both[:, :6] * both[:, 6:]
-    expected = torch.stack([products[:, 2 * g : 2 * g + 2].mean(1) for g in range(3)], 1)
-    torch.testing.assert_close(volume, expected)
-
-
-def test_the_views_agree_best_on_the_plane_where_the_scene_is():
-    texture = _features(1, 16, 4, 60)
-    disparities = torch.tensor([[1.0, 2.5, 4.0, 5.5, 7.0]])
-    left, right = texture[..., :40], texture[..., 4:44]  # left(x) = right(x - 4)
-    volume = correlation_volume(left, right, disparities, 1)[0, 0]
-    assert (volume[..., 8:].argmax(0) == 2).all()
-
-
 def test_gradient_flows_to_both_images():
     left, right = _features(2, 1, 2, 2, 5)
     disparities = torch.tensor([[0.0, 1.3, 4.2]])
     inputs = (left.requires_grad_(), right.requires_grad_())
     assert torch.autograd.gradcheck(lambda a, b: sampled_volume(a, b, disparities), inputs)
     assert torch.autograd.gradcheck(lambda a, b: disparity_volume(a, b, 3), inputs)
-    assert torch.autograd.gradcheck(lambda a, b: correlation_volume(a, b, disparities, 1), inputs)
 
 
 @pytest.mark.parametrize("aligned", [True, False])

@@ -18,12 +18,8 @@ from avsec_gym.perception.nn.convolution import (
     convolutions,
     initialise,
 )
-from avsec_gym.perception.nn.cost_volume import (
-    correlation_volume,
-    enlarged,
-    expectation,
-    sampled_volume,
-)
+from avsec_gym.perception.nn.correlation_volume import correlation_volume
+from avsec_gym.perception.nn.cost_volume import enlarged, expectation, sampled_volume
 from avsec_gym.perception.nn.hourglass import Hourglass
 from avsec_gym.perception.nn.pyramid_pooling import STRIDE, FeatureExtraction
 
