@@ -7,6 +7,7 @@ own, whose gradients are filled, copied and added one by one: half of the time o
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numba
@@ -36,8 +37,8 @@ def correlation_volume(left: Tensor, right: Tensor, disparities: Tensor, groups:
     """
     if left.device.type == "cpu":
         kind = torch.promote_types(left.dtype, torch.float32)
-        volume: Tensor = _Correlation.apply(left.to(kind), right.to(kind), disparities, groups)
-        return volume
+        apply: Callable[..., Tensor] = _Correlation.apply
+        return apply(left.to(kind), right.to(kind), disparities, groups)
     return plain_correlation_volume(left, right, disparities, groups)
 
 

@@ -13,14 +13,9 @@ import torch
 from avsec_gym.cli import run
 from avsec_gym.perception.depth.psmnet import PsmNetConfiguration
 from avsec_gym.perception.depth.psmnet_depth import PsmNetDepth
-from avsec_gym.perception.detectors.dsgn.configuration import (
-    CAR,
-    DepthScale,
-    DsgnConfiguration,
-    GridAxis,
-    WorldGrid,
-)
+from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
 from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
+from avsec_gym.perception.detectors.dsgn.grid import CAR, DepthScale, GridAxis, WorldGrid
 from avsec_gym.perception.detectors.stereo_rcnn.configuration import (
     PRESETS,
     ProposalCount,

@@ -24,7 +24,7 @@ def anchor_footprints(configuration: DsgnConfiguration) -> Floats:
         Shape (classes, angles, 4, 2): x and z, metres.
     """
     sizes = [(anchor.height, anchor.width, anchor.length) for anchor in configuration.anchors]
-    angles = 2 * np.pi / configuration.angles * np.arange(configuration.angles)
+    angles = configuration.anchor_angles()
     each = np.repeat(np.array(sizes)[:, None], len(angles), axis=1)
     corners = box_corners(np.zeros_like(each), each, np.tile(angles, (len(sizes), 1)))
     return np.ascontiguousarray(corners[:, :, _ORDER[:4]][..., [0, 2]])

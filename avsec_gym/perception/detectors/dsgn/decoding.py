@@ -2,43 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from avsec_gym.box_overlap import ground_rectangles
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats, project, wrap_angle
-from avsec_gym.perception.detectors.dsgn.anchors import boxes_of_corners
+from avsec_gym.perception.detectors.dsgn.anchors import boxes_of_corners, corners_of_boxes
 from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
+from avsec_gym.perception.detectors.dsgn.decoding_rule import DecodingRule
 from avsec_gym.perception.detectors.dsgn.network import DsgnOutput
+from avsec_gym.perception.nn.box_voting import voted_boxes
 from avsec_gym.perception.nn.rotated_nms import rotated_nms
 
 _NEAR = 0.1
 """Metres: corners behind the camera are projected as if this far before it."""
-
-
-@dataclass(frozen=True)
-class DecodingRule:
-    """Which anchors become boxes; the defaults are those of the original car detector."""
-
-    least_score: float = 0.05
-    candidates: int = 300
-    """Anchors of an image, best first, that enter the suppression."""
-    most_overlap: float = 0.6
-    """Intersection over union seen from above of two boxes of one class that may both stay."""
-    most_boxes: int = 30
-    """In an image."""
-    score_times_centerness: bool = False
-
-    def __post_init__(self) -> None:
-        if not (0 < self.least_score < 1 and 0 <= self.most_overlap <= 1):
-            raise ConfigurationError(f"scores and overlaps are shares, got {self}")
-        if min(self.candidates, self.most_boxes) < 1:
-            raise ConfigurationError(f"an image needs candidates and boxes, got {self}")
 
 
 def decode(
@@ -61,10 +43,13 @@ def decode(
     scores = probabilities
     if rule.score_times_centerness:
         scores = scores * torch.sigmoid(output.centerness)[:, :, None]
+    if rule.fit_share and output.fit is not None:
+        fit = torch.sigmoid(output.fit)
+        scores = scores ** (1 - rule.fit_share) * fit**rule.fit_share
     allowed = (probabilities > rule.least_score) & (scores >= rule.least_score)
     return [
         _boxes(
-            *_candidates(scores[i], allowed[i], output.corners[i], configuration, rule),
+            _candidates(i, scores[i], allowed[i], output, configuration, rule),
             configuration,
             projections[i],
             size,
@@ -74,19 +59,30 @@ def decode(
     ]
 
 
+@dataclass(frozen=True, eq=False)
+class _Candidates:
+    """The best N anchors of an image, sorted: scores (N,), classes (N,), boxes as of `Boxes3D`."""
+
+    scores: Floats
+    classes: NDArray[np.int64]
+    location: Floats
+    dimensions: Floats
+    rotation_y: Floats
+
+
 def _candidates(
+    image: int,
     scores: Tensor,
     allowed: Tensor,
-    corners: Tensor,
+    output: DsgnOutput,
     configuration: DsgnConfiguration,
     rule: DecodingRule,
-) -> tuple[Floats, np.ndarray, Floats]:
-    """Scores (N,), classes (N,) and corners (N, 8, 3) of an image's best anchors, sorted."""
-    angle, kind, row, column = allowed.nonzero(as_tuple=True)
-    found = scores[angle, kind, row, column]
-    best = torch.argsort(found, descending=True, stable=True)[: rule.candidates]
-    angle, kind, row, column = (part[best] for part in (angle, kind, row, column))
-    offsets = corners[angle, kind, :, :, row, column].double().cpu().numpy()
+) -> _Candidates:
+    places = allowed.nonzero(as_tuple=True)
+    best = torch.argsort(scores[places], descending=True, stable=True)[: rule.candidates]
+    angle, kind, row, column = (part[best] for part in places)
+    index = (torch.full_like(angle, image), angle, kind, row, column)
+    offsets = output.boxes.at(index).double().cpu().numpy()
     classes, rows, columns = (part.cpu().numpy() for part in (kind, row, column))
     heights = np.array([anchor.centre_y for anchor in configuration.anchors])
     place = (
@@ -94,36 +90,49 @@ def _candidates(
         heights[classes],
         configuration.grid.z.centres()[rows],
     )
-    return found[best].double().cpu().numpy(), classes, offsets + np.stack(place, -1)[:, None]
+    location, dimensions, rotation_y = boxes_of_corners(offsets + np.stack(place, -1)[:, None])
+    if output.reversal is not None:
+        reverse = (output.reversal[index] > 0).cpu().numpy()
+        rotation_y = wrap_angle(rotation_y + np.pi * reverse)
+    found = scores[angle, kind, row, column].double().cpu().numpy()
+    return _Candidates(found, classes, location, dimensions, rotation_y)
 
 
 def _boxes(
-    scores: Floats,
-    classes: np.ndarray,
-    corners: Floats,
+    found: _Candidates,
     configuration: DsgnConfiguration,
     projection: Floats,
     size: tuple[int, int],
     rule: DecodingRule,
 ) -> Boxes3D:
-    location, dimensions, rotation_y = boxes_of_corners(corners)
+    """What stays of the candidates, voted on where the rule says so."""
+    location, dimensions, rotation_y = (
+        part.copy() for part in (found.location, found.dimensions, found.rotation_y)
+    )
     rectangles = ground_rectangles(location, dimensions, rotation_y)
-    stays = np.zeros(len(scores), bool)
-    for kind in np.unique(classes):
-        members = np.flatnonzero(classes == kind)
-        stays[members[rotated_nms(rectangles[members], scores[members], rule.most_overlap)]] = True
+    stays = np.zeros(len(location), bool)
+    for kind in np.unique(found.classes):
+        members = np.flatnonzero(found.classes == kind)
+        scores = found.scores[members]
+        kept = rotated_nms(rectangles[members], scores, rule.most_overlap)
+        stays[members[kept]] = True
+        if rule.voting_overlap is not None:
+            rows = members[kept]
+            location[rows], dimensions[rows], rotation_y[rows] = voted_boxes(
+                found.location[members], found.dimensions[members], found.rotation_y[members],
+                scores, kept, overlap=rule.voting_overlap, turn=rule.voting_turn,
+            )  # fmt: skip
     kept = np.flatnonzero(stays)[: rule.most_boxes]
     names = np.array([anchor.category for anchor in configuration.anchors])
     boxes = Boxes3D(
         location,
         dimensions,
         rotation_y,
-        scores,
-        names[classes],
-        box2d=_image_boxes(corners, projection, size),
+        found.scores,
+        names[found.classes],
         alpha=wrap_angle(rotation_y - np.arctan2(location[:, 0], location[:, 2])),
-    )
-    return boxes[kept]
+    )[kept]
+    return replace(boxes, box2d=_image_boxes(corners_of_boxes(boxes), projection, size))
 
 
 def _image_boxes(corners: Floats, projection: Floats, size: tuple[int, int]) -> Floats:

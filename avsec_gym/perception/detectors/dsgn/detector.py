@@ -15,20 +15,21 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
-from avsec_gym.perception.detectors.dsgn.decoding import DecodingRule, decode
-from avsec_gym.perception.detectors.dsgn.losses import depth_loss, detection_losses
+from avsec_gym.perception.detectors.dsgn.decoding import decode
+from avsec_gym.perception.detectors.dsgn.decoding_rule import DecodingRule
+from avsec_gym.perception.detectors.dsgn.depth_losses import depth_loss, on_objects, plane_loss
+from avsec_gym.perception.detectors.dsgn.editions import preset_of_weights
+from avsec_gym.perception.detectors.dsgn.fit import fit_loss
+from avsec_gym.perception.detectors.dsgn.losses import detection_losses
 from avsec_gym.perception.detectors.dsgn.network import DsgnNetwork, DsgnOutput
-from avsec_gym.perception.detectors.dsgn.targets import anchor_targets
+from avsec_gym.perception.detectors.dsgn.targets import anchor_targets, objects_to_learn
 from avsec_gym.perception.detectors.network_detector import NetworkDetector
-from avsec_gym.perception.presets import chosen_configuration
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
-from avsec_gym.perception.weights.given import Weights
+from avsec_gym.perception.weights.given import Weights, card_of
 
 _MEAN = (0.485, 0.456, 0.406)
 _DEVIATION = (0.229, 0.224, 0.225)
 """Of ImageNet's red, green and blue, as shares of 255."""
-_SMALL_RULE = DecodingRule(most_overlap=0.2)
-"""By average precision on the validation suite: 0.6 leaves doubles, below 0.3 little changes."""
 _MULTIPLE = 16
 """Image sides that the network can halve and double without loss."""
 
@@ -58,11 +59,11 @@ class DsgnDetector(NetworkDetector[DsgnConfiguration, DsgnNetwork]):
     Its `network` stands in evaluation mode and its weights are frozen; training thaws it.
 
     Args:
-        configuration: Of the network, or a preset's name.
+        configuration: Of the network, or a preset's name; with weights that were trained for an
+            earlier edition of the preset, that edition.
         weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
         categories: Classes that `losses` teaches, among those of the anchors.
-        rule: Which anchors become boxes; None: as published, but for the small ones, whose
-            boxes lie farther apart, with less overlap.
+        rule: Which anchors become boxes; None: that of the configuration.
 
     Raises:
         ConfigurationError: The weights are those of another configuration, or no anchor has one
@@ -78,15 +79,16 @@ class DsgnDetector(NetworkDetector[DsgnConfiguration, DsgnNetwork]):
         categories: Sequence[str] = ("Car",),
         rule: DecodingRule | None = None,
     ) -> None:
-        configuration, preset = chosen_configuration(DsgnConfiguration, configuration)
+        preset = configuration if isinstance(configuration, str) else "small"
+        if isinstance(configuration, str):
+            card = card_of(weights, f"{self.name}_{preset}")
+            configuration = preset_of_weights(configuration, card)
         known = [anchor.category for anchor in configuration.anchors]
         if not set(categories) <= set(known):
             raise ConfigurationError(f"this network knows {known}, not all of {categories}")
         super().__init__(configuration, DsgnNetwork(configuration), weights, preset)
         self.categories = tuple(categories)
-        small = map(DsgnConfiguration.preset, ("small", "small_without_pyramid"))
-        published = configuration not in small
-        self.rule = rule or (DecodingRule() if published else _SMALL_RULE)
+        self.rule = rule or configuration.rule
 
     def detect(self, frame: SensorFrame) -> Boxes3D:
         """The objects of a frame, best score first, with `box2d` and `alpha`.
@@ -109,17 +111,34 @@ class DsgnDetector(NetworkDetector[DsgnConfiguration, DsgnNetwork]):
     ) -> dict[str, Tensor]:
         """The terms `depth` (with disparity only), `classification`, `box` and `centerness`.
 
-        See `DifferentiableDetector.losses`.
+        And, where the configuration has them, `reversal` and `fit`.  See
+        `DifferentiableDetector.losses`.
         """
         output, given = self._run(batch)
         targets = anchor_targets(truth, self.configuration, self.categories)
         terms = detection_losses(output, targets)
+        if output.fit is not None:
+            terms["fit"] = fit_loss(output, truth, targets, self.configuration, self.categories)
         if disparity is not None:
             true_depth = _true_depth(batch, disparity.to(given.left), given)
-            z = self.configuration.grid.z
-            near, far = sorted((z.start, z.stop))
-            terms = {"depth": depth_loss(output.depth, true_depth, near, far), **terms}
+            terms = {"depth": self._depth_loss(output, given, true_depth, truth), **terms}
         return terms
+
+    def _depth_loss(
+        self, output: DsgnOutput, given: NetworkInput, true_depth: Tensor, truth: Sequence[Boxes3D]
+    ) -> Tensor:
+        """By the configuration, against depths of shape (B, H, W), 0 where unknown."""
+        c = self.configuration
+        if c.depth_loss == "expectation":
+            near, far = sorted((c.grid.z.start, c.grid.z.stop))
+            return depth_loss(output.depth, true_depth, near, far)
+        # Feature i stands at pixel 4 i.
+        step = true_depth.shape[-1] // output.depth_logits.shape[-1]
+        true_depth = true_depth[:, ::step, ::step]
+        objects = [objects_to_learn(boxes, c, self.categories)[0] for boxes in truth]
+        shown = on_objects(true_depth, given.projection, objects, step)
+        weight = torch.where(shown, c.object_pixels, 1.0).to(true_depth)
+        return plane_loss(output.depth_logits, output.depth_bins, true_depth, weight)
 
     def prepare(self, batch: StereoBatch) -> NetworkInput:
         """Scaled, normalised, padded with zeros at the right and below, in the network's type."""

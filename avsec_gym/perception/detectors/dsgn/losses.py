@@ -1,4 +1,4 @@
-"""DSGN's training loss, term by term (Chen et al., CVPR 2020, section 3.4, and its code)."""
+"""What DSGN's anchors cost, term by term (Chen et al., CVPR 2020, section 3.4, and its code)."""
 
 from __future__ import annotations
 
@@ -17,26 +17,36 @@ _BEND = 1 / 9
 
 
 def detection_losses(output: DsgnOutput, targets: AnchorTargets) -> dict[str, Tensor]:
-    """The terms `classification`, `box` and `centerness`, scalars.
+    """The terms `classification`, `box` and `centerness`, and with half turns `reversal`; scalars.
 
     Args:
         output: Of the network.
         targets: Of the same batch, on any device.
     """
-    logits, corners, centerness = (
-        _at_least_single(part) for part in (output.class_logits, output.corners, output.centerness)
-    )
+    logits, centerness = at_least_single(output.class_logits), at_least_single(output.centerness)
     targets = targets.to(logits)
-    image, angle, category, row, column = targets.index
+    image, angle, _, row, column = targets.index
     positive = torch.zeros_like(logits)
     positive[targets.index] = 1.0
-    return {
+    corners = output.boxes.at(targets.index).to(logits.dtype)
+    terms = {
         "classification": focal_loss(logits, positive) / (len(image) + 10),
-        "box": box_loss(
-            corners[image, angle, category, :, :, row, column], targets.corners, targets.centerness
-        ),
+        "box": box_loss(corners, targets.corners, targets.centerness),
         "centerness": centerness_loss(centerness[image, angle, row, column], targets.centerness),
     }
+    if output.reversal is not None:
+        terms["reversal"] = reversal_loss(
+            at_least_single(output.reversal)[targets.index], targets.reversed, targets.centerness
+        )
+    return terms
+
+
+def reversal_loss(logits: Tensor, reverse: Tensor, weight: Tensor) -> Tensor:
+    """Binary cross entropy of which way P boxes head, averaged with weights; all of shape (P,)."""
+    if len(logits) == 0:
+        return logits.sum()
+    entropy = functional.binary_cross_entropy_with_logits(logits, reverse, reduction="none")
+    return (entropy * weight).sum() / weight.sum()
 
 
 def focal_loss(logits: Tensor, positive: Tensor) -> Tensor:
@@ -84,21 +94,6 @@ def centerness_loss(logits: Tensor, centerness: Tensor) -> Tensor:
     return functional.binary_cross_entropy_with_logits(logits, centerness)
 
 
-def depth_loss(depth: Tensor, true_depth: Tensor, near: float, far: float) -> Tensor:
-    """Mean smooth L1 error of depths.
-
-    Args:
-        depth: Metres, any shape.
-        true_depth: The same shape; only pixels in (near, far] count.
-        near: Metres.
-        far: Metres.
-    """
-    known = (true_depth > near) & (true_depth <= far)
-    if not known.any():
-        return 0.0 * depth.sum()
-    return functional.smooth_l1_loss(_at_least_single(depth)[known], true_depth[known])
-
-
-def _at_least_single(values: Tensor) -> Tensor:
+def at_least_single(values: Tensor) -> Tensor:
     """Mixed precision delivers halves, which lose the 1e-7 of the focal loss."""
     return values.to(torch.promote_types(values.dtype, torch.float32))

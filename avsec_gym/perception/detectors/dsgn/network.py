@@ -10,6 +10,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from avsec_gym.perception.detectors.dsgn.box_field import BoxField
 from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
 from avsec_gym.perception.nn.convolution import (
     Dimensions,
@@ -34,11 +35,12 @@ class DsgnOutput:
             pixels of the image in the full configurations, of those of the features in `small`.
         depth_bins: The depths in metres, far to near, shape (D,).
         class_logits: Before the sigmoid, shape (B, A, K, Z, X).
-        corners: The eight corners of each box less its anchor's place (x of the cell,
-            ``centre_y`` of the class, z of the cell), as (x, y, z) in metres of the camera frame,
-            shape (B, A, K, 8, 3, Z, X): (+l/2, +w/2), (+l/2, -w/2), (-l/2, -w/2), (-l/2, +w/2)
-            of the bottom face, then of the top.
+        boxes: Of every anchor.
         centerness: Before the sigmoid, shape (B, A, Z, X).
+        reversal: Before the sigmoid: whether the box heads the other way than its corners tell,
+            shape (B, A, K, Z, X); None without `half_turns`.
+        fit: Before the sigmoid: intersection over union of the box with the object, shape
+            (B, A, K, Z, X); None without `fit`.
 
     Rows of the bird's-eye view run as ``configuration.grid.z`` does, from far to near, its columns
     as ``configuration.grid.x``, from left to right; ``.centres()`` of both gives metres.
@@ -48,8 +50,20 @@ class DsgnOutput:
     depth_logits: Tensor
     depth_bins: Tensor
     class_logits: Tensor
-    corners: Tensor
+    boxes: BoxField
     centerness: Tensor
+    reversal: Tensor | None = None
+    fit: Tensor | None = None
+
+    @property
+    def corners(self) -> Tensor:
+        """The eight corners of each box less its anchor's place.
+
+        The place is x of the cell, ``centre_y`` of the class, z of the cell; corners are (x, y, z)
+        in metres of the camera frame: (+l/2, +w/2), (+l/2, -w/2), (-l/2, -w/2), (-l/2, +w/2) of the
+        bottom face, then of the top; shape (B, A, K, 8, 3, Z, X).
+        """
+        return self.boxes.everywhere()
 
 
 class DsgnNetwork(nn.Module):
@@ -95,13 +109,17 @@ class DsgnNetwork(nn.Module):
         self.bbox_cls = nn.Conv2d(view, c.angles * classes, 3, padding=1)
         self.bbox_centerness = nn.Conv2d(view, c.angles, 3, padding=1)
         self.bbox_reg = nn.Conv2d(view, classes * (6 + c.angles), 3, padding=1)
+        beside = [*["bbox_reversal"] * c.half_turns, *["bbox_fit"] * c.fit]
+        for name in beside:
+            self.add_module(name, nn.Conv2d(view, c.angles * classes, 3, padding=1))
         initialise(self)
         for layer, deviation in (
             (self.bbox_cls, 0.1),
             (self.bbox_centerness, 0.1),
             (self.bbox_reg, 0.02),
+            *((self.get_submodule(name), 0.02) for name in beside),
         ):
-            nn.init.normal_(layer.weight, std=deviation)
+            nn.init.normal_(layer.get_parameter("weight"), std=deviation)
         nn.init.constant_(
             self.bbox_cls.get_parameter("bias"), -math.log(99)
         )  # a prior probability of 1 %
@@ -129,12 +147,12 @@ class DsgnNetwork(nn.Module):
         logits = self._depth_logits(costs, left)
         semantic = extract.rpnconv(joined) if self.configuration.features.semantic else None
         world = self._world(volume, costs, logits, semantic, projection, left)
-        class_logits, corners, centerness = self._heads(self._view(world))
+        heads = self._heads(self._view(world))
         bins = torch.from_numpy(self.configuration.bins.values()).to(left)
         depth = expectation(logits, bins)
         if not self.configuration.full_depth:
             depth = _at_pixels(depth)
-        return DsgnOutput(depth, logits, bins, class_logits, corners, centerness)
+        return DsgnOutput(depth, logits, bins, *heads)
 
     def _disparities(self, focal_times_baseline: Tensor) -> Tensor:
         """Of the planes in pixels of the features, shape (B, D)."""
@@ -227,39 +245,23 @@ class DsgnNetwork(nn.Module):
         # The original forgets the residual here; its weights are trained without.
         return self.rpn3d_conv3(self.rpn3d_conv2(stacked))[0]
 
-    def _heads(self, view: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    def _heads(self, view: Tensor) -> tuple[Tensor, BoxField, Tensor, Tensor | None, Tensor | None]:
+        """Class logits, boxes, centerness, reversal and fit; see `DsgnOutput`."""
         c = self.configuration
         cls = self.rpn3d_cls_convs2(self.rpn3d_cls_convs(view))
         box = self.rpn3d_bbox_convs2(self.rpn3d_bbox_convs(view))
         classes = len(c.anchors)
-        class_logits = self.bbox_cls(cls).unflatten(1, (c.angles, classes))
-        regressed = self.bbox_reg(box).unflatten(1, (classes, 6 + c.angles))
-        return class_logits, self._corners(regressed), self.bbox_centerness(box)
 
-    def _corners(self, regressed: Tensor) -> Tensor:
-        """(B, K, 6 + A, Z, X) of place, size and turn to (B, A, K, 8, 3, Z, X)."""
-        c = self.configuration
-        offset, size, turn = regressed[:, :, :3], regressed[:, :, 3:6], regressed[:, :, 6:]
-        anchors = regressed.new_tensor([[a.height, a.width, a.length] for a in c.anchors])
-        height, width, length = (anchors[:, :, None, None] * size.exp()).unbind(2)
-        first = torch.arange(c.angles).to(turn) * (2 * math.pi / c.angles)
-        yaw = first[:, None, None] + turn.tanh() * (math.pi / c.angles)
-        cos, sin = yaw.cos().transpose(1, 2), yaw.sin().transpose(1, 2)  # (B, A, K, Z, X)
-        corners = []
-        for up in (0.5, -0.5):  # y points down: the bottom face first
-            for along, across in ((0.5, 0.5), (0.5, -0.5), (-0.5, -0.5), (-0.5, 0.5)):
-                forward, aside = along * length[:, None], across * width[:, None]
-                corners.append(
-                    torch.stack(
-                        [
-                            forward * cos + aside * sin,
-                            (up * height[:, None]).expand_as(cos),
-                            aside * cos - forward * sin,
-                        ],
-                        3,
-                    )
-                )
-        return torch.stack(corners, 3) + offset[:, None, :, None]
+        def of_anchors(values: Tensor) -> Tensor:
+            return values.reshape(len(values), c.angles, classes, *values.shape[2:])
+
+        return (
+            of_anchors(self.bbox_cls(cls)),
+            BoxField(self.bbox_reg(box).unflatten(1, (classes, 6 + c.angles)), c),
+            self.bbox_centerness(box),
+            of_anchors(self.get_submodule("bbox_reversal")(box)) if c.half_turns else None,
+            of_anchors(self.get_submodule("bbox_fit")(box)) if c.fit else None,
+        )
 
 
 def _at_pixels(depth: Tensor) -> Tensor:

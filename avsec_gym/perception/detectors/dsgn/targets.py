@@ -1,14 +1,14 @@
 """What DSGN is to say of a scene: which anchors stand for which object (Chen et al., section 3.4).
 
 An anchor is as far from an object as their bottom corners are on average, corner by corner; so an
-anchor that points the other way is far.  An object takes as many of the nearest anchors as its
-footprint covers cells, cars a quarter of it.
+anchor that points the other way is far, unless anchors stand for both.  An object takes as many of
+the nearest anchors as its footprint covers cells, cars a quarter of it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numba
 import numpy as np
@@ -19,6 +19,7 @@ from torch import Tensor
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import Floats
 from avsec_gym.perception.detectors.dsgn.anchors import anchor_footprints, corners_of_boxes
+from avsec_gym.perception.detectors.dsgn.box_field import AnchorIndex
 from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
 
 _REACH = 5.0
@@ -38,17 +39,24 @@ class AnchorTargets:
             the class logits of `DsgnOutput`.
         corners: Of their objects, less the anchor's place, shape (P, 8, 3), metres.
         centerness: How close each is to its object, 1 for the closest, shape (P,).
+        reversed: 1 where the object heads the other way than its corners tell, 0 elsewhere, shape
+            (P,).  With half turns, corners are those of the box or of the box turned round, whose
+            are closer to the anchor's.
     """
 
-    index: tuple[Tensor, Tensor, Tensor, Tensor, Tensor]
+    index: AnchorIndex
     corners: Tensor
     centerness: Tensor
+    reversed: Tensor
 
     def to(self, like: Tensor) -> AnchorTargets:
         """On the device of a tensor, with its floating type."""
         image, angle, category, row, column = (part.to(like.device) for part in self.index)
         return AnchorTargets(
-            (image, angle, category, row, column), self.corners.to(like), self.centerness.to(like)
+            (image, angle, category, row, column),
+            self.corners.to(like),
+            self.centerness.to(like),
+            self.reversed.to(like),
         )
 
 
@@ -75,16 +83,17 @@ def anchor_targets(
         (image, angle, category, row, column),
         torch.from_numpy(np.concatenate([part[1] for part in parts])),
         torch.from_numpy(np.concatenate([part[2] for part in parts])),
+        torch.from_numpy(np.concatenate([part[3] for part in parts])),
     )
 
 
 def _of_image(
     boxes: Boxes3D, configuration: DsgnConfiguration, categories: Sequence[str]
-) -> tuple[NDArray[np.int64], Floats, Floats]:
-    """Angle, class, row and column (4, P), corners (P, 8, 3) and centerness (P,)."""
-    boxes, classes = _to_learn(boxes, configuration, categories)
-    corners = corners_of_boxes(boxes)
-    bottoms = np.ascontiguousarray(corners[:, :4][..., [0, 2]])
+) -> tuple[NDArray[np.int64], Floats, Floats, Floats]:
+    """Angle, class, row and column (4, P), corners (P, 8, 3), centerness and reversal (P,)."""
+    boxes, classes = objects_to_learn(boxes, configuration, categories)
+    ways = _ways(boxes, configuration)
+    bottoms = np.ascontiguousarray(ways[:, :, :4][..., [0, 2]])
     footprints = anchor_footprints(configuration)
     owner, least = _owners(boxes, classes, bottoms, footprints, configuration)
     positive = np.stack(np.nonzero(owner >= 0))
@@ -95,10 +104,21 @@ def _of_image(
     place = np.stack([x[column], heights[kind], z[row]], axis=-1)[:, None]
     # From every object, each compared with the anchor of its own class.
     moved = place[:, None, :, ::2] + footprints[classes[None, :], angle[:, None]]
-    distances = np.linalg.norm(moved - bottoms, axis=-1).mean(axis=-1)
+    distances = np.linalg.norm(moved[:, None] - bottoms, axis=-1).mean(axis=-1)  # (P, ways, N)
+    each = np.arange(len(owners))
+    way = distances[each, :, owners].argmin(axis=1)
+    distances = distances.min(axis=1)
     closest = distances.argmin(axis=1) if len(boxes) else owners
-    excess = (distances - least)[np.arange(len(owners)), closest]
-    return positive, corners[owners] - place, np.exp(-excess)
+    excess = (distances - least)[each, closest]
+    return positive, ways[way, owners] - place, np.exp(-excess), way.astype(float)
+
+
+def _ways(boxes: Boxes3D, configuration: DsgnConfiguration) -> Floats:
+    """Corners of the boxes, and with half turns of the boxes turned round, (1 or 2, N, 8, 3)."""
+    turned = [boxes]
+    if configuration.half_turns:
+        turned.append(replace(boxes, rotation_y=boxes.rotation_y + np.pi))
+    return np.stack([corners_of_boxes(one) for one in turned])
 
 
 def _owners(
@@ -108,7 +128,10 @@ def _owners(
     footprints: Floats,
     configuration: DsgnConfiguration,
 ) -> tuple[NDArray[np.int32], Floats]:
-    """The object of each anchor or -1, (A, K, Z, X), and each object's least distance (N,)."""
+    """The object of each anchor or -1, (A, K, Z, X), and each object's least distance (N,).
+
+    `bottoms` are those of `_ways`, of which the nearer counts, shape (1 or 2, N, 4, 2).
+    """
     x, z = configuration.grid.x.centres(), configuration.grid.z.centres()
     cell = abs((x[1] - x[0]) * (z[1] - z[0]))
     owner = np.full(
@@ -119,7 +142,9 @@ def _owners(
         # No anchor's corners are nearer on average than its centre.
         rows = np.flatnonzero(np.abs(z - boxes.location[i, 2]) < _REACH)
         columns = np.flatnonzero(np.abs(x - boxes.location[i, 0]) < _REACH)
-        distances = _distances(x[columns], z[rows], footprints[kind], bottoms[i])
+        distances = np.min(
+            [_distances(x[columns], z[rows], footprints[kind], way[i]) for way in bottoms], axis=0
+        )
         share = _SHARES.get(configuration.anchors[kind].category, 1.0)
         count = max(int(share * boxes.width[i] * boxes.length[i] / cell), 1)
         near = np.flatnonzero(distances < _REACH)
@@ -130,7 +155,7 @@ def _owners(
     return owner, least
 
 
-def _to_learn(
+def objects_to_learn(
     boxes: Boxes3D, configuration: DsgnConfiguration, categories: Sequence[str]
 ) -> tuple[Boxes3D, NDArray[np.int64]]:
     """The objects by class, and from far to near in each, and their classes."""

@@ -11,13 +11,8 @@ import torch
 from torch import Tensor
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.perception.detectors.dsgn.configuration import (
-    CAR,
-    DepthScale,
-    DsgnConfiguration,
-    GridAxis,
-    WorldGrid,
-)
+from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
+from avsec_gym.perception.detectors.dsgn.grid import CAR, DepthScale, GridAxis, WorldGrid
 from avsec_gym.perception.nn.pyramid_pooling import FeatureConfiguration
 from avsec_gym.perception.stereo_batch import StereoBatch
 

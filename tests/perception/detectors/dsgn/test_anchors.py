@@ -14,8 +14,8 @@ from avsec_gym.perception.detectors.dsgn.anchors import (
     boxes_of_corners,
     corners_of_boxes,
 )
+from avsec_gym.perception.detectors.dsgn.box_field import BoxField
 from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
-from avsec_gym.perception.detectors.dsgn.network import DsgnNetwork
 
 
 def _boxes(location: list[float], size: list[float], yaw: float) -> Boxes3D:
@@ -58,7 +58,7 @@ def test_footprints_are_those_of_the_boxes_that_an_untrained_network_emits(
     tiny: DsgnConfiguration,
 ) -> None:
     zeros = torch.zeros(1, 1, 6 + tiny.angles, 1, 1)
-    emitted = DsgnNetwork(tiny)._corners(zeros)[0, :, 0, :4, :, 0, 0]
+    emitted = BoxField(zeros, tiny).everywhere()[0, :, 0, :4, :, 0, 0]
     footprints = anchor_footprints(tiny)[0]
     np.testing.assert_allclose(footprints, emitted[..., [0, 2]], atol=1e-5)
     car = tiny.anchors[0]

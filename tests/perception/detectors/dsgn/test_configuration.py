@@ -8,11 +8,8 @@ import numpy as np
 import pytest
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.perception.detectors.dsgn.configuration import (
-    DepthScale,
-    DsgnConfiguration,
-    GridAxis,
-)
+from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
+from avsec_gym.perception.detectors.dsgn.grid import DepthScale, GridAxis
 
 
 @pytest.mark.parametrize("power", [1, 0, -1])

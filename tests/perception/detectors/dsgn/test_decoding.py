@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,15 +13,13 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import box_corners, project, wrap_angle
 from avsec_gym.perception.detectors.dsgn.anchors import anchor_footprints
-from avsec_gym.perception.detectors.dsgn.configuration import (
-    CAR,
-    CYCLIST,
-    PEDESTRIAN,
-    DsgnConfiguration,
-)
-from avsec_gym.perception.detectors.dsgn.decoding import DecodingRule, decode
+from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
+from avsec_gym.perception.detectors.dsgn.decoding import decode
+from avsec_gym.perception.detectors.dsgn.decoding_rule import DecodingRule
+from avsec_gym.perception.detectors.dsgn.grid import CAR, CYCLIST, PEDESTRIAN
 from avsec_gym.perception.detectors.dsgn.network import DsgnOutput
 from avsec_gym.perception.detectors.dsgn.targets import anchor_targets
+from tests.perception.detectors.dsgn.given_boxes import GivenBoxes
 
 PROJECTION = np.array([[700.0, 0, 600, 45], [0, 700, 170, 0.2], [0, 0, 1, 0.003]])[None]
 SIZE = (370, 1220)
@@ -45,8 +44,18 @@ def _output(configuration: DsgnConfiguration, truth: Boxes3D) -> DsgnOutput:
     logits[targets.index] = 2 * targets.centerness.float()
     corners[image, angle, kind, :, :, row, column] = targets.corners.float()
     centerness[image, angle, row, column] = torch.logit(targets.centerness.float(), 1e-3)
+    reversal = None
+    if configuration.half_turns:
+        reversal = torch.zeros_like(logits)
+        reversal[targets.index] = 8 * targets.reversed.float() - 4
     return DsgnOutput(
-        torch.zeros(1, 2, 2), torch.zeros(1, 2, 2, 2), torch.ones(2), logits, corners, centerness
+        torch.zeros(1, 2, 2),
+        torch.zeros(1, 2, 2, 2),
+        torch.ones(2),
+        logits,
+        GivenBoxes(corners),
+        centerness,
+        reversal,
     )
 
 
@@ -55,11 +64,14 @@ def three_classes(tiny: DsgnConfiguration) -> DsgnConfiguration:
     return replace(tiny, anchors=(PEDESTRIAN, CAR, CYCLIST))
 
 
-@pytest.mark.parametrize("times_centerness", [False, True])
+@pytest.mark.parametrize("half_turns", [False, True])
+@pytest.mark.parametrize("changes", [{}, {"score_times_centerness": True}, {"voting_overlap": 0.3}])
 def test_what_was_encoded_comes_back(
-    three_classes: DsgnConfiguration, times_centerness: bool
+    three_classes: DsgnConfiguration, changes: dict[str, Any], half_turns: bool
 ) -> None:
-    rule = DecodingRule(score_times_centerness=times_centerness)
+    if half_turns:
+        three_classes = replace(three_classes, half_turns=True, angles=2)
+    rule = DecodingRule(**changes)
     [found] = decode(_output(three_classes, TRUTH), three_classes, PROJECTION, SIZE, rule)
     assert len(found) == len(TRUTH)
     assert (np.diff(found.score) <= 0).all()
@@ -96,7 +108,7 @@ def test_limits_keep_the_best(tiny: DsgnConfiguration) -> None:
             corners[0, :, 0, level + i, 0] = footprints[:, i, 0, None, None]
             corners[0, :, 0, level + i, 2] = footprints[:, i, 1, None, None]
             corners[0, :, 0, level + i, 1] = y
-    output = replace(output, class_logits=logits, corners=corners)
+    output = replace(output, class_logits=logits, boxes=GivenBoxes(corners))
     [every] = decode(output, tiny, PROJECTION, SIZE, DecodingRule(candidates=9999, most_boxes=9999))
     [some] = decode(output, tiny, PROJECTION, SIZE, DecodingRule(candidates=9999, most_boxes=7))
     assert len(every) > 30
@@ -120,7 +132,18 @@ def test_a_box_that_reaches_behind_the_camera_ends_at_the_border(
     assert left < right
 
 
+def test_a_score_is_a_mean_of_class_and_fit(tiny: DsgnConfiguration) -> None:
+    output = _output(tiny, TRUTH[:1])
+    fit = torch.full_like(output.class_logits, 0.4)
+    output = replace(output, fit=fit)
+    [alone] = decode(output, tiny, PROJECTION, SIZE)
+    [both] = decode(output, tiny, PROJECTION, SIZE, DecodingRule(fit_share=0.25))
+    expected = alone.score**0.75 * torch.tensor(0.4).sigmoid().item() ** 0.25
+    np.testing.assert_allclose(both.score, expected, rtol=1e-6)
+
+
 def test_rules_check_themselves() -> None:
-    for values in ({"least_score": 0.0}, {"most_overlap": 1.2}, {"candidates": 0}):
+    wrong = ({"voting_overlap": 1.0}, {"voting_turn": 2.0}, {"fit_share": 1.1})
+    for values in (*wrong, {"least_score": 0.0}, {"most_overlap": 1.2}, {"candidates": 0}):
         with pytest.raises(ConfigurationError):
             DecodingRule(**values)

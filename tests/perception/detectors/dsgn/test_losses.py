@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,12 +14,13 @@ from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
 from avsec_gym.perception.detectors.dsgn.losses import (
     box_loss,
     centerness_loss,
-    depth_loss,
     detection_losses,
     focal_loss,
+    reversal_loss,
 )
 from avsec_gym.perception.detectors.dsgn.network import DsgnOutput
 from avsec_gym.perception.detectors.dsgn.targets import anchor_targets
+from tests.perception.detectors.dsgn.given_boxes import GivenBoxes
 
 
 def test_focal_loss_of_a_found_and_of_a_false_one() -> None:
@@ -64,15 +66,6 @@ def test_centerness_is_a_mean_of_cross_entropies() -> None:
     assert centerness_loss(logits, true).item() == pytest.approx(math.log(2))
 
 
-def test_depth_counts_only_what_is_known_and_within_reach() -> None:
-    depth = torch.tensor([[10.0, 10.5, 30.0, 5.0, 7.0]], requires_grad=True)
-    true = torch.tensor([[10.0, 10.0, 27.0, 80.0, 0.0]])
-    loss = depth_loss(depth, true, 2.0, 40.4)
-    assert loss.item() == pytest.approx((0 + 0.125 + 2.5) / 3)
-    loss.backward()
-    assert depth.grad[0, 3:].tolist() == [0.0, 0.0]
-
-
 def _output(configuration: DsgnConfiguration, count: int = 2) -> DsgnOutput:
     generator = torch.Generator().manual_seed(0)
     angles, kinds = configuration.angles, len(configuration.anchors)
@@ -86,8 +79,9 @@ def _output(configuration: DsgnConfiguration, count: int = 2) -> DsgnOutput:
         draw(count, 3, 4, 4),
         torch.arange(3.0),
         draw(count, angles, kinds, *cells),
-        draw(count, angles, kinds, 8, 3, *cells),
+        GivenBoxes(draw(count, angles, kinds, 8, 3, *cells)),
         draw(count, angles, *cells),
+        draw(count, angles, kinds, *cells) if configuration.half_turns else None,
     )
 
 
@@ -125,3 +119,27 @@ def test_a_scene_without_objects_teaches_only_background(tiny: DsgnConfiguration
     assert terms["centerness"].item() == 0
     sum(terms.values()).backward()
     assert (output.class_logits.grad > 0).all()
+
+
+def test_reversal_is_a_weighted_mean_of_cross_entropies() -> None:
+    logits, reverse = torch.tensor([0.0, math.log(3.0)]), torch.tensor([1.0, 0.0])
+    loss = reversal_loss(logits, reverse, torch.tensor([1.0, 0.5]))
+    assert loss.item() == pytest.approx((math.log(2) + 0.5 * math.log(4)) / 1.5)
+    assert reversal_loss(logits[:0], reverse[:0], reverse[:0]).item() == 0
+
+
+def test_with_half_turns_each_anchor_learns_which_way_its_box_heads(
+    tiny: DsgnConfiguration,
+) -> None:
+    tiny = replace(tiny, half_turns=True, angles=2)
+    car = Boxes3D(
+        np.array([[1.0, 1.6, 12.0]]), np.array([[1.5, 1.6, 4.0]]), np.array([np.pi - 0.1]),
+        np.ones(1), np.array(["Car"]),
+    )  # fmt: skip
+    output = _output(tiny, 1)
+    targets = anchor_targets([car], tiny)
+    assert (targets.index[1] == 0).all()
+    assert (targets.reversed == 1).all()
+    detection_losses(output, targets)["reversal"].backward()
+    assert (output.reversal.grad != 0).sum() == len(targets.reversed)
+    assert (output.reversal.grad <= 0).all()

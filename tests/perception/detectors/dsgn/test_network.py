@@ -9,11 +9,9 @@ import pytest
 import torch
 
 from avsec_gym.geometry import box_corners, project
-from avsec_gym.perception.detectors.dsgn.configuration import (
-    CAR,
-    CYCLIST,
-    DsgnConfiguration,
-)
+from avsec_gym.perception.detectors.dsgn.box_field import BoxField
+from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
+from avsec_gym.perception.detectors.dsgn.grid import CAR, CYCLIST
 from avsec_gym.perception.detectors.dsgn.network import DsgnNetwork
 
 _PROJECTION = torch.tensor(
@@ -133,7 +131,7 @@ def test_corners_are_those_of_the_box_that_is_regressed(tiny):
     regressed[0, 0, :, 0, 0] = torch.tensor(
         [0.3, -0.2, 0.5, 0.1, -0.1, 0.2, 0.4, -0.4, 0.0, 2.0]  # x, y, z, h, w, l, four turns
     )
-    corners = network._corners(regressed)[0, :, :, :, :, 0, 0].numpy()
+    corners = BoxField(regressed, network.configuration).everywhere()[0, :, :, :, :, 0, 0].numpy()
     for angle, turn in enumerate((0.4, -0.4, 0.0, 2.0)):
         size = np.array([1.56, 1.6, 3.9]) * np.exp([0.1, -0.1, 0.2])
         yaw = angle * np.pi / 2 + np.tanh(turn) * np.pi / 4

@@ -10,14 +10,8 @@ import torch
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import box_corners
-from avsec_gym.perception.detectors.dsgn.configuration import (
-    CAR,
-    CYCLIST,
-    PEDESTRIAN,
-    DsgnConfiguration,
-    GridAxis,
-    WorldGrid,
-)
+from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
+from avsec_gym.perception.detectors.dsgn.grid import CAR, CYCLIST, PEDESTRIAN, GridAxis, WorldGrid
 from avsec_gym.perception.detectors.dsgn.targets import AnchorTargets, anchor_targets
 
 CLASSES = ("Pedestrian", "Car", "Cyclist")
@@ -55,8 +49,8 @@ def _random_boxes(seed: int, count: int = 6) -> Boxes3D:
 
 def _oracle(
     boxes: Boxes3D, configuration: DsgnConfiguration
-) -> dict[tuple[int, ...], tuple[np.ndarray, float]]:
-    """By (angle, class, row, column): corners and centerness."""
+) -> dict[tuple[int, ...], tuple[np.ndarray, float, bool]]:
+    """By (angle, class, row, column): corners, centerness, and whether they are those turned."""
     names = {"Van": "Car", "Person_sitting": "Pedestrian"}
     categories = [names.get(name, name) for name in boxes.category]
     order = sorted(
@@ -64,21 +58,25 @@ def _oracle(
         key=lambda i: (CLASSES.index(categories[i]), -boxes.location[i, 2]),
     )
     cell = 0.5 * 0.5
-    distances, objects, owners = [], [], {}
+    distances, objects, owners, ways = [], [], {}, {}
     for i in order:
         kind = CLASSES.index(categories[i])
         anchor = configuration.anchors[kind]
-        true = box_corners(boxes.location[i], boxes.dimensions[i], boxes.rotation_y[i])
+        true = [
+            box_corners(boxes.location[i], boxes.dimensions[i], boxes.rotation_y[i] + turn)
+            for turn in ((0.0, np.pi) if configuration.half_turns else (0.0,))
+        ]
         found = {}
         for row in range(40):
             for column in range(40):
                 place = np.array([-9.75 + 0.5 * column, anchor.centre_y, 21.75 - 0.5 * row])
-                for angle in range(4):
+                for angle in range(configuration.angles):
                     size = np.array([anchor.height, anchor.width, anchor.length])
                     bottom = place + np.array([0, anchor.height / 2, 0])
                     corners = box_corners(bottom, size, angle * np.pi / 2)
-                    apart = np.hypot(*(corners - true)[:4, [0, 2]].T).mean()
-                    found[angle, row, column] = min(apart, 5.0)
+                    apart = [np.hypot(*(corners - way)[:4, [0, 2]].T).mean() for way in true]
+                    found[angle, row, column] = min(*apart, 5.0)
+                    ways[len(objects), angle, row, column] = int(np.argmin(apart))
         count = boxes.dimensions[i, 1] * boxes.dimensions[i, 2] / cell
         count = max(int(count / 4 if kind == 1 else count), 1)
         nearest = [key for key in sorted(found, key=found.__getitem__)[:count] if found[key] < 5]
@@ -94,25 +92,33 @@ def _oracle(
         found, least = min(distances, key=lambda pair: pair[0][angle, row, column])
         centerness = np.exp(least - found[angle, row, column])
         # The original goes round the other way.
-        corners = (objects[number] - place)[[0, 3, 2, 1, 4, 7, 6, 5]]
-        result[angle, kind, row, column] = corners, centerness
+        way = ways[number, angle, row, column]
+        corners = (objects[number][way] - place)[[0, 3, 2, 1, 4, 7, 6, 5]]
+        result[angle, kind, row, column] = corners, centerness, bool(way)
     return result
 
 
 def _as_dictionary(
     targets: AnchorTargets, image: int
-) -> dict[tuple[int, ...], tuple[np.ndarray, float]]:
+) -> dict[tuple[int, ...], tuple[np.ndarray, float, bool]]:
     return {
-        tuple(key[1:]): (corners.numpy(), float(centerness))
-        for key, corners, centerness in zip(
-            torch.stack(targets.index, 1).tolist(), targets.corners, targets.centerness, strict=True
+        tuple(key[1:]): (corners.numpy(), float(centerness), bool(reverse))
+        for key, corners, centerness, reverse in zip(
+            torch.stack(targets.index, 1).tolist(),
+            targets.corners,
+            targets.centerness,
+            targets.reversed,
+            strict=True,
         )
         if key[0] == image
     }
 
 
+@pytest.mark.parametrize("half_turns", [False, True])
 @pytest.mark.parametrize("seed", range(3))
-def test_agrees_with_plain_loops(coarse: DsgnConfiguration, seed: int) -> None:
+def test_agrees_with_plain_loops(coarse: DsgnConfiguration, seed: int, half_turns: bool) -> None:
+    if half_turns:
+        coarse = replace(coarse, half_turns=True, angles=2)
     batch = [_random_boxes(seed), Boxes3D.empty(), _random_boxes(seed + 100)]
     targets = anchor_targets(batch, coarse, CLASSES)
     for image, boxes in enumerate(batch):
@@ -121,9 +127,10 @@ def test_agrees_with_plain_loops(coarse: DsgnConfiguration, seed: int) -> None:
             _as_dictionary(targets, image),
         )
         assert set(found) == set(expected)
-        for key, (corners, centerness) in expected.items():
+        for key, (corners, centerness, reverse) in expected.items():
             np.testing.assert_allclose(found[key][0], corners, atol=1e-9)
             assert found[key][1] == pytest.approx(centerness, abs=1e-12)
+            assert found[key][2] == reverse
 
 
 def _car(x: float, z: float, yaw: float = 0.0) -> Boxes3D:

@@ -1,0 +1,95 @@
+"""What DSGN's depth costs: the original's loss, and one that minds single planes and objects."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.perception.detectors.dsgn.losses import at_least_single
+
+_MARGIN = 0.1
+"""Metres around a box within which a pixel still belongs to its object."""
+
+
+def depth_loss(depth: Tensor, true_depth: Tensor, near: float, far: float) -> Tensor:
+    """Mean smooth L1 error of depths.
+
+    Args:
+        depth: Metres, any shape.
+        true_depth: The same shape; only pixels in (near, far] count.
+        near: Metres.
+        far: Metres.
+    """
+    known = (true_depth > near) & (true_depth <= far)
+    if not known.any():
+        return 0.0 * depth.sum()
+    return functional.smooth_l1_loss(at_least_single(depth)[known], true_depth[known])
+
+
+def plane_loss(logits: Tensor, bins: Tensor, true_depth: Tensor, weight: Tensor) -> Tensor:
+    """Cross entropy of depths, averaged with weights over all pixels whose depth lies in the bins.
+
+    The two bins beside the true depth share the target, so that its expectation is that depth:
+    other than the error of an expectation, it also costs to believe in two surfaces at once.
+
+    Args:
+        logits: Of D bins (dimension 1), shape (B, D, h, w).
+        bins: Metres, from far to near, shape (D,).
+        true_depth: Metres, 0 where unknown, shape (B, h, w).
+        weight: Of each pixel, positive, shape (B, h, w).
+    """
+    known = (true_depth >= bins[-1]) & (true_depth <= bins[0])
+    if not known.any():
+        return 0.0 * logits.sum()
+    depth, weight = true_depth[known], weight[known]
+    rising = bins.flip(0)
+    above = torch.searchsorted(rising, depth).clamp(1, len(bins) - 1)
+    share = (depth - rising[above - 1]) / (rising[above] - rising[above - 1])
+    surprise = -at_least_single(logits).log_softmax(1).movedim(1, -1)[known].flip(1)
+    farther, nearer = (surprise.gather(1, which[:, None])[:, 0] for which in (above, above - 1))
+    return (weight * (share * farther + (1 - share) * nearer)).sum() / weight.sum()
+
+
+@torch.no_grad()
+def on_objects(depth: Tensor, projection: Tensor, objects: Sequence[Boxes3D], step: int) -> Tensor:
+    """Which pixels show an object: those whose place in space lies in its box, or just beside it.
+
+    Args:
+        depth: Of every ``step``-th pixel, metres, 0 where unknown, shape (B, h, w).
+        projection: P of the camera for all pixels, shape (B, 3, 4).
+        objects: Of each image.
+        step: Pixels between two depths.
+
+    Returns:
+        A mask, shape (B, h, w).
+    """
+    height, width = depth.shape[1:]
+    v, u = torch.meshgrid(
+        step * torch.arange(height).to(depth), step * torch.arange(width).to(depth), indexing="ij"
+    )
+    found = torch.zeros_like(depth, dtype=torch.bool)
+    for image, boxes in enumerate(objects):
+        p = projection[image].to(depth)
+        # P (x, y, z, 1) = depth (u, v, 1)
+        seen = depth[image] * torch.stack([u, v, torch.ones_like(u)]) - p[:, 3, None, None]
+        places = torch.einsum("ij,jvu->vui", torch.linalg.inv(p[:, :3]), seen)
+        location, size, yaw = (
+            torch.from_numpy(part).to(depth)
+            for part in (boxes.location, boxes.dimensions, boxes.rotation_y)
+        )
+        for i in range(len(boxes)):
+            x, y, z = (places - location[i]).unbind(-1)
+            cos, sin = yaw[i].cos(), yaw[i].sin()
+            along, across, up = x * cos - z * sin, x * sin + z * cos, -y
+            h, w, length = size[i]
+            found[image] |= (
+                (along.abs() <= length / 2 + _MARGIN)
+                & (across.abs() <= w / 2 + _MARGIN)
+                & (up >= -_MARGIN)
+                & (up <= h + _MARGIN)
+            )
+    return found & (depth > 0)
