@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -21,11 +24,12 @@ if TYPE_CHECKING:
     from torch import nn
 
     from avsec_gym.perception.training.task import Task
-    from avsec_gym.perception.training.trainer import Outcome, Validation
+    from avsec_gym.perception.training.trainer import Compute, Outcome, Validation
 
 
 WEIGHTS = "weights.safetensors"
 """In the folder of a run: those that are kept."""
+_SECONDS_BETWEEN_RATES = 300.0
 
 
 @dataclass(frozen=True)
@@ -61,7 +65,8 @@ class Train:
     preset: str = "small"
     """Of the network's configuration."""
     start: Path | None = None
-    """Weights to begin with (.safetensors).  Default: random ones."""
+    """Weights to begin with (.safetensors); those of another preset or network as far as they fit.
+    Default: random ones."""
     resume: bool = False
     """Go on with the run in --out, or begin it."""
     keep: Literal["best", "last"] = "best"
@@ -104,6 +109,7 @@ class Train:
                 self.augmentation,
                 self.training.seed,
                 shown,
+                console.say,
             )
             task = make_task(self.name, options)
         with console.progress("training") as shown:
@@ -115,6 +121,7 @@ class Train:
                 resume=self.resume,
                 keep=lambda network, validation: self._keep(task, network, validation),
                 on_progress=shown,
+                on_compute=_rate_teller(),
                 on_validation=lambda validation: _tell(task, validation),
             )
         if self.keep == "last" and outcome.last is not None:
@@ -148,6 +155,10 @@ class Train:
             steps=validation.step,
             epochs=validation.epoch,
             minutes=round(validation.seconds / 60, 1),
+            samples_seen=validation.compute.samples,
+            compute_seconds=round(validation.compute.seconds, 1),
+            images_per_hour=_rounded(validation.compute.images_per_hour),
+            arithmetic=validation.compute.arithmetic,
             hardware=_hardware(self.machine.device),
             command=command_line(),
             before=[] if began_with is None else began_with.trainings(),
@@ -166,6 +177,10 @@ class Train:
             "finished": outcome.finished,
             "steps": outcome.steps,
             "seconds": round(outcome.seconds, 1),
+            "samples_seen": outcome.compute.samples,
+            "compute_seconds": round(outcome.compute.seconds, 1),
+            "images_per_hour": _rounded(outcome.compute.images_per_hour),
+            "arithmetic": outcome.compute.arithmetic,
             task.leading_metric: outcome.best,
         }
         if self.json:
@@ -185,9 +200,29 @@ def _tell(task: Task[Any], validation: Validation) -> None:
     )
     best = " (best so far)" if validation.is_best else ""
     console.say(
-        f"epoch {validation.epoch}, {validation.seconds / 60:.0f} min: "
+        f"epoch {validation.epoch}, {validation.seconds / 60:.0f} min, "
+        f"{validation.compute.images_per_hour or 0:,.0f} images an hour: "
         f"{task.leading_metric} {leading:.3f}{best}; {others}"
     )
+
+
+def _rate_teller() -> Callable[[Compute], None]:
+    """Tells how quick a training is: at its begin, and then now and again."""
+    told = -math.inf
+
+    def tell(compute: Compute) -> None:
+        nonlocal told
+        if time.monotonic() - told > _SECONDS_BETWEEN_RATES:
+            first, told = math.isinf(told), time.monotonic()
+            numbers = f"; {compute.arithmetic}" if first else ""
+            rate = compute.images_per_hour or 0
+            console.say(f"{compute.samples:,} samples seen, {rate:,.0f} images an hour{numbers}")
+
+    return tell
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else round(value)
 
 
 def _hardware(device: str) -> str:

@@ -108,7 +108,7 @@ def test_the_text_of_an_option_fits_its_flag(
 def test_options_to_switch_something_off_are_looked_at() -> None:
     """So that the rule above is about something."""
     off = {o.flag for command in EVERY.values() for o in options(command) if "--no-" in o.flag}
-    assert {"--no-locate", "--no-evidence", "--no-mixed-precision", "--no-lidar"} <= off
+    assert {"--no-locate", "--no-evidence", "--no-lidar"} <= off
 
 
 def test_the_overviews_name_every_command(capsys: pytest.CaptureFixture[str]) -> None:

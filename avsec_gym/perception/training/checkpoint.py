@@ -40,7 +40,11 @@ class Checkpoint:
         best: The highest leading metric so far.
         best_step: When it was reached.
         without_better: Validations since then.
-        seconds: Of training so far.
+        validated: The step of the last validation.
+        seconds: Of training so far, validations included.
+        compute_seconds: Of steps alone.
+        bfloat16: Whether the run calculates in bfloat16; None before the first step.
+        arithmetic: Why, in words.
         finished: Whether there is nothing left to do.
     """
 
@@ -52,7 +56,11 @@ class Checkpoint:
     best: float | None = None
     best_step: int = 0
     without_better: int = 0
+    validated: int = 0
     seconds: float = 0.0
+    compute_seconds: float = 0.0
+    bfloat16: bool | None = None
+    arithmetic: str = ""
     finished: bool = False
 
 
@@ -180,11 +188,13 @@ def _problem(checkpoint: Checkpoint) -> str:
         value = getattr(checkpoint, name)
         if not (isinstance(value, dict) and all(isinstance(key, str) for key in value)):
             return f"{name} is no dictionary"
-    for name in ("step", "best_step", "without_better"):
+    for name in ("step", "best_step", "without_better", "validated"):
         value = getattr(checkpoint, name)
         if type(value) is not int or value < 0:
             return f"{name} is {value!r:.40}, expected a count"
-    for name in ("best", "seconds"):
+    if checkpoint.bfloat16 not in (None, True, False) or type(checkpoint.arithmetic) is not str:
+        return "arithmetic is not what a training writes"
+    for name in ("best", "seconds", "compute_seconds"):
         value = getattr(checkpoint, name)
         if not (isinstance(value, (int, float)) or (name == "best" and value is None)):
             return f"{name} is no number"

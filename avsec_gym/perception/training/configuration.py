@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 from avsec_gym.errors import ConfigurationError
 
@@ -35,11 +36,9 @@ class TrainingConfiguration:
     """Epochs between validations."""
     patience: int | None = None
     """Stop after so many validations without a better one.  Default: never."""
-    mixed_precision: bool = field(
-        default=True,
-        metadata={"help": "Do not calculate in bfloat16, even where it is safe and pays."},
-    )
-    """bfloat16 where it is safe and pays: on GPUs, and on processors with AMX."""
+    arithmetic: Literal["measured", "float32", "bfloat16"] = "measured"
+    """Numbers to calculate in.  Measured: bfloat16, where it is safe, if a few steps at the start
+    are clearly quicker in it.  A run goes on with what it began with."""
     seed: int = 0
     """Of first weights, order, augmentation and sampling."""
 
@@ -122,13 +121,13 @@ class Machine:
     """
 
     device: str = "cpu"
-    """Of torch, such as ``cpu`` or ``cuda``."""
+    """Of torch, such as ``cpu`` or ``cuda``; a GPU was never tried."""
     loaders: int = 1
     """Threads that prepare the next steps."""
     minutes: float | None = None
     """Stop after this time, to be resumed.  Default: when all epochs are done."""
-    checkpoint_minutes: float = 5.0
-    """Time between checkpoints; a run that is killed loses at most as much."""
+    checkpoint_minutes: float = 1.0
+    """Time between checkpoints; a run that is killed loses at most as much, or a validation."""
 
     def __post_init__(self) -> None:
         times = (self.checkpoint_minutes, 0.0 if self.minutes is None else self.minutes)

@@ -48,6 +48,7 @@ class TaskOptions:
         augmentation: Of training samples.
         seed: Of random weights.
         on_progress: Called with frames prepared and frames in all.
+        on_report: Called with what a user should know, such as which weights did not fit.
     """
 
     preset: str
@@ -58,19 +59,27 @@ class TaskOptions:
     augmentation: Augmentation = field(default_factory=Augmentation)
     seed: int = 0
     on_progress: Callable[[int, int], None] | None = None
+    on_report: Callable[[str], None] | None = None
 
     def begin(self, network: nn.Module) -> ModelCard | None:
         """Give a network the weights to begin with, if there are any; their card.
+
+        Weights of another configuration are taken as far as they fit, and what fits is reported.
 
         Args:
             network: Network to be given the weights, in place.
 
         Raises:
-            DataError: The file is missing, damaged, or of another network.
+            DataError: The file is missing or damaged, or nothing of it fits.
         """
-        from avsec_gym.perception.weights.store import load_weights
+        from avsec_gym.perception.weights.partial import load_what_fits
 
-        return None if self.start is None else load_weights(self.start, network)
+        if self.start is None:
+            return None
+        card, report = load_what_fits(self.start, network)
+        if report and self.on_report is not None:
+            self.on_report(report)
+        return card
 
 
 def make_task(name: str, options: TaskOptions) -> Task[Any]:

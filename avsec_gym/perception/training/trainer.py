@@ -6,7 +6,7 @@ import json
 import logging
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -16,6 +16,7 @@ import torch
 from torch import Tensor, nn
 
 from avsec_gym.errors import AvsecError
+from avsec_gym.perception.training.arithmetic import calculating, choose_arithmetic
 from avsec_gym.perception.training.batches import batches, steps_of_epoch
 from avsec_gym.perception.training.checkpoint import (
     Checkpoint,
@@ -37,6 +38,23 @@ _LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
+class Compute:
+    """What a training has spent."""
+
+    samples: int
+    """Seen so far, each as often as it was."""
+    seconds: float
+    """Of steps alone, without validations and checkpoints."""
+    arithmetic: str
+    """Numbers that it calculates in, and why."""
+
+    @property
+    def images_per_hour(self) -> float | None:
+        """Samples in an hour of steps; None before the first."""
+        return 3600 * self.samples / self.seconds if self.seconds > 0 else None
+
+
+@dataclass(frozen=True)
 class Validation:
     """What a validation found."""
 
@@ -46,6 +64,7 @@ class Validation:
     is_best: bool
     seconds: float
     """Of training so far."""
+    compute: Compute
 
 
 @dataclass(frozen=True)
@@ -60,6 +79,7 @@ class Outcome:
     """The highest leading metric."""
     last: Validation | None
     """Of the averaged weights that the network was left with; None unless the training finished."""
+    compute: Compute
 
 
 def train(
@@ -71,6 +91,7 @@ def train(
     resume: bool = False,
     keep: Callable[[nn.Module, Validation], None] | None = None,
     on_progress: Callable[[int, int], None] | None = None,
+    on_compute: Callable[[Compute], None] | None = None,
     on_validation: Callable[[Validation], None] | None = None,
 ) -> Outcome:
     """Train a task's network.
@@ -85,6 +106,7 @@ def train(
         resume: Go on with the run in the folder, if there is one.
         keep: Called with the network, bearing averaged weights, at each better validation.
         on_progress: Called with steps done and steps in all, of this call.
+        on_compute: Called whenever losses are written, after some steps each.
         on_validation: Called after each validation.
 
     Raises:
@@ -100,15 +122,22 @@ def train(
             prepared = batches(task, configuration, first, run.steps, machine.loaders)
             with closing(prepared):
                 while not run.state.finished and time.monotonic() < deadline:
-                    run.step(next(prepared))
-                    if on_progress is not None:
-                        on_progress(run.state.step - first, run.steps - first)
+                    # Also what a run was killed in the middle of.
                     if run.is_validation_due:
                         validation = run.validate(keep)
                         if on_validation is not None:
                             on_validation(validation)
-                        saved = -math.inf
-                    if time.monotonic() - saved > 60 * machine.checkpoint_minutes:
+                        run.save()
+                        saved = time.monotonic()
+                        continue
+                    run.step(prepared)
+                    if on_progress is not None:
+                        on_progress(run.state.step - first, run.steps - first)
+                    if on_compute is not None and run.is_logged:
+                        on_compute(run.compute)
+                    is_time = time.monotonic() - saved > 60 * machine.checkpoint_minutes
+                    # A validation takes longer than a checkpoint.
+                    if is_time or run.is_validation_due:
                         run.save()
                         saved = time.monotonic()
         except KeyboardInterrupt:
@@ -118,7 +147,8 @@ def train(
     run.trained.load_state_dict(run.average.weights)
     run.trained.eval()
     state = run.state
-    return Outcome(state.finished, state.step, state.seconds, state.best, run.last_validation())
+    last = run.last_validation()
+    return Outcome(state.finished, state.step, state.seconds, state.best, last, run.compute)
 
 
 class _Run:
@@ -169,25 +199,39 @@ class _Run:
         return self.state.step // self.epoch_steps
 
     @property
-    def is_validation_due(self) -> bool:
-        done, rest = divmod(self.state.step, self.epoch_steps)
-        is_last = self.state.step == self.steps
-        return rest == 0 and (done % self.configuration.validate_every == 0 or is_last)
+    def compute(self) -> Compute:
+        """What was spent so far."""
+        each = min(self.configuration.batch, self.task.samples)
+        return Compute(each * self.state.step, self.state.compute_seconds, self.state.arithmetic)
 
-    def step(self, batch: Any) -> None:
-        """Learn from a batch."""
+    @property
+    def is_validation_due(self) -> bool:
+        step = self.state.step
+        done, rest = divmod(step, self.epoch_steps)
+        is_due = rest == 0 and (done % self.configuration.validate_every == 0 or step == self.steps)
+        return is_due and step > self.state.validated
+
+    @property
+    def is_logged(self) -> bool:
+        """Whether losses are written after this step."""
+        return self.state.step % min(_LOGGED_STEPS, self.epoch_steps) == 0
+
+    def step(self, prepared: Iterator[Any]) -> None:
+        """Learn from the next batch."""
+        began = time.monotonic()
         step, configuration = self.state.step, self.configuration
+        batch = next(prepared).to(self.device)
+        if self.state.bfloat16 is None:
+            choice = choose_arithmetic(configuration.arithmetic, self.task, batch)
+            self.state.bfloat16, self.state.arithmetic = choice.bfloat16, str(choice)
+            began = time.monotonic()
         # All randomness of a step follows from its number: nothing to store, nothing to lose.
         torch.manual_seed((configuration.seed << 32) + step)
         for group in self.optimizer.param_groups:
             group["lr"] = learning_rate(step, self.steps, configuration)
         self.optimizer.zero_grad(set_to_none=True)
-        with torch.autocast(
-            self.device.type,
-            torch.bfloat16,
-            enabled=configuration.mixed_precision and multiplies_bfloat16(self.device),
-        ):
-            losses = self.task.losses(batch.to(self.device))
+        with calculating(self.state.bfloat16, self.device):
+            losses = self.task.losses(batch)
             total = torch.stack([loss.float() for loss in losses.values()]).sum()
         total.backward()  # type: ignore[no-untyped-call]
         norm = nn.utils.clip_grad_norm_(self.trained.parameters(), configuration.clip)
@@ -201,7 +245,8 @@ class _Run:
         self.average.update(step)
         self.state.step = step + 1
         self._count_time()
-        if self.state.step % min(_LOGGED_STEPS, self.epoch_steps) == 0:
+        self.state.compute_seconds += time.monotonic() - began
+        if self.is_logged:
             self._log()
 
     def validate(self, keep: Callable[[nn.Module, Validation], None] | None) -> Validation:
@@ -216,11 +261,14 @@ class _Run:
             # Of equals, such as the zeros in the beginning, the last is kept.
             is_best = is_better or leading == state.best
             self._count_time()
-            validation = Validation(state.step, self.epoch, metrics, is_best, state.seconds)
+            validation = Validation(
+                state.step, self.epoch, metrics, is_best, state.seconds, self.compute
+            )
             if is_best and keep is not None:
                 keep(self.task.network, validation)
         if is_best:
             state.best, state.best_step = leading, state.step
+        state.validated = state.step
         state.without_better = 0 if is_better else state.without_better + 1
         patience = self.configuration.patience
         out_of_patience = patience is not None and state.without_better >= patience
@@ -235,7 +283,9 @@ class _Run:
             return None
         row = [row for row in read_curves(self.folder) if "metrics" in row][-1]
         is_best = row["step"] == self.state.best_step
-        return Validation(row["step"], self.epoch, row["metrics"], is_best, row["seconds"])
+        return Validation(
+            row["step"], self.epoch, row["metrics"], is_best, row["seconds"], self.compute
+        )
 
     def save(self) -> None:
         """Write a checkpoint."""
@@ -251,7 +301,7 @@ class _Run:
         if self._skipped >= _MOST_SKIPPED:
             raise AvsecError(
                 f"{self.folder}: no finite gradient in {self._skipped} steps on end. Begin anew "
-                "with a lower --learning-rate, or without --mixed-precision."
+                "with a lower --learning-rate, or with --arithmetic float32."
             )
 
     def _log(self) -> None:
@@ -267,6 +317,7 @@ class _Run:
             facts = {
                 _NORM: means.pop(_NORM),
                 "rate": float(self.optimizer.param_groups[0]["lr"]),
+                "images_per_hour": round(self.compute.images_per_hour or 0.0),
                 "seconds": round(self.state.seconds, 1),
             }
             self.curves.add(self.state.step, "losses", means, **facts)
@@ -275,11 +326,6 @@ class _Run:
         now = time.monotonic()
         self.state.seconds += now - self._since
         self._since = now
-
-
-def multiplies_bfloat16(device: torch.device) -> bool:
-    """Whether it pays to train in bfloat16: on GPUs, and on processors with AMX, twice as fast."""
-    return device.type == "cuda" or bool(torch.cpu.get_capabilities().get("amx_bf16", False))
 
 
 def _optimizer(trained: nn.Module, configuration: TrainingConfiguration) -> torch.optim.AdamW:

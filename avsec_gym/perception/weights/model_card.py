@@ -19,7 +19,11 @@ class ModelCard:
         beside: What was learned with the network and is no part of it, such as weights of losses.
         steps: Of training.
         epochs: Of training.
-        minutes: It took.
+        minutes: It took, validations included.
+        samples_seen: Training samples, each as often as it was seen.
+        compute_seconds: Of training steps alone.
+        images_per_hour: Samples in an hour of steps.
+        arithmetic: Numbers that the training calculated in, and why.
         hardware: It ran on.
         command: That made the weights.
         before: Trainings whose weights this one began with, the first one first; see `trainings`.
@@ -39,6 +43,10 @@ class ModelCard:
     steps: int | None = None
     epochs: int | None = None
     minutes: float | None = None
+    samples_seen: int | None = None
+    compute_seconds: float | None = None
+    images_per_hour: float | None = None
+    arithmetic: str | None = None
     hardware: str | None = None
     command: str | None = None
     before: list[dict[str, Any]] = field(default_factory=list)

@@ -75,16 +75,27 @@ def load_weights(path: str | Path, network: nn.Module) -> ModelCard | None:
             what is missing, unexpected or of another shape is named.
     """
     path = Path(path)
+    state, card = read_weights(path)
+    if card is not None:
+        check_recorded(path, card, network)
+    network.load_state_dict(fit_state(state, network, path))
+    return card
+
+
+def read_weights(path: str | Path) -> tuple[dict[str, Tensor], ModelCard | None]:
+    """The tensors of a file, and its card, if one is there.
+
+    Raises:
+        DataError: The file is missing, damaged, or not the one of its card.
+    """
+    path = Path(path)
     if not is_there(path):
         raise DataError("There are no weights here.", path=path, remedy=WHERE_FROM)
     state, content = read_tensors(path, remedy=_AGAIN)
     card = read_card(path)
     if card is not None and card.sha256 != hashlib.sha256(content).hexdigest():
         raise DataError("The file is not the one of its card.", path=path, remedy=_AGAIN)
-    if card is not None:
-        check_recorded(path, card, network)
-    network.load_state_dict(fit_state(state, network, path))
-    return card
+    return state, card
 
 
 def read_card(path: str | Path) -> ModelCard | None:

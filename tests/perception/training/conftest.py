@@ -145,7 +145,7 @@ def resumed_equals_uninterrupted(tmp_path: Path) -> Callable[[Callable[[], Task[
 
     It takes a function that makes the task anew; samples are as many as in `spot_folder`.
     """
-    steps = TrainingConfiguration(epochs=2, batch=2, seed=1)
+    steps = TrainingConfiguration(epochs=2, batch=2, seed=1, arithmetic="float32")
 
     def check(make: Callable[[], Task[Any]]) -> Path:
         whole, halves = tmp_path / "whole", tmp_path / "halves"

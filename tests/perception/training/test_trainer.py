@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,10 +16,11 @@ from torch import Tensor, nn
 
 from avsec_gym.errors import AvsecError, DataError
 from avsec_gym.perception.training import trainer
+from avsec_gym.perception.training.arithmetic import Choice
 from avsec_gym.perception.training.checkpoint import CHECKPOINT
 from avsec_gym.perception.training.configuration import Machine, TrainingConfiguration
 from avsec_gym.perception.training.curves import CURVES, PICTURE, read_curves
-from avsec_gym.perception.training.trainer import Outcome, Validation, train
+from avsec_gym.perception.training.trainer import Compute, Outcome, Validation, train
 
 
 @dataclass
@@ -66,7 +68,7 @@ class Line:
         return {"network": {"layers": 2}}
 
 
-SIX_STEPS = TrainingConfiguration(epochs=2, batch=4, seed=3)
+SIX_STEPS = TrainingConfiguration(epochs=2, batch=4, seed=3, arithmetic="float32")
 
 
 def weights(folder: Path) -> dict[str, Tensor]:
@@ -108,9 +110,8 @@ def test_interrupted_and_resumed_run_equals_uninterrupted_one_bit_for_bit(
     ]
 
 
-@pytest.mark.parametrize("pays", [False, True])
-def test_bfloat16_is_for_machines_that_multiply_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, pays: bool
+def test_a_run_goes_on_in_the_numbers_that_it_began_with(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen = set()
 
@@ -119,19 +120,76 @@ def test_bfloat16_is_for_machines_that_multiply_it(
             seen.add(self.network(batch.x).dtype)
             return super().losses(batch)
 
-    monkeypatch.setattr(trainer, "multiplies_bfloat16", lambda device: pays)
-    train(Watched(), SIX_STEPS, tmp_path / "mixed")
-    assert seen == {torch.bfloat16 if pays else torch.float32}
-    seen.clear()
-    train(Watched(), replace(SIX_STEPS, mixed_precision=False), tmp_path / "full")
-    assert seen == {torch.float32}
+    measured = replace(SIX_STEPS, arithmetic="measured")
+    for pays in (True, False):
+        kind, folder = (torch.bfloat16 if pays else torch.float32), tmp_path / str(pays)
+        monkeypatch.setattr(trainer, "choose_arithmetic", lambda *_, pays=pays: Choice(pays))
+        with pytest.raises(KeyboardInterrupt):
+            train(Watched(stop_after=2), measured, folder)
+        monkeypatch.setattr(trainer, "choose_arithmetic", lambda *_, pays=pays: Choice(not pays))
+        assert train(Watched(), measured, folder, resume=True).finished
+        assert seen == {kind}
+        seen.clear()
 
 
-def test_what_processors_tell_of_themselves(monkeypatch: pytest.MonkeyPatch) -> None:
-    for told, pays in (({"amx_bf16": True}, True), ({"amx_bf16": False}, False), ({}, False)):
-        monkeypatch.setattr(torch.cpu, "get_capabilities", lambda told=told: told)
-        assert trainer.multiplies_bfloat16(torch.device("cpu")) == pays
-        assert trainer.multiplies_bfloat16(torch.device("cuda"))
+@pytest.mark.usefixtures("undrawn_curves")
+def test_a_measured_run_equals_one_that_was_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Measuring leaves no trace, in running statistics neither."""
+    monkeypatch.setattr("avsec_gym.perception.training.arithmetic._PAYS", 0.0)
+    train(Line(), replace(SIX_STEPS, arithmetic="measured"), tmp_path / "measured")
+    train(Line(), SIX_STEPS, tmp_path / "told")
+    expected, found = weights(tmp_path / "told"), weights(tmp_path / "measured")
+    for name in expected:
+        assert torch.equal(expected[name], found[name]), name
+
+
+@pytest.mark.usefixtures("undrawn_curves")
+def test_a_run_that_was_killed_while_it_validated_validates_first(tmp_path: Path) -> None:
+    class Killed(Line):
+        def validate(self) -> dict[str, float]:
+            raise SystemExit  # No checkpoint is written behind it.
+
+    with pytest.raises(SystemExit):
+        train(Killed(), SIX_STEPS, tmp_path / "halves")
+    task = Line()
+    steps: list[int] = []
+    validate = task.validate
+
+    def recorded() -> dict[str, float]:
+        steps.append(task.steps)
+        return validate()
+
+    task.validate = recorded  # type: ignore[method-assign]
+    assert train(task, SIX_STEPS, tmp_path / "halves", resume=True).finished
+    assert steps == [0, 3]
+    train(Line(), SIX_STEPS, tmp_path / "whole")
+    for name, value in weights(tmp_path / "whole").items():
+        assert torch.equal(value, weights(tmp_path / "halves")[name]), name
+    assert [row["step"] for row in read_curves(tmp_path / "halves")] == [3, 3, 6, 6]
+
+
+@pytest.mark.usefixtures("undrawn_curves")
+def test_compute_counts_samples_and_steps_alone(tmp_path: Path) -> None:
+    class Slow(Line):
+        def losses(self, batch: Pairs) -> dict[str, Tensor]:
+            time.sleep(0.02)
+            return super().losses(batch)
+
+        def validate(self) -> dict[str, float]:
+            time.sleep(0.3)
+            return super().validate()
+
+    told: list[Compute] = []
+    with pytest.raises(KeyboardInterrupt):
+        train(Slow(stop_after=4), SIX_STEPS, tmp_path)
+    outcome = train(Slow(), SIX_STEPS, tmp_path, resume=True, on_compute=told.append)
+    assert outcome.compute.samples == 24
+    assert 0.12 <= outcome.compute.seconds < outcome.seconds - 0.6
+    assert outcome.compute.images_per_hour == pytest.approx(3600 * 24 / outcome.compute.seconds)
+    assert outcome.compute.arithmetic.startswith("float32")
+    assert told[-1].samples == 24
 
 
 def test_learns_and_keeps_the_best_averaged_weights(tmp_path: Path) -> None:
@@ -149,7 +207,9 @@ def test_learns_and_keeps_the_best_averaged_weights(tmp_path: Path) -> None:
 
     outcome = train(
         task,
-        TrainingConfiguration(epochs=240, batch=14, learning_rate=0.03, validate_every=80),
+        TrainingConfiguration(
+            arithmetic="float32", epochs=240, batch=14, learning_rate=0.03, validate_every=80
+        ),
         tmp_path,
         keep=keep,
         on_progress=lambda done, total: told.append((done, total)),
@@ -166,7 +226,7 @@ def test_learns_and_keeps_the_best_averaged_weights(tmp_path: Path) -> None:
 
 
 def run_with(task: Line, folder: Path, **changes: Any) -> Outcome:
-    return train(task, TrainingConfiguration(batch=7, **changes), folder)
+    return train(task, TrainingConfiguration(batch=7, arithmetic="float32", **changes), folder)
 
 
 @pytest.mark.usefixtures("undrawn_curves")
@@ -209,7 +269,7 @@ def test_refuses_what_would_spoil_a_run(tmp_path: Path) -> None:
     with pytest.raises(DataError, match=r"already.*--resume"):
         train(Line(), SIX_STEPS, tmp_path)
     with pytest.raises(DataError, match=r"begun with training.seed 3, this is 4"):
-        train(Line(), TrainingConfiguration(epochs=2, batch=4, seed=4), tmp_path, resume=True)
+        train(Line(), replace(SIX_STEPS, seed=4), tmp_path, resume=True)
     (tmp_path / CHECKPOINT).write_bytes((tmp_path / CHECKPOINT).read_bytes()[:500])
     with pytest.raises(DataError, match=r"checkpoint.*archive is damaged"):
         train(Line(), SIX_STEPS, tmp_path, resume=True)
