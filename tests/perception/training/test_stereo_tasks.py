@@ -87,6 +87,16 @@ def dsgn(data: Data) -> Task:  # type: ignore[type-arg]
     return DetectionTask(DsgnDetector(DSGN), ("Car",), *data, Augmentation(), {})
 
 
+def dsgn_of_a_cpu(data: Data) -> Task:  # type: ignore[type-arg]
+    """With the heads, the loss and the volume that the small presets have."""
+    torch.manual_seed(0)
+    configuration = replace(
+        DSGN, angles=2, half_turns=True, fit=True, depth_loss="planes", object_pixels=8.0,
+        correlation_groups=4, volume_channels=4, volume_begins_with_hourglass=True,
+    )  # fmt: skip
+    return DetectionTask(DsgnDetector(configuration), ("Car",), *data, Augmentation(), {})
+
+
 def stereo_rcnn(data: Data) -> Task:  # type: ignore[type-arg]
     torch.manual_seed(0)
     return DetectionTask(StereoRcnnDetector(RCNN), ("Car",), *data, Augmentation(), {})
@@ -99,7 +109,7 @@ def psmnet(data: Data) -> Task:  # type: ignore[type-arg]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("make", [dsgn, stereo_rcnn, psmnet])
+@pytest.mark.parametrize("make", [dsgn, dsgn_of_a_cpu, stereo_rcnn, psmnet])
 def test_resumed_training_equals_uninterrupted_one(
     samples: Data,
     resumed_equals_uninterrupted: Callable[[Callable[[], object]], Path],
@@ -142,15 +152,23 @@ def test_command_trains_in_sittings_and_leaves_weights_with_a_card(
     assert run(arguments) == 1
     assert "--resume" in capsys.readouterr().err
     assert run([*arguments, "--resume"]) == 0
-    assert json.loads(capsys.readouterr().out) | {"seconds": 0} == {
+    told = json.loads(capsys.readouterr().out)
+    measured = {name: told.pop(name) for name in ("seconds", "compute_seconds", "images_per_hour")}
+    assert 0 < measured["compute_seconds"] < measured["seconds"]
+    assert told.pop("arithmetic").startswith(("float32: a step", "bfloat16: a step"))
+    assert told == {
         "schema": "avsec.train/1",
-        "network": "stereo_rcnn", "out": str(out), "finished": True, "steps": 4, "seconds": 0,
+        "network": "stereo_rcnn", "out": str(out), "finished": True, "steps": 4, "samples_seen": 12,
         "Car_3d_ap40": 0.0,
     }  # fmt: skip
     card = read_card(out / "weights.safetensors")
     assert card is not None
     assert (card.network, card.steps, card.training["batch"]) == ("stereo_rcnn", 4, 3)
     assert card.data["training"][0]["frames"] == 6
+    assert card.samples_seen == 3 * card.steps
+    assert card.images_per_hour == pytest.approx(
+        3600 * card.samples_seen / card.compute_seconds, rel=0.2
+    )
     load_weights(out / "weights.safetensors", StereoRcnnDetector(RCNN).network)
     assert run([*arguments, "--resume", "--keep", "last"]) == 0
     last = read_card(out / "weights.safetensors")

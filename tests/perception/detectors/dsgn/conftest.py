@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -45,6 +45,16 @@ def tiny() -> DsgnConfiguration:
         pooled_heights=4,
         view_channels=32,
         anchors=(CAR,),
+    )
+
+
+@pytest.fixture(params=["original", "half turns, fit, planes"])
+def any_tiny(tiny: DsgnConfiguration, request: pytest.FixtureRequest) -> DsgnConfiguration:
+    """With the heads and losses of the original, and with those that the small presets add."""
+    if request.param == "original":
+        return tiny
+    return replace(
+        tiny, angles=2, half_turns=True, fit=True, depth_loss="planes", object_pixels=8.0
     )
 
 
