@@ -16,16 +16,21 @@ from torch.nn import functional
 Dimensions = Literal[2, 3]
 
 
+_SMALL_VOLUME = 20480
+"""Channels x depth x height of a single volume up to which torch does not ask oneDNN
+(``use_mkldnn`` in ATen's Convolution.cpp)."""
+
+
 class VolumeConvolution(nn.Conv3d):
     """`nn.Conv3d` (cubic kernel, zero padding, no dilation), fast for a single volume on a CPU.
 
-    There torch 2 keeps few channels away from oneDNN and takes ten times as long as it does for
-    two volumes; the same sum, as convolutions in 2D over neighbouring slices, is quick.
+    There torch 2 keeps small volumes away from oneDNN and takes five times as long as it does for
+    two of them; the same sum, as convolutions in 2D over neighbouring slices, is quick.
     """
 
     def forward(self, volume: Tensor) -> Tensor:
         """(B, C, D, H, W) to (B, out, D', H', W')."""
-        if volume.device.type != "cpu" or len(volume) > 1:
+        if self._is_quick(volume):
             return super().forward(volume)
         kernel, stride, margin = self.kernel_size[0], self.stride[0], int(self.padding[0])
         slices = functional.pad(volume[0].transpose(0, 1), (0, 0, 0, 0, 0, 0, margin, margin))
@@ -39,6 +44,12 @@ class VolumeConvolution(nn.Conv3d):
             margin,
         )
         return result.transpose(0, 1)[None]
+
+    def _is_quick(self, volume: Tensor) -> bool:
+        """Whether torch has a quick convolution for this, in 3D."""
+        if volume.device.type != "cpu" or len(volume) > 1 or self.kernel_size[0] == 1:
+            return True
+        return volume.dtype == torch.float32 and volume[0, ..., 0].numel() > _SMALL_VOLUME
 
 
 _CONVOLUTION = {2: nn.Conv2d, 3: VolumeConvolution}

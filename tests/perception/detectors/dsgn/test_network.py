@@ -173,3 +173,13 @@ def test_small_is_the_same_class_and_small():
     (output.corners.square().mean() + output.class_logits.square().mean()).backward()
     for image in (left, right):
         assert (image.grad.abs().sum(1) > 0).float().mean() > 0.99
+
+
+def test_every_weight_of_small_fits_medium():
+    with torch.device("meta"):
+        small, medium = (
+            DsgnNetwork(DsgnConfiguration.preset(name)).state_dict() for name in ("small", "medium")
+        )
+    assert {name: value.shape for name, value in small.items()} == {
+        name: value.shape for name, value in medium.items()
+    }
