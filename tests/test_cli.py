@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -418,6 +419,28 @@ def test_plan_goes_on_after_a_broken_file(
     assert ends(["plan", broken]) == BAD_DATA
     assert ends(["plan", problems, broken]) == IN_PART
     assert "broken.xml" in capsys.readouterr().out
+
+
+def test_plan_names_the_file_that_cannot_be_planned(
+    problems: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whatever is wrong with one of several: a polygon, a speed, an element, a goal's times."""
+    text = (problems / "b_wall.xml").read_text()
+    polygon = "".join(f"<point><x>{x}</x><y>{y}</y></point>" for x, y in ((0, 0), (4, 2), (4, 0)))
+    bow_tie = f"<shape><polygon>{polygon}<point><x>0</x><y>2</y></point></polygon></shape>"
+    start, velocity = "(?s)(<planningProblem.*?<velocity>.*?<exact>)", "(</exact>)"
+    changes = {
+        "bow_tie": ("(?s)<shape>.*?</shape>", bow_tie),
+        "backwards": (f"{start}[^<]*{velocity}", r"\1-6.0\2"),
+        "fast": (f"{start}[^<]*{velocity}", r"\g<1>1000\2"),
+        "misspelt": ("staticObstacle", "staticObstacles"),
+    }
+    for name, (pattern, replacement) in changes.items():
+        count = 0 if name == "misspelt" else 1
+        (tmp_path / f"{name}.xml").write_text(re.sub(pattern, replacement, text, count=count))
+    assert ends(["plan", tmp_path, problems / "a_free.xml"]) == IN_PART
+    complaints = capsys.readouterr().err
+    assert all(str(tmp_path / f"{name}.xml") in complaints for name in changes)
 
 
 def test_plan_draws_pictures(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from avsec_gym import console
-from avsec_gym.errors import AvsecError, ConfigurationError, DataError
+from avsec_gym.errors import AvsecError, ConfigurationError, DataError, PlanningError
 
 if TYPE_CHECKING:
     from avsec_gym.planners.plan import Plan
@@ -63,7 +63,8 @@ class PlanFiles:
                         planner.plan(scenario)
                         warm = True
                     plan = planner.plan(scenario)
-                except AvsecError as error:
+                except AvsecError as raised:
+                    error = _with_file(raised, file)
                     skipped += 1
                     console.complain(error)
                     row = {
@@ -165,6 +166,11 @@ def _cells(row: dict[str, Any]) -> list[str]:
         f"{1000 * row['seconds']:.2f}",
         row["reason"] or "",
     ]
+
+
+def _with_file(error: AvsecError, file: Path) -> AvsecError:
+    """The error of planning with the file that it is of; others name theirs."""
+    return DataError(f"{error}.", path=file) if isinstance(error, PlanningError) else error
 
 
 def _expand(files: tuple[Path, ...]) -> list[Path]:

@@ -56,6 +56,10 @@ _memories = threading.local()
 _NO_TABLE = np.zeros((0, 1, 6))
 _WIDE_SPEED, _WIDE_STEP = 20.0, 2.0
 """Highest and spacing of the speeds where no road type gives them, m/s."""
+_ROLLING_BACK = 0.1
+"""m/s: so fast do vehicles move backwards that stand and are recorded."""
+_FASTER = 10.0
+"""m/s above the fastest start of the primitives: nothing faster is planned with them."""
 
 
 class Algorithm(StrEnum):
@@ -147,7 +151,8 @@ class MotionPrimitivePlanner:
             explain: Whether the reason is found out where nothing is found.
 
         Raises:
-            PlanningError: The problem has no goal, or no primitive starts at the start speed.
+            PlanningError: The problem has no goal, no primitive starts at the start speed, or the
+                start speed is negative or far above all that primitives start at.
         """
         # The problem, and the part of the world that the vehicle can come to.
         begun = time.perf_counter()
@@ -276,6 +281,7 @@ def _problem(
     reference = mode == Mode.REFERENCE
     # commonroad-search starts with straight wheels whatever the file states.
     steering = 0.0 if reference else start.steering_angle
+    _check_start_speed(start.velocity, primitives)
     speed = primitives.nearest_speed(start.velocity, endless_only=reference)
     root = primitives.starting_at(speed, steering, endless_only=reference)
     if not len(root):
@@ -303,6 +309,20 @@ def _problem(
         reference=reference,
     )
     return problem, plain(problem)
+
+
+def _check_start_speed(velocity: float, primitives: MotionPrimitives) -> None:
+    """Refuse a start that drives backwards, or far faster than the primitives.
+
+    Slower ones than the slowest primitive are planned: the thesis' scenarios say 0 m/s.
+    """
+    fastest = float(primitives.states[:, 0, 2].max())
+    if not -_ROLLING_BACK <= velocity <= fastest + _FASTER:
+        raise PlanningError(
+            f"the start's velocity is {velocity:g} m/s; expected 0 to {fastest + _FASTER:g} m/s,"
+            f" {_FASTER:g} m/s above the fastest start of the primitives {primitives.name}."
+            " Correct the velocity, or name other primitives"
+        )
 
 
 def suitable_primitives(scenario: PlanningScenario) -> MotionPrimitives:

@@ -12,7 +12,7 @@ from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
 from avsec_gym.planners.primitives import MotionPrimitives
 from avsec_gym.planners.vehicle import BMW_320I
-from avsec_gym.storage.xml_tree import read_plain_xml
+from avsec_gym.storage.xml_tree import Element, read_plain_xml
 
 _FIELDS = ("x", "y", "velocity", "orientation", "steering_angle")
 _DECIMAL_SECOND = 0.1
@@ -35,7 +35,7 @@ def read_primitives(path: str | Path) -> MotionPrimitives:
     """
     path = Path(path)
     root = read_plain_xml(path)
-    vehicle = (root.findtext("VehicleType") or "").strip()
+    vehicle = root.child("VehicleType").text
     if vehicle != BMW_320I.name:
         raise DataError(
             f"these are primitives of the vehicle {vehicle or '(none named)'!r}.",
@@ -43,15 +43,10 @@ def read_primitives(path: str | Path) -> MotionPrimitives:
             remedy=f"Only {BMW_320I.name} can be driven.",
         )
     trajectories, seen = [], set()
-    for number, node in enumerate(root.iterfind("Trajectories/Trajectory"), start=1):
-        try:
-            states = [_state(node.find("Initial"))]
-            states += [_state(state) for state in node.iterfind("Path/State")]
-            states.append(_state(node.find("Final")))
-        except (TypeError, ValueError, AttributeError) as error:
-            raise DataError(
-                f"trajectory {number} is broken ({error}).", path=path, remedy=_REMEDY
-            ) from error
+    for number, node in enumerate(_all(root.child("Trajectories"), "Trajectory"), start=1):
+        states = [_state(node.child("Initial"))]
+        states += [_state(state) for state in _all(node.child("Path"), "State")]
+        states.append(_state(node.child("Final")))
         _check(np.array(states), number, path)
         identity = (len(states), *states[0], *states[-1])
         if identity not in seen:
@@ -126,10 +121,16 @@ def _check(states: Floats, number: int, path: Path) -> None:
 _REMEDY = "Write it as commonroad-search's motion primitive generator does."
 
 
-def _state(node: ElementTree.Element | None) -> list[float]:
-    if node is None:
-        raise ValueError("Initial or Final is missing")
-    return [float(node.findtext(name) or f"no {name}") for name in _FIELDS]
+def _all(parent: Element, name: str) -> list[Element]:
+    """The children, which all have one name."""
+    for child in parent.children:
+        if child.name != name:
+            child.refuse(f"{child.tag} is no {name}.", _REMEDY)
+    return parent.children
+
+
+def _state(node: Element) -> list[float]:
+    return [node.number(name) for name in _FIELDS]
 
 
 def _add_state(parent: ElementTree.Element, tag: str, state: np.ndarray, step: int) -> None:

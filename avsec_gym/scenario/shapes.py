@@ -89,6 +89,13 @@ class Polygon:
         COORDINATE.check_all(self.vertices, "a vertex of a polygon")
         if len(self.vertices) < 3:
             raise PlanningError(f"a polygon has {len(self.vertices)} vertices; expected 3 or more.")
+        polygon = self.polygon()
+        if not (polygon.is_valid and polygon.area > 0):
+            x, y = self.vertices[0]
+            raise PlanningError(
+                f"the polygon that begins at ({x:g}, {y:g}) has edges that cross or touch, or no"
+                " area; expected the corners of one area in the order of its border."
+            )
 
     @property
     def centre(self) -> tuple[float, float]:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ElementTree
-from dataclasses import dataclass, field
+from collections.abc import Iterator
 from pathlib import Path
-from typing import NoReturn
+from typing import NamedTuple, NoReturn
 from xml.parsers import expat
+from xml.sax.saxutils import escape, quoteattr
 
 from avsec_gym.errors import DataError
 from avsec_gym.storage.text_files import read_text
@@ -14,28 +14,42 @@ from avsec_gym.storage.text_files import read_text
 _DEEPEST = 16
 _LARGEST = 256 * 2**20
 """Bytes of a file that `read_plain_xml` takes."""
+_NAMESPACE = " "
+"""Stands between a namespace and the name in it."""
 _DISTRUST = "Do not trust this file; fetch it again from where it was published."
 _AGAIN = "The file may be cut off or damaged; fetch it again."
 
 
-@dataclass(frozen=True)
-class Element:
-    """An element with its own text and its children."""
+class Element(NamedTuple):
+    """An element with its attributes, its own text and its children."""
 
     name: str
     line: int
     path: str | Path
-    children: list[Element] = field(default_factory=list)
-    parts: list[str] = field(default_factory=list)
+    attributes: dict[str, str]
+    children: list[Element]
+    parts: list[str]
 
     @property
     def text(self) -> str:
         """Its text, without the space around it."""
         return "".join(self.parts).strip()
 
+    @property
+    def tag(self) -> str:
+        """Its name in angle brackets, with its id where it has one."""
+        id = self.attributes.get("id")
+        return f"<{self.name}>" if id is None else f"<{self.name} id={id[:40]!r}>"
+
     def all(self, name: str) -> list[Element]:
         """The children of a name."""
         return [child for child in self.children if child.name == name]
+
+    def descendants(self) -> Iterator[Element]:
+        """The element itself, and all within it."""
+        yield self
+        for child in self.children:
+            yield from child.descendants()
 
     def find(self, name: str) -> Element | None:
         """The only child of a name, None without any.
@@ -45,7 +59,7 @@ class Element:
         """
         found = self.all(name)
         if len(found) > 1:
-            found[1].refuse(f"There is a second <{name}> in <{self.name}>.")
+            found[1].refuse(f"There is a second <{name}> in {self.tag}.")
         return found[0] if found else None
 
     def child(self, name: str) -> Element:
@@ -54,18 +68,21 @@ class Element:
         Raises:
             DataError: There is none, or there are several.
         """
-        return self.find(name) or self.refuse(f"<{self.name}> lacks a <{name}>.")
+        return self.find(name) or self.refuse(f"{self.tag} lacks a <{name}>.")
 
     def number(self, name: str, default: float | None = None) -> float:
         """The number in the only child of a name.
 
         Raises:
-            DataError: It lacks and there is no default, or it is no finite number up to a million.
+            DataError: It lacks and there is no default, or it is no finite number up to a million,
+                or there are elements within it.
         """
         child = self.find(name)
         if child is None and default is not None:
             return default
         child = child or self.child(name)
+        if child.children:
+            child.refuse(f"<{name}> holds a <{child.children[0].name}> beside its number.")
         try:
             value = float(child.text)
         except ValueError:
@@ -74,13 +91,13 @@ class Element:
             child.refuse(f"<{name}> holds {child.text[:40]!r}, no number or too large to be true.")
         return value
 
-    def refuse(self, problem: str) -> NoReturn:
-        """Raise an error that names this element.
+    def refuse(self, problem: str, remedy: str = _AGAIN) -> NoReturn:
+        """Raise an error that names this element's place.
 
         Raises:
             DataError: Always.
         """
-        raise DataError(problem, path=self.path, line=self.line, remedy=_AGAIN)
+        raise DataError(problem, path=self.path, line=self.line, remedy=remedy)
 
 
 def read_xml(path: str | Path) -> Element:
@@ -90,39 +107,16 @@ def read_xml(path: str | Path) -> Element:
         DataError: Missing, too large, not UTF-8, no XML, nested too deeply, or with entities of
             its own, which a small file can unfold to fill the memory.
     """
-    text = read_text(path)
-    outside = Element("file", 1, path)
-    stack = [outside]
-    parser = expat.ParserCreate()
-
-    def start(name: str, _: dict[str, str]) -> None:
-        if len(stack) > _DEEPEST:
-            stack[-1].refuse("The elements are nested too deeply.")
-        element = Element(name, parser.CurrentLineNumber, path)
-        stack[-1].children.append(element)
-        stack.append(element)
-
-    def end(_: str) -> None:
-        stack.pop()
-
-    def characters(data: str) -> None:
-        stack[-1].parts.append(data)
-
-    parser.StartElementHandler = start
-    parser.EndElementHandler = end
-    parser.CharacterDataHandler = characters
-    _parse(parser, text, path)
-    return outside.children[0]
+    return _parsed(read_text(path), path, expat.ParserCreate(namespace_separator=_NAMESPACE))
 
 
-def read_plain_xml(path: str | Path) -> ElementTree.Element:
+def read_plain_xml(path: str | Path) -> Element:
     """The outermost element of a larger file whose format knows no document type.
 
     Raises:
-        DataError: Missing, too large, not UTF-8, no XML, or with declarations of its own.
+        DataError: As of `read_xml`, or it declares a document type.
     """
-    text = read_text(path, most=_LARGEST)
-    parser = expat.ParserCreate()
+    parser = expat.ParserCreate(namespace_separator=_NAMESPACE)
 
     def doctype(*_: object) -> None:
         raise DataError(
@@ -133,11 +127,48 @@ def read_plain_xml(path: str | Path) -> ElementTree.Element:
         )
 
     parser.StartDoctypeDeclHandler = doctype
-    _parse(parser, text, path)
-    return ElementTree.fromstring(text)
+    return _parsed(read_text(path, most=_LARGEST), path, parser)
 
 
-def _parse(parser: expat.XMLParserType, text: str, path: str | Path) -> None:
+def as_bytes(root: Element) -> bytes:
+    """A tree as UTF-8 XML, for libraries that read XML by themselves.
+
+    What belongs to a namespace is left out, and of text between elements the place.
+    """
+    pieces = ['<?xml version="1.0" encoding="UTF-8"?>']
+
+    def add(element: Element) -> None:
+        pieces.append(f"<{element.name}")
+        for name, value in element.attributes.items():
+            if _NAMESPACE not in name:
+                pieces.append(f" {name}={quoteattr(value)}")
+        pieces.append(f">{escape(element.text)}")
+        for child in element.children:
+            if _NAMESPACE not in child.name:
+                add(child)
+        pieces.append(f"</{element.name}>")
+
+    add(root)
+    return "".join(pieces).encode()
+
+
+def _parsed(text: str, path: str | Path, parser: expat.XMLParserType) -> Element:
+    outside = Element("file", 1, path, {}, [], [])
+    stack = [outside]
+
+    def start(name: str, attributes: dict[str, str]) -> None:
+        if len(stack) > _DEEPEST:
+            stack[-1].refuse("The elements are nested too deeply.")
+        element = Element(name, parser.CurrentLineNumber, path, attributes, [], [])
+        stack[-1].children.append(element)
+        stack.append(element)
+
+    def end(_: str) -> None:
+        stack.pop()
+
+    def characters(data: str) -> None:
+        stack[-1].parts.append(data)
+
     def entity(*_: object) -> None:
         raise DataError(
             "The XML declares an entity, which such files never do.",
@@ -146,6 +177,10 @@ def _parse(parser: expat.XMLParserType, text: str, path: str | Path) -> None:
             remedy=_DISTRUST,
         )
 
+    parser.buffer_text = True
+    parser.StartElementHandler = start
+    parser.EndElementHandler = end
+    parser.CharacterDataHandler = characters
     parser.EntityDeclHandler = entity
     try:
         parser.Parse(text, True)
@@ -153,3 +188,4 @@ def _parse(parser: expat.XMLParserType, text: str, path: str | Path) -> None:
         raise DataError(
             f"This is no well-formed XML ({error}).", path=path, line=error.lineno, remedy=_AGAIN
         ) from error
+    return outside.children[0]

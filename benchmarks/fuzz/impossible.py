@@ -105,6 +105,14 @@ def problem(value: Any) -> str | None:
     return None
 
 
+def problem_of_file(value: Any) -> str | None:
+    """A planning problem with all obstacles that its file holds."""
+    scenario, shapes = value
+    if len(scenario.obstacles) != shapes:
+        return f"{len(scenario.obstacles)} obstacles of {shapes}"
+    return problem(scenario)
+
+
 def shares(value: Any) -> str | None:
     """Shares from 0 to 1."""
     numbers = value.shares

@@ -148,13 +148,21 @@ def _primitives(folder: Path) -> Any:
 
 
 def _commonroad(folder: Path) -> Any:
-    """As `avsec plan` does: read, and planned."""
+    """As `avsec plan` does: read, and planned; and how many obstacles the file seems to hold."""
+    from xml.etree import ElementTree
+
+    from avsec_gym.errors import DataError, PlanningError
     from avsec_gym.planners.planner import MotionPrimitivePlanner
     from avsec_gym.scenario.commonroad import read_commonroad
 
-    scenario = read_commonroad(folder / "scenario.xml")
-    MotionPrimitivePlanner(node_limit=2_000).plan(scenario)
-    return scenario
+    path = folder / "scenario.xml"
+    scenario = read_commonroad(path)
+    try:
+        MotionPrimitivePlanner(node_limit=2_000).plan(scenario)
+    except PlanningError as error:
+        raise DataError(str(error), path=path) from None
+    root = ElementTree.fromstring(path.read_text())
+    return scenario, sum(each.find("shape") is not None for each in root.iter())
 
 
 def _patch(folder: Path) -> Any:
@@ -299,7 +307,7 @@ KINDS = {
              impossible.scan),
         Kind("data set", ROWS, _make_object_root, _object_root, _LINES),
         Kind("commonroad", "scenario.xml", _at(sound_files.commonroad, "scenario.xml"),
-             _commonroad, _LINES | XML, impossible.problem),
+             _commonroad, _LINES | XML, impossible.problem_of_file),
         Kind("primitives", "set.xml", _at(sound_files.primitives, "set.xml"), _primitives,
              _LINES | XML, impossible.primitives),
         Kind("world manifest", "manifest.json", sound_files.data_set, _data_set, _LINES | JSON),

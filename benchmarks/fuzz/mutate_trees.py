@@ -117,6 +117,45 @@ def big_element(content: bytes, random: Random) -> bytes:
     return (text[: place.start()] + new + text[place.end() :]).encode()
 
 
+def strange_element(content: bytes, random: Random) -> bytes:
+    """An element and all in it come under a name that the format does not know, or hardly."""
+    text = content.decode("utf-8", "replace")
+    names = sorted(set(re.findall(r"</(\w+)>", text)))
+    if not names:
+        return content
+    name = random.choice(names)
+    new = random.choice((name + "s", name.capitalize(), name[:-1], f"a_{name}", *names))
+    count = random.choice((0, 2))  # All of that name, or one that has no other of it within.
+    return re.sub(rf"(</?){name}(?=[\s>/])", rf"\g<1>{new}", text, count=count).encode()
+
+
+def second_element(content: bytes, random: Random) -> bytes:
+    """A second element of a name, with other numbers, before or behind the first."""
+    text = content.decode("utf-8", "replace")
+    names = sorted(set(re.findall(r"</(\w+)>", text)))
+    if not names:
+        return content
+    name = random.choice(names)
+    places = list(re.finditer(rf"<{name}[\s>](?:(?!<{name}[\s>]).)*?</{name}>", text, re.S))
+    if not places:
+        return content
+    place = random.choice(places)
+    other = re.sub(r"-?\d+\.?\d*(?=<)", lambda _: str(random.randint(0, 90)), place.group())
+    pair = random.choice((place.group() + other, other + place.group()))
+    return (text[: place.start()] + pair + text[place.end() :]).encode()
+
+
+def mixed(content: bytes, random: Random) -> bytes:
+    """Text among elements, or an element among text."""
+    text = content.decode("utf-8", "replace")
+    places = [m.end() for m in re.finditer(">", text)]
+    if not places:
+        return content
+    place = random.choice(places)
+    new = random.choice(("7", "text", "<b>1</b>", "<x>3</x>", "<!-- 7 -->"))
+    return (text[:place] + new + text[place:]).encode()
+
+
 def attribute(content: bytes, random: Random) -> bytes:
     """An attribute is missing, or holds something else."""
     text = content.decode("utf-8", "replace")
@@ -186,7 +225,18 @@ def declaration(content: bytes, random: Random) -> bytes:
 
 XML: dict[str, Mutator] = {
     f"xml_{one.__name__}": one
-    for one in (element, big_element, attribute, text_of_element, entities, nested, declaration)
+    for one in (
+        element,
+        big_element,
+        strange_element,
+        second_element,
+        mixed,
+        attribute,
+        text_of_element,
+        entities,
+        nested,
+        declaration,
+    )
 }
 
 

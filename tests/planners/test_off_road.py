@@ -12,10 +12,18 @@ import numpy as np
 import pytest
 
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import PlanningError
 from avsec_gym.planners.plan import Reason, Status
 from avsec_gym.planners.planner import Mode, MotionPrimitivePlanner
+from avsec_gym.planners.primitives import MotionPrimitives, generate_primitives
 from avsec_gym.scenario.builder import build_planning_scenario
-from avsec_gym.scenario.planning_scenario import Lanelet, Obstacles, PlanningScenario, Road
+from avsec_gym.scenario.planning_scenario import (
+    EgoState,
+    Lanelet,
+    Obstacles,
+    PlanningScenario,
+    Road,
+)
 from avsec_gym.scenario.shapes import Rectangle
 
 
@@ -70,6 +78,21 @@ def test_gaps_between_lanelets(straight_on: PlanningScenario, gap: float, found:
 
 def test_the_start_speed_is_told(straight_on: PlanningScenario) -> None:
     assert MotionPrimitivePlanner().plan(straight_on).start_speed == 6.0
+
+
+@pytest.mark.parametrize("primitives", [None, generate_primitives((6.0, 8.0))])
+@pytest.mark.parametrize("mode", list(Mode))
+def test_speeds_far_from_all_primitives_are_refused(
+    straight_on: PlanningScenario, primitives: MotionPrimitives | None, mode: Mode
+) -> None:
+    planner = MotionPrimitivePlanner(mode=mode, primitives=primitives)
+    for velocity in (-6.0, -0.2, 70.0, 1000.0):
+        start = EgoState(velocity=velocity)
+        with pytest.raises(PlanningError, match=rf"velocity is {velocity:g} m/s; expected 0 to"):
+            planner.plan(replace(straight_on, start=start))
+    # The thesis' scenarios say 0 m/s; recordings of standing vehicles are noisy.
+    for velocity in (-0.05, 0.0, 15.0):
+        planner.plan(replace(straight_on, start=EgoState(velocity=velocity)))
 
 
 @pytest.mark.slow

@@ -68,14 +68,20 @@ def test_nothing_is_overwritten_unasked(written: Path) -> None:
         (r"\Z", None, "well-formed"),
         (r"(?s).*", "", "well-formed"),
         (r"(?s).*", "x,y\n1,2\n", "well-formed"),
-        (r"(?s).*", "<a/>", "none named"),
+        (r"(?s).*", "<a/>", "lacks a <VehicleType>"),
         ("BMW_320i", "FORD_ESCORT", "FORD_ESCORT"),
         (r"(?s)<Trajectory>.*</Trajectory>", "", "no trajectory"),
-        (r"(?s)<Final>.*?</Final>", "", "trajectory 1 is broken"),
-        (r"<velocity>[^<]*</velocity>", "<velocity>fast</velocity>", "trajectory 1 is broken"),
-        (r"<x>[^<]*</x>", "", "trajectory 1 is broken"),
-        (r"<y>[^<]*</y>", "<y>nan</y>", "has the y"),
-        (r"<y>[^<]*</y>", "<y>1e999</y>", "has the y"),
+        (r"(?s)<Final>.*?</Final>", "", "<Trajectory> lacks a <Final>"),
+        (r"<velocity>[^<]*</velocity>", "<velocity>fast</velocity>", "<velocity> holds 'fast'"),
+        (r"<x>[^<]*</x>", "", "<Initial> lacks a <x>"),
+        (r"<y>[^<]*</y>", "<y>nan</y>", "<y> holds 'nan'"),
+        (r"<y>[^<]*</y>", "<y>1e999</y>", "<y> holds '1e999'"),
+        (r"<y>[^<]*</y>", "<y>1<b>2</b></y>", "<y> holds a <b>"),
+        (r"<y>[^<]*</y>", "<y>1</y><y>2</y>", "second <y> in <Initial>"),
+        (r"<Final>", "<Final/><Final>", "second <Final>"),
+        (r"<Path>", "<Path/><Path>", "second <Path>"),
+        (r"(?s)<Trajectory>(.*?)</Trajectory>", r"<Track>\1</Track>", "<Track> is no Traj"),
+        (r"(?s)<State>(.*?)</State>", r"<state>\1</state>", "<state> is no State"),
     ],
 )
 def test_broken_files_are_named(
@@ -125,7 +131,7 @@ def test_numbers_that_no_primitive_has(field: str, place: str, tmp_path: Path) -
         assert found is not None
         found.text = text
         tree.write(tmp_path / "broken.xml")
-        with pytest.raises(DataError, match=rf"broken\.xml: trajectory 1 has the {field}"):
+        with pytest.raises(DataError, match=rf"broken\.xml:.*\b{field}\b"):
             read_primitives(tmp_path / "broken.xml")
 
 

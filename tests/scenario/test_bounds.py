@@ -144,7 +144,7 @@ def test_every_number_of_a_file(tmp_path: Path) -> None:
             list(values(changed))[i][1](text)
             broken = tmp_path / "broken.xml"
             ElementTree.ElementTree(changed).write(broken)
-            with pytest.raises(DataError, match=rf"broken\.xml: .*{name}"):
+            with pytest.raises(DataError, match=rf"broken\.xml:\d+: .*{name}"):
                 read_commonroad(broken)
 
 

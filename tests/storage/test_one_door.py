@@ -42,8 +42,6 @@ REASONS = {
     "storage/archives.py": {"zipfile.ZipFile", ".open"},
     # Bytes that came through it.
     "perception/weights/tensor_files.py": {"safetensors.torch.load"},
-    "storage/xml_tree.py": {"xml.etree.ElementTree.fromstring"},
-    # commonroad-io opens files by their name; `read_plain_xml` has looked at it before.
     "scenario/commonroad/reading.py": {
         ".open",
         "commonroad.common.file_reader.CommonRoadFileReader",

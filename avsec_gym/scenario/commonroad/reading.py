@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +10,10 @@ import numpy as np
 
 from avsec_gym.errors import DataError, PlanningError
 from avsec_gym.road_type import RoadType
-from avsec_gym.scenario.commonroad.elements import check_numbers
 from avsec_gym.scenario.commonroad.format import MARK, finite, import_quietly, points_of
+from avsec_gym.scenario.commonroad.grammar import check_elements
+from avsec_gym.scenario.commonroad.obstacle_forms import as_read, with_named_roles
+from avsec_gym.scenario.commonroad.quantities import check_numbers
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import (
     EgoState,
@@ -24,7 +25,7 @@ from avsec_gym.scenario.planning_scenario import (
 )
 from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle, Shape
 from avsec_gym.storage.json_files import parse_json
-from avsec_gym.storage.xml_tree import read_plain_xml
+from avsec_gym.storage.xml_tree import Element, as_bytes, read_plain_xml
 
 
 def read_commonroad(path: str | Path, problem_id: int | None = None) -> PlanningScenario:
@@ -39,16 +40,19 @@ def read_commonroad(path: str | Path, problem_id: int | None = None) -> Planning
     """
     import_quietly()
     from commonroad.common.file_reader import CommonRoadFileReader
+    from commonroad.common.util import FileFormat
 
-    # The text first, then commonroad-io, which trusts it.
+    # The text first, then commonroad-io, which trusts it and gets nothing else.
     path = Path(path)
-    root = read_plain_xml(path)
-    check_numbers(root, path)
+    root = with_named_roles(_checked_root(read_plain_xml(path)))
+    check_elements(root)
+    check_numbers(root)
+    _check_ids(root)
+    content = as_bytes(as_read(root))
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            reader = CommonRoadFileReader(path)
-            scenario, problems = reader.open()
+            scenario, problems = CommonRoadFileReader(content, FileFormat.XML).open()
     except Exception as error:
         raise DataError(
             f"this is not a CommonRoad file that commonroad-io can read"
@@ -68,7 +72,6 @@ def read_commonroad(path: str | Path, problem_id: int | None = None) -> Planning
             remedy="Add a planningProblem element, or name one that is there.",
         )
     problem = known[next(iter(known)) if problem_id is None else problem_id]
-    _check_elements(root, path, problem.planning_problem_id)
     notes = _notes(scenario.source)
     # Our classes are stricter: what they refuse is an error of the file.
     try:
@@ -113,35 +116,23 @@ def _notes(source: str | None) -> dict[str, Any]:
     return notes if isinstance(notes, dict) else {}
 
 
-def _check_elements(root: ElementTree.Element, path: Path, problem_id: int) -> None:
-    """Find what commonroad-io passes over: a start without values, no goal, one id given twice.
+def _checked_root(root: Element) -> Element:
+    if root.name != "commonRoad":
+        root.refuse(
+            f"the outermost element is {root.tag}.", "Write CommonRoad 2020a XML, in <commonRoad>."
+        )
+    return root
 
-    Raises:
-        DataError: One of these.
-    """
-    ids = [child.get("id") for child in root if child.get("id") is not None]
-    twice = next((id for id in ids if ids.count(id) > 1), None)
-    if twice is not None:
-        raise DataError(
-            f"two elements have the id {twice}.", path=path, remedy="Give each an id of its own."
-        )
-    problem = root.find(f"planningProblem[@id='{problem_id}']")
-    if problem is None:
-        return
-    needed = ("position", "orientation", "velocity", "time")
-    missing = [name for name in needed if problem.find(f"initialState/{name}") is None]
-    if missing:
-        raise DataError(
-            f"the initial state of planning problem {problem_id} has no {missing[0]}.",
-            path=path,
-            remedy=f"An initial state has {', '.join(needed[:-1])} and {needed[-1]}.",
-        )
-    if problem.find("goalState") is None:
-        raise DataError(
-            f"planning problem {problem_id} has no goal.",
-            path=path,
-            remedy="Add a goalState element.",
-        )
+
+def _check_ids(root: Element) -> None:
+    seen: dict[str, Element] = {}
+    for child in root.children:
+        id = child.attributes.get("id")
+        if id is not None and seen.setdefault(id, child) is not child:
+            child.refuse(
+                f"a second element has the id {id[:40]}; the first is in line {seen[id].line}.",
+                "Give each an id of its own.",
+            )
 
 
 def _lanelet(lanelet: Any) -> Lanelet:
