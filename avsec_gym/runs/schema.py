@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-VERSION_WITHOUT_DIGESTS, VERSION = 1, 2
-"""``PRAGMA user_version``; another one is another schema.  The first had no digests."""
+VERSIONS = (1, 2, 3)
+"""``PRAGMA user_version``: those that are read.  The first had no digests, the second none of
+``needs``."""
+VERSION = VERSIONS[-1]
 
 ADDED = {("drives", "swept_collision"): "INTEGER"}
 """Columns that folders of earlier releases lack, by table and name: NULL there, and added where
@@ -79,3 +81,20 @@ CREATE TABLE digests (
 ) STRICT;
 """
 """Added to the schema by its second version: a digest of all rows of a cell."""
+
+NEEDS_DIGEST = """
+CREATE TABLE needs_digest (
+    digest TEXT NOT NULL
+) STRICT;
+"""
+"""Added by the third: one row, the digest of all rows of ``needs``."""
+
+
+def schema(version: int, tables: str = SCHEMA) -> str:
+    """The tables of a version.
+
+    Args:
+        version: One of `VERSIONS`.
+        tables: Those of the first version, as they were made.
+    """
+    return tables + "".join((DIGESTS, NEEDS_DIGEST)[: version - 1])

@@ -1,7 +1,8 @@
 """Is a ``results.sqlite`` what a run wrote?  Seen when it is opened, not when a table is odd.
 
 SQLite finds pages that do not hang together and values of a wrong type, and accepts a cost of 9.1
-where 7.1 was written.  So each cell has a digest of all its rows, which are counted up again here.
+where 7.1 was written.  So each cell has a digest of all its rows, and so has the list of needed
+cells; they are counted up again here.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from hashlib import blake2b
 from pathlib import Path
 
 from avsec_gym.errors import DataError
-from avsec_gym.runs.schema import ADDED, DIGESTS, SCHEMA, VERSION, VERSION_WITHOUT_DIGESTS
+from avsec_gym.runs.schema import ADDED, SCHEMA, VERSION, VERSIONS, schema
 from avsec_gym.storage.regular_files import check_regular, is_there
 
 MAX_RESULTS_BYTES = 2**40
@@ -81,7 +82,14 @@ def check_sound(database: sqlite3.Connection, path: Path) -> int:
     database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _LONGEST_VALUE)
     with no_sqlite_errors(path, "read"), _one_moment(database):
         version = schema_version(database)
-        if version not in (VERSION, VERSION_WITHOUT_DIGESTS):
+        if version == 0:
+            check_not_empty(database, path)
+            raise DataError(
+                "This is a database of something else.",
+                path=path,
+                remedy="Name the folder that `avsec run` wrote with --out.",
+            )
+        if version not in VERSIONS:
             raise DataError(
                 f"The results have schema {version}, this version reads {VERSION}.",
                 path=path,
@@ -95,12 +103,30 @@ def check_sound(database: sqlite3.Connection, path: Path) -> int:
             raise _damaged(str(found).partition("\n")[0], path)
         if database.execute("PRAGMA foreign_key_check").fetchone() is not None:
             raise _damaged("rows belong to no cell", path)
-        if version == VERSION:
+        if version >= 2:
             _check_digests(database, path)
         else:
             for table in stored_columns():  # All texts are read once, and are texts.
                 deque(database.execute(f"SELECT * FROM {table}"), maxlen=0)
+        if version >= 3:
+            noted = database.execute("SELECT digest FROM needs_digest").fetchall()
+            if noted != [(needs_digest(database),)]:
+                raise _damaged("the list of cells that experiments need is not as written", path)
     return version
+
+
+def check_not_empty(database: sqlite3.Connection, path: Path) -> None:
+    """Check that a run's database holds any table.
+
+    Raises:
+        DataError: It holds none, as a file of 0 bytes.
+    """
+    if database.execute("SELECT 1 FROM sqlite_master").fetchone() is None:
+        raise DataError(
+            "The results of this run are gone: the file is missing or empty.",
+            path=path,
+            remedy="Put a copy back; or name another folder to run it again.",
+        )
 
 
 def schema_version(database: sqlite3.Connection) -> int:
@@ -115,6 +141,12 @@ def digests(database: sqlite3.Connection) -> dict[str, str]:
         for row in database.execute(f"SELECT {', '.join(columns)} FROM {table}"):
             sums[row[0]] += row_digest(table, row)
     return {cell: as_text(total) for cell, total in sums.items()}
+
+
+def needs_digest(database: sqlite3.Connection) -> str:
+    """The digest of the list of cells that experiments need."""
+    rows = database.execute("SELECT experiment, cell FROM needs")
+    return as_text(sum(row_digest("needs", row) for row in rows))
 
 
 def row_digest(table: str, row: tuple[object, ...]) -> int:
@@ -155,11 +187,9 @@ def _expected(version: int) -> tuple[frozenset[tuple[str, ...]], ...]:
     for (table, name), kind in ADDED.items():
         earlier = earlier.replace(f"    {name} {kind},\n", "")
         altered += f"ALTER TABLE {table} ADD COLUMN {name} {kind};"
-    scripts = [SCHEMA, earlier + altered]
-    if version == VERSION_WITHOUT_DIGESTS:
+    scripts = [schema(version), schema(version, earlier + altered)]
+    if version == 1:
         scripts.append(earlier)
-    else:
-        scripts = [script + DIGESTS for script in scripts]
     found = []
     for script in scripts:
         with closing(sqlite3.connect(":memory:")) as database:

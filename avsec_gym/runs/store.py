@@ -13,12 +13,14 @@ from typing import Any
 from avsec_gym.errors import DataError
 from avsec_gym.runs.desk import Done, Failed
 from avsec_gym.runs.experiment import Cell
-from avsec_gym.runs.schema import ADDED, DIGESTS, SCHEMA, VERSION, VERSION_WITHOUT_DIGESTS
+from avsec_gym.runs.schema import ADDED, DIGESTS, NEEDS_DIGEST, VERSION, schema
 from avsec_gym.runs.soundness import (
     as_text,
     check_files,
+    check_not_empty,
     check_sound,
     digests,
+    needs_digest,
     no_sqlite_errors,
     row_digest,
     schema_version,
@@ -61,36 +63,45 @@ class ResultStore:
         with no_sqlite_errors(self._path, "opened"):
             if schema_version(self._database) == 0:
                 if begun:
-                    raise DataError(
-                        "The results of this run are gone: the file is missing or empty.",
-                        path=self._path,
-                        remedy="Put a copy back; or name another folder to run it again.",
-                    )
+                    check_not_empty(self._database, self._path)
                 if self._database.execute("SELECT 1 FROM sqlite_master").fetchone():
                     raise DataError(
                         "This is a database of something else.", path=self._path, remedy=_REMEDY
                     )
                 self._database.execute("PRAGMA journal_mode = WAL")
-                self._database.executescript(
-                    f"BEGIN; {SCHEMA} {DIGESTS} PRAGMA user_version = {VERSION}; COMMIT;"
-                )
+                self._database.executescript(f"BEGIN; {schema(VERSION)}")
+                self._note_needs()
+                self._database.execute(f"PRAGMA user_version = {VERSION}")
+                self._database.commit()
             version = check_sound(self._database, self._path)
             self._database.execute("PRAGMA journal_mode = WAL")
             # A killed process loses nothing; a power failure perhaps the last cells.
             self._database.execute("PRAGMA synchronous = NORMAL")
             self._database.execute("PRAGMA foreign_keys = ON")
-            if version == VERSION_WITHOUT_DIGESTS:
-                self._add_columns()
-                self._add_digests()
+            if version < VERSION:
+                self._bring_up_to_date(version)
 
-    def _add_digests(self) -> None:
-        """Make a database of the first version one of the second."""
-        self._database.executescript(f"BEGIN; {DIGESTS}")
-        self._database.executemany(
-            "INSERT INTO digests VALUES (?, ?)", digests(self._database).items()
-        )
+    def _bring_up_to_date(self, version: int) -> None:
+        """Make a database of an earlier version one of today's."""
+        if version == 1:
+            self._add_columns()
+        self._database.execute("BEGIN")
+        if version == 1:
+            self._database.execute(DIGESTS)
+            self._database.executemany(
+                "INSERT INTO digests VALUES (?, ?)", digests(self._database).items()
+            )
+        self._database.execute(NEEDS_DIGEST)
+        self._note_needs()
         self._database.execute(f"PRAGMA user_version = {VERSION}")
         self._database.commit()
+
+    def _note_needs(self) -> None:
+        """Let the digest of ``needs`` be that of the rows that are there."""
+        self._database.execute("DELETE FROM needs_digest")
+        self._database.execute(
+            "INSERT INTO needs_digest VALUES (?)", (needs_digest(self._database),)
+        )
 
     def _add_columns(self) -> None:
         """Let a run of an earlier release go on."""
@@ -128,6 +139,7 @@ class ResultStore:
                 self._database.executemany(
                     "INSERT INTO needs VALUES (?, ?)", [(experiment, cell.id) for cell in cells]
                 )
+            self._note_needs()
             orphans = self._database.execute(
                 "SELECT work, arguments FROM cells WHERE cell NOT IN (SELECT cell FROM needs)"
             ).fetchall()

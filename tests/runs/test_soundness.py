@@ -19,6 +19,8 @@ from avsec_gym.runs.experiment import Cell, CellResult, Measurement
 from avsec_gym.runs.rows import rows_of
 from avsec_gym.runs.run import RESULTS
 from avsec_gym.runs.run_folder import RunFolder
+from avsec_gym.runs.schema import VERSION
+from avsec_gym.runs.soundness import check_sound
 from avsec_gym.runs.store import ResultStore, has_results
 
 MUTATIONS = 250
@@ -100,6 +102,12 @@ CHANGES = {
     "a time": "UPDATE cells SET seconds = 3.5 WHERE rowid = 4",
     "arguments": "UPDATE cells SET arguments = '{}' WHERE rowid = 4",
     "no digest": "DELETE FROM digests WHERE rowid = 4",
+    "a need that is gone": "DELETE FROM needs WHERE rowid = 4",
+    "all needs": "DELETE FROM needs",
+    "a need that nobody has": "INSERT INTO needs VALUES ('here', 'invented')",
+    "a need of others": "UPDATE needs SET experiment = 'there' WHERE rowid = 4",
+    "no digest of the needs": "DELETE FROM needs_digest",
+    "two digests of the needs": "INSERT INTO needs_digest SELECT * FROM needs_digest",
     "a trigger": "CREATE TRIGGER t AFTER INSERT ON cells BEGIN DELETE FROM cells; END",
     "a table of others": "CREATE TABLE others (x)",
 }
@@ -114,24 +122,52 @@ def test_a_change_that_sqlite_does_not_mind_is_found(sound: Path, change: str) -
             opening(sound)
 
 
-def old(path: Path) -> Path:
-    """Results as the first version of the schema had them."""
+def test_every_table_is_held_by_a_digest(sound: Path) -> None:
+    """A table that somebody adds to the schema some day, too."""
+    with closing(sqlite3.connect(sound)) as database:
+        tables = [row[0] for row in database.execute("SELECT name FROM sqlite_master").fetchall()]
+        filled = [
+            name
+            for name in tables
+            if not name.startswith("sqlite_")
+            and database.execute(f"SELECT 1 FROM {name}").fetchone() is not None
+        ]
+    content = sound.read_bytes()
+    assert {"needs", "cells", "measurements", "digests", "needs_digest"} <= set(filled)
+    for name in filled:
+        sound.write_bytes(content)
+        with closing(sqlite3.connect(sound)) as database, database:
+            database.execute(f"DELETE FROM {name} WHERE rowid = (SELECT min(rowid) FROM {name})")
+        with pytest.raises(DataError, match="damaged"):
+            ResultStore(sound)
+
+
+def old(path: Path, version: int = 1) -> Path:
+    """Results as an earlier version of the schema had them."""
     with closing(sqlite3.connect(path)) as database, database:
-        database.execute("DROP TABLE digests")
-        database.execute("PRAGMA user_version = 1")
+        database.execute("DROP TABLE needs_digest")
+        if version == 1:
+            database.execute("DROP TABLE digests")
+        database.execute(f"PRAGMA user_version = {version}")
     return path
 
 
-def test_old_runs_are_read_and_gone_on_with(sound: Path) -> None:
+@pytest.mark.parametrize("version", [1, 2])
+@pytest.mark.parametrize(
+    "change",
+    ["UPDATE measurements SET value = 0.5 WHERE scenario = '000003'", "DELETE FROM needs"],
+)
+def test_old_runs_are_read_and_gone_on_with(sound: Path, version: int, change: str) -> None:
     before = RunFolder(sound.parent, {}).measurements()
-    old(sound)
+    old(sound, version)
+    assert RunFolder(sound.parent, {}).measurements() == before
     with closing(ResultStore(sound)) as store:
         store.add(Cell.of("here:Work", n=99), result(99))
     assert len(RunFolder(sound.parent, {}).measurements()) == len(before) + 2
     with closing(sqlite3.connect(sound)) as database, database:
-        assert database.execute("PRAGMA user_version").fetchone() == (2,)
-        database.execute("UPDATE measurements SET value = 0.5 WHERE scenario = '000003'")
-    with pytest.raises(DataError, match="not what was written"):
+        assert database.execute("PRAGMA user_version").fetchone() == (VERSION,)
+        database.execute(change)
+    with pytest.raises(DataError, match=r"as written|not what was written"):
         ResultStore(sound)
 
 
@@ -161,6 +197,9 @@ def test_results_of_a_run_that_has_begun_have_to_be_there(
         path.write_bytes(content)
     with pytest.raises(DataError, match="are gone"):
         has_results(path, begun=True)
+    if content is not None:  # Who only reads is told the same.
+        with closing(sqlite3.connect(path)) as database, pytest.raises(DataError, match="are gone"):
+            check_sound(database, path)
     assert path.exists() == (content is not None)
     assert not has_results(path)
 
