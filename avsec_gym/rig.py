@@ -22,6 +22,11 @@ KITTI_SIZE = (1242, 375)
 KITTI_CAMERAS = (0.0, 387.5744 / 721.5377, -44.85728 / 721.5377, 339.5242 / 721.5377)
 """How far right of camera 0 the cameras 0 (grey, left), 1 (grey, right), 2 and 3 (colour) are."""
 
+FARTHEST_CAMERA = 5.0
+"""Metres from camera 0: no car is as wide."""
+LEAST_BASELINE = 0.01
+"""Metres between two cameras: cameras at one place see one picture, and no depth."""
+
 _CAMERA_AXES = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 _VELODYNE_IN_VEHICLE = (-0.27, 0.0, 1.73)
 _VELODYNE_ANGLES = (-0.0007, 0.0148, 0.0100)
@@ -118,7 +123,8 @@ def camera_rig(
         size: Width and height of the images, pixels.
 
     Raises:
-        ConfigurationError: No camera at all, or no positive focal length or size.
+        ConfigurationError: No camera at all, no positive focal length or size, or cameras that do
+            not stand beside each other on a car.
 
     Example:
         >>> rig = camera_rig([0.0, 0.2, 0.4, 0.6])
@@ -129,6 +135,13 @@ def camera_rig(
         raise ConfigurationError(
             "a rig has a camera or more, and a positive focal length and size; got "
             f"{len(right_of_camera_0)} cameras, {focal_length} px and {size}"
+        )
+    places = np.sort(np.asarray(right_of_camera_0, float))
+    if not (np.abs(places) <= FARTHEST_CAMERA).all() or (np.diff(places) < LEAST_BASELINE).any():
+        raise ConfigurationError(
+            f"the cameras of a rig stand at most {FARTHEST_CAMERA:g} m from camera 0 and at least"
+            f" {1000 * LEAST_BASELINE:g} mm from each other, got"
+            f" {' '.join(f'{place:g}' for place in right_of_camera_0)} m"
         )
     intrinsic = np.array([[focal_length, 0, centre[0]], [0, focal_length, centre[1]], [0, 0, 1]])
     projections = np.stack(

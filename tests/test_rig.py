@@ -93,3 +93,11 @@ def test_a_rig_without_inertial_unit_says_so() -> None:
 def test_impossible_rigs_are_refused(wrong: dict) -> None:
     with pytest.raises(ConfigurationError, match="a rig has"):
         camera_rig(**wrong)
+
+
+@pytest.mark.parametrize(
+    "places", [[0, 0, 0, 0], [0.0, 0.54, 0.545], [0.0, 6.0], [0.0, float("nan")], [float("inf")]]
+)
+def test_cameras_stand_beside_each_other_on_a_car(places: list[float]) -> None:
+    with pytest.raises(ConfigurationError, match="at least 10 mm from each other"):
+        camera_rig(places)

@@ -11,13 +11,18 @@ from avsec_gym.geometry import Floats
 FARTHEST = 1000.0
 """Metres; no sensor of a car sees an object beyond, and -1000 is KITTI's place of no object."""
 
+LARGEST_LABEL = np.array([10.0, 10.0, 50.0])
+"""Height, width and length, metres: KITTI's largest are a truck of 4.2 x 3.0 m, a tram of 35.2 m.
+
+A detector may be wrong by more; its results are bounded by `FARTHEST`."""
+
 _UNKNOWN_ANGLE = -10.0
 # KITTI gives angles in [-pi, pi], rounded. Detectors add some without taking turns off: their
 # headings are known up to pi, and two of them are summed.
 _LARGEST_ANGLE = {"label": np.pi + 0.01, "result": 4 * np.pi}
 _MOST_OCCLUDED = 3
 _TRUNCATION, _OCCLUSION = 0, 1
-_ANGLES, _METRES = [2, 13], slice(7, 13)
+_ANGLES, _SIZES, _METRES = [2, 13], slice(7, 10), slice(7, 13)
 _PLACEHOLDERS = np.array([-1.0, _UNKNOWN_ANGLE, _UNKNOWN_ANGLE])
 _LEAST = np.array([-1.0, -1.0, -np.inf, *[-np.inf] * 4, *[-FARTHEST] * 6, -np.inf])
 _MOST = np.array([1.0, _MOST_OCCLUDED, 0.0, *[np.inf] * 4, *[FARTHEST] * 6, 0.0])
@@ -34,6 +39,8 @@ def all_possible(values: Floats, *, result: bool, tracking: bool = False) -> boo
     largest = _LARGEST_ANGLE["result" if result else "label"]
     most = np.array([2.0 if tracking else 1.0, *_MOST[1:]])
     most[_ANGLES] = largest
+    if not result:
+        most[_SIZES] = LARGEST_LABEL
     if (values[:, :14] > most).any() or (values[:, :14] < _LEAST).any():
         return False
     # Between a placeholder and the smallest real value there is nothing.
@@ -72,7 +79,14 @@ def impossibility(
                 f"The angle {kind} of a {name} is {angle:g}; it is a number of radians from "
                 f"{-largest:.2f} to {largest:.2f}, or -10 if unknown."
             )
+    if not result and (np.array(row[_SIZES]) > LARGEST_LABEL).any():
+        sizes, most_sizes = (_product(each) for each in (row[_SIZES], LARGEST_LABEL))
+        return f"A {name} measures {sizes} m (height x width x length); {most_sizes} m is the most."
     for value in row[_METRES]:
         if abs(value) > FARTHEST:
             return f"A {name} has a place or size of {value:g} m; {FARTHEST:g} m is the most."
     return None
+
+
+def _product(sizes: Sequence[float] | Floats) -> str:
+    return " x ".join(f"{size:g}" for size in sizes)

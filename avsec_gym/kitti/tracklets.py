@@ -17,6 +17,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Calibration
 from avsec_gym.geometry import Floats, transform_points
+from avsec_gym.kitti.label_ranges import LARGEST_LABEL
 from avsec_gym.storage.text_files import write_text
 from avsec_gym.storage.xml_tree import Element, read_xml
 
@@ -58,8 +59,8 @@ class Tracklet:
         finished: Whether its labelling was finished.
 
     Raises:
-        ConfigurationError: A shape does not fit, a value is not finite, a size not positive, the
-            first frame negative, or the category not a plain word.
+        ConfigurationError: A shape does not fit, a value is not finite, a size not positive or
+            beyond `LARGEST_LABEL`, the first frame negative, or the category not a plain word.
     """
 
     category: str
@@ -91,10 +92,12 @@ class Tracklet:
                     f"Tracklet.{name} is finite and has shape {shape}, got shape {values.shape}"
                 )
             object.__setattr__(self, name, values)
-        if not (count and (self.dimensions > 0).all() and self.first_frame >= 0):
+        sized = ((self.dimensions > 0) & (self.dimensions <= LARGEST_LABEL)).all()
+        if not (count and sized and self.first_frame >= 0):
             raise ConfigurationError(
-                f"a tracklet has poses, positive sizes and a first frame of 0 or more, got {count} "
-                f"poses, sizes {self.dimensions.tolist()}, first frame {self.first_frame}"
+                "a tracklet has poses, a height, width and length above 0 and up to"
+                f" {LARGEST_LABEL.tolist()} m, and a first frame of 0 or more; got {count} poses,"
+                f" {self.dimensions.tolist()} m, first frame {self.first_frame}"
             )
         if not self.category.isidentifier():
             raise ConfigurationError(f"a category is a plain word, got {self.category!r}")

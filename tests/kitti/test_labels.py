@@ -198,7 +198,7 @@ def random_boxes(draw: st.DrawFn) -> Boxes3D:
     corners = array(2, 2, least=-1e6, most=1e6)
     return Boxes3D(
         location=array(3, least=-1000, most=1000),
-        dimensions=array(3, least=1e-9, most=1000),
+        dimensions=array(3, least=1e-9, most=10),
         rotation_y=array(least=-math.pi, most=math.pi),
         score=array(least=-1e6, most=1e6),
         category=np.array([draw(st.sampled_from(["Car", "Van", "Cone"])) for _ in range(count)]),
@@ -276,10 +276,35 @@ def test_what_cannot_be_is_refused(tmp_path: Path, column: int, value: str) -> N
         assert "of a Car" in caught.value.problem or "A Car" in caught.value.problem
 
 
+@pytest.mark.parametrize("sizes", ["300 300 900", "10.1 1.6 4", "1.5 10.1 4", "1.5 1.6 50.1"])
+def test_labels_have_sizes_of_vehicles(tmp_path: Path, sizes: str) -> None:
+    line = " ".join([*CAR[:8], sizes, *CAR[11:]])
+    path = write(tmp_path, f"{GOOD}\n{line}\n")
+    with pytest.raises(DataError, match=r":2: A Car measures .*; 10 x 10 x 50 m is the most"):
+        read_labels(path)
+    # A detector may be wrong; the largest of KITTI's trams and trucks are read.
+    assert len(read_detections(write(tmp_path, f"{line} 0.5"))) == 1
+    tram = " ".join(["Tram", *CAR[1:8], "4.2 3.02 35.24", *CAR[11:]])
+    assert len(read_labels(write(tmp_path, tram))) == 1
+
+
 def test_every_number_of_a_line_has_bounds(tmp_path: Path) -> None:
     """The quick look at a file and the slow one at a line agree, whatever the number."""
     for column in range(1, 15):
-        for value in ("-1e5", "-1000.1", "-11", "-9", "-4", "-0.1", "4", "7", "1000.1", "1e7"):
+        for value in (
+            "-1e5",
+            "-1000.1",
+            "-11",
+            "-9",
+            "-4",
+            "-0.1",
+            "4",
+            "7",
+            "11",
+            "60",
+            "1000.1",
+            "1e7",
+        ):
             words = [*CAR[:column], value, *CAR[column + 1 :]]
             path = write(tmp_path, " ".join(words))
             with contextlib.suppress(DataError):  # Anything else is the assertion of the reader.
