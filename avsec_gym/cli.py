@@ -13,7 +13,12 @@ from importlib import import_module
 from typing import Any
 
 from avsec_gym import __version__, console
-from avsec_gym.commands.process import Terminated, end_when_asked, write_any_text
+from avsec_gym.commands.process import (
+    Terminated,
+    end_when_asked,
+    stand_in_for_closed_streams,
+    write_any_text,
+)
 from avsec_gym.errors import AvsecError, ConfigurationError
 from avsec_gym.suggestions import unknown_name
 
@@ -75,6 +80,7 @@ COMMANDS: Mapping[str, str | Group] = {
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run a command and leave with its exit code."""
+    stand_in_for_closed_streams()
     end_when_asked()
     write_any_text()
     sys.exit(run(sys.argv[1:] if arguments is None else arguments))
@@ -90,9 +96,6 @@ def run(arguments: Sequence[str]) -> int:
         The exit code.
     """
     logging.basicConfig(format="avsec: %(message)s", level=logging.WARNING)
-    if list(arguments) == ["--version"]:
-        sys.stdout.write(f"avsec {__version__}\n")
-        return console.DONE
     try:
         return _run(arguments)
     except ConfigurationError as error:
@@ -131,6 +134,9 @@ def _run(arguments: Sequence[str]) -> int:
         ConfigurationError: There is no such command; the message names what it may have meant.
     """
     program, summary, there, words = _PROGRAM, _QUESTION, COMMANDS, list(arguments)
+    if words == ["--version"]:
+        console.print_line(f"avsec {__version__}")
+        return console.DONE
     while True:
         if not words or words[0] in _HELP:
             console.print_line(_overview(program, summary, there))

@@ -443,6 +443,16 @@ def test_plan_names_the_file_that_cannot_be_planned(
     assert all(str(tmp_path / f"{name}.xml") in complaints for name in changes)
 
 
+@pytest.mark.parametrize("below", ["", "deeper"])
+def test_pictures_below_a_file(
+    problems: Path, tmp_path: Path, below: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "file"
+    file.write_text("mine")
+    assert ends(["plan", problems, "--pictures", file / below]) == BAD_DATA
+    assert f"{file}: This is a file, where a folder is needed." in capsys.readouterr().err
+
+
 def test_plan_draws_pictures(
     problems: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -234,9 +233,11 @@ class Evaluate:
         self, result: DrivingSafety, report: dict[str, Any], detected: Detected | None
     ) -> None:
         from avsec_gym.evaluation.files import write_pictures, write_records
+        from avsec_gym.storage.folders import make_folder
+        from avsec_gym.storage.text_files import write_text
 
         assert self.out is not None
-        self.out.mkdir(parents=True, exist_ok=True)
+        make_folder(self.out)
         write_records(result, self.out / "records.csv")
         with console.progress("drawing") as shown:
             write_pictures(
@@ -247,9 +248,8 @@ class Evaluate:
                 shown,
                 self._planners.__getitem__,
             )
-        partial = self.out / f".evaluation.{os.getpid()}.part"
-        partial.write_text(json.dumps(report, indent=1, allow_nan=False) + "\n")
-        os.replace(partial, self.out / "evaluation.json")
+        text = json.dumps(report, indent=1, allow_nan=False) + "\n"
+        write_text(self.out / "evaluation.json", text, overwrite=True)
 
 
 def _show(report: dict[str, Any]) -> None:

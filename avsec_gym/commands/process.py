@@ -1,8 +1,12 @@
-"""What the process of a command is to the system: it ends when asked to, and writes any text."""
+"""What the process of a command is to the system: it ends when asked to, and writes any text.
+
+A stream that the caller has closed is `os.devnull` here: what goes there is lost, as was asked for.
+"""
 
 from __future__ import annotations
 
 import io
+import os
 import signal
 import sys
 from types import FrameType
@@ -29,6 +33,22 @@ def end_when_asked() -> None:
         number = getattr(signal, name, None)  # Windows has no SIGHUP.
         if number is not None and signal.getsignal(number) == signal.SIG_DFL:
             signal.signal(number, _end)
+
+
+def stand_in_for_closed_streams() -> None:
+    """Open `os.devnull` for each standard stream that is closed, as by ``>&-`` in a shell.
+
+    Else `sys.stdout` is None, and the next file that is opened takes the number to which libraries
+    print.
+    """
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        if getattr(sys, name) is None:
+            handle = os.open(os.devnull, os.O_RDWR)
+            if handle != number:
+                os.dup2(handle, number)
+                os.close(handle)
+            stream = os.fdopen(number, "r" if name == "stdin" else "w", encoding="utf-8")
+            setattr(sys, name, stream)
 
 
 def write_any_text() -> None:

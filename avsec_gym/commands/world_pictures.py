@@ -157,9 +157,10 @@ def _labels(data: KittiObject | Drive, name: str) -> Boxes3D | None:
 def _write(path: Path, picture: Image) -> None:
     import cv2
 
+    from avsec_gym.storage.atomic_write import write_bytes
+
     if path.suffix.lower() not in (".png", ".jpg", ".jpeg"):
         raise ConfigurationError(f"--out ends in .png or .jpg, got {path}")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    if not cv2.imwrite(str(path), picture[..., ::-1]):
-        raise OSError(f"the picture cannot be written to {path}")
+    _, content = cv2.imencode(path.suffix, picture[..., ::-1])
+    write_bytes(path, content.tobytes(), overwrite=True)
     console.say(f"{path}: {picture.shape[1]} x {picture.shape[0]} pixels")

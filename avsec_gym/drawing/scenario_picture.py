@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import os
+import io
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,7 @@ from avsec_gym.metrics.safety import COLLISION, SAFE
 from avsec_gym.pipeline import Drive
 from avsec_gym.planners.vehicle import BMW_320I, Vehicle
 from avsec_gym.scenario.planning_scenario import Obstacles
+from avsec_gym.storage.atomic_write import write_bytes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -113,18 +114,14 @@ def save_picture(figure: Figure, path: str | Path, *, overwrite: bool = False) -
     """Write a PNG, whole or not at all; its folder is made if need be.
 
     Raises:
-        DataError: The file exists.
+        DataError: The file exists, or cannot be written.
     """
     path = Path(path)
     if path.exists() and not overwrite:
         raise DataError("the file exists.", path=path, remedy="Name another, or use --overwrite.")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        figure.savefig(partial, format="png")
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
+    content = io.BytesIO()
+    figure.savefig(content, format="png")
+    write_bytes(path, content.getvalue(), overwrite=overwrite)
 
 
 def picture_array(figure: Figure) -> NDArray[np.uint8]:

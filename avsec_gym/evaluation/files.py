@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-import os
+import io
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,18 +17,18 @@ from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner, Planne
 from avsec_gym.scenario.given_scene import AS_GIVEN
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion
+from avsec_gym.storage.text_files import write_text
 
 
 def write_records(result: DrivingSafety, path: Path) -> None:
     """One row for each planner, input, intention and scene."""
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
-    with partial.open("w", newline="", encoding="utf-8", errors="surrogateescape") as file:
-        writer = csv.writer(file)
-        writer.writerow(["planner", "input", "group", *SafetyRecord.__dataclass_fields__])
-        for cell, records in result.records.items():
-            for scene, record in zip(result.scenes.scenes, records, strict=True):
-                writer.writerow([cell.planner, cell.input, scene.group, *record.to_json().values()])
-    os.replace(partial, path)
+    text = io.StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow(["planner", "input", "group", *SafetyRecord.__dataclass_fields__])
+    for cell, records in result.records.items():
+        for scene, record in zip(result.scenes.scenes, records, strict=True):
+            writer.writerow([cell.planner, cell.input, scene.group, *record.to_json().values()])
+    write_text(path, text.getvalue(), overwrite=True)
 
 
 def write_pictures(

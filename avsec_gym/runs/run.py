@@ -33,7 +33,7 @@ from avsec_gym.runs.schedule import Workers, finished_cells
 from avsec_gym.runs.shares import room, usual_threads, usual_workers
 from avsec_gym.runs.store import ResultStore, has_results
 from avsec_gym.runs.this_process import ThisProcess
-from avsec_gym.storage.regular_files import is_folder, is_there
+from avsec_gym.storage.folders import make_folder
 
 RESULTS, LOG, FIGURES = "results.sqlite", "run.log", "figures"
 """In a run's folder."""
@@ -108,7 +108,7 @@ def run_experiments(
     _check_arguments(experiments, workers, threads, backend)
     configuration = with_defaults(configuration, experiments)
     root = Path(root)
-    _make_folder(root)
+    make_folder(root)
     with folder_lock(root), ExitStack() as stack:
         cluster = stack.enter_context(ray_cluster(_cores())) if backend == Backend.RAY else None
         cores = cluster.cores() if cluster else (_cores(),)
@@ -123,7 +123,7 @@ def run_experiments(
             store.plan(needs, manifest["experiments"])
             if retry:
                 store.forget_failures(cells)
-            (root / FIGURES).mkdir(exist_ok=True)
+            make_folder(root / FIGURES)
             write_manifest(root, manifest)
             statuses = store.statuses()
             missing = [cell for cell in cells if cell.id not in statuses]
@@ -246,19 +246,6 @@ def _cores() -> int:
     if sys.platform == "linux":
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
-
-
-def _make_folder(root: Path) -> None:
-    if is_there(root) and not is_folder(root):
-        raise DataError("This is a file.", path=root, remedy="Name a folder with --out.")
-    try:
-        root.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise DataError(
-            f"The folder cannot be made ({error}).",
-            path=root,
-            remedy="Check the path and its permissions.",
-        ) from error
 
 
 def _check_empty(root: Path) -> None:

@@ -7,6 +7,8 @@ import secrets
 from pathlib import Path
 
 from avsec_gym.errors import DataError
+from avsec_gym.storage.folders import make_folder
+from avsec_gym.storage.regular_files import is_folder
 
 
 def write_bytes(path: str | Path, content: bytes, *, overwrite: bool = False) -> None:
@@ -26,7 +28,7 @@ def write_bytes(path: str | Path, content: bytes, *, overwrite: bool = False) ->
                 path=path,
                 remedy="Choose another place, or ask for overwriting.",
             )
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(path.parent)
         try:
             with open(temporary, "xb") as file:
                 file.write(content)
@@ -34,6 +36,12 @@ def write_bytes(path: str | Path, content: bytes, *, overwrite: bool = False) ->
         finally:
             temporary.unlink(missing_ok=True)
     except OSError as error:
+        if is_folder(path):
+            raise DataError(
+                "This is a folder, where a file is to be written.",
+                path=path,
+                remedy="Name another place, or move the folder away.",
+            ) from error
         raise DataError(
             f"The file cannot be written ({error}).",
             path=path,

@@ -8,7 +8,7 @@ from typing import Any
 
 from avsec_gym.errors import DataError
 from avsec_gym.storage.json_files import parse_json
-from avsec_gym.storage.regular_files import is_there
+from avsec_gym.storage.regular_files import append_line, is_there
 from avsec_gym.storage.text_files import read_text, write_text
 
 _MOST_BYTES = 2**30
@@ -39,8 +39,7 @@ class JsonLines:
     def add(self, row: dict[str, Any]) -> None:
         """Keep a row, at once."""
         if self._path is not None:
-            with self._path.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(row, allow_nan=False) + "\n")
+            append_line(self._path, json.dumps(row, allow_nan=False))
         self.rows[row["id"]] = row
 
 

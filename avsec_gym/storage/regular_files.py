@@ -1,4 +1,4 @@
-"""The one door for reading files: regular ones only, and never more of them than is asked for.
+"""The one door to files: regular ones only, and never more of them than is asked for.
 
 A path that a user gives may lead to anything: a named pipe blocks the process that opens it, a link
 to ``/dev/zero`` fills the memory, a folder or a name of a thousand characters ends in an error of
@@ -117,6 +117,32 @@ def check_regular(path: str | Path, *, most: int) -> int:
     except (OSError, ValueError) as error:
         raise _unreadable(path, error) from error
     return status.st_size
+
+
+def append_line(path: str | Path, line: str) -> None:
+    """Write a line at the end of a text file, which is made where it lacks.
+
+    Args:
+        path: The file.
+        line: The line, without its line break.
+
+    Raises:
+        DataError: It is a folder, a pipe or a device, or cannot be written.
+    """
+    if is_there(path):
+        check_regular(path, most=MAX_FILE_BYTES)
+    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NONBLOCK", 0)
+    try:
+        with os.fdopen(os.open(path, flags, 0o666), "a", encoding="utf-8") as file:
+            _check(path, os.fstat(file.fileno()), MAX_FILE_BYTES)
+            file.write(f"{line}\n")
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise DataError(
+            f"The file cannot be written ({reason}).",
+            path=path,
+            remedy="Check the path, its permissions and the free space.",
+        ) from error
 
 
 def is_file(path: str | Path) -> bool:

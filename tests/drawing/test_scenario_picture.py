@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 
 import cv2
@@ -181,8 +182,8 @@ def test_a_png_that_fails_leaves_the_old_one(tmp_path: Path) -> None:
     path.write_bytes(b"old")
 
     class Broken:
-        def savefig(self, file: Path, format: str) -> None:
-            file.write_bytes(b"half")
+        def savefig(self, file: BytesIO, format: str) -> None:
+            file.write(b"half")
             raise OSError("disk full")
 
     with pytest.raises(OSError, match="disk full"):

@@ -14,7 +14,7 @@ from avsec_gym.errors import DataError
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.json_fields import fits
 from avsec_gym.storage.json_files import parse_json
-from avsec_gym.storage.regular_files import is_there, read_text
+from avsec_gym.storage.regular_files import append_line, is_there, read_text
 
 CURVES, PICTURE, TENSORBOARD = "curves.jsonl", "curves.png", "tensorboard"
 """Names in the folder of a run."""
@@ -34,10 +34,10 @@ class Curves:
 
     def __init__(self, folder: Path, step: int = 0) -> None:
         self._folder = folder
-        path = folder / CURVES
+        self._path = folder / CURVES
         kept = [row for row in read_curves(folder) if row["step"] <= step]
-        write_bytes(path, "".join(map(_line, kept)).encode(), overwrite=True)
-        self._file = path.open("a", encoding="utf-8")
+        content = "".join(f"{_line(row)}\n" for row in kept)
+        write_bytes(self._path, content.encode(), overwrite=True)
         self._board = _tensorboard(folder / TENSORBOARD, step)
         self._drawn = -math.inf
 
@@ -50,8 +50,7 @@ class Curves:
             values: By name.
             facts: Kept beside them, such as the seconds so far.
         """
-        self._file.write(_line({"step": step, **facts, kind: dict(values)}))
-        self._file.flush()
+        append_line(self._path, _line({"step": step, **facts, kind: dict(values)}))
         if self._board is not None:
             for name, value in values.items():
                 self._board.add_scalar(f"{kind}/{name}", value, step)
@@ -64,10 +63,9 @@ class Curves:
             self._drawn = time.monotonic()
 
     def close(self) -> None:
-        """Draw what is left to be drawn, close the files."""
+        """Draw what is left to be drawn, close TensorBoard's files."""
         self._drawn = -math.inf
         self.draw()
-        self._file.close()
         if self._board is not None:
             self._board.close()
 
@@ -153,4 +151,4 @@ def _tensorboard(folder: Path, step: int) -> Any:
 
 
 def _line(row: Mapping[str, Any]) -> str:
-    return json.dumps(row, allow_nan=True) + "\n"
+    return json.dumps(row, allow_nan=True)

@@ -172,7 +172,6 @@ def _cut(
 def _save(path: Path, columns: dict[str, NDArray[Any]]) -> None:
     buffer = io.BytesIO()
     np.savez(buffer, **columns)  # type: ignore[arg-type]
-    path.parent.mkdir(parents=True, exist_ok=True)
     write_bytes(path, buffer.getvalue(), overwrite=True)
 
 

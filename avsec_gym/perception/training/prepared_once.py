@@ -9,6 +9,8 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from avsec_gym.storage.folders import make_folder
+
 
 def fingerprint(what: object, files: Iterable[Path]) -> str:
     """Changes with the `repr` of what is made of files, and with where, how large, how old each is.
@@ -29,7 +31,7 @@ def whole_folder(folder: Path) -> Iterator[Path]:
     """A folder to write into, which takes this one's place if all goes well; else nothing stays."""
     partial = folder.with_name(f".{folder.name}.{os.getpid()}.part")
     shutil.rmtree(partial, ignore_errors=True)
-    partial.mkdir(parents=True)
+    make_folder(partial)
     try:
         yield partial
         shutil.rmtree(folder, ignore_errors=True)

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.storage.folder_lock import folder_lock
-from avsec_gym.storage.regular_files import is_file, is_folder, is_there
+from avsec_gym.storage.folders import make_folder
+from avsec_gym.storage.regular_files import is_file
 from avsec_gym.world.export.manifest import (
     check_same,
     list_files,
@@ -69,7 +70,7 @@ def make_data_set(
     if not len(recipe):
         raise ConfigurationError("a data set has 1 frame or more, got none")
     root = Path(root)
-    _make_folder(root)
+    make_folder(root)
     with folder_lock(root):
         manifest, asked = read_manifest(root), new_manifest(recipe.settings)
         if manifest is None:
@@ -102,19 +103,6 @@ def make_data_set(
 
 def _missing(recipe: Recipe, root: Path) -> list[int]:
     return [i for i in range(len(recipe)) if not is_file(root / recipe.last_file(i))]
-
-
-def _make_folder(root: Path) -> None:
-    if is_there(root) and not is_folder(root):
-        raise DataError("This is a file.", path=root, remedy="Name a folder.")
-    try:
-        root.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise DataError(
-            f"The folder cannot be made ({error}).",
-            path=root,
-            remedy="Check the path and its permissions.",
-        ) from error
 
 
 def _check_empty(root: Path) -> None:

@@ -11,6 +11,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.raw import KittiRaw
 from avsec_gym.storage.folder_lock import folder_lock
+from avsec_gym.storage.folders import make_folder
 from avsec_gym.world.export.data_set import Progress, make_data_set
 from avsec_gym.world.export.manifest import changed_files, read_manifest, world_fingerprint
 from avsec_gym.world.export.recipe import Recipe
@@ -64,7 +65,7 @@ def cached(
 ) -> Path:
     """The folder of a data set in the cache; see `default_suite`."""
     suites = cache_folder() / "suites"
-    suites.mkdir(parents=True, exist_ok=True)
+    make_folder(suites)
     root = suites / f"{name}-{world_fingerprint()}"
     if _is_sound(root, full_check):
         return root

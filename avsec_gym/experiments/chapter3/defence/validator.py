@@ -20,6 +20,7 @@ from avsec_gym.experiments.chapter3.recordings import (
 from avsec_gym.registry import Kind, make
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.storage.folder_lock import folder_lock
+from avsec_gym.storage.folders import make_folder
 from avsec_gym.storage.regular_files import MAX_FILE_BYTES, read_bytes
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.fitting import CleanFrames, fit_threshold_table
@@ -75,7 +76,7 @@ def fitted_file(configuration: Configuration) -> Path:
     known = [str(recordings.root.resolve()), recordings.system.sensors, depth.settings, names]
     key = hashlib.sha256(f"{_sources()} {json.dumps(known)}".encode()).hexdigest()[:16]
     folder = cache_folder() / "thresholds"
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     path = folder / f"{key}.json"
     with folder_lock(folder, wait=True, what="a validator's thresholds"):
         if not path.is_file():

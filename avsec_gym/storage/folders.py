@@ -1,0 +1,33 @@
+"""Folders to write into, made where they lack."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from avsec_gym.errors import DataError
+from avsec_gym.storage.regular_files import is_folder, is_there
+
+
+def make_folder(folder: str | Path) -> None:
+    """Make a folder and those above it, where they lack.
+
+    Raises:
+        DataError: A file stands in its place or above it, or the system does not let us make it.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name.
+        there = next((each for each in (folder, *folder.parents) if is_there(each)), folder)
+        if is_there(there) and not is_folder(there):
+            raise DataError(
+                "This is a file, where a folder is needed.",
+                path=there,
+                remedy="Name another place, or move the file away.",
+            ) from error
+        reason = error.strerror if isinstance(error, OSError) else "no folder can have this name"
+        raise DataError(
+            f"The folder cannot be made ({reason}).",
+            path=folder,
+            remedy="Check the path, its permissions and the free space.",
+        ) from error
