@@ -9,11 +9,11 @@ numba kernels; the functions on arrays wrap it.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 
 _MOST_VERTICES = 20
 """A half-plane leaves a polygon of n vertices at most 1.5 n, even one that rounding bent."""
@@ -114,7 +114,7 @@ def _share(common: Floats, sizes: Floats, other_sizes: Floats) -> Floats:
     return np.divide(common, union, out=np.zeros_like(common), where=union > 0)
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _overlap_matrix(rectangles: Floats, others: Floats) -> Floats:
     result = np.empty((len(rectangles), len(others)))
     for i in range(len(rectangles)):
@@ -123,7 +123,7 @@ def _overlap_matrix(rectangles: Floats, others: Floats) -> Floats:
     return result
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def overlap_area(one: Floats, other: Floats) -> float:
     """Common area of two rectangles, each of shape (5,): a numba kernel.
 

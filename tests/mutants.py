@@ -101,7 +101,7 @@ def tests_of(module: str) -> list[list[str]]:
 
 def killed_by(copy: Path, mutant: Mutant) -> str:
     """The tests that fail, as they were asked for; empty if the mutant survives."""
-    kernels = "numba" in (copy / mutant.module).read_text()
+    kernels = "@kernel(" in (copy / mutant.module).read_text()
     environment = os.environ | {
         "PYTHONPATH": str(copy),
         "OMP_NUM_THREADS": "1",

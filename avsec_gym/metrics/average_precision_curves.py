@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.metrics.average_precision_matching import Events
 
 SLOTS = 41
@@ -90,7 +90,7 @@ def resampled(events: Events, labels: Counts, resamples: Counts) -> Floats:
     return result
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _resample(events: Events, labels: Counts, resamples: Counts) -> Floats:
     """`_precision` of each resample, shape (R, 2, 41)."""
     result = np.empty((len(resamples), 2, SLOTS))
@@ -101,7 +101,7 @@ def _resample(events: Events, labels: Counts, resamples: Counts) -> Floats:
     return result
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _precision(events: Events, labels: Counts, weights: Counts) -> Floats:
     """See `precision_at_recalls`.
 
@@ -130,7 +130,7 @@ def _precision(events: Events, labels: Counts, weights: Counts) -> Floats:
     return result
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _cuts(events: Events, labels: Counts, weights: Counts) -> Floats:
     """The scores, best first, at which recall comes closest to 0, 1/40, 2/40, ...
 

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.box_overlap import overlap_area
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.kitti.labels import DONT_CARE
 from avsec_gym.metrics.average_precision_frames import COUNTED, OTHER, CountStatus, Extents, Objects
 
@@ -131,7 +131,7 @@ def match(
     )
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _overlaps(
     labels: Extents, unlabelled: Flags, detections: Extents
 ) -> tuple[Integers, Integers, Floats, Floats]:
@@ -179,13 +179,13 @@ def _overlaps(
     return label[:pair], detection[:pair], iou[:, :pair], dont_care
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _share(common: float, one: float, other: float) -> float:
     """Intersection over union of two sizes; 0 where nothing is common."""
     return common / (one + other - common) if common > 0.0 else 0.0
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _match(
     contest: _Contest,
 ) -> tuple[Integers, Floats, Integers, Integers, Integers, Floats]:
@@ -250,7 +250,7 @@ def _match(
     )
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _assign(
     contest: _Contest, f: int, cut: float, surest_wins: bool, won: Integers, free: Flags
 ) -> int:
@@ -296,7 +296,7 @@ def _assign(
     return count
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _highest_below(limit: float, contest: _Contest, f: int) -> float:
     """The next lower score of a frame's contested detections; -inf after the last."""
     result = -np.inf

@@ -10,12 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
-import numba
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats, rectangle_corners, rectangle_polygons
+from avsec_gym.kernels import kernel
 from avsec_gym.planners.vehicle import Vehicle
 from avsec_gym.scenario.planning_scenario import Obstacles
 from avsec_gym.scenario.shapes import Rectangle, Shape, members, placed
@@ -113,7 +113,7 @@ def batch_collides(
     return np.isin(np.arange(len(trajectories)), touching)
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _near(
     trajectories: Floats,
     lengths: NDArray[np.int64],

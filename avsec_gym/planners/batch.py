@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.planners.collision import FOR_EVER, CollisionWorld
 from avsec_gym.planners.problem import Problem
 from avsec_gym.planners.search import FOUND, search_on
@@ -60,7 +60,7 @@ def plan_batch(
     return BatchPlans(*_search_all(problem, longest, edges, tracks, node_limit))
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _search_all(
     problem: Problem, longest: int, edges: Floats, tracks: RectangleTracks, node_limit: int
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64], Floats, Floats, NDArray[np.int64]]:

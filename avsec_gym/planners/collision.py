@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.scenario.planning_scenario import Obstacles, PlanningScenario
 from avsec_gym.scenario.shapes import Rectangle, members
 
@@ -133,7 +133,7 @@ def _rectangle_pieces(
     return vertices, np.full(count, 4, np.int64), np.zeros(count), data[:, 2:4]
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def collides(
     x: float,
     y: float,
@@ -175,7 +175,7 @@ def collides(
     return not within_edges(x, y, world.edges)
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def touches_piece(
     ox: float,
     oy: float,
@@ -237,7 +237,7 @@ def touches_piece(
     return True
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def touches_edge(
     x: float,
     y: float,
@@ -277,7 +277,7 @@ def touches_edge(
     return first <= last
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def within_edges(x: float, y: float, edges: Floats) -> bool:
     """Whether a point is inside the closed road edge: a ray along x crosses it an odd time."""
     inside = False

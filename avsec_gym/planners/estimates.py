@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.planners.goal import GoalArrays
 
 
@@ -23,7 +23,7 @@ class Limits(NamedTuple):
     """No primitive moves the centre farther than this in one time step."""
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _distance_to_box(x: float, y: float, x1: float, x2: float, y1: float, y2: float) -> float:
     """Metres from a point to an axis-aligned box; 0 inside."""
     dx = 0.0 if x1 <= x <= x2 else min(abs(x1 - x), abs(x2 - x))
@@ -31,7 +31,7 @@ def _distance_to_box(x: float, y: float, x1: float, x2: float, y1: float, y2: fl
     return np.sqrt(dx * dx + dy * dy)
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def time_to_aim(x: float, y: float, velocity: float, step: int, goals: GoalArrays) -> float:
     """commonroad-search's heuristic: seconds to the first goal's box at the present speed."""
     if goals.boxes[0, 0] == -np.inf:
@@ -42,7 +42,7 @@ def time_to_aim(x: float, y: float, velocity: float, step: int, goals: GoalArray
     return _distance_to_box(x, y, aim[0], aim[1], aim[2], aim[3]) / velocity
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def distance_to_goals(x: float, y: float, goals: GoalArrays) -> float:
     """Distance of the centre to the nearest goal's box."""
     best = np.inf
@@ -52,7 +52,7 @@ def distance_to_goals(x: float, y: float, goals: GoalArrays) -> float:
     return best
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def steps_to_goal(
     x: float,
     y: float,
@@ -93,7 +93,7 @@ def steps_to_goal(
     return best
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _may_reach(
     x: float,
     y: float,

@@ -5,12 +5,12 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.errors import PlanningError
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.scenario.planning_scenario import Goal
 from avsec_gym.scenario.shapes import Disc, Shape
 
@@ -80,7 +80,7 @@ def goal_arrays(goals: tuple[Goal, ...]) -> GoalArrays:
     )
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def reaches(
     x: float, y: float, heading: float, velocity: float, step: int, goals: GoalArrays
 ) -> bool:
@@ -104,7 +104,7 @@ def reaches(
     return False
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _in_piece(x: float, y: float, vertices: Floats, q: int, count: int, radius: float) -> bool:
     """Whether a point is in convex piece q; a piece of a single vertex is a disc."""
     if count == 1:

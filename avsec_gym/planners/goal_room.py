@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
-import numba
 import numpy as np
 import shapely
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.planners.collision import CollisionWorld, collides
 from avsec_gym.planners.goal import region_box
 from avsec_gym.planners.vehicle import Vehicle
@@ -112,7 +112,7 @@ def _grid(region: tuple[Shape, ...]) -> tuple[Floats, float]:
     return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2), spacing
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _full_steps(
     places: Floats,
     world: CollisionWorld,

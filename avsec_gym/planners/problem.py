@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.planners.estimates import Limits
 from avsec_gym.planners.goal import GoalArrays
 from avsec_gym.planners.primitives import PrimitiveArrays
@@ -47,7 +47,7 @@ def plain(value: Any) -> Any:
     return tuple(plain(each) for each in value) if isinstance(value, tuple) else value
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def named(parts: Any) -> Problem:
     """The problem that was made `plain`."""
     return Problem(

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from functools import lru_cache
 
-import numba
 import numpy as np
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.planners.primitives import MotionPrimitives, PrimitiveArrays
 
 _BINS = 128
@@ -44,7 +44,7 @@ def reach_table(primitives: MotionPrimitives, horizon: int) -> Floats:
     return np.asarray(_bounds(arrays, classes, horizon, primitives.vehicle.rear_axle))
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _bounds(
     primitives: PrimitiveArrays, classes: int, horizon: int, centre_offset: float
 ) -> Floats:
@@ -80,7 +80,7 @@ def _bounds(
     return table
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _advance(
     boxes: Floats,
     s: int,
@@ -136,7 +136,7 @@ def _advance(
             )
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _widen(
     box: Floats, x1: float, x2: float, y1: float, y2: float, low: float, high: float
 ) -> None:

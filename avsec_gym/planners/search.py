@@ -20,10 +20,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.planners.collision import CollisionWorld, collides
 from avsec_gym.planners.estimates import distance_to_goals, steps_to_goal, time_to_aim
 from avsec_gym.planners.problem import Problem, named
@@ -61,7 +61,7 @@ PAUSED, FULL, FOUND, EXHAUSTED = range(4)
 The first two are pauses."""
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def advance(parts: Any, world: Any, state: Any, budget: int) -> tuple[int, Floats]:
     """Search on, as `search` does; how Python calls it.
 
@@ -81,7 +81,7 @@ def advance(parts: Any, world: Any, state: Any, budget: int) -> tuple[int, Float
     return outcome, trajectory_to(memory.counters[GOAL_NODE], problem, memory)
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def search_on(
     problem: Problem, world: CollisionWorld, state: SearchState, node_limit: int
 ) -> tuple[int, SearchState]:
@@ -99,7 +99,7 @@ def search_on(
     return outcome, state
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def search(problem: Problem, world: CollisionWorld, state: SearchState, budget: int) -> int:
     """Expand up to ``budget`` nodes.
 
@@ -223,7 +223,7 @@ def search(problem: Problem, world: CollisionWorld, state: SearchState, budget: 
     return EXHAUSTED
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def refuse_the_rest(problem: Problem, world: CollisionWorld, state: SearchState) -> None:
     """Test the ways to the nodes that are still in the queue, for pictures of the tree."""
     pose, link, items, reference = state.pose, state.link, state.item, problem.reference
@@ -248,7 +248,7 @@ def refuse_the_rest(problem: Problem, world: CollisionWorld, state: SearchState)
             link[node, GOAL] = REFUSED
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _start_collides(problem: Problem, world: CollisionWorld) -> bool:
     """Whether the vehicle touches something before it moves."""
     x, y, heading = problem.start[0], problem.start[1], problem.start[2]

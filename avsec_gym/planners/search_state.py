@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 
 X, Y, HEADING, COS, SIN, ELAPSED = range(6)
 """Columns of `SearchState.pose`."""
@@ -60,14 +60,14 @@ def new_state(nodes: int, table: int) -> SearchState:
     )
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def begin(state: SearchState) -> None:
     """Forget everything."""
     state.table[:] = -1
     state.counters[:] = 0
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def add_start(state: SearchState, start: Floats, step: int, at_goal: bool) -> None:
     """The first node, which no primitive leads to.
 
@@ -86,7 +86,7 @@ def add_start(state: SearchState, start: Floats, step: int, at_goal: bool) -> No
     counters[NODES], counters[QUEUED] = 1, 1
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def grown(state: SearchState, end_class: NDArray[np.int64]) -> SearchState:
     """The same memory with twice the room; closed nodes get new slots, all else keeps its place."""
     used, queued = state.counters[NODES], state.counters[QUEUED]
@@ -105,7 +105,7 @@ def grown(state: SearchState, end_class: NDArray[np.int64]) -> SearchState:
     return new
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def push(key: float, node: int, keys: Floats, items: NDArray[np.int64], size: int) -> None:
     """Put a node into a heap of a size.
 
@@ -121,7 +121,7 @@ def push(key: float, node: int, keys: Floats, items: NDArray[np.int64], size: in
     keys[hole], items[hole] = key, node
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def pop(keys: Floats, items: NDArray[np.int64], size: int) -> int:
     """Take the node with the lowest key from a heap of a size; among equals, the oldest.
 
@@ -149,7 +149,7 @@ def pop(keys: Floats, items: NDArray[np.int64], size: int) -> int:
     return int(top)
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def closed_slot(
     node: int,
     end_class: NDArray[np.int64],
@@ -170,7 +170,7 @@ def closed_slot(
     return slot
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _hash(node: int, end_class: NDArray[np.int64], pose: Floats, link: NDArray[np.int32]) -> int:
     """A number that is equal for equal states (`_same_state`), well mixed, never negative."""
     value = np.uint64(end_class[link[node, PRIMITIVE]] * 4096 + link[node, STEP])
@@ -181,7 +181,7 @@ def _hash(node: int, end_class: NDArray[np.int64], pose: Floats, link: NDArray[n
     return int(value >> np.uint64(1))
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _same_state(
     one: int, two: int, end_class: NDArray[np.int64], pose: Floats, link: NDArray[np.int32]
 ) -> bool:

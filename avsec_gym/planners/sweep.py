@@ -6,10 +6,10 @@ circle around the whole way.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.planners.collision import CollisionWorld, touches_edge, touches_piece, within_edges
 from avsec_gym.planners.estimates import Limits
 from avsec_gym.planners.goal import GoalArrays, reaches
@@ -22,7 +22,7 @@ PlacedAxle = tuple[float, float, float, float, float]
 """Rear-axle x, y, heading, and the cosine and sine that primitives are turned by."""
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def place_of(node: int, pose: Floats, reference: bool) -> PlacedAxle:
     """Where a node is.
 
@@ -38,7 +38,7 @@ def place_of(node: int, pose: Floats, reference: bool) -> PlacedAxle:
     return x, y, heading, pose[node, COS], pose[node, SIN]
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def first_in_goal(
     place: PlacedAxle,
     step: int,
@@ -76,7 +76,7 @@ def first_in_goal(
     return -1
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def state_at(
     place: PlacedAxle, states: Floats, primitive: int, j: int, reference: bool
 ) -> PlacedAxle:
@@ -92,7 +92,7 @@ def state_at(
     return cos0 * px - sin0 * py + x0, sin0 * px + cos0 * py + y0, heading, cos, sin
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def drives_freely(
     place: PlacedAxle,
     start_step: int,
@@ -203,7 +203,7 @@ def drives_freely(
     return True
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _place_all(
     place: PlacedAxle,
     states: Floats,
@@ -220,7 +220,7 @@ def _place_all(
         placed[j, 2], placed[j, 3], placed[j, 4] = cos, sin, 1.0
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _crosses(x1: float, y1: float, x2: float, y2: float, edges: Floats, k: int) -> bool:
     """Whether the line from one place to another crosses segment k of the road edge."""
     ax, ay, bx, by = edges[k, 0] - x1, edges[k, 1] - y1, edges[k, 2] - x1, edges[k, 3] - y1

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.planners.problem import Problem
 from avsec_gym.planners.search_state import HEADING, PARENT, PRIMITIVE, STEP, SearchState, X, Y
 from avsec_gym.planners.sweep import place_of
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def trajectory_to(node: int, problem: Problem, state: SearchState) -> Floats:
     """States from the start to a node as centre x, y, velocity, heading, steering angle.
 

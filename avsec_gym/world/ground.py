@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 
 EASE = 2.0
 """Metres around a pad over which the land comes back to its own height."""
@@ -45,7 +45,7 @@ class Ground:
         return heights.reshape(level.shape)
 
 
-@njit(cache=True)
+@kernel()
 def _level(x, y, pads, level):  # type: ignore[no-untyped-def]
     """Mix the land's heights with those of pads, which count the more the nearer; in place."""
     for i in range(len(x)):

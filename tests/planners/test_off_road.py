@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -93,25 +89,3 @@ def test_speeds_far_from_all_primitives_are_refused(
     # The thesis' scenarios say 0 m/s; recordings of standing vehicles are noisy.
     for velocity in (-0.05, 0.0, 15.0):
         planner.plan(replace(straight_on, start=EgoState(velocity=velocity)))
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="needs POSIX permissions")
-def test_kernels_compile_without_a_place_to_cache(tmp_path: Path) -> None:
-    """As in a container: the package and the user's cache are read-only; one kernel for all."""
-    code = (
-        "import avsec_gym.planners as p, numba\n"
-        "p._is_writable = lambda folder: False\n"
-        "numba.config.CACHE_DIR = ''\n"
-        "p._provide_cache_folder()\n"
-        "assert numba.config.CACHE_DIR\n"
-        "from avsec_gym.boxes import Boxes3D\n"
-        "from avsec_gym.planners.estimates import distance_to_goals\n"
-        "from avsec_gym.planners.goal import goal_arrays\n"
-        "from avsec_gym.scenario.builder import build_planning_scenario\n"
-        "goals = goal_arrays(build_planning_scenario(Boxes3D.empty()).goals)\n"
-        "assert distance_to_goals(0.0, 0.0, goals) > 0\n"
-    )
-    environment = os.environ | {"TMPDIR": str(tmp_path)}
-    subprocess.run([sys.executable, "-c", code], check=True, env=environment)
-    assert any(tmp_path.rglob("*.nbi"))

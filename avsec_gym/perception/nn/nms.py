@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
+
+from avsec_gym.kernels import kernel
 
 
 def suppress(boxes: Tensor, scores: Tensor, overlap: float) -> Tensor:
@@ -36,7 +37,7 @@ def surviving(boxes: Tensor, overlap: float) -> Tensor:
     return torch.from_numpy(kept).to(boxes.device)
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _surviving(boxes: NDArray[Any], overlap: float) -> NDArray[np.bool_]:
     count = len(boxes)
     kept = np.ones(count, np.bool_)

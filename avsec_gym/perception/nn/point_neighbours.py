@@ -5,7 +5,6 @@ What is said of points is a tensor (B, N, C), of their neighbours (B, M, K, C).
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import torch
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from avsec_gym.frame import Points
+from avsec_gym.kernels import kernel
 
 _NO_DISTANCE = 1e-8
 
@@ -86,7 +86,7 @@ def _places(points: Tensor) -> Points:
     return places
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _in_balls(clouds: Points, centres: Points, radius: np.float32, count: int) -> NDArray[np.int64]:
     index = np.zeros((len(clouds), centres.shape[1], count), np.int64)
     for cloud in range(len(clouds)):
@@ -106,7 +106,7 @@ def _in_balls(clouds: Points, centres: Points, radius: np.float32, count: int) -
     return index
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _nearest(clouds: Points, known: Points) -> tuple[Points, NDArray[np.int64]]:
     squares = np.full((len(clouds), clouds.shape[1], 3), np.inf, np.float32)
     index = np.zeros(squares.shape, np.int64)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
 from avsec_gym.frame import Points
+from avsec_gym.kernels import kernel
 
 
 def farthest_points(points: Tensor, count: int) -> Tensor:
@@ -30,7 +30,7 @@ def farthest_points(points: Tensor, count: int) -> Tensor:
     return torch.from_numpy(_farthest(places, count)).to(points.device)
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _farthest(clouds: Points, count: int) -> NDArray[np.int64]:
     chosen = np.zeros((len(clouds), count), np.int64)
     for cloud in range(len(clouds)):

@@ -6,11 +6,12 @@ labels: the place is that of its bottom's middle, y points down.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
+
+from avsec_gym.kernels import kernel
 
 
 def in_box_frames(points: Tensor, boxes: Tensor) -> Tensor:
@@ -67,7 +68,7 @@ def first_inside(inside: Tensor, count: int) -> Tensor:
     return torch.from_numpy(index).to(inside.device)
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _first(inside: NDArray[np.bool_], count: int) -> NDArray[np.int64]:
     index = np.zeros((len(inside), count), np.int64)
     for box in range(len(inside)):

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from avsec_gym.box_overlap import overlap_area
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 
 
 def rotated_nms(rectangles: ArrayLike, scores: ArrayLike, threshold: float) -> NDArray[np.int64]:
@@ -31,7 +31,7 @@ def rotated_nms(rectangles: ArrayLike, scores: ArrayLike, threshold: float) -> N
     return order[_stays(rows[order], threshold)]
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _stays(rectangles: Floats, threshold: float) -> NDArray[np.bool_]:
     """Of rectangles in order of their scores, a mask of those that stay."""
     stays = np.ones(len(rectangles), np.bool_)

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.frame import Calibration
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.kitti.map_files import Disparity
 from avsec_gym.validation.evidence.comparison import MIN_DIFFERENCE
 from avsec_gym.validation.evidence.reprojection import Mask
@@ -77,7 +77,7 @@ def behind_surfaces(scan: Disparity, dense: Disparity, eye: LidarEye) -> Mask:
     return _behind(scan, dense, _from_the_lidar(dense, moved), moved)
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _seen_from(
     row: int, column: int, disparity: float, eye: NDArray[np.float64]
 ) -> tuple[float, float, float]:
@@ -92,7 +92,7 @@ def _seen_from(
     return down / ahead * focal + v, across / ahead * focal + u, ahead
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _from_the_lidar(dense: Disparity, eye: NDArray[np.float64]) -> Disparity:
     """The nearest surface in each pixel of the LiDAR's view, as disparity; 0 where none is."""
     height, width = dense.shape
@@ -113,7 +113,7 @@ def _from_the_lidar(dense: Disparity, eye: NDArray[np.float64]) -> Disparity:
     return result
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _behind(
     scan: Disparity, dense: Disparity, surfaces: Disparity, eye: NDArray[np.float64]
 ) -> Mask:
@@ -134,7 +134,7 @@ def _behind(
     return result
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _is_surrounded(surfaces: Disparity, row: int, column: int, least: float) -> bool:
     """Whether on each of four sides of a pixel enough is known, and nearer."""
     # The row and the column of the pixel itself belong to two sides each; `known` counts at least

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.kernels import kernel
 from avsec_gym.kitti.map_files import Disparity
 from avsec_gym.perception.depth.depth import DisparityMap
 
@@ -45,7 +45,7 @@ def comparison_map(first: DisparityMap, second: DisparityMap) -> NDArray[np.uint
     return _compare(first.rescaled(second.focal_times_baseline).values, second.values)
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _compare(first: Disparity, second: Disparity) -> NDArray[np.uint8]:
     # Both maps have one scale and one shape; every pixel of the result is written once.
     height, width = first.shape

@@ -9,11 +9,11 @@ there they look alike without it; or behind it, where no beam comes from.
 from __future__ import annotations
 
 import cv2
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.frame import Image
+from avsec_gym.kernels import kernel
 from avsec_gym.kitti.map_files import Disparity
 from avsec_gym.perception.depth.depth import DisparityMap
 from avsec_gym.validation.evidence.behind_surfaces import LidarEye, behind_surfaces
@@ -68,7 +68,7 @@ def _smooth_grey(image: Image) -> NDArray[np.uint8]:
     return np.asarray(cv2.blur(without_colours(image)[..., 0], (3, 3)), np.uint8)
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _is_disproved(
     left: NDArray[np.uint8],
     right: NDArray[np.uint8],
@@ -87,7 +87,7 @@ def _is_disproved(
     return result
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _unlike(
     left: NDArray[np.uint8], right: NDArray[np.uint8], v: int, u: int, disparity: float
 ) -> float:
@@ -110,7 +110,7 @@ def _unlike(
     return best
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _census(level: int, middle: int) -> int:
     # Levels have no sign: they are not subtracted.
     return int(level > middle + NOISE) - int(level + NOISE < middle)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-import numba
 import numpy as np
 
 from avsec_gym.frame import SensorFrame
+from avsec_gym.kernels import kernel
 from avsec_gym.kitti.map_files import Disparity
 from avsec_gym.perception.depth.depth import DepthEstimator, DisparityMap
 from avsec_gym.validation.evidence.comparison import MIN_DIFFERENCE, MIN_RELATIVE_DIFFERENCE
@@ -49,7 +49,7 @@ def seen_by_both(disparity: Disparity) -> Mask:
     return _seen_by_both(np.ascontiguousarray(disparity, np.float32))
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _seen_by_both(disparity: Disparity) -> Mask:
     # After the first pass over a row `nearest` holds, for each column of the other image, the
     # largest disparity that falls on it; the second pass compares each pixel with it.

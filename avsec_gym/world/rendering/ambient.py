@@ -7,9 +7,9 @@ every pixel from grid points that lie on the same surface.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from avsec_gym.kernels import kernel
 from avsec_gym.world.mesh import Float32s
 from avsec_gym.world.rendering.ray_scene import RayScene
 from avsec_gym.world.rendering.shading import sky_colour
@@ -55,7 +55,7 @@ def ambient_light(
     return result
 
 
-@njit(cache=True)
+@kernel()
 def _directions(which, normals, directions):
     """Cosine-weighted, spread evenly (a golden spiral) and turned differently at each point.
 
@@ -82,7 +82,7 @@ def _directions(which, normals, directions):
             directions[row, 2] = -x * sign * nx - y * ny + nz * up
 
 
-@njit(cache=True)
+@kernel()
 def _gather(which, directions, blocked, panorama, bounced, result):
     """Mean light of each point's rays, into `result`; rows of rays without a hit stay 0."""
     for j in range(len(which)):
@@ -104,7 +104,7 @@ def _gather(which, directions, blocked, panorama, bounced, result):
         result[i, 0], result[i, 1], result[i, 2] = red / RAYS, green / RAYS, blue / RAYS
 
 
-@njit(cache=True)
+@kernel()
 def smooth_ambient(light, normal, distance, columns, rows, out):
     """Means over neighbours on the same surface: few rays make a rough estimate.
 
@@ -145,7 +145,7 @@ def smooth_ambient(light, normal, distance, columns, rows, out):
             out[i, 0], out[i, 1], out[i, 2] = red / total, green / total, blue / total
 
 
-@njit(cache=True)
+@kernel()
 def carry(
     pixels, found, distances, step, columns, rows, grid_light, grid_normal, grid_distance, out
 ):

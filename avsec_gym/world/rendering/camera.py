@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.world.mesh import Float32s
 
 
@@ -52,7 +52,7 @@ def camera_rays(camera: PinholeCamera, pixels: Float32s) -> tuple[Float32s, Floa
     return origins, directions
 
 
-@njit(cache=True)
+@kernel()
 def _directions(pixels, rotation, focal_length, centre_u, centre_v, directions):
     """Unit vectors through pixels, into `directions`."""
     one = np.float32(1.0)

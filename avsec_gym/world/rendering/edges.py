@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from avsec_gym.kernels import kernel
 from avsec_gym.world.section import Surface
 
 _VEGETATION = int(Surface.VEGETATION)
 
 
-@njit(cache=True)
+@kernel()
 def edge_marks(light, faces, distances, normals, surfaces, width):
     """Which pixels need more rays, shape (n,).
 
@@ -40,7 +40,7 @@ def edge_marks(light, faces, distances, normals, surfaces, width):
     return marks
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def _differ(i, j, light, faces, distances, normals):
     """Whether two neighbouring pixels show an edge; the cheap tests come first."""
     if faces[i] == faces[j]:

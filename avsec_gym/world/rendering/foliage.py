@@ -8,7 +8,8 @@ few pixels.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from avsec_gym.kernels import kernel
 
 _ONE, _HALF = np.float32(1.0), np.float32(0.5)
 _LEAF = np.float32(0.085)
@@ -17,7 +18,7 @@ _PIXELS = np.float32(2.6)
 """Smallest size of a cell in an image, pixels."""
 
 
-@njit(cache=True)
+@kernel()
 def leaf_cell(distance, pixel_angle):
     """Size of the cells at a distance, metres: the finest one doubled until it can be seen."""
     needed = distance * pixel_angle * _PIXELS
@@ -27,7 +28,7 @@ def leaf_cell(distance, pixel_angle):
     return size
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def _chance(column, row, layer):
     """32 well-mixed bits for a cell."""
     bits = np.uint32(column) * np.uint32(0x9E3779B1) ^ np.uint32(row) * np.uint32(0x85EBCA77)
@@ -40,7 +41,7 @@ def _chance(column, row, layer):
     return bits
 
 
-@njit(cache=True)
+@kernel()
 def leaf_at(u, v, size):
     """The leaf at a place on the texture: 32 bits of its own, 0 where there is none.
 
@@ -66,7 +67,7 @@ def leaf_at(u, v, size):
     return np.uint32(0)
 
 
-@njit(cache=True)
+@kernel()
 def between_leaves(scene, faces, distances, us, vs, pixel_angle, gaps):
     """Mark the hits on foliage that go between its leaves.
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from avsec_gym.kernels import kernel
 from avsec_gym.world.rendering.texturing import texel_colour
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 
 
-@njit(cache=True)
+@kernel()
 def laser_reflectance(scene, faces, distances, origins, directions, reflectance, cosine):
     """Infrared reflectance and cosine of incidence at hits, into the last two arguments.
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from avsec_gym.kernels import kernel
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _SUN_RADIUS = np.float32(0.0047)
@@ -16,7 +17,7 @@ _SKY_SEEN = np.float32(1.35)
 """The sky as cameras see it against the light that it sheds: KITTI's is burnt out mostly."""
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def sky_colour(panorama, x, y, z):
     """Light of the sky in a direction; below the horizon that of the horizon."""
     rows, columns = panorama.shape[0], panorama.shape[1]
@@ -44,7 +45,7 @@ def sky_colour(panorama, x, y, z):
     )
 
 
-@njit(cache=True)
+@kernel()
 def radiance(
     faces, distances, directions, found, ambient, sun_colour, panorama, horizon, haze, out
 ):
@@ -77,7 +78,7 @@ def radiance(
             out[i, k] = own * clear + horizon[k] * (_ONE - clear)
 
 
-@njit(cache=True)
+@kernel()
 def add_glints(directions, open_sky, sun, sun_colour, light):
     """Add the sun's own reflection to mirrored light.
 
@@ -96,7 +97,7 @@ def add_glints(directions, open_sky, sun, sun_colour, light):
                 light[j, k] += glint * sun_colour[k]
 
 
-@njit(cache=True)
+@kernel()
 def smooth_over_surfaces(values, known, wanted, distances, normals, width):
     """Values averaged over neighbouring pixels on the same smooth surface, shape (n, m).
 
@@ -143,7 +144,7 @@ def smooth_over_surfaces(values, known, wanted, distances, normals, width):
     return out
 
 
-@njit(cache=True)
+@kernel()
 def towards_disc(sun, points):
     """Unit vectors from points towards places on the sun's disc, shape (n, 3).
 

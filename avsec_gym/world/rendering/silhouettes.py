@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.world.rendering.camera import PinholeCamera
 from avsec_gym.world.rendering.ray_scene import RayScene
 
@@ -70,7 +70,7 @@ def _on_near_plane(one: Floats, two: Floats) -> Floats:
     return one + share * (two - one)
 
 
-@njit(cache=True)
+@kernel()
 def _draw(triangles, owner, width, height, area, extent):
     """Add up areas and extents of triangles in pixels, into the last two arguments.
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from avsec_gym.kernels import kernel
 from avsec_gym.world.mesh import Float32s, Int32s
 from avsec_gym.world.rendering.foliage import leaf_at, leaf_cell
 from avsec_gym.world.rendering.ray_scene import NO_OVERLAY
@@ -75,7 +75,7 @@ def surfaces(
     return result
 
 
-@njit(cache=True)
+@kernel()
 def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
     """Fill `result`; see `surfaces`.
 
@@ -264,7 +264,7 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
         result.glow[i] = scene.materials.glow[material]
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def _smooth(lattice, x, y, z):
     """Smooth noise in [-1, 1] with cells of 1."""
     cx, cy, cz = np.int32(np.floor(x)), np.int32(np.floor(y)), np.int32(np.floor(z))

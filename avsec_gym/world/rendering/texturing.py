@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from avsec_gym.kernels import kernel
 from avsec_gym.world.mesh import Float32s
 from avsec_gym.world.textures.library import TextureArrays
 
@@ -31,7 +31,7 @@ class OverlayArrays(NamedTuple):
     """Overlay coordinate of the picture's left edge, metres, shape (1,)."""
 
 
-@njit(cache=True, inline="always")
+@kernel(inline="always")
 def texel_colour(textures, index, level, s, t):
     """Bilinear colour in linear light at (s, t), in repeats of the texture."""
     height = textures.shape[index, level, 0]
@@ -71,7 +71,7 @@ def texel_colour(textures, index, level, s, t):
     return red, green, blue
 
 
-@njit(cache=True)
+@kernel()
 def filtered_colour(textures, index, u, v, short_u, short_v, long_u, long_v):
     """Mean colour of a texture under a pixel's footprint.
 
@@ -122,7 +122,7 @@ def filtered_colour(textures, index, u, v, short_u, short_v, long_u, long_v):
     return red * scale, green * scale, blue * scale
 
 
-@njit(cache=True)
+@kernel()
 def overlay_colour(overlay, u, v, short_u, short_v, long_u, long_v):
     """Mean colour (times alpha) and alpha of the overlay under a footprint; 0 beyond its edges.
 

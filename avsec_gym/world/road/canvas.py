@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.world.textures.noise import fractal_noise, white_noise
 
 Mask = NDArray[np.uint8]
@@ -195,7 +195,7 @@ def _fixed(corners: Sequence[Floats], x: int, y: int) -> list[NDArray[np.int32]]
     ]
 
 
-@njit(cache=True)
+@kernel()
 def _lay_over(picture, mask, top, left, colour, opacity, wear, wear_at, grain, grain_at):  # type: ignore[no-untyped-def]
     """Lay a colour over a part of a picture, in place; see `RoadCanvas.lay`.
 

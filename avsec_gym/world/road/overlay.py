@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from avsec_gym.kernels import kernel
 from avsec_gym.world.road.canvas import RoadCanvas
 from avsec_gym.world.road.covers import paint_covers
 from avsec_gym.world.road.junction import mouths
@@ -104,7 +104,7 @@ def _tables() -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
     return light.astype(np.float32), np.round(codes).astype(np.uint8)
 
 
-@njit(cache=True)
+@kernel()
 def _multiplied(picture, light, codes):  # type: ignore[no-untyped-def]
     """The picture, its linear light multiplied by alpha and encoded again; 0 where alpha is 0."""
     height, width = picture.shape[:2]
@@ -121,7 +121,7 @@ def _multiplied(picture, light, codes):  # type: ignore[no-untyped-def]
     return result
 
 
-@njit(cache=True)
+@kernel()
 def _halved(level, light, codes):  # type: ignore[no-untyped-def]
     """Half of the size, rounded up: means of two by two pixels, in linear light.
 

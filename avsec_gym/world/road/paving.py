@@ -6,9 +6,9 @@ import functools
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from avsec_gym.kernels import kernel
 from avsec_gym.world.road.canvas import Mask, RoadCanvas, offset
 from avsec_gym.world.road.junction import Mouth
 from avsec_gym.world.road.materials import ground_materials, strip_material
@@ -44,7 +44,7 @@ def paint_paving(
         canvas.lay(mask, 0, first, _DIRT, _DIRTIEST[texture.partition("/")[0]])
 
 
-@njit(cache=True)
+@kernel()
 def _shades(laying, corner, size, step, table, shift):  # type: ignore[no-untyped-def]
     """How dark the stone is that each pixel belongs to.
 

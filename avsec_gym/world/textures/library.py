@@ -19,7 +19,6 @@ import platformdirs
 from numpy.typing import NDArray
 
 from avsec_gym.errors import DataError
-from avsec_gym.storage.folders import make_folder
 from avsec_gym.storage.npz_files import map_npy, read_npz
 from avsec_gym.storage.regular_files import MAX_FILE_BYTES, read_bytes
 from avsec_gym.world.textures.noise import picture
@@ -148,7 +147,7 @@ def _draw_all(families: dict[str, Texture], path: Path, texels_path: Path) -> No
             sizes.append(texture.size)
     deepest = max(map(len, rows))
     table = np.array([row + [row[-1]] * (deepest - len(row)) for row in rows])
-    make_folder(path.parent)
+    path.parent.mkdir(parents=True, exist_ok=True)
     _save(texels_path, lambda file: np.save(file, np.concatenate(pixels)))
     _save(
         path,

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.world.traffic.driving import calm_interaction
 from avsec_gym.world.traffic.routes import SPACING
 from avsec_gym.world.traffic.state import NARROW, Network, Traffic
@@ -22,7 +22,7 @@ _BESIDE = 1.0
 """An obstacle less than this behind a traveller's front is still ahead, metres."""
 
 
-@njit(cache=True)
+@kernel()
 def interactions_ahead(network: Network, traffic: Traffic) -> Floats:
     """Strongest `calm_interaction` of each with another that is in the way, shape (N,).
 
@@ -68,7 +68,7 @@ def interactions_ahead(network: Network, traffic: Traffic) -> Floats:
     return strongest
 
 
-@njit(cache=True)
+@kernel()
 def _gap(
     network: Network, traffic: Traffic, traveller: int, other: int, horizon: float
 ) -> tuple[float, float]:
@@ -93,7 +93,7 @@ def _gap(
     return nearest, heading
 
 
-@njit(cache=True)
+@kernel()
 def _side(traffic: Traffic, traveller: int, other: int) -> float:
     """Room that a traveller leaves beside another, metres."""
     narrow = (traffic.width[traveller] < NARROW) + (traffic.width[other] < NARROW)
@@ -102,7 +102,7 @@ def _side(traffic: Traffic, traveller: int, other: int) -> float:
     return _SIDE_OF_PEOPLE if narrow == 1 else _SIDE_AMONG_PEOPLE
 
 
-@njit(cache=True)
+@kernel()
 def _meets(
     network: Network,
     traffic: Traffic,
@@ -142,7 +142,7 @@ def _meets(
     return np.inf, 0.0
 
 
-@njit(cache=True)
+@kernel()
 def _offset(traffic: Traffic, traveller: int, place: float) -> float:
     """`offsets` of a traveller at another place."""
     weave, shift = traffic.weave[traveller], traffic.shift

@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 
 LATERAL_ACCELERATION = 1.8
 """In bends, m/s2."""
@@ -37,7 +37,7 @@ class Manners(NamedTuple):
     """Comfortable, m/s2."""
 
 
-@njit(cache=True)
+@kernel()
 def idm_interaction(
     speed: float,
     gap: float,
@@ -62,7 +62,7 @@ def idm_interaction(
     return ((standstill + max(dynamic, 0.0)) / max(gap, 0.01)) ** 2
 
 
-@njit(cache=True)
+@kernel()
 def calm_interaction(
     speed: float,
     gap: float,

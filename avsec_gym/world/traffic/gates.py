@@ -11,9 +11,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.world.traffic.driving import calm_interaction
 from avsec_gym.world.traffic.routes import SPACING
 from avsec_gym.world.traffic.state import NARROW, Integers, Network, Traffic
@@ -53,7 +53,7 @@ def find_zones(network: Network) -> Zones:
     return Zones(minor, major, *found[:, 2:].T.copy())
 
 
-@njit(cache=True)
+@kernel()
 def _find_zones(network: Network) -> Floats:
     """A row of `Zones` for each pair of routes that come near each other behind a gate, (Z, 6)."""
     routes = len(network.gate)
@@ -115,7 +115,7 @@ def _find_zones(network: Network) -> Floats:
     return found
 
 
-@njit(cache=True)
+@kernel()
 def pass_gates(network: Network, zones: Zones, traffic: Traffic, time: float) -> None:
     """Let travellers begin that have come to their gate and find it free: sets `committed`.
 
@@ -132,7 +132,7 @@ def pass_gates(network: Network, zones: Zones, traffic: Traffic, time: float) ->
             traffic.committed[traveller] = True
 
 
-@njit(cache=True)
+@kernel()
 def _is_free(network: Network, zones: Zones, traffic: Traffic, traveller: int) -> bool:
     """Whether no other is in a traveller's zones or holds one, and those who come can stop."""
     route = traffic.route[traveller]
@@ -160,14 +160,14 @@ def _is_free(network: Network, zones: Zones, traffic: Traffic, traveller: int) -
     return True
 
 
-@njit(cache=True)
+@kernel()
 def _holds(network: Network, traffic: Traffic, traveller: int) -> bool:
     """Whether a traveller has begun to pass its gate and has not left its zones."""
     rear = traffic.place[traveller] - 0.5 * traffic.length[traveller]
     return traffic.committed[traveller] and rear < network.clear[traffic.route[traveller]]
 
 
-@njit(cache=True)
+@kernel()
 def _lets_pass(
     network: Network, zones: Zones, traffic: Traffic, traveller: int, other: int, zone: int
 ) -> bool:
@@ -197,7 +197,7 @@ def _lets_pass(
     return _travel_time(traffic, other, gap, traffic.desired[other]) > takes + _PATIENCE
 
 
-@njit(cache=True)
+@kernel()
 def _travel_time(traffic: Traffic, traveller: int, distance: float, top: float) -> float:
     """Seconds for a distance when speeding up to the top speed."""
     speed, acceleration = (
@@ -210,7 +210,7 @@ def _travel_time(traffic: Traffic, traveller: int, distance: float, top: float) 
     return (top - speed) / acceleration + (distance - gathering) / top
 
 
-@njit(cache=True)
+@kernel()
 def interactions_with_gates(network: Network, zones: Zones, traffic: Traffic) -> Floats:
     """Strongest `calm_interaction` of each with its closed gate and with held zones, shape (N,)."""
     strongest = np.zeros(len(traffic.place))
@@ -237,7 +237,7 @@ def interactions_with_gates(network: Network, zones: Zones, traffic: Traffic) ->
     return strongest
 
 
-@njit(cache=True)
+@kernel()
 def _with_line(traffic: Traffic, traveller: int, gap: float) -> float:
     """Interaction with a line at which to stop."""
     speed, standstill = traffic.speed[traveller], traffic.manners.standstill[traveller]

@@ -8,8 +8,8 @@ must brake hard; here also back to the right where that costs nothing.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from avsec_gym.kernels import kernel
 from avsec_gym.world.traffic.driving import calm_interaction
 from avsec_gym.world.traffic.routes import SPACING
 from avsec_gym.world.traffic.state import Integers, Network, Traffic
@@ -29,7 +29,7 @@ _REST = 6.0
 _NONE = -1
 
 
-@njit(cache=True)
+@kernel()
 def change_lanes(network: Network, neighbours: Integers, traffic: Traffic) -> None:
     """Let every traveller that wants to and can begin to change: sets its new route and shift.
 
@@ -57,7 +57,7 @@ def change_lanes(network: Network, neighbours: Integers, traffic: Traffic) -> No
                 break
 
 
-@njit(cache=True)
+@kernel()
 def _can_change(
     network: Network, traffic: Traffic, traveller: int, target: int, least: float
 ) -> bool:
@@ -80,7 +80,7 @@ def _can_change(
     return gap > 2.0 + 0.5 * traffic.speed[behind] and braked > -_SAFE_BRAKING
 
 
-@njit(cache=True)
+@kernel()
 def _change(network: Network, traffic: Traffic, traveller: int, target: int) -> None:
     """Onto the other route, at the same pose, with a shift to its middle."""
     place, left = _project(network, traffic, traveller, target)
@@ -95,7 +95,7 @@ def _change(network: Network, traffic: Traffic, traveller: int, target: int) -> 
     shift.after[traveller] = 0.0
 
 
-@njit(cache=True)
+@kernel()
 def _project(
     network: Network, traffic: Traffic, traveller: int, target: int
 ) -> tuple[float, float]:
@@ -118,7 +118,7 @@ def _project(
     return (row - first + share) * SPACING, left
 
 
-@njit(cache=True)
+@kernel()
 def _ahead_of_row(network: Network, row: int, x: float, y: float) -> float:
     """Metres from a pose of the table to a place, along the pose's heading."""
     heading = network.poses[row, 2]
@@ -126,7 +126,7 @@ def _ahead_of_row(network: Network, row: int, x: float, y: float) -> float:
     return along + (y - network.poses[row, 1]) * np.sin(heading)
 
 
-@njit(cache=True)
+@kernel()
 def _ahead(traffic: Traffic, traveller: int, route: int, place: float) -> int:
     """The next traveller ahead of a place on a route, other than the given one."""
     found, nearest = _NONE, np.inf
@@ -137,7 +137,7 @@ def _ahead(traffic: Traffic, traveller: int, route: int, place: float) -> int:
     return found
 
 
-@njit(cache=True)
+@kernel()
 def _behind(traffic: Traffic, traveller: int, route: int, place: float) -> int:
     """The next traveller behind a place on a route, other than the given one."""
     found, nearest = _NONE, -np.inf
@@ -148,13 +148,13 @@ def _behind(traffic: Traffic, traveller: int, route: int, place: float) -> int:
     return found
 
 
-@njit(cache=True)
+@kernel()
 def _gap(traffic: Traffic, traveller: int, place: float, ahead: int) -> float:
     """Free metres from a traveller at a place to the one ahead on the same route."""
     return traffic.place[ahead] - place - 0.5 * (traffic.length[traveller] + traffic.length[ahead])
 
 
-@njit(cache=True)
+@kernel()
 def _acceleration(traffic: Traffic, traveller: int, ahead: int, place: float) -> float:
     """Acceleration of a traveller at a place behind another, or alone."""
     if ahead == _NONE:
@@ -164,7 +164,7 @@ def _acceleration(traffic: Traffic, traveller: int, ahead: int, place: float) ->
     )
 
 
-@njit(cache=True)
+@kernel()
 def _following(traffic: Traffic, traveller: int, gap: float, speed_ahead: float) -> float:
     """Acceleration of the IDM."""
     manners, speed = traffic.manners, traffic.speed[traveller]

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import numba
 import numpy as np
 import torch
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from torch import Tensor
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.perception.detectors.dsgn.anchors import anchor_footprints, corners_of_boxes
 from avsec_gym.perception.detectors.dsgn.box_field import AnchorIndex
 from avsec_gym.perception.detectors.dsgn.configuration import DsgnConfiguration
@@ -174,7 +174,7 @@ def objects_to_learn(
     return boxes[order], classes[order]
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _distances(x: Floats, z: Floats, footprints: Floats, bottom: Floats) -> Floats:
     """Of the anchors at cells (z, x) from an object, shape (angles, len(z), len(x))."""
     result = np.empty((len(footprints), len(z), len(x)))

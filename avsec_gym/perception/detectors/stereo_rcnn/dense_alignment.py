@@ -10,12 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.perception.detectors.stereo_rcnn.box_solver import ObservedBoxes, SolvedBoxes
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_camera import StereoCamera
 
@@ -171,7 +171,7 @@ def _surface(
     return _surface_pixels(windows, strides, solved.location, solved.rotation_y, lower, upper, lens)
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _surface_pixels(
     windows: Integers,
     strides: Integers,
@@ -218,7 +218,7 @@ def _surface_pixels(
     return us[:used], vs[:used], behind[:used], start
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _differences(
     left: Pixels,
     right: Pixels,
