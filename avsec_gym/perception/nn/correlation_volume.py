@@ -10,12 +10,12 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-import numba
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from avsec_gym.kernels import kernel
 from avsec_gym.perception.nn.cost_volume import shifted
 
 Values = NDArray[np.float32] | NDArray[np.float64]
@@ -95,7 +95,7 @@ def _whole_and_part(disparities: Tensor, like: Tensor) -> tuple[NDArray[np.int64
     return first, (first - places).astype(_array(like).dtype)
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _correlate(
     left: Values, right: Values, first: NDArray[np.int64], part: Values, volume: Values
 ) -> None:
@@ -124,7 +124,7 @@ def _correlate(
                         row[x] *= scale
 
 
-@numba.njit(nogil=True, cache=True)
+@kernel(nogil=True)
 def _correlate_back(
     left: Values,
     right: Values,
