@@ -84,7 +84,7 @@ _BUILT_IN = {
         {"configuration": "vgg16"},
     ),
     (Kind.SELECTOR, "small"): ("avsec_gym.perception.road_type:DrivingConstraintSelector", {}),
-    (Kind.ATTACK, "pgd"): ("avsec_gym.attacks.perturbation:pgd", {}),
+    (Kind.ATTACK, "thesis_pgd"): ("avsec_gym.attacks.perturbation:thesis_pgd", {}),
     (Kind.ATTACK, "fgsm"): ("avsec_gym.attacks.perturbation:fgsm", {}),
     (Kind.ATTACK, "i_fgsm"): ("avsec_gym.attacks.perturbation:i_fgsm", {}),
     (Kind.ATTACK, "mi_fgsm"): ("avsec_gym.attacks.perturbation:mi_fgsm", {}),
@@ -105,6 +105,12 @@ _BUILT_IN = {
     (Kind.OPTICAL_ATTACK, "pasted_scan"): ("avsec_gym.attacks.pasted_scan:PastedScan", {}),
     (Kind.OPTICAL_ATTACK, "thesis"): ("avsec_gym.attacks.sensor_combination:thesis_attack", {}),
 }
+AMBIGUOUS_ATTACKS = {
+    "pgd": "in this version no attack is named 'pgd', since the name changes its meaning: the"
+    " thesis' form, whose sum of steps is not projected, is 'thesis_pgd'; the projected form of"
+    " Madry et al. is 'projected_pgd', and 'pgd' from the next version on"
+}
+"""Names that change their meaning and stand for nothing meanwhile, with what to write instead."""
 _METHODS = {
     Kind.DETECTOR: "detect",
     Kind.ATTACK: "attack",
@@ -133,7 +139,8 @@ def register(kind: Kind | str, name: str, factory: Callable[..., Any]) -> None:
         ConfigurationError: The name is taken, or the kind is unknown.
     """
     key = (_kind(kind), name)
-    if key in _BUILT_IN or key in _REGISTERED:
+    ambiguous = key[0] == Kind.ATTACK and name in AMBIGUOUS_ATTACKS
+    if key in _BUILT_IN or key in _REGISTERED or ambiguous:
         raise ConfigurationError(f"there is a {key[0]} named {name!r} already: choose another name")
     _REGISTERED[key] = factory
 
@@ -226,6 +233,8 @@ def _known(kind: Kind, what: str | Mapping[str, Any]) -> tuple[str, dict[str, An
     if "name" not in asked:
         raise ConfigurationError(f"a {kind} given as a dictionary needs a 'name', got {what!r}")
     name = str(asked.pop("name"))
+    if kind == Kind.ATTACK and name in AMBIGUOUS_ATTACKS:
+        raise ConfigurationError(AMBIGUOUS_ATTACKS[name])
     if name not in (known := names(kind)):
         problem = f"there is no {kind} named {name!r}"
         raise ConfigurationError(unknown_name(problem, name, known))

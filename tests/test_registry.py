@@ -14,7 +14,7 @@ from avsec_gym import registry
 from avsec_gym.attacks.object_injection import RandomGhosts
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.planners.planner import Algorithm, Mode, MotionPrimitivePlanner
-from avsec_gym.registry import Kind, make, names, register
+from avsec_gym.registry import Kind, check, make, names, register
 
 
 @pytest.fixture(autouse=True)
@@ -88,6 +88,19 @@ def test_unknown_names_list_the_known_ones() -> None:
         make("planner", "dijkstra")
     with pytest.raises(ConfigurationError, match="random_ghosts"):
         make("attack", "")
+
+
+def test_a_bare_pgd_is_an_error_that_names_both_forms() -> None:
+    for ask in (make, check):
+        for what in ("pgd", {"name": "pgd", "alpha": 1.0}):
+            with pytest.raises(ConfigurationError, match=r"'thesis_pgd'.*Madry.*'projected_pgd'"):
+                ask("attack", what)
+    with pytest.raises(ConfigurationError, match="choose another"):
+        register("attack", "pgd", lambda: 1)
+    assert {"thesis_pgd", "projected_pgd"} <= set(names("attack"))
+    assert "pgd" not in names("attack")
+    assert not make("attack", "thesis_pgd").projected
+    assert make("attack", {"name": "projected_pgd", "random_start": False}).projected
 
 
 def test_unknown_kinds_list_the_known_ones() -> None:

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NoReturn
 
 import numpy as np
 import torch
@@ -25,6 +26,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.detector import Detector
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
+from avsec_gym.registry import AMBIGUOUS_ATTACKS
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ class Perturbation:
     projected: bool = False
     random_start: bool = False
     shared: bool = False
-    name: str = "pgd"
+    name: str = "thesis_pgd"
 
     def __post_init__(self) -> None:
         if not (0 < self.alpha <= 255 and (self.epsilon is None or 0 < self.epsilon <= 255)):
@@ -159,11 +161,14 @@ class Perturbation:
         return images.clamp(0, 255)
 
 
-def pgd(
+def thesis_pgd(
     alpha: float = 1.0, steps: int = 4, epsilon: float | None = None, shared: bool = False
 ) -> Perturbation:
-    """The thesis' attack, equations 5.2 and 5.3; alpha is 0.4 or 1, n is 1 to 4."""
-    return Perturbation(alpha, epsilon, steps, shared=shared, name="pgd")
+    """The thesis' form of PGD, equations 5.2 and 5.3: the sum of the steps is not projected.
+
+    In the thesis, alpha is 0.4 or 1 and n is 1 to 4.
+    """
+    return Perturbation(alpha, epsilon, steps, shared=shared, name="thesis_pgd")
 
 
 def fgsm(epsilon: float = 4.0, shared: bool = False) -> Perturbation:
@@ -201,14 +206,25 @@ def projected_pgd(
     random_start: bool = True,
     shared: bool = False,
 ) -> Perturbation:
-    """The sum of the steps projected onto the ball of epsilon (Madry et al., ICLR 2018).
+    """Projected gradient descent as the field knows it (Madry et al., ICLR 2018).
 
-    Without `alpha`, epsilon / 4: with 7 steps, the paper's proportions on CIFAR-10 (8, 2, 7).
+    After each step, the change is projected onto the L-infinity ball of epsilon and the image onto
+    the range of pixels.  Without `alpha`, epsilon / 4: with 7 steps, the paper's proportions on
+    CIFAR-10 (8, 2, 7).
     """
     alpha = epsilon / 4 if alpha is None else alpha
     return Perturbation(
         alpha, epsilon, steps, 0.0, True, random_start, shared, name="projected_pgd"
     )
+
+
+def pgd(*_: object, **__: object) -> NoReturn:
+    """Keeps its name free for one version: it was `thesis_pgd`, and will be `projected_pgd`.
+
+    Raises:
+        ConfigurationError: Always; it names both.
+    """
+    raise ConfigurationError(AMBIGUOUS_ATTACKS["pgd"])
 
 
 def _normalised(gradient: Tensor) -> Tensor:

@@ -20,9 +20,9 @@ class Demo:
     """Attack two detectors in procedural scenes: what does it take of precision, what of safety?
 
     Renders stereo pairs of streets and highways into the user's cache, once; lets DSGN and Stereo
-    R-CNN look at them unattacked, under PGD and with a patch in the view; drives left, straight and
-    right by what they believe; and writes a page with tables and pictures. A demo that was stopped
-    goes on when the command is given again.
+    R-CNN look at them unattacked, under the thesis' PGD and with a patch in the view; drives left,
+    straight and right by what they believe; and writes a page with tables and pictures. A demo that
+    was stopped goes on when the command is given again.
     """
 
     out: Path = Path("runs/demo")

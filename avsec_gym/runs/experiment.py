@@ -13,7 +13,7 @@ work of its own, made once in each process::
         work = "my_package.attacked:AttackedDrives"
         return [Cell.of(work, id, detector="dsgn", alpha=0.4, scenario=id) for id in ...]
 
-    PGD_SAFETY = Experiment("pgd_safety", "Does the car still drive safely?", "Table 5.2", cells)
+    SAFETY = Experiment("safety", "Does the car still drive safely?", "Table 5.2", cells)
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ class DriveRow:
     """What became of one drive.
 
     Args:
-        setting: Under which circumstances, such as ``dsgn pgd-0.4``; with the strength, the
+        setting: Under which circumstances, such as ``dsgn thesis_pgd-0.4``; with the strength, the
             planner, the scenario and the intention it is unique in a run.
         record: Scenario, intention and outcome.
         strength: Of the attack, such as its steps.

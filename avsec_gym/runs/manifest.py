@@ -12,7 +12,7 @@ from typing import Any
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.runs.experiment import Configuration, Experiment
 from avsec_gym.runs.fingerprints import fingerprint
-from avsec_gym.runs.renamed import EXPERIMENTS
+from avsec_gym.runs.renamed import EXPERIMENTS, PARTS, with_new_names
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.json_fields import fits, fitting_fields
 from avsec_gym.storage.json_files import read_json_object
@@ -22,7 +22,7 @@ MANIFEST = "manifest.json"
 """Its name."""
 
 _LOG = logging.getLogger(__name__)
-_FORMAT = 1
+_FORMAT_OF_OLD_NAMES, _FORMAT = 1, 2
 _TRACKED = {"sources": "the sources", "versions": "the libraries", "python": "Python"}
 _KIND = "avsec run"
 _CONTENT: dict[str, Any] = {
@@ -91,14 +91,29 @@ def read_manifest(root: Path) -> dict[str, Any] | None:
         raise DataError(
             f"This is no manifest of a run: {problem}.", path=path, remedy="Name another folder."
         )
-    experiments = manifest["experiments"].items()
-    renamed = {EXPERIMENTS.get(name, name): facts for name, facts in experiments}
-    return {**manifest, "experiments": renamed}
+    return _with_new_names(manifest)
+
+
+def _with_new_names(manifest: dict[str, Any]) -> dict[str, Any]:
+    """The manifest with today's names of experiments, and of parts in the options."""
+    options = manifest["configuration"].get("options", {})
+    if manifest["format"] == _FORMAT_OF_OLD_NAMES:
+        for experiment in manifest["experiments"]:
+            options = with_new_names(options, PARTS.get(experiment, {}))
+    return {
+        **manifest,
+        "format": _FORMAT,
+        "configuration": {**manifest["configuration"], "options": options},
+        "experiments": {
+            EXPERIMENTS.get(name, name): facts for name, facts in manifest["experiments"].items()
+        },
+    }
 
 
 def _problem(manifest: Mapping[str, Any]) -> str:
     """What a manifest lacks, or has of another kind than it is; empty if nothing."""
-    if (manifest.get("kind"), manifest.get("format")) != (_KIND, _FORMAT):
+    formats = (_FORMAT_OF_OLD_NAMES, _FORMAT)
+    if manifest.get("kind") != _KIND or manifest.get("format") not in formats:
         return "it is of another kind, or format"
     for name, kind in _CONTENT.items():
         if name not in manifest:

@@ -6,8 +6,10 @@ and continued under the new one.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
+
+from avsec_gym.errors import ConfigurationError
 
 EXPERIMENTS: Mapping[str, str] = {"knowing": "adaptive_attacks"}
 """Old name of an experiment -> its name."""
@@ -46,6 +48,23 @@ KEYS: Mapping[str, Mapping[str, str]] = {
 }
 """By experiment or study: old key of its figures -> the key."""
 
+_THESIS_PGD: Mapping[str, str] = {
+    "pgd-0.4": "thesis_pgd-0.4",
+    "pgd-1": "thesis_pgd-1",
+    "texture-pgd-1": "texture-thesis_pgd-1",
+}
+SETTINGS: Mapping[str, Mapping[str, str]] = dict.fromkeys(
+    ("demo", "chapter5", "perturbation", "inputs", "texture", "ghost_positions"), _THESIS_PGD
+)
+"""By experiment: old word of a setting -> the word; cells' arguments have these words, too."""
+PARTS: Mapping[str, Mapping[str, str]] = {"pipeline": {"pgd": "thesis_pgd"}}
+"""By experiment: old name of a part in the run's options -> its name."""
+
+_BOTH_FORMS = (
+    "'pgd' changes its meaning to the projected form of Madry et al., in this version the attack"
+    " 'projected_pgd'; 'thesis_pgd' is the form of the thesis, which is not projected"
+)
+
 
 def with_new_keys(figures: Any, renamed: Mapping[str, str]) -> Any:
     """The figures of an earlier release under the keys of this one; values stay as they are.
@@ -65,6 +84,53 @@ def with_new_keys(figures: Any, renamed: Mapping[str, str]) -> Any:
     if isinstance(figures, list):
         return [with_new_keys(value, renamed) for value in figures]
     return figures
+
+
+def with_new_names(figures: Any, renamed: Mapping[str, str]) -> Any:
+    """The same where keys and texts have the names of this one.
+
+    Args:
+        figures: What JSON can state.
+        renamed: Old name -> name, one of `SETTINGS` or `PARTS`.
+
+    Example:
+        >>> with_new_names([{"attack": "pgd-1"}, "pgd-10"], SETTINGS["demo"])
+        [{'attack': 'thesis_pgd-1'}, 'pgd-10']
+    """
+    if isinstance(figures, dict):
+        return {
+            renamed.get(key, key): with_new_names(value, renamed) for key, value in figures.items()
+        }
+    if isinstance(figures, list):
+        return [with_new_names(value, renamed) for value in figures]
+    return renamed.get(figures, figures) if isinstance(figures, str) else figures
+
+
+def new_setting(setting: str, renamed: Mapping[str, str]) -> str:
+    """A setting in the new words.
+
+    Example:
+        >>> new_setting("dsgn pgd-0.4 8-bit", SETTINGS["demo"])
+        'dsgn thesis_pgd-0.4 8-bit'
+    """
+    return " ".join(renamed.get(word, word) for word in setting.split(" "))
+
+
+def check_setting(setting: str, experiments: Collection[str]) -> None:
+    """Refuse a setting of an old name.
+
+    Args:
+        setting: A setting that was asked for, and that the run does not have.
+        experiments: Names of the run's experiments.
+
+    Raises:
+        ConfigurationError: It is one; the message has the new name.
+    """
+    for experiment in experiments:
+        if (new := new_setting(setting, SETTINGS.get(experiment, {}))) != setting:
+            raise ConfigurationError(
+                f"the setting {setting!r} is called {new!r} now: {_BOTH_FORMS}"
+            )
 
 
 def first_place(work: str) -> str:

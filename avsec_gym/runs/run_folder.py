@@ -16,8 +16,11 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.manifest import read_manifest
+from avsec_gym.runs.renamed import check_setting
+from avsec_gym.runs.renamed_rows import show_new_names
 from avsec_gym.runs.run import FIGURES, RESULTS
-from avsec_gym.runs.soundness import check_files, check_sound, no_sqlite_errors
+from avsec_gym.runs.schema import VERSION
+from avsec_gym.runs.soundness import check_files, check_sound, no_sqlite_errors, schema_version
 from avsec_gym.runs.stored_boxes import boxes_from_text
 from avsec_gym.storage.json_files import parse_json
 from avsec_gym.storage.regular_files import is_there
@@ -177,12 +180,17 @@ class RunFolder:
 
     def _table(self, name: str, order: str, where: dict[str, Any]) -> list[dict[str, Any]]:
         conditions = " AND ".join(f"{column} IS ?" for column in where) or "TRUE"
-        return self._rows(
-            f"SELECT * FROM {name} WHERE {conditions} ORDER BY {order}", list(where.values())
-        )
+        query = f"SELECT * FROM {name} WHERE {conditions} ORDER BY {order}"
+        rows = self._rows(query, list(where.values()))
+        asked = where.get("setting")
+        if not rows and asked and asked not in {setting for setting, _ in self.settings()}:
+            check_setting(asked, self.experiments)
+        return rows
 
     def _rows(self, query: str, values: Sequence[Any] = ()) -> list[dict[str, Any]]:
         with self._database() as database:
+            if schema_version(database) < VERSION:
+                show_new_names(database)
             database.row_factory = sqlite3.Row
             return [dict(row) for row in database.execute(query, values)]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 VERSIONS = (1, 2, 3)
 """``PRAGMA user_version``: those that are read.  The first had no digests, the second none of
-``needs``."""
+``needs``; both have names that changed since, see `avsec_gym.runs.renamed`."""
 VERSION = VERSIONS[-1]
 
 ADDED = {("drives", "swept_collision"): "INTEGER"}

@@ -13,6 +13,7 @@ from typing import Any
 from avsec_gym.errors import DataError
 from avsec_gym.runs.desk import Done, Failed
 from avsec_gym.runs.experiment import Cell
+from avsec_gym.runs.renamed_rows import rename_rows
 from avsec_gym.runs.schema import ADDED, DIGESTS, NEEDS_DIGEST, VERSION, schema
 from avsec_gym.runs.soundness import (
     as_text,
@@ -36,7 +37,8 @@ class ResultStore:
     """The only writer of a run's results; readers may look on.
 
     Args:
-        path: Of the database, made if it is not there; one of the first version gets digests.
+        path: The database, made if it is not there; one of an earlier version is brought up to
+            date.
         begun: Whether the run has been worked on: then the results have to be there.
 
     Raises:
@@ -82,15 +84,17 @@ class ResultStore:
                 self._bring_up_to_date(version)
 
     def _bring_up_to_date(self, version: int) -> None:
-        """Make a database of an earlier version one of today's."""
+        """Make a database of an earlier version one of this version, or leave it as it was."""
         if version == 1:
             self._add_columns()
         self._database.execute("BEGIN")
         if version == 1:
             self._database.execute(DIGESTS)
-            self._database.executemany(
-                "INSERT INTO digests VALUES (?, ?)", digests(self._database).items()
-            )
+        rename_rows(self._database)
+        self._database.execute("DELETE FROM digests")
+        self._database.executemany(
+            "INSERT INTO digests VALUES (?, ?)", digests(self._database).items()
+        )
         self._database.execute(NEEDS_DIGEST)
         self._note_needs()
         self._database.execute(f"PRAGMA user_version = {VERSION}")

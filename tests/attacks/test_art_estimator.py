@@ -17,7 +17,7 @@ from torch import Tensor
 
 from avsec_gym.attacks.attack import Attack, Victim
 from avsec_gym.attacks.loss_gradient import total_loss
-from avsec_gym.attacks.perturbation import fgsm, i_fgsm, mi_fgsm, pgd
+from avsec_gym.attacks.perturbation import fgsm, i_fgsm, mi_fgsm, thesis_pgd
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Calibration, SensorFrame
@@ -91,7 +91,7 @@ def test_the_thesis_attack_is_theirs_where_the_sum_of_steps_fits_into_the_ball(k
     torch.manual_seed(0)
     victim, frame = Victim(kind("small"), CARS), frame_of(size=(96, 320))
     theirs = ToolboxAttack("ProjectedGradientDescent", 3.0, {"eps_step": 1.0, "max_iter": 3})
-    ours = pgd(alpha=1.0, steps=3).attack(frame, victim)
+    ours = thesis_pgd(alpha=1.0, steps=3).attack(frame, victim)
     assert difference(ours, frame) == 3
     assert difference(ours, theirs.attack(frame, victim)) == 0
 
@@ -99,9 +99,9 @@ def test_the_thesis_attack_is_theirs_where_the_sum_of_steps_fits_into_the_ball(k
 @pytest.mark.parametrize(
     ("ours", "method", "epsilon", "arguments"),
     [
-        (pgd(1.0, 4), "ProjectedGradientDescent", 4.0, {"eps_step": 1.0, "max_iter": 4}),
-        (pgd(1.0, 4), "ProjectedGradientDescent", 9.0, {"eps_step": 1.0, "max_iter": 4}),
-        (pgd(0.4, 4), "ProjectedGradientDescent", 1.6, {"eps_step": 0.4, "max_iter": 4}),
+        (thesis_pgd(1.0, 4), "ProjectedGradientDescent", 4.0, {"eps_step": 1.0, "max_iter": 4}),
+        (thesis_pgd(1.0, 4), "ProjectedGradientDescent", 9.0, {"eps_step": 1.0, "max_iter": 4}),
+        (thesis_pgd(0.4, 4), "ProjectedGradientDescent", 1.6, {"eps_step": 0.4, "max_iter": 4}),
         (fgsm(4.0), "FastGradientMethod", 4.0, {}),
         (i_fgsm(4.0, steps=9), "BasicIterativeMethod", 4.0, {"eps_step": 1.0, "max_iter": 9}),
         (
@@ -159,7 +159,7 @@ def test_each_pair_is_attacked_for_itself_and_detections_stand_in_for_targets() 
         estimator, eps=4.0, eps_step=1.0, max_iter=2, verbose=False
     )
     for attacked, frame in zip(attack.generate(packed(frames)), frames, strict=True):
-        expected = pgd(steps=2).attack(frame, Victim(Waves(), CARS))
+        expected = thesis_pgd(steps=2).attack(frame, Victim(Waves(), CARS))
         assert difference(unpacked(attacked, frame), expected) == 0
 
 

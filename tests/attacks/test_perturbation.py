@@ -21,6 +21,7 @@ from avsec_gym.attacks.perturbation import (
     mi_fgsm,
     pgd,
     projected_pgd,
+    thesis_pgd,
 )
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
@@ -39,7 +40,15 @@ CARS = Boxes3D(
     truncation=np.zeros(2),
     occlusion=np.zeros(2),
 )
-ALL = [pgd(), pgd(0.4, 3), pgd(2.0, 2, epsilon=0.5), fgsm(), i_fgsm(), mi_fgsm(), projected_pgd()]
+ALL = [
+    thesis_pgd(),
+    thesis_pgd(0.4, 3),
+    thesis_pgd(2.0, 2, epsilon=0.5),
+    fgsm(),
+    i_fgsm(),
+    mi_fgsm(),
+    projected_pgd(),
+]
 
 
 class Slopes:
@@ -97,7 +106,7 @@ def victim_of(detector: Any) -> Victim:
 @pytest.mark.parametrize("alpha", [0.4, 1.0])
 def test_the_iterates_of_a_linear_loss_are_known(alpha: float) -> None:
     frame, detector = noise_frame(low=0, high=256), random_slopes()
-    iterates = list(pgd(alpha, steps=4).iterates(frame, victim_of(detector)))
+    iterates = list(thesis_pgd(alpha, steps=4).iterates(frame, victim_of(detector)))
     assert len(iterates) == len(detector.seen) == 4
     for n, attacked in enumerate(iterates, 1):
         expected = (views(frame) + n * alpha * np.sign(detector.slope.numpy())).clip(0, 255)
@@ -118,6 +127,25 @@ def test_no_image_is_brighter_than_white_or_darker_than_black(
     assert views(attacked).mean() == pytest.approx(level, abs=1e-4) or attack.random_start
 
 
+def test_a_bare_pgd_names_both_forms() -> None:
+    with pytest.raises(ConfigurationError, match=r"thesis_pgd.*projected_pgd"):
+        pgd(alpha=1.0, steps=4)
+
+
+def test_the_change_is_projected_at_each_step_and_the_thesis_form_is_not() -> None:
+    frame, detector = noise_frame(), random_slopes()
+    projected = projected_pgd(2.0, alpha=0.75, steps=4, random_start=False)
+    unprojected = thesis_pgd(0.75, 4, epsilon=2.0)
+    sizes = [
+        [
+            np.abs(views(attacked) - views(frame)).max()
+            for attacked in attack.iterates(frame, victim_of(detector))
+        ]
+        for attack in (projected, unprojected)
+    ]
+    assert sizes == [[0.75, 1.5, 2.0, 2.0], [0.75, 1.5, 2.25, 3.0]]
+
+
 def test_epsilon_bounds_a_step_and_not_the_sum() -> None:
     frame, detector = noise_frame(), random_slopes()
     attacked = Perturbation(alpha=1.0, epsilon=0.25, steps=3).attack(frame, victim_of(detector))
@@ -127,7 +155,7 @@ def test_epsilon_bounds_a_step_and_not_the_sum() -> None:
 
 def test_one_delta_for_both_views_follows_the_sum_of_their_slopes() -> None:
     frame, detector = noise_frame(), random_slopes()
-    left, right = views(pgd(shared=True).attack(frame, victim_of(detector))) - views(frame)
+    left, right = views(thesis_pgd(shared=True).attack(frame, victim_of(detector))) - views(frame)
     np.testing.assert_array_equal(left, 4 * np.sign(detector.slope.numpy().sum(axis=0)))
     np.testing.assert_array_equal(right, left)
     start = projected_pgd(shared=True, steps=1).attack(frame, victim_of(detector), seed=3)
@@ -185,7 +213,7 @@ def test_whole_grey_levels_swallow_a_small_step() -> None:
     frame, detector = noise_frame(), random_slopes()
     one, two = (
         views(quantised(attacked)) - views(frame)
-        for attacked in pgd(0.4, steps=2).iterates(frame, victim_of(detector))
+        for attacked in thesis_pgd(0.4, steps=2).iterates(frame, victim_of(detector))
     )
     assert not one.any()
     np.testing.assert_array_equal(two, np.sign(detector.slope.numpy()))
@@ -203,7 +231,7 @@ def test_momentum_is_the_papers() -> None:
         g = 0.9 * g + gradient / np.abs(gradient).sum()
         x = x + 5.0 * np.sign(g)
         np.testing.assert_allclose(views(attacked), x, atol=1e-3)
-    plain = views(pgd(5.0, 8).attack(frame, victim_of(detector)))
+    plain = views(thesis_pgd(5.0, 8).attack(frame, victim_of(detector)))
     assert (plain != views(attacked)).mean() > 0.01
 
 
@@ -231,30 +259,30 @@ def test_the_projected_form_stays_in_the_ball() -> None:
 def test_the_disparity_reaches_the_loss() -> None:
     frame, detector = noise_frame(), random_slopes()
     disparity = np.full((6, 10), 7.0, np.float32)
-    pgd(steps=1).attack(frame, Victim(detector, CARS, disparity=disparity))
+    thesis_pgd(steps=1).attack(frame, Victim(detector, CARS, disparity=disparity))
     assert detector.seen[0] is not None
     assert detector.seen[0].shape == (1, 6, 10)
     with pytest.raises(ConfigurationError, match="disparity"):
-        pgd().attack(frame, Victim(detector, CARS, disparity=disparity[:3]))
+        thesis_pgd().attack(frame, Victim(detector, CARS, disparity=disparity[:3]))
 
 
 def test_what_has_no_loss_cannot_be_climbed() -> None:
     frame = noise_frame()
     with pytest.raises(ConfigurationError, match="'oracle' has no `losses`"):
-        pgd().attack(frame, victim_of(Oracle()))
+        thesis_pgd().attack(frame, victim_of(Oracle()))
     blind = random_slopes()
     blind.losses = torch.no_grad()(blind.losses)  # type: ignore[method-assign]
     with pytest.raises(ConfigurationError, match="no function of the pixels"):
-        pgd().attack(frame, victim_of(blind))
+        thesis_pgd().attack(frame, victim_of(blind))
 
 
 @pytest.mark.parametrize(
     "make",
     [
-        lambda: pgd(0.0),
-        lambda: pgd(float("nan")),
-        lambda: pgd(steps=0),
-        lambda: pgd(epsilon=-1.0),
+        lambda: thesis_pgd(0.0),
+        lambda: thesis_pgd(float("nan")),
+        lambda: thesis_pgd(steps=0),
+        lambda: thesis_pgd(epsilon=-1.0),
         lambda: mi_fgsm(steps=0),
         lambda: mi_fgsm(momentum=-0.1),
         lambda: Perturbation(projected=True),
@@ -273,7 +301,7 @@ def test_networks_are_attacked_and_left_as_they_are(kind: Any) -> None:
     detector, frame = kind("small"), noise_frame((96, 320))
     detector.network.requires_grad_(True)
     weights = [weight.clone() for weight in detector.network.parameters()]
-    attacked = pgd(steps=2).attack(frame, victim_of(detector))
+    attacked = thesis_pgd(steps=2).attack(frame, victim_of(detector))
     assert not detector.network.training
     for weight, before in zip(detector.network.parameters(), weights, strict=True):
         assert weight.grad is None

@@ -52,7 +52,7 @@ def test_from_nothing_to_the_page_and_once_more(
     usual = ("demo", "--scenarios", 4, "--workers", 0)
     assert ends(*usual) == DONE
     told = capsys.readouterr()
-    for words in ("12 drives", "ground truth", "DSGN", "Stereo R-CNN", "PGD α 1, n 4"):
+    for words in ("12 drives", "ground truth", "DSGN", "Stereo R-CNN", "thesis PGD α 1, n 4"):
         assert words in told.out
     assert told.err.splitlines()[-1].startswith("runs/demo/report.html: ")
     out = tmp_path / "runs/demo"
@@ -68,7 +68,7 @@ def test_from_nothing_to_the_page_and_once_more(
 
     assert said["out"] == "runs/demo"
     assert {row["detector"] for row in said["rates"]} == {None, "dsgn", "stereo_rcnn"}
-    drives = RunFolder.open(out).records(setting="dsgn pgd-1", strength=4)
+    drives = RunFolder.open(out).records(setting="dsgn thesis_pgd-1", strength=4)
     (row,) = [one for one in said["rates"] if (one["detector"], one["strength"]) == ("dsgn", 4)]
     assert row["safe_driving_rate"] == pytest.approx(sum(one.safe for one in drives) / 12)
     assert said["answer"]["word"] in (out / "report.html").read_text()

@@ -43,8 +43,8 @@ def test_only_patches_that_were_trained_are_put_up(
     found = [cell.arguments for cell in DEMO.cells(asked)]
     assert [(one.get("detector"), one.get("attack")) for one in found] == [
         (None, None),
-        *(("dsgn", attack) for attack in ("unattacked", "pgd-1", "patch-random")),
-        *(("stereo_rcnn", attack) for attack in ("unattacked", "pgd-1")),
+        *(("dsgn", attack) for attack in ("unattacked", "thesis_pgd-1", "patch-random")),
+        *(("stereo_rcnn", attack) for attack in ("unattacked", "thesis_pgd-1")),
     ]
     assert experiment("demo") is DEMO
     assert (DEMO.usual.scenarios, DEMO.usual.limit) == ("procedural", 12)
@@ -54,8 +54,8 @@ def test_the_table_pools_intentions_and_takes_the_strongest_step(made: ModuleTyp
     names = made.names(6)
     results = made.MadeResults()
     results.add(Condition("dsgn"), names)
-    results.add(Condition("dsgn", "pgd-1", 1.0), names)
-    results.add(Condition("dsgn", "pgd-1", 4.0), names, lost=names, unsafe=names[:2])
+    results.add(Condition("dsgn", "thesis_pgd-1", 1.0), names)
+    results.add(Condition("dsgn", "thesis_pgd-1", 4.0), names, lost=names, unsafe=names[:2])
     results.add(Condition("dsgn", "patch-specific"), names, unsafe=names[:3], outcome="unplanned")
     results.drives["ground_truth", 0.0, "astar"] = [
         made.record(name, way) for name in names for way in Intention
@@ -65,7 +65,7 @@ def test_the_table_pools_intentions_and_takes_the_strongest_step(made: ModuleTyp
     assert [(row["detector"], row["attack"], row["strength"]) for row in rows] == [
         (None, "unattacked", 0.0),
         ("dsgn", "unattacked", 0.0),
-        ("dsgn", "pgd-1", 4.0),
+        ("dsgn", "thesis_pgd-1", 4.0),
         ("dsgn", "patch-specific", 0.0),
     ]
     truth, clean, pgd, patch = rows

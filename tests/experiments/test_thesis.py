@@ -5,7 +5,7 @@ from __future__ import annotations
 from avsec_gym.experiments.thesis import PRECISION, SAFETY
 from avsec_gym.scenario.intention import Intention
 
-SLIP = ("dsgn", "pgd-1-3", Intention.STRAIGHT)
+SLIP = ("dsgn", "thesis_pgd-1-3", Intention.STRAIGHT)
 
 
 def test_safe_driving_follows_from_success_and_collisions() -> None:

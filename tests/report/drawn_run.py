@@ -161,7 +161,7 @@ def looks(attack: str) -> list[tuple[str, float, bool, tuple[Intention, ...], st
     """Attack, strength, whole levels, who drives by it, and as what it is seen."""
     every = tuple(Intention)
     if attack == TEXTURE:
-        after = f"{TEXTURE}-pgd-1"
+        after = f"{TEXTURE}-thesis_pgd-1"
         return [(TEXTURE, 0.0, False, every, TEXTURE), *_steps(after)]
     if attack in PERTURBATIONS:
         return _steps(attack)

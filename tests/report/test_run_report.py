@@ -62,7 +62,7 @@ def test_a_page_holds_everything_it_needs(page: Path) -> None:
     parsed.feed(text)
     assert not parsed.open
     assert all(link.startswith(("#", "data:")) for link in parsed.links), parsed.links
-    retextured = text.count("retextured, PGD α 1, n 4</sp")
+    retextured = text.count("retextured, thesis PGD α 1, n 4</sp")
     # Of each strip two views and a difference; of each detector, on noise and on scenes, two maps.
     assert text.count("data:image/webp;base64,") == 3 * 3 + retextured + 2 * 2 * 3
     ids = set(re.findall(r'id="([\w-]+)"', text))
@@ -78,7 +78,7 @@ def test_reasons_are_told(report: RunReport) -> None:
     """What the drawn detections and maps were made to say."""
     ghosts = {(row["detector"], row["attack"]): row for row in report.data["ghosts"]}
     assert ("stereo_rcnn", "patch-specific") not in ghosts
-    strong = ghosts["dsgn", "pgd-1"]
+    strong = ghosts["dsgn", "thesis_pgd-1"]
     assert strong["strength"] == 4
     assert strong["share_on_road"] < 0.1
     assert strong["ghosts"] == sum(map(len, strong["positions"].values()))

@@ -13,7 +13,14 @@ from avsec_gym.runs.catalogue import EXPERIMENTS as CATALOGUE
 from avsec_gym.runs.catalogue import attribute
 from avsec_gym.runs.experiment import Cell, CellResult, Configuration, Experiment, Measurement
 from avsec_gym.runs.manifest import MANIFEST
-from avsec_gym.runs.renamed import EXPERIMENTS, KEYS, WORKS, with_new_keys
+from avsec_gym.runs.renamed import (
+    EXPERIMENTS,
+    KEYS,
+    SETTINGS,
+    WORKS,
+    with_new_keys,
+    with_new_names,
+)
 from avsec_gym.runs.run import run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 
@@ -79,3 +86,9 @@ def test_committed_results_have_the_new_keys(name: str) -> None:
     for part, experiment in REKEYED[name].items():
         figures = results[part] if part else results
         assert with_new_keys(figures, KEYS[experiment]) == figures
+
+
+@pytest.mark.parametrize("name", ["chapter5", "chapter5_errors", "chapter5_thresholds"])
+def test_committed_results_have_the_new_settings(name: str) -> None:
+    results = json.loads((RESULTS / f"{name}.json").read_text())
+    assert with_new_names(results, SETTINGS["chapter5"]) == results

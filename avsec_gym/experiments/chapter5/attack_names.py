@@ -35,20 +35,20 @@ def attack_name(attack: str, strength: float = 0.0, whole_levels: bool = False) 
         whole_levels: Whether pixels were rounded.
 
     Example:
-        >>> attack_name("pgd-0.4", 3), attack_name("patch-random"), attack_name("noise-1")
-        ('PGD α 0.4, n 3', 'random patch', 'noise of 4 grey levels')
+        >>> attack_name("thesis_pgd-0.4", 3), attack_name("patch-random"), attack_name("noise-1")
+        ('thesis PGD α 0.4, n 3', 'random patch', 'noise of 4 grey levels')
     """
     kind, _, rest = attack.partition("-")
     if attack == UNATTACKED:
         name = "unattacked"
     elif attack in PERTURBATIONS:
-        name = f"PGD α {rest}"
+        name = f"thesis PGD α {rest}"
     elif attack in NOISES:
         name = f"noise of {STEPS * float(rest):g} grey levels"
     elif attack == TEXTURE:
         name = "retextured side area"
     elif attack == TEXTURE_ATTACKED:
-        name = "retextured, PGD α 1"
+        name = "retextured, thesis PGD α 1"
     elif kind in _PATCHES:
         name = f"{rest} {_PATCHES[kind]}"
     else:

@@ -32,6 +32,7 @@ from avsec_gym.experiments.chapter5.settings import (
     STEPS,
     TEXTURE,
     TEXTURE_ATTACKED,
+    THESIS_PGD,
     UNATTACKED,
     setting,
     specific,
@@ -175,7 +176,7 @@ class AttackedDrives:
 
         Args:
             detector: Its name.
-            attack: As drives are filed, such as ``texture-pgd-1``.
+            attack: As drives are filed, such as ``texture-thesis_pgd-1``.
             scenario: The scene's id.
             intention: Where to go.
             strength: Of the attack.
@@ -203,7 +204,7 @@ class AttackedDrives:
         kind, _, rest = attack.partition("-")
         if attack == UNATTACKED:
             yield _Look(clean, attack)
-        elif kind == "pgd":
+        elif kind == THESIS_PGD:
             yield from _perturbed(attack, float(rest), clean, victim)
         elif kind == "noise":
             noisy = RandomNoise(STEPS * float(rest)).attack(clean, victim, seed)

@@ -94,7 +94,7 @@ INPUTS = Experiment(
     "inputs",
     "What do errors of detection cost, and what do attacks cost?",
     "Table 5.7",
-    partial(_with_truth, attacks=(UNATTACKED, "pgd-1", "patch-random")),
+    partial(_with_truth, attacks=(UNATTACKED, "thesis_pgd-1", "patch-random")),
     attacked_inputs,
     OPTIONS,
     section=SECTION,
@@ -121,7 +121,7 @@ TEXTURE_REPLACEMENT = _attacked(
     "texture",
     "Are ghosts beside the road because the texture there is more complex?",
     "Figures 5.6 and 5.7",
-    "pgd-1",
+    "thesis_pgd-1",
     TEXTURE,
 )
 GHOST_POSITIONS = _attacked(

@@ -1,9 +1,9 @@
 """The settings of chapter 5: which attack, and what its results are filed under.
 
-``pgd-0.4``: steps of 0.4 grey levels, n = 1..4 (the strength); ``noise-0.4``: its control, as large
-as four such steps; ``patch-random`` and ``patch-specific``: the detector's own patch;
-``joint-...``: the one trained for both detectors; ``grey-...``: the patch's control;
-``texture``: the side area looks like the road, attacked by ``pgd-1`` as well.
+``thesis_pgd-0.4``: steps of 0.4 grey levels, n = 1..4 (the strength), not projected;
+``noise-0.4``: its control, as large as four such steps; ``patch-random`` and ``patch-specific``:
+the detector's own patch; ``joint-...``: the one trained for both detectors; ``grey-...``: the patch's control;
+``texture``: the side area looks like the road, attacked by ``thesis_pgd-1`` as well.
 """
 
 from __future__ import annotations
@@ -17,14 +17,15 @@ WITHOUT_PYRAMID = "dsgn_without_pyramid"
 UNATTACKED = "unattacked"
 ALPHAS = (0.4, 1.0)
 STEPS = 4
-PERTURBATIONS = tuple(f"pgd-{alpha:g}" for alpha in ALPHAS)
+THESIS_PGD = "thesis_pgd"
+PERTURBATIONS = tuple(f"{THESIS_PGD}-{alpha:g}" for alpha in ALPHAS)
 NOISES = tuple(f"noise-{alpha:g}" for alpha in ALPHAS)
 PLACEMENTS = ("random", "specific")
 PATCHES, JOINT_PATCHES, GREY_PATCHES = (
     tuple(f"{kind}-{placement}" for placement in PLACEMENTS) for kind in ("patch", "joint", "grey")
 )
 TEXTURE = "texture"
-TEXTURE_ATTACKED = f"{TEXTURE}-pgd-1"
+TEXTURE_ATTACKED = f"{TEXTURE}-{THESIS_PGD}-1"
 ATTACKS = (
     UNATTACKED,
     *PERTURBATIONS,

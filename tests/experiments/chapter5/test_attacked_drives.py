@@ -49,8 +49,8 @@ def configuration(tmp_path_factory: pytest.TempPathFactory) -> Configuration:
 
 
 def test_cells_and_inputs_name_what_results_depend_on(configuration: Configuration) -> None:
-    cells = attacked_cells(configuration, ("unattacked", "pgd-1"))
-    assert [cell.arguments["attack"] for cell in cells] == ["unattacked", "pgd-1"] * 2
+    cells = attacked_cells(configuration, ("unattacked", "thesis_pgd-1"))
+    assert [cell.arguments["attack"] for cell in cells] == ["unattacked", "thesis_pgd-1"] * 2
     assert {cell.arguments["scenario"] for cell in cells} == {ID}
     assert {cell.group for cell in cells} == {ID}
     assert "weights of stereo_rcnn" in attacked_inputs(configuration)
@@ -78,10 +78,12 @@ def test_a_grey_disc_is_seen_by_all_intentions_or_by_each_its_own(
 
 @pytest.mark.slow
 def test_every_step_of_a_perturbation_within_its_budget(configuration: Configuration) -> None:
-    result = AttackedDrives(configuration)("stereo_rcnn", "pgd-0.4", ID)
+    result = AttackedDrives(configuration)("stereo_rcnn", "thesis_pgd-0.4", ID)
     filed = [(row.setting, row.strength) for row in result.detections]
     assert filed == [
-        (f"stereo_rcnn pgd-0.4{rounded}", n) for n in (1, 2, 3, 4) for rounded in ("", " 8-bit")
+        (f"stereo_rcnn thesis_pgd-0.4{rounded}", n)
+        for n in (1, 2, 3, 4)
+        for rounded in ("", " 8-bit")
     ]
     assert len(result.drives) == 3 * len(filed)
     (change,) = [row.value for row in result.measurements if row.name == "change"]
@@ -100,9 +102,9 @@ def test_without_the_sanity_sheet_there_are_neither_losses_nor_rounded_pixels(
         "attack_intention",
         "ghost_seen",
     }
-    perturbed = work("stereo_rcnn", "pgd-1", ID)
+    perturbed = work("stereo_rcnn", "thesis_pgd-1", ID)
     assert [(row.setting, row.strength) for row in perturbed.detections] == [
-        ("stereo_rcnn pgd-1", n) for n in (1, 2, 3, 4)
+        ("stereo_rcnn thesis_pgd-1", n) for n in (1, 2, 3, 4)
     ]
     assert [row.name for row in perturbed.measurements] == ["change"]
 

@@ -10,7 +10,7 @@ from avsec_gym.experiments.chapter5.controls import control_rows, rounding_rows,
 from avsec_gym.experiments.chapter5.decoupling import precision
 from avsec_gym.experiments.chapter5.outcomes import Condition
 
-CLEAN, PGD = Condition("dsgn"), Condition("dsgn", "pgd-0.4", 4.0)
+CLEAN, PGD = Condition("dsgn"), Condition("dsgn", "thesis_pgd-0.4", 4.0)
 PATCH, GREY = Condition("dsgn", "patch-random"), Condition("dsgn", "grey-random")
 NAMES = [f"{number:06d}" for number in range(5)]
 
@@ -67,7 +67,7 @@ def test_a_trend_is_the_slope_over_all_steps(made: ModuleType) -> None:
     results.add(CLEAN, names)
     for n in range(1, 5):
         unsafe = names[: 4 * n]
-        results.add(Condition("dsgn", "pgd-1", float(n)), names, lost=names, unsafe=unsafe)
+        results.add(Condition("dsgn", "thesis_pgd-1", float(n)), names, lost=names, unsafe=unsafe)
     found = made.outcomes(results, names)
     (row,) = trend_rows(found)
     assert row["safety_slope"] == pytest.approx(-10)
@@ -81,9 +81,9 @@ def test_rounding_is_a_paired_difference(made: ModuleType) -> None:
     results, names = made.MadeResults(), made.names(10)
     results.add(CLEAN, names)
     results.add(PGD, names, lost=names, unsafe=names[:4])
-    results.add(Condition("dsgn", "pgd-0.4", 4.0, True), names, unsafe=names[:2])
+    results.add(Condition("dsgn", "thesis_pgd-0.4", 4.0, True), names, unsafe=names[:2])
     (row,) = rounding_rows(made.outcomes(results, names))
-    assert (row["attack"], row["strength"], row["whole_levels"]) == ("pgd-0.4", 4.0, False)
+    assert (row["attack"], row["strength"], row["whole_levels"]) == ("thesis_pgd-0.4", 4.0, False)
     assert row["safety_difference"] == pytest.approx(20)
     assert row["precision_difference"] == pytest.approx(row["precision_8_bit"])
     assert row["precision_float"] == 0

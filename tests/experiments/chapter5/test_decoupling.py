@@ -22,7 +22,9 @@ from avsec_gym.metrics.average_precision_curves import draw_resamples
 
 CLEAN = Condition("dsgn")
 ATTACKS = tuple(
-    Condition("dsgn", attack, float(n)) for attack in ("pgd-0.4", "pgd-1") for n in (1, 2, 3, 4)
+    Condition("dsgn", attack, float(n))
+    for attack in ("thesis_pgd-0.4", "thesis_pgd-1")
+    for n in (1, 2, 3, 4)
 )
 NOISE = Condition("dsgn", "noise-1", 4.0)
 

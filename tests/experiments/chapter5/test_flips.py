@@ -9,7 +9,7 @@ import pytest
 from avsec_gym.experiments.chapter5.flips import flips, why
 from avsec_gym.experiments.chapter5.outcomes import Condition
 
-CLEAN, PGD = Condition("dsgn"), Condition("dsgn", "pgd-1", 4.0)
+CLEAN, PGD = Condition("dsgn"), Condition("dsgn", "thesis_pgd-1", 4.0)
 NAMES = [f"{number:06d}" for number in range(4)]
 
 
@@ -21,7 +21,7 @@ def test_only_what_was_safe_can_flip(made: ModuleType) -> None:
     assert [(row["scenario"], row["intention"], row["outcome"]) for row in rows] == [
         ("000002", way, "unplanned") for way in ("left", "right", "straight")
     ]
-    assert rows[0]["attack"] == "pgd-1"
+    assert rows[0]["attack"] == "thesis_pgd-1"
     assert "no way around what it believes" in rows[0]["why"]
 
 

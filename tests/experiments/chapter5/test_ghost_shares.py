@@ -21,7 +21,7 @@ from avsec_gym.world.section import Surface
 
 CALIBRATION = kitti_rig().calibration
 HALF_WIDTH = 8.0
-CLEAN, STRONG = Condition("dsgn"), Condition("dsgn", "pgd-1", 4.0)
+CLEAN, STRONG = Condition("dsgn"), Condition("dsgn", "thesis_pgd-1", 4.0)
 
 
 @pytest.fixture(scope="module")
@@ -70,14 +70,17 @@ def test_ghosts_are_placed_by_the_image(made: ModuleType, scenes: FrameScenes) -
         made.car(x=10.0, z=20.0, score=0.9),
         made.car(x=-12.0, z=20.0, score=0.2),
     )
-    for condition in (CLEAN, STRONG, Condition("dsgn", "pgd-1", 1.0)):
+    for condition in (CLEAN, STRONG, Condition("dsgn", "thesis_pgd-1", 1.0)):
         results.add(condition, names, extra=None if condition == CLEAN else ghosts)
     results.add(Condition("dsgn", "patch-specific"), names)
     seen: list[tuple[int, int]] = []
     rows = ghost_rows(
         made.outcomes(results, names), scenes, 0.3, lambda done, total: seen.append((done, total))
     )
-    assert [(row["attack"], row["strength"]) for row in rows] == [("unattacked", 0), ("pgd-1", 4)]
+    assert [(row["attack"], row["strength"]) for row in rows] == [
+        ("unattacked", 0),
+        ("thesis_pgd-1", 4),
+    ]
     assert seen == [(1, 2), (2, 2)]
     clean, strong = rows
     assert (clean["ghosts"], clean["share_on_road"]) == (0, None)

@@ -9,8 +9,8 @@ from avsec_gym.planners.planner import Algorithm
 from avsec_gym.scenario.intention import Intention
 
 CLEAN, RCNN = Condition("dsgn"), Condition("stereo_rcnn")
-WEAK, STRONG = Condition("dsgn", "pgd-0.4", 4.0), Condition("dsgn", "pgd-1", 1.0)
-ROUNDED, AIMED = Condition("dsgn", "pgd-1", 1.0, True), Condition("dsgn", "patch-specific")
+WEAK, STRONG = Condition("dsgn", "thesis_pgd-0.4", 4.0), Condition("dsgn", "thesis_pgd-1", 1.0)
+ROUNDED, AIMED = Condition("dsgn", "thesis_pgd-1", 1.0, True), Condition("dsgn", "patch-specific")
 
 
 def test_conditions_stand_in_the_order_of_the_tables(made: ModuleType) -> None:
@@ -20,7 +20,7 @@ def test_conditions_stand_in_the_order_of_the_tables(made: ModuleType) -> None:
     results.seen["dsgn no such attack", 0.0] = {}
     found = made.outcomes(results, made.names(3))
     assert found.conditions == (CLEAN, WEAK, STRONG, AIMED, ROUNDED, RCNN)
-    assert ROUNDED.setting == "dsgn pgd-1 8-bit"
+    assert ROUNDED.setting == "dsgn thesis_pgd-1 8-bit"
     assert found.looks(CLEAN) == (None,)
     assert found.looks(AIMED) == tuple(Intention)
 

@@ -9,8 +9,8 @@ import pytest
 from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.seen import found_cars, seen_rows
 
-CLEAN, WEAK = Condition("dsgn"), Condition("dsgn", "pgd-1", 2.0)
-STRONG, AIMED = Condition("dsgn", "pgd-1", 4.0), Condition("dsgn", "patch-specific")
+CLEAN, WEAK = Condition("dsgn"), Condition("dsgn", "thesis_pgd-1", 2.0)
+STRONG, AIMED = Condition("dsgn", "thesis_pgd-1", 4.0), Condition("dsgn", "patch-specific")
 NAMES = [f"{number:06d}" for number in range(4)]
 
 
@@ -22,12 +22,15 @@ def test_ghosts_in_the_lanes_and_beside_them(made: ModuleType) -> None:
     results.add(STRONG, NAMES, lost=NAMES[:3], extra=beside)
     results.add(AIMED, NAMES, extra=made.car(x=3.5, z=25.0, score=0.9))
     rows = {row["attack"]: row for row in seen_rows(made.outcomes(results, NAMES), 0.3)}
-    assert list(rows) == ["unattacked", "pgd-1", "patch-specific"]
+    assert list(rows) == ["unattacked", "thesis_pgd-1", "patch-specific"]
     assert rows["unattacked"]["cars_found"] == 1
-    assert rows["pgd-1"]["strength"] == 4
-    assert rows["pgd-1"]["cars_found"] == pytest.approx(0.25)
+    assert rows["thesis_pgd-1"]["strength"] == 4
+    assert rows["thesis_pgd-1"]["cars_found"] == pytest.approx(0.25)
     # One of two is too unsure to be planned on.
-    assert (rows["pgd-1"]["ghosts_in_lanes"], rows["pgd-1"]["ghosts_beside"]) == (0, 1)
+    assert (rows["thesis_pgd-1"]["ghosts_in_lanes"], rows["thesis_pgd-1"]["ghosts_beside"]) == (
+        0,
+        1,
+    )
     aimed = rows["patch-specific"]
     assert (aimed["ghosts_in_lanes"], aimed["ghosts_beside"], aimed["cars_found"]) == (1, 0, 1)
 

@@ -16,7 +16,7 @@ from avsec_gym.experiments.chapter5.tables import (
 )
 from avsec_gym.scenario.intention import Intention
 
-CLEAN, PGD = Condition("stereo_rcnn"), Condition("stereo_rcnn", "pgd-1", 4.0)
+CLEAN, PGD = Condition("stereo_rcnn"), Condition("stereo_rcnn", "thesis_pgd-1", 4.0)
 RANDOM, AIMED = (Condition("stereo_rcnn", f"patch-{how}") for how in ("random", "specific"))
 NAMES = [f"{number:06d}" for number in range(6)]
 
@@ -46,7 +46,7 @@ def found(made: ModuleType):  # type: ignore[no-untyped-def]
 def test_safety_is_told_by_intention_with_the_thesis_and_paired(found) -> None:  # type: ignore[no-untyped-def]
     rows = {(row["attack"], row["intention"]): row for row in safety_rows(found)}
     assert len(rows) == 4 * 3
-    row = rows["pgd-1", "straight"]
+    row = rows["thesis_pgd-1", "straight"]
     assert row["safe_driving_rate"] == pytest.approx(4 / 6)
     assert row["collision_rate"] == pytest.approx(2 / 6)
     assert row["thesis"] == {"success": 0.906, "collision": 0.035, "safe": 0.874}
@@ -71,7 +71,7 @@ def test_precision_of_a_specific_patch_is_that_of_each_intention(found) -> None:
     aimed = [row for row in rows if row["attack"] == "patch-specific"]
     assert [row["intention"] for row in aimed] == ["left", "straight", "right"]
     assert aimed[0]["thesis"] == [0.4814, 0.3627, 0.3121]
-    pgd = next(row for row in rows if row["attack"] == "pgd-1")
+    pgd = next(row for row in rows if row["attack"] == "thesis_pgd-1")
     assert pgd["precision"]["3d"]["ap11"] == [0, 0, 0]
     assert pgd["thesis"] is None
 
@@ -80,7 +80,7 @@ def test_searches_and_inputs_are_compared_on_the_same_scenarios(found) -> None: 
     assert {row["scenarios"] for row in planner_rows(found)} == {6}
     rows = [row for row in input_rows(found) if row["intention"] == "left"]
     assert [(row["detector"], row["attack"]) for row in rows] == [
-        (None, "unattacked"), ("stereo_rcnn", "unattacked"), ("stereo_rcnn", "pgd-1"),
+        (None, "unattacked"), ("stereo_rcnn", "unattacked"), ("stereo_rcnn", "thesis_pgd-1"),
         ("stereo_rcnn", "patch-random"),
     ]  # fmt: skip
     assert [row["thesis"] for row in rows] == [0.897, 0.87, 0.792, 0.689]

@@ -24,7 +24,7 @@ def test_the_figure_is_drawn_of_stored_json(
         results.add(Condition(detector), names)
         for n in (1.0, 2.0):
             lost = names[: int(3 * n)]
-            results.add(Condition(detector, "pgd-1", n), names, lost=lost, unsafe=lost[:2])
+            results.add(Condition(detector, "thesis_pgd-1", n), names, lost=lost, unsafe=lost[:2])
     report = {"decoupling": decoupling(made.outcomes(results, names))}
     stakes = [
         {"seen": TRUTH, "safe_driving_rate": 1.0},

@@ -13,7 +13,7 @@ from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from studies.chapter5.telling_measures import MEASURES, PRECISION, telling_rows
 
 CLEAN = Condition("dsgn")
-ATTACKS = tuple(Condition("dsgn", "pgd-1", float(n)) for n in (1, 2, 3, 4))
+ATTACKS = tuple(Condition("dsgn", "thesis_pgd-1", float(n)) for n in (1, 2, 3, 4))
 NAMES = [f"{number:06d}" for number in range(40)]
 NEAR_LOST, FAR_LOST = (2, 6, 9, 12), (30, 20, 10, 0)
 

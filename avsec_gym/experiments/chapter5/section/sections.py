@@ -145,7 +145,7 @@ def spread_section(
 def _precision_section(data: Data, tables: Sequence[Table]) -> Section:
     drawings = draw_precision(data["precision"])
     figure = Figure(
-        "Figure 5.3: average precision over the steps n of PGD, %",
+        "Figure 5.3: average precision over the steps n of the thesis' PGD, %",
         drawings,
         [
             *map(line_key, _LINES, ("easy", "moderate", "hard")),
@@ -166,7 +166,7 @@ def _safety_figures(rows: Sequence[Data]) -> Iterator[Figure]:
     keys.append(line_key("dashed of-soft", "the thesis"))
     for rate, words in RATES.items():
         if drawings := draw_safety(rows, rate):
-            title = f"Figure 5.4: {words} over the steps n of PGD, %"
+            title = f"Figure 5.4: {words} over the steps n of the thesis' PGD, %"
             yield Figure(title, drawings, keys, label=f"Figure 5.4, {words}")
 
 

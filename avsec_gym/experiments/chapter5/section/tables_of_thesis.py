@@ -50,7 +50,9 @@ def tables_of_thesis(report: Mapping[str, Any]) -> list[Table]:
         for number, attack in zip(("5.1", "5.2"), PERTURBATIONS, strict=True)
     ]
     tables += [
-        _precision_table("Figure 5.3: average precision under PGD", precision, PERTURBATIONS),
+        _precision_table(
+            "Figure 5.3: average precision under the thesis' PGD", precision, PERTURBATIONS
+        ),
         _precision_table("Table 5.3: average precision under patches", precision, PATCHES),
         _safety_table("Table 5.4: driving safety under patches", safety, PATCHES),
         _intention_table(report.get("intentions", ()), "patch-random"),
@@ -250,7 +252,7 @@ def _safe_cell(row: Mapping[str, Any]) -> Cell:
 def _heading(attack: str, strength: float, attacks: Sequence[str]) -> str:
     """Short: what the title says already is left out."""
     if attack in PERTURBATIONS:
-        alpha = attack_name(attack).removeprefix("PGD ")
+        alpha = attack_name(attack).removeprefix("thesis PGD ")
         words = f"n {strength:g}" if len(attacks) == 1 else f"{alpha}, n {strength:g}"
         return words.replace("n ", "n\N{NO-BREAK SPACE}").replace("α ", "α\N{NO-BREAK SPACE}")
     return attack_name(attack).removesuffix(" patch").removesuffix(" joint")

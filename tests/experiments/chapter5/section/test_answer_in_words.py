@@ -11,7 +11,7 @@ from avsec_gym.experiments.chapter5.section.answer_in_words import answer
 
 def losses(rho: float | None, interval: Any, discordant: int, **changed: Any) -> dict[str, Any]:
     attack = {
-        "detector": "dsgn", "attack": "pgd-1", "strength": 4.0, "whole_levels": False,
+        "detector": "dsgn", "attack": "thesis_pgd-1", "strength": 4.0, "whole_levels": False,
         "counts": True, "precision_lost": 40.0, "precision_lost_interval": [30, 45],
         "safety_lost": 0.5, "safety_lost_interval": [-1, 2], **changed,
     }  # fmt: skip
@@ -53,8 +53,8 @@ def test_two_attacks_have_no_ranks_to_compare() -> None:
 def test_what_cannot_be_told_from_nothing_is_not_called_a_loss() -> None:
     (one,) = answer(losses(0.9, [0.6, 1], 0))["detectors"]
     assert one["took"] == [
-        "PGD α 1, n 4 took 40.0 of 45.0 points of average precision and did not measurably change"
-        " 90.0 points of safe driving (−0.5 [−2.0, +1.0])."
+        "thesis PGD α 1, n 4 took 40.0 of 45.0 points of average precision and did not measurably"
+        " change 90.0 points of safe driving (−0.5 [−2.0, +1.0])."
     ]
     gained = losses(0.9, [0.6, 1], 0, safety_lost=-3.0, safety_lost_interval=[-5, -1])
     assert "added 3.0 to 90.0 points" in answer(gained)["detectors"][0]["took"][0]

@@ -28,12 +28,12 @@ def marks(drawing: str) -> dict[str, tuple[float, float]]:
 
 def test_losses_are_drawn_to_scale() -> None:
     rows = [
-        attack("dsgn", "pgd-1", 40, 2, 4.0), attack("dsgn", "patch-random", 4, 20),
+        attack("dsgn", "thesis_pgd-1", 40, 2, 4.0), attack("dsgn", "patch-random", 4, 20),
         attack("stereo_rcnn", "patch-random", 4, 20), attack("stereo_rcnn", "texture", 9, 9),
     ]  # fmt: skip
     dsgn, rcnn = draw_losses(rows)
     ours = {hint.partition(":")[0]: at for hint, at in marks(dsgn).items()}
-    pgd, patch = ours["PGD α 1, n 4"], ours["random patch"]
+    pgd, patch = ours["thesis PGD α 1, n 4"], ours["random patch"]
     assert pgd[0] > patch[0]
     assert pgd[1] > patch[1]
     # Both detectors have one scale; what is no attack to compare is not drawn.
@@ -42,10 +42,10 @@ def test_losses_are_drawn_to_scale() -> None:
     assert "retextured side area" not in theirs
     assert {"Thesis, random patch", "Thesis, specific patch"} <= set(theirs)
     (per_point,) = {(pgd[0] - patch[0]) / 36}
-    interval = re.search(r'<line x1="([\d.]+)"[^>]* x2="([\d.]+)"[^>]*of-pgd-1', dsgn)
+    interval = re.search(r'<line x1="([\d.]+)"[^>]* x2="([\d.]+)"[^>]*of-thesis_pgd-1', dsgn)
     assert interval is not None
     assert float(interval[2]) - float(interval[1]) == pytest.approx(4 * per_point, abs=0.2)
-    assert [key.words for key in legend(rows)] == ["PGD α 1", "random patch"]
+    assert [key.words for key in legend(rows)] == ["thesis PGD α 1", "random patch"]
 
 
 def test_the_thesis_takes_what_it_says() -> None:
@@ -54,7 +54,7 @@ def test_the_thesis_takes_what_it_says() -> None:
     assert precision == pytest.approx(38.20 - 37.07)
     assert safety == pytest.approx((87.0 + 95.3 + 82.1 - 68.9 - 80.1 - 65.9) / 3)
     assert set(found) == {("patch-random", 0.0), ("patch-specific", 0.0)}
-    assert ("pgd-0.4", 1.0) in {one[:2] for one in thesis_losses("dsgn")}
+    assert ("thesis_pgd-0.4", 1.0) in {one[:2] for one in thesis_losses("dsgn")}
 
 
 def test_lines_begin_with_the_unattacked_detector() -> None:
@@ -65,7 +65,7 @@ def test_lines_begin_with_the_unattacked_detector() -> None:
             "precision": {"3d": ours}, "thesis": None,
         }  # fmt: skip
 
-    rows = [row("unattacked", 0, 60), row("pgd-1", 1, 30), row("pgd-1", 2, 0)]
+    rows = [row("unattacked", 0, 60), row("thesis_pgd-1", 1, 30), row("thesis_pgd-1", 2, 0)]
     (drawing,) = draw_precision(rows)
     easy = [at for hint, at in marks(drawing).items() if hint.startswith("easy")]
     assert [x for x, _ in easy] == sorted(x for x, _ in easy)
