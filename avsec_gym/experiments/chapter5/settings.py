@@ -2,7 +2,8 @@
 
 ``thesis_pgd-0.4``: steps of 0.4 grey levels, n = 1..4 (the strength), not projected;
 ``noise-0.4``: its control, as large as four such steps; ``patch-random`` and ``patch-specific``:
-the detector's own patch; ``joint-...``: the one trained for both detectors; ``grey-...``: the patch's control;
+the detector's own patch; ``joint-...``: the one trained for both detectors; ``grey-...``: the
+patch's control;
 ``texture``: the side area looks like the road, attacked by ``thesis_pgd-1`` as well.
 """
 
