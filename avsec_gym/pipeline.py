@@ -1,13 +1,13 @@
-"""The thesis' chain (section 5.3.1), an attacker in front, a judge behind.
+"""The thesis' chain (section 5.3.1), an attacker before it, the collision check after it.
 
     b = O(I_l, I_r)                   detected objects
     b> = C(b, I_l, I_r)               which of them move
     (s_0, r, d) = S(I_l, I_r)         driving constraints, by road type
     {s_t} = M(b>, s_0, r, g, c, d)    the planned trajectory
 
-and {s_t} is held against what is really there.  A validator may sit before O: at an alarm the car
-stops, or goes on without the sensors that the alarm is about.  `Pipeline` is the whole chain,
-`drive` its end for boxes that somebody hands in.
+and {s_t} is checked for collisions with what is really there.  A validator may stand before O: at
+an alarm the car stops, or goes on without the sensors that the alarm is about.  `Pipeline` is the
+whole chain, `run_episode` its end, from given boxes on.
 """
 
 from __future__ import annotations
@@ -45,66 +45,79 @@ from avsec_gym.validation.validator import Validation
 
 
 @dataclass(frozen=True, eq=False)
-class Drive:
-    """One drive through a scene."""
+class Episode:
+    """One planned trajectory through a scene, and its check.
+
+    Args:
+        problem: The planner's problem: the world as the car believes it to be.
+        plan: The planner's answer.
+        truth: The obstacles that are really there.
+        record: The outcome of the collision check.
+    """
 
     problem: PlanningScenario
-    """What the planner was asked: the world as it was believed to be."""
     plan: Plan
     truth: Obstacles
-    """The world as it is."""
     record: SafetyRecord
 
 
 @dataclass(frozen=True, eq=False)
 class Perception:
-    """What the car believes after one look."""
+    """What the car believes after it has processed one frame.
+
+    Args:
+        detections: All boxes that O reports, b.
+        believed: The boxes that are planned on: those of a sufficient score, with motion, b>.
+        road_type: The answer of S; None: there is no selector, and the scene's own type holds.
+        seconds: The time that each part took, by its name.
+        validation: The validator's result; None: there is no validator.
+        stops: Whether the car makes an emergency stop, whatever else it believes.
+    """
 
     detections: Boxes3D
-    """Everything that O reports, b."""
     believed: Boxes3D
-    """What is planned on: those that are sure enough, with motion, b>."""
     road_type: RoadType | None
-    """What S says; None: nobody was asked, and the scene's own holds."""
     seconds: dict[str, float] = field(default_factory=dict)
-    """Of each part."""
     validation: Validation | None = None
-    """What the validator says of the sensors; None: there is none."""
     stops: bool = False
-    """Whether the car brings itself to a stand, whatever else is believed."""
 
 
 @dataclass(frozen=True, eq=False)
 class PipelineRun:
-    """One situation from the sensors to the verdict."""
+    """One scene from the sensors to the collision check.
+
+    Args:
+        frame: The frame that the car received, attacked or not.
+        perception: What the car believed.
+        episode: The trajectory that it planned, and the check.
+        seconds: The time that the attack, each part, and the planner with the check took.
+    """
 
     frame: SensorFrame
-    """What the car saw."""
     perception: Perception
-    drive: Drive
+    episode: Episode
     seconds: dict[str, float]
-    """Of the attack, each part and the planner with the verdict."""
 
 
 @dataclass(frozen=True, eq=False)
 class Pipeline:
-    """Attack, O, C, S, M, verdict; each part by name, as a dictionary, or as an object.
+    """Attack, O, C, S, M, collision check; each part by name, as a dictionary, or as an object.
 
     Args:
-        detector: O.
-        attack: On what detectors see, or an optical one; None: nobody attacks.
-        classifier: C; None: the planner knows of motion what `motion` says.
-        selector: S; None: the scene's own road type holds.
-        planner: M.
-        motion: Without C, what the planner takes as moving.
-        score_threshold: Less sure detections are not planned on.
+        detector: The detector O.
+        attack: The attack on what the detector sees, or an optical one; None: no attack.
+        classifier: The moving-object classifier C; None: `motion` decides which objects move.
+        selector: The driving-constraint selector S; None: the scene's own road type holds.
+        planner: The motion planner M.
+        motion: The objects that the planner takes as moving where there is no classifier.
+        score_threshold: The least score of a detection that is planned on.
         whole_levels: Whether attacked images have whole grey levels, as a camera's have.
-        validator: Sits before O; None: the sensors are trusted.
-        response: To its alarm.
+        validator: The validator before O; None: the sensors are trusted.
+        response: The car's response to the validator's alarm.
 
     Raises:
         ConfigurationError: Nothing has one of the names, the detector finds 2D boxes alone, or a
-            validator is to judge broken levels.
+            validator is combined with images of broken grey levels.
 
     Example:
         >>> pipeline = Pipeline("oracle")
@@ -150,22 +163,22 @@ class Pipeline:
         seed: Seed = 0,
         disparity: NDArray[np.float32] | None = None,
     ) -> PipelineRun:
-        """One situation, from the sensors to the verdict.
+        """One scene, from the sensors to the collision check.
 
         Args:
-            scene: What is really there.
-            frame: What the sensors deliver of it.
-            intention: Where to go.
-            seed: Of the attack.
-            disparity: See `Victim`.
+            scene: The real scene.
+            frame: The clean frame of it.
+            intention: The driving intention.
+            seed: The seed of the attack.
+            disparity: The true disparities that `Victim` describes.
         """
         seconds: dict[str, float] = {}
         with _timed(seconds, "attack"):
             seen = self.tampered(scene, frame, intention, seed=seed, disparity=disparity)
         perception = self.perceive(seen)
         with _timed(seconds, "planner"):
-            driven = self.drive(scene, perception, intention)
-        return PipelineRun(seen, perception, driven, {**seconds, **perception.seconds})
+            episode = self.run_episode(scene, perception, intention)
+        return PipelineRun(seen, perception, episode, {**seconds, **perception.seconds})
 
     def tampered(
         self,
@@ -176,7 +189,7 @@ class Pipeline:
         seed: Seed = 0,
         disparity: NDArray[np.float32] | None = None,
     ) -> SensorFrame:
-        """The frame as the attacker lets it through; arguments as above."""
+        """The frame after the attack; arguments as of the call."""
         if self.attack is None:
             return frame
         if isinstance(self.attack, OpticalAttack):
@@ -186,11 +199,11 @@ class Pipeline:
         return quantised(attacked) if self.whole_levels else attacked
 
     def perceive(self, frame: SensorFrame, validation: Validation | None = None) -> Perception:
-        """What the car believes: the validator's word first, then O, C and S.
+        """What the car believes: the validator first, then O, C and S.
 
         Args:
-            frame: What it sees.
-            validation: What the validator said of it; None: it is asked.
+            frame: The frame that the car receives.
+            validation: The validator's result on it, where it is known; None: it is computed.
         """
         seconds: dict[str, float] = {}
         if self.validator is None:
@@ -219,13 +232,13 @@ class Pipeline:
             for frame, detections in zip(frames, every, strict=True)
         ]
 
-    def drive(
+    def run_episode(
         self, scene: Scene, perception: Perception, intention: Intention = Intention.STRAIGHT
-    ) -> Drive:
-        """Where that leads: M, or a stop, and the verdict."""
+    ) -> Episode:
+        """What follows from a perception: M, or an emergency stop, and the collision check."""
         if perception.stops:
             return stop(scene, intention)
-        return drive(
+        return run_episode(
             scene,
             intention,
             perception.believed,
@@ -255,7 +268,7 @@ class Pipeline:
         return Perception(detections, believed, road_type, seconds)
 
 
-def drive(
+def run_episode(
     scene: Scene | GivenScene,
     intention: Intention = Intention.STRAIGHT,
     believed: Boxes3D | None = None,
@@ -263,16 +276,16 @@ def drive(
     motion: Motion = Motion.TRUTH,
     planner: Planner | None = None,
     road_type: RoadType | None = None,
-) -> Drive:
-    """Plan on what is believed, judge against what is.
+) -> Episode:
+    """Plan a trajectory on what is believed, and check it against what is there.
 
     Args:
-        scene: The real situation.
-        intention: Where to go; a given scene has its own goal.
-        believed: What perception reports; None: the truth.
-        motion: What the planner knows of motion.
-        planner: Any planner; None: A* over motion primitives.
-        road_type: What the car believes to drive on; None: the truth.
+        scene: The real scene.
+        intention: The driving intention; a given scene has its own goal.
+        believed: The boxes that perception reports; None: the truth.
+        motion: The objects that the planner takes as moving.
+        planner: The motion planner; None: A* over motion primitives.
+        road_type: The type of the road as the car believes it; None: the truth.
 
     Raises:
         ConfigurationError: Motion is to come from a classifier, and the boxes have no `moving`.
@@ -281,26 +294,26 @@ def drive(
         >>> from avsec_gym.world.layouts import generate_layout
         >>> layout = generate_layout(7)
         >>> scene = Scene(layout.id, layout.boxes, layout.road_type)
-        >>> drive(scene).record.outcome
+        >>> run_episode(scene).record.outcome
         'safe'
     """
     planner = MotionPrimitivePlanner() if planner is None else planner
     problem = scene.problem(intention, believed, motion, road_type)
     plan = planner.plan(problem)
     truth = scene.truth()
-    return Drive(problem, plan, truth, judge(plan, problem, truth))
+    return Episode(problem, plan, truth, judge(plan, problem, truth))
 
 
-def stop(scene: Scene | GivenScene, intention: Intention = Intention.STRAIGHT) -> Drive:
-    """Brake, wherever the car wanted to go, and judge that against what is.
+def stop(scene: Scene | GivenScene, intention: Intention = Intention.STRAIGHT) -> Episode:
+    """Brake at once, and check that against what is there.
 
     Args:
-        scene: The real situation.
-        intention: That is given up.
+        scene: The real scene.
+        intention: The driving intention that the car gives up.
     """
     problem = scene.problem(intention, Boxes3D.empty(), Motion.STATIC)
     plan, truth = emergency_stop(problem), scene.truth()
-    return Drive(problem, plan, truth, judge_stop(plan, problem, truth))
+    return Episode(problem, plan, truth, judge_stop(plan, problem, truth))
 
 
 @contextmanager

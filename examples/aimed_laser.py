@@ -126,7 +126,7 @@ def in_the_way(game: SensorAttackGame, situation: Situation) -> Boxes3D:
     for one in nearest:
         others = boxes[np.arange(len(boxes)) != one]
         believed = Perception(others, others, None)
-        if not game.pipeline.drive(scene, believed, situation.intention).record.safe:
+        if not game.pipeline.run_episode(scene, believed, situation.intention).record.safe:
             return boxes[[one]]
     return boxes[nearest[:1]]
 

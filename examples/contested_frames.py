@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.pipeline import drive
+from avsec_gym.pipeline import run_episode
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
 from avsec_gym.world.export.data_set import Progress
@@ -57,7 +57,7 @@ def is_contested(number: int, seed: int) -> bool:
     layout = generate_layout(number, set_seed=seed)
     scene = Scene(layout.id, layout.boxes, layout.road_type, number=number)
     return any(
-        drive(scene, intention, motion=Motion.STATIC).record.safe
-        and not drive(scene, intention, Boxes3D.empty(), motion=Motion.STATIC).record.safe
+        run_episode(scene, intention, motion=Motion.STATIC).record.safe
+        and not run_episode(scene, intention, Boxes3D.empty(), motion=Motion.STATIC).record.safe
         for intention in Intention
     )

@@ -22,7 +22,7 @@ from avsec_gym.kitti.detections import DetectionFolder
 from avsec_gym.kitti.labels import read_detections, write_detections, write_labels
 from avsec_gym.metrics.average_precision import average_precision
 from avsec_gym.perception.detectors.image_detector import image_boxes
-from avsec_gym.pipeline import Pipeline, drive
+from avsec_gym.pipeline import Pipeline, run_episode
 from avsec_gym.registry import Kind
 from avsec_gym.rig import kitti_rig
 from avsec_gym.scenario.scene_sets import procedural_scenes
@@ -131,9 +131,9 @@ class Seer:
 def test_no_pipeline_and_no_policy_drives_by_them(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = procedural_scenes(1).scenes[0]
     with pytest.raises(ConfigurationError, match="image only"):
-        drive(scene, believed=nowhere())
+        run_episode(scene, believed=nowhere())
     with pytest.raises(ConfigurationError, match="image only"):
-        drive(scene, believed=Boxes3D.concatenate([CAR, nowhere()]))
+        run_episode(scene, believed=Boxes3D.concatenate([CAR, nowhere()]))
     frame = SensorFrame("000000", kitti_rig().calibration)
     with pytest.raises(ConfigurationError, match="image only"):
         Pipeline(Seer())(scene, frame)

@@ -1,4 +1,4 @@
-"""The chain from the sensors to the verdict: each part is asked once, and believed."""
+"""The chain from the sensors to the collision check: each part is called once, and its answer used."""
 
 from __future__ import annotations
 
@@ -131,9 +131,9 @@ def test_a_camera_delivers_whole_grey_levels() -> None:
 def test_an_attack_that_conjures_a_wall_stops_the_car() -> None:
     detector, attack = Believer(), Glare()
     clean = Pipeline(detector)(EMPTY_STREET, frame())
-    assert clean.drive.record.outcome == "safe"
+    assert clean.episode.record.outcome == "safe"
     attacked = Pipeline(detector, attack)(EMPTY_STREET, frame(), Intention.LEFT, seed=(3, 1))
-    assert attacked.drive.record.outcome == "unplanned"
+    assert attacked.episode.record.outcome == "unplanned"
     assert attacked.frame.image(2).dtype == np.uint8
     victim, seed = attack.asked[0]
     assert victim.detector is detector
@@ -159,18 +159,18 @@ def test_unsure_detections_are_not_planned_on() -> None:
 
     sees = Pipeline(Unsure())(EMPTY_STREET, frame())
     assert (len(sees.perception.detections), len(sees.perception.believed)) == (3, 0)
-    assert sees.drive.record.safe
-    assert Pipeline(Unsure(), score_threshold=0.1)(EMPTY_STREET, frame()).drive.record.reason
+    assert sees.episode.record.safe
+    assert Pipeline(Unsure(), score_threshold=0.1)(EMPTY_STREET, frame()).episode.record.reason
 
 
 def test_what_the_classifier_says_moves_at_the_middle_of_the_range() -> None:
     seen = frame().with_image(2, GREY + 120)
     pipeline = Pipeline(Believer(), classifier=Restless(), selector=Fast())
-    problem = pipeline(EMPTY_STREET, seen).drive.problem
+    problem = pipeline(EMPTY_STREET, seen).episode.problem
     assert problem.road_type is RoadType.HIGHWAY
     assert problem.start.velocity == 11.0
     assert problem.obstacles.speeds[:, 0].tolist() == [12.0] * 3
-    standing = Pipeline(Believer(), motion=Motion.STATIC)(EMPTY_STREET, seen).drive.problem
+    standing = Pipeline(Believer(), motion=Motion.STATIC)(EMPTY_STREET, seen).episode.problem
     assert standing.road_type is RoadType.STREET
     assert not standing.obstacles.speeds.any()
 
@@ -198,7 +198,7 @@ def test_parts_are_found_by_name(tmp_path: Path) -> None:
         motion="static",  # type: ignore[arg-type]
     )
     assert pipeline.planner.algorithm == "gbfs"
-    assert pipeline(Scene("000001", cars(WALL)), frame()).drive.record.outcome == "unplanned"
+    assert pipeline(Scene("000001", cars(WALL)), frame()).episode.record.outcome == "unplanned"
     with pytest.raises(ConfigurationError, match="no selector named 'large'"):
         Pipeline("oracle", selector="large")
 
@@ -210,10 +210,10 @@ def test_an_alarm_stops_the_car_before_anybody_looks() -> None:
     assert run.perception.stops
     assert run.perception.validation is not None
     assert run.perception.validation.alarm
-    assert (run.drive.record.outcome, run.drive.record.reason) == ("unplanned", "stopped")
+    assert (run.episode.record.outcome, run.episode.record.reason) == ("unplanned", "stopped")
     assert not detector.seen
     assert set(run.seconds) == {"attack", "validator", "planner"}
-    near = pipeline(Scene("000001", cars([[6.0, 0.0, 0.0]])), frame()).drive.record
+    near = pipeline(Scene("000001", cars([[6.0, 0.0, 0.0]])), frame()).episode.record
     assert (near.outcome, near.reason) == ("collision", "stopped")
 
 
@@ -221,7 +221,7 @@ def test_an_alarm_stops_the_car_before_anybody_looks() -> None:
 def test_without_alarm_all_is_as_without_validator(response: str) -> None:
     plain = Pipeline(Believer())(EMPTY_STREET, frame())
     watched = Pipeline(Believer(), validator=Watchdog(), response=response)(EMPTY_STREET, frame())
-    assert plain.drive.record == watched.drive.record
+    assert plain.episode.record == watched.episode.record
     assert plain.perception.validation is None
     assert watched.perception.validation is not None
     assert not watched.perception.stops

@@ -9,11 +9,11 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.drawing.frame_picture import with_boxes
 from avsec_gym.drawing.scenario_picture import draw_drive, picture_array
 from avsec_gym.frame import Image, SensorFrame
-from avsec_gym.pipeline import Drive
+from avsec_gym.pipeline import Episode
 
 
 def detection_picture(
-    frame: SensorFrame, believed: Boxes3D, drive: Drive, *, camera: int = 2
+    frame: SensorFrame, believed: Boxes3D, drive: Episode, *, camera: int = 2
 ) -> Image:
     """The camera's image with the believed boxes; beneath it, in its width, the drive.
 

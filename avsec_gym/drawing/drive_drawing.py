@@ -9,7 +9,7 @@ import shapely
 
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.collision_check import footprints
-from avsec_gym.pipeline import Drive
+from avsec_gym.pipeline import Episode
 from avsec_gym.planners.vehicle import BMW_320I, Vehicle
 from avsec_gym.scenario.planning_scenario import Obstacles
 
@@ -19,7 +19,7 @@ _PIXELS = 12.0
 """To the metre."""
 
 
-def draw_drive_from_above(drive: Drive, *, vehicle: Vehicle = BMW_320I) -> str:
+def draw_drive_from_above(drive: Episode, *, vehicle: Vehicle = BMW_320I) -> str:
     """The first 38 m, forward to the right; class names identify each shape.
 
     Args:
@@ -35,7 +35,7 @@ def draw_drive_from_above(drive: Drive, *, vehicle: Vehicle = BMW_320I) -> str:
     )
 
 
-def _parts(drive: Drive, vehicle: Vehicle) -> Iterator[str]:
+def _parts(drive: Episode, vehicle: Vehicle) -> Iterator[str]:
     problem, plan = drive.problem, drive.plan
     bounds = {side for lane in problem.road.lanelets for side in (lane.left, lane.right)}
     for bound in sorted(bounds):

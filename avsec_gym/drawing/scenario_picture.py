@@ -15,7 +15,7 @@ from avsec_gym.errors import DataError
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.collision_check import footprints
 from avsec_gym.metrics.safety import COLLISION, SAFE
-from avsec_gym.pipeline import Drive
+from avsec_gym.pipeline import Episode
 from avsec_gym.planners.vehicle import BMW_320I, Vehicle
 from avsec_gym.scenario.planning_scenario import Obstacles
 from avsec_gym.storage.atomic_write import write_bytes
@@ -33,7 +33,7 @@ _MARGIN = 4.0
 """Metres around a trajectory that leads farther."""
 
 
-def draw_drive(drive: Drive, *, vehicle: Vehicle = BMW_320I, title: str | None = None) -> Figure:
+def draw_drive(drive: Episode, *, vehicle: Vehicle = BMW_320I, title: str | None = None) -> Figure:
     """The whole picture with its legend.
 
     Args:
@@ -59,7 +59,7 @@ def draw_drive(drive: Drive, *, vehicle: Vehicle = BMW_320I, title: str | None =
     return figure
 
 
-def draw_into(axes: Axes, drive: Drive, *, vehicle: Vehicle = BMW_320I) -> None:
+def draw_into(axes: Axes, drive: Episode, *, vehicle: Vehicle = BMW_320I) -> None:
     """Draw the scene into given axes, x forward to the right, y left upwards."""
     from matplotlib.collections import LineCollection, PolyCollection
 
@@ -133,7 +133,7 @@ def picture_array(figure: Figure) -> NDArray[np.uint8]:
     return np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
 
-def _sentence(drive: Drive) -> str:
+def _sentence(drive: Episode) -> str:
     if not drive.record.collision:
         return drive.plan.explanation
     name = _words(drive.truth.categories[drive.record.collision_object or 0])
@@ -143,7 +143,7 @@ def _sentence(drive: Drive) -> str:
     )
 
 
-def _view(drive: Drive) -> tuple[Floats, Floats]:
+def _view(drive: Episode) -> tuple[Floats, Floats]:
     """Lower left and upper right corner: what lies ahead of the start, and all of the drive."""
     start = drive.problem.start
     quarter = round(start.heading / (np.pi / 2)) * np.pi / 2
@@ -160,7 +160,7 @@ def _words(category: str) -> str:
     return re.sub("([A-Z])", r" \1", category).lower()
 
 
-def _last_step(drive: Drive) -> int:
+def _last_step(drive: Episode) -> int:
     trajectory = drive.plan.trajectory
     if trajectory is None:
         return drive.problem.last_step
@@ -228,7 +228,7 @@ def _scale_bar(axes: Axes) -> None:
     axes.text(x1 + 3.5, y1 + 1.35, "5 m", ha="center", size=8.5, color=INK, zorder=10)
 
 
-def _legend(axes: Axes, figure: Figure, drive: Drive) -> None:
+def _legend(axes: Axes, figure: Figure, drive: Episode) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -256,7 +256,7 @@ def _legend(axes: Axes, figure: Figure, drive: Drive) -> None:
     )
 
 
-def draw_sheet(drives: list[Drive], *, vehicle: Vehicle = BMW_320I) -> Figure:
+def draw_sheet(drives: list[Episode], *, vehicle: Vehicle = BMW_320I) -> Figure:
     """Several drives on one sheet, two in a row, each with its outcome."""
     from matplotlib.figure import Figure
 

@@ -164,8 +164,8 @@ class DetectionAttackEnv(DrawnEnv[NDArray[np.float32]]):
 def _picture(game: DetectionGame, round: Round, believed: Boxes3D) -> NDArray[np.uint8]:
     from avsec_gym.drawing.scenario_picture import draw_drive, picture_array
     from avsec_gym.metrics.safety import judge
-    from avsec_gym.pipeline import Drive
+    from avsec_gym.pipeline import Episode
 
     problem = round.scene.problem(round.intention, believed, game.motion)
     plan, truth = replace(game.victim, keep_tree=True).plan(problem), round.scene.truth()
-    return picture_array(draw_drive(Drive(problem, plan, truth, judge(plan, problem, truth))))
+    return picture_array(draw_drive(Episode(problem, plan, truth, judge(plan, problem, truth))))

@@ -19,7 +19,7 @@ from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.geometry import bird_eye_iou
-from avsec_gym.pipeline import Drive, drive
+from avsec_gym.pipeline import Episode, run_episode
 from avsec_gym.registry import Kind
 from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.intention import Intention, intentions_named
@@ -120,7 +120,7 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
         self._frame: SensorFrame | None = None
         self._intention = Intention.STRAIGHT
         self._reported = Boxes3D.empty()
-        self._drive: Drive | None = None
+        self._drive: Episode | None = None
 
     @property
     def frame(self) -> SensorFrame:
@@ -150,11 +150,11 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
     def step(
         self, action: NDArray[np.float32]
     ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Drive by the reported boxes; the episode is over."""
+        """Episode by the reported boxes; the episode is over."""
         scene = self._present
         reported = self.coding.decode(checked_action(action, self.coding.size))
         self._reported = reported = reported[reported.score >= self.score_threshold]
-        self._drive = drive(
+        self._drive = run_episode(
             scene, self._intention, reported, motion=self.motion, planner=self.planner
         )
         self.shown()
@@ -168,7 +168,9 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
         from avsec_gym.drawing.detection_picture import detection_picture
 
         believed = self._reported
-        shown = self._drive or drive(self._scene, self._intention, believed, planner=self.planner)
+        shown = self._drive or run_episode(
+            self._scene, self._intention, believed, planner=self.planner
+        )
         return detection_picture(self.frame, believed, shown)
 
     @property

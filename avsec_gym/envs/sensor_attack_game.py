@@ -16,7 +16,7 @@ from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.envs.validator_report import ValidatorReport
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
-from avsec_gym.pipeline import Drive, Perception
+from avsec_gym.pipeline import Episode, Perception
 from avsec_gym.scenario.intention import Intention, intentions_named
 from avsec_gym.scenario.scene import Scene
 
@@ -28,7 +28,7 @@ class Look:
     frame: SensorFrame
     """What its sensors deliver; images have whole grey levels."""
     perception: Perception
-    drive: Drive
+    drive: Episode
     report: ValidatorReport
 
 
@@ -66,7 +66,7 @@ class SensorAttackGame:
         self._ids = list(self._labelled)
         self._perceptions: dict[str, Perception] = {}
         self._reports: dict[str, ValidatorReport] = {}
-        self._drives: dict[tuple[str, Intention], Drive] = {}
+        self._drives: dict[tuple[str, Intention], Episode] = {}
         self._blind_safe: dict[tuple[str, Intention], bool] = {}
 
     def draw(self, random: np.random.Generator, options: Mapping[str, Any] | None) -> Situation:
@@ -106,7 +106,7 @@ class SensorAttackGame:
             self._reports[scene.id] = ValidatorReport.of(self.validator, frame)
         perception, key = self._perceptions[scene.id], (scene.id, intention)
         if key not in self._drives:
-            self._drives[key] = self.pipeline.drive(scene, perception, intention)
+            self._drives[key] = self.pipeline.run_episode(scene, perception, intention)
         report = self._reports[scene.id]
         return Situation(scene, intention, Look(frame, perception, self._drives[key], report))
 
@@ -114,7 +114,7 @@ class SensorAttackGame:
         """Let the car see a frame and drive; images are rounded to whole grey levels first."""
         frame = quantised(frame)
         perception = self._perceived(frame)
-        drive = self.pipeline.drive(situation.scene, perception, situation.intention)
+        drive = self.pipeline.run_episode(situation.scene, perception, situation.intention)
         return Look(frame, perception, drive, ValidatorReport.of(self.validator, frame))
 
     def is_contested(self, scene: Scene, intention: Intention) -> bool:
@@ -122,7 +122,7 @@ class SensorAttackGame:
         key = (scene.id, intention)
         if key not in self._blind_safe:
             nothing = Perception(Boxes3D.empty(), Boxes3D.empty(), None)
-            self._blind_safe[key] = self.pipeline.drive(scene, nothing, intention).record.safe
+            self._blind_safe[key] = self.pipeline.run_episode(scene, nothing, intention).record.safe
         return not self._blind_safe[key]
 
     def _perceived(self, frame: SensorFrame) -> Perception:

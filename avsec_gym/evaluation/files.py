@@ -11,7 +11,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.drawing.scenario_picture import draw_drive, save_picture
 from avsec_gym.evaluation.rates import DETECTIONS, AnyScene, Detected, DrivingSafety
 from avsec_gym.metrics.safety import SafetyRecord
-from avsec_gym.pipeline import Drive, drive
+from avsec_gym.pipeline import Episode, run_episode
 from avsec_gym.planners.kept_tree import with_tree
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner, Planner
 from avsec_gym.scenario.given_scene import AS_GIVEN
@@ -86,7 +86,7 @@ def drive_with_tree(
     believed: Boxes3D | None,
     motion: Motion,
     planner: Planner | None = None,
-) -> Drive:
+) -> Episode:
     """A drive whose plan kept its search tree, for a picture, if the planner searches like A*."""
     planner = MotionPrimitivePlanner() if planner is None else planner
-    return drive(scene, intention, believed, motion=motion, planner=with_tree(planner))
+    return run_episode(scene, intention, believed, motion=motion, planner=with_tree(planner))

@@ -14,7 +14,7 @@ from avsec_gym.attacks.object_injection import RandomGhosts
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.metrics.paired import paired_differences
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
-from avsec_gym.pipeline import drive
+from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene
@@ -54,18 +54,18 @@ def ghost_attack(
     total = len(scenes) * len(intentions)
     for turn, intention in enumerate(intentions):
         for scene in scenes.labelled:
-            clean = drive(scene, intention, planner=planner).record
+            clean = run_episode(scene, intention, planner=planner).record
             attacked, believed, queries = clean, scene.boxes, 0
             if clean.safe:
 
                 def query(
                     boxes: Boxes3D, scene: Scene = scene, intention: Intention = intention
                 ) -> bool:
-                    return not drive(scene, intention, boxes, planner=planner).record.safe
+                    return not run_episode(scene, intention, boxes, planner=planner).record.safe
 
                 seeds = (scene.seed, scene.number, turn)
                 believed, queries = attack.attack(scene.boxes, query, seeds)
-                attacked = drive(scene, intention, believed, planner=planner).record
+                attacked = run_episode(scene, intention, believed, planner=planner).record
             drives.append(AttackedDrive(scene, intention, clean, attacked, believed, queries))
             on_progress(len(drives), total)
     return drives

@@ -16,7 +16,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.kitti.detections import above, default_score_threshold
 from avsec_gym.metrics.paired import paired_differences
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
-from avsec_gym.pipeline import drive
+from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner, Planner
 from avsec_gym.scenario.given_scene import AS_GIVEN, GivenScene
 from avsec_gym.scenario.intention import Intention
@@ -268,7 +268,7 @@ def _drives(
     nothing = Boxes3D.empty()
     for scene in scenes:
         believed = None if boxes is None else boxes.get(scene.id, nothing)
-        yield drive(scene, intention, believed, motion=motion, planner=planner).record
+        yield run_episode(scene, intention, believed, motion=motion, planner=planner).record
 
 
 def _named(cell: Cell) -> dict[str, str]:

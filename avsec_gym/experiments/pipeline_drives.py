@@ -14,7 +14,7 @@ from typing import Any
 from avsec_gym.attacks.attacked_detector import attack_kind
 from avsec_gym.experiments.chapter5.scenes import scenes_of
 from avsec_gym.experiments.procedural_frames import PROCEDURAL, USUAL_COUNT
-from avsec_gym.pipeline import Pipeline, drive
+from avsec_gym.pipeline import Pipeline, run_episode
 from avsec_gym.registry import Kind, check
 from avsec_gym.runs.experiment import (
     Cell,
@@ -95,7 +95,7 @@ class PipelineDrives:
         clean = self._scenes.frame(scene)
         drives: list[DriveRow] = []
         for way in Intention:
-            truth = drive(scene, way, motion=Motion.TRUTH, planner=pipeline.planner)
+            truth = run_episode(scene, way, motion=Motion.TRUTH, planner=pipeline.planner)
             drives.append(DriveRow(TRUTH, truth.record, planner=self._planner))
         looks = {UNATTACKED: clean}
         if pipeline.attack is not None:
@@ -107,7 +107,7 @@ class PipelineDrives:
             perception = pipeline.perceive(frame)
             detections.append(DetectionRow(setting, scenario, perception.detections))
             for way in Intention:
-                driven = pipeline.drive(scene, perception, way)
+                driven = pipeline.run_episode(scene, perception, way)
                 drives.append(DriveRow(setting, driven.record, planner=self._planner))
         return CellResult(drives, detections)
 

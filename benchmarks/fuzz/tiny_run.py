@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.pipeline import drive
+from avsec_gym.pipeline import run_episode
 from avsec_gym.runs.experiment import (
     Cell,
     CellResult,
@@ -32,7 +32,7 @@ class Work:
     def __call__(self, number: int) -> CellResult:
         """Rows of every table."""
         scene = self._scenes[number]
-        record = drive(scene, "left").record
+        record = run_episode(scene, "left").record
         boxes: Boxes3D = scene.boxes
         return CellResult(
             drives=[DriveRow(setting, record) for setting in SETTINGS],

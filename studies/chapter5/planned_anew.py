@@ -11,7 +11,7 @@ from typing import TypeVar
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.metrics.safety import SafetyRecord
-from avsec_gym.pipeline import drive
+from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.intention import Intention
@@ -53,7 +53,9 @@ def planned_anew(
                 for name, change in changes.items():
                     believed = change(boxes, scene)
                     for intention in Intention if look is None else (look,):
-                        driven = drive(scene, intention, believed, motion=motion, planner=planner)
+                        driven = run_episode(
+                            scene, intention, believed, motion=motion, planner=planner
+                        )
                         records[one, name].append(driven.record)
         on_progress(number + 1, len(outcomes.scenarios))
     return records

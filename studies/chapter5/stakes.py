@@ -12,7 +12,7 @@ from avsec_gym.experiments.chapter5.settings import PLACEMENTS
 from avsec_gym.experiments.chapter5.tables import Row
 from avsec_gym.frame import SensorFrame
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
-from avsec_gym.pipeline import drive
+from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.intention import Intention
@@ -56,7 +56,7 @@ def stake_rows(
                 ghost = _ghost(frame, scene, seed, intention if placement == SPECIFIC else None)
                 believed[placement] = Boxes3D.concatenate([scene.boxes, ghost])
             for name, boxes in believed.items():
-                driven = drive(scene, intention, boxes, motion=motion, planner=planner)
+                driven = run_episode(scene, intention, boxes, motion=motion, planner=planner)
                 records.setdefault(name, []).append(driven.record)
         on_progress(number + 1, len(scenarios))
     return [

@@ -75,7 +75,7 @@ def page(results: dict[str, Any]) -> str:
         "",
         "### When the planner does not know which objects move",
         "",
-        "It plans as if everything stood; the verdict lets the moving objects move.",
+        "It plans as if everything stood; the collision check lets the moving objects move.",
         "",
         *_table(
             ["planner", "intention", "success", "collision", "safe driving"],
@@ -120,7 +120,7 @@ def page(results: dict[str, Any]) -> str:
         f"## A real detector in: {results['detector']}",
         "",
         f"Detections with scores of {results['score_threshold']:g} or more; the planner takes every"
-        " detected object to stand. The verdict is taken against the ground truth.",
+        " detected object to stand. Trajectories are checked against the ground truth.",
         "",
         *_table(
             [

@@ -9,7 +9,7 @@ import pytest
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.drawing.drive_drawing import draw_drive_from_above
-from avsec_gym.pipeline import drive
+from avsec_gym.pipeline import run_episode
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene
 
@@ -34,7 +34,7 @@ def middles(drawing: str, kind: str) -> list[tuple[float, float]]:
 
 def test_objects_goal_and_car_are_where_they_are() -> None:
     scene = Scene("000000", cars((20.0, 5.0), (28.0, -3.0)))
-    drawing = draw_drive_from_above(drive(scene, Intention.LEFT, cars((9.0, -4.0))))
+    drawing = draw_drive_from_above(run_episode(scene, Intention.LEFT, cars((9.0, -4.0))))
     assert middles(drawing, "real") == [pytest.approx(p, abs=0.1) for p in ((20, 5), (28, -3))]
     assert middles(drawing, "believed") == [pytest.approx((9, -4), abs=0.1)]
     assert middles(drawing, "ego") == [pytest.approx((0, 0), abs=0.1)]
@@ -45,8 +45,8 @@ def test_objects_goal_and_car_are_where_they_are() -> None:
 
 def test_a_contact_is_marked_and_no_plan_has_no_trajectory() -> None:
     scene = Scene("000000", cars((10.0, 0.0)))
-    hit = drive(scene, Intention.STRAIGHT, cars((30.0, 9.0)))
+    hit = run_episode(scene, Intention.STRAIGHT, cars((30.0, 9.0)))
     assert hit.record.collision
     assert 'class="contact"' in draw_drive_from_above(hit)
-    blocked = drive(scene, Intention.STRAIGHT, cars((0.0, 0.0)))
+    blocked = run_episode(scene, Intention.STRAIGHT, cars((0.0, 0.0)))
     assert 'class="trajectory"' not in draw_drive_from_above(blocked)

@@ -25,7 +25,7 @@ from avsec_gym.drawing.scenario_picture import (
 )
 from avsec_gym.geometry import ego_to_camera
 from avsec_gym.metrics.safety import judge
-from avsec_gym.pipeline import Drive, drive
+from avsec_gym.pipeline import Episode, run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import EgoState, Goal, Obstacles, PlanningScenario
@@ -56,20 +56,20 @@ def where(picture: np.ndarray, colour: str) -> np.ndarray:
     return np.argwhere(away < 14)
 
 
-def draw(shown: Drive) -> np.ndarray:
+def draw(shown: Episode) -> np.ndarray:
     return picture_array(draw_drive(shown))
 
 
-def colliding() -> Drive:
+def colliding() -> Episode:
     """A car in the way that is not detected."""
-    return drive(scene([[13.0, -1.2, 0.0]]), Intention.STRAIGHT, Boxes3D.empty())
+    return run_episode(scene([[13.0, -1.2, 0.0]]), Intention.STRAIGHT, Boxes3D.empty())
 
 
 def test_a_collision_has_its_mark() -> None:
     shown = colliding()
     assert shown.record.collision
     assert len(where(draw(shown), MARKER)) > 40
-    safe = drive(scene([[13.0, -1.2, 0.0]]), Intention.STRAIGHT)
+    safe = run_episode(scene([[13.0, -1.2, 0.0]]), Intention.STRAIGHT)
     assert safe.record.safe
     assert len(where(draw(safe), MARKER)) == 0
 
@@ -77,13 +77,16 @@ def test_a_collision_has_its_mark() -> None:
 def test_what_is_shown() -> None:
     one = scene([[13.0, -1.2, 0.0]])
     attacked = inject_ghosts(one.boxes, np.array([[24.0, 5.0, 0.3]]))
-    clean, ghost = draw(drive(one, Intention.STRAIGHT)), draw(drive(one, believed=attacked))
+    clean, ghost = (
+        draw(run_episode(one, Intention.STRAIGHT)),
+        draw(run_episode(one, believed=attacked)),
+    )
     assert len(where(clean, REAL)) > 500
     assert len(where(clean, EGO)) > 500
     assert len(where(ghost, BELIEVED)) > 50
     assert len(where(clean, BELIEVED)) == 0
     tree = MotionPrimitivePlanner(keep_tree=True)
-    with_tree = draw(drive(one, Intention.STRAIGHT, planner=tree))
+    with_tree = draw(run_episode(one, Intention.STRAIGHT, planner=tree))
     assert (with_tree != clean).any(axis=-1).sum() > 500
     assert to_rgb(TREE)
     assert to_rgb(GOAL)
@@ -92,7 +95,7 @@ def test_what_is_shown() -> None:
 def test_left_is_up() -> None:
     """A car 4 m to the left stands in the upper half, one to the right in the lower."""
     rows = [
-        where(draw(drive(scene([[25.0, y, 0.0]]), Intention.STRAIGHT)), REAL)[:, 0].mean()
+        where(draw(run_episode(scene([[25.0, y, 0.0]]), Intention.STRAIGHT)), REAL)[:, 0].mean()
         for y in (6.0, 0.0, -6.0)
     ]
     assert rows[0] < rows[1] - 50 < rows[2] - 100
@@ -100,7 +103,7 @@ def test_left_is_up() -> None:
 
 def test_without_a_plan() -> None:
     wall = [[9.0, y, np.pi / 2] for y in np.arange(-40.0, 41.0, 3.9)]
-    shown = drive(scene(wall), Intention.LEFT)
+    shown = run_episode(scene(wall), Intention.LEFT)
     assert not shown.record.planned
     assert len(np.unique(draw(shown))) > 50
 
@@ -116,7 +119,7 @@ def test_a_turned_start_is_in_the_picture_as_a_whole(heading: float) -> None:
     plan = MotionPrimitivePlanner().plan(problem)
     assert plan.trajectory is not None
     record = judge(plan, problem, problem.obstacles)
-    figure = draw_drive(Drive(problem, plan, problem.obstacles, record))
+    figure = draw_drive(Episode(problem, plan, problem.obstacles, record))
     axes = figure.axes[0]
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
     x, y = plan.trajectory[:, 0], plan.trajectory[:, 1]
@@ -162,7 +165,7 @@ def test_shapes_of_every_kind_that_stand_move_and_appear_late() -> None:
     goal = Goal((4, 30), (Disc(2.0, 15.0, 0.0),))
     problem = PlanningScenario("odd", EgoState(velocity=6.0), (goal,), obstacles=around)
     plan = MotionPrimitivePlanner(keep_tree=True).plan(problem)
-    shown = Drive(problem, plan, around, judge(plan, problem, around))
+    shown = Episode(problem, plan, around, judge(plan, problem, around))
     assert len(where(draw(shown), REAL)) > 1000
 
 
@@ -199,7 +202,7 @@ def test_the_same_drive_is_the_same_picture() -> None:
 def test_an_arrow_stays_in_its_picture() -> None:
     """One car comes from behind the view: nothing is drawn outside of the axes."""
     figures = [
-        draw_drive(drive(scene([[x, 8.0, 0.0]], moving=True), Intention.STRAIGHT))
+        draw_drive(run_episode(scene([[x, 8.0, 0.0]], moving=True), Intention.STRAIGHT))
         for x in (-20.0, 200.0)
     ]
     with_arrow, without = (picture_array(figure)[:, :18] for figure in figures)
@@ -207,7 +210,7 @@ def test_an_arrow_stays_in_its_picture() -> None:
 
 
 def test_a_sheet_of_several() -> None:
-    drives = [drive(scene, Intention.LEFT) for scene in procedural_scenes(3).scenes]
+    drives = [run_episode(scene, Intention.LEFT) for scene in procedural_scenes(3).scenes]
     figure = draw_sheet([*drives, colliding()])
     assert len(figure.axes) == 4
     titles = [axes.get_title("right") for axes in figure.axes]

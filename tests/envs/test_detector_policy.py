@@ -17,7 +17,7 @@ from avsec_gym.envs.detector_policy import DetectorPolicy
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti import write_detections
-from avsec_gym.pipeline import drive
+from avsec_gym.pipeline import run_episode
 from avsec_gym.scenario.builder import is_obstacle
 from avsec_gym.scenario.intention import Intention
 
@@ -57,7 +57,7 @@ def test_the_oracle_drives_as_one_who_knows_the_truth(env: Any) -> None:
         scene = next(scene for scene in scenes if scene.id == info["scenario"])
         truth = scene.boxes[is_obstacle(scene.boxes)]
         believed = env.unwrapped.coding.decode(env.unwrapped.coding.encode(truth))
-        expected = drive(scene, Intention(info["intention"]), believed, motion="static")
+        expected = run_episode(scene, Intention(info["intention"]), believed, motion="static")
         assert info["outcome"] == expected.record.outcome
 
 

@@ -26,7 +26,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import project
 from avsec_gym.perception.detectors.recorded import Oracle
-from avsec_gym.pipeline import drive
+from avsec_gym.pipeline import run_episode
 from avsec_gym.scenario.frame_scenes import frame_scenes, frame_scenes_of
 from avsec_gym.scenario.scene import Motion
 from avsec_gym.sensor_system import KITTI_SYSTEM, SensorSystem
@@ -352,7 +352,7 @@ def test_the_laser_is_aimed_at_what_is_in_the_way(
         boxes = situation.scene.boxes
         # A blind eye for each: only without the target the car drives into something.
         safe = [
-            drive(situation.scene, situation.intention, boxes[[1 - k]], motion=Motion.STATIC)
+            run_episode(situation.scene, situation.intention, boxes[[1 - k]], motion=Motion.STATIC)
             for k in range(2)
         ]
         assert [one.record.safe for one in safe] == [k != target for k in range(2)]

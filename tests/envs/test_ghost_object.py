@@ -17,7 +17,7 @@ from avsec_gym.envs.ghost_object import GhostObjectEnv
 from avsec_gym.envs.ghost_object_vector import GhostObjectVectorEnv
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import ego_to_camera
-from avsec_gym.pipeline import drive
+from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.builder import is_obstacle
@@ -160,7 +160,7 @@ MOTIONS = (Motion.STATIC, Motion.TRUTH)
 
 
 def compare_with_pipeline(scenes: SceneSet, motion: Motion, planner: str, seed: int) -> set[str]:
-    """Steps of the environment beside `drive` on the same attacked boxes."""
+    """Steps of the environment beside `run_episode` on the same attacked boxes."""
     env = GhostObjectEnv(
         scenarios=scenes, planner=planner, ghosts=2, hides=2, motion=motion, ghost="car"
     )
@@ -181,7 +181,7 @@ def compare_with_pipeline(scenes: SceneSet, motion: Motion, planner: str, seed: 
                 rows = nearest_first(one.boxes)
                 gone = rows[hidden[hidden < len(rows)]]
                 believed = inject_ghosts(hide_objects(one.boxes, gone), poses[on])
-                expected = drive(
+                expected = run_episode(
                     one, intention, believed, motion=motion, planner=MotionPrimitivePlanner(planner)
                 ).record
                 assert info["outcome"] == expected.outcome, (one.id, intention)
@@ -212,7 +212,7 @@ def test_a_car_that_comes_after_the_drives_end_is_no_collision() -> None:
     """The drive ends in the goal, 15 m ahead, before the oncoming car is there."""
     late = scene([[36.0, 0.0, np.pi]], [True], number=3)
     for motion in MOTIONS:
-        expected = drive(late, Intention.STRAIGHT, motion=motion).record
+        expected = run_episode(late, Intention.STRAIGHT, motion=motion).record
         env = GhostObjectEnv(scenarios=set_of(late), motion=motion)
         env.reset(options={"scenario": "one", "intention": "straight"})
         assert env.step(action())[4]["outcome"] == expected.outcome == "safe"
@@ -471,7 +471,7 @@ def test_drawn_start_speeds_are_planned_with() -> None:
     many = GhostObjectVectorEnv(3, scenarios=scenes)
     costs = []
     for one in scenes.scenes:
-        expected = drive(one, Intention.STRAIGHT).record.cost
+        expected = run_episode(one, Intention.STRAIGHT).record.cost
         _, _ = many.reset(seed=0, options={"scenario": one.id, "intention": "straight"})
         np.testing.assert_allclose(many.step(np.stack([action()] * 3))[4]["cost"], expected)
         costs.append(expected)
@@ -490,7 +490,7 @@ def test_patch_ghosts_are_small_and_far() -> None:
         Boxes3D.empty(), [[10.0, 0.9, 0.0], [15.0, -0.9, 0.0]], GHOSTS["patch"].dimensions
     )
     one = scene([])
-    expected = drive(one, Intention.STRAIGHT, believed, motion=Motion.STATIC)
+    expected = run_episode(one, Intention.STRAIGHT, believed, motion=Motion.STATIC)
     assert info["outcome"] == expected.record.outcome
 
 

@@ -21,7 +21,7 @@ from avsec_gym.envs.ghost_spots import grid, spots_of
 from avsec_gym.envs.place_features import MOST_ROOM, SIZE, PlaceFeatures
 from avsec_gym.errors import AvsecError, ConfigurationError
 from avsec_gym.geometry import ego_to_camera
-from avsec_gym.pipeline import drive
+from avsec_gym.pipeline import run_episode
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
@@ -105,7 +105,7 @@ def test_objects_tell_which_place_wins(episodes: tuple[np.ndarray, np.ndarray]) 
 
 
 def compare_with_pipeline(scenes: SceneSet, motion: Motion, planner: str, count: int) -> set[str]:
-    """Steps of the environment beside `drive` on the same attacked boxes."""
+    """Steps of the environment beside `run_episode` on the same attacked boxes."""
     env = GhostPlaceEnv(scenarios=scenes, planner=planner, motion=motion, queries=PLACES)
     by_id = {one.id: one for one in scenes.labelled}
     outcomes = set()
@@ -117,7 +117,7 @@ def compare_with_pipeline(scenes: SceneSet, motion: Motion, planner: str, count:
             one = by_id[info["scenario"]]
             pose = np.round(poses[place])  # Spots are whole metres; the observation has 32 bits.
             believed = inject_ghosts(one.boxes, pose, GHOSTS["car"].dimensions)
-            expected = drive(
+            expected = run_episode(
                 one, Intention(info["intention"]), believed, motion=motion, planner=env.game.victim
             ).record
             assert info["outcome"] == expected.outcome, (one.id, place)

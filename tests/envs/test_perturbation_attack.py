@@ -21,7 +21,7 @@ from avsec_gym.envs.wave_basis import WaveBasis
 from avsec_gym.errors import AvsecError, ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import ego_to_camera, project
-from avsec_gym.pipeline import drive
+from avsec_gym.pipeline import run_episode
 from avsec_gym.scenario.frame_scenes import frame_scenes
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion
@@ -117,7 +117,7 @@ def test_nothing_done_wins_nothing(quick: dict[str, Any]) -> None:
 
 
 def test_a_step_is_what_the_pipeline_does(quick: dict[str, Any], bright_cars: ModuleType) -> None:
-    """Detector, threshold, planner and verdict, called by hand on the frame that was seen."""
+    """Detector, threshold, planner and collision check, called by hand on the frame that was seen."""
     outcomes, scenes = set(), frame_scenes(quick["scenarios"])
     env = PerturbationAttackEnv(**quick, motion="truth", score_threshold=0.5)
     for scene in scenes.scenes.labelled:
@@ -127,7 +127,9 @@ def test_a_step_is_what_the_pipeline_does(quick: dict[str, Any], bright_cars: Mo
                 _, reward, terminated, _, info = env.step(action)
                 attacked = env.tamper(env.game.situation(scene, intention), action).frame
                 boxes = bright_cars.BrightCars().detect(attacked)
-                expected = drive(scene, intention, boxes[boxes.score >= 0.5], motion=Motion.TRUTH)
+                expected = run_episode(
+                    scene, intention, boxes[boxes.score >= 0.5], motion=Motion.TRUTH
+                )
                 assert info["outcome"] == expected.record.outcome
                 np.testing.assert_equal(info["cost"], expected.record.cost)
                 assert terminated == info["is_success"] == (not expected.record.safe)

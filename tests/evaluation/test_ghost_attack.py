@@ -9,7 +9,7 @@ import pytest
 
 from avsec_gym.attacks.object_injection import RandomGhosts
 from avsec_gym.evaluation.ghost_attack import AttackedDrive, ghost_attack, summary
-from avsec_gym.pipeline import drive
+from avsec_gym.pipeline import run_episode
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene_sets import procedural_scenes
 
@@ -28,7 +28,7 @@ def test_safe_drives_are_attacked_and_the_others_left_alone(drives: list[Attacke
             continue
         assert 1 <= each.queries <= 10
         assert len(each.believed) == len(each.scene.boxes) + 2
-        again = drive(each.scene, each.intention, each.believed).record
+        again = run_episode(each.scene, each.intention, each.believed).record
         assert again.to_json() == each.attacked.to_json()
         assert each.attacked.safe <= (each.queries == 10)
     assert any(each.clean.safe and not each.attacked.safe for each in drives)

@@ -26,7 +26,7 @@ from avsec_gym.evaluation.rates import (
 )
 from avsec_gym.kitti.detections import DetectionFolder
 from avsec_gym.metrics.paired import paired_differences
-from avsec_gym.pipeline import drive
+from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.plan import Reason
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner
 from avsec_gym.scenario.intention import Intention
@@ -83,8 +83,8 @@ def test_records_are_what_the_pipeline_says(
 ) -> None:
     for i in (0, 1, 2, 3, 17):
         scene = scenes.scenes[i]
-        clean = drive(scene, Intention.LEFT).record
-        attacked = drive(
+        clean = run_episode(scene, Intention.LEFT).record
+        attacked = run_episode(
             scene,
             Intention.LEFT,
             detected.boxes.get(scene.id, Boxes3D.empty()),
@@ -281,7 +281,7 @@ def test_a_planner_that_does_not_know_what_moves_collides(labelled: SceneSet) ->
         for scene, one in zip(labelled.scenes, records, strict=True):
             if one.collision:
                 # Only what moves is hit.
-                shown = drive(
+                shown = run_episode(
                     scene, Intention(cell.intention), motion=Motion.STATIC, planner=planner
                 )
                 assert not shown.truth.static[one.collision_object or 0]

@@ -1,7 +1,7 @@
 """A run of chapter 5 whose detections are drawn from a seed instead of seen.
 
 A module of its own, not a test: runs and worker processes import it by name (see conftest.py).
-Everything behind the detections is real: planner, verdict, store.
+Everything behind the detections is real: planner, collision check, store.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from avsec_gym.experiments.chapter5.true_drives import true_cells
 from avsec_gym.frame import SensorFrame
 from avsec_gym.kitti.detections import above
 from avsec_gym.kitti.writing import write_object_frame
-from avsec_gym.pipeline import Perception, PipelineRun, drive
+from avsec_gym.pipeline import Perception, PipelineRun, run_episode
 from avsec_gym.rig import kitti_rig
 from avsec_gym.runs.experiment import (
     Cell,
@@ -83,7 +83,7 @@ class DrawnDrives:
             filed = setting(detector, seen_as, whole_levels=whole)
             detections.append(DetectionRow(filed, scenario, boxes, strength))
             for way in intentions:
-                record = drive(scene, way, above(boxes, 0.3)).record
+                record = run_episode(scene, way, above(boxes, 0.3)).record
                 drives.append(DriveRow(under, record, strength))
             if not whole and strength in (0, STEPS):
                 facts = self._facts(detector, name, strength, scene)
@@ -105,7 +105,9 @@ class DrawnDrives:
         for camera in (2, 3):
             frame = frame.with_image(camera, _attacked(frame.image(camera), attack, strength))
         perception = Perception(boxes, above(boxes, 0.3), None)
-        return PipelineRun(frame, perception, drive(scene, intention, perception.believed), {})
+        return PipelineRun(
+            frame, perception, run_episode(scene, intention, perception.believed), {}
+        )
 
     def _seen(
         self, detector: str, attack: str, strength: float, scene: Scene, ways: tuple[Any, ...]

@@ -193,7 +193,7 @@ class AttackedDrives:
             found = (look.attack, look.strength, look.whole_levels)
             if found == wanted and intention in look.intentions:
                 perception = pipeline.perceive(look.frame)
-                driven = pipeline.drive(scene, perception, intention)
+                driven = pipeline.run_episode(scene, perception, intention)
                 return PipelineRun(look.frame, perception, driven, perception.seconds)
         raise ConfigurationError(f"{attack} has no drive of strength {strength:g}")
 
@@ -277,7 +277,7 @@ def _take(result: _Result, look: _Look, scene: Scene, pipeline: Pipeline) -> Box
     under = setting(name, look.attack, whole_levels=look.whole_levels)
     with result.timed("planner"):
         for intention in look.intentions:
-            record = pipeline.drive(scene, perception, intention).record
+            record = pipeline.run_episode(scene, perception, intention).record
             result.drives.append(DriveRow(under, record, look.strength))
     return perception.believed
 

@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 
 from avsec_gym.experiments.chapter5.scenes import scenes_of
-from avsec_gym.pipeline import drive
+from avsec_gym.pipeline import run_episode
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner
 from avsec_gym.runs.experiment import Cell, CellResult, Configuration, DriveRow
 from avsec_gym.scenario.intention import Intention
@@ -49,7 +49,7 @@ class TrueDrives:
         rows = [
             DriveRow(
                 GROUND_TRUTH,
-                drive(self._by_id[scenario], intention, planner=planner).record,
+                run_episode(self._by_id[scenario], intention, planner=planner).record,
                 planner=name,
             )
             for name, planner in self._planners.items()

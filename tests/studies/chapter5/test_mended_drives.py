@@ -15,7 +15,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.settings import PLACEMENTS
 from avsec_gym.frame import SensorFrame
-from avsec_gym.pipeline import drive
+from avsec_gym.pipeline import run_episode
 from avsec_gym.rig import kitti_rig
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
@@ -56,7 +56,7 @@ def safe_by_kind(made: ModuleType, truth: Boxes3D, seen: Boxes3D) -> dict[str, f
 
 def driven(truth: Boxes3D, believed: Boxes3D) -> float:
     scene = Scene(NAMES[0], truth, "street")
-    drives = [drive(scene, way, believed, motion=Motion.STATIC).record for way in Intention]
+    drives = [run_episode(scene, way, believed, motion=Motion.STATIC).record for way in Intention]
     return sum(record.safe for record in drives) / len(drives)
 
 
@@ -102,7 +102,7 @@ def test_what_is_at_stake(made: ModuleType) -> None:
                 own = (5, scene.number) if placement == "random" else (5, scene.number, number)
                 ghost = ghost_box(patch.placed(frame, aimed, own), frame.calibration)
                 believed = Boxes3D.concatenate([car, ghost])
-                drives.append(drive(scene, way, believed, motion=Motion.STATIC).record.safe)
+                drives.append(run_episode(scene, way, believed, motion=Motion.STATIC).record.safe)
         assert safe[placement] == np.mean(drives)
     assert told == [(1, 2), (2, 2)]
 

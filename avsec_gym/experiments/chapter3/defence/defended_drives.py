@@ -203,7 +203,7 @@ def _driven(
     pipeline: Pipeline, scene: Scene, believed: Perception, setting: str
 ) -> Iterator[DriveRow]:
     for intention in Intention:
-        yield DriveRow(setting, pipeline.drive(scene, believed, intention).record)
+        yield DriveRow(setting, pipeline.run_episode(scene, believed, intention).record)
 
 
 DEFENCE = Experiment(

@@ -176,7 +176,7 @@ def _strip(telling: Telling, outcomes: Outcomes, drives: Repeats) -> Strip:
 
 def _view(condition: Condition, run: PipelineRun, truth: Boxes3D, stored: SafetyRecord) -> View:
     image = np.rint(np.clip(run.frame.image(LEFT), 0, 255)).astype(np.uint8)
-    record, believed = run.drive.record, run.perception.believed
+    record, believed = run.episode.record, run.perception.believed
     found = found_cars(believed, truth)
     hit = f", but touches a real object after {record.collision_time:.1f} s"
     return View(
@@ -187,9 +187,9 @@ def _view(condition: Condition, run: PipelineRun, truth: Boxes3D, stored: Safety
         believed=_outlines(run.frame, believed),
         cars=(int(found.sum()), len(found)),
         ghosts=int(ghosts(believed, truth).sum()),
-        drive=draw_drive_from_above(run.drive),
+        drive=draw_drive_from_above(run.episode),
         outcome=record.outcome,
-        explanation=run.drive.plan.explanation + (hit if record.collision else ""),
+        explanation=run.episode.plan.explanation + (hit if record.collision else ""),
         as_stored=(record.outcome, record.expanded) == (stored.outcome, stored.expanded),
     )
 
