@@ -1,4 +1,4 @@
-"""The chain from the sensors to the collision check: each part is called once, and its answer used."""
+"""From the sensors to the collision check: each part is called once, and its answer used."""
 
 from __future__ import annotations
 

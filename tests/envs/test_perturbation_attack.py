@@ -117,7 +117,7 @@ def test_nothing_done_wins_nothing(quick: dict[str, Any]) -> None:
 
 
 def test_a_step_is_what_the_pipeline_does(quick: dict[str, Any], bright_cars: ModuleType) -> None:
-    """Detector, threshold, planner and collision check, called by hand on the frame that was seen."""
+    """Detector, threshold, planner and collision check, called by hand on the attacked frame."""
     outcomes, scenes = set(), frame_scenes(quick["scenarios"])
     env = PerturbationAttackEnv(**quick, motion="truth", score_threshold=0.5)
     for scene in scenes.scenes.labelled:
