@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from avsec_gym import console
 from avsec_gym.commands.report import Report
 from avsec_gym.commands.run import Run
 from avsec_gym.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from avsec_gym.experiments.demo import DemoRow
 
 _NAME = "demo"
 _PICTURES = 4
@@ -38,6 +41,7 @@ class Demo:
 
     def run(self) -> int:
         """Do it; the exit code: 3 where something failed."""
+        from avsec_gym.experiments.chapter5.rows import as_json
         from avsec_gym.experiments.chapter5.section.findings import outcomes_of
         from avsec_gym.experiments.demo import demo_rows, unpatched
         from avsec_gym.experiments.procedural_frames import PROCEDURAL
@@ -58,42 +62,43 @@ class Demo:
         report, reported = page.written()
         answer = report.data.get("answer")
         if self.json:
-            console.print_json("demo", {"out": str(self.out), "rates": rows, "answer": answer})
+            figures = {"out": str(self.out), "rates": as_json(rows), "answer": answer}
+            console.print_json("demo", figures)
         for case in answer["detectors"] if answer else []:
             console.say(f"{case['name']}: {' '.join(case['took'])}")
         console.say(page.sentence(report))
         return max(ran, reported)
 
 
-def _print(rows: list[dict[str, Any]]) -> None:
+def _print(rows: list[DemoRow]) -> None:
     from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 
-    drives = rows[0]["scenarios"]
+    drives = rows[0].rates.scenarios
     console.print_table(
         f"{drives} drives left, straight and right, % with 95 % Wilson intervals;"
         f" AP: cars, 3D, moderate, 11 points{_ceiling(rows)}",
         ["detector", "attack", "AP 0.7", "AP 0.5", "success", "collision", "safe driving"],
         [
             [
-                "ground truth" if row["detector"] is None else detector_name(row["detector"]),
-                "–" if row["detector"] is None else attack_name(row["attack"], row["strength"]),
-                *(_points(row[name]) for name in ("precision", "precision_iou_0.5")),
+                "ground truth" if row.detector is None else detector_name(row.detector),
+                "–" if row.detector is None else attack_name(row.attack, row.strength),
+                *(_points(precision) for precision in (row.precision, row.precision_iou_low)),
                 *(
-                    console.percent(row[name], row[f"{name}_interval"])
+                    console.percent(rates[name], rates[f"{name}_interval"])
                     for name in ("success_rate", "collision_rate", "safe_driving_rate")
                 ),
             ]
-            for row in rows
+            for row, rates in ((row, row.rates.to_json()) for row in rows)
         ],
     )
 
 
-def _ceiling(rows: list[dict[str, Any]]) -> str:
+def _ceiling(rows: list[DemoRow]) -> str:
     """How many cars that is of, and what perfect detections of so few reach."""
-    counted = [row for row in rows if row["labels"]]
+    counted = [row for row in rows if row.labels]
     if not counted:
         return ""
-    return f", {counted[0]['labels']} cars: at most {counted[0]['precision_ceiling']:.1f}"
+    return f", {counted[0].labels} cars: at most {counted[0].precision_ceiling:.1f}"
 
 
 def _points(precision: float | None) -> str:

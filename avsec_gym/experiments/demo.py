@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from dataclasses import dataclass, field
 from statistics import fmean
-from typing import Any
 
 from avsec_gym.experiments.chapter5.attacked_drives import attacked_cells, attacked_inputs
 from avsec_gym.experiments.chapter5.experiments import SECTION
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, Outcomes
+from avsec_gym.experiments.chapter5.rows import keyed
 from avsec_gym.experiments.chapter5.scenes import OPTIONS
-from avsec_gym.experiments.chapter5.settings import DETECTORS, PATCHES, PERTURBATIONS, UNATTACKED
-from avsec_gym.experiments.chapter5.tables import Row, named
+from avsec_gym.experiments.chapter5.settings import (
+    DETECTORS,
+    PATCHES,
+    PERTURBATIONS,
+    UNATTACKED,
+    Options,
+)
 from avsec_gym.experiments.chapter5.trained import patches_there
 from avsec_gym.experiments.chapter5.true_drives import true_cells
 from avsec_gym.experiments.procedural_frames import PROCEDURAL, USUAL_COUNT
@@ -23,63 +28,75 @@ from avsec_gym.runs.experiment import Cell, Configuration, Experiment
 from avsec_gym.scenario.intention import Intention
 
 _PATCH = PATCHES[0]
-_TRUTH: Row = {
-    "detector": None,
-    "attack": UNATTACKED,
-    "strength": 0.0,
-    "whole_levels": False,
-    "precision": None,
-    "precision_iou_0.5": None,
-    "precision_ceiling": None,
-    "labels": None,
-}
 
 
-def unpatched(options: Mapping[str, Any]) -> tuple[str, ...]:
-    """Detectors that there is no trained patch against: the demo leaves their patch out.
+@dataclass(frozen=True)
+class DemoRow:
+    """What a detector reaches under an attack, the three intentions together.
 
     Args:
-        options: See `avsec_gym.experiments.chapter5.scenes.OPTIONS`.
+        detector: The detector; None: the ground truth is planned on.
+        attack: The attack.
+        strength: The attack's strength.
+        whole_levels: Whether attacked pixels were rounded.
+        precision: Average precision of moderate cars in 3D at IoU 0.7, percent, 11 recall points.
+        precision_iou_low: The same at IoU 0.5.
+        precision_ceiling: What perfect detections reach.
+        labels: Number of labels that count.
+        rates: The three rates.
     """
+
+    detector: str | None
+    attack: str
+    strength: float
+    whole_levels: bool
+    precision: float | None
+    precision_iou_low: float | None = field(metadata=keyed("precision_iou_0.5"))
+    precision_ceiling: float | None
+    labels: int | None
+    rates: SafetyRates
+
+
+def unpatched(options: Options) -> tuple[str, ...]:
+    """Detectors that there is no trained patch against: the demo leaves their patch out."""
     there = {**OPTIONS, **options}
     return tuple(name for name in DETECTORS if "patch" not in patches_there(name, there))
 
 
-def demo_rows(outcomes: Outcomes) -> list[Row]:
-    """What every detector comes to under every attack, the three intentions together.
+def demo_rows(outcomes: Outcomes) -> list[DemoRow]:
+    """A row for each detector and attack, perturbations at their last step only.
 
-    Perturbations at their last step only; first of all what the planner makes of the truth.
+    The first row is the planner's on the ground truth.
 
     Args:
-        outcomes: Of a run.
-
-    Returns:
-        Rows with ``detector`` (None: the truth), ``attack``, ``strength``, the average precision
-        of moderate cars in 3D at IoU 0.7 and 0.5 (``precision``, ``precision_iou_0.5``; percent,
-        11 recall points), how many labels count (``labels``) and what perfect detections of them
-        reach (``precision_ceiling``), and the rates as of `SafetyRates.to_json`.
+        outcomes: The outcomes of a run.
     """
-    true = [one for way in Intention for one in outcomes.true_records(Algorithm.ASTAR, way)]
-    rows: list[Row] = [{**_TRUTH, **SafetyRates.of(true).to_json()}]
+    true = [
+        record
+        for intention in Intention
+        for record in outcomes.true_records(Algorithm.ASTAR, intention)
+    ]
+    moderate = LEVELS.index("moderate")
+    rows = [DemoRow(None, UNATTACKED, 0.0, False, None, None, None, None, SafetyRates.of(true))]
     for condition in outcomes.strongest:
+        looks = outcomes.looks(condition)
         strict, low = (
-            fmean(
-                outcomes.precision(condition, way, min_iou, 0).value(CATEGORY)
-                for way in outcomes.looks(condition)
-            )
-            for min_iou in (STANDARD_IOU, LOW_IOU)
+            fmean(outcomes.precision(condition, look, iou, 0).value(CATEGORY) for look in looks)
+            for iou in (STANDARD_IOU, LOW_IOU)
         )
-        found = outcomes.precision(condition, outcomes.looks(condition)[0], STANDARD_IOU, 0)
-        moderate = LEVELS.index("moderate")
+        found = outcomes.precision(condition, looks[0], STANDARD_IOU, 0)
         rows.append(
-            {
-                **named(condition),
-                "precision": strict,
-                "precision_iou_0.5": low,
-                "precision_ceiling": float(found.ceiling[0, moderate, 0]),
-                "labels": int(found.labels[0, moderate]),
-                **outcomes.rates(condition).to_json(),
-            }
+            DemoRow(
+                condition.detector,
+                condition.attack,
+                condition.strength,
+                condition.whole_levels,
+                precision=strict,
+                precision_iou_low=low,
+                precision_ceiling=float(found.ceiling[0, moderate, 0]),
+                labels=int(found.labels[0, moderate]),
+                rates=outcomes.rates(condition),
+            )
         )
     return rows
 

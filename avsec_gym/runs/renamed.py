@@ -45,6 +45,7 @@ KEYS: Mapping[str, Mapping[str, str]] = {
     "other_pairs": {"moments": "frames"},
     "identification_real": {"moments": "frames"},
     "shipped_fits": {"nobody": "no attack"},
+    "chapter5_errors": {"mended": "corrected", "stakes": "headroom"},
 }
 """By experiment or study: old key of its figures -> the key."""
 

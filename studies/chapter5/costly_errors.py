@@ -1,4 +1,4 @@
-"""Why safety is lost or kept: what is at stake, which errors cost it, which measure tells of it?
+"""Why safety is lost or kept: its headroom, the errors that cost it, the measures that predict it.
 
     python -m studies.chapter5.costly_errors RUN
 
@@ -14,14 +14,15 @@ from typing import Any
 from avsec_gym.console import progress
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.outcomes import Outcomes
+from avsec_gym.experiments.chapter5.rows import as_json
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
 from avsec_gym.report.markdown_table import interval, markdown_table, share
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion
-from studies.chapter5.mended_drives import AS_FOUND, MENDED, SAME, mended_rows
+from studies.chapter5.corrected_episodes import AS_FOUND, CORRECTED, SAME, corrected_rows
+from studies.chapter5.headroom import NOTHING, RANDOM, SPECIFIC, TRUTH, headroom_rows
 from studies.chapter5.run_page import run_page
-from studies.chapter5.stakes import NOTHING, RANDOM, SPECIFIC, TRUTH, stake_rows
 from studies.chapter5.telling_measures import IN_REACH, PRECISION, telling_rows
 
 _BOTH = "both"
@@ -37,18 +38,18 @@ def page(found: Mapping[str, Any], command: str) -> str:
     """All as Markdown.
 
     Args:
-        found: ``scenarios``, how many; rows of ``stakes``, ``errors`` and ``measures``.
-        command: That made it.
+        found: ``scenarios``, how many; rows of ``headroom``, ``errors`` and ``measures``.
+        command: The command that made it.
     """
     lines = [
-        "# Which errors does safety pay for?",
+        "# Which errors cost safety?",
         "",
         f"{found['scenarios']:,} scenarios, the three intentions together, planned anew on the"
         f" detections of [chapter5.md](chapter5.md)'s run by `{command}`. Safe driving in %;"
         " behind it what is gained, in percentage points, with its 95 % bootstrap interval over"
         " scenarios.",
         "",
-        "## What is at stake",
+        "## Headroom",
         "",
         *markdown_table(
             [
@@ -64,7 +65,7 @@ def page(found: Mapping[str, Any], command: str) -> str:
                     share(row["collision_rate"]),
                     *(share(row["by_intention"][intention]) for intention in Intention),
                 ]
-                for row in found["stakes"]
+                for row in found["headroom"]
             ],
         ),
         "",
@@ -72,24 +73,24 @@ def page(found: Mapping[str, Any], command: str) -> str:
         " trained for, where those of the run stood: a patch that always works, and spoils nothing"
         " else.",
         "",
-        "## Errors put right",
+        "## Errors corrected",
         "",
     ]
     cells: dict[tuple[str, str], list[str]] = {}
     for row in found["errors"]:
         names = (detector_name(row["detector"]), attack_name(row["attack"], row["strength"]))
         rate = share(row["safe_driving_rate"])
-        said = rate if row["mended"] == AS_FOUND else f"{rate}, {_signed(row)}"
+        said = rate if row["corrected"] == AS_FOUND else f"{rate}, {_signed(row)}"
         cells.setdefault(names, []).append(said)
-    columns = ["detector", "attack", AS_FOUND, *(f"{name} mended" for name in MENDED[1:])]
+    columns = ["detector", "attack", AS_FOUND, *(f"{name} corrected" for name in CORRECTED[1:])]
     lines += [
         *markdown_table(columns, [[*names, *own] for names, own in cells.items()]),
         "",
         "Ghosts: boxes that stand for nothing real are dropped. Misses: real objects that no box"
         f" means, with an overlap of {SAME:g} from above, are added, those too that the detector"
-        " does not look for. Places: boxes that mean a real object are put where it is.",
+        " does not look for. Places: boxes that mean a real object are moved to where it is.",
         "",
-        "## Which measure of perception tells of safety?",
+        "## Which measure of perception predicts safety?",
         "",
         *markdown_table(
             ["measure", "detector", "attacks", "ρ with safe driving", f"more than of {PRECISION}"],
@@ -124,15 +125,15 @@ def _measured(run: RunFolder) -> dict[str, Any]:
     given = {**OPTIONS, **configuration.options}
     motion, scenes = Motion.named(given["motion"]), scenes_of(configuration)
     outcomes = Outcomes(run, labels_of(configuration))
-    with progress("driving on what is at stake") as shown:
-        stakes = stake_rows(scenes, outcomes.scenarios, motion, configuration.seed, shown)
-    with progress("driving on mended detections") as shown:
-        errors = mended_rows(outcomes, scenes, motion, given["score_threshold"], shown)
+    with progress("driving without a detector") as shown:
+        headroom = headroom_rows(scenes, outcomes.scenarios, motion, configuration.seed, shown)
+    with progress("driving on corrected detections") as shown:
+        errors = corrected_rows(outcomes, scenes, motion, given["score_threshold"], shown)
     return {
         "scenarios": len(outcomes.scenarios),
-        "stakes": stakes,
-        "errors": errors,
-        "measures": telling_rows(outcomes, given["score_threshold"]),
+        "headroom": as_json(headroom),
+        "errors": as_json(errors),
+        "measures": as_json(telling_rows(outcomes, given["score_threshold"])),
     }
 
 

@@ -23,7 +23,7 @@ from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_na
 from avsec_gym.experiments.chapter5.settings import JOINT_PATCHES, NOISES, PATCHES, PERTURBATIONS
 from avsec_gym.geometry import Floats
 from avsec_gym.storage.json_files import read_json_object
-from studies.chapter5.stakes import NOTHING
+from studies.chapter5.headroom import NOTHING
 
 _STYLE: dict[Any, Any] = {**FIGURE_STYLE}
 _MARKS = {
@@ -39,16 +39,16 @@ _MARKS = {
 
 
 def draw_decoupling(
-    decoupling: Mapping[str, Any], stakes: Sequence[Mapping[str, Any]], path: str | Path
+    decoupling: Mapping[str, Any], headroom: Sequence[Mapping[str, Any]], path: str | Path
 ) -> None:
     """A panel for each detector; dashed: what a car loses that sees nothing at all.
 
     Args:
-        decoupling: See `avsec_gym.experiments.chapter5.decoupling.decoupling`.
-        stakes: Rows of `studies.chapter5.stakes.stake_rows`.
+        decoupling: JSON of `avsec_gym.experiments.chapter5.decoupling.decoupling`.
+        headroom: JSON of `studies.chapter5.headroom.headroom_rows`.
         path: The picture's file.
     """
-    (blind,) = (100 * row["safe_driving_rate"] for row in stakes if row["seen"] == NOTHING)
+    (blind,) = (100 * row["safe_driving_rate"] for row in headroom if row["seen"] == NOTHING)
     with matplotlib.rc_context(_STYLE):
         figure = Figure(figsize=(8.6, 3.7), facecolor="white")
         count = len(decoupling["unattacked"])
@@ -109,7 +109,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     report, errors = (
         read_json_object(path, remedy="Make it anew.") for path in (options.report, options.errors)
     )
-    draw_decoupling(report["decoupling"], errors["stakes"], options.figure)
+    draw_decoupling(report["decoupling"], errors["headroom"], options.figure)
     return 0
 
 

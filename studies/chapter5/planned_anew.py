@@ -1,6 +1,6 @@
-"""The drives of a run planned anew on what was seen, changed: which drives would it have given?
+"""The episodes of a run planned anew on changed detections.
 
-No network is needed: the detections that the run has stored are what is changed.
+No network is needed: the run has stored the detections.
 """
 
 from __future__ import annotations
@@ -30,32 +30,32 @@ def planned_anew(
     changes: Mapping[Name, Change],
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> dict[tuple[Condition, Name], list[SafetyRecord]]:
-    """The drives of every condition under every change, all intentions of a scenario together.
+    """The episodes of every condition under every change, all intentions of a scenario together.
 
     Args:
-        outcomes: Of a run.
-        scenes: Its scenes.
-        motion: What its planner was told of motion.
-        conditions: Those to plan anew.
-        changes: By what they are called.
-        on_progress: Told how many scenarios of how many are driven.
+        outcomes: The outcomes of a run.
+        scenes: The run's scenes.
+        motion: The objects that its planner takes as moving.
+        conditions: The conditions to plan anew.
+        changes: The changes by their names.
+        on_progress: Called with the number of scenarios that are done, and of all.
     """
     by_id = {scene.id: scene for scene in scenes.scenes.labelled}
     planner = MotionPrimitivePlanner()
     records: dict[tuple[Condition, Name], list[SafetyRecord]] = {
-        (one, name): [] for one in conditions for name in changes
+        (condition, name): [] for condition in conditions for name in changes
     }
     for number, scenario in enumerate(outcomes.scenarios):
         scene = by_id[scenario]
-        for one in conditions:
-            for look in outcomes.looks(one):
-                boxes = outcomes.detections(one, look)[number]
+        for condition in conditions:
+            for look in outcomes.looks(condition):
+                boxes = outcomes.detections(condition, look)[number]
                 for name, change in changes.items():
                     believed = change(boxes, scene)
                     for intention in Intention if look is None else (look,):
-                        driven = run_episode(
+                        episode = run_episode(
                             scene, intention, believed, motion=motion, planner=planner
                         )
-                        records[one, name].append(driven.record)
+                        records[condition, name].append(episode.record)
         on_progress(number + 1, len(outcomes.scenarios))
     return records

@@ -9,16 +9,17 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.console import progress
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
-from avsec_gym.experiments.chapter5.outcomes import Outcomes
+from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
+from avsec_gym.experiments.chapter5.rows import as_json
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
 from avsec_gym.experiments.chapter5.settings import PATCHES, PERTURBATIONS, UNATTACKED
-from avsec_gym.experiments.chapter5.tables import Row, named
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.report.markdown_table import markdown_table, share
@@ -32,33 +33,47 @@ THRESHOLDS = (0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 0.7)
 """Of scores that are probabilities."""
 
 
+@dataclass(frozen=True)
+class ThresholdRow:
+    """A condition with one threshold, the three intentions together.
+
+    Args:
+        condition: The detector under its attack.
+        threshold: The least score of a box that is planned on.
+        rates: The three rates.
+    """
+
+    condition: Condition
+    threshold: float
+    rates: SafetyRates
+
+
 def threshold_rows(
     outcomes: Outcomes,
     scenes: FrameScenes,
     motion: Motion,
     thresholds: Sequence[float] = THRESHOLDS,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
-) -> list[Row]:
+) -> list[ThresholdRow]:
     """Rates by threshold: unattacked, under the last step of perturbations, and under patches.
 
     Args:
-        outcomes: Of a run.
-        scenes: Its scenes.
-        motion: What its planner was told of motion.
-        thresholds: Less sure boxes are not planned on.
-        on_progress: Told how many scenarios of how many are driven.
+        outcomes: The outcomes of a run.
+        scenes: The run's scenes.
+        motion: The objects that its planner takes as moving.
+        thresholds: The least scores of boxes that are planned on.
+        on_progress: Called with the number of scenarios that are done, and of all.
 
     Returns:
-        A row for each condition and threshold, the three intentions together
-        (`SafetyRates.to_json`).
+        A row for each condition and threshold.
     """
     wanted = (UNATTACKED, *PERTURBATIONS, *PATCHES)
-    conditions = [one for one in outcomes.strongest if one.attack in wanted]
+    conditions = [each for each in outcomes.strongest if each.attack in wanted]
     changes = {least: partial(_surer, least) for least in thresholds}
     records = planned_anew(outcomes, scenes, motion, conditions, changes, on_progress)
     return [
-        {**named(one), "threshold": least, **SafetyRates.of(driven).to_json()}
-        for (one, least), driven in records.items()
+        ThresholdRow(condition, least, SafetyRates.of(own))
+        for (condition, least), own in records.items()
     ]
 
 
@@ -71,7 +86,7 @@ def page(found: Mapping[str, Any], command: str) -> str:
 
     Args:
         found: ``scenarios``, how many, and ``rows``.
-        command: That made it.
+        command: The command that made it.
     """
     rows = found["rows"]
     thresholds = list(dict.fromkeys(row["threshold"] for row in rows))
@@ -104,7 +119,7 @@ def _swept(run: RunFolder) -> dict[str, Any]:
     motion = Motion.named({**OPTIONS, **run.configuration.options}["motion"])
     with progress("driving") as shown:
         rows = threshold_rows(outcomes, scenes_of(run.configuration), motion, on_progress=shown)
-    return {"scenarios": len(outcomes.scenarios), "rows": rows}
+    return {"scenarios": len(outcomes.scenarios), "rows": as_json(rows)}
 
 
 if __name__ == "__main__":

@@ -1,13 +1,14 @@
-"""Which measure of perception tells of driving safety?
+"""Which measure of perception predicts driving safety?
 
 Average precision counts cars that no drive comes near, and wants boxes that fit closely.  Measures
-that are about what is in reach, and that forgive a box that stands a little aside, are held against
-safety in the same way as it.
+of the cars in reach, which forgive a box that stands a little aside, are compared with safety in
+the same way.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -20,12 +21,12 @@ from avsec_gym.experiments.chapter5.decoupling import (
     spearman,
 )
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES, Condition, Outcomes
+from avsec_gym.experiments.chapter5.rows import NOTHING, Estimate
 from avsec_gym.experiments.chapter5.seen import found_cars
-from avsec_gym.experiments.chapter5.tables import Row
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.average_precision import LOW_IOU
 from avsec_gym.metrics.average_precision_curves import draw_resamples
-from studies.chapter5.mended_drives import SAME
+from studies.chapter5.corrected_episodes import SAME
 
 IN_REACH = 20.0
 """Metres from the camera: goals are 15 m ahead."""
@@ -34,17 +35,36 @@ PRECISION = "AP, IoU 0.7"
 Measure = Callable[[Outcomes, Condition, float], Sampled]
 
 
-def telling_rows(outcomes: Outcomes, threshold: float) -> list[Row]:
+@dataclass(frozen=True)
+class MeasureRow:
+    """How far the loss of a measure goes with the loss of safety.
+
+    Args:
+        measure: One of `MEASURES`.
+        detector: The detector, or ``both``.
+        attacks: Number of attacks.
+        rho: Spearman's rank correlation.
+        interval: Its 95 % interval by bootstrap over scenarios, both losses from the same draw.
+        more: How much larger it is than that of the average precision.
+    """
+
+    measure: str
+    detector: str
+    attacks: int
+    rho: float | None
+    interval: Sequence[float] | None
+    more: Estimate
+
+
+def telling_rows(outcomes: Outcomes, threshold: float) -> list[MeasureRow]:
     """How far the loss of each measure goes with the loss of safety, over the attacks.
 
     Args:
-        outcomes: Of a run.
-        threshold: Less sure boxes are not planned on, and not counted but in precision.
+        outcomes: The outcomes of a run.
+        threshold: The least score of a box that is planned on; others count in precision only.
 
     Returns:
-        A row for each measure and detector, and for ``both``: ``attacks``, Spearman's ``rho`` with
-        its ``interval`` (95 %, bootstrap over scenarios, both losses from the same draw), and
-        ``more``, how much larger it is than that of the average precision, with ``more_interval``.
+        A row for each measure and detector, and for ``both``.
     """
     attacks = [
         one
@@ -55,7 +75,7 @@ def telling_rows(outcomes: Outcomes, threshold: float) -> list[Row]:
     ]
     safe = _lost(lambda _, one, __: safety(outcomes, one), outcomes, attacks, threshold)
     groups = {name: [one for one in attacks if one.detector == name] for name in outcomes.detectors}
-    rows: list[Row] = []
+    rows: list[MeasureRow] = []
     usual: dict[str, Sampled | None] = {}
     for measure, of in MEASURES.items():
         lost = _lost(of, outcomes, attacks, threshold)
@@ -64,15 +84,14 @@ def telling_rows(outcomes: Outcomes, threshold: float) -> list[Row]:
             first = usual.setdefault(name, rho)
             more = None if rho is None or first is None else rho - first
             rows.append(
-                {
-                    "measure": measure,
-                    "detector": name,
-                    "attacks": len(some),
-                    "rho": rho and rho.value,
-                    "interval": rho and rho.interval_around,
-                    "more": more and more.value,
-                    "more_interval": more and more.interval,
-                }
+                MeasureRow(
+                    measure,
+                    name,
+                    len(some),
+                    rho=None if rho is None else rho.value,
+                    interval=None if rho is None else rho.interval_around,
+                    more=more.estimate if more else NOTHING,
+                )
             )
     return rows
 

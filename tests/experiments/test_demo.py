@@ -62,28 +62,30 @@ def test_the_table_pools_intentions_and_takes_the_strongest_step(made: ModuleTyp
     ]
     found = made.outcomes(results, names)
     rows = demo_rows(found)
-    assert [(row["detector"], row["attack"], row["strength"]) for row in rows] == [
+    assert [(row.detector, row.attack, row.strength) for row in rows] == [
         (None, "unattacked", 0.0),
         ("dsgn", "unattacked", 0.0),
         ("dsgn", "thesis_pgd-1", 4.0),
         ("dsgn", "patch-specific", 0.0),
     ]
     truth, clean, pgd, patch = rows
-    assert truth["safe_driving_rate"] == 1.0
-    assert truth["precision"] is None
+    assert truth.rates.safe_driving_rate == 1.0
+    assert truth.precision is None
     strict = {
-        row["strength"]: row["precision"]["3d"]["ap11"][1]
+        row.condition.strength: row.precision["3d"]["ap11"][1]
         for row in precision_rows(found)
-        if row["attack"] != "patch-specific"
+        if row.condition.attack != "patch-specific"
     }
-    assert clean["precision"] == clean["precision_iou_0.5"] == pytest.approx(strict[0.0], abs=1e-3)
-    assert clean["precision"] > 0
-    assert truth["precision_ceiling"] is None
-    assert clean["labels"] == found.precision(next(iter(found.strongest))).labels[0, 1]
-    assert clean["precision_ceiling"] == best_average_precisions(clean["labels"])[0]
-    assert patch["precision"] == clean["precision"]
-    assert pgd["precision"] == pgd["precision_iou_0.5"] == 0.0
-    assert pgd["scenarios"] == 18
-    assert pgd["collision_rate"] == pytest.approx(1 / 3)
-    assert pgd["collision_rate_interval"] == pytest.approx(list(wilson_interval(6, 18)))
-    assert (patch["success_rate"], patch["collision_rate"]) == (0.5, 0.0)
+    assert clean.precision == clean.precision_iou_low == pytest.approx(strict[0.0], abs=1e-3)
+    assert clean.precision > 0
+    assert truth.precision_ceiling is None
+    assert clean.labels == found.precision(next(iter(found.strongest))).labels[0, 1]
+    assert clean.precision_ceiling == best_average_precisions(clean.labels)[0]
+    assert patch.precision == clean.precision
+    assert pgd.precision == pgd.precision_iou_low == 0.0
+    assert pgd.rates.scenarios == 18
+    assert pgd.rates.collision_rate == pytest.approx(1 / 3)
+    assert pgd.rates.to_json()["collision_rate_interval"] == pytest.approx(
+        list(wilson_interval(6, 18))
+    )
+    assert (patch.rates.success_rate, patch.rates.collision_rate) == (0.5, 0.0)

@@ -35,6 +35,7 @@ REKEYED = {
     "other_pairs": {"": "other_pairs"},
     "identification_real": {"": "identification_real"},
     "shipped_fits": {"": "shipped_fits"},
+    "chapter5_errors": {"": "chapter5_errors"},
 }
 """Committed results: the part of each, and the experiment whose keys it has; empty: all of it."""
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from avsec_gym.experiments.chapter5.decoupling import Sampled, precision, safety
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
+from avsec_gym.experiments.chapter5.rows import NOTHING, Estimate
 from avsec_gym.experiments.chapter5.settings import (
     NOISES,
     PERTURBATIONS,
@@ -20,42 +21,121 @@ from avsec_gym.experiments.chapter5.settings import (
     setting,
     specific,
 )
-from avsec_gym.experiments.chapter5.tables import Row, named
+from avsec_gym.geometry import Floats
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.scenario.intention import Intention
 
 _ROUNDING = 1e-3
 """Grey levels by which float arithmetic may miss a budget."""
 _Values = dict[tuple[str, float, str], dict[str, float]]
+"""By setting, strength and name of a measurement: its value in each scenario."""
 
 
-def control_rows(outcomes: Outcomes) -> list[Row]:
+@dataclass(frozen=True)
+class ControlRow:
+    """What an attack does to its loss and to pixels.
+
+    Args:
+        condition: The detector under the attack.
+        cases: Number of scenarios whose loss was measured.
+        loss_towards: ``truth`` or ``ghosts``, what the loss is to; None: it was not measured.
+        aim: ``up`` or ``down``, where the attacker wants the loss; None: a control.
+        loss_before: Median of the clean losses.
+        loss_after: Median of the attacked losses.
+        share_moved: Share of the scenarios whose loss moved as an attacker wants it.
+        largest_change: Largest change of a grey level.
+        budget: Largest change that the attack may make; None: any.
+        within_budget: Whether it kept to it.
+        ghosts_seen: Share of patches whose ghost the planner was given.
+    """
+
+    condition: Condition
+    cases: int
+    loss_towards: str | None
+    aim: str | None
+    loss_before: float | None
+    loss_after: float | None
+    share_moved: Estimate
+    largest_change: float
+    budget: float | None
+    within_budget: bool
+    ghosts_seen: Estimate
+
+
+@dataclass(frozen=True)
+class TrendRow:
+    """What each further step of a perturbation changes, percentage points.
+
+    Args:
+        detector: The detector.
+        attack: The perturbation.
+        precision_slope: Change of average precision with each step.
+        safety_slope: Change of the safe driving rate with each step.
+    """
+
+    detector: str
+    attack: str
+    precision_slope: Estimate
+    safety_slope: Estimate
+
+
+@dataclass(frozen=True)
+class RoundingRow:
+    """An attack in float and in whole grey levels, percent.
+
+    Args:
+        condition: The detector under the attack, in float.
+        precision_float: Average precision in float.
+        precision_8_bit: Average precision in whole levels.
+        precision_difference: The second less the first.
+        safety_float: Safe driving rate in float.
+        safety_8_bit: Safe driving rate in whole levels.
+        safety_difference: The second less the first.
+    """
+
+    condition: Condition
+    precision_float: float
+    precision_8_bit: float
+    precision_difference: Estimate
+    safety_float: float
+    safety_8_bit: float
+    safety_difference: Estimate
+
+
+def control_rows(outcomes: Outcomes) -> list[ControlRow]:
     """The sanity sheet: what attacks do to the loss that they are about, and to pixels.
 
     A perturbation is to raise the loss against the truth, a patch to lower that towards its ghosts,
     b*; medians over the scenarios.  Controls have the same rows: they should do neither.
     """
-    return list(_control_rows(outcomes))
+    values: _Values = defaultdict(dict)
+    for row in outcomes.results.measurements():
+        values[row["setting"], row["strength"], row["name"]][row["scenario"]] = row["value"]
+    rows = (
+        _control_row(outcomes, condition, values)
+        for condition in outcomes.conditions
+        if condition.attack != UNATTACKED and not condition.whole_levels
+    )
+    return [row for row in rows if row is not None]
 
 
-def trend_rows(outcomes: Outcomes) -> list[Row]:
+def trend_rows(outcomes: Outcomes) -> list[TrendRow]:
     """What each further step of a perturbation takes: slopes of straight lines over n = 0..4."""
     rows = []
-    for detector in dict.fromkeys(one.detector for one in outcomes.conditions):
+    for detector in dict.fromkeys(condition.detector for condition in outcomes.conditions):
         for attack in PERTURBATIONS:
             steps = [Condition(detector)]
             steps += [Condition(detector, attack, float(n)) for n in range(1, STEPS + 1)]
-            if not set(steps) <= set(outcomes.conditions):
-                continue
-            row: Row = {"detector": detector, "attack": attack}
-            for name, measure in (("precision", precision), ("safety", safety)):
-                slope = _slope([measure(outcomes, one) for one in steps])
-                row |= {f"{name}_slope": slope.value, f"{name}_slope_interval": slope.interval}
-            rows.append(row)
+            if set(steps) <= set(outcomes.conditions):
+                slopes = (
+                    _slope([measure(outcomes, step) for step in steps]).estimate
+                    for measure in (precision, safety)
+                )
+                rows.append(TrendRow(detector, attack, *slopes))
     return rows
 
 
-def rounding_rows(outcomes: Outcomes) -> list[Row]:
+def rounding_rows(outcomes: Outcomes) -> list[RoundingRow]:
     """What whole grey levels change: each attack in 8 bits against the same in float.
 
     Attacks whose pixels are whole anyway, such as patches and steps of one level, have no row.
@@ -65,92 +145,76 @@ def rounding_rows(outcomes: Outcomes) -> list[Row]:
         exact = Condition(rounded.detector, rounded.attack, rounded.strength)
         if not rounded.whole_levels or exact not in outcomes.conditions:
             continue
-        row: Row = named(exact)
-        for name, measure in (("precision", precision), ("safety", safety)):
-            before, after = measure(outcomes, exact), measure(outcomes, rounded)
-            difference = after - before
-            row |= {
-                f"{name}_float": before.value,
-                f"{name}_8_bit": after.value,
-                f"{name}_difference": difference.value,
-                f"{name}_difference_interval": difference.interval,
-            }
-        rows.append(row)
+        before, after = precision(outcomes, exact), precision(outcomes, rounded)
+        safe_before, safe_after = safety(outcomes, exact), safety(outcomes, rounded)
+        rows.append(
+            RoundingRow(
+                exact,
+                precision_float=before.value,
+                precision_8_bit=after.value,
+                precision_difference=(after - before).estimate,
+                safety_float=safe_before.value,
+                safety_8_bit=safe_after.value,
+                safety_difference=(safe_after - safe_before).estimate,
+            )
+        )
     return rows
 
 
-def _control_rows(outcomes: Outcomes) -> Iterator[Row]:
-    values: _Values = defaultdict(dict)
-    for row in outcomes.results.measurements():
-        values[row["setting"], row["strength"], row["name"]][row["scenario"]] = row["value"]
-    for condition in outcomes.conditions:
-        if condition.attack == UNATTACKED or condition.whole_levels:
-            continue
-        filed = _filed(outcomes, condition)
-        towards_ghosts = any((name, condition.strength, "ghost_loss") in values for name in filed)
-        pairs: list[tuple[float, float]] = []
-        changes: list[float] = []
-        seen: list[float] = []
-        for name in filed:
-            key = (name, condition.strength)
-            if towards_ghosts:
-                before, after = values[*key, "clean_ghost_loss"], values[*key, "ghost_loss"]
-            else:
-                clean = setting(condition.detector, UNATTACKED)
-                before, after = values[clean, 0.0, "loss"], values[*key, "loss"]
-            pairs += [
-                (before[one], after[one])
-                for one in outcomes.scenarios
-                if before.get(one) is not None and after.get(one) is not None
-            ]
-            for found, what in ((changes, "change"), (seen, "ghost_seen")):
-                known = values[*key, what]
-                found += [known[one] for one in outcomes.scenarios if one in known]
-        if pairs or seen:
-            yield {
-                **named(condition),
-                **_losses(condition, pairs, towards_ghosts),
-                **_changes(condition, changes),
-                **_ghosts_seen(seen),
-            }
-
-
-def _losses(condition: Condition, pairs: list[tuple[float, float]], ghosts: bool) -> Row:
-    """What became of the loss, if it was measured."""
-    if not pairs:
-        unknown = ("loss_towards", "aim", "loss_before", "loss_after", "share_moved")
-        return {"cases": 0, **dict.fromkeys((*unknown, "share_moved_interval"))}
-    before, after = np.array(pairs).T
-    moved = int((after < before).sum() if ghosts else (after > before).sum())
-    return {
-        "cases": len(pairs),
-        "loss_towards": "ghosts" if ghosts else "truth",
-        "aim": _aim(condition, ghosts),
-        "loss_before": float(np.median(before)),
-        "loss_after": float(np.median(after)),
-        "share_moved": moved / len(pairs),
-        "share_moved_interval": list(wilson_interval(moved, len(pairs))),
-    }
-
-
-def _changes(condition: Condition, changes: list[float]) -> Row:
+def _control_row(outcomes: Outcomes, condition: Condition, values: _Values) -> ControlRow | None:
+    """Of one condition; None where nothing was measured."""
+    filed = _filed(outcomes, condition)
+    towards_ghosts = any((name, condition.strength, "ghost_loss") in values for name in filed)
+    pairs: list[tuple[float, float]] = []
+    changes: list[float] = []
+    seen: list[float] = []
+    for name in filed:
+        key = (name, condition.strength)
+        # 1. The loss that the attack is about, before and after, where both were measured.
+        if towards_ghosts:
+            before, after = values[*key, "clean_ghost_loss"], values[*key, "ghost_loss"]
+        else:
+            clean = setting(condition.detector, UNATTACKED)
+            before, after = values[clean, 0.0, "loss"], values[*key, "loss"]
+        pairs += [
+            (before[scenario], after[scenario])
+            for scenario in outcomes.scenarios
+            if before.get(scenario) is not None and after.get(scenario) is not None
+        ]
+        # 2. The largest change of a pixel, and whether a patch's ghost was seen.
+        for found, what in ((changes, "change"), (seen, "ghost_seen")):
+            known = values[*key, what]
+            found += [known[scenario] for scenario in outcomes.scenarios if scenario in known]
+    if not pairs and not seen:
+        return None
+    losses = np.array(pairs, float).reshape(-1, 2)
+    moved = losses[:, 1] < losses[:, 0] if towards_ghosts else losses[:, 1] > losses[:, 0]
     budget = _budget(condition)
-    return {
-        "largest_change": max(changes),
-        "budget": budget,
-        "within_budget": budget is None or max(changes) <= budget + _ROUNDING,
-    }
+    return ControlRow(
+        condition,
+        cases=len(pairs),
+        loss_towards=("ghosts" if towards_ghosts else "truth") if pairs else None,
+        aim=_aim(condition, towards_ghosts) if pairs else None,
+        loss_before=_median(losses[:, 0]),
+        loss_after=_median(losses[:, 1]),
+        share_moved=_share(moved.tolist()),
+        largest_change=max(changes),
+        budget=budget,
+        within_budget=budget is None or max(changes) <= budget + _ROUNDING,
+        ghosts_seen=_share(seen),
+    )
 
 
-def _ghosts_seen(seen: list[float]) -> Row:
-    """Share of patches whose ghost the planner was given; controls tell what chance gives."""
-    if not seen:
-        return {"ghosts_seen": None, "ghosts_seen_interval": None}
-    count = int(sum(seen))
-    return {
-        "ghosts_seen": count / len(seen),
-        "ghosts_seen_interval": list(wilson_interval(count, len(seen))),
-    }
+def _median(values: Floats) -> float | None:
+    return float(np.median(values)) if len(values) else None
+
+
+def _share(flags: Sequence[float]) -> Estimate:
+    """The share of ones, with Wilson's interval."""
+    if not flags:
+        return NOTHING
+    count = int(sum(flags))
+    return Estimate(count / len(flags), list(wilson_interval(count, len(flags))))
 
 
 def _aim(condition: Condition, ghosts: bool) -> str | None:
@@ -174,7 +238,7 @@ def _budget(condition: Condition) -> float | None:
 
 
 def _filed(outcomes: Outcomes, condition: Condition) -> list[str]:
-    """Under what its measurements are: those of a specific attack by intention."""
+    """The settings of its measurements: a specific attack has one for each intention."""
     if outcomes.looks(condition) == (None,):
         return [condition.setting]
     return [setting(condition.detector, specific(condition.attack, way)) for way in Intention]
@@ -183,6 +247,6 @@ def _filed(outcomes: Outcomes, condition: Condition) -> list[str]:
 def _slope(steps: list[Sampled]) -> Sampled:
     """Per step, by least squares."""
     n = np.arange(len(steps)) - (len(steps) - 1) / 2
-    weights: Any = n / (n @ n)
-    samples = np.stack([step.samples for step in steps])
-    return Sampled(float(weights @ [step.value for step in steps]), weights @ samples)
+    weights = n / (n @ n)
+    values, samples = [step.value for step in steps], np.stack([step.samples for step in steps])
+    return Sampled(float(weights @ values), weights @ samples)

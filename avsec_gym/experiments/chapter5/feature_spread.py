@@ -11,7 +11,6 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import torch
@@ -75,10 +74,6 @@ class LayerSpread:
     radius: float
     radius_absolute: float
     reach: float
-
-    def to_json(self) -> dict[str, Any]:
-        """All but the map."""
-        return {name: value for name, value in vars(self).items() if name != "difference"}
 
 
 @dataclass(frozen=True, eq=False)

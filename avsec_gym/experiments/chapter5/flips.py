@@ -1,18 +1,36 @@
-"""Which drives went from safe to unsafe under an attack, and why."""
+"""Which episodes went from safe to unsafe under an attack, and why."""
 
 from __future__ import annotations
 
-from typing import Any
+from dataclasses import dataclass
 
-from avsec_gym.experiments.chapter5.outcomes import Outcomes
+from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.settings import UNATTACKED
-from avsec_gym.experiments.chapter5.tables import named
 from avsec_gym.metrics.safety import SafetyRecord
 from avsec_gym.planners.plan import Reason
 
 
-def flips(outcomes: Outcomes) -> list[dict[str, Any]]:
-    """Every drive that the detector does safely unattacked and not under an attack."""
+@dataclass(frozen=True)
+class Flip:
+    """An episode that is safe unattacked and not under an attack.
+
+    Args:
+        condition: The detector under the attack.
+        scenario: The scene's id.
+        intention: The driving intention.
+        outcome: The attacked outcome, ``collision`` or ``unplanned``.
+        why: Its reason, in words.
+    """
+
+    condition: Condition
+    scenario: str
+    intention: str
+    outcome: str
+    why: str
+
+
+def flips(outcomes: Outcomes) -> list[Flip]:
+    """Every episode that is safe with the unattacked detector and not under an attack."""
     rows = []
     for condition in outcomes.conditions:
         if condition.attack == UNATTACKED or condition.unattacked not in outcomes.conditions:
@@ -20,15 +38,8 @@ def flips(outcomes: Outcomes) -> list[dict[str, Any]]:
         before = outcomes.records(condition.unattacked)
         for clean, attacked in zip(before, outcomes.records(condition), strict=True):
             if clean.safe and not attacked.safe:
-                rows.append(
-                    {
-                        **named(condition),
-                        "scenario": attacked.scenario,
-                        "intention": attacked.intention,
-                        "outcome": attacked.outcome,
-                        "why": why(attacked),
-                    }
-                )
+                place = (attacked.scenario, str(attacked.intention))
+                rows.append(Flip(condition, *place, attacked.outcome, why(attacked)))
     return rows
 
 

@@ -1,16 +1,15 @@
 """Where ghosts appear: on the road, or in its side area (thesis, section 5.5.1).
 
 The thesis sees "almost all" ghosts beside the road.  Since there is more to see beside a road than
-on it, their share is held here against what chance would give.  Frames are drawn together in the
+on it, their share is compared here with chance.  Frames are drawn together in the
 intervals, for ghosts of one frame depend on each other.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from avsec_gym.attacks.side_area import RoadView
 from avsec_gym.box_overlap import ground_rectangles, rectangle_iou
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.frame import Calibration
 from avsec_gym.geometry import Floats, project
 
@@ -46,7 +46,7 @@ class GhostCount:
     Args:
         road: Ghosts on the road.
         side: Ghosts beside it.
-        unknown: Ghosts of which neither can be said.
+        unknown: Ghosts whose place the image does not show.
         in_lanes: Those of `road` that reach into the lanes that are driven on.
         road_area: Visible ground of the road, m2.
         side_area: Visible ground beside it, m2.
@@ -201,23 +201,53 @@ def count_ghosts(unreal: Boxes3D, where: Sequence[Place], areas: tuple[float, fl
     return GhostCount(road, side, unknown, int((on_road & in_corridor(unreal)).sum()), *areas)
 
 
-def ghost_summary(
-    frames: Sequence[GhostCount], *, resamples: int = 10_000, seed: int = 0
-) -> dict[str, Any]:
-    """The share of ghosts on the road, and how it compares with chance.
-
-    ``chance`` is the road's share of the visible ground, each frame weighted by its ghosts: the
-    share that would be on the road if ghosts were spread evenly over the ground that is seen in
-    their frames.  ``ratio`` divides the odds of the two: 1 where ghosts do not care, below 1 where
-    they prefer the side area.  ``share_in_lanes`` is that of ghosts on the road where it is driven
-    on.  Ghosts that are neither on the road nor beside it do not count.  Intervals hold 95 % of a
-    bootstrap over frames; None without ghosts, and with those of a single frame.
+@dataclass(frozen=True)
+class GhostSummary:
+    """The ghosts of all frames, and how their places compare with chance.
 
     Args:
-        frames: Counts of each.
-        resamples: Bootstrap samples.
-        seed: Of the bootstrap.
+        frames: Number of frames.
+        ghosts: Number of ghosts.
+        road: Number of ghosts on the road.
+        side: Number of ghosts beside it.
+        unknown: Number of ghosts whose place the image does not show; they do not count below.
+        in_lanes: Number of ghosts on the road in the lanes that are driven on.
+        ghosts_per_100_m2: Ghosts on 100 m2 of visible ground of ``road`` and ``side``.
+        share_on_road: Share of the ghosts that is on the road.
+        chance: The road's share of the visible ground, each frame weighted by its ghosts: the share
+            of ghosts on the road if they were spread evenly over the ground of their frames.
+        ratio: The odds of the two, divided: 1 where ghosts do not care, below 1 where they prefer
+            the side area.
+        share_in_lanes: Share of the ghosts that is on the road where it is driven on.
     """
+
+    frames: int
+    ghosts: int
+    road: int
+    side: int
+    unknown: int
+    in_lanes: int
+    ghosts_per_100_m2: Mapping[str, float | None]
+    share_on_road: Estimate
+    chance: Estimate
+    ratio: Estimate
+    share_in_lanes: Estimate
+
+
+def ghost_summary(
+    frames: Sequence[GhostCount], *, resamples: int = 10_000, seed: int = 0
+) -> GhostSummary:
+    """The share of ghosts on the road, and how it compares with chance.
+
+    Intervals hold 95 % of a bootstrap over frames; there are none without ghosts, and with those of
+    a single frame.
+
+    Args:
+        frames: The counts of each frame.
+        resamples: Number of bootstrap samples.
+        seed: Seed of the bootstrap.
+    """
+    # 1. Sums of each frame: ghosts on the road, ghosts that count, those expected there, in lanes.
     table = np.array(
         [[f.road, f.side, f.in_lanes, f.road_area, f.side_area] for f in frames], float
     ).reshape(-1, 5)
@@ -227,32 +257,43 @@ def ghost_summary(
     sums = np.column_stack(
         [table[:, 0] * (area > 0), known, expected * known, table[:, 2] * (area > 0)]
     )
-    result: dict[str, Any] = {
-        "frames": len(frames),
-        "ghosts": sum(f.road + f.side + f.unknown for f in frames),
-        "road": sum(f.road for f in frames),
-        "side": sum(f.side for f in frames),
-        "unknown": sum(f.unknown for f in frames),
-        "in_lanes": sum(f.in_lanes for f in frames),
-        "ghosts_per_100_m2": {
+    # 2. Shares of all frames, and of bootstrap samples of frames.
+    observed = _shares(sums.sum(axis=0)[None])
+    sums = sums if len(sums) else np.zeros((1, 4))
+    even = np.full(len(sums), 1 / len(sums))
+    drawn = _shares(np.random.default_rng(seed).multinomial(len(sums), even, resamples) @ sums)
+    several = bool((known > 0).sum() > 1)
+    shares = {
+        name: _estimate(float(value[0]), drawn[name], several) for name, value in observed.items()
+    }
+    return GhostSummary(
+        frames=len(frames),
+        ghosts=sum(f.road + f.side + f.unknown for f in frames),
+        road=sum(f.road for f in frames),
+        side=sum(f.side for f in frames),
+        unknown=sum(f.unknown for f in frames),
+        in_lanes=sum(f.in_lanes for f in frames),
+        ghosts_per_100_m2={
             name: 100 * float(table[:, i].sum() / table[:, i + 3].sum())
             if table[:, i + 3].any()
             else None
             for i, name in enumerate(("road", "side"))
         },
-    }
-    observed = _shares(sums.sum(axis=0)[None])
-    sums = sums if len(sums) else np.zeros((1, 4))
-    even = np.full(len(sums), 1 / len(sums))
-    drawn = _shares(np.random.default_rng(seed).multinomial(len(sums), even, resamples) @ sums)
-    for name, value in observed.items():
-        finite = drawn[name][np.isfinite(drawn[name])]
-        enough = len(finite) > 0 and (known > 0).sum() > 1
-        result[name] = float(value[0]) if np.isfinite(value[0]) else None
-        result[f"{name}_interval"] = (
-            [float(q) for q in np.quantile(finite, (0.025, 0.975))] if enough else None
-        )
-    return result
+        share_on_road=shares["share_on_road"],
+        chance=shares["chance"],
+        ratio=shares["ratio"],
+        share_in_lanes=shares["share_in_lanes"],
+    )
+
+
+def _estimate(value: float, drawn: Floats, several: bool) -> Estimate:
+    """A share with the interval of its samples, if they are of several frames."""
+    finite = drawn[np.isfinite(drawn)]
+    enough = len(finite) > 0 and several
+    return Estimate(
+        value if np.isfinite(value) else None,
+        [float(q) for q in np.quantile(finite, (0.025, 0.975))] if enough else None,
+    )
 
 
 def _shares(sums: Floats) -> dict[str, Floats]:

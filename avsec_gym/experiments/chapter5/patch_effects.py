@@ -1,12 +1,15 @@
-"""What a patch's ghost does to the drive: of drives whose ghost is seen, and of those others."""
+"""What a patch's ghost does to an episode: where the ghost is seen, and where it is not."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.experiments.chapter5.decoupling import Sampled
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES, Condition, Outcomes
+from avsec_gym.experiments.chapter5.rows import NOTHING, Estimate
 from avsec_gym.experiments.chapter5.settings import (
     GREY_PATCHES,
     JOINT_PATCHES,
@@ -14,37 +17,54 @@ from avsec_gym.experiments.chapter5.settings import (
     setting,
     specific,
 )
-from avsec_gym.experiments.chapter5.tables import Row, named
 from avsec_gym.metrics.average_precision_curves import draw_resamples
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.scenario.intention import Intention
 
 
-def patch_effect_rows(outcomes: Outcomes) -> list[Row]:
-    """How often a patch's ghost is seen, and how often the drive becomes unsafe then.
-
-    Only drives count that are safe unattacked.  ``unsafe_seen`` are those that are unsafe with the
-    patch where its ghost is seen (see `attacked_drives`), ``unsafe_unseen`` where it is not: what
-    else a patch does, such as hiding what is behind it.
+@dataclass(frozen=True)
+class PatchEffectRow:
+    """How often a patch's ghost is seen, and how often the episode becomes unsafe then.
 
     Args:
-        outcomes: Of a run.
+        condition: The detector under the patch.
+        drives: Number of episodes that are safe unattacked; no others count.
+        seen: Share of those whose ghost is seen.
+        unsafe_seen: Share of those with a ghost seen that become unsafe.
+        unsafe_unseen: Share of the others that become unsafe: what else a patch does, such as
+            hiding what is behind it.
+    """
+
+    condition: Condition
+    drives: int
+    seen: Estimate
+    unsafe_seen: Estimate
+    unsafe_unseen: Estimate
+
+
+def patch_effect_rows(outcomes: Outcomes) -> list[PatchEffectRow]:
+    """How often a patch's ghost is seen, and how often the episode becomes unsafe then.
+
+    Args:
+        outcomes: The outcomes of a run.
 
     Returns:
-        A row for each condition with a patch whose detector drove unattacked, too; each share with
-        its 95 % interval, None where there is nothing to share.  Drives of one scenario share its
-        scene, and a random patch, so that intervals are by bootstrap over scenarios; where no drive
-        counts or all do, which resamples cannot doubt, they are Wilson's, of as many cases as there
-        are scenarios.
+        A row for each condition with a patch whose detector was run unattacked, too.  Episodes of
+        one scenario share its scene, and a random patch, so that intervals are by bootstrap over
+        scenarios; where no episode counts or all do, which resamples cannot doubt, they are
+        Wilson's, of as many cases as there are scenarios.
     """
     patched = PATCHES + JOINT_PATCHES + GREY_PATCHES
-    there = outcomes.conditions
-    conditions = [one for one in there if one.attack in patched and one.unattacked in there]
-    return [row for one in conditions if (row := _row(outcomes, one)) is not None]
+    rows = (
+        _row(outcomes, condition)
+        for condition in outcomes.conditions
+        if condition.attack in patched and condition.unattacked in outcomes.conditions
+    )
+    return [row for row in rows if row is not None]
 
 
-def _row(outcomes: Outcomes, condition: Condition) -> Row | None:
-    drives: list[tuple[str, bool, bool]] = []
+def _row(outcomes: Outcomes, condition: Condition) -> PatchEffectRow | None:
+    episodes: list[tuple[str, bool, bool]] = []
     for intention in Intention:
         ghosts = _ghosts_seen(outcomes, condition, intention)
         pairs = zip(
@@ -54,18 +74,18 @@ def _row(outcomes: Outcomes, condition: Condition) -> Row | None:
         )
         for before, after in pairs:
             if before.safe and after.scenario in ghosts:
-                drives.append((after.scenario, ghosts[after.scenario], not after.safe))
-    if not drives:
+                episodes.append((after.scenario, ghosts[after.scenario], not after.safe))
+    if not episodes:
         return None
-    names, ghost_flags, unsafe_flags = zip(*drives, strict=True)
+    names, ghost_flags, unsafe_flags = zip(*episodes, strict=True)
     scenarios, seen, unsafe = np.array(names), np.array(ghost_flags), np.array(unsafe_flags)
-    return {
-        **named(condition),
-        "drives": len(drives),
-        **_share("seen", seen, scenarios),
-        **_share("unsafe_seen", unsafe[seen], scenarios[seen]),
-        **_share("unsafe_unseen", unsafe[~seen], scenarios[~seen]),
-    }
+    return PatchEffectRow(
+        condition,
+        len(episodes),
+        seen=_share(seen, scenarios),
+        unsafe_seen=_share(unsafe[seen], scenarios[seen]),
+        unsafe_unseen=_share(unsafe[~seen], scenarios[~seen]),
+    )
 
 
 def _ghosts_seen(outcomes: Outcomes, condition: Condition, intention: Intention) -> dict[str, bool]:
@@ -77,17 +97,19 @@ def _ghosts_seen(outcomes: Outcomes, condition: Condition, intention: Intention)
     return {row["scenario"]: row["value"] > 0 for row in rows}
 
 
-def _share(name: str, flags: NDArray[np.bool_], scenarios: NDArray[np.str_]) -> Row:
-    """Of drives, shape (N,), and the scenario of each."""
+def _share(flags: NDArray[np.bool_], scenarios: NDArray[np.str_]) -> Estimate:
+    """The share of episodes whose flag is set.
+
+    Args:
+        flags: A flag of each episode, shape (N,).
+        scenarios: The scenario of each.
+    """
     if not len(flags):
-        return {name: None, f"{name}_interval": None}
+        return NOTHING
     _, row = np.unique(scenarios, return_inverse=True)
     hits, cases = np.bincount(row, flags), np.bincount(row)
     share = float(flags.mean())
-    interval: list[float] | None
     if 0 < share < 1:
         samples = draw_resamples(len(cases), RESAMPLES, 0)
-        interval = Sampled(share, (samples @ hits) / (samples @ cases)).interval
-    else:
-        interval = list(wilson_interval(int(share) * len(cases), len(cases)))
-    return {name: share, f"{name}_interval": interval}
+        return Sampled(share, (samples @ hits) / (samples @ cases)).estimate
+    return Estimate(share, list(wilson_interval(int(share) * len(cases), len(cases))))

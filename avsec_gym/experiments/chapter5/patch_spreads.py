@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from collections import defaultdict
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.attacks.patch_files import Patch, load_patch
@@ -32,7 +32,7 @@ SCENES = "scenes"
 PATCHES = (*TRAINED_PATCHES, NOISE)
 IMAGES = (NOISE, SCENES)
 QUANTITIES = ("cell", "share", "share_absolute", "radius", "radius_absolute", "reach")
-"""Of each layer; see `LayerSpread`."""
+"""Figures of each layer, in the order of `SpreadRow`; see `LayerSpread`."""
 
 _WORK = "avsec_gym.experiments.chapter5.patch_spreads:PatchSpreads"
 _BATCH = 4
@@ -72,20 +72,48 @@ def spread_detectors(configuration: Configuration) -> tuple[str, ...]:
     return (*DETECTORS, WITHOUT_PYRAMID) if given else DETECTORS
 
 
-def spread_rows(results: Results) -> list[dict[str, Any]]:
+@dataclass(frozen=True)
+class SpreadRow:
+    """How far a patch spreads in one layer; see `LayerSpread`, whose figures these are.
+
+    Args:
+        detector: The detector.
+        patch: One of `PATCHES`.
+        images: One of `IMAGES`.
+        layer: The thesis' name of the layer.
+        patch_radius: Radius of the patch, pixels.
+        cell: Side of a cell of the map, pixels.
+        share: Share of the central square that changes, by the map's maximum.
+        share_absolute: The same share, by what another image would change.
+        radius: Radius of a disc with the area of `share`, pixels.
+        radius_absolute: Radius of a disc with the area of `share_absolute`, pixels.
+        reach: Radius of a disc with the area that a change can reach at all, pixels.
+    """
+
+    detector: str
+    patch: str
+    images: str
+    layer: str
+    patch_radius: float
+    cell: float
+    share: float
+    share_absolute: float
+    radius: float
+    radius_absolute: float
+    reach: float
+
+
+def spread_rows(results: Results) -> list[SpreadRow]:
     """Figure 5.8 in numbers: of each detector, patch, kind of images and layer, what spreads."""
     found: dict[str, dict[str, float]] = defaultdict(dict)
     for row in results.measurements(scenario=""):
         found[row["setting"]][row["name"]] = row["value"]
     return [
-        {
-            "detector": detector,
-            "patch": patch,
-            "images": images,
-            "layer": layer,
-            "patch_radius": numbers[_PATCH_RADIUS],
-            **{quantity: numbers[f"{layer} {quantity}"] for quantity in QUANTITIES},
-        }
+        SpreadRow(
+            *(detector, patch, images, layer),
+            numbers[_PATCH_RADIUS],
+            *(numbers[f"{layer} {quantity}"] for quantity in QUANTITIES),
+        )
         for detector in (*DETECTORS, WITHOUT_PYRAMID)
         for patch in PATCHES
         for images in IMAGES
@@ -128,8 +156,9 @@ class PatchSpreads:
         spread = self.spread(detector, patch, images)
         numbers = {_PATCH_RADIUS: spread.patch_radius}
         for layer in spread.layers:
-            facts = layer.to_json()
-            numbers |= {f"{layer.layer} {quantity}": facts[quantity] for quantity in QUANTITIES}
+            numbers |= {
+                f"{layer.layer} {quantity}": getattr(layer, quantity) for quantity in QUANTITIES
+            }
         filed = spread_setting(detector, patch, images)
         return CellResult(
             measurements=[Measurement(filed, "", name, value) for name, value in numbers.items()],

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5.decoupling import Sampled, precision, safety
+from avsec_gym.experiments.chapter5.decoupling import precision, safety
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
+from avsec_gym.experiments.chapter5.rows import FLAT, Estimate
 from avsec_gym.experiments.chapter5.settings import (
     DSGN,
     JOINT_PATCHES,
@@ -14,40 +16,58 @@ from avsec_gym.experiments.chapter5.settings import (
     UNATTACKED,
     WITHOUT_PYRAMID,
 )
-from avsec_gym.experiments.chapter5.tables import Row
 from avsec_gym.runs.results import Results
 
 MEASURES = {"precision": precision, "safety": safety}
 
 
-def pyramid_rows(results: Results, labels: Mapping[str, Boxes3D]) -> list[Row]:
-    """Precision and safe driving with the pyramid and without, unattacked and under each patch.
-
-    ``taken`` is what a patch takes, in percentage points; ``difference`` how much more it takes
-    without the pyramid than with it.  Intervals hold 95 % of a bootstrap over scenarios, which are
-    the same for both.
+@dataclass(frozen=True)
+class PyramidRow:
+    """Both networks under an attack, percent and percentage points.
 
     Args:
-        results: Of a run.
-        labels: What is to be seen in each scenario.
+        attack: The patch, or ``unattacked``.
+        scenarios: Number of scenarios, which are the same for both.
+        figures: By name: ``precision_with``, ``precision_without`` (the pyramid),
+            ``precision_taken_with``, ``precision_taken_without`` (what the patch takes), and
+            ``precision_difference`` (how much more it takes without the pyramid); of ``safety``
+            likewise.
+    """
+
+    attack: str
+    scenarios: int
+    figures: Mapping[str, Estimate] = field(metadata=FLAT)
+
+
+def pyramid_rows(results: Results, labels: Mapping[str, Boxes3D]) -> list[PyramidRow]:
+    """Precision and safe driving with the pyramid and without, unattacked and under each patch.
+
+    Intervals hold 95 % of a bootstrap over scenarios.
+
+    Args:
+        results: The results of a run.
+        labels: The labels of each scenario.
     """
     outcomes = Outcomes(results, labels, (DSGN, WITHOUT_PYRAMID))
-    rows: list[Row] = []
+    rows: list[PyramidRow] = []
     for attack in (UNATTACKED, *PATCHES, *JOINT_PATCHES):
         conditions = [Condition(name, attack) for name in outcomes.detectors]
-        if not {*conditions, *(one.unattacked for one in conditions)} <= {*outcomes.conditions}:
-            continue
-        row: Row = {"attack": attack, "scenarios": len(outcomes.scenarios)}
-        for name, measure in MEASURES.items():
-            after = [measure(outcomes, one) for one in conditions]
-            before = [measure(outcomes, one.unattacked) for one in conditions]
-            taken = [clean - left for clean, left in zip(before, after, strict=True)]
-            for which, value, lost in zip(("with", "without"), after, taken, strict=True):
-                row |= _figures(f"{name}_{which}", value) | _figures(f"{name}_taken_{which}", lost)
-            row |= _figures(f"{name}_difference", taken[1] - taken[0])
-        rows.append(row)
+        needed = {*conditions, *(condition.unattacked for condition in conditions)}
+        if needed <= {*outcomes.conditions}:
+            row = PyramidRow(attack, len(outcomes.scenarios), _figures(outcomes, conditions))
+            rows.append(row)
     return rows
 
 
-def _figures(name: str, one: Sampled) -> Row:
-    return {name: one.value, f"{name}_interval": one.interval}
+def _figures(outcomes: Outcomes, conditions: list[Condition]) -> dict[str, Estimate]:
+    """Those of a row; the first condition is with the pyramid, the second without."""
+    figures: dict[str, Estimate] = {}
+    for name, measure in MEASURES.items():
+        after = [measure(outcomes, condition) for condition in conditions]
+        before = [measure(outcomes, condition.unattacked) for condition in conditions]
+        taken = [clean - attacked for clean, attacked in zip(before, after, strict=True)]
+        for which, reached, lost in zip(("with", "without"), after, taken, strict=True):
+            figures[f"{name}_{which}"] = reached.estimate
+            figures[f"{name}_taken_{which}"] = lost.estimate
+        figures[f"{name}_difference"] = (taken[1] - taken[0]).estimate
+    return figures

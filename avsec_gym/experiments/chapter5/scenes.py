@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import cache
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +14,7 @@ from avsec_gym.attacks.side_area import (
     straight_roadside,
 )
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.experiments.chapter5.settings import WITHOUT_PYRAMID
+from avsec_gym.experiments.chapter5.settings import WITHOUT_PYRAMID, Options
 from avsec_gym.experiments.procedural_frames import (
     PROCEDURAL,
     check_place,
@@ -28,7 +26,7 @@ from avsec_gym.scenario.frame_scenes import SUITES, FrameScenes, frame_scenes
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.world.section import Surface
 
-OPTIONS: Mapping[str, Any] = {
+OPTIONS: Options = {
     "frames": "",
     "motion": "truth",
     "score_threshold": 0.3,

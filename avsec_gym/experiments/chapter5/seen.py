@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.ghost_positions import ghosts, in_corridor, iou_from_above
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, RESAMPLES, Condition, Outcomes
-from avsec_gym.experiments.chapter5.tables import Row, named
+from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.geometry import Floats
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.average_precision_curves import draw_resamples
@@ -21,34 +20,45 @@ MIN_OVERLAP = 0.5
 _LOW_AND_HIGH = (0.025, 0.975)
 
 
-def seen_rows(outcomes: Outcomes, threshold: float) -> list[Row]:
+@dataclass(frozen=True)
+class SeenRow:
+    """What a detector still sees under an attack.
+
+    Args:
+        condition: The detector under the attack.
+        cars_found: Share of the labelled cars that are found.
+        ghosts_in_lanes: Ghosts in the lanes that may be driven on, for each scenario.
+        ghosts_beside: Ghosts beside these lanes, for each scenario.
+    """
+
+    condition: Condition
+    cars_found: Estimate
+    ghosts_in_lanes: Estimate
+    ghosts_beside: Estimate
+
+
+def seen_rows(outcomes: Outcomes, threshold: float) -> list[SeenRow]:
     """Cars found, ghosts in the lanes that may be driven on, ghosts beside them; per scenario.
 
-    Of perturbations only the strongest are looked at.  Intervals hold 95 % of a bootstrap over
+    Perturbations have a row for their last step only.  Intervals hold 95 % of a bootstrap over
     scenarios.
 
     Args:
-        outcomes: Of a run.
-        threshold: Less sure detections are not planned on, and not counted.
+        outcomes: The outcomes of a run.
+        threshold: The least score of a detection that is planned on; others do not count.
     """
     rows = []
     samples = draw_resamples(len(outcomes.scenarios), RESAMPLES, 0)
     for condition in outcomes.strongest:
-        counts = _counts(outcomes, condition, threshold)
-        row: Row = named(condition)
-        for name, part, whole in (
-            ("cars_found", counts[:, 0], counts[:, 1]),
-            ("ghosts_in_lanes", counts[:, 2], counts[:, 4]),
-            ("ghosts_beside", counts[:, 3], counts[:, 4]),
-        ):
-            with np.errstate(invalid="ignore", divide="ignore"):
-                value, drawn = part.sum() / whole.sum(), (samples @ part) / (samples @ whole)
-            drawn = drawn[np.isfinite(drawn)]
-            row[name] = float(value) if np.isfinite(value) else None
-            row[f"{name}_interval"] = (
-                [float(q) for q in np.quantile(drawn, _LOW_AND_HIGH)] if len(drawn) else None
+        found, cars, within, beside, looks = _counts(outcomes, condition, threshold).T
+        rows.append(
+            SeenRow(
+                condition,
+                cars_found=_ratio(found, cars, samples),
+                ghosts_in_lanes=_ratio(within, looks, samples),
+                ghosts_beside=_ratio(beside, looks, samples),
             )
-        rows.append(row)
+        )
     return rows
 
 
@@ -74,8 +84,19 @@ def _counts(outcomes: Outcomes, condition: Condition, threshold: float) -> Float
     return total
 
 
-def _count(detections: Boxes3D, truth: Boxes3D) -> Sequence[Any]:
+def _ratio(part: Floats, whole: Floats, samples: NDArray[np.int64]) -> Estimate:
+    """The ratio of two sums over scenarios, shape (S,) each, and of those of each sample."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        value, drawn = part.sum() / whole.sum(), (samples @ part) / (samples @ whole)
+    drawn = drawn[np.isfinite(drawn)]
+    return Estimate(
+        float(value) if np.isfinite(value) else None,
+        [float(q) for q in np.quantile(drawn, _LOW_AND_HIGH)] if len(drawn) else None,
+    )
+
+
+def _count(detections: Boxes3D, truth: Boxes3D) -> tuple[int, int, int, int, int]:
     found = found_cars(detections, truth)
     unreal = detections[ghosts(detections, truth)]
     within = in_corridor(unreal)
-    return found.sum(), len(found), within.sum(), (~within).sum(), 1
+    return int(found.sum()), len(found), int(within.sum()), int((~within).sum()), 1

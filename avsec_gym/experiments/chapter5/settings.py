@@ -9,6 +9,9 @@ patch's control;
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from avsec_gym.scenario.intention import Intention
 
 DETECTORS = ("dsgn", "stereo_rcnn")
@@ -39,6 +42,8 @@ ATTACKS = (
 )
 """All that drives are filed under, in the order of tables."""
 WHOLE_LEVELS = "8-bit"
+Options = Mapping[str, Any]
+"""Options of a run, by the names of `avsec_gym.experiments.chapter5.scenes.OPTIONS`."""
 
 
 def setting(detector: str, attack: str, *, whole_levels: bool = False) -> str:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, Condition, Outcomes
+from avsec_gym.experiments.chapter5.rows import PairedRates, keyed
 from avsec_gym.experiments.chapter5.settings import (
     DETECTORS,
     PATCHES,
@@ -23,41 +26,139 @@ from avsec_gym.experiments.thesis import (
     ThesisRates,
 )
 from avsec_gym.metrics.average_precision import LOW_IOU
-from avsec_gym.metrics.paired import paired_differences
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.planners.planner import Algorithm
 from avsec_gym.scenario.intention import Intention
 
-Row = dict[str, Any]
+PrecisionByMetric = Mapping[str, Mapping[str, Any]]
+"""As of `AveragePrecision.to_json`, of one class."""
 
 
-def safety_rows(outcomes: Outcomes) -> list[Row]:
+@dataclass(frozen=True)
+class SafetyRow:
+    """A condition and an intention in tables 5.1, 5.2 and 5.4.
+
+    Args:
+        condition: The detector under its attack.
+        intention: The driving intention.
+        rates: The three rates.
+        paired: Their differences from the unattacked detector; None where that is not there.
+        thesis: The thesis' rates, where it has them.
+    """
+
+    condition: Condition
+    intention: str
+    rates: SafetyRates
+    paired: PairedRates | None
+    thesis: ThesisRates | None
+
+
+@dataclass(frozen=True)
+class PrecisionRow:
+    """A condition in figure 5.3 and table 5.3.
+
+    Args:
+        condition: The detector under its attack.
+        intention: The driving intention, where detections depend on it.
+        labels: Number of cars that count, by level of difficulty.
+        ceiling: AP11 and AP40 that perfect detections of them reach, by level, percent.
+        precision: Average precision of cars.
+        precision_iou_low: The same at the lower IoU.
+        thesis: The thesis' average precision by level, as fractions, where it has them.
+    """
+
+    condition: Condition
+    intention: str | None
+    labels: Sequence[int]
+    ceiling: Sequence[Sequence[float]]
+    precision: PrecisionByMetric
+    precision_iou_low: PrecisionByMetric = field(metadata=keyed("precision_iou_0.5"))
+    thesis: Sequence[float] | None
+
+
+@dataclass(frozen=True)
+class PlannerRow:
+    """A search and an intention in table 5.6: the ground truth is planned on.
+
+    Args:
+        planner: The search.
+        intention: The driving intention.
+        rates: The three rates.
+        thesis: The thesis' safe driving rate.
+    """
+
+    planner: str
+    intention: str
+    rates: SafetyRates
+    thesis: float
+
+
+@dataclass(frozen=True)
+class InputRow:
+    """An input of the planner and an intention in table 5.7.
+
+    Args:
+        detector: The detector; None: the ground truth is planned on.
+        attack: The attack.
+        strength: The attack's strength.
+        intention: The driving intention.
+        rates: The three rates.
+        thesis: The thesis' safe driving rate.
+    """
+
+    detector: str | None
+    attack: str
+    strength: float
+    intention: str
+    rates: SafetyRates
+    thesis: float
+
+
+@dataclass(frozen=True)
+class PlacementRow:
+    """Episodes in table 5.5, by where the patch stands.
+
+    Args:
+        condition: The detector under its random patch.
+        group: ``unattacked``, ``same`` (the patch is where the car intends to go), ``different``
+            or ``specific``.
+        rates: The three rates.
+        thesis: The thesis' rates, where it has them.
+    """
+
+    condition: Condition
+    group: str
+    rates: SafetyRates
+    thesis: ThesisRates | None
+
+
+def safety_rows(outcomes: Outcomes) -> list[SafetyRow]:
     """Tables 5.1, 5.2 and 5.4: the three rates by detector, attack, strength and intention."""
     rows = []
     for condition in outcomes.conditions:
         for intention in Intention:
             records = outcomes.records(condition, intention)
+            before = outcomes.records(condition.unattacked, intention)
             key = thesis_setting(condition.attack, condition.strength)
             thesis = SAFETY.get((condition.detector, key, intention))
             rows.append(
-                {
-                    **named(condition),
-                    "intention": str(intention),
-                    **SafetyRates.of(records).to_json(),
-                    "paired": _paired(outcomes, condition, intention),
-                    "thesis": _thesis(None if condition.whole_levels else thesis),
-                }
+                SafetyRow(
+                    condition,
+                    str(intention),
+                    SafetyRates.of(records),
+                    PairedRates.of(before, records),
+                    None if condition.whole_levels else thesis,
+                )
             )
     return rows
 
 
-def precision_rows(outcomes: Outcomes) -> list[Row]:
+def precision_rows(outcomes: Outcomes) -> list[PrecisionRow]:
     """Figure 5.3 and table 5.3: average precision of cars by detector, attack and strength."""
     rows = []
     for condition in outcomes.conditions:
         for intention in outcomes.looks(condition):
             found = outcomes.precision(condition, intention)
-            strict = found.to_json()[CATEGORY]
             low = outcomes.precision(condition, intention, LOW_IOU, 0).to_json()[CATEGORY]
             attack = condition.attack
             key = thesis_setting(attack, condition.strength)
@@ -65,120 +166,83 @@ def precision_rows(outcomes: Outcomes) -> list[Row]:
                 key = specific(attack, intention)
             thesis = PRECISION.get((condition.detector, key))
             rows.append(
-                {
-                    **named(condition),
-                    "intention": None if intention is None else str(intention),
-                    "labels": found.labels[0].tolist(),
-                    "ceiling": found.ceiling[0].round(4).tolist(),
-                    "precision": strict,
-                    "precision_iou_0.5": {name: low[name] for name in ("bev", "3d")},
-                    "thesis": None if thesis is None or condition.whole_levels else list(thesis),
-                }
+                PrecisionRow(
+                    condition,
+                    None if intention is None else str(intention),
+                    labels=found.labels[0].tolist(),
+                    ceiling=found.ceiling[0].round(4).tolist(),
+                    precision=found.to_json()[CATEGORY],
+                    precision_iou_low={metric: low[metric] for metric in ("bev", "3d")},
+                    thesis=None if condition.whole_levels else thesis,
+                )
             )
     return rows
 
 
-def planner_rows(outcomes: Outcomes) -> list[Row]:
+def planner_rows(outcomes: Outcomes) -> list[PlannerRow]:
     """Table 5.6: both searches on the ground truth."""
-    rows: list[Row] = []
-    for planner in Algorithm:
-        for intention in Intention:
-            records = outcomes.true_records(planner, intention)
-            rows.append(
-                {
-                    "planner": str(planner),
-                    "intention": str(intention),
-                    **SafetyRates.of(records).to_json(),
-                    "thesis": SAFE_DRIVING_WITH_GROUND_TRUTH[planner, intention],
-                }
-            )
-    return [row for row in rows if row["scenarios"]]
+    rows = [
+        PlannerRow(
+            str(planner),
+            str(intention),
+            SafetyRates.of(outcomes.true_records(planner, intention)),
+            SAFE_DRIVING_WITH_GROUND_TRUTH[planner, intention],
+        )
+        for planner in Algorithm
+        for intention in Intention
+    ]
+    return [row for row in rows if row.rates.scenarios]
 
 
-def input_rows(outcomes: Outcomes) -> list[Row]:
+def input_rows(outcomes: Outcomes) -> list[InputRow]:
     """Table 5.7: the ground truth, the unattacked detectors, and the attacks at their strongest."""
-    rows: list[Row] = []
+    rows: list[InputRow] = []
     inputs = ((UNATTACKED, 0.0), (PERTURBATIONS[-1], float(STEPS)), (PATCHES[0], 0.0))
     for intention in Intention:
-        records = outcomes.true_records(Algorithm.ASTAR, intention)
+        rates = SafetyRates.of(outcomes.true_records(Algorithm.ASTAR, intention))
         thesis = SAFE_DRIVING_WITH_GROUND_TRUTH[Algorithm.ASTAR, intention]
-        rows.append(_input_row(None, UNATTACKED, 0.0, intention, records, thesis))
+        rows.append(InputRow(None, UNATTACKED, 0.0, str(intention), rates, thesis))
         for detector in DETECTORS:
             for attack, strength in inputs:
                 condition = Condition(detector, attack, strength)
                 if condition in outcomes.conditions:
-                    key = thesis_setting(attack, strength)
-                    thesis = SAFETY[detector, key, intention].safe
-                    records = outcomes.records(condition, intention)
-                    rows.append(_input_row(detector, attack, strength, intention, records, thesis))
-    return [row for row in rows if row["scenarios"]]
+                    thesis = SAFETY[detector, thesis_setting(attack, strength), intention].safe
+                    rates = outcomes.rates(condition, intention)
+                    rows.append(InputRow(detector, attack, strength, str(intention), rates, thesis))
+    return [row for row in rows if row.rates.scenarios]
 
 
-def _input_row(
-    detector: str | None,
-    attack: str,
-    strength: float,
-    intention: Intention,
-    records: list[SafetyRecord],
-    thesis: float,
-) -> Row:
-    return {
-        "detector": detector,
-        "attack": attack,
-        "strength": strength,
-        "intention": str(intention),
-        **SafetyRates.of(records).to_json(),
-        "thesis": thesis,
-    }
-
-
-def intention_rows(outcomes: Outcomes) -> list[Row]:
+def placement_rows(outcomes: Outcomes) -> list[PlacementRow]:
     """Table 5.5: the random patch by whether it stands where the car is going to drive."""
-    rows: list[Row] = []
-    for condition in outcomes.conditions:
-        if not condition.attack.endswith("-random"):
-            continue
-        aims = {
-            row["scenario"]: list(Intention)[int(row["value"])]
-            for row in outcomes.results.measurements(
-                name="attack_intention", setting=condition.setting
-            )
-        }
-        groups: dict[str, list[SafetyRecord]] = defaultdict(list)
-        groups["unattacked"] = outcomes.records(condition.unattacked)
-        for record in outcomes.records(condition):
-            same = aims[record.scenario] == record.intention
-            groups["same" if same else "different"].append(record)
-        aimed = Condition(condition.detector, condition.attack.replace("-random", "-specific"))
-        if aimed in outcomes.conditions:
-            groups["specific"] = outcomes.records(aimed)
-        for name, records in groups.items():
-            by_thesis = condition.detector == "stereo_rcnn" and condition.attack == "patch-random"
-            rows.append(
-                {
-                    **named(condition),
-                    "group": name,
-                    **SafetyRates.of(records).to_json(),
-                    "thesis": _thesis(INTENTIONS[name] if by_thesis else None),
-                }
-            )
-    return rows
+    return [
+        PlacementRow(
+            condition,
+            group,
+            SafetyRates.of(records),
+            INTENTIONS[group] if _has_thesis(condition) else None,
+        )
+        for condition in outcomes.conditions
+        if condition.attack.endswith("-random")
+        for group, records in _by_placement(outcomes, condition).items()
+    ]
 
 
-def named(condition: Condition) -> Row:
-    """The condition's own columns of a row."""
-    return {
-        "detector": condition.detector,
-        "attack": condition.attack,
-        "strength": condition.strength,
-        "whole_levels": condition.whole_levels,
+def _by_placement(outcomes: Outcomes, condition: Condition) -> dict[str, list[SafetyRecord]]:
+    """The records of each group of table 5.5."""
+    aims = {
+        row["scenario"]: list(Intention)[int(row["value"])]
+        for row in outcomes.results.measurements(name="attack_intention", setting=condition.setting)
     }
+    groups: dict[str, list[SafetyRecord]] = defaultdict(list)
+    groups["unattacked"] = outcomes.records(condition.unattacked)
+    for record in outcomes.records(condition):
+        same = aims[record.scenario] == record.intention
+        groups["same" if same else "different"].append(record)
+    aimed = Condition(condition.detector, condition.attack.replace("-random", "-specific"))
+    if aimed in outcomes.conditions:
+        groups["specific"] = outcomes.records(aimed)
+    return groups
 
 
-def _paired(outcomes: Outcomes, condition: Condition, intention: Intention) -> Row | None:
-    before = outcomes.records(condition.unattacked, intention)
-    return paired_differences(before, outcomes.records(condition, intention)) if before else None
-
-
-def _thesis(rates: ThesisRates | None) -> Row | None:
-    return None if rates is None else vars(rates)
+def _has_thesis(condition: Condition) -> bool:
+    return (condition.detector, condition.attack) == ("stereo_rcnn", "patch-random")

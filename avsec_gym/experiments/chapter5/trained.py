@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from avsec_gym.attacks.patch_files import shipped_patch
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.experiments.chapter5.settings import WITHOUT_PYRAMID
+from avsec_gym.experiments.chapter5.settings import WITHOUT_PYRAMID, Options
 from avsec_gym.perception.detectors.detector import Detector
 from avsec_gym.perception.weights.given import shipped_weights
 from avsec_gym.perception.weights.store import read_card
@@ -19,7 +18,7 @@ TRAINED_PATCHES = ("patch", "joint")
 """A detector's own patch, and the one that was trained for both detectors."""
 
 
-def trained_detector(name: str, options: Mapping[str, Any]) -> Detector:
+def trained_detector(name: str, options: Options) -> Detector:
     """A detector with the weights that the options name, or those of the package.
 
     Args:
@@ -37,7 +36,7 @@ def trained_detector(name: str, options: Mapping[str, Any]) -> Detector:
     return detector
 
 
-def weights_file(name: str, options: Mapping[str, Any]) -> Path:
+def weights_file(name: str, options: Options) -> Path:
     """Where a detector's weights are; errors as of `trained_detector`."""
     if name != WITHOUT_PYRAMID:
         return Path(options[name] or shipped_weights(f"{name}_small"))
@@ -57,7 +56,7 @@ def weights_file(name: str, options: Mapping[str, Any]) -> Path:
     return path
 
 
-def patch_file(kind: str, detector: str, options: Mapping[str, Any]) -> Path:
+def patch_file(kind: str, detector: str, options: Options) -> Path:
     """Where a trained patch is, or would be.
 
     Args:
@@ -69,13 +68,13 @@ def patch_file(kind: str, detector: str, options: Mapping[str, Any]) -> Path:
     return Path(options["patches"]) / shipped.name if options["patches"] else shipped
 
 
-def patches_there(detector: str, options: Mapping[str, Any]) -> tuple[str, ...]:
+def patches_there(detector: str, options: Options) -> tuple[str, ...]:
     """Kinds of `TRAINED_PATCHES` that there are files of."""
     kinds = TRAINED_PATCHES
     return tuple(kind for kind in kinds if patch_file(kind, detector, options).is_file())
 
 
-def trained_inputs(detectors: Sequence[str], options: Mapping[str, Any]) -> dict[str, Path]:
+def trained_inputs(detectors: Sequence[str], options: Options) -> dict[str, Path]:
     """Files of weights and patches, by what they are; errors as of `trained_detector`."""
     weights = {f"weights of {name}": weights_file(name, options) for name in detectors}
     folder = patch_file("joint", "", options).parent

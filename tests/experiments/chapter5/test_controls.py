@@ -1,4 +1,4 @@
-"""The sanity sheet notices attacks that do not attack, and budgets that do not hold."""
+"""The sanity sheet detects attacks that do not attack, and budgets that do not hold."""
 
 from __future__ import annotations
 
@@ -6,7 +6,12 @@ from types import ModuleType
 
 import pytest
 
-from avsec_gym.experiments.chapter5.controls import control_rows, rounding_rows, trend_rows
+from avsec_gym.experiments.chapter5.controls import (
+    ControlRow,
+    control_rows,
+    rounding_rows,
+    trend_rows,
+)
 from avsec_gym.experiments.chapter5.decoupling import precision
 from avsec_gym.experiments.chapter5.outcomes import Condition
 
@@ -15,7 +20,7 @@ PATCH, GREY = Condition("dsgn", "patch-random"), Condition("dsgn", "grey-random"
 NAMES = [f"{number:06d}" for number in range(5)]
 
 
-def measured(made: ModuleType, change: float = 1.6) -> list[dict[str, object]]:
+def measured(made: ModuleType, change: float = 1.6) -> list[ControlRow]:
     results = made.MadeResults()
     for condition in (CLEAN, PGD, PATCH, GREY):
         results.add(condition, NAMES)
@@ -32,15 +37,19 @@ def measured(made: ModuleType, change: float = 1.6) -> list[dict[str, object]]:
     return control_rows(made.outcomes(results, NAMES))
 
 
-def test_each_attack_is_held_against_its_own_aim(made: ModuleType) -> None:
+def test_each_attack_is_compared_with_its_own_aim(made: ModuleType) -> None:
     pgd, patch, grey = measured(made)
-    assert (pgd["loss_towards"], pgd["aim"]) == ("truth", "up")
-    assert (pgd["loss_before"], pgd["loss_after"], pgd["share_moved"]) == (1.0, 4.0, 0.8)
-    assert (patch["loss_towards"], patch["aim"]) == ("ghosts", "down")
-    assert (patch["loss_before"], patch["loss_after"], patch["share_moved"]) == (2.0, 0.5, 1.0)
-    assert (grey["aim"], grey["share_moved"]) == (None, 0.0)
-    assert (pgd["ghosts_seen"], patch["ghosts_seen"], grey["ghosts_seen"]) == (None, 0.6, 0.0)
-    low, high = patch["ghosts_seen_interval"]
+    assert (pgd.loss_towards, pgd.aim) == ("truth", "up")
+    assert (pgd.loss_before, pgd.loss_after, pgd.share_moved.value) == (1.0, 4.0, 0.8)
+    assert (patch.loss_towards, patch.aim) == ("ghosts", "down")
+    assert (patch.loss_before, patch.loss_after, patch.share_moved.value) == (2.0, 0.5, 1.0)
+    assert (grey.aim, grey.share_moved.value) == (None, 0.0)
+    assert (pgd.ghosts_seen.value, patch.ghosts_seen.value, grey.ghosts_seen.value) == (
+        None,
+        0.6,
+        0.0,
+    )
+    low, high = patch.ghosts_seen.interval
     assert low < 0.6 < high
 
 
@@ -52,14 +61,14 @@ def test_where_losses_are_not_measured_the_ghosts_are(made: ModuleType) -> None:
         results.measure(filed, "change", dict.fromkeys(NAMES, 200.0))
         results.measure(filed, "ghost_seen", dict.fromkeys(NAMES, seen))
     (row,) = control_rows(made.outcomes(results, NAMES))
-    assert (row["cases"], row["share_moved"]) == (0, None)
-    assert row["ghosts_seen"] == pytest.approx(2 / 3)
+    assert (row.cases, row.share_moved.value) == (0, None)
+    assert row.ghosts_seen.value == pytest.approx(2 / 3)
 
 
 def test_a_budget_that_is_exceeded_once_is_exceeded(made: ModuleType) -> None:
-    assert measured(made)[0]["within_budget"] is True
+    assert measured(made)[0].within_budget is True
     pgd = measured(made, change=1.7)[0]
-    assert (pgd["largest_change"], pgd["budget"], pgd["within_budget"]) == (1.7, 1.6, False)
+    assert (pgd.largest_change, pgd.budget, pgd.within_budget) == (1.7, 1.6, False)
 
 
 def test_a_trend_is_the_slope_over_all_steps(made: ModuleType) -> None:
@@ -70,11 +79,11 @@ def test_a_trend_is_the_slope_over_all_steps(made: ModuleType) -> None:
         results.add(Condition("dsgn", "thesis_pgd-1", float(n)), names, lost=names, unsafe=unsafe)
     found = made.outcomes(results, names)
     (row,) = trend_rows(found)
-    assert row["safety_slope"] == pytest.approx(-10)
-    low, high = row["safety_slope_interval"]
+    assert row.safety_slope.value == pytest.approx(-10)
+    low, high = row.safety_slope.interval
     assert low < -10 < high < 0
     # All at once: least squares gives 2/10 of the fall for each step.
-    assert row["precision_slope"] == pytest.approx(-0.2 * precision(found, CLEAN).value)
+    assert row.precision_slope.value == pytest.approx(-0.2 * precision(found, CLEAN).value)
 
 
 def test_rounding_is_a_paired_difference(made: ModuleType) -> None:
@@ -83,7 +92,7 @@ def test_rounding_is_a_paired_difference(made: ModuleType) -> None:
     results.add(PGD, names, lost=names, unsafe=names[:4])
     results.add(Condition("dsgn", "thesis_pgd-0.4", 4.0, True), names, unsafe=names[:2])
     (row,) = rounding_rows(made.outcomes(results, names))
-    assert (row["attack"], row["strength"], row["whole_levels"]) == ("thesis_pgd-0.4", 4.0, False)
-    assert row["safety_difference"] == pytest.approx(20)
-    assert row["precision_difference"] == pytest.approx(row["precision_8_bit"])
-    assert row["precision_float"] == 0
+    assert row.condition == PGD
+    assert row.safety_difference.value == pytest.approx(20)
+    assert row.precision_difference.value == pytest.approx(row.precision_8_bit)
+    assert row.precision_float == 0

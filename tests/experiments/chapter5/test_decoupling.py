@@ -9,6 +9,7 @@ import pytest
 from scipy.stats import spearmanr
 
 from avsec_gym.experiments.chapter5.decoupling import (
+    RankCorrelation,
     decoupling,
     discordant_pairs,
     losses,
@@ -44,33 +45,33 @@ def taking(made: ModuleType, cars: list[int], drives: list[int], count: int = 40
 def test_losses_that_rise_together_are_coupled(made: ModuleType) -> None:
     found = taking(made, [4, 8, 12, 16, 20, 24, 28, 32], [4, 8, 12, 16, 20, 24, 28, 32])
     result = decoupling(found)
-    assert result["rank_correlation"]["dsgn"]["attacks"] == 8
-    assert result["rank_correlation"]["dsgn"]["rho"] == pytest.approx(1)
-    low, high = result["rank_correlation"]["dsgn"]["interval"]
-    assert 0.9 < low <= result["rank_correlation"]["dsgn"]["rho"] <= high <= 1 + 1e-9
-    assert result["discordant_pairs"]["dsgn"]["discordant"] == 0
-    assert result["discordant_pairs"]["dsgn"]["concordant"] > 10
-    assert [row["counts"] for row in result["attacks"]] == [True] * 8 + [False]
-    assert result["unattacked"][0]["safety"] == 100
+    assert result.rank_correlation["dsgn"].attacks == 8
+    assert result.rank_correlation["dsgn"].rho == pytest.approx(1)
+    low, high = result.rank_correlation["dsgn"].interval
+    assert 0.9 < low <= result.rank_correlation["dsgn"].rho <= high <= 1 + 1e-9
+    assert result.discordant_pairs["dsgn"].discordant == 0
+    assert result.discordant_pairs["dsgn"].concordant > 10
+    assert [row.counts for row in result.attacks] == [True] * 8 + [False]
+    assert result.unattacked[0].safety.value == 100
 
 
 def test_losses_that_have_nothing_to_do_with_each_other_are_not(made: ModuleType) -> None:
     found = taking(made, [4, 8, 12, 16, 20, 24, 28, 32], [14, 8, 16, 10, 12, 9, 15, 11])
-    correlation = decoupling(found)["rank_correlation"]["dsgn"]
-    assert abs(correlation["rho"]) < 0.4
-    assert correlation["interval"][0] < 0 < correlation["interval"][1]
+    correlation = decoupling(found).rank_correlation["dsgn"]
+    assert abs(correlation.rho) < 0.4
+    assert correlation.interval is not None
+    assert correlation.interval[0] < 0 < correlation.interval[1]
 
 
 def test_pairs_that_surely_go_against_each_other_are_found(made: ModuleType) -> None:
     # The first takes all precision and no safety, the second the other way round.
     result = discordant_pairs(losses(taking(made, [40, 0, 40], [0, 30, 30]))[:3])
-    assert {name: result[name] for name in ("pairs", "concordant", "discordant")} == {
-        "pairs": 3, "concordant": 0, "discordant": 1,
-    }  # fmt: skip
-    first, second = result["example"]
-    assert (first["strength"], second["strength"]) == (1, 2)
-    assert first["precision_lost"] > second["precision_lost"]
-    assert first["safety_lost"] < second["safety_lost"]
+    assert (result.pairs, result.concordant, result.discordant) == (3, 0, 1)
+    assert result.example is not None
+    first, second = result.example
+    assert (first.condition.strength, second.condition.strength) == (1, 2)
+    assert first.precision_lost.value > second.precision_lost.value
+    assert first.safety_lost.value < second.safety_lost.value
 
 
 def test_bootstrap_samples_are_those_of_the_scenarios_drawn(made: ModuleType) -> None:
@@ -93,7 +94,7 @@ def test_bootstrap_samples_are_those_of_the_scenarios_drawn(made: ModuleType) ->
         taken = np.array(lost[0]) - np.array(lost[1:])
         ours = [(one.precision.samples[sample], one.safety.samples[sample]) for one in every]
         np.testing.assert_allclose(ours, taken, atol=1e-9)
-    rho = rank_correlation(every)["rho"]
+    rho = rank_correlation(every).rho
     assert rho == pytest.approx(
         spearmanr([o.precision.value for o in every], [o.safety.value for o in every]).statistic
     )
@@ -101,6 +102,6 @@ def test_bootstrap_samples_are_those_of_the_scenarios_drawn(made: ModuleType) ->
 
 def test_two_attacks_make_no_correlation(made: ModuleType) -> None:
     result = decoupling(taking(made, [4, 8], [8, 4]))
-    assert result["rank_correlation"]["dsgn"] == {"attacks": 2, "rho": None, "interval": None}
+    assert result.rank_correlation["dsgn"] == RankCorrelation(2, None, None)
     constant = decoupling(taking(made, [4, 8, 12], [0, 0, 0]))
-    assert constant["rank_correlation"]["dsgn"]["rho"] is None
+    assert constant.rank_correlation["dsgn"].rho is None

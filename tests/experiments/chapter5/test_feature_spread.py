@@ -130,7 +130,8 @@ def test_the_same_seed_gives_the_same_maps(dsgn, spreads):
     again = feature_spread(dsgn, Patch.noise(1), images=2)
     for one, other in zip(spreads[1].layers, again.layers, strict=True):
         np.testing.assert_array_equal(one.difference, other.difference)
-        assert one.to_json() == other.to_json()
+        figures = ({**vars(layer), "difference": None} for layer in (one, other))
+        assert next(figures) == next(figures)
 
 
 def test_nothing_is_left_hanging_on_the_network(dsgn):

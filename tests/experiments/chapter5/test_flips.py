@@ -1,4 +1,4 @@
-"""Flips are drives that were safe and are not, and they say why."""
+"""Flips are drives that were safe and are not, each with its reason."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ def test_only_what_was_safe_can_flip(made: ModuleType) -> None:
     results.add(CLEAN, NAMES, unsafe=NAMES[:2])
     results.add(PGD, NAMES, unsafe=NAMES[1:3], outcome="unplanned")
     rows = flips(made.outcomes(results, NAMES))
-    assert [(row["scenario"], row["intention"], row["outcome"]) for row in rows] == [
+    assert [(row.scenario, row.intention, row.outcome) for row in rows] == [
         ("000002", way, "unplanned") for way in ("left", "right", "straight")
     ]
-    assert rows[0]["attack"] == "thesis_pgd-1"
-    assert "no way around what it believes" in rows[0]["why"]
+    assert rows[0].condition == PGD
+    assert "no way around what it believes" in rows[0].why
 
 
 def test_an_attack_without_its_unattacked_detector_cannot_flip(made: ModuleType) -> None:

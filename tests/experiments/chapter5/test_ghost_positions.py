@@ -121,28 +121,28 @@ def test_ghosts_spread_evenly_give_what_chance_gives():
         on_road = rng.binomial(5, road / (road + side))
         frames.append(GhostCount(int(on_road), int(5 - on_road), 0, 0, road, side))
     summary = ghost_summary(frames, resamples=1000)
-    low, high = summary["ratio_interval"]
+    low, high = summary.ratio.interval
     assert low < 1 < high
     assert high - low < 0.4
-    assert summary["share_on_road"] == pytest.approx(summary["chance"], abs=0.03)
+    assert summary.share_on_road.value == pytest.approx(summary.chance.value, abs=0.03)
 
 
 def test_a_true_preference_is_seen_and_frames_are_the_cases():
     """One ghost in ten on the road though it is half of the ground; one frame alone says little."""
     many = [GhostCount(i % 10 == 0, i % 10 != 0, 0, 0, 100, 100) for i in range(200)]
-    assert ghost_summary(many, resamples=500)["ratio_interval"][1] < 0.3
+    assert ghost_summary(many, resamples=500).ratio.interval[1] < 0.3
     odd, usual = GhostCount(1, 99, 0, 0, 100, 100), GhostCount(2, 0, 0, 1, 100, 100)
     one = ghost_summary([odd] + [usual] * 5)
-    low, high = one["share_on_road_interval"]
+    low, high = one.share_on_road.interval
     assert low < 0.05
     assert high > 0.5
     alone = ghost_summary([odd, GhostCount(0, 0, 2, 0, 100, 100)])
-    assert (alone["share_on_road"], alone["share_on_road_interval"]) == (0.01, None)
-    assert one["share_in_lanes"] == pytest.approx(5 / 110)
+    assert (alone.share_on_road.value, alone.share_on_road.interval) == (0.01, None)
+    assert one.share_in_lanes.value == pytest.approx(5 / 110)
 
 
 def test_without_ghosts_nothing_is_claimed():
     for frames in ([], [GhostCount(0, 0, 3, 0, 100, 100)]):
         summary = ghost_summary(frames, resamples=100)
-        assert summary["share_on_road"] is None
-        assert summary["ratio_interval"] is None
+        assert summary.share_on_road.value is None
+        assert summary.ratio.interval is None

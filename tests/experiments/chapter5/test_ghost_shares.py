@@ -77,16 +77,16 @@ def test_ghosts_are_placed_by_the_image(made: ModuleType, scenes: FrameScenes) -
     rows = ghost_rows(
         made.outcomes(results, names), scenes, 0.3, lambda done, total: seen.append((done, total))
     )
-    assert [(row["attack"], row["strength"]) for row in rows] == [
+    assert [(row.condition.attack, row.condition.strength) for row in rows] == [
         ("unattacked", 0),
         ("thesis_pgd-1", 4),
     ]
     assert seen == [(1, 2), (2, 2)]
     clean, strong = rows
-    assert (clean["ghosts"], clean["share_on_road"]) == (0, None)
+    assert (clean.summary.ghosts, clean.summary.share_on_road.value) == (0, None)
     # Without maps the road is taken to end 4 m aside.
-    assert (strong["road"], strong["side"], strong["unknown"]) == (3, 3, 0)
-    assert strong["share_on_road"] == pytest.approx(0.5)
-    assert strong["in_lanes"] == 2
-    assert strong["positions"]["road"] == [[0.0, 25.0], [-7.0, 24.0], [0.0, 25.0]]
-    assert 0 < strong["chance"] < 1
+    assert (strong.summary.road, strong.summary.side, strong.summary.unknown) == (3, 3, 0)
+    assert strong.summary.share_on_road.value == pytest.approx(0.5)
+    assert strong.summary.in_lanes == 2
+    assert strong.positions["road"] == [[0.0, 25.0], [-7.0, 24.0], [0.0, 25.0]]
+    assert 0 < strong.summary.chance.value < 1

@@ -23,11 +23,11 @@ def test_a_random_patch_counts_for_all_intentions_but_not_where_it_was_unsafe_an
     seen = dict(zip(NAMES, [1.0, 1.0, 1.0, 1.0, 0.0, 1.0], strict=True))
     results.measure(RANDOM, "ghost_seen", {**seen, NAMES[3]: 0.0})
     (row,) = patch_effect_rows(made.outcomes(results, NAMES))
-    assert row["drives"] == 15
-    assert row["seen"] == pytest.approx(3 / 5)
-    assert row["unsafe_seen"] == pytest.approx(1 / 3)
-    assert row["unsafe_unseen"] == pytest.approx(1 / 2)
-    low, high = row["seen_interval"]
+    assert row.drives == 15
+    assert row.seen.value == pytest.approx(3 / 5)
+    assert row.unsafe_seen.value == pytest.approx(1 / 3)
+    assert row.unsafe_unseen.value == pytest.approx(1 / 2)
+    low, high = row.seen.interval
     assert low < 3 / 5 < high
 
 
@@ -37,10 +37,10 @@ def test_drives_of_one_scenario_are_no_independent_cases(made: ModuleType) -> No
     results.add(RANDOM, names)
     results.measure(RANDOM, "ghost_seen", {one: float(one < names[20]) for one in names})
     (row,) = patch_effect_rows(made.outcomes(results, names))
-    low, high = row["seen_interval"]
+    low, high = row.seen.interval
     # Of 40 looks, not of 120 drives, whose interval would be 0.18 wide.
     assert high - low == pytest.approx(2 * 1.96 * (0.25 / 40) ** 0.5, rel=0.1)
-    assert row["unsafe_seen_interval"] == list(wilson_interval(0, 20))
+    assert row.unsafe_seen.interval == list(wilson_interval(0, 20))
 
 
 def test_a_specific_patch_counts_for_its_own_intention(made: ModuleType) -> None:
@@ -51,7 +51,7 @@ def test_a_specific_patch_counts_for_its_own_intention(made: ModuleType) -> None
         filed = Condition("dsgn", f"patch-specific-{way}")
         results.measure(filed, "ghost_seen", dict.fromkeys(NAMES, seen))
     (row,) = patch_effect_rows(made.outcomes(results, NAMES))
-    assert (row["drives"], row["seen"], row["unsafe_seen"]) == (12, 0.5, 0.0)
+    assert (row.drives, row.seen.value, row.unsafe_seen.value) == (12, 0.5, 0.0)
 
 
 def test_without_drives_unattacked_there_is_no_row(made: ModuleType) -> None:

@@ -63,15 +63,15 @@ def test_what_is_stored_can_be_read_in_order(
             vars(row) for row in reversed(work(detector, "noise", "noise").measurements)
         ]
     rows = spread_rows(results)
-    assert [(row["detector"], row["layer"]) for row in rows] == [
+    assert [(row.detector, row.layer) for row in rows] == [
         ("dsgn", "conv1"),
         ("dsgn", "branch4"),
         ("dsgn", "fusion1"),
         ("stereo_rcnn", "conv1"),
         ("stereo_rcnn", "maxpool1"),
     ]
-    assert [row["radius"] for row in rows] == [10, 20, 30, 10, 20]
-    assert {row["patch_radius"] for row in rows} == {38}
+    assert [row.radius for row in rows] == [10, 20, 30, 10, 20]
+    assert {row.patch_radius for row in rows} == {38}
     assert spread_rows(made.MadeResults()) == []
 
 

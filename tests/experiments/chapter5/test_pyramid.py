@@ -21,15 +21,15 @@ def test_what_more_is_taken_without_it(made: ModuleType) -> None:
     results.add(Condition("stereo_rcnn"), scenarios[:3])
     labels = made.outcomes(results, scenarios).labels
     clean, patched = pyramid_rows(results, labels)
-    assert (clean["attack"], patched["attack"]) == ("unattacked", "patch-random")
-    assert patched["scenarios"] == 20
-    assert patched["safety_taken_with"] == pytest.approx(5)
-    assert patched["safety_taken_without"] == pytest.approx(55)
-    assert patched["safety_difference"] == pytest.approx(50)
-    low, high = patched["safety_difference_interval"]
+    assert (clean.attack, patched.attack) == ("unattacked", "patch-random")
+    assert patched.scenarios == 20
+    assert patched.figures["safety_taken_with"].value == pytest.approx(5)
+    assert patched.figures["safety_taken_without"].value == pytest.approx(55)
+    assert patched.figures["safety_difference"].value == pytest.approx(50)
+    low, high = patched.figures["safety_difference"].interval
     assert 20 < low < 50 < high < 80
-    assert patched["precision_difference"] == 0
-    assert clean["safety_without"] == 100
+    assert patched.figures["precision_difference"].value == 0
+    assert clean.figures["safety_without"].value == 100
 
 
 def test_it_is_no_detector_of_the_chapters_question(made: ModuleType) -> None:
@@ -38,7 +38,7 @@ def test_it_is_no_detector_of_the_chapters_question(made: ModuleType) -> None:
         results.add(Condition(detector), scenarios)
     outcomes = made.outcomes(results, scenarios)
     assert outcomes.conditions == (Condition("dsgn"),)
-    assert [row["attack"] for row in pyramid_rows(results, outcomes.labels)] == ["unattacked"]
+    assert [row.attack for row in pyramid_rows(results, outcomes.labels)] == ["unattacked"]
     alone = made.MadeResults()
     alone.add(Condition("dsgn"), scenarios)
     assert pyramid_rows(alone, outcomes.labels) == []

@@ -21,18 +21,25 @@ def test_ghosts_in_the_lanes_and_beside_them(made: ModuleType) -> None:
     results.add(WEAK, NAMES)
     results.add(STRONG, NAMES, lost=NAMES[:3], extra=beside)
     results.add(AIMED, NAMES, extra=made.car(x=3.5, z=25.0, score=0.9))
-    rows = {row["attack"]: row for row in seen_rows(made.outcomes(results, NAMES), 0.3)}
+    rows = {row.condition.attack: row for row in seen_rows(made.outcomes(results, NAMES), 0.3)}
     assert list(rows) == ["unattacked", "thesis_pgd-1", "patch-specific"]
-    assert rows["unattacked"]["cars_found"] == 1
-    assert rows["thesis_pgd-1"]["strength"] == 4
-    assert rows["thesis_pgd-1"]["cars_found"] == pytest.approx(0.25)
+    assert rows["unattacked"].cars_found.value == 1
+    assert rows["thesis_pgd-1"].condition.strength == 4
+    assert rows["thesis_pgd-1"].cars_found.value == pytest.approx(0.25)
     # One of two is too unsure to be planned on.
-    assert (rows["thesis_pgd-1"]["ghosts_in_lanes"], rows["thesis_pgd-1"]["ghosts_beside"]) == (
+    assert (
+        rows["thesis_pgd-1"].ghosts_in_lanes.value,
+        rows["thesis_pgd-1"].ghosts_beside.value,
+    ) == (
         0,
         1,
     )
     aimed = rows["patch-specific"]
-    assert (aimed["ghosts_in_lanes"], aimed["ghosts_beside"], aimed["cars_found"]) == (1, 0, 1)
+    assert (aimed.ghosts_in_lanes.value, aimed.ghosts_beside.value, aimed.cars_found.value) == (
+        1,
+        0,
+        1,
+    )
 
 
 def test_a_car_is_found_by_what_lies_on_it(made: ModuleType) -> None:

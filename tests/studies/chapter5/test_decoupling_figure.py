@@ -11,8 +11,9 @@ from PIL import Image
 
 from avsec_gym.experiments.chapter5.decoupling import decoupling
 from avsec_gym.experiments.chapter5.outcomes import Condition
+from avsec_gym.experiments.chapter5.rows import as_json
 from studies.chapter5.decoupling_figure import main
-from studies.chapter5.stakes import NOTHING, TRUTH
+from studies.chapter5.headroom import NOTHING, TRUTH
 
 
 @pytest.mark.parametrize("detectors", [("dsgn",), ("dsgn", "stereo_rcnn")])
@@ -25,13 +26,13 @@ def test_the_figure_is_drawn_of_stored_json(
         for n in (1.0, 2.0):
             lost = names[: int(3 * n)]
             results.add(Condition(detector, "thesis_pgd-1", n), names, lost=lost, unsafe=lost[:2])
-    report = {"decoupling": decoupling(made.outcomes(results, names))}
-    stakes = [
+    report = {"decoupling": as_json(decoupling(made.outcomes(results, names)))}
+    headroom = [
         {"seen": TRUTH, "safe_driving_rate": 1.0},
         {"seen": NOTHING, "safe_driving_rate": 0.8},
     ]
     (tmp_path / "report.json").write_text(json.dumps(report))
-    (tmp_path / "errors.json").write_text(json.dumps({"stakes": stakes}))
+    (tmp_path / "errors.json").write_text(json.dumps({"headroom": headroom}))
     picture = tmp_path / "figure.png"
     files = (str(tmp_path / "report.json"), str(tmp_path / "errors.json"))
     assert main([*files, "--figure", str(picture)]) == 0

@@ -6,6 +6,7 @@ from types import ModuleType, SimpleNamespace
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.outcomes import Condition
+from avsec_gym.experiments.chapter5.rows import as_json
 from avsec_gym.scenario.scene import Motion, Scene
 from studies.chapter5.score_thresholds import page, threshold_rows
 
@@ -21,18 +22,18 @@ def test_a_ghost_blocks_the_lane_until_the_threshold_is_above_its_score(made: Mo
     outcomes = made.outcomes(results, names)
     empty = [Scene(name, Boxes3D.empty(), "street") for name in names]
     scenes = SimpleNamespace(scenes=SimpleNamespace(labelled=empty))
-    told: list[tuple[int, int]] = []
+    progress: list[tuple[int, int]] = []
     rows = threshold_rows(
         outcomes,
         scenes,  # type: ignore[arg-type]
         Motion.STATIC,
         (0.3, 0.95),
-        lambda *progress: told.append(progress),
+        lambda *done: progress.append(done),
     )
-    safe = {(row["attack"], row["threshold"]): row["safe_driving_rate"] for row in rows}
+    safe = {(row.condition.attack, row.threshold): row.rates.safe_driving_rate for row in rows}
     assert safe["patch-random", 0.95] == safe["unattacked", 0.95] == 1.0
     assert safe["patch-random", 0.3] < safe["unattacked", 0.3]
-    assert told == [(1, 2), (2, 2)]
-    text = page({"scenarios": 2, "rows": rows}, "command")
+    assert progress == [(1, 2), (2, 2)]
+    text = page({"scenarios": 2, "rows": as_json(rows)}, "command")
     assert "random patch" in text
     assert "| 100.0 |" in text

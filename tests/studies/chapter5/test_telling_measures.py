@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
-from studies.chapter5.telling_measures import MEASURES, PRECISION, telling_rows
+from studies.chapter5.telling_measures import MEASURES, PRECISION, MeasureRow, telling_rows
 
 CLEAN = Condition("dsgn")
 ATTACKS = tuple(Condition("dsgn", "thesis_pgd-1", float(n)) for n in (1, 2, 3, 4))
@@ -18,7 +17,7 @@ NAMES = [f"{number:06d}" for number in range(40)]
 NEAR_LOST, FAR_LOST = (2, 6, 9, 12), (30, 20, 10, 0)
 
 
-def rows_of(made: ModuleType, drift: float = 0.0) -> dict[tuple[str, str], dict[str, Any]]:
+def rows_of(made: ModuleType, drift: float = 0.0) -> dict[tuple[str, str], MeasureRow]:
     """A car in reach and one beyond; drives are unsafe where the near one is lost."""
     near, far = made.car(z=12.0, score=0.9), made.car(z=35.0, score=0.9)
     seen_near = made.car(x=drift, z=12.0, score=0.9)
@@ -34,24 +33,24 @@ def rows_of(made: ModuleType, drift: float = 0.0) -> dict[tuple[str, str], dict[
             for number, name in enumerate(NAMES)
         }
     outcomes = Outcomes(results, {name: made.boxes(near, far) for name in NAMES})
-    return {(row["measure"], row["detector"]): row for row in telling_rows(outcomes, 0.3)}
+    return {(row.measure, row.detector): row for row in telling_rows(outcomes, 0.3)}
 
 
 def test_cars_in_reach_tell_what_all_cars_do_not(made: ModuleType) -> None:
     rows = rows_of(made)
     assert {measure for measure, _ in rows} == set(MEASURES)
     reach, every = rows["cars in reach found", "dsgn"], rows["cars found", "dsgn"]
-    assert reach["attacks"] == 4
-    assert reach["rho"] == pytest.approx(1)
+    assert reach.attacks == 4
+    assert reach.rho == pytest.approx(1)
     both_lost = np.add(NEAR_LOST, FAR_LOST)
-    assert every["rho"] == pytest.approx(spearmanr(both_lost, NEAR_LOST).statistic)
-    assert rows[PRECISION, "both"]["more"] == 0
-    assert reach["more"] == pytest.approx(1 - rows[PRECISION, "dsgn"]["rho"])
-    low, high = reach["more_interval"]
-    assert low <= reach["more"] <= high
+    assert every.rho == pytest.approx(spearmanr(both_lost, NEAR_LOST).statistic)
+    assert rows[PRECISION, "both"].more.value == 0
+    assert reach.more.value == pytest.approx(1 - rows[PRECISION, "dsgn"].rho)
+    low, high = reach.more.interval
+    assert low <= reach.more.value <= high
 
 
 def test_a_box_beside_its_car_counts_as_found_but_not_as_precise(made: ModuleType) -> None:
     drifted = rows_of(made, drift=0.8)
-    assert drifted["cars in reach found", "dsgn"]["rho"] == pytest.approx(1)
-    assert drifted[PRECISION, "dsgn"]["rho"] != pytest.approx(1)
+    assert drifted["cars in reach found", "dsgn"].rho == pytest.approx(1)
+    assert drifted[PRECISION, "dsgn"].rho != pytest.approx(1)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from avsec_gym.errors import AvsecError
 from avsec_gym.experiments.chapter5.outcomes import Outcomes
+from avsec_gym.experiments.chapter5.patch_spreads import SpreadRow
 from avsec_gym.experiments.chapter5.scenes import OPTIONS
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import ReportRequest
@@ -50,13 +51,13 @@ def strips_of(
 
 
 def maps_of(
-    run: RunFolder, rows: Sequence[Mapping[str, Any]], request: ReportRequest
+    run: RunFolder, rows: Sequence[SpreadRow], request: ReportRequest
 ) -> tuple[list[SpreadPicture], list[str]]:
     """Feature maps that patches change, and why there are none.
 
     Args:
         run: The run.
-        rows: Of `avsec_gym.experiments.chapter5.patch_spreads.spread_rows`.
+        rows: The spread in each layer.
         request: Whether there are pictures, and whether they become files.
     """
     if not rows or not request.pictures:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from statistics import mean
-from typing import Any
 
 from avsec_gym.drawing.page_figure import Key, mark_key
 from avsec_gym.drawing.page_plots import (
@@ -20,6 +19,8 @@ from avsec_gym.drawing.page_plots import (
 )
 from avsec_gym.drawing.page_table import bounds, number
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
+from avsec_gym.experiments.chapter5.decoupling import LossRow
+from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.chapter5.settings import (
     GREY_PATCHES,
     JOINT_PATCHES,
@@ -34,7 +35,7 @@ from avsec_gym.experiments.chapter5.settings import (
 from avsec_gym.experiments.thesis import LEVELS, PRECISION, SAFETY
 from avsec_gym.scenario.intention import Intention
 
-Rows = Sequence[Mapping[str, Any]]
+LossRows = Sequence[LossRow]
 
 SHAPES = {
     **dict.fromkeys(PERTURBATIONS, "circle"),
@@ -43,35 +44,36 @@ SHAPES = {
     **dict.fromkeys(NOISES, "plus"),
     **dict.fromkeys(GREY_PATCHES, "triangle"),
 }
-"""Of the marks; other attacks are not drawn."""
+"""Shapes of the marks; other attacks are not drawn."""
 _MODERATE = LEVELS.index("moderate")
 _WIDTH, _HEIGHT = 320, 320
 _FRAME = (44.0, 314.0, 276.0, 26.0)
 """Left, right, bottom, top, pixels."""
 
 
-def draw_losses(attacks: Rows) -> list[str]:
+def draw_losses(attacks: LossRows) -> list[str]:
     """A drawing for each detector, all with the same scales.
 
     Args:
-        attacks: The rows ``attacks`` of `avsec_gym.experiments.chapter5.decoupling.decoupling`.
+        attacks: What each attack takes.
     """
-    shown = [row for row in attacks if row["attack"] in SHAPES and not row["whole_levels"]]
-    detectors = list(dict.fromkeys(row["detector"] for row in shown))
+    shown = [row for row in attacks if _in_float(row) and row.condition.attack in SHAPES]
+    detectors = list(dict.fromkeys(row.condition.detector for row in shown))
     theirs = {name: thesis_losses(name) for name in detectors}
     known = [point for points in theirs.values() for *_, point in points]
-    x = limits(_every(shown, "precision") + [point[0] for point in known], least=5)
-    y = limits(_every(shown, "safety") + [point[1] for point in known], least=5)
+    across = _every([row.precision_lost for row in shown]) + [point[0] for point in known]
+    upward = _every([row.safety_lost for row in shown]) + [point[1] for point in known]
+    x, y = limits(across, least=5), limits(upward, least=5)
     frame = Frame(Scale(*x, _FRAME[0], _FRAME[1]), Scale(*y, _FRAME[2], _FRAME[3]))
     return [
-        _draw(name, [row for row in shown if row["detector"] == name], theirs[name], frame)
+        _draw(name, [row for row in shown if row.condition.detector == name], theirs[name], frame)
         for name in detectors
     ]
 
 
-def legend(attacks: Rows) -> list[Key]:
+def legend(attacks: LossRows) -> list[Key]:
     """The keys of the attacks that are drawn; controls of one kind are one."""
-    names = dict.fromkeys(row["attack"] for row in attacks if not row["whole_levels"])
+    names = dict.fromkeys(row.condition.attack for row in attacks if _in_float(row))
     entries = {}
     for attack in names:
         if attack in SHAPES:
@@ -101,7 +103,9 @@ def colour(attack: str) -> str:
     return f"of-{attack.replace('.', '-')}"
 
 
-def _draw(detector: str, rows: Rows, theirs: list[tuple[str, float, Point]], frame: Frame) -> str:
+def _draw(
+    detector: str, rows: LossRows, theirs: list[tuple[str, float, Point]], frame: Frame
+) -> str:
     parts = [frame.axes(frame.x.ticks(), frame.y.ticks())]
     parts.append(text((frame.x.start, 14), detector_name(detector), "name"))
     middle = (frame.x.start + frame.x.end) / 2
@@ -112,32 +116,36 @@ def _draw(detector: str, rows: Rows, theirs: list[tuple[str, float, Point]], fra
         f"{text((12, y), 'safe driving taken, points', 'axis middle')}</g>"
     )
     for attack in PERTURBATIONS:
-        way = [frame.at(_point(row)) for row in rows if row["attack"] == attack]
+        way = [frame.at(_point(row)) for row in rows if row.condition.attack == attack]
         parts.append(polyline(way, f"thin {colour(attack)}"))
     for row in rows:
-        across, upward = (row[f"{what}_lost_interval"] for what in ("precision", "safety"))
+        across, upward = row.precision_lost.interval, row.safety_lost.interval
         spans = (across and [*map(frame.x, across)], upward and [*map(frame.y, upward)])
-        parts.append(cross(frame.at(_point(row)), spans[0], spans[1], colour(row["attack"])))
+        at = frame.at(_point(row))
+        parts.append(cross(at, spans[0], spans[1], colour(row.condition.attack)))
     for attack, strength, point in theirs:
         hint = f"Thesis, {attack_name(attack, strength)}: {_said(point)}"
         shape = SHAPES[attack]
         parts.append(marker(frame.at(point), shape, f"hollow {colour(attack)}", hint, focus=True))
     for row in rows:
-        at = frame.at(_point(row))
-        kind, shape = colour(row["attack"]), SHAPES[row["attack"]]
-        parts.append(marker(at, shape, kind, _hint(row), focus=True))
-        if row["attack"] in PERTURBATIONS and row["strength"] in (1, STEPS):
-            parts.append(text((at[0] + 6, at[1] - 6), f"n {row['strength']:g}", "step"))
+        at, attack, strength = frame.at(_point(row)), row.condition.attack, row.condition.strength
+        parts.append(marker(at, SHAPES[attack], colour(attack), _hint(row), focus=True))
+        if attack in PERTURBATIONS and strength in (1, STEPS):
+            parts.append(text((at[0] + 6, at[1] - 6), f"n {strength:g}", "step"))
     label = f"{detector_name(detector)}: average precision taken against safe driving taken"
     return drawing(_WIDTH, _HEIGHT, parts, label)
 
 
-def _hint(row: Mapping[str, Any]) -> str:
-    name = attack_name(row["attack"], row["strength"])
+def _hint(row: LossRow) -> str:
+    name = attack_name(row.condition.attack, row.condition.strength)
     found = [
-        f"{words} {number(-row[f'{what}_lost'], signed=True)} "
-        f"{bounds(_negative(row[f'{what}_lost_interval']))}".strip()
-        for what, words in (("precision", "average precision"), ("safety", "safe driving"))
+        f"{words} {number(-lost, signed=True)} {bounds(_negative(estimate.interval))}".strip()
+        for words, lost, estimate in zip(
+            ("average precision", "safe driving"),
+            _point(row),
+            (row.precision_lost, row.safety_lost),
+            strict=True,
+        )
     ]
     return f"{name}: {', '.join(found)}"
 
@@ -151,16 +159,20 @@ def _negative(interval: Sequence[float] | None) -> list[float] | None:
     return None if interval is None else [-interval[1], -interval[0]]
 
 
-def _point(row: Mapping[str, Any]) -> Point:
-    return row["precision_lost"], row["safety_lost"]
+def _point(row: LossRow) -> Point:
+    precision, safety = row.precision_lost.value, row.safety_lost.value
+    assert precision is not None
+    assert safety is not None
+    return precision, safety
 
 
-def _every(rows: Rows, what: str) -> list[float]:
-    return [
-        value
-        for row in rows
-        for value in (row[f"{what}_lost"], *(row[f"{what}_lost_interval"] or ()))
-    ]
+def _in_float(row: LossRow) -> bool:
+    return not row.condition.whole_levels
+
+
+def _every(losses: Sequence[Estimate]) -> list[float]:
+    values = (value for lost in losses for value in (lost.value, *(lost.interval or ())))
+    return [value for value in values if value is not None]
 
 
 def _thesis_safe(detector: str, key: str) -> float:

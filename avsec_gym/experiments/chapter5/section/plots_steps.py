@@ -2,74 +2,91 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from avsec_gym.drawing.page_plots import Frame, Scale, band, drawing, limits, marker, polyline, text
 from avsec_gym.drawing.page_table import bounds, number
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
+from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.settings import PERTURBATIONS, STEPS, UNATTACKED
+from avsec_gym.experiments.chapter5.tables import PrecisionRow, SafetyRow
 from avsec_gym.experiments.thesis import LEVELS
 from avsec_gym.scenario.intention import Intention
 
-Rows = Sequence[Mapping[str, Any]]
-Figure = tuple[float | None, Sequence[float] | None, float | None]
+PlottedFigure = tuple[float | None, Sequence[float] | None, float | None]
 """Ours, its interval, the thesis'; percent."""
+
+
+@dataclass(frozen=True)
+class PlottedPoint:
+    """A figure of one line at one step, percent.
+
+    Args:
+        condition: The detector under so many steps.
+        line: The line that it belongs to.
+        figure: Its value, interval, and the thesis'.
+    """
+
+    condition: Condition
+    line: str
+    figure: PlottedFigure
+
 
 RATES = {
     "safe_driving_rate": "safe driving rate",
     "success_rate": "success rate",
     "collision_rate": "collision rate",
 }
-"""Columns of safety rows, and what they are called."""
+"""Rates of safety rows, and what they are called."""
+_OF_THESIS = {"safe_driving_rate": "safe", "success_rate": "success", "collision_rate": "collision"}
 _FAR_ABOVE = 30.0
 _WIDTH, _HEIGHT = 250, 190
 _FRAME = (34.0, 240.0, 160.0, 26.0)
 
 
-def draw_precision(rows: Rows) -> list[str]:
+def draw_precision(rows: Sequence[PrecisionRow]) -> list[str]:
     """Average precision over n: a drawing for each detector and alpha, a line for each level."""
-
-    def figure(row: Mapping[str, Any], level: str) -> Figure:
-        place = LEVELS.index(level)
-        ours, thesis = row["precision"]["3d"], row["thesis"]
-        interval = ours["ap11_interval"][place]
-        known = None if interval is None or interval[0] is None else interval
-        return ours["ap11"][place], known, None if thesis is None else 100 * thesis[place]
-
-    return _draw_all(rows, LEVELS, figure, lambda row, line: True)
-
-
-def draw_safety(rows: Rows, rate: str) -> list[str]:
-    """A rate over n: a drawing for each detector and alpha, a line for each intention."""
-    short = {"safe_driving_rate": "safe", "success_rate": "success", "collision_rate": "collision"}
-
-    def figure(row: Mapping[str, Any], intention: str) -> Figure:
-        value, interval = row[rate], row[f"{rate}_interval"]
-        thesis = None if row["thesis"] is None else 100 * row["thesis"][short[rate]]
-        percent = None if interval is None else [100 * bound for bound in interval]
-        return None if value is None else 100 * value, percent, thesis
-
-    lines = [str(intention) for intention in Intention]
-    return _draw_all(rows, lines, figure, lambda row, line: row["intention"] == line)
-
-
-def _draw_all(
-    rows: Rows,
-    lines: Sequence[str],
-    figure: Callable[[Mapping[str, Any], str], Figure],
-    belongs: Callable[[Mapping[str, Any], str], bool],
-) -> list[str]:
-    panels: dict[tuple[str, str], dict[str, dict[int, Figure]]] = {}
+    points = []
     for row in rows:
-        if row["whole_levels"] or row["attack"] not in (UNATTACKED, *PERTURBATIONS):
+        ours = row.precision["3d"]
+        for place, level in enumerate(LEVELS):
+            interval = ours["ap11_interval"][place]
+            known = None if interval is None or interval[0] is None else interval
+            thesis = None if row.thesis is None else 100 * row.thesis[place]
+            points.append(PlottedPoint(row.condition, level, (ours["ap11"][place], known, thesis)))
+    return _draw_all(points, LEVELS)
+
+
+def draw_safety(rows: Sequence[SafetyRow], rate: str) -> list[str]:
+    """A rate over n: a drawing for each detector and alpha, a line for each intention.
+
+    Args:
+        rows: Rows for all conditions.
+        rate: One of `RATES`.
+    """
+    points = []
+    for row in rows:
+        rates = row.rates.to_json()
+        value, interval = rates[rate], rates[f"{rate}_interval"]
+        percent = None if interval is None else [100 * bound for bound in interval]
+        thesis = None if row.thesis is None else 100 * vars(row.thesis)[_OF_THESIS[rate]]
+        figure = (None if value is None else 100 * value, percent, thesis)
+        points.append(PlottedPoint(row.condition, row.intention, figure))
+    return _draw_all(points, [str(intention) for intention in Intention])
+
+
+def _draw_all(all_points: Sequence[PlottedPoint], lines: Sequence[str]) -> list[str]:
+    panels: dict[tuple[str, str], dict[str, dict[int, PlottedFigure]]] = {}
+    for point in all_points:
+        condition = point.condition
+        if condition.whole_levels or condition.attack not in (UNATTACKED, *PERTURBATIONS):
             continue
-        attacks = PERTURBATIONS if row["attack"] == UNATTACKED else (row["attack"],)
+        # The unattacked detector is step 0 of every perturbation.
+        attacks = PERTURBATIONS if condition.attack == UNATTACKED else (condition.attack,)
         for attack in attacks:
-            panel = panels.setdefault((row["detector"], attack), {line: {} for line in lines})
-            for line in lines:
-                if belongs(row, line):
-                    panel[line][int(row["strength"])] = figure(row, line)
+            panel = panels.setdefault((condition.detector, attack), {line: {} for line in lines})
+            panel[point.line][int(condition.strength)] = point.figure
     every = [
         value
         for panel in panels.values()
@@ -86,7 +103,7 @@ def _draw_all(
 
 
 def _draw(
-    detector: str, attack: str, panel: Mapping[str, Mapping[int, Figure]], frame: Frame
+    detector: str, attack: str, panel: Mapping[str, Mapping[int, PlottedFigure]], frame: Frame
 ) -> str:
     title = f"{detector_name(detector)}, {attack_name(attack)}"
     parts = [frame.axes(range(STEPS + 1), frame.y.ticks(4))]
@@ -119,7 +136,7 @@ def _draw(
     return drawing(_WIDTH, _HEIGHT, [*parts, *marks], title)
 
 
-def _steps(panel: Mapping[str, Mapping[int, Figure]]) -> set[int]:
+def _steps(panel: Mapping[str, Mapping[int, PlottedFigure]]) -> set[int]:
     return {n for points in panel.values() for n in points}
 
 

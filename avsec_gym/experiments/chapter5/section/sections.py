@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from avsec_gym.drawing.page_figure import Figure, Key, Picture, PictureRow, line_key, mark_key
 from avsec_gym.drawing.page_table import Table, bounds, number
+from avsec_gym.experiments.chapter5.decoupling import Decoupling, RankCorrelation
+from avsec_gym.experiments.chapter5.figures import AttackFigures, ChapterFigures
+from avsec_gym.experiments.chapter5.patch_spreads import SpreadRow
+from avsec_gym.experiments.chapter5.pyramid import PyramidRow
+from avsec_gym.experiments.chapter5.section.answer_in_words import WordedAnswer
 from avsec_gym.experiments.chapter5.section.plots_ghosts import PLACE_WORDS, draw_ghosts
 from avsec_gym.experiments.chapter5.section.plots_losses import draw_losses, legend
 from avsec_gym.experiments.chapter5.section.plots_steps import RATES, draw_precision, draw_safety
@@ -30,19 +35,19 @@ from avsec_gym.experiments.chapter5.section.tables_why import (
     spread_table,
 )
 from avsec_gym.experiments.chapter5.section.telling_scenes import RULES
+from avsec_gym.experiments.chapter5.tables import SafetyRow
 from avsec_gym.runs.section import Answer, AnswerOn, Part, Section
 
 if TYPE_CHECKING:
     from avsec_gym.experiments.chapter5.section.scene_strip import Strip
     from avsec_gym.experiments.chapter5.section.spread_pictures import SpreadPicture
 
-Data = Mapping[str, Any]
 _LINES = ("line-0", "line-1", "line-2")
 
 
-def answer_of(data: Data) -> Answer:
+def answer_of(worded: WordedAnswer, decoupling: Decoupling) -> Answer:
     """The answer to the chapter's question, with the picture of it."""
-    found, attacks = data["answer"], data["decoupling"]["attacks"]
+    attacks = decoupling.attacks
     figure = Figure(
         "What each attack takes",
         draw_losses(attacks),
@@ -53,13 +58,13 @@ def answer_of(data: Data) -> Answer:
         " moderate, 11 recall points), of a specific patch the mean over the intentions; safe"
         " driving over left, straight and right.",
     )
-    cases = [AnswerOn(one["name"], one["evidence"], one["took"]) for one in found["detectors"]]
-    both = data["decoupling"]["rank_correlation"]["both"]
+    cases = [AnswerOn(each.name, each.evidence, each.took) for each in worded.detectors]
+    both = decoupling.rank_correlation["both"]
     together = ""
-    if both["rho"] is not None:
-        rho, interval = number(both["rho"], digits=2), bounds(both["interval"], digits=2)
-        together = f"Both together: ρ = {rho} {interval} over {both['attacks']} attacks."
-    return Answer(found["word"], found["sentence"], cases, figure, together)
+    if both.rho is not None:
+        rho, interval = number(both.rho, digits=2), bounds(both.interval, digits=2)
+        together = f"Both together: ρ = {rho} {interval} over {both.attacks} attacks."
+    return Answer(worded.word, worded.sentence, cases, figure, together)
 
 
 def scenes_section(strips: Sequence[Strip]) -> Section:
@@ -79,43 +84,41 @@ def scenes_section(strips: Sequence[Strip]) -> Section:
     return Section("scenes", "Seen in scenes", parts=[Markup(shown)], link="Scenes", context=RULES)
 
 
-def sections_of(data: Data) -> list[Section]:
-    """What attacks take, and why; of a run of planners alone, their table.
-
-    Args:
-        data: The figures, see `avsec_gym.experiments.chapter5.section.findings`; parts may lack.
-    """
-    of_thesis = tables_of_thesis(data)
-    if "decoupling" not in data:
-        return [_safety_section(data, of_thesis)] if of_thesis else []
-    attacks = data["decoupling"]["attacks"]
-    seen = seen_table(data["seen"])
-    checks = (
-        (data["controls"], control_table),
-        (data["trends"], trend_table),
-        (data["rounding"], rounding_table),
-    )
+def sections_of(figures: ChapterFigures) -> list[Section]:
+    """What attacks take, and why; of a run of planners alone, their table."""
+    of_thesis, found = tables_of_thesis(figures), figures.of_attacks
+    if found is None:
+        return [_safety_section((), of_thesis)] if of_thesis else []
+    attacks, seen = found.decoupling.attacks, seen_table(found.seen)
+    exact = [row for row in attacks if not row.condition.whole_levels]
+    checks = [
+        *([control_table(found.controls)] if found.controls else []),
+        *([trend_table(found.trends)] if found.trends else []),
+        *([rounding_table(found.rounding)] if found.rounding else []),
+    ]
     return [
         Section(
             "losses",
             "What attacks take",
-            parts=[loss_table(attacks), paired_table(data["safety"]), seen],
-            context=_correlation(data["decoupling"]["rank_correlation"]["both"]),
-            text_tables=[loss_table([one for one in attacks if not one["whole_levels"]]), seen],
+            parts=[loss_table(attacks), paired_table(found.safety), seen],
+            context=_correlation(found.decoupling.rank_correlation["both"]),
+            text_tables=[loss_table(exact), seen],
         ),
-        _precision_section(data, [one for one in of_thesis if _is_of_precision(one)]),
-        _safety_section(data, [one for one in of_thesis if not _is_of_precision(one)]),
-        _ghost_section(data),
+        _precision_section(found, [table for table in of_thesis if _is_of_precision(table)]),
+        _safety_section(
+            found.safety, [table for table in of_thesis if not _is_of_precision(table)]
+        ),
+        _ghost_section(found),
         Section(
             "controls",
             "Are the attacks sane?",
-            parts=[table(rows) for rows, table in checks if rows],
+            parts=checks,
             link="Controls",
         ),
         Section(
             "flips",
             "Which drives became unsafe",
-            parts=[flip_table(data["flips"])],
+            parts=[flip_table(found.flips)],
             link="Flips",
             text_tables=(),
         ),
@@ -123,13 +126,13 @@ def sections_of(data: Data) -> list[Section]:
 
 
 def spread_section(
-    rows: Sequence[Data], pyramid: Sequence[Data], maps: Sequence[SpreadPicture] = ()
+    rows: Sequence[SpreadRow], pyramid: Sequence[PyramidRow], maps: Sequence[SpreadPicture] = ()
 ) -> list[Section]:
     """How far patches spread, in feature maps and without DSGN's pyramid; none without figures.
 
     Args:
-        rows: Of `avsec_gym.experiments.chapter5.patch_spreads.spread_rows`.
-        pyramid: Of `avsec_gym.experiments.chapter5.pyramid.pyramid_rows`.
+        rows: The spread in each layer.
+        pyramid: DSGN with its pyramid and without.
         maps: Pictures of feature maps.
     """
     parts: list[Part] = [
@@ -142,8 +145,8 @@ def spread_section(
     return [Section("spread", "How far a patch spreads", parts=parts, link="Spread of a patch")]
 
 
-def _precision_section(data: Data, tables: Sequence[Table]) -> Section:
-    drawings = draw_precision(data["precision"])
+def _precision_section(found: AttackFigures, tables: Sequence[Table]) -> Section:
+    drawings = draw_precision(found.precision)
     figure = Figure(
         "Figure 5.3: average precision over the steps n of the thesis' PGD, %",
         drawings,
@@ -156,12 +159,11 @@ def _precision_section(data: Data, tables: Sequence[Table]) -> Section:
     return Section("precision", "Precision", parts=[*([figure] if drawings else []), *tables])
 
 
-def _safety_section(data: Data, tables: Sequence[Table]) -> Section:
-    figures = _safety_figures(data["safety"]) if "safety" in data else ()
-    return Section("safety", "Driving safety", parts=[*figures, *tables])
+def _safety_section(rows: Sequence[SafetyRow], tables: Sequence[Table]) -> Section:
+    return Section("safety", "Driving safety", parts=[*_safety_figures(rows), *tables])
 
 
-def _safety_figures(rows: Sequence[Data]) -> Iterator[Figure]:
+def _safety_figures(rows: Sequence[SafetyRow]) -> Iterator[Figure]:
     keys = [*map(line_key, _LINES, ("left", "straight", "right"))]
     keys.append(line_key("dashed of-soft", "the thesis"))
     for rate, words in RATES.items():
@@ -170,8 +172,8 @@ def _safety_figures(rows: Sequence[Data]) -> Iterator[Figure]:
             yield Figure(title, drawings, keys, label=f"Figure 5.4, {words}")
 
 
-def _ghost_section(data: Data) -> Section:
-    drawings, effects = draw_ghosts(data["ghosts"]), data["patch_effects"]
+def _ghost_section(found: AttackFigures) -> Section:
+    drawings, effects = draw_ghosts(found.ghosts), found.patch_effects
     keys = [mark_key(place, words, size=4) for place, words in PLACE_WORDS.items()]
     lanes = "the three lanes that the car may take"
     figure = Figure(
@@ -184,7 +186,7 @@ def _ghost_section(data: Data) -> Section:
     )
     parts: list[Part] = [
         *([figure] if drawings else []),
-        ghost_table(data["ghosts"]),
+        ghost_table(found.ghosts),
         *([patch_effect_table(effects)] if effects else []),
     ]
     return Section("ghosts", "Where ghosts are", parts=parts, link="Ghosts")
@@ -214,13 +216,13 @@ def _map_figure(maps: Sequence[SpreadPicture]) -> Figure:
     )
 
 
-def _correlation(both: Data) -> str:
-    if both["rho"] is None:
+def _correlation(both: RankCorrelation) -> str:
+    if both.rho is None:
         return ""
     return (
         "Over the attacks of both detectors together, the rank correlation of the loss of precision"
-        f" with the loss of safety is ρ = {number(both['rho'], digits=2)}"
-        f" {bounds(both['interval'], digits=2)} ({both['attacks']} attacks; controls, rounded"
+        f" with the loss of safety is ρ = {number(both.rho, digits=2)}"
+        f" {bounds(both.interval, digits=2)} ({both.attacks} attacks; controls, rounded"
         " pixels and changed scenes left out)."
     )
 

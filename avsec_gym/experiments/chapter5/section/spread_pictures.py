@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import matplotlib
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from avsec_gym.drawing.embedded_image import embedded
 from avsec_gym.experiments.chapter5.attack_names import detector_name
 from avsec_gym.experiments.chapter5.feature_spread import FeatureSpread
-from avsec_gym.experiments.chapter5.patch_spreads import IMAGES
+from avsec_gym.experiments.chapter5.patch_spreads import IMAGES, SpreadRow
 from avsec_gym.experiments.chapter5.section.tables_why import IMAGE_WORDS, PATCH_WORDS
 from avsec_gym.geometry import Floats
 
@@ -61,16 +61,16 @@ class SpreadPicture:
 
 
 def shown_spreads(
-    rows: Sequence[Mapping[str, Any]],
+    rows: Sequence[SpreadRow],
     spreads: Spreads,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> dict[str, FeatureSpread]:
     """Maps by their titles: of each detector one patch, on noise and on scenes.
 
     Args:
-        rows: Of `avsec_gym.experiments.chapter5.patch_spreads.spread_rows`.
-        spreads: Makes the maps.
-        on_progress: Told how many of how many are done.
+        rows: The spread in each layer.
+        spreads: The work that makes the maps.
+        on_progress: Called with the number of maps that are done, and of all.
 
     Raises:
         DataError: Weights, patches or scenes are no longer there.
@@ -99,11 +99,11 @@ def spread_picture(title: str, spread: FeatureSpread) -> SpreadPicture:
     return SpreadPicture(title, embedded(image), tuple(maps))
 
 
-def _wanted(rows: Sequence[Mapping[str, Any]]) -> Iterator[tuple[str, str, str]]:
-    there = {(row["detector"], row["patch"], row["images"]) for row in rows}
+def _wanted(rows: Sequence[SpreadRow]) -> Iterator[tuple[str, str, str]]:
+    there = {(row.detector, row.patch, row.images) for row in rows}
     for images in IMAGES:
-        for detector in dict.fromkeys(row["detector"] for row in rows):
-            patches = [one for one in _BEST if (detector, one, images) in there]
+        for detector in dict.fromkeys(row.detector for row in rows):
+            patches = [patch for patch in _BEST if (detector, patch, images) in there]
             if patches:
                 yield detector, patches[0], images
 

@@ -2,32 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from avsec_gym.drawing.page_table import UNKNOWN, Cell, Table, figure, name, number, p_value
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
-from avsec_gym.experiments.chapter5.settings import UNATTACKED
+from avsec_gym.experiments.chapter5.controls import ControlRow, RoundingRow, TrendRow
+from avsec_gym.experiments.chapter5.decoupling import AttackRow
+from avsec_gym.experiments.chapter5.flips import Flip
+from avsec_gym.experiments.chapter5.outcomes import Condition
+from avsec_gym.experiments.chapter5.patch_effects import PatchEffectRow
+from avsec_gym.experiments.chapter5.section.estimate_cell import estimate_cell
+from avsec_gym.experiments.chapter5.seen import SeenRow
+from avsec_gym.experiments.chapter5.settings import PERTURBATIONS, TEXTURE_ATTACKED, UNATTACKED
+from avsec_gym.experiments.chapter5.tables import SafetyRow
 
-Rows = Sequence[Mapping[str, Any]]
 _POINTS = "In percentage points; in brackets: 95 % bootstrap intervals over scenarios."
 
 
-def loss_table(rows: Rows) -> Table:
+def loss_table(rows: Sequence[AttackRow]) -> Table:
     """What every attack takes, and which drives it turns."""
-    lines = []
-    for row in rows:
-        paired = row["paired"]
-        lines.append(
-            [
-                *_names(row),
-                figure(row["precision_lost"], row["precision_lost_interval"]),
-                figure(row["safety_lost"], row["safety_lost_interval"]),
-                _count(paired.get("became_unsafe")),
-                _count(paired.get("became_safe")),
-                _count(paired.get("drives")),
-            ]
-        )
+    lines = [
+        [
+            *_names(row.condition),
+            estimate_cell(row.precision_lost),
+            estimate_cell(row.safety_lost),
+            _count(row.paired.became_unsafe if row.paired else None),
+            _count(row.paired.became_safe if row.paired else None),
+            _count(row.paired.drives if row.paired else None),
+        ]
+        for row in rows
+    ]
     return Table(
         "What each attack takes",
         ["detector", "attack", "AP taken", "safe driving taken", "became unsafe", "became safe",
@@ -39,25 +43,19 @@ def loss_table(rows: Rows) -> Table:
     )  # fmt: skip
 
 
-def paired_table(rows: Rows) -> Table:
+def paired_table(rows: Sequence[SafetyRow]) -> Table:
     """Safe driving under each attack against unattacked, scenario by scenario."""
     lines = [
         [
-            *_names(row),
-            name(row["intention"]),
-            figure(
-                paired["safe_driving_rate"],
-                paired["safe_driving_rate_interval"],
-                scale=100,
-                signed=True,
-            ),
-            _count(paired["became_unsafe"]),
-            _count(paired["became_safe"]),
-            Cell(p_value(paired["mcnemar_p"]), key=paired["mcnemar_p"]),
+            *_names(row.condition),
+            name(row.intention),
+            estimate_cell(row.paired.safe_driving_rate, scale=100, signed=True),
+            _count(row.paired.became_unsafe),
+            _count(row.paired.became_safe),
+            Cell(p_value(row.paired.mcnemar_p), key=row.paired.mcnemar_p),
         ]
         for row in rows
-        for paired in [row["paired"]]
-        if paired is not None and row["attack"] != UNATTACKED
+        if row.paired is not None and row.condition.attack != UNATTACKED
     ]
     return Table(
         "Paired tests: the same scenarios, unattacked and attacked",
@@ -70,14 +68,14 @@ def paired_table(rows: Rows) -> Table:
     )  # fmt: skip
 
 
-def seen_table(rows: Rows) -> Table:
+def seen_table(rows: Sequence[SeenRow]) -> Table:
     """Why: cars that are still found, ghosts in the driven lanes and beside them."""
     lines = [
         [
-            *_names(row),
-            figure(row["cars_found"], row["cars_found_interval"], scale=100),
-            figure(row["ghosts_in_lanes"], row["ghosts_in_lanes_interval"], digits=2),
-            figure(row["ghosts_beside"], row["ghosts_beside_interval"], digits=2),
+            *_names(row.condition),
+            estimate_cell(row.cars_found, scale=100),
+            estimate_cell(row.ghosts_in_lanes, digits=2),
+            estimate_cell(row.ghosts_beside, digits=2),
         ]
         for row in rows
     ]
@@ -92,15 +90,15 @@ def seen_table(rows: Rows) -> Table:
     )
 
 
-def patch_effect_table(rows: Rows) -> Table:
+def patch_effect_table(rows: Sequence[PatchEffectRow]) -> Table:
     """Why: how often the ghost of a patch is seen, and what it does then."""
     lines = [
         [
-            *_names(row),
-            _count(row["drives"]),
+            *_names(row.condition),
+            _count(row.drives),
             *(
-                figure(row[name], row[f"{name}_interval"], scale=100)
-                for name in ("seen", "unsafe_seen", "unsafe_unseen")
+                estimate_cell(share, scale=100)
+                for share in (row.seen, row.unsafe_seen, row.unsafe_unseen)
             ),
         ]
         for row in rows
@@ -111,33 +109,34 @@ def patch_effect_table(rows: Rows) -> Table:
          "unsafe if not seen, %"],
         lines,
         "Of the drives that are safe unattacked. A ghost is seen where the planner gets a box that"
-        " meets it on the ground, as a real object there may: the grey disc tells how often. In"
+        " meets it on the ground, as a real object there may: the grey disc shows how often. In"
         " brackets: 95 % intervals by bootstrap over scenarios, whose drives belong together;"
         " Wilson’s where no drive counts or all do.",
         names=2,
     )  # fmt: skip
 
 
-def control_table(rows: Rows) -> Table:
+def control_table(rows: Sequence[ControlRow]) -> Table:
     """The sanity sheet."""
     aims = {"up": "raises", "down": "lowers", None: "control"}
     towards = {"ghosts": "to its ghosts", "truth": "to the truth"}
     lines = []
     for row in rows:
-        share = figure(row["share_moved"], row["share_moved_interval"], scale=100)
-        budget = UNKNOWN if row["budget"] is None else f"{row['budget']:g}"
+        budget = UNKNOWN if row.budget is None else f"{row.budget:g}"
+        aim = "not measured"
+        if row.loss_towards is not None:
+            aim = f"{towards[row.loss_towards]}, {aims[row.aim]}"
         lines.append(
             [
-                *_names(row),
-                name(f"{towards[row['loss_towards']]}, {aims[row['aim']]}" if row["loss_towards"]
-                     else "not measured"),
-                figure(row["loss_before"], digits=3),
-                figure(row["loss_after"], digits=3),
-                share,
-                figure(row.get("ghosts_seen"), row.get("ghosts_seen_interval"), scale=100),
-                figure(row["largest_change"], digits=2),
-                Cell(budget, tone="" if row["within_budget"] else "bad",
-                     hint="" if row["within_budget"] else "exceeded"),
+                *_names(row.condition),
+                name(aim),
+                figure(row.loss_before, digits=3),
+                figure(row.loss_after, digits=3),
+                estimate_cell(row.share_moved, scale=100),
+                estimate_cell(row.ghosts_seen, scale=100),
+                figure(row.largest_change, digits=2),
+                Cell(budget, tone="" if row.within_budget else "bad",
+                     hint="" if row.within_budget else "exceeded"),
             ]
         )  # fmt: skip
     return Table(
@@ -153,13 +152,14 @@ def control_table(rows: Rows) -> Table:
     )  # fmt: skip
 
 
-def trend_table(rows: Rows) -> Table:
+def trend_table(rows: Sequence[TrendRow]) -> Table:
     """Slopes over n."""
     lines = [
         [
-            *_names(row),
-            figure(row["precision_slope"], row["precision_slope_interval"], signed=True),
-            figure(row["safety_slope"], row["safety_slope_interval"], signed=True),
+            name(detector_name(row.detector)),
+            name(attack_name(row.attack)),
+            estimate_cell(row.precision_slope, signed=True),
+            estimate_cell(row.safety_slope, signed=True),
         ]
         for row in rows
     ]
@@ -172,18 +172,20 @@ def trend_table(rows: Rows) -> Table:
     )
 
 
-def rounding_table(rows: Rows) -> Table:
+def rounding_table(rows: Sequence[RoundingRow]) -> Table:
     """8 bits against float."""
-    lines = []
-    for row in rows:
-        cells = []
-        for what in ("precision", "safety"):
-            cells += [
-                figure(row[f"{what}_float"]),
-                figure(row[f"{what}_8_bit"]),
-                figure(row[f"{what}_difference"], row[f"{what}_difference_interval"], signed=True),
-            ]
-        lines.append([*_names(row), *cells])
+    lines = [
+        [
+            *_names(row.condition),
+            figure(row.precision_float),
+            figure(row.precision_8_bit),
+            estimate_cell(row.precision_difference, signed=True),
+            figure(row.safety_float),
+            figure(row.safety_8_bit),
+            estimate_cell(row.safety_difference, signed=True),
+        ]
+        for row in rows
+    ]
     return Table(
         "Whole grey levels: 8 bits against float",
         ["detector", "attack", *("float", "8 bits", "difference") * 2],
@@ -195,16 +197,17 @@ def rounding_table(rows: Rows) -> Table:
     )
 
 
-def flip_table(rows: Rows) -> Table:
-    """Drives that were safe and are not: one row for all strengths of an attack."""
-    drives: dict[tuple[str, ...], list[Mapping[str, Any]]] = {}
-    for row in rows:
-        if not row["whole_levels"]:
-            key = (row["detector"], row["attack"], row["scenario"], row["intention"])
-            drives.setdefault(key, []).append(row)
+def flip_table(rows: Sequence[Flip]) -> Table:
+    """Episodes that were safe and are not: one row for all strengths of an attack."""
+    episodes: dict[tuple[str, ...], list[Flip]] = {}
+    for flip in rows:
+        if not flip.condition.whole_levels:
+            place = (flip.condition.detector, flip.condition.attack, flip.scenario, flip.intention)
+            episodes.setdefault(place, []).append(flip)
     lines, tones = [], {"collision": "bad", "unplanned": "warn"}
-    for (detector, attack, scenario, intention), found in drives.items():
-        steps = ", ".join(f"{row['strength']:g}" for row in found if row["strength"])
+    for (detector, attack, scenario, intention), found in episodes.items():
+        strengths = [flip.condition.strength for flip in found if flip.condition.strength]
+        steps = ", ".join(f"{strength:g}" for strength in strengths)
         last = found[-1]
         lines.append(
             [
@@ -212,9 +215,9 @@ def flip_table(rows: Rows) -> Table:
                 name(attack_name(attack)),
                 name(scenario),
                 name(intention),
-                name(steps if "pgd" in attack else ""),
-                Cell(last["outcome"], tone=tones[last["outcome"]], words=True),
-                name(last["why"]),
+                name(steps if attack in (*PERTURBATIONS, TEXTURE_ATTACKED) else ""),
+                Cell(last.outcome, tone=tones[last.outcome], words=True),
+                name(last.why),
             ]
         )
     return Table(
@@ -226,9 +229,9 @@ def flip_table(rows: Rows) -> Table:
     )  # fmt: skip
 
 
-def _names(row: Mapping[str, Any]) -> list[Cell]:
-    attack = attack_name(row["attack"], row.get("strength", 0), row.get("whole_levels", False))
-    return [name(detector_name(row["detector"])), name(attack)]
+def _names(condition: Condition) -> list[Cell]:
+    attack = attack_name(condition.attack, condition.strength, condition.whole_levels)
+    return [name(detector_name(condition.detector)), name(attack)]
 
 
 def _count(value: int | None) -> Cell:

@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from avsec_gym.drawing.page_table import Cell, Table, figure, name
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
+from avsec_gym.experiments.chapter5.figures import ChapterFigures
+from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.settings import (
     JOINT_PATCHES,
     PATCHES,
     PERTURBATIONS,
     UNATTACKED,
 )
-from avsec_gym.experiments.thesis import LEVELS
+from avsec_gym.experiments.chapter5.tables import (
+    InputRow,
+    PlacementRow,
+    PlannerRow,
+    PrecisionRow,
+    SafetyRow,
+)
+from avsec_gym.experiments.thesis import LEVELS, ThesisRates
 from avsec_gym.metrics.average_precision_curves import FEWEST_LABELS
+from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.scenario.intention import Intention
 
-Rows = Sequence[Mapping[str, Any]]
 Column = tuple[str, str, float]
 """Detector, attack, strength."""
 
@@ -35,14 +43,13 @@ _GROUPS = {
 }
 
 
-def tables_of_thesis(report: Mapping[str, Any]) -> list[Table]:
-    """Those that the run has figures for.
-
-    Args:
-        report: As `avsec_gym.report.run_report.run_report` makes it.
-    """
-    safety = [row for row in report.get("safety", ()) if not row["whole_levels"]]
-    precision = [row for row in report.get("precision", ()) if not row["whole_levels"]]
+def tables_of_thesis(figures: ChapterFigures) -> list[Table]:
+    """Those that the run has figures for."""
+    attacks = figures.of_attacks
+    safety = [row for row in attacks.safety if not row.condition.whole_levels] if attacks else []
+    precision = (
+        [row for row in attacks.precision if not row.condition.whole_levels] if attacks else []
+    )
     tables = [
         _safety_table(
             f"Table {number}: driving safety under {attack_name(attack)}", safety, [attack]
@@ -55,9 +62,9 @@ def tables_of_thesis(report: Mapping[str, Any]) -> list[Table]:
         ),
         _precision_table("Table 5.3: average precision under patches", precision, PATCHES),
         _safety_table("Table 5.4: driving safety under patches", safety, PATCHES),
-        _intention_table(report.get("intentions", ()), "patch-random"),
-        _planner_table(report.get("planners", ())),
-        _input_table(report.get("inputs", ())),
+        _placement_table(attacks.placements if attacks else (), "patch-random"),
+        _planner_table(figures.planners),
+        _input_table(attacks.inputs if attacks else ()),
         _precision_table("Section 5.5.2: average precision, one patch for both detectors",
                          precision, JOINT_PATCHES),
         _safety_table("Section 5.5.2: driving safety, one patch for both detectors",
@@ -66,9 +73,9 @@ def tables_of_thesis(report: Mapping[str, Any]) -> list[Table]:
     return [table for table in tables if table is not None]
 
 
-def _safety_table(title: str, rows: Rows, attacks: Sequence[str]) -> Table | None:
-    found = {(*_column(row), row["intention"]): row for row in rows}
-    columns = _columns(rows, attacks)
+def _safety_table(title: str, rows: Sequence[SafetyRow], attacks: Sequence[str]) -> Table | None:
+    found = {(*_column(row.condition), row.intention): row for row in rows}
+    columns = _columns([row.condition for row in rows], attacks)
     if not columns:
         return None
     lines = [
@@ -94,25 +101,36 @@ def _safety_table(title: str, rows: Rows, attacks: Sequence[str]) -> Table | Non
     )
 
 
-def _safety_cell(row: Mapping[str, Any], rate: str, key: str) -> Cell:
-    thesis = None if row["thesis"] is None else row["thesis"][key]
-    paired, hint = row["paired"], f"{row['scenarios']} scenarios"
-    if paired is not None and row["attack"] != UNATTACKED:
-        change = figure(paired[rate], paired[f"{rate}_interval"], scale=100, signed=True)
+def _safety_cell(row: SafetyRow, rate: str, key: str) -> Cell:
+    paired, hint = row.paired, f"{row.rates.scenarios} scenarios"
+    if paired is not None and row.condition.attack != UNATTACKED:
+        difference = vars(paired)[rate]
+        change = figure(difference.value, difference.interval, scale=100, signed=True)
         hint += f"; to unattacked {change.text} {change.interval}"
-        if paired["mcnemar_p"] is not None:
+        if paired.mcnemar_p is not None:
             hint += (
-                f"; {paired['became_unsafe']} became unsafe, {paired['became_safe']} safe,"
-                f" p = {paired['mcnemar_p']:.2g}"
+                f"; {paired.became_unsafe} became unsafe, {paired.became_safe} safe,"
+                f" p = {paired.mcnemar_p:.2g}"
             )
-    return figure(row[rate], row[f"{rate}_interval"], thesis, scale=100, hint=hint)
+    return _rate_cell(row.rates, rate, _thesis(row.thesis, key), hint)
 
 
-def _precision_table(title: str, rows: Rows, attacks: Sequence[str]) -> Table | None:
-    found = {(*_column(row), row["intention"]): row for row in rows}
+def _rate_cell(rates: SafetyRates, rate: str, thesis: float | None, hint: str) -> Cell:
+    known = rates.to_json()
+    return figure(known[rate], known[f"{rate}_interval"], thesis, scale=100, hint=hint)
+
+
+def _thesis(rates: ThesisRates | None, key: str) -> float | None:
+    return None if rates is None else float(vars(rates)[key])
+
+
+def _precision_table(
+    title: str, rows: Sequence[PrecisionRow], attacks: Sequence[str]
+) -> Table | None:
+    found = {(*_column(row.condition), row.intention): row for row in rows}
     columns = [
         (*column, intention)
-        for column in _columns(rows, attacks)
+        for column in _columns([row.condition for row in rows], attacks)
         for intention in (None, *map(str, Intention))
         if (*column, intention) in found
     ]
@@ -140,15 +158,13 @@ def _precision_table(title: str, rows: Rows, attacks: Sequence[str]) -> Table | 
     )
 
 
-def _ceiling(row: Mapping[str, Any]) -> str:
+def _ceiling(row: PrecisionRow) -> str:
     """How many cars count, and what perfect detections of them reach."""
-    if "labels" not in row:  # Summaries of earlier releases.
-        return ""
     parts = [
         f"{count} {level} ({ap11:.1f} and {ap40:.1f})"
-        for level, count, (ap11, ap40) in zip(LEVELS, row["labels"], row["ceiling"], strict=True)
+        for level, count, (ap11, ap40) in zip(LEVELS, row.labels, row.ceiling, strict=True)
     ]
-    few = min(row["labels"]) < FEWEST_LABELS
+    few = min(row.labels) < FEWEST_LABELS
     return (
         f" Cars that count, and what perfect detections of them reach in AP11 and AP40:"
         f" {', '.join(parts)}."
@@ -156,10 +172,10 @@ def _ceiling(row: Mapping[str, Any]) -> str:
     )
 
 
-def _precision_cell(row: Mapping[str, Any], points: str, place: int) -> Cell:
-    ours = row["precision"]["3d"]
+def _precision_cell(row: PrecisionRow, points: str, place: int) -> Cell:
+    ours = row.precision["3d"]
     interval = ours[f"{points}_interval"][place]
-    thesis = row["thesis"][place] if row["thesis"] and points == "ap11" else None
+    thesis = row.thesis[place] if row.thesis and points == "ap11" else None
     return figure(
         ours[points][place],
         None if interval is None or interval[0] is None else interval,
@@ -167,12 +183,14 @@ def _precision_cell(row: Mapping[str, Any], points: str, place: int) -> Cell:
     )
 
 
-def _loose_cell(row: Mapping[str, Any]) -> Cell:
-    return figure(row["precision_iou_0.5"]["3d"]["ap11"][LEVELS.index("moderate")])
+def _loose_cell(row: PrecisionRow) -> Cell:
+    return figure(row.precision_iou_low["3d"]["ap11"][LEVELS.index("moderate")])
 
 
-def _intention_table(rows: Rows, attack: str) -> Table | None:
-    found = {(row["detector"], row["group"]): row for row in rows if row["attack"] == attack}
+def _placement_table(rows: Sequence[PlacementRow], attack: str) -> Table | None:
+    found = {
+        (row.condition.detector, row.group): row for row in rows if row.condition.attack == attack
+    }
     columns = [
         (detector, group)
         for detector in dict.fromkeys(detector for detector, _ in found)
@@ -181,15 +199,18 @@ def _intention_table(rows: Rows, attack: str) -> Table | None:
     ]
     if not columns:
         return None
-    lines = []
-    for rate, (words, key) in _RATES.items():
-        cells = []
-        for column in columns:
-            row = found[column]
-            thesis = None if row["thesis"] is None else row["thesis"][key]
-            hint = f"{row['scenarios']} drives"
-            cells.append(figure(row[rate], row[f"{rate}_interval"], thesis, scale=100, hint=hint))
-        lines.append([name(words), *cells])
+    lines = [
+        [
+            name(words),
+            *(
+                _rate_cell(
+                    row.rates, rate, _thesis(row.thesis, key), f"{row.rates.scenarios} drives"
+                )
+                for row in (found[column] for column in columns)
+            ),
+        ]
+        for rate, (words, key) in _RATES.items()
+    ]
     return Table(
         "Table 5.5: the random patch by where it stands, %",
         ["rate", *(_GROUPS[group] for _, group in columns)],
@@ -199,10 +220,10 @@ def _intention_table(rows: Rows, attack: str) -> Table | None:
     )
 
 
-def _planner_table(rows: Rows) -> Table | None:
+def _planner_table(rows: Sequence[PlannerRow]) -> Table | None:
     names = {"astar": "A*", "gbfs": "GBFS"}
-    found = {(row["planner"], row["intention"]): row for row in rows}
-    planners = [one for one in names if any(planner == one for planner, _ in found)]
+    found = {(row.planner, row.intention): row for row in rows}
+    planners = [planner for planner in names if any(planner == known for known, _ in found)]
     if not planners:
         return None
     return Table(
@@ -216,10 +237,8 @@ def _planner_table(rows: Rows) -> Table | None:
     )
 
 
-def _input_table(rows: Rows) -> Table | None:
-    found = {
-        (row["detector"], row["attack"], row["strength"], row["intention"]): row for row in rows
-    }
+def _input_table(rows: Sequence[InputRow]) -> Table | None:
+    found = {(row.detector, row.attack, row.strength, row.intention): row for row in rows}
     columns = list(dict.fromkeys(key[:3] for key in found))
     if len(columns) < 2:
         return None
@@ -239,18 +258,13 @@ def _input_table(rows: Rows) -> Table | None:
     )
 
 
-def _safe_cell(row: Mapping[str, Any]) -> Cell:
-    return figure(
-        row["safe_driving_rate"],
-        row["safe_driving_rate_interval"],
-        row["thesis"],
-        scale=100,
-        hint=f"{row['scenarios']} scenarios",
-    )
+def _safe_cell(row: PlannerRow | InputRow) -> Cell:
+    hint = f"{row.rates.scenarios} scenarios"
+    return _rate_cell(row.rates, "safe_driving_rate", row.thesis, hint)
 
 
 def _heading(attack: str, strength: float, attacks: Sequence[str]) -> str:
-    """Short: what the title says already is left out."""
+    """Short: the words of the title are left out."""
     if attack in PERTURBATIONS:
         alpha = attack_name(attack).removeprefix("thesis PGD ")
         words = f"n {strength:g}" if len(attacks) == 1 else f"{alpha}, n {strength:g}"
@@ -258,17 +272,17 @@ def _heading(attack: str, strength: float, attacks: Sequence[str]) -> str:
     return attack_name(attack).removesuffix(" patch").removesuffix(" joint")
 
 
-def _columns(rows: Rows, attacks: Sequence[str]) -> list[Column]:
+def _columns(conditions: Sequence[Condition], attacks: Sequence[str]) -> list[Column]:
     """Unattacked first, detector by detector; nothing where none of the attacks was made."""
-    every = list(dict.fromkeys(_column(row) for row in rows))
+    every = list(dict.fromkeys(_column(condition) for condition in conditions))
     detectors = {detector for detector, attack, _ in every if attack in attacks}
     return [
         column for column in every if column[0] in detectors and column[1] in (UNATTACKED, *attacks)
     ]
 
 
-def _column(row: Mapping[str, Any]) -> Column:
-    return row["detector"], row["attack"], row["strength"]
+def _column(condition: Condition) -> Column:
+    return condition.detector, condition.attack, condition.strength
 
 
 def _detector_groups(columns: Sequence[Column], before: int) -> list[tuple[str, int]]:

@@ -2,40 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import product
-from typing import Any
 
 from avsec_gym.drawing.page_table import UNKNOWN, Cell, Table, figure, name, number
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
-from avsec_gym.experiments.chapter5.patch_spreads import IMAGES, NOISE, PATCHES, SCENES
+from avsec_gym.experiments.chapter5.ghost_shares import GhostRow
+from avsec_gym.experiments.chapter5.patch_spreads import (
+    IMAGES,
+    NOISE,
+    PATCHES,
+    SCENES,
+    SpreadRow,
+)
+from avsec_gym.experiments.chapter5.pyramid import PyramidRow
+from avsec_gym.experiments.chapter5.section.estimate_cell import estimate_cell
 from avsec_gym.experiments.chapter5.settings import UNATTACKED, WITHOUT_PYRAMID
 from avsec_gym.experiments.chapter5.trained import TRAINED_PATCHES
-
-Rows = Sequence[Mapping[str, Any]]
 
 PATCH_WORDS = {"patch": "own patch", "joint": "joint patch", NOISE: "patch of noise (control)"}
 """What patches are called."""
 IMAGE_WORDS = {NOISE: "on noise", SCENES: "on scenes"}
 
 
-def ghost_table(rows: Rows) -> Table:
+def ghost_table(rows: Sequence[GhostRow]) -> Table:
     """On the road, beside it, and what chance would give."""
     lines = []
     for row in rows:
-        shares = [
-            figure(row[what], row[f"{what}_interval"], scale=100)
-            for what in ("share_on_road", "chance", "share_in_lanes")
-        ]
+        condition, found = row.condition, row.summary
         lines.append(
             [
-                name(detector_name(row["detector"])),
-                name(attack_name(row["attack"], row["strength"])),
-                Cell(number(row["ghosts"], digits=0), key=row["ghosts"]),
-                *shares[:2],
-                figure(row["ratio"], row["ratio_interval"], digits=2),
-                shares[2],
-                figure(row["unknown"] / row["ghosts"] if row["ghosts"] else None, scale=100),
+                name(detector_name(condition.detector)),
+                name(attack_name(condition.attack, condition.strength)),
+                Cell(number(found.ghosts, digits=0), key=found.ghosts),
+                estimate_cell(found.share_on_road, scale=100),
+                estimate_cell(found.chance, scale=100),
+                estimate_cell(found.ratio, digits=2),
+                estimate_cell(found.share_in_lanes, scale=100),
+                figure(found.unknown / found.ghosts if found.ghosts else None, scale=100),
             ]
         )
     return Table(
@@ -43,8 +47,8 @@ def ghost_table(rows: Rows) -> Table:
         ["detector", "attack", "ghosts", "on the road, %", "by chance, %", "odds ratio",
          "in the driven lanes, %", "neither, %"],
         lines,
-        "Ghosts up to 40 m ahead that are planned on. Where one stands is told by what the left"
-        " image shows at its foot; “neither” is out of the image or hidden by another object, and"
+        "Ghosts up to 40 m ahead that are planned on. Where one stands is what the left image"
+        " shows at its foot; “neither” is out of the image or hidden by another object, and"
         " does not count. By chance: the road’s share of the ground that is seen. Odds ratio: 1"
         " where ghosts do not care, below 1 where they prefer the side area. In the driven lanes:"
         " on the road and reaching into one of the three lanes that the car may take. In brackets:"
@@ -53,22 +57,22 @@ def ghost_table(rows: Rows) -> Table:
     )  # fmt: skip
 
 
-def spread_table(rows: Rows) -> Table:
+def spread_table(rows: Sequence[SpreadRow]) -> Table:
     """Figure 5.8 in numbers: radii in multiples of the patch's."""
-    shown = {(row["patch"], row["images"]) for row in rows}
-    columns = [one for one in product(PATCHES, IMAGES) if one in shown]
-    found = {(row["detector"], row["layer"], row["patch"], row["images"]): row for row in rows}
+    shown = {(row.patch, row.images) for row in rows}
+    columns = [column for column in product(PATCHES, IMAGES) if column in shown]
+    found = {(row.detector, row.layer, row.patch, row.images): row for row in rows}
     lines = []
-    for detector, layer in dict.fromkeys((row["detector"], row["layer"]) for row in rows):
+    for detector, layer in dict.fromkeys((row.detector, row.layer) for row in rows):
         cells, reach = [], Cell(UNKNOWN)
         for patch, images in columns:
             row = found.get((detector, layer, patch, images))
             if row is None:
                 cells += [Cell(UNKNOWN)] * 2
                 continue
-            radius = row["patch_radius"]
-            cells += [figure(row[what] / radius) for what in ("radius", "radius_absolute")]
-            reach = figure(row["reach"] / radius)
+            radii = (row.radius, row.radius_absolute)
+            cells += [figure(radius / row.patch_radius) for radius in radii]
+            reach = figure(row.reach / row.patch_radius)
         lines.append([name(detector_name(detector)), name(layer), *cells, reach])
     return Table(
         "Figure 5.8: how far a patch spreads, in multiples of its radius",
@@ -85,42 +89,38 @@ def spread_table(rows: Rows) -> Table:
     )  # fmt: skip
 
 
-def left_out(rows: Rows) -> list[str]:
-    """What the rows of `spread_table` lack because files were not given."""
-    told = []
-    detectors = dict.fromkeys(row["detector"] for row in rows)
+def left_out(rows: Sequence[SpreadRow]) -> list[str]:
+    """Remarks on what `spread_table` lacks because files were not given."""
+    remarks = []
+    detectors = dict.fromkeys(row.detector for row in rows)
     if WITHOUT_PYRAMID not in detectors:
-        told.append(
+        remarks.append(
             "DSGN without its spatial pyramid pooling is left out: no weights were given"
             f" (--options {WITHOUT_PYRAMID}=FILE)."
         )
     for kind in TRAINED_PATCHES:
         without = [
-            detector_name(one)
-            for one in detectors
-            if not any(row["detector"] == one and row["patch"] == kind for row in rows)
+            detector_name(detector)
+            for detector in detectors
+            if not any(row.detector == detector and row.patch == kind for row in rows)
         ]
         if without:
-            told.append(f"There was no file of the {PATCH_WORDS[kind]} of {', '.join(without)}.")
-    return told
+            remarks.append(f"There was no file of the {PATCH_WORDS[kind]} of {', '.join(without)}.")
+    return remarks
 
 
-def pyramid_table(rows: Rows) -> Table:
+def pyramid_table(rows: Sequence[PyramidRow]) -> Table:
     """DSGN with its spatial pyramid pooling and without."""
     lines = []
     for row in rows:
-        cells = [name(attack_name(row["attack"]))]
+        cells = [name(attack_name(row.attack))]
         for what in ("precision", "safety"):
             cells += [
-                figure(row[f"{what}_{which}"], row[f"{what}_{which}_interval"])
-                for which in ("with", "without")
+                estimate_cell(row.figures[f"{what}_{which}"]) for which in ("with", "without")
             ]
-            more = f"{what}_difference"
-            cells.append(
-                Cell(UNKNOWN)
-                if row["attack"] == UNATTACKED
-                else figure(row[more], row[f"{more}_interval"], signed=True)
-            )
+            more = row.figures[f"{what}_difference"]
+            unattacked = row.attack == UNATTACKED
+            cells.append(Cell(UNKNOWN) if unattacked else estimate_cell(more, signed=True))
         lines.append(cells)
     return Table(
         "Section 5.5.2: DSGN with its spatial pyramid pooling (SPP), and without",

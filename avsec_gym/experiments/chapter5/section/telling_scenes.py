@@ -7,9 +7,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
-from typing import Any
 
-from avsec_gym.experiments.chapter5.flips import flips
+from avsec_gym.experiments.chapter5.flips import Flip, flips
 from avsec_gym.experiments.chapter5.ghost_positions import ghosts, in_corridor
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.seen import found_cars
@@ -87,7 +86,7 @@ class _Seen:
         self.outcomes = outcomes
         self._threshold = threshold
         self.found: Callable[[Condition, Intention | None], list[set[int]]] = cache(self._found)
-        self.flips: Callable[[], list[dict[str, Any]]] = cache(lambda: flips(outcomes))
+        self.flips: Callable[[], list[Flip]] = cache(lambda: flips(outcomes))
 
     def strongest(self, detector: str, attacks: Sequence[str]) -> Condition | None:
         """The last of its conditions of certain attacks, in float."""
@@ -140,8 +139,8 @@ def _patched(seen: _Seen, detector: str) -> Iterator[Telling]:
     flipped = _flips_of(seen, detector, patches)
     place = {scenario: number for number, scenario in enumerate(seen.outcomes.scenarios)}
     for (scenario, intention), rows in sorted(flipped.items(), key=_often_first):
-        for row in sorted(rows, key=lambda row: patches.index(row["attack"])):
-            attacked = Condition(detector, row["attack"])
+        for row in sorted(rows, key=lambda row: patches.index(row.condition.attack)):
+            attacked = Condition(detector, row.condition.attack)
             way = intention if None not in seen.outcomes.looks(attacked) else None
             before = seen.found(attacked.unattacked, None)[place[scenario]]
             if before and before <= seen.found(attacked, way)[place[scenario]]:
@@ -155,7 +154,7 @@ def _often(seen: _Seen, detector: str) -> Iterator[Telling]:
         _flips_of(seen, detector, attacks).items(), key=_often_first
     ):
         row = rows[-1]
-        attacked = Condition(detector, row["attack"], row["strength"])
+        attacked = Condition(detector, row.condition.attack, row.condition.strength)
         yield Telling(OFTEN, scenario, intention, (attacked.unattacked, attacked))
 
 
@@ -172,19 +171,22 @@ def _textured(seen: _Seen, detector: str) -> Iterator[Telling]:
 
 def _flips_of(
     seen: _Seen, detector: str, attacks: Sequence[str]
-) -> dict[tuple[str, Intention], list[dict[str, Any]]]:
+) -> dict[tuple[str, Intention], list[Flip]]:
     """Of each drive, in the order of conditions; in float."""
-    found: dict[tuple[str, Intention], list[dict[str, Any]]] = {}
+    found: dict[tuple[str, Intention], list[Flip]] = {}
     for row in seen.flips():
-        if row["detector"] == detector and row["attack"] in attacks and not row["whole_levels"]:
-            key = (row["scenario"], Intention(row["intention"]))
+        condition = row.condition
+        own = condition.detector == detector and condition.attack in attacks
+        if own and not condition.whole_levels:
+            key = (row.scenario, Intention(row.intention))
             found.setdefault(key, []).append(row)
     return found
 
 
-def _often_first(item: tuple[tuple[str, Intention], list[dict[str, Any]]]) -> tuple[int, str]:
+def _often_first(item: tuple[tuple[str, Intention], list[Flip]]) -> tuple[int, str]:
     key, rows = item
-    return -len(Counter(row["attack"] for row in rows)), f"{key[0]} {list(Intention).index(key[1])}"
+    attacks = Counter(row.condition.attack for row in rows)
+    return -len(attacks), f"{key[0]} {list(Intention).index(key[1])}"
 
 
 def _most(counts: Sequence[int], scenarios: Sequence[str]) -> list[tuple[int, str]]:

@@ -6,18 +6,17 @@ import re
 
 import pytest
 
+from avsec_gym.experiments.chapter5.decoupling import LossRow
+from avsec_gym.experiments.chapter5.outcomes import Condition
+from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.chapter5.section.plots_losses import draw_losses, legend, thesis_losses
 from avsec_gym.experiments.chapter5.section.plots_steps import draw_precision
+from avsec_gym.experiments.chapter5.tables import PrecisionRow
 
 
-def attack(
-    detector: str, name: str, x: float, y: float, strength: float = 0.0
-) -> dict[str, object]:
-    return {
-        "detector": detector, "attack": name, "strength": strength, "whole_levels": False,
-        "precision_lost": x, "precision_lost_interval": [x - 2, x + 2],
-        "safety_lost": y, "safety_lost_interval": None,
-    }  # fmt: skip
+def attack(detector: str, name: str, x: float, y: float, strength: float = 0.0) -> LossRow:
+    lost = (Estimate(x, [x - 2, x + 2]), Estimate(y))
+    return LossRow(Condition(detector, name, strength), *lost)
 
 
 def marks(drawing: str) -> dict[str, tuple[float, float]]:
@@ -58,12 +57,10 @@ def test_the_thesis_takes_what_it_says() -> None:
 
 
 def test_lines_begin_with_the_unattacked_detector() -> None:
-    def row(name: str, strength: float, value: float) -> dict[str, object]:
+    def row(name: str, strength: float, value: float) -> PrecisionRow:
         ours = {"ap11": [value] * 3, "ap11_interval": [[value - 1, value + 1]] * 3}
-        return {
-            "detector": "dsgn", "attack": name, "strength": strength, "whole_levels": False,
-            "precision": {"3d": ours}, "thesis": None,
-        }  # fmt: skip
+        condition = Condition("dsgn", name, strength)
+        return PrecisionRow(condition, None, [9] * 3, [[100.0] * 2] * 3, {"3d": ours}, {}, None)
 
     rows = [row("unattacked", 0, 60), row("thesis_pgd-1", 1, 30), row("thesis_pgd-1", 2, 0)]
     (drawing,) = draw_precision(rows)

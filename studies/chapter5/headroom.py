@@ -1,15 +1,16 @@
-"""What is at stake at all: cars that see nothing, or everything and a patch's ghost as well."""
+"""How much safety perception can lose or gain: cars that see nothing, all, or all and a ghost."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.attacks.patch_ghosts import ghost_box
 from avsec_gym.attacks.patch_placement import random_place
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.experiments.chapter5.rows import Estimate
 from avsec_gym.experiments.chapter5.settings import PLACEMENTS
-from avsec_gym.experiments.chapter5.tables import Row
 from avsec_gym.frame import SensorFrame
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.pipeline import run_episode
@@ -17,32 +18,48 @@ from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.scenario.frame_scenes import FrameScenes
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
-from studies.chapter5.mended_drives import gain
+from studies.chapter5.corrected_episodes import gain
 
 TRUTH, NOTHING = "truth", "nothing"
 RANDOM, SPECIFIC = PLACEMENTS
 
 
-def stake_rows(
+@dataclass(frozen=True)
+class HeadroomRow:
+    """A car without a detector, the three intentions together.
+
+    Args:
+        seen: What its planner is given.
+        rates: The three rates.
+        gain: Safe driving gained against the truth, percentage points.
+        by_intention: Safe driving rate of each intention.
+    """
+
+    seen: str
+    rates: SafetyRates
+    gain: Estimate
+    by_intention: Mapping[str, float]
+
+
+def headroom_rows(
     scenes: FrameScenes,
     scenarios: Sequence[str],
     motion: Motion,
     seed: int,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
-) -> list[Row]:
-    """Rates of cars that no detector drives: what missing everything costs, and seeing a ghost.
+) -> list[HeadroomRow]:
+    """Rates of cars without a detector: what missing everything costs, and seeing a ghost.
 
     Args:
-        scenes: Of a run.
-        scenarios: Those to drive.
-        motion: What the planner is told of motion.
-        seed: Of the run: patches stand where they stood there.
-        on_progress: Told how many scenarios of how many are driven.
+        scenes: The scenes of a run.
+        scenarios: The ids of those that count.
+        motion: The objects that the planner takes as moving.
+        seed: The seed of the run: patches stand where they stood there.
+        on_progress: Called with the number of scenarios that are done, and of all.
 
     Returns:
         A row for the truth, for nothing at all, and for the truth with b* of a patch of the usual
-        size beside it, at random and specific places; ``gain`` as of `mended_rows`, against the
-        truth; ``by_intention`` has the safe driving rate of each.
+        size beside it, at random and specific places.
     """
     by_id = {scene.id: scene for scene in scenes.scenes.labelled}
     planner = MotionPrimitivePlanner()
@@ -56,17 +73,17 @@ def stake_rows(
                 ghost = _ghost(frame, scene, seed, intention if placement == SPECIFIC else None)
                 believed[placement] = Boxes3D.concatenate([scene.boxes, ghost])
             for name, boxes in believed.items():
-                driven = run_episode(scene, intention, boxes, motion=motion, planner=planner)
-                records.setdefault(name, []).append(driven.record)
+                episode = run_episode(scene, intention, boxes, motion=motion, planner=planner)
+                records.setdefault(name, []).append(episode.record)
         on_progress(number + 1, len(scenarios))
     return [
-        {
-            "seen": name,
-            **SafetyRates.of(driven).to_json(),
-            **gain(records[TRUTH], driven),
-            "by_intention": {str(intention): _safe(driven, intention) for intention in Intention},
-        }
-        for name, driven in records.items()
+        HeadroomRow(
+            name,
+            SafetyRates.of(own),
+            gain(records[TRUTH], own),
+            {str(intention): _safe(own, intention) for intention in Intention},
+        )
+        for name, own in records.items()
     ]
 
 

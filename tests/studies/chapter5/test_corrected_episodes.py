@@ -13,15 +13,16 @@ from avsec_gym.attacks.patch import PatchAttack
 from avsec_gym.attacks.patch_ghosts import ghost_box
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
+from avsec_gym.experiments.chapter5.rows import as_json
 from avsec_gym.experiments.chapter5.settings import PLACEMENTS
 from avsec_gym.frame import SensorFrame
 from avsec_gym.pipeline import run_episode
 from avsec_gym.rig import kitti_rig
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion, Scene
+from studies.chapter5.corrected_episodes import AS_FOUND, CORRECTED, EVERYTHING, corrected_rows
 from studies.chapter5.costly_errors import page
-from studies.chapter5.mended_drives import AS_FOUND, EVERYTHING, MENDED, mended_rows
-from studies.chapter5.stakes import NOTHING, TRUTH, stake_rows
+from studies.chapter5.headroom import NOTHING, TRUTH, headroom_rows
 from studies.chapter5.telling_measures import telling_rows
 
 CLEAN = Condition("dsgn")
@@ -46,11 +47,11 @@ def safe_by_kind(made: ModuleType, truth: Boxes3D, seen: Boxes3D) -> dict[str, f
     results.add(CLEAN, NAMES)
     results.seen[CLEAN.setting, 0.0] = dict.fromkeys(NAMES, seen)
     outcomes = Outcomes(results, dict.fromkeys(NAMES, truth))
-    rows = mended_rows(outcomes, scenes_with(truth), Motion.STATIC, 0.3)
-    assert [row["mended"] for row in rows] == list(MENDED)
-    safe = {row["mended"]: row["safe_driving_rate"] for row in rows}
+    rows = corrected_rows(outcomes, scenes_with(truth), Motion.STATIC, 0.3)
+    assert [row.corrected for row in rows] == list(CORRECTED)
+    safe = {row.corrected: row.rates.safe_driving_rate for row in rows}
     for row in rows:
-        assert row["gain"] == pytest.approx(100 * (safe[row["mended"]] - safe[AS_FOUND]))
+        assert row.gain.value == pytest.approx(100 * (safe[row.corrected] - safe[AS_FOUND]))
     return safe
 
 
@@ -60,21 +61,21 @@ def driven(truth: Boxes3D, believed: Boxes3D) -> float:
     return sum(record.safe for record in drives) / len(drives)
 
 
-def test_a_ghost_is_paid_for_until_it_is_dropped(made: ModuleType) -> None:
-    nobody = made.car()[:0]
-    safe = safe_by_kind(made, nobody, made.boxes(GHOST))
-    assert safe[AS_FOUND] == safe["misses"] == safe["places"] == driven(nobody, GHOST) < 1
+def test_a_ghost_costs_safety_until_it_is_dropped(made: ModuleType) -> None:
+    nothing = made.car()[:0]
+    safe = safe_by_kind(made, nothing, made.boxes(GHOST))
+    assert safe[AS_FOUND] == safe["misses"] == safe["places"] == driven(nothing, GHOST) < 1
     assert safe["ghosts"] == safe[EVERYTHING] == 1
 
 
-def test_a_miss_is_paid_for_until_it_is_added(made: ModuleType) -> None:
+def test_a_miss_costs_safety_until_it_is_added(made: ModuleType) -> None:
     car = made.car(z=11.0)
     safe = safe_by_kind(made, car, made.boxes())
     assert safe[AS_FOUND] == safe["ghosts"] == safe["places"] == driven(car, made.boxes())
     assert safe["misses"] == safe[EVERYTHING] == driven(car, car) > safe[AS_FOUND]
 
 
-def test_a_box_beside_its_object_is_paid_for_until_it_is_put_there(made: ModuleType) -> None:
+def test_a_box_beside_its_object_costs_safety_until_it_is_moved(made: ModuleType) -> None:
     car, drifted = made.car(z=11.0), made.car(x=1.2, z=11.0)
     safe = safe_by_kind(made, car, drifted)
     assert safe[AS_FOUND] == safe["ghosts"] == safe["misses"] == driven(car, drifted)
@@ -86,12 +87,12 @@ def test_boxes_that_are_not_planned_on_neither_help_nor_harm(made: ModuleType) -
     assert safe_by_kind(made, car, unsure) == safe_by_kind(made, car, made.boxes())
 
 
-def test_what_is_at_stake(made: ModuleType) -> None:
+def test_cars_without_a_detector(made: ModuleType) -> None:
     car = made.car(z=11.0)
-    told: list[tuple[int, int]] = []
+    progress: list[tuple[int, int]] = []
     scenes = scenes_with(car)
-    rows = stake_rows(scenes, NAMES, Motion.STATIC, 5, lambda *progress: told.append(progress))
-    safe = {row["seen"]: row["safe_driving_rate"] for row in rows}
+    rows = headroom_rows(scenes, NAMES, Motion.STATIC, 5, lambda *done: progress.append(done))
+    safe = {row.seen: row.rates.safe_driving_rate for row in rows}
     assert safe[TRUTH] == driven(car, car)
     assert safe[NOTHING] == driven(car, made.boxes())
     for placement in PLACEMENTS:
@@ -104,17 +105,18 @@ def test_what_is_at_stake(made: ModuleType) -> None:
                 believed = Boxes3D.concatenate([car, ghost])
                 drives.append(run_episode(scene, way, believed, motion=Motion.STATIC).record.safe)
         assert safe[placement] == np.mean(drives)
-    assert told == [(1, 2), (2, 2)]
+    assert progress == [(1, 2), (2, 2)]
 
 
 def test_the_page_names_all(made: ModuleType) -> None:
     results = made.MadeResults()
     results.add(CLEAN, NAMES)
     outcomes, scenes = made.outcomes(results, NAMES), scenes_with(made.car())
-    errors = mended_rows(outcomes, scenes, Motion.STATIC, 0.3)
-    stakes = stake_rows(scenes, NAMES, Motion.STATIC, 0)
+    errors = corrected_rows(outcomes, scenes, Motion.STATIC, 0.3)
+    headroom = headroom_rows(scenes, NAMES, Motion.STATIC, 0)
     measures = telling_rows(outcomes, 0.3)
-    found = {"scenarios": 2, "stakes": stakes, "errors": errors, "measures": measures}
+    found = {"scenarios": 2, "headroom": headroom, "errors": errors, "measures": measures}
+    found = {key: as_json(value) for key, value in found.items()}
     text = page(found, "command")
     assert "the truth and a random patch’s ghost" in text
     assert "| DSGN | unattacked | " in text
