@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -32,7 +32,7 @@ def html_page(report: RunReport) -> str:
     environment.filters["kind"] = _kind
     data = report.data
     sections = [*report.sections, *_other(data)]
-    found: dict[str, Any] = {
+    shown: dict[str, Any] = {
         "question": data["question"],
         "run": data["manifest"],
         "failures": data["failures"],
@@ -45,10 +45,10 @@ def html_page(report: RunReport) -> str:
         "inputs": inputs(data),
         "bars": _bars(data),
         "time": time_table(data, report.attack_names),
-        "css": Markup(_source(environment, "report.css")),
-        "js": Markup(_source(environment, "report.js")),
+        "css": _joined(environment, "report.css", (found.style for found in report.findings)),
+        "js": _joined(environment, "report.js", (found.script for found in report.findings)),
     }
-    return environment.get_template("report.html.j2").render(found)
+    return environment.get_template("report.html.j2").render(shown)
 
 
 def _other(data: Mapping[str, Any]) -> list[Section]:
@@ -81,6 +81,8 @@ def _bars(data: Mapping[str, Any]) -> list[tuple[str, int, str]]:
     ]
 
 
-def _source(environment: Environment, name: str) -> str:
+def _joined(environment: Environment, name: str, own: Iterable[str]) -> Markup:
+    """The page's own style or script, and those of the sections."""
     assert environment.loader is not None
-    return environment.loader.get_source(environment, name)[0]
+    source, *_ = environment.loader.get_source(environment, name)
+    return Markup("\n".join(dict.fromkeys([source, *(text for text in own if text)])))

@@ -139,6 +139,8 @@ class Findings:
         extent: What the figures are of, such as ``600 scenarios``.
         remarks: What must be known before anything else.
         problems: Which pictures could not be made, and why.
+        style: CSS that the sections need beside the page's own.
+        script: JavaScript that they need, likewise.
     """
 
     sections: Sequence[Section] = ()
@@ -150,6 +152,8 @@ class Findings:
     extent: str = ""
     remarks: Sequence[str] = ()
     problems: Sequence[str] = ()
+    style: str = ""
+    script: str = ""
 
 
 FindingsMaker = Callable[["RunFolder", ReportRequest], Findings]

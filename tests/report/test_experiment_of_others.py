@@ -65,7 +65,8 @@ def findings(run, request):
             Table("Heads of 100 tosses", ["weight", "heads, %"], rows),
         ],
     )
-    return Findings([section], {"coins": {str(weight): share for weight, share in shares.items()}})
+    numbers = {"coins": {str(weight): share for weight, share in shares.items()}}
+    return Findings([section], numbers, style=".coin > b { top: 0 }", script="coin(1 < 2);")
 
 
 COINS = Experiment("coins", "Are coins fair?", "", cells, section="coins.tossing:findings")
@@ -112,6 +113,10 @@ def test_its_section_is_on_the_page_in_the_text_and_in_the_json(
         f">{100 * share:.1f}<",
     ):
         assert words in section
+    head, _, body = page.partition("</style>")
+    assert ".coin > b { top: 0 }" in head
+    assert "coin(1 < 2);" in body
+    assert "thesis_pgd" not in head, "the renderer holds nothing of one experiment's"
     assert '<a href="#coins">Are the coins fair?</a>' in page
     assert f"- {sentence}\n" in text.read_text()
     assert "## Heads of 100 tosses\n\n| weight | heads, % |\n| --- | --- |\n" in text.read_text()

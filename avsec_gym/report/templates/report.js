@@ -88,10 +88,6 @@
     }));
   }
 
-  const boxes = document.querySelector("#show-boxes");
-  boxes?.addEventListener("input", () => {
-    document.querySelector("#scenes").classList.toggle("without-boxes", !boxes.checked);
-  });
   addEventListener("beforeprint", () => {
     for (const details of document.querySelectorAll("details")) details.open = true;
   });

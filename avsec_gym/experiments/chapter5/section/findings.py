@@ -15,6 +15,7 @@ from avsec_gym.experiments.chapter5.section.sections import (
     scenes_section,
     sections_of,
     spread_section,
+    style_and_script,
 )
 from avsec_gym.experiments.chapter5.settings import ATTACKS, DETECTORS, WITHOUT_PYRAMID
 from avsec_gym.experiments.chapter5.true_drives import GROUND_TRUTH
@@ -41,12 +42,14 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
     spread = spread_rows(run)
     strips, no_strips = strips_of(run, outcomes, request)
     maps, no_maps = maps_of(run, spread, request)
+    sections = [
+        *([scenes_section(strips)] if strips else []),
+        *(sections_of(figures) if figures else []),
+        *spread_section(spread, attacks.pyramid if attacks else (), maps),
+    ]
+    style, script = style_and_script() if sections else ("", "")
     return Findings(
-        [
-            *([scenes_section(strips)] if strips else []),
-            *(sections_of(figures) if figures else []),
-            *spread_section(spread, attacks.pyramid if attacks else (), maps),
-        ],
+        sections,
         {
             **(row_json(figures) if figures else {}),
             **({"answer": as_json(worded)} if worded else {}),
@@ -59,6 +62,8 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
         extent=f"{figures.scenarios:,} scenarios" if figures and figures.scenarios else "",
         remarks=_remarks(run, figures) if figures else (),
         problems=[*no_strips, *no_maps],
+        style=style,
+        script=script,
     )
 
 

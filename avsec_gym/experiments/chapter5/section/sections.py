@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from importlib.resources import files
 from typing import TYPE_CHECKING
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from avsec_gym.experiments.chapter5.section.scene_strip import Strip
     from avsec_gym.experiments.chapter5.section.spread_pictures import SpreadPicture
 
+_PACKAGE = "avsec_gym.experiments.chapter5.section"
 _LINES = ("line-0", "line-1", "line-2")
 
 
@@ -74,7 +76,7 @@ def scenes_section(strips: Sequence[Strip]) -> Section:
         strips: One for each scene.
     """
     environment = Environment(
-        loader=PackageLoader("avsec_gym.experiments.chapter5.section"),
+        loader=PackageLoader(_PACKAGE),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -82,6 +84,15 @@ def scenes_section(strips: Sequence[Strip]) -> Section:
     )
     shown = environment.get_template("scenes.html.j2").render(strips=strips)
     return Section("scenes", "Seen in scenes", parts=[Markup(shown)], link="Scenes", context=RULES)
+
+
+def style_and_script() -> tuple[str, str]:
+    """CSS and JavaScript of all these sections."""
+    templates = files(_PACKAGE) / "templates"
+    style, script = (
+        (templates / name).read_text("utf-8") for name in ("chapter5.css", "chapter5.js")
+    )
+    return style, script
 
 
 def sections_of(figures: ChapterFigures) -> list[Section]:
