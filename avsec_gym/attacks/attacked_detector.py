@@ -20,7 +20,7 @@ class AttackedDetector:
 
     Args:
         detector: The detector, by name, as a dictionary, or an object.
-        attack: Likewise, an optical one or one on what detectors see.
+        attack: The attack, by name likewise: an optical one, or one on what detectors see.
         seed: Seed of the attack, beside the frame's number.
 
     Raises:

@@ -33,8 +33,8 @@ def paste_scan(
     Args:
         frame: A frame with a scan.
         scan: The scan of the object that is pasted.
-        pose: Where: x ahead of camera 0, y to its left (metres), heading (radians), as in
-            `Boxes3D.poses`.
+        pose: The pose of the object: x ahead of camera 0, y to its left (metres), heading
+            (radians), as in `Boxes3D.poses`.
         bottom: Height of the object above the plane 1.65 m below the cameras, metres.
         rays_lost: Whether beams that meet the object's box return nothing from in or behind it.
 

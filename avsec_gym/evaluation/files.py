@@ -44,10 +44,10 @@ def write_pictures(
     Args:
         result: The experiment.
         detected: The detections that it was made with.
-        folder: Where to; made if need be.
-        most: How many at most, spread over the cells.
-        on_progress: Told how many of how many are done.
-        planner_of: As of the experiment.
+        folder: The folder of the files; made if need be.
+        most: The largest number of pictures, spread over the rows.
+        on_progress: Called with the number that is done, and of all.
+        planner_of: The planner of a name, as of `driving_safety`.
 
     Returns:
         The files.

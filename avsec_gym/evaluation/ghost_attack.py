@@ -44,10 +44,10 @@ def ghost_attack(
     """Attack every scene with every intention.
 
     Args:
-        scenes: Which.
+        scenes: The scenes.
         attack: The attacker; None: two ghosts, ten queries.
-        intentions: Where to go.
-        on_progress: Told how many of how many drives are done.
+        intentions: The driving intentions.
+        on_progress: Called with the number of episodes that are done, and of all.
     """
     attack = RandomGhosts() if attack is None else attack
     planner, drives = MotionPrimitivePlanner(), []

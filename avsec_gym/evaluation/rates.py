@@ -35,7 +35,7 @@ class Detected:
     """A detector's boxes for a set of scenes.
 
     Args:
-        boxes: By scene id; a scene without an entry has no detections.
+        boxes: The boxes by scene id; a scene without an entry has no detections.
         threshold: Boxes with lower scores are dropped; None: 0.3 where all scores are
             probabilities, else 0.
         missing: Scenes that the detector's folder has no file for.
@@ -64,8 +64,14 @@ class Detected:
 
 
 @dataclass(frozen=True)
-class Cell:
-    """One row of the thesis' tables."""
+class RatesKey:
+    """A row of the thesis' tables: a planner, an intention, and what is planned on.
+
+    Args:
+        planner: The planner's name.
+        intention: The driving intention.
+        input: `GROUND_TRUTH` or `DETECTIONS`.
+    """
 
     planner: str
     intention: str
@@ -74,16 +80,16 @@ class Cell:
 
 @dataclass(frozen=True, eq=False)
 class DrivingSafety:
-    """Records of all cells, and the figures that follow from them."""
+    """Records of all rows, and the figures that follow from them."""
 
     scenes: SceneSet
-    records: dict[Cell, list[SafetyRecord]]
+    records: dict[RatesKey, list[SafetyRecord]]
     settings: dict[str, Any] = field(default_factory=dict)
 
     def rates(
-        self, cell: Cell, keep: Callable[[AnyScene], bool] = lambda scene: True
+        self, cell: RatesKey, keep: Callable[[AnyScene], bool] = lambda scene: True
     ) -> SafetyRates:
-        """The rates of one cell, over the scenes that are kept."""
+        """The rates of one row, over the scenes that are kept."""
         pairs = zip(self.scenes.scenes, self.records[cell], strict=True)
         return SafetyRates.of(record for scene, record in pairs if keep(scene))
 
@@ -91,8 +97,8 @@ class DrivingSafety:
         self, planner: str, intention: str
     ) -> list[tuple[AnyScene, SafetyRecord, SafetyRecord]]:
         """Scenes that are safe with the ground truth and unsafe with the detections."""
-        truth = self.records[Cell(planner, intention, GROUND_TRUTH)]
-        detected = self.records[Cell(planner, intention, DETECTIONS)]
+        truth = self.records[RatesKey(planner, intention, GROUND_TRUTH)]
+        detected = self.records[RatesKey(planner, intention, DETECTIONS)]
         return [
             (scene, one, two)
             for scene, one, two in zip(self.scenes.scenes, truth, detected, strict=True)
@@ -150,7 +156,7 @@ class DrivingSafety:
         rows: list[dict[str, Any]] = []
         pooled: dict[str, tuple[list[SafetyRecord], list[SafetyRecord]]] = {}
         for cell, records in self.records.items():
-            truth = self.records.get(Cell(cell.planner, cell.intention, GROUND_TRUTH))
+            truth = self.records.get(RatesKey(cell.planner, cell.intention, GROUND_TRUTH))
             if cell.input != DETECTIONS or truth is None:
                 continue
             first, second = pooled.setdefault(cell.planner, ([], []))
@@ -184,14 +190,14 @@ def driving_safety(
     """Drive every scene.
 
     Args:
-        scenes: Which.
+        scenes: The scenes.
         planners: Names that the records are filed under.
-        intentions: Where to go.
+        intentions: The driving intentions.
         detected: A detector's boxes; None: the ground truth is the only input.
         truth_motion: What the planner knows of motion when it plans on the ground truth.
         detected_motion: The same for detections.
         planner_of: The planner of a name; None: the names are those of search algorithms.
-        on_progress: Told how many of how many drives are done.
+        on_progress: Called with the number of episodes that are done, and of all.
     """
     inputs: list[tuple[str, Mapping[str, Boxes3D] | None, Motion]] = [
         (GROUND_TRUTH, None, truth_motion)
@@ -201,7 +207,7 @@ def driving_safety(
     given = any(isinstance(scene, GivenScene) for scene in scenes.scenes)
     # Given scenes have a goal of their own: there is one way to go.
     ways = [AS_GIVEN] if given else [str(intention) for intention in intentions]
-    records: dict[Cell, list[SafetyRecord]] = {}
+    records: dict[RatesKey, list[SafetyRecord]] = {}
     total = len(scenes) * len(planners) * len(ways) * len(inputs)
     planner_of = _searching if planner_of is None else planner_of
     for name_of_planner in planners:
@@ -209,7 +215,7 @@ def driving_safety(
         for way in ways:
             intention = Intention.STRAIGHT if given else Intention(way)
             for name, boxes, motion in inputs:
-                cell = Cell(str(name_of_planner), way, name)
+                cell = RatesKey(str(name_of_planner), way, name)
                 records[cell] = []
                 for record in _drives(scenes.scenes, planner, intention, boxes, motion):
                     records[cell].append(record)
@@ -271,7 +277,7 @@ def _drives(
         yield run_episode(scene, intention, believed, motion=motion, planner=planner).record
 
 
-def _named(cell: Cell) -> dict[str, str]:
+def _named(cell: RatesKey) -> dict[str, str]:
     return {"planner": cell.planner, "intention": cell.intention, "input": cell.input}
 
 

@@ -1,18 +1,16 @@
-"""Any parts of the pipeline under any attack, those of plug-ins too: what becomes of the drives?
+"""Any parts of the pipeline under any attack, those of plug-ins too: how safe are the episodes?
 
     avsec run pipeline --options detector=dsgn planner=mine attack='{"name": "mine", "size": 2}'
 
-Every scene is driven left, straight and right on the ground truth, on what the detector sees, and
-on what it sees under the attack; a validator may sit before it.
+Every scene has episodes to the left, straight and to the right on the ground truth, on what the
+detector sees, and on what it sees under the attack; a validator may stand before it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from avsec_gym.attacks.attacked_detector import attack_kind
 from avsec_gym.experiments.chapter5.scenes import scenes_of
+from avsec_gym.experiments.chapter5.settings import Options
 from avsec_gym.experiments.procedural_frames import PROCEDURAL, USUAL_COUNT
 from avsec_gym.pipeline import Pipeline, run_episode
 from avsec_gym.registry import Kind, check
@@ -28,7 +26,7 @@ from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion
 from avsec_gym.validation.response import Response
 
-OPTIONS: Mapping[str, Any] = {
+OPTIONS: Options = {
     "detector": {"name": "dsgn"},
     "attack": None,
     "planner": {"name": "astar"},
@@ -41,7 +39,7 @@ OPTIONS: Mapping[str, Any] = {
 }
 """As of `avsec_gym.pipeline.Pipeline`; parts by name, or as JSON of a name and arguments."""
 TRUTH, UNATTACKED, ATTACKED = "pipeline truth", "pipeline unattacked", "pipeline attacked"
-"""What drives are filed under."""
+"""The settings of episodes."""
 
 _WORK = "avsec_gym.experiments.pipeline_drives:PipelineDrives"
 
@@ -64,10 +62,10 @@ def _cells(configuration: Configuration) -> list[Cell]:
 
 
 class PipelineDrives:
-    """Attacks, looks and drives; see `avsec_gym.runs.experiment.Work`.
+    """Attacks, perceives and plans; see `avsec_gym.runs.experiment.Work`.
 
     Args:
-        configuration: Of the run.
+        configuration: The configuration of the run.
 
     Raises:
         ConfigurationError: There is no part of one of the names.
@@ -107,8 +105,8 @@ class PipelineDrives:
             perception = pipeline.perceive(frame)
             detections.append(DetectionRow(setting, scenario, perception.detections))
             for way in Intention:
-                driven = pipeline.run_episode(scene, perception, way)
-                drives.append(DriveRow(setting, driven.record, planner=self._planner))
+                episode = pipeline.run_episode(scene, perception, way)
+                drives.append(DriveRow(setting, episode.record, planner=self._planner))
         return CellResult(drives, detections)
 
 

@@ -38,11 +38,11 @@ def check_place(scenarios: str, suites: Sequence[str] = ()) -> None:
 def procedural_frames(count: int | None = None, seed: int = 0) -> Path:
     """Stereo pairs of streets and highways in KITTI's object layout, with labels, without LiDAR.
 
-    Made in the user's cache on first use, by two processes, while the log tells how long it takes,
+    Made in the user's cache on first use, by two processes, while the log states how long it takes,
     and kept there; looked at, and made anew if a file is damaged, whenever they are asked for.
 
     Args:
-        count: How many; `USUAL_COUNT` if None.
+        count: The number of frames; `USUAL_COUNT` if None.
         seed: Other seeds are other scenes, all of them new to the package's networks.
 
     Returns:

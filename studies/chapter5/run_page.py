@@ -22,9 +22,9 @@ def run_page(
     """Parse the command line, measure, print or write.
 
     Args:
-        module: Which is run, by its full name.
+        module: The full name of the module that is run.
         what: Its docstring, whose first line is the help.
-        arguments: Of the command line; None: those of the process.
+        arguments: The words of the command line; None: those of the process.
         rows_of: From the run to the result.
         page: The result as Markdown, and the command that made it.
 

@@ -18,9 +18,9 @@ from avsec_gym.evaluation.rates import (
     DETECTIONS,
     GROUND_TRUTH,
     AnyScene,
-    Cell,
     Detected,
     DrivingSafety,
+    RatesKey,
     driving_safety,
     in_group,
     threshold_sweep,
@@ -165,7 +165,7 @@ def _flips(result: DrivingSafety) -> list[dict[str, Any]]:
         }
         for intention in Intention
         for flips in [result.flips(str(Algorithm.ASTAR), str(intention))]
-        if Cell(str(Algorithm.ASTAR), str(intention), DETECTIONS) in result.records
+        if RatesKey(str(Algorithm.ASTAR), str(intention), DETECTIONS) in result.records
     ]
 
 

@@ -18,9 +18,9 @@ from avsec_gym.evaluation.files import drive_with_tree, write_pictures, write_re
 from avsec_gym.evaluation.rates import (
     DETECTIONS,
     GROUND_TRUTH,
-    Cell,
     Detected,
     DrivingSafety,
+    RatesKey,
     driving_safety,
     threshold_sweep,
 )
@@ -67,7 +67,7 @@ def result(scenes: SceneSet, detected: Detected) -> DrivingSafety:
 
 def test_every_scene_is_driven_with_every_intention_and_input(result: DrivingSafety) -> None:
     cells = {
-        Cell("astar", str(intention), name)
+        RatesKey("astar", str(intention), name)
         for intention in Intention
         for name in (GROUND_TRUTH, DETECTIONS)
     }
@@ -90,8 +90,12 @@ def test_records_are_what_the_pipeline_says(
             detected.boxes.get(scene.id, Boxes3D.empty()),
             motion=Motion.STATIC,
         ).record
-        assert result.records[Cell("astar", "left", GROUND_TRUTH)][i].to_json() == clean.to_json()
-        assert result.records[Cell("astar", "left", DETECTIONS)][i].to_json() == attacked.to_json()
+        assert (
+            result.records[RatesKey("astar", "left", GROUND_TRUTH)][i].to_json() == clean.to_json()
+        )
+        assert (
+            result.records[RatesKey("astar", "left", DETECTIONS)][i].to_json() == attacked.to_json()
+        )
 
 
 def test_flips_follow_from_the_records(result: DrivingSafety) -> None:
@@ -101,8 +105,8 @@ def test_flips_follow_from_the_records(result: DrivingSafety) -> None:
         (str(intention), one.scenario)
         for intention in Intention
         for one, two in zip(
-            result.records[Cell("astar", str(intention), GROUND_TRUTH)],
-            result.records[Cell("astar", str(intention), DETECTIONS)],
+            result.records[RatesKey("astar", str(intention), GROUND_TRUTH)],
+            result.records[RatesKey("astar", str(intention), DETECTIONS)],
             strict=True,
         )
         if one.safe and not two.safe
@@ -117,8 +121,8 @@ def test_differences_follow_from_the_records(result: DrivingSafety) -> None:
     rows = {row["intention"]: row for row in result.differences()}
     assert list(rows) == ["left", "straight", "right", "all"]
     for intention in ("left", "straight", "right"):
-        first = result.records[Cell("astar", intention, GROUND_TRUTH)]
-        second = result.records[Cell("astar", intention, DETECTIONS)]
+        first = result.records[RatesKey("astar", intention, GROUND_TRUTH)]
+        second = result.records[RatesKey("astar", intention, DETECTIONS)]
         truth, detections = truth + first, detections + second
         expected = paired_differences(first, second)
         assert {name: rows[intention][name] for name in expected} == expected
@@ -236,7 +240,7 @@ def test_the_600_scenarios_are_at_or_above_the_thesis(labelled: SceneSet) -> Non
         # A plan is a certificate, and so is what both searches did not find.
     for intention in Intention:
         one, two = (
-            [r.planned for r in result.records[Cell(name, str(intention), GROUND_TRUTH)]]
+            [r.planned for r in result.records[RatesKey(name, str(intention), GROUND_TRUTH)]]
             for name in ("astar", "gbfs")
         )
         assert one == two

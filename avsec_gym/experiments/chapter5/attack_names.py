@@ -1,4 +1,4 @@
-"""What detectors and attacks are called in front of readers."""
+"""The names of detectors and attacks for readers."""
 
 from __future__ import annotations
 

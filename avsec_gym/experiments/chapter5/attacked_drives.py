@@ -1,4 +1,4 @@
-"""The work behind chapter 5: one scene, one detector, one attack, all strengths and intentions."""
+"""The work of chapter 5: one scene, one detector, one attack, all strengths and intentions."""
 
 from __future__ import annotations
 
@@ -86,25 +86,25 @@ def attacked_inputs(
 
 @dataclass(frozen=True, eq=False)
 class _Look:
-    """What the car is shown, and what the results are filed under."""
+    """A frame that the car is shown, and the settings of its results."""
 
     frame: SensorFrame
     attack: str
     strength: float = 0.0
     intentions: tuple[Intention, ...] = tuple(Intention)
-    """Which of them drive by it."""
+    """The intentions of the episodes that follow."""
     seen_as: str = ""
-    """Detections of a specific attack are filed by intention; empty: as the drives."""
+    """Attack in the setting of detections, if it is not `attack`: a specific one has intentions."""
     place: PatchPlace | None = None
     """Of a patch."""
     whole_levels: bool = False
     attacked: SensorFrame | None = None
-    """What the attack began with; None: the clean frame."""
+    """The frame that the attack began with; None: the clean one."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Result:
-    """What has come together so far."""
+    """The results so far."""
 
     drives: list[DriveRow] = field(default_factory=list)
     detections: list[DetectionRow] = field(default_factory=list)
@@ -119,10 +119,10 @@ class _Result:
 
 
 class AttackedDrives:
-    """Attacks, looks and drives; see `avsec_gym.runs.experiment.Work`.
+    """Attacks, perceives and plans; see `avsec_gym.runs.experiment.Work`.
 
     Args:
-        configuration: Of the run.
+        configuration: The configuration of the run.
     """
 
     def __init__(self, configuration: Configuration) -> None:
@@ -172,18 +172,18 @@ class AttackedDrives:
         *,
         whole_levels: bool = False,
     ) -> PipelineRun:
-        """One drive of a run once more, for a picture: with what the car saw and believed.
+        """One episode of a run once more, for a picture: with what the car saw and believed.
 
         Args:
             detector: Its name.
-            attack: As drives are filed, such as ``texture-thesis_pgd-1``.
+            attack: The attack in the episode's setting, such as ``texture-thesis_pgd-1``.
             scenario: The scene's id.
-            intention: Where to go.
-            strength: Of the attack.
+            intention: The driving intention.
+            strength: The strength of the attack.
             whole_levels: Whether attacked pixels were rounded.
 
         Raises:
-            ConfigurationError: There is no such drive.
+            ConfigurationError: There is no such episode.
             DataError: A file is missing or broken.
         """
         scene, pipeline, clean, victim = self._situation(detector, scenario)
@@ -193,9 +193,9 @@ class AttackedDrives:
             found = (look.attack, look.strength, look.whole_levels)
             if found == wanted and intention in look.intentions:
                 perception = pipeline.perceive(look.frame)
-                driven = pipeline.run_episode(scene, perception, intention)
-                return PipelineRun(look.frame, perception, driven, perception.seconds)
-        raise ConfigurationError(f"{attack} has no drive of strength {strength:g}")
+                episode = pipeline.run_episode(scene, perception, intention)
+                return PipelineRun(look.frame, perception, episode, perception.seconds)
+        raise ConfigurationError(f"{attack} has no episode of strength {strength:g}")
 
     def _looks(
         self, attack: str, scene: Scene, clean: SensorFrame, victim: Victim
@@ -268,7 +268,7 @@ def _patched(
 
 
 def _take(result: _Result, look: _Look, scene: Scene, pipeline: Pipeline) -> Boxes3D:
-    """Add what is seen, and the drives that follow; returns what is planned on."""
+    """Add detections, and the episodes that follow; returns the boxes that are planned on."""
     name = pipeline.detector.name
     with result.timed("detector"):
         perception = pipeline.perceive(look.frame)
@@ -292,7 +292,7 @@ def _measure(
     *,
     losses: bool,
 ) -> None:
-    """Add the largest change of a grey level, where a patch is, and losses that it is about.
+    """Add the largest change of a grey level, a patch's place, and the losses that it aims at.
 
     ``loss`` is that to the truth, which perturbations raise; ``ghost_loss`` that to b*, which a
     patch lowers, from ``clean_ghost_loss``, measured where it is placed at random; ``ghost_seen``

@@ -184,8 +184,8 @@ class Decoupling:
         scenarios: Number of scenarios.
         unattacked: A row for each detector.
         attacks: A row for each condition.
-        rank_correlation: By detector, and of ``both``.
-        discordant_pairs: By detector.
+        rank_correlation: The rank correlation by detector, and of ``both``.
+        discordant_pairs: The pairs of attacks by detector.
     """
 
     scenarios: int

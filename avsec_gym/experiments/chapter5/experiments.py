@@ -1,4 +1,4 @@
-"""The experiments of chapter 5, by what they need to be done; `summary` says what came out."""
+"""The experiments of chapter 5, by what they need to be done."""
 
 from __future__ import annotations
 
@@ -46,13 +46,13 @@ def _attacked(name: str, question: str, thesis: str, *attacks: str) -> Experimen
 def _pyramid_cells(configuration: Configuration) -> list[Cell]:
     """Under the patches that are there for both networks; none without weights.
 
-    What weights are missing is said when the inputs are asked for.
+    Missing weights are reported when the inputs are asked for.
     """
     options = {**PYRAMID_OPTIONS, **configuration.options}
     if not options[WITHOUT_PYRAMID]:
         return []
     kinds = set(patches_there(DSGN, options)) & set(patches_there(WITHOUT_PYRAMID, options))
-    patches = [one for one in PATCHES + JOINT_PATCHES if one.partition("-")[0] in kinds]
+    patches = [patch for patch in PATCHES + JOINT_PATCHES if patch.partition("-")[0] in kinds]
     both = (DSGN, WITHOUT_PYRAMID)
     drives = attacked_cells(configuration, (UNATTACKED, *patches), both)
     return [*drives, *spread_cells(configuration, both)]
@@ -83,7 +83,7 @@ PLANNERS = Experiment(
 )
 UNATTACKED_DRIVES = Experiment(
     "unattacked",
-    "What do a detector's own errors cost, nobody attacking?",
+    "What do a detector's own errors cost without an attack?",
     "Tables 5.1 to 5.4, U",
     partial(attacked_cells, attacks=(UNATTACKED,)),
     attacked_inputs,

@@ -57,13 +57,14 @@ class LayerSpread:
         difference: Mean over channels (and images) of its absolute value, in the central square,
             at every pixel of the image, shape (crop, crop).
         cell: Side of a square with the area of one cell of the map, pixels.
-        share: Of the central square where the difference exceeds a share of its own maximum.
-        share_absolute: Of it where the difference exceeds the same share of what another image of
-            noise would change on average, which makes layers comparable.
-        radius: Of `share`, pixels.
-        radius_absolute: Of `share_absolute`, pixels.
-        reach: Of the cells of the whole map that convolutions and pooling can carry the patch to
-            at all.  Normalisation over groups of channels carries a trace of it everywhere.
+        share: Share of the central square where the difference exceeds a share of its maximum.
+        share_absolute: Share of it where the difference exceeds the same share of what another
+            image of noise would change on average, which makes layers comparable.
+        radius: Radius of a disc with the area of `share`, pixels.
+        radius_absolute: Radius of a disc with the area of `share_absolute`, pixels.
+        reach: Radius of a disc with the area of the cells that convolutions and pooling can carry
+            the patch to at all.  Normalisation over groups of channels carries a trace of it
+            everywhere.
     """
 
     layer: str
@@ -107,10 +108,10 @@ def feature_spread(
     Args:
         detector: A DSGN (with its pyramid pooling or without) or a Stereo R-CNN.
         patch: What is pasted; `Patch.noise` is the control that no attacker made.
-        seed: Of the noise.
+        seed: Seed of the noise.
         scenes: Other pairs than noise to paste the patch into, two or more.  A trained network may
             be dead to noise, which is like nothing it has seen.
-        images: Of noise, that maps are averaged over; two or more.
+        images: Number of images of noise that maps are averaged over; two or more.
         crop: Side of the central square, pixels; the thesis does not say how large its is.
         threshold: Share of the maximum, or of what another image would change.
 
@@ -170,7 +171,7 @@ def features(network: Network, images: Tensor) -> Features:
     lateral C4, ``smooth1`` to ``smooth3`` P4 to P2, ``maxpool1`` P6.
 
     Args:
-        network: Of either detector.
+        network: The network of either detector.
         images: As it takes them, shape (B, 3, H, W).
     """
     if isinstance(network, DsgnNetwork):
@@ -199,9 +200,9 @@ class _MapGrid:
 
     Args:
         size: Height and width of the camera's image.
-        inside: Of the image as the network takes it.
-        padded: With what is added to it at the right and below.
-        cells: Of the map.
+        inside: Size of the image as the network takes it.
+        padded: The same with what is added to it at the right and below.
+        cells: Size of the map.
         crop: Side of the central square, camera pixels.
     """
 

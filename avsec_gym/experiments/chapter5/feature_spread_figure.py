@@ -22,7 +22,7 @@ def draw_feature_spread(spreads: Mapping[str, FeatureSpread], path: str | Path) 
     maximum, and by what another image would change.
 
     Args:
-        spreads: By their titles.
+        spreads: The feature maps by their titles.
         path: The picture's file.
     """
     columns = 1 + max(len(spread.layers) for spread in spreads.values())

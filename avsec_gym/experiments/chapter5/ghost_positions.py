@@ -30,7 +30,7 @@ _CELL = 0.5
 """Metres; side of the squares by which visible ground is measured."""
 
 
-class Place(StrEnum):
+class GhostPlace(StrEnum):
     """Where a ghost stands."""
 
     ROAD = "road"
@@ -47,7 +47,7 @@ class GhostCount:
         road: Ghosts on the road.
         side: Ghosts beside it.
         unknown: Ghosts whose place the image does not show.
-        in_lanes: Those of `road` that reach into the lanes that are driven on.
+        in_lanes: Ghosts of `road` that reach into the lanes that are driven on.
         road_area: Visible ground of the road, m2.
         side_area: Visible ground beside it, m2.
     """
@@ -70,7 +70,7 @@ def ghosts(
     region that is not to be cared about (DontCare), where real objects are not labelled.
 
     Args:
-        detections: Of one frame.
+        detections: The detections of one frame.
         truth: Its labels, DontCare regions among them.
         overlap: Least intersection over union with a real object.
         ignored: Least share of a 2D box in a DontCare region.
@@ -99,7 +99,7 @@ def in_corridor(boxes: Boxes3D, half_width: float = CORRIDOR) -> NDArray[np.bool
 
     Args:
         boxes: In the camera frame.
-        half_width: Of the corridor, metres.
+        half_width: Half the width of the corridor, metres.
     """
     poses = boxes.poses
     sideways = (
@@ -108,25 +108,25 @@ def in_corridor(boxes: Boxes3D, half_width: float = CORRIDOR) -> NDArray[np.bool
     return np.asarray(np.abs(poses[:, 1]) - sideways / 2 < half_width)
 
 
-def places(boxes: Boxes3D, view: RoadView, calibration: Calibration) -> list[Place]:
+def places(boxes: Boxes3D, view: RoadView, calibration: Calibration) -> list[GhostPlace]:
     """Where the middles of boxes' feet stand, by what the left image shows there.
 
     Args:
         boxes: In the camera frame.
         view: Road and side area of the left image.  With what stands beside the road in the side
             area (`EVERYTHING`), a foot hidden by it counts as beside the road.
-        calibration: Of the left camera.
+        calibration: The calibration of the frame.
     """
     pixels, depth = project(calibration.projection(), boxes.location)
     height, width = view.road.shape
     result = []
     for (u, v), far in zip(np.rint(np.clip(pixels, -1e6, 1e6)).astype(int), depth, strict=True):
         if not (far > 0 and 0 <= u < width and 0 <= v < height):
-            result.append(Place.UNKNOWN)
+            result.append(GhostPlace.UNKNOWN)
         elif view.road[v, u]:
-            result.append(Place.ROAD)
+            result.append(GhostPlace.ROAD)
         else:
-            result.append(Place.SIDE if view.side[v, u] else Place.UNKNOWN)
+            result.append(GhostPlace.SIDE if view.side[v, u] else GhostPlace.UNKNOWN)
     return result
 
 
@@ -139,7 +139,7 @@ def visible_areas(
 
     Args:
         view: Road and side area of the left image.
-        calibration: Of both cameras.
+        calibration: The calibration of the frame.
         farthest: Metres ahead up to which ground counts.
         highest: Metres above the plane of the road up to which something is ground.
     """
@@ -171,14 +171,14 @@ def placed_ghosts(
     *,
     threshold: float = 0.0,
     farthest: float = FARTHEST,
-) -> tuple[Boxes3D, list[Place]]:
+) -> tuple[Boxes3D, list[GhostPlace]]:
     """A frame's ghosts, and where each stands.
 
     Args:
-        detections: Of one frame.
+        detections: The detections of one frame.
         truth: Its labels.
         view: Road and side area of its left image.
-        calibration: Of its cameras.
+        calibration: The calibration of the frame.
         threshold: Least score.
         farthest: Metres ahead up to which ghosts count.
     """
@@ -188,16 +188,18 @@ def placed_ghosts(
     return unreal, places(unreal, view, calibration)
 
 
-def count_ghosts(unreal: Boxes3D, where: Sequence[Place], areas: tuple[float, float]) -> GhostCount:
+def count_ghosts(
+    unreal: Boxes3D, where: Sequence[GhostPlace], areas: tuple[float, float]
+) -> GhostCount:
     """A frame's ghosts in numbers.
 
     Args:
         unreal: As `placed_ghosts` gives them.
-        where: Likewise.
+        where: The places of the ghosts, likewise.
         areas: As `visible_areas` gives them.
     """
-    road, side, unknown = (where.count(place) for place in Place)
-    on_road = np.array([place == Place.ROAD for place in where], bool)
+    road, side, unknown = (where.count(place) for place in GhostPlace)
+    on_road = np.array([place == GhostPlace.ROAD for place in where], bool)
     return GhostCount(road, side, unknown, int((on_road & in_corridor(unreal)).sum()), *areas)
 
 

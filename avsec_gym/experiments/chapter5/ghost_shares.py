@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 from avsec_gym.experiments.chapter5.ghost_positions import (
     GhostCount,
+    GhostPlace,
     GhostSummary,
-    Place,
     count_ghosts,
     ghost_summary,
     placed_ghosts,
@@ -29,8 +29,8 @@ class GhostRow:
 
     Args:
         condition: The detector under the attack.
-        summary: Where its ghosts are, in numbers.
-        positions: Metres to the right and ahead of the camera of its first ghosts, by `Place`.
+        summary: The places of its ghosts, in numbers.
+        positions: Metres to the right and ahead of the camera of its first ghosts, by `GhostPlace`.
     """
 
     condition: Condition
@@ -61,7 +61,7 @@ def ghost_rows(
     conditions = [each for each in outcomes.strongest if outcomes.looks(each) == (None,)]
     counts: dict[Condition, list[GhostCount]] = {condition: [] for condition in conditions}
     positions: dict[Condition, dict[str, list[list[float]]]] = {
-        condition: {str(place): [] for place in Place} for condition in conditions
+        condition: {str(place): [] for place in GhostPlace} for condition in conditions
     }
     by_id = {scene.id: scene for scene in scenes.scenes.labelled}
     for number, scenario in enumerate(outcomes.scenarios):

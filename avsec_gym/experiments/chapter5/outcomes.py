@@ -56,26 +56,26 @@ class Condition:
 
     @property
     def setting(self) -> str:
-        """What its drives are filed under."""
+        """The setting of its episodes."""
         return setting(self.detector, self.attack, whole_levels=self.whole_levels)
 
     @property
     def unattacked(self) -> Condition:
-        """The same detector, nobody attacking."""
+        """The same detector without an attack."""
         return Condition(self.detector)
 
 
 @dataclass(frozen=True, eq=False)
 class Outcomes:
-    """What came out, on the scenarios that every condition was done for.
+    """The outcomes of a run, on the scenarios that every condition was done for.
 
     While a run goes on, a condition of which little is done would leave hardly any scenario for
     the others: those with less than half as many scenarios as the most are `left_out`.
 
     Args:
-        results: Of the run.
-        labels: What is to be seen in each scenario, with the regions not to care about.
-        detectors: Whose conditions count, in this order.
+        results: The results of the run.
+        labels: The labels of each scenario, DontCare regions among them.
+        detectors: The detectors whose conditions count, in this order.
     """
 
     results: Results
@@ -122,7 +122,7 @@ class Outcomes:
     def records(
         self, condition: Condition, intention: Intention | None = None
     ) -> list[SafetyRecord]:
-        """Drives of one intention, or of all, in the order of scenarios."""
+        """Records of one intention, or of all, in the order of scenarios."""
         kept = self._kept
         return [
             record
@@ -131,7 +131,7 @@ class Outcomes:
         ]
 
     def true_records(self, planner: Algorithm, intention: Intention) -> list[SafetyRecord]:
-        """Drives on the ground truth, in the order of scenarios."""
+        """Records of episodes on the ground truth, in the order of scenarios."""
         kept = self._kept
         every = self.results.records(
             setting=GROUND_TRUTH, planner=str(planner), intention=str(intention)
@@ -195,7 +195,7 @@ class Outcomes:
 
     @cached_property
     def _done(self) -> dict[Condition, set[str]]:
-        """Scenarios of every condition that something was driven under."""
+        """The scenarios of every condition that has episodes."""
         return {
             one: {record.scenario for record in records}
             for one, records in self._all_records.items()
@@ -218,7 +218,7 @@ class Outcomes:
 def safe_by_scenario(
     records: Sequence[SafetyRecord], scenarios: Sequence[str]
 ) -> NDArray[np.int64]:
-    """Safe drives and drives of each scenario, shape (S, 2)."""
+    """Safe episodes and episodes of each scenario, shape (S, 2)."""
     row = {scenario: number for number, scenario in enumerate(scenarios)}
     counts = np.zeros((len(scenarios), 2), np.int64)
     for record in records:

@@ -48,8 +48,8 @@ def spread_cells(
     Patches without a file are left out, and scenes where there is only one.
 
     Args:
-        configuration: Of the run.
-        detectors: Which; None: `spread_detectors`.
+        configuration: The configuration of the run.
+        detectors: The detectors; None: `spread_detectors`.
     """
     options = {**PYRAMID_OPTIONS, **configuration.options}
     images = IMAGES if len(scenes_of(configuration)) > 1 else IMAGES[:1]
@@ -124,7 +124,7 @@ def spread_rows(results: Results) -> list[SpreadRow]:
 
 
 def spread_setting(detector: str, patch: str, images: str) -> str:
-    """What measurements are filed under."""
+    """The setting of measurements."""
     return setting(detector, f"spread-{patch}-{images}")
 
 
@@ -132,7 +132,7 @@ class PatchSpreads:
     """Follows patches through detectors; see `avsec_gym.runs.experiment.Work`.
 
     Args:
-        configuration: Of the run.
+        configuration: The configuration of the run.
     """
 
     def __init__(self, configuration: Configuration) -> None:

@@ -1,4 +1,4 @@
-"""The settings of chapter 5: which attack, and what its results are filed under.
+"""The settings of chapter 5: the names that results of its attacks are stored under.
 
 ``thesis_pgd-0.4``: steps of 0.4 grey levels, n = 1..4 (the strength), not projected;
 ``noise-0.4``: its control, as large as four such steps; ``patch-random`` and ``patch-specific``:
@@ -40,19 +40,19 @@ ATTACKS = (
     *NOISES,
     *GREY_PATCHES,
 )
-"""All that drives are filed under, in the order of tables."""
+"""All attacks, in the order of tables."""
 WHOLE_LEVELS = "8-bit"
 Options = Mapping[str, Any]
 """Options of a run, by the names of `avsec_gym.experiments.chapter5.scenes.OPTIONS`."""
 
 
 def setting(detector: str, attack: str, *, whole_levels: bool = False) -> str:
-    """What results are filed under; the strength stands beside it."""
+    """The setting of results; the strength stands beside it."""
     return f"{detector} {attack} {WHOLE_LEVELS}" if whole_levels else f"{detector} {attack}"
 
 
 def specific(attack: str, intention: Intention) -> str:
-    """A specific attack as detections are filed: what is seen depends on the intention."""
+    """A specific attack in the setting of detections, which depend on the intention."""
     return f"{attack}-{intention}"
 
 

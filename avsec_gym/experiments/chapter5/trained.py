@@ -46,7 +46,7 @@ def weights_file(name: str, options: Options) -> Path:
         )
     path = Path(options[name])
     card = read_card(path)
-    # The weights fit with and without the pyramid: nothing but the card can tell.
+    # The weights fit with and without the pyramid: only the card distinguishes them.
     if card is not None and card.configuration.get("features", {}).get("pyramid", False):
         raise DataError(
             "These weights were trained with the spatial pyramid pooling.",
@@ -61,7 +61,7 @@ def patch_file(kind: str, detector: str, options: Options) -> Path:
 
     Args:
         kind: One of `TRAINED_PATCHES`.
-        detector: Whose own it is.
+        detector: The detector that it was trained against.
         options: ``patches`` names their folder.
     """
     shipped = shipped_patch("joint" if kind == "joint" else detector)

@@ -32,7 +32,7 @@ class TrueDrives:
     """The planner knows everything; see `avsec_gym.runs.experiment.Work`.
 
     Args:
-        configuration: Of the run.
+        configuration: The configuration of the run.
     """
 
     def __init__(self, configuration: Configuration) -> None:

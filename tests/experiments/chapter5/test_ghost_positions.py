@@ -7,7 +7,7 @@ from avsec_gym.attacks.side_area import RoadView
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.ghost_positions import (
     GhostCount,
-    Place,
+    GhostPlace,
     count_ghosts,
     ghost_summary,
     ghosts,
@@ -78,7 +78,7 @@ def test_the_corridor_takes_in_whatever_reaches_into_it():
 def test_places_are_told_by_what_the_image_shows_at_the_foot():
     boxes = cars((0, 20), (6, 20), (30, 10), (0, 5.0))
     found = places(boxes, view(), CALIBRATION)
-    assert found == [Place.ROAD, Place.SIDE, Place.UNKNOWN, Place.UNKNOWN]
+    assert found == [GhostPlace.ROAD, GhostPlace.SIDE, GhostPlace.UNKNOWN, GhostPlace.UNKNOWN]
 
 
 def test_areas_are_those_of_the_ground_that_is_seen():

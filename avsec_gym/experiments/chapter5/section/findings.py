@@ -1,4 +1,4 @@
-"""All that a run of chapter 5 shows, read from its rows."""
+"""The findings of a run of chapter 5, read from its rows."""
 
 from __future__ import annotations
 

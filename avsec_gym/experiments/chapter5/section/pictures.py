@@ -23,12 +23,12 @@ SPREAD = "feature_spread.png"
 def strips_of(
     run: RunFolder, outcomes: Outcomes | None, request: ReportRequest
 ) -> tuple[list[Strip], list[str]]:
-    """Strips of the most telling scenes, and why there are none.
+    """Strips of the most telling scenes, and the reason if there are none.
 
     Args:
         run: The run.
         outcomes: The run's outcomes, if it has any of chapter 5.
-        request: How many pictures.
+        request: The number of pictures that are asked for.
     """
     from avsec_gym.experiments.chapter5.section.telling_scenes import telling_scenes
 
@@ -53,7 +53,7 @@ def strips_of(
 def maps_of(
     run: RunFolder, rows: Sequence[SpreadRow], request: ReportRequest
 ) -> tuple[list[SpreadPicture], list[str]]:
-    """Feature maps that patches change, and why there are none.
+    """Feature maps that patches change, and the reason if there are none.
 
     Args:
         run: The run.

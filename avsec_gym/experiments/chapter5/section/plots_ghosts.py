@@ -7,11 +7,15 @@ from collections.abc import Sequence
 from avsec_gym.drawing.page_plots import Frame, Scale, band, drawing, text
 from avsec_gym.drawing.page_table import number
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
-from avsec_gym.experiments.chapter5.ghost_positions import CORRIDOR, FARTHEST, Place
+from avsec_gym.experiments.chapter5.ghost_positions import CORRIDOR, FARTHEST, GhostPlace
 from avsec_gym.experiments.chapter5.ghost_shares import GhostRow
 from avsec_gym.experiments.chapter5.settings import PERTURBATIONS, TEXTURE_ATTACKED, UNATTACKED
 
-PLACE_WORDS = {Place.ROAD: "on the road", Place.SIDE: "beside it", Place.UNKNOWN: "neither"}
+PLACE_WORDS = {
+    GhostPlace.ROAD: "on the road",
+    GhostPlace.SIDE: "beside it",
+    GhostPlace.UNKNOWN: "neither",
+}
 _DRAWN = (UNATTACKED, PERTURBATIONS[-1], TEXTURE_ATTACKED)
 _ASIDE = 20.0
 _WIDTH, _HEIGHT = 330, 330
@@ -39,7 +43,7 @@ def _draw(row: GhostRow) -> str:
         text(((_FRAME.x.start + _FRAME.x.end) / 2, _HEIGHT - 4), "metres to the right", "middle"),
     ]
     drawn = 0
-    for place in reversed(Place):
+    for place in reversed(GhostPlace):
         within = [_FRAME.at((x, z)) for x, z in row.positions[place] if abs(x) < _ASIDE]
         spots = "".join(f"M{x:g} {y:g}h0" for x, y in within)
         drawn += len(within)

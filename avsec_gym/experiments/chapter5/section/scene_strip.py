@@ -1,6 +1,6 @@
-"""Strips of pictures: one drive unattacked and attacked, each attack repeated for its pictures.
+"""Strips of pictures: one episode unattacked and attacked, each attack repeated for them.
 
-A run keeps what was detected, not what was seen.  Attacks are seeded, so the images are made again.
+A run keeps detections, not images.  Attacks are seeded, so the images are made again.
 """
 
 from __future__ import annotations
@@ -48,26 +48,26 @@ class Repeats(Protocol):
         *,
         whole_levels: bool = False,
     ) -> PipelineRun:
-        """One drive of a run once more."""
+        """One episode of a run once more."""
         ...
 
 
 @dataclass(frozen=True)
-class View:
-    """One drive under one condition.
+class EpisodeView:
+    """One episode under one condition.
 
     Args:
         title: What was done.
-        image: What the left camera saw, as a data URI.
+        image: The left image, as a data URI.
         size: Its width and height, pixels.
         real: Outlines of true objects in it, as paths of SVG.
-        believed: Outlines of what was believed.
-        cars: How many real cars are found, and how many there are.
-        ghosts: How many believed boxes stand for nothing.
-        drive: From above, as SVG.
+        believed: Outlines of believed boxes.
+        cars: Number of real cars that are found, and of all.
+        ghosts: Number of believed boxes that stand for nothing.
+        drive: The episode from above, as SVG.
         outcome: ``safe``, ``collision`` or ``unplanned``.
-        explanation: A sentence.
-        as_stored: Whether the drive came out as it is stored in the run.
+        explanation: The plan in a sentence.
+        as_stored: Whether the episode has the outcome that the run stored.
     """
 
     title: str
@@ -85,20 +85,20 @@ class View:
 
 @dataclass(frozen=True)
 class Strip:
-    """Views of one drive, the unattacked first.
+    """Views of one episode, the unattacked first.
 
     Args:
         title: Detector, scene and intention.
         rule: Why it is shown.
         views: Two or more.
-        difference: Of the first two images, amplified, as a data URI.
-        factor: By how much.
+        difference: The amplified difference of the first two images, as a data URI.
+        factor: The factor of amplification.
         largest: Change of any channel of any pixel, grey levels.
     """
 
     title: str
     rule: str
-    views: tuple[View, ...]
+    views: tuple[EpisodeView, ...]
     difference: str
     factor: int
     largest: float
@@ -110,13 +110,13 @@ def scene_strips(
     drives: Repeats,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[Strip]:
-    """A strip for each drive.
+    """A strip for each episode.
 
     Args:
-        telling: Which drives.
-        outcomes: Of the run.
-        drives: Makes them again.
-        on_progress: Told how many of how many are done.
+        telling: The episodes.
+        outcomes: The outcomes of the run.
+        drives: The work that repeats them.
+        on_progress: Called with the number that is done, and of all.
 
     Raises:
         DataError: An image is no longer there.
@@ -174,12 +174,14 @@ def _strip(telling: Telling, outcomes: Outcomes, drives: Repeats) -> Strip:
     )
 
 
-def _view(condition: Condition, run: PipelineRun, truth: Boxes3D, stored: SafetyRecord) -> View:
+def _view(
+    condition: Condition, run: PipelineRun, truth: Boxes3D, stored: SafetyRecord
+) -> EpisodeView:
     image = np.rint(np.clip(run.frame.image(LEFT), 0, 255)).astype(np.uint8)
     record, believed = run.episode.record, run.perception.believed
     found = found_cars(believed, truth)
     hit = f", but touches a real object after {record.collision_time:.1f} s"
-    return View(
+    return EpisodeView(
         title=attack_name(condition.attack, condition.strength, condition.whole_levels),
         image=embedded(image),
         size=(image.shape[1], image.shape[0]),

@@ -35,8 +35,8 @@ class MapPicture:
     Args:
         layer: Its name.
         image: As a data URI, from no change to the layer's largest.
-        radius: That counts as changed by the layer's maximum, in multiples of the patch's.
-        radius_absolute: By what another image would change.
+        radius: The radius that changes by the layer's maximum, in multiples of the patch's.
+        radius_absolute: The radius by what another image would change, likewise.
     """
 
     layer: str

@@ -40,9 +40,9 @@ class Telling:
 
     Args:
         rule: Why it was chosen, such as `COLLAPSE`.
-        scenario: Which scene.
-        intention: Where the car wants to go.
-        conditions: Under which it is shown, the unattacked one first.
+        scenario: The scene's id.
+        intention: The driving intention.
+        conditions: The conditions that it is shown under, the unattacked one first.
     """
 
     rule: str
@@ -52,14 +52,14 @@ class Telling:
 
 
 def telling_scenes(outcomes: Outcomes, count: int, threshold: float = 0.3) -> list[Telling]:
-    """So many drives at most, each in a scene of its own.
+    """The most telling episodes, each in a scene of its own.
 
-    `RULES` says which; every rule gives its first before one gives its second.
+    They are chosen by `RULES`; every rule gives its first before one gives its second.
 
     Args:
-        outcomes: Of a run.
-        count: How many at most.
-        threshold: Less sure detections are not planned on, and not counted.
+        outcomes: The outcomes of a run.
+        count: The largest number of scenes.
+        threshold: The least score of a detection that is planned on; others do not count.
     """
     if not outcomes.scenarios or not count:
         return []
