@@ -125,6 +125,8 @@ def _columns(key: str, value: object, *, flat: bool) -> dict[str, object]:
         return {key: value.value, f"{key}_interval": as_json(value.interval)}
     if isinstance(value, SafetyRates):
         return value.to_json()
+    if flat and value is None:
+        return {}
     if flat and isinstance(value, Mapping):
         return {
             name: number
