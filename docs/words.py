@@ -15,11 +15,11 @@ ROOMS = (
     *(
         f"avsec_gym/{room}"
         for room in (
-            "commands", "drawing", "experiments/chapter3", "kitti", "metrics", "planners",
-            "scenario", "storage", "validation", "world",
+            "attacks", "commands", "drawing", "evaluation", "experiments", "kitti", "metrics",
+            "pipeline.py", "planners", "scenario", "storage", "validation", "world",
         )
     ),
-    "studies/chapter3", "docs/validation.md",
+    "studies/chapter3", "studies/chapter5", "studies/driving_safety", "docs/validation.md",
 )  # fmt: skip
 """Folders and files whose words are those of the field."""
 

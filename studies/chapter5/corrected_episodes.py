@@ -1,7 +1,7 @@
 """Which errors of a detector cost safe driving?  Episodes with one kind of them corrected.
 
-As `studies.perception.mended_detections` does for precision, this does for safety: an oracle
-corrects each kind of error by the labels, and all else stays as it was found.
+An oracle corrects each kind of error by the labels, and all else stays as it was found;
+`studies.perception` does the same for precision.
 """
 
 from __future__ import annotations

@@ -103,7 +103,7 @@ def page(found: Mapping[str, Any], command: str) -> str:
         for row in rows:
             names = (detector_name(row["detector"]), attack_name(row["attack"], row["strength"]))
             cells.setdefault(names, []).append(share(row[rate]))
-        columns = ["detector", "attack", *(f"{one:g}" for one in thresholds)]
+        columns = ["detector", "attack", *(f"{threshold:g}" for threshold in thresholds)]
         table = markdown_table(columns, [[*names, *own] for names, own in cells.items()])
         lines += [f"## {title}", "", *table, ""]
     return "\n".join(lines)

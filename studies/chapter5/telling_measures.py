@@ -67,27 +67,30 @@ def telling_rows(outcomes: Outcomes, threshold: float) -> list[MeasureRow]:
         A row for each measure and detector, and for ``both``.
     """
     attacks = [
-        one
-        for one in outcomes.conditions
-        if one.attack in TRUE_ATTACKS
-        and not one.whole_levels
-        and one.unattacked in outcomes.conditions
+        condition
+        for condition in outcomes.conditions
+        if condition.attack in TRUE_ATTACKS
+        and not condition.whole_levels
+        and condition.unattacked in outcomes.conditions
     ]
     safe = _lost(lambda _, one, __: safety(outcomes, one), outcomes, attacks, threshold)
-    groups = {name: [one for one in attacks if one.detector == name] for name in outcomes.detectors}
+    groups = {
+        detector: [attack for attack in attacks if attack.detector == detector]
+        for detector in outcomes.detectors
+    }
     rows: list[MeasureRow] = []
     usual: dict[str, Sampled | None] = {}
     for measure, of in MEASURES.items():
         lost = _lost(of, outcomes, attacks, threshold)
-        for name, some in {**groups, "both": attacks}.items():
-            rho = spearman([(lost[one], safe[one]) for one in some])
+        for name, group in {**groups, "both": attacks}.items():
+            rho = spearman([(lost[attack], safe[attack]) for attack in group])
             first = usual.setdefault(name, rho)
             more = None if rho is None or first is None else rho - first
             rows.append(
                 MeasureRow(
                     measure,
                     name,
-                    len(some),
+                    len(group),
                     rho=None if rho is None else rho.value,
                     interval=None if rho is None else rho.interval_around,
                     more=more.estimate if more else NOTHING,
@@ -100,10 +103,13 @@ def _lost(
     measure: Measure, outcomes: Outcomes, attacks: list[Condition], threshold: float
 ) -> Mapping[Condition, Sampled]:
     clean = {
-        one: measure(outcomes, one, threshold)
-        for one in dict.fromkeys(attack.unattacked for attack in attacks)
+        condition: measure(outcomes, condition, threshold)
+        for condition in dict.fromkeys(attack.unattacked for attack in attacks)
     }
-    return {one: clean[one.unattacked] - measure(outcomes, one, threshold) for one in attacks}
+    return {
+        attack: clean[attack.unattacked] - measure(outcomes, attack, threshold)
+        for attack in attacks
+    }
 
 
 def _cars_seen(

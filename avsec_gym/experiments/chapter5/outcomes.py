@@ -99,9 +99,10 @@ class Outcomes:
         """Of perturbations the last steps only, and nothing in whole grey levels."""
         stepwise = (*PERTURBATIONS, TEXTURE_ATTACKED)
         return tuple(
-            one
-            for one in self.conditions
-            if not one.whole_levels and not (one.attack in stepwise and one.strength < STEPS)
+            condition
+            for condition in self.conditions
+            if not condition.whole_levels
+            and not (condition.attack in stepwise and condition.strength < STEPS)
         )
 
     @cached_property
@@ -191,7 +192,7 @@ class Outcomes:
             if detector in self.detectors and attack in ATTACKS:
                 records = self.results.records(setting=name, strength=strength)
                 found[Condition(detector, attack, strength, whole)] = records
-        return {one: found[one] for one in sorted(found, key=self._place)}
+        return {condition: found[condition] for condition in sorted(found, key=self._place)}
 
     @cached_property
     def _done(self) -> dict[Condition, set[str]]:

@@ -149,14 +149,14 @@ def amplified(
 def _strip(telling: Telling, outcomes: Outcomes, drives: Repeats) -> Strip:
     runs = [
         drives.again(
-            one.detector,
-            one.attack,
+            condition.detector,
+            condition.attack,
             telling.scenario,
             telling.intention,
-            one.strength,
-            whole_levels=one.whole_levels,
+            condition.strength,
+            whole_levels=condition.whole_levels,
         )
-        for one in telling.conditions
+        for condition in telling.conditions
     ]
     truth = outcomes.labels[telling.scenario]
     picture, factor, largest = amplified(*(run.frame.image(LEFT) for run in runs[:2]))
@@ -165,8 +165,8 @@ def _strip(telling: Telling, outcomes: Outcomes, drives: Repeats) -> Strip:
         title=f"{detector}, scene {telling.scenario}, {telling.intention}",
         rule=telling.rule,
         views=tuple(
-            _view(one, run, truth, _stored(outcomes, telling, one))
-            for one, run in zip(telling.conditions, runs, strict=True)
+            _view(condition, run, truth, _stored(outcomes, telling, condition))
+            for condition, run in zip(telling.conditions, runs, strict=True)
         ),
         difference=embedded(picture),
         factor=factor,

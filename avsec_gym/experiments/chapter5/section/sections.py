@@ -205,7 +205,7 @@ def _ghost_section(found: AttackFigures) -> Section:
 
 def _map_figure(maps: Sequence[SpreadPicture]) -> Figure:
     rows = []
-    for one in maps:
+    for spread in maps:
         layers = [
             Picture(
                 layer.image,
@@ -213,10 +213,10 @@ def _map_figure(maps: Sequence[SpreadPicture]) -> Figure:
                 layer.layer,
                 small=f"{layer.radius:.1f} / {layer.radius_absolute:.1f}",
             )
-            for layer in one.maps
+            for layer in spread.maps
         ]
-        seen = Picture(one.image, "input", "The patch in the middle of the image")
-        rows.append(PictureRow([seen, *layers], "layers", one.title))
+        seen = Picture(spread.image, "input", "The patch in the middle of the image")
+        rows.append(PictureRow([seen, *layers], "layers", spread.title))
     return Figure(
         "Figure 5.8: what a patch changes in feature maps, from shallow to deep",
         pictures=rows,

@@ -63,19 +63,19 @@ def telling_scenes(outcomes: Outcomes, count: int, threshold: float = 0.3) -> li
     """
     if not outcomes.scenarios or not count:
         return []
-    detectors = dict.fromkeys(one.detector for one in outcomes.conditions)
+    detectors = dict.fromkeys(condition.detector for condition in outcomes.conditions)
     seen = _Seen(outcomes, threshold)
     rules = (_collapses, _patched, _textured, _often)
     waiting = [rule(seen, detector) for rule, detector in product(rules, detectors)]
     chosen: list[Telling] = []
     while waiting and len(chosen) < count:
         for way in list(waiting):
-            used = {one.scenario for one in chosen}
-            telling = next((one for one in way if one.scenario not in used), None)
-            if telling is None:
+            used = {telling.scenario for telling in chosen}
+            found = next((telling for telling in way if telling.scenario not in used), None)
+            if found is None:
                 waiting.remove(way)
             elif len(chosen) < count:
-                chosen.append(telling)
+                chosen.append(found)
     return chosen
 
 
@@ -91,9 +91,11 @@ class _Seen:
     def strongest(self, detector: str, attacks: Sequence[str]) -> Condition | None:
         """The last of its conditions of certain attacks, in float."""
         own = [
-            one
-            for one in self.outcomes.conditions
-            if one.detector == detector and one.attack in attacks and not one.whole_levels
+            condition
+            for condition in self.outcomes.conditions
+            if condition.detector == detector
+            and condition.attack in attacks
+            and not condition.whole_levels
         ]
         return own[-1] if own and own[-1].unattacked in self.outcomes.conditions else None
 
