@@ -30,7 +30,8 @@ from avsec_gym.geometry import Floats
 from avsec_gym.metrics.collision_check import batch_collides
 from avsec_gym.metrics.safety import SAFE
 from avsec_gym.planners.batch import RectangleTracks, plan_batch
-from avsec_gym.planners.planner import Mode, MotionPrimitivePlanner, suitable_primitives
+from avsec_gym.planners.planner import Mode, MotionPrimitivePlanner
+from avsec_gym.planners.primitives import suitable_primitives
 from avsec_gym.planners.problem import Problem
 from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.registry import Kind, make

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
 from avsec_gym.planners.goal import GoalArrays
+from avsec_gym.planners.primitives import MotionPrimitives
 
 
 class Limits(NamedTuple):
@@ -21,6 +23,23 @@ class Limits(NamedTuple):
     dt: float
     step_distance: float
     """No primitive moves the centre farther than this in one time step."""
+
+
+@lru_cache(maxsize=64)
+def limits_of(primitives: MotionPrimitives) -> Limits:
+    """The limits of a vehicle that drives a set of primitives."""
+    vehicle = primitives.vehicle
+    heading = primitives.states[..., 3]
+    centre = primitives.states[..., :2] + vehicle.rear_axle * np.stack(
+        [np.cos(heading), np.sin(heading)], axis=-1
+    )
+    return Limits(
+        half_length=vehicle.length / 2,
+        half_width=vehicle.width / 2,
+        centre_offset=vehicle.rear_axle,
+        dt=primitives.dt,
+        step_distance=float(np.linalg.norm(np.diff(centre, axis=1), axis=-1).max()),
+    )
 
 
 @kernel(nogil=True)

@@ -7,42 +7,28 @@ import threading
 import time
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import lru_cache
 from typing import Any, Protocol
-
-import numpy as np
 
 from avsec_gym.argument_checks import flag, number, shown, whole_number
 from avsec_gym.errors import ConfigurationError, PlanningError
 from avsec_gym.geometry import Floats
-from avsec_gym.planners.collision import CollisionWorld, collides, collision_world_of, within_reach
-from avsec_gym.planners.estimates import Limits
-from avsec_gym.planners.goal import goal_arrays, reaches
-from avsec_gym.planners.goal_room import is_full, occupied_steps
-from avsec_gym.planners.plan import Plan, Reason, Status
-from avsec_gym.planners.primitives import MotionPrimitives, standard_primitives
-from avsec_gym.planners.problem import Problem, plain
-from avsec_gym.planners.reachability import reach_table
+from avsec_gym.planners.collision import CollisionWorld, collision_world_of, within_reach
+from avsec_gym.planners.explanation import why_nothing_was_found
+from avsec_gym.planners.goal_room import is_full
+from avsec_gym.planners.plan import Plan, Status
+from avsec_gym.planners.primitives import MotionPrimitives, suitable_primitives
+from avsec_gym.planners.problem import Problem, problem_of
 from avsec_gym.planners.search import EXHAUSTED, FOUND, FULL, PAUSED, advance, refuse_the_rest
 from avsec_gym.planners.search_state import (
-    COS,
     ELAPSED,
     EXPANDED,
-    GOAL,
     GOAL_NODE,
-    NODES,
-    PARENT,
-    REFUSED,
-    SIN,
     SearchState,
-    X,
-    Y,
     grown,
     new_state,
 )
-from avsec_gym.planners.vehicle import BMW_320I, Vehicle
-from avsec_gym.scenario.constraints import driving_constraints
-from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
+from avsec_gym.planners.search_tree import search_tree
+from avsec_gym.scenario.planning_scenario import PlanningScenario
 
 _FIRST_SLICE, _SLICE = 256, 1e-3
 """Nodes to expand before the first look at the clock, and seconds between two looks."""
@@ -53,13 +39,6 @@ _ROOM = 2048
 _FEW = 16
 """So many obstacles are faster kept than sorted out."""
 _memories = threading.local()
-_NO_TABLE = np.zeros((0, 1, 6))
-_WIDE_SPEED, _WIDE_STEP = 20.0, 2.0
-"""Highest and spacing of the speeds where no road type gives them, m/s."""
-_ROLLING_BACK = 0.1
-"""m/s: so fast do vehicles move backwards that stand and are recorded."""
-_FASTER = 10.0
-"""m/s above the fastest start of the primitives: nothing faster is planned with them."""
 
 
 class Algorithm(StrEnum):
@@ -173,7 +152,7 @@ class MotionPrimitivePlanner:
         expanded, tree = int(state.counters[EXPANDED]), None
         if self.keep_tree:
             refuse_the_rest(problem, world, state)
-            tree = _tree(state, problem.limits)
+            tree = search_tree(state, problem.limits.centre_offset)
         seconds = time.perf_counter() - begun
         if outcome == FOUND:
             return Plan(
@@ -197,7 +176,7 @@ class MotionPrimitivePlanner:
             status = Status.EXHAUSTED
         occupied, reason = math.nan, None
         if explain:
-            steps, reason = _explain(status, scenario, believed, vehicle)
+            steps, reason = why_nothing_was_found(status, scenario, believed, vehicle)
             occupied = steps * scenario.dt
         return Plan(
             status,
@@ -227,7 +206,13 @@ class MotionPrimitivePlanner:
                 f" {primitives.name} have {primitives.dt} s"
             )
         try:
-            return _problem(self.algorithm, self.mode, primitives, scenario.start, scenario.goals)
+            return problem_of(
+                primitives,
+                scenario.start,
+                scenario.goals,
+                greedy=self.algorithm == Algorithm.GBFS,
+                reference=self.mode == Mode.REFERENCE,
+            )
         except PlanningError as error:
             raise PlanningError(f"{scenario.id}: {error}") from None
 
@@ -268,128 +253,3 @@ def _load_kernels(problem: Problem, parts: tuple[Any, ...], world: CollisionWorl
     state = new_state(_ROOM, 2)
     advance(parts, tuple(world), tuple(state), 0)
     grown(state, problem.primitives.end_class)
-
-
-@lru_cache(maxsize=4096)
-def _problem(
-    algorithm: Algorithm,
-    mode: Mode,
-    primitives: MotionPrimitives,
-    start: EgoState,
-    goals: tuple[Goal, ...],
-) -> tuple[Problem, tuple[Any, ...]]:
-    reference = mode == Mode.REFERENCE
-    # commonroad-search starts with straight wheels whatever the file states.
-    steering = 0.0 if reference else start.steering_angle
-    _check_start_speed(start.velocity, primitives)
-    speed = primitives.nearest_speed(start.velocity, endless_only=reference)
-    root = primitives.starting_at(speed, steering, endless_only=reference)
-    if not len(root):
-        raise PlanningError(
-            f"no primitive of {primitives.name} starts at {speed:g} m/s with a steering angle of"
-            f" {steering:g} rad"
-        )
-    laid_out = goal_arrays(goals)
-    horizon = max(0, max(goal.steps[1] for goal in goals) - start.step)
-    offset = primitives.vehicle.rear_axle
-    x, y = start.x - offset * math.cos(start.heading), start.y - offset * math.sin(start.heading)
-    problem = Problem(
-        root=root,
-        primitives=primitives.arrays,
-        branching=max(len(root), int(np.diff(primitives.arrays.first_successor).max())),
-        goals=laid_out,
-        limits=_limits(primitives),
-        reach=_NO_TABLE if reference else reach_table(primitives, horizon),
-        start=np.array([x, y, start.heading]),
-        speed=speed,
-        steering_angle=steering,
-        step=start.step,
-        at_goal=bool(reaches(start.x, start.y, start.heading, speed, start.step, laid_out)),
-        greedy=algorithm == Algorithm.GBFS,
-        reference=reference,
-    )
-    return problem, plain(problem)
-
-
-def _check_start_speed(velocity: float, primitives: MotionPrimitives) -> None:
-    """Refuse a start that drives backwards, or far faster than the primitives.
-
-    Slower ones than the slowest primitive are planned: the thesis' scenarios say 0 m/s.
-    """
-    fastest = float(primitives.states[:, 0, 2].max())
-    if not -_ROLLING_BACK <= velocity <= fastest + _FASTER:
-        raise PlanningError(
-            f"the start's velocity is {velocity:g} m/s; expected 0 to {fastest + _FASTER:g} m/s,"
-            f" {_FASTER:g} m/s above the fastest start of the primitives {primitives.name}."
-            " Correct the velocity, or name other primitives"
-        )
-
-
-def suitable_primitives(scenario: PlanningScenario) -> MotionPrimitives:
-    """The generated set for a scenario's road type, or one of all speeds where it has none.
-
-    Where the start speed lies off the grid, primitives that lead onto it are added.
-    """
-    start = scenario.start.velocity
-    if scenario.road_type is not None:
-        grid = driving_constraints(scenario.road_type).primitive_speeds
-    else:
-        wanted = [start, *(goal.velocity[0] for goal in scenario.goals if goal.velocity)]
-        fastest = min(BMW_320I.max_velocity, max(_WIDE_SPEED, *wanted))
-        grid = tuple(np.arange(0.0, fastest + _WIDE_STEP, _WIDE_STEP).tolist())
-    return standard_primitives(grid, () if start in grid else (start,))
-
-
-def _explain(
-    status: Status, scenario: PlanningScenario, world: CollisionWorld, vehicle: Vehicle
-) -> tuple[int, Reason]:
-    """Time steps without room in the goal region, and why nothing was found."""
-    start = scenario.start
-    at_start = (start.x, start.y, math.cos(start.heading), math.sin(start.heading))
-    footprint = (vehicle.length / 2, vehicle.width / 2, start.step)
-    free_ground = world._replace(edges=np.zeros((0, 4)))
-    window = scenario.last_step - min(goal.steps[0] for goal in scenario.goals) + 1
-    occupied = occupied_steps(scenario.goals, world, vehicle)
-    if status == Status.LIMIT:
-        return occupied, Reason.LIMIT
-    if collides(*at_start, *footprint, free_ground):
-        return occupied, Reason.START_OCCUPIED
-    if collides(*at_start, *footprint, world):
-        return occupied, Reason.OFF_ROAD
-    if occupied == window:
-        empty_road = within_reach(world, 0.0, 0.0, -math.inf)
-        nowhere = occupied_steps(scenario.goals, empty_road, vehicle) == window
-        return occupied, Reason.OFF_ROAD if nowhere else Reason.GOAL_OCCUPIED
-    return occupied, Reason.UNREACHABLE
-
-
-@lru_cache(maxsize=64)
-def _limits(primitives: MotionPrimitives) -> Limits:
-    vehicle = primitives.vehicle
-    heading = primitives.states[..., 3]
-    centre = primitives.states[..., :2] + vehicle.rear_axle * np.stack(
-        [np.cos(heading), np.sin(heading)], axis=-1
-    )
-    return Limits(
-        half_length=vehicle.length / 2,
-        half_width=vehicle.width / 2,
-        centre_offset=vehicle.rear_axle,
-        dt=primitives.dt,
-        step_distance=float(np.linalg.norm(np.diff(centre, axis=1), axis=-1).max()),
-    )
-
-
-def _tree(state: SearchState, limits: Limits) -> Floats:
-    """The nodes whose ways are free, as centres x, y and numbers of their parents."""
-    used = int(state.counters[NODES])
-    pose, link = state.pose[:used], state.link[:used]
-    free = link[:, GOAL] != REFUSED
-    number = np.append(np.cumsum(free) - 1, -1)
-    offset = limits.centre_offset
-    return np.column_stack(
-        [
-            pose[:, X] + offset * pose[:, COS],
-            pose[:, Y] + offset * pose[:, SIN],
-            number[link[:, PARENT]],
-        ]
-    )[free]

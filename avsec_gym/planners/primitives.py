@@ -18,11 +18,15 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.planners.vehicle import BMW_320I, Vehicle, is_feasible, simulate
 from avsec_gym.scenario.bounds import DURATION
+from avsec_gym.scenario.constraints import driving_constraints
+from avsec_gym.scenario.planning_scenario import PlanningScenario
 
 _MEETING_TOLERANCE = 0.01
 """Speeds (m/s) and steering angles (rad) that differ by less are the same (commonroad-search)."""
 _ROUGHNESS = 0.01
 """Share of a way by which the circle around it is widened."""
+_WIDE_SPEED, _WIDE_STEP = 20.0, 2.0
+"""Highest and spacing of the speeds where no road type gives them, m/s."""
 
 
 class PrimitiveArrays(NamedTuple):
@@ -203,3 +207,18 @@ def standard_primitives(
 ) -> MotionPrimitives:
     """`generate_primitives` with its defaults, made once in a process."""
     return generate_primitives(speeds, extra_start_speeds=extra_start_speeds)
+
+
+def suitable_primitives(scenario: PlanningScenario) -> MotionPrimitives:
+    """The generated set for a scenario's road type, or one of all speeds where it has none.
+
+    Where the start speed lies off the grid, primitives that lead onto it are added.
+    """
+    start = scenario.start.velocity
+    if scenario.road_type is not None:
+        grid = driving_constraints(scenario.road_type).primitive_speeds
+    else:
+        wanted = [start, *(goal.velocity[0] for goal in scenario.goals if goal.velocity)]
+        fastest = min(BMW_320I.max_velocity, max(_WIDE_SPEED, *wanted))
+        grid = tuple(np.arange(0.0, fastest + _WIDE_STEP, _WIDE_STEP).tolist())
+    return standard_primitives(grid, () if start in grid else (start,))

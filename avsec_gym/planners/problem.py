@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+import math
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from avsec_gym.errors import PlanningError
 from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
-from avsec_gym.planners.estimates import Limits
-from avsec_gym.planners.goal import GoalArrays
-from avsec_gym.planners.primitives import PrimitiveArrays
+from avsec_gym.planners.estimates import Limits, limits_of
+from avsec_gym.planners.goal import GoalArrays, goal_arrays, reaches
+from avsec_gym.planners.primitives import MotionPrimitives, PrimitiveArrays
+from avsec_gym.planners.reachability import reach_table
+from avsec_gym.scenario.planning_scenario import EgoState, Goal
+
+_NO_TABLE = np.zeros((0, 1, 6))
+_ROLLING_BACK = 0.1
+"""m/s: so fast do vehicles move backwards that stand and are recorded."""
+_FASTER = 10.0
+"""m/s above the fastest start of the primitives: nothing faster is planned with them."""
 
 
 class Problem(NamedTuple):
@@ -40,6 +51,74 @@ class Problem(NamedTuple):
     """GBFS instead of A*."""
     reference: bool
     """commonroad-search's search instead of the complete one."""
+
+
+@lru_cache(maxsize=4096)
+def problem_of(
+    primitives: MotionPrimitives,
+    start: EgoState,
+    goals: tuple[Goal, ...],
+    *,
+    greedy: bool,
+    reference: bool,
+) -> tuple[Problem, tuple[Any, ...]]:
+    """The problem of a start and goals, and the same made `plain`, as the kernel is called.
+
+    Args:
+        primitives: The primitives that are strung together.
+        start: The state of the ego vehicle.
+        goals: The goals, one of which is to be reached.
+        greedy: Whether GBFS searches instead of A*.
+        reference: Whether the search is commonroad-search's instead of the complete one.
+
+    Raises:
+        PlanningError: There is no goal, no primitive starts at the start speed, or that is negative
+            or far above all that primitives start at.
+    """
+    # commonroad-search starts with straight wheels whatever the file states.
+    steering = 0.0 if reference else start.steering_angle
+    _check_start_speed(start.velocity, primitives)
+    speed = primitives.nearest_speed(start.velocity, endless_only=reference)
+    root = primitives.starting_at(speed, steering, endless_only=reference)
+    if not len(root):
+        raise PlanningError(
+            f"no primitive of {primitives.name} starts at {speed:g} m/s with a steering angle of"
+            f" {steering:g} rad"
+        )
+    laid_out = goal_arrays(goals)
+    horizon = max(0, max(goal.steps[1] for goal in goals) - start.step)
+    offset = primitives.vehicle.rear_axle
+    x, y = start.x - offset * math.cos(start.heading), start.y - offset * math.sin(start.heading)
+    problem = Problem(
+        root=root,
+        primitives=primitives.arrays,
+        branching=max(len(root), int(np.diff(primitives.arrays.first_successor).max())),
+        goals=laid_out,
+        limits=limits_of(primitives),
+        reach=_NO_TABLE if reference else reach_table(primitives, horizon),
+        start=np.array([x, y, start.heading]),
+        speed=speed,
+        steering_angle=steering,
+        step=start.step,
+        at_goal=bool(reaches(start.x, start.y, start.heading, speed, start.step, laid_out)),
+        greedy=greedy,
+        reference=reference,
+    )
+    return problem, plain(problem)
+
+
+def _check_start_speed(velocity: float, primitives: MotionPrimitives) -> None:
+    """Refuse a start that drives backwards, or far faster than the primitives.
+
+    Slower ones than the slowest primitive are planned: the thesis' scenarios say 0 m/s.
+    """
+    fastest = float(primitives.states[:, 0, 2].max())
+    if not -_ROLLING_BACK <= velocity <= fastest + _FASTER:
+        raise PlanningError(
+            f"the start's velocity is {velocity:g} m/s; expected 0 to {fastest + _FASTER:g} m/s,"
+            f" {_FASTER:g} m/s above the fastest start of the primitives {primitives.name}."
+            " Correct the velocity, or name other primitives"
+        )
 
 
 def plain(value: Any) -> Any:
