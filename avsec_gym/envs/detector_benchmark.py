@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.argument_checks import whole_number
+from avsec_gym.attacks.optical_attack import OpticalAttack
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.actions import checked_action
 from avsec_gym.envs.box_coding import BoxCoding
@@ -77,6 +78,8 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
       objects behind the boxes move.
     * `score_threshold=0.3`: boxes below it, in [0, 1], are not planned on.
     * `max_boxes=50`: rows of an action, at most 1,000; `points=0`: of the scan, at most 1,000,000.
+    * `attack=None`: an optical attack on the sensors, such as `{"name": "facula", "camera": 2}`;
+      the scenes and intentions of a seed are the same with and without it.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 
     `reset(options={"scenario": id, "intention": "left"})` picks a scene.
@@ -95,14 +98,18 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
         score_threshold: float = 0.3,
         max_boxes: int = 50,
         points: int = 0,
+        attack: Any = None,
         render_mode: str | None = None,
     ) -> None:
         super().__init__(render_mode)
         self.coding = BoxCoding(max_boxes)
         self.points = whole_number("points", points, 0, MOST_POINTS)
-        parts = Parts(scenarios, None, planner, motion, score_threshold, agent=Kind.DETECTOR)
+        parts = Parts(
+            scenarios, None, planner, motion, score_threshold, attack=attack, agent=Kind.DETECTOR
+        )
         # The planner first: a slip is reported before minutes in which a suite is made.
         self.motion, self.planner = Motion.named(parts.motion), parts.made_planner()
+        self.attack: OpticalAttack | None = parts.attack
         self.scenes = parts.scenes()
         self.score_threshold = parts.score_threshold
         self._labelled = self.scenes.scenes.labelled
@@ -141,8 +148,8 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
         options = reset_options(options)
         intentions = intentions_named(options.get("intention"))
         self._scene = self._picked(options.get("scenario"))
-        self._frame = self.scenes.frame(self._scene)
         self._intention = intentions[int(self.np_random.integers(len(intentions)))]
+        self._frame = self._seen(self.scenes.frame(self._scene))
         self._reported, self._drive = Boxes3D.empty(), None
         self.shown()
         return self._observe(), self._info()
@@ -188,6 +195,12 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
         raise ConfigurationError(
             f"{self.scenes.scenes.name} has no scene {id!r}; the first is {self._labelled[0].id!r}"
         )
+
+    def _seen(self, frame: SensorFrame) -> SensorFrame:
+        """The frame as the car gets it."""
+        if self.attack is None:
+            return frame
+        return self.attack.attack(frame, int(self.np_random.integers(2**32))).frame
 
     def _observe(self) -> Observation:
         frame = self.frame

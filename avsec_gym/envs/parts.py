@@ -42,6 +42,7 @@ class Parts:
         validator: Looks for attacks on the sensors, see `validator_and_played`; None: none.
         clean: Scenes that thresholds of the validator are measured on; None: the first half of the
             scenarios.
+        attack: The optical attack on the sensors, where the agent plays none; None: no attack.
         agent: The part that the agent plays.
 
     Raises:
@@ -57,6 +58,7 @@ class Parts:
     score_threshold: float = 0.3
     validator: Any = None
     clean: Any = None
+    attack: Any = None
     agent: Kind = Kind.ATTACK
 
     def __post_init__(self) -> None:
@@ -72,6 +74,9 @@ class Parts:
             check_detector(checked["detector"])
         if self.validator is not None and not is_measured(self.validator):
             checked["validator"] = _checked(Kind.VALIDATOR, self.validator)
+        if self.attack is not None:
+            check(Kind.OPTICAL_ATTACK, self.attack)
+            checked["attack"] = _made(Kind.OPTICAL_ATTACK, self.attack)
         for name, value in checked.items():
             object.__setattr__(self, name, value)
 
