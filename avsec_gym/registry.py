@@ -18,7 +18,8 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.suggestions import unknown_name
 
 _LOG = logging.getLogger(__name__)
-_GROUP = "avsec_gym.plugins"
+GROUP = "avsec_gym.plugins"
+"""Entry points by which packages add parts."""
 
 
 class Kind(StrEnum):
@@ -297,7 +298,7 @@ def _load_plugins() -> None:
     # Before loading: a plug-in may itself ask for names.
     _PLUGINS_LOADED = True
     before = set(_REGISTERED)
-    for entry_point in metadata.entry_points(group=_GROUP):
+    for entry_point in metadata.entry_points(group=GROUP):
         try:
             entry_point.load()()
         except Exception as error:

@@ -26,9 +26,15 @@ class Experiments:
 
     def run(self) -> int:
         """Do it; the exit code."""
-        from avsec_gym.runs.catalogue import EXPERIMENTS, experiment
+        from avsec_gym.runs.catalogue import experiment, importable_experiments
 
-        found = [experiment(name) for name in self.names or EXPERIMENTS]
+        problems: list[str] = []
+        if self.names:
+            found = [experiment(name) for name in self.names]
+        else:
+            found, problems = importable_experiments()
+        for problem in problems:
+            console.say(f"avsec: {problem}")
         listed: list[dict[str, Any]] = [
             {
                 "name": each.name,

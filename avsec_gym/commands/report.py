@@ -39,7 +39,7 @@ class Report:
     """Of `identification`: how many of the judged frames, the first ones, were looked at while a
     method was made; its rates are also given without them."""
     experiments: tuple[str, ...] = ()
-    """Experiments of other packages whose sections the page shows, such as
+    """Experiments that `avsec experiments` does not list and whose sections the page shows, such as
     my_package.my_module:MY_EXPERIMENT.  Nothing that only the run's folder names is imported."""
     overwrite: bool = False
     """Write over files that --out and --markdown name."""

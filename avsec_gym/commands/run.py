@@ -29,7 +29,8 @@ class Run:
     """
 
     names: Annotated[tuple[str, ...], tyro.conf.Positional]
-    """Which ones; one of your own is named by its place, my_package.my_module:MY_EXPERIMENT."""
+    """Which ones, those of plug-ins too; any other is named by its place,
+    my_package.my_module:MY_EXPERIMENT."""
     scenarios: str | None = None
     """Which scenes: a folder in KITTI's object layout; a default suite of the procedural world
     (mixed, street, highway), made on first use; or `procedural`: as many of that world as --limit

@@ -10,7 +10,7 @@ from typing import Any
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.metrics.safety import SafetyRates
-from avsec_gym.runs.catalogue import EXPERIMENTS, attribute, experiment
+from avsec_gym.runs.catalogue import attribute, experiment, importable_experiments
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import Answer, Findings, FindingsMaker, ReportRequest, Section
 
@@ -66,8 +66,8 @@ def run_report(run: RunFolder, request: ReportRequest = ReportRequest()) -> RunR
     """All figures of a run, finished or not.
 
     Every experiment of the catalogue is asked, since experiments share cells: what it finds follows
-    from the results, not from what the run was asked for. Experiments of others are asked where the
-    request names them.
+    from the results, not from what the run was asked for. Experiments of others are asked where
+    they are installed by an entry point, or the request names them.
 
     Args:
         run: The run.
@@ -77,9 +77,11 @@ def run_report(run: RunFolder, request: ReportRequest = ReportRequest()) -> RunR
         ConfigurationError: Two experiments give figures, or sections, the same name.
         DataError: Data that a section needs are not where they were.
     """
-    known = [experiment(name).section for name in (*EXPERIMENTS, *request.experiments)]
-    places = list(dict.fromkeys(place for place in known if place))
+    known, problems = importable_experiments()
+    asked = [*known, *map(experiment, request.experiments)]
+    places = list(dict.fromkeys(each.section for each in asked if each.section))
     findings = [_findings(place, run, request) for place in places]
+    findings += [Findings(remarks=[f"{problem}."]) for problem in problems]
     findings += [Findings(remarks=remarks) for remarks in [_unasked(run, places)] if remarks]
     _check_names(findings)
     own = next(iter(run.manifest["experiments"].values()))["question"]

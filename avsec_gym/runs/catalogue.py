@@ -1,13 +1,22 @@
-"""Every experiment by its name; nothing of it is imported before it is asked for."""
+"""Every experiment by its name; nothing of it is imported before it is asked for.
+
+A package adds its own by an entry point of the group ``avsec_gym.experiments``: the experiment's
+name, and its place, ``my_package.my_module:MY_EXPERIMENT``.
+"""
 
 from __future__ import annotations
 
-from importlib import import_module
+import logging
+from importlib import import_module, metadata
 from typing import Any
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.runs.experiment import Experiment
 from avsec_gym.suggestions import unknown_name
+
+GROUP = "avsec_gym.experiments"
+"""Entry points by which packages add experiments."""
+_LOG = logging.getLogger(__name__)
 
 EXPERIMENTS: dict[str, str] = {
     "demo": "avsec_gym.experiments.demo:DEMO",
@@ -38,25 +47,53 @@ EXPERIMENTS: dict[str, str] = {
         "controls": "CONTROLS",
     }.items()
 }
-"""Name -> ``"module:attribute"``, the demo and any parts first, then in the order of the thesis."""
+"""Name -> ``"module:attribute"`` of this package's, the demo and any parts first, then in the order
+of the thesis."""
+
+
+def known_experiments() -> dict[str, str]:
+    """`EXPERIMENTS`, and after them those of installed packages; of two of one name, the first."""
+    known = dict(EXPERIMENTS)
+    for point in metadata.entry_points(group=GROUP):
+        if known.setdefault(point.name, point.value) != point.value:
+            _LOG.warning(
+                "the experiment %s of %s is left out: there is one of that name already",
+                *(point.name, point.value),
+            )
+    return known
+
+
+def importable_experiments() -> tuple[list[Experiment], list[str]]:
+    """All known experiments, and a sentence about each that cannot be had."""
+    found, problems = [], []
+    for name in known_experiments():
+        try:
+            found.append(experiment(name))
+        except Exception as error:
+            # A broken package must not take the others, or this project, with it.
+            if name in EXPERIMENTS:
+                raise
+            problems.append(f"the experiment {name} of another package is left out: {error}")
+    return found, problems
 
 
 def experiment(name: str) -> Experiment:
     """The experiment of a name, or of any importable place.
 
     Args:
-        name: One of `EXPERIMENTS`, or ``"my_package.my_module:MY_EXPERIMENT"``: experiments of
-            others need no registration.
+        name: One of `known_experiments`, or ``"my_package.my_module:MY_EXPERIMENT"``, which needs
+            no entry point.
 
     Raises:
         ConfigurationError: There is none.
     """
-    if ":" not in name and name not in EXPERIMENTS:
+    known = {} if ":" in name else known_experiments()
+    if ":" not in name and name not in known:
         raise ConfigurationError(
-            unknown_name(f"there is no experiment {name!r}", name, EXPERIMENTS)
+            unknown_name(f"there is no experiment {name!r}", name, known)
             + "; one of your own is named by its place, my_package.my_module:MY_EXPERIMENT"
         )
-    found = attribute(EXPERIMENTS.get(name, name))
+    found = attribute(known.get(name, name))
     if not isinstance(found, Experiment):
         raise ConfigurationError(f"{name} is no Experiment but {type(found).__name__}")
     return found

@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import avsec_gym
+from avsec_gym import registry
 from avsec_gym.errors import DataError
+from avsec_gym.runs import catalogue
 from avsec_gym.storage.regular_files import (
     MAX_FILE_BYTES,
     check_regular,
@@ -74,12 +76,23 @@ def environment() -> dict[str, Any]:
         except metadata.PackageNotFoundError:
             continue
     return {
-        "versions": versions,
+        "versions": versions | _plug_ins(),
         "sources": package_fingerprint(),
         "python": platform.python_version(),
         "platform": platform.platform(),
         "processors": os.cpu_count(),
     }
+
+
+def _plug_ins() -> dict[str, str]:
+    """Versions of the installed packages that add parts or experiments, sorted by name."""
+    points = [
+        point
+        for group in (registry.GROUP, catalogue.GROUP)
+        for point in metadata.entry_points(group=group)
+    ]
+    packages = {point.dist.name: point.dist.version for point in points if point.dist}
+    return dict(sorted(packages.items()))
 
 
 def _of_folder(root: Path) -> str:

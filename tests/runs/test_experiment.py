@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import sys
-from types import ModuleType
+from importlib import metadata
+from types import ModuleType, SimpleNamespace
 
 import pytest
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.runs import catalogue
-from avsec_gym.runs.catalogue import EXPERIMENTS, experiment
+from avsec_gym.runs.catalogue import (
+    EXPERIMENTS,
+    experiment,
+    importable_experiments,
+    known_experiments,
+)
 from avsec_gym.runs.experiment import Cell, Configuration, Experiment, with_defaults
 
 TRUTH = Experiment("truth", "Is it?", "Table 5.1", lambda configuration: [])
@@ -55,6 +61,28 @@ def test_experiments_are_found_by_name_and_by_place(monkeypatch: pytest.MonkeyPa
     for wrong in ("truth", "somebodys_experiments:NONE", "somebodys_experiments:X", "no_where:X"):
         with pytest.raises(ConfigurationError):
             experiment(wrong)
+
+
+def test_packages_add_experiments_but_take_no_name(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    module = ModuleType("somebodys_experiments")
+    module.TRUTH = TRUTH  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "somebodys_experiments", module)
+    places = {"truth": "somebodys_experiments:TRUTH", "demo": "somebodys_experiments:TRUTH"}
+    points = [SimpleNamespace(name=name, value=place) for name, place in places.items()]
+    groups = {"avsec_gym.experiments": [*points, SimpleNamespace(name="lost", value="no_where:X")]}
+    monkeypatch.setattr(metadata, "entry_points", lambda group: groups.get(group, []))
+    assert list(known_experiments()) == [*EXPERIMENTS, "truth", "lost"]
+    assert known_experiments()["demo"] == EXPERIMENTS["demo"]
+    assert "experiment demo of somebodys_experiments:TRUTH is left out" in caplog.text
+    assert experiment("truth") is TRUTH
+    with pytest.raises(ConfigurationError, match='Did you mean "truth"'):
+        experiment("thruth")
+    found, problems = importable_experiments()
+    assert [each.name for each in found] == [*EXPERIMENTS, "truth"]
+    assert len(problems) == 1
+    assert "the experiment lost of another package" in problems[0]
 
 
 def test_every_experiment_of_the_catalogue_can_be_loaded() -> None:
