@@ -104,7 +104,7 @@ class SensorSystem:
 
     def pairs(self, reference: int | None = None) -> list[tuple[int, int]]:
         """`pairs_of` all triples, or of those of one reference, by their references."""
-        triples = [one for one in self.triples if reference in (None, one[2])]
+        triples = [triple for triple in self.triples if reference in (None, triple[2])]
         found = {pair for triple in triples for pair in self.pairs_of(triple)}
         return sorted(found, key=lambda pair: pair[::-1])
 

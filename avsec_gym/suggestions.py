@@ -28,7 +28,7 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
         ''
     """
     # The first of several names that read alike stands for them.
-    by_reading = {_as_read(one): one for one in reversed(list(known))}
+    by_reading = {_as_read(known_name): known_name for known_name in reversed(list(known))}
     near = get_close_matches(_as_read(name), list(by_reading), n=1, cutoff=_CLOSE)
     return f'Did you mean "{by_reading[near[0]]}"?' if near else ""
 

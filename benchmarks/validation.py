@@ -146,7 +146,7 @@ def damage(system: SensorSystem, frames: list[SensorFrame]) -> dict[str, dict[st
     for sensor, locate in locating.items():
         attack = thesis_attack([sensor], REFERENCE)
         tampered = [attack.attack(frame, seed).frame for seed, frame in enumerate(frames)]
-        trusted = [one for one in system.sensors if one != sensor]
+        trusted = [other for other in system.sensors if other != sensor]
         located = [timed(partial(locate, frame, trusted)) for frame in tampered]
         repaired = [timed(partial(repair, frame, system, [sensor], DEPTH)) for frame in tampered]
         name = "LiDAR" if sensor == LIDAR else "camera"
@@ -203,7 +203,7 @@ def page(result: dict[str, Any]) -> list[str]:
         for method, row in rows.items():
             if method == "damage":
                 for sensor, found in row.items():
-                    mended.append([system, sensor, *(f"{found[one]:.0f}" for one in DAMAGE)])
+                    mended.append([system, sensor, *(f"{found[damage]:.0f}" for damage in DAMAGE)])
                 continue
             attacked = row["reference attacked"]
             each = (f"{row['parts'][part]:.1f}" if part in row["parts"] else "–" for part in PARTS)

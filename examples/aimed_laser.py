@@ -123,11 +123,11 @@ def in_the_way(game: SensorAttackGame, situation: Situation) -> Boxes3D:
     goal = situation.unattacked.drive.problem.goals[0].region[0]
     line = LineString([(0.0, 0.0), (goal.x, goal.y)])
     nearest = sorted(ahead, key=lambda one: line.distance(Point(boxes.poses[one, :2])))
-    for one in nearest:
-        others = boxes[np.arange(len(boxes)) != one]
+    for car in nearest:
+        others = boxes[np.arange(len(boxes)) != car]
         believed = Perception(others, others, None)
         if not game.pipeline.run_episode(scene, believed, situation.intention).record.safe:
-            return boxes[[one]]
+            return boxes[[car]]
     return boxes[nearest[:1]]
 
 

@@ -67,16 +67,16 @@ def page(result: Mapping[str, Any], figure: str) -> list[str]:
     rows = [
         [
             titled(name),
-            *(rated(result["attackers"][name][one]) for one in RATES),
-            *(number(result["attackers"][name][one], 0) for one in ("radius", "strength")),
+            *(rated(result["attackers"][name][rate]) for rate in RATES),
+            *(number(result["attackers"][name][figure], 0) for figure in ("radius", "strength")),
         ]
         for name in ROWS
     ]
     costs = [
-        [titled(who), *(rated(told[one], "difference") for one in RATES)]
+        [titled(who), *(rated(told[rate], "difference") for rate in RATES)]
         for who, told in result["quiet_less_loud"].items()
     ]
-    titles = [f"{one.replace('_', ' ')}, %" for one in RATES]
+    titles = [f"{rate.replace('_', ' ')}, %" for rate in RATES]
     return [
         "# What quietness costs a laser",
         "",

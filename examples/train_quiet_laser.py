@@ -142,9 +142,17 @@ def unattacked(
     with progress("held-out scenes without an attack") as shown:
         for done, scene in enumerate(scenes, start=1):
             order = map(Intention, generator.permutation(list(Intention)))
-            played = [one for one in order if not game.contested or game.is_contested(scene, one)]
-            looks = ((one, game.situation(scene, one).unattacked) for one in played)
-            safe = next(((one, look) for one, look in looks if look.drive.record.safe), None)
+            played = [
+                intention
+                for intention in order
+                if not game.contested or game.is_contested(scene, intention)
+            ]
+            looks = (
+                (intention, game.situation(scene, intention).unattacked) for intention in played
+            )
+            safe = next(
+                ((intention, look) for intention, look in looks if look.drive.record.safe), None
+            )
             if safe is not None:
                 found[scene.id, safe[0].value] = Outcome(False, safe[1].report.alarm)
             unsafe += bool(played) and safe is None
@@ -163,11 +171,11 @@ def summary(outcomes: list[list[Outcome]], trained: bool) -> dict[str, Any]:
             "interval": [round(low, 4), round(high, 4)],
             "by_seed": flags.mean(axis=1).round(4).tolist(),
         }
-    shots = [one for seed in outcomes for one in seed]
+    shots = [shot for seed in outcomes for shot in seed]
     return rates | {
-        "radius": round(float(np.mean([one.radius for one in shots])), 1),
-        "strength": round(float(np.mean([one.strength for one in shots])), 1),
-        "outcomes": ["".join(".nUN"[2 * one.unsafe + one.alarm] for one in s) for s in outcomes],
+        "radius": round(float(np.mean([shot.radius for shot in shots])), 1),
+        "strength": round(float(np.mean([shot.strength for shot in shots])), 1),
+        "outcomes": ["".join(".nUN"[2 * shot.unsafe + shot.alarm] for shot in s) for s in outcomes],
     }
 
 
@@ -213,11 +221,11 @@ def show(result: dict[str, Any]) -> None:
     rows = []
     for name in ROWS:
         row = result["attackers"][name]
-        rates = [percent(row[one]["rate"], row[one]["interval"]) for one in RATES]
+        rates = [percent(row[rate]["rate"], row[rate]["interval"]) for rate in RATES]
         spot = [f"{row['radius']:.0f}", f"{row['strength']:.0f}"]
         rows.append([name.replace("_", " "), *rates, *spot])
     title = f"{len(result['situations'])} drives that are safe without an attack; % (95 %)"
-    heads = [*(one.replace("_", " ") for one in RATES), "radius (px)", "strength"]
+    heads = [*(rate.replace("_", " ") for rate in RATES), "radius (px)", "strength"]
     print_table(title, ["", *heads], rows)
 
 

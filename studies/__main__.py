@@ -32,7 +32,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--json", action="store_true", help="list the studies as JSON")
     options = parser.parse_args(arguments)
     try:
-        given = {name: [_place(one) for one in getattr(options, name)] for name in DATA}
+        given = {name: [_place(folder) for folder in getattr(options, name)] for name in DATA}
         given["runs"] = [_place(options.runs)]
         match options.names:
             case []:
@@ -62,10 +62,10 @@ def _asked(names: Sequence[str], given: Given) -> list[Study]:
         if name not in STUDIES:
             raise ConfigurationError(unknown_name(f"there is no study {name!r}", name, STUDIES))
         study = STUDIES[name]
-        if lacking := [f"--{one} DIR ({DATA[one]})" for one in study.needs if not given[one]]:
+        if lacking := [f"--{need} DIR ({DATA[need]})" for need in study.needs if not given[need]]:
             raise ConfigurationError(f"{name} needs {' and '.join(lacking)}")
         for part in (STUDIES[part] for part in study.shows):
-            if lacking := [f"--{one}" for one in part.needs if not given[one]]:
+            if lacking := [f"--{need}" for need in part.needs if not given[need]]:
                 say(f"{part.name} stays as it is: it needs {' and '.join(lacking)}")
             else:
                 found.append(part)
@@ -83,7 +83,7 @@ def _list(as_json: bool) -> None:
     if as_json:
         states = source_states(read_records())
         print_line(
-            json.dumps([_facts(one, states[one.name]) for one in STUDIES.values()], indent=1)
+            json.dumps([_facts(study, states[study.name]) for study in STUDIES.values()], indent=1)
         )
         return
     rows = [

@@ -41,11 +41,11 @@ def _study(name: str, facts: dict[str, Any]) -> Study:
         commands = commands.replace(short, long)
     steps = [_step(line) for line in commands.replace("$name", name).splitlines() if line.strip()]
     networks = facts.get("networks", "").split()
-    folders = [f"avsec_gym/perception/detectors/{one}" for one in networks]
+    folders = [f"avsec_gym/perception/detectors/{network}" for network in networks]
     sources = [
         *(source for step in steps for source in _sources(step)),
         *(folder for folder in folders if (ROOT / folder).is_dir()),
-        *(f"avsec_gym/perception/weights/{one}_small.safetensors" for one in networks),
+        *(f"avsec_gym/perception/weights/{network}_small.safetensors" for network in networks),
         *facts.get("also", "").split(),
     ]
     writes = facts["writes"].split()
@@ -53,7 +53,7 @@ def _study(name: str, facts: dict[str, Any]) -> Study:
         name=name,
         question=facts["question"],
         minutes=facts["minutes"],
-        writes=tuple(one if one.startswith("docs/") else f"{RESULTS}/{one}" for one in writes),
+        writes=tuple(path if path.startswith("docs/") else f"{RESULTS}/{path}" for path in writes),
         steps=tuple(steps),
         sources=tuple(dict.fromkeys(sources)),
         shows=tuple(facts.get("shows", "").split()),

@@ -86,7 +86,7 @@ def read_records(path: Path = RECORDS) -> dict[str, Record]:
     files, records = content["files"], {}
     for name, facts in content["studies"].items():
         digests = facts.pop("sources", None)
-        sources = None if digests is None else {one: files[one] for one in digests.split()}
+        sources = None if digests is None else {path: files[path] for path in digests.split()}
         records[name] = Record(**facts, sources=sources)
     return records
 
@@ -142,7 +142,7 @@ def _imported(file: Path, text: str, root: Path, *, by_string: bool) -> tuple[Pa
     # A script imports its neighbours by their bare names.
     bases = (root, file.parent)
     found = {_module(base, name) for name in names for base in bases}
-    return tuple(one for one in found if one is not None)
+    return tuple(value for value in found if value is not None)
 
 
 def _module(base: Path, name: str) -> Path | None:

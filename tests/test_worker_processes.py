@@ -396,7 +396,7 @@ def starters_in(source: str) -> set[str]:
             name.startswith("os.")
             and name.rpartition(".")[2] in ("fork", "forkpty", "posix_spawn", "system", "popen")
         )
-        or any(name == one or name.startswith(f"{one}.") for one in STARTERS)
+        or any(name == starter or name.startswith(f"{starter}.") for starter in STARTERS)
     }
 
 

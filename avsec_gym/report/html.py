@@ -40,7 +40,8 @@ def html_page(report: RunReport) -> str:
         "remarks": remarks(report),
         "answer": report.answer,
         "sections": sections,
-        "links": [(one.id, one.link or one.title) for one in sections] + [("run", "The run")],
+        "links": [(section.id, section.link or section.title) for section in sections]
+        + [("run", "The run")],
         "facts": facts(data),
         "inputs": inputs(data),
         "bars": _bars(data),

@@ -48,7 +48,8 @@ def _answer(report: RunReport) -> list[str]:
         extent = f" {report.extent}." if report.extent else ""
         lines += ["", f"**{answer.word}** {answer.sentence}{extent}", ""]
         lines += [
-            f"- **{one.name}**: {one.evidence}. {' '.join(one.sentences)}" for one in answer.cases
+            f"- **{case.name}**: {case.evidence}. {' '.join(case.sentences)}"
+            for case in answer.cases
         ]
         lines += [f"- {answer.together}"] if answer.together else []
     if said := report.sentences:

@@ -62,4 +62,4 @@ def facts(data: Data) -> list[tuple[str, str]]:
 
 def inputs(data: Data) -> list[tuple[str, str]]:
     """Weights, patches and data: name, and SHA-256."""
-    return [(name, one["sha256"]) for name, one in data["manifest"]["inputs"].items()]
+    return [(name, source["sha256"]) for name, source in data["manifest"]["inputs"].items()]

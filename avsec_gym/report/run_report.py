@@ -114,7 +114,7 @@ def _findings(place: str, run: RunFolder, request: ReportRequest) -> Findings:
 
 
 def _check_names(findings: Sequence[Findings]) -> None:
-    ids = Counter([_OTHER, _RUN, *(one.id for found in findings for one in found.sections)])
+    ids = Counter([_OTHER, _RUN, *(section.id for found in findings for section in found.sections)])
     if twice := [name for name, count in ids.items() if count > 1]:
         raise ConfigurationError(f"two sections of the report have the id {twice[0]}")
 

@@ -148,7 +148,12 @@ def _problem(manifest: Mapping[str, Any]) -> str:
 
 
 def _times(sittings: Sequence[Mapping[str, Any]]) -> list[str]:
-    return [one[name] for one in sittings for name in ("started", "ended") if one[name] is not None]
+    return [
+        sitting[name]
+        for sitting in sittings
+        for name in ("started", "ended")
+        if sitting[name] is not None
+    ]
 
 
 def write_manifest(root: Path, manifest: Mapping[str, Any]) -> None:

@@ -24,21 +24,21 @@ def finite(value: Any) -> str | None:
 
 def boxes(value: Any) -> str | None:
     """Boxes of labels or detections."""
-    for one in value.values() if isinstance(value, Mapping) else [value]:
-        one = getattr(one, "boxes", one)
-        if problem := finite(one):
+    for item in value.values() if isinstance(value, Mapping) else [value]:
+        item = getattr(item, "boxes", item)
+        if problem := finite(item):
             return problem
-        real = (one.category != "DontCare") & (one.location != -1000).any(axis=1)
-        if len(one) and real.any():
-            if np.abs(one.location[real]).max() > _FARTHEST:
+        real = (item.category != "DontCare") & (item.location != -1000).any(axis=1)
+        if len(item) and real.any():
+            if np.abs(item.location[real]).max() > _FARTHEST:
                 return "an object is farther than a kilometre"
-            if (one.dimensions[real] < 0).any() and not (one.dimensions[real] == -1).all():
+            if (item.dimensions[real] < 0).any() and not (item.dimensions[real] == -1).all():
                 return "an object has a negative size"
-        box2d = one.box2d
+        box2d = item.box2d
         if box2d is not None and (box2d[:, 2:] < box2d[:, :2]).any():
             return "a 2D box ends before it begins"
         # All but the 2D box of a DontCare line is placeholders.
-        cared = one[one.category != "DontCare"]
+        cared = item[item.category != "DontCare"]
         if cared.occlusion is not None and not np.isin(cared.occlusion, (-1, 0, 1, 2, 3)).all():
             return "an occlusion is none of 0 to 3"
         if (
@@ -46,7 +46,7 @@ def boxes(value: Any) -> str | None:
             and ((cared.truncation > 1) | (cared.truncation < -1)).any()
         ):
             return "a truncation is not from -1 to 1"
-        known = one.rotation_y[real & (one.rotation_y != -10)]
+        known = item.rotation_y[real & (item.rotation_y != -10)]
         if len(known) and np.abs(known).max() > 2 * np.pi + 0.01:
             return "a rotation is more than a turn"
     return None

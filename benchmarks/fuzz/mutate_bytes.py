@@ -99,8 +99,8 @@ def extreme_word(content: bytes, random: Random) -> bytes:
 
 
 BYTES: dict[str, Mutator] = {
-    one.__name__: one
-    for one in (
+    mutator.__name__: mutator
+    for mutator in (
         flip_bits,
         overwrite,
         insert,

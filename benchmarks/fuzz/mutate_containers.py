@@ -103,7 +103,7 @@ def page(content: bytes, random: Random) -> bytes:
 
 
 SQLITE: dict[str, Mutator] = {
-    f"sqlite_{one.__name__}": one for one in (cell, undecodable, table, page)
+    f"sqlite_{mutator.__name__}": mutator for mutator in (cell, undecodable, table, page)
 }
 
 
@@ -202,7 +202,7 @@ def array_value(content: bytes, random: Random) -> bytes:
 
 ZIP: dict[str, Mutator] = {"zip_member": member}
 NPZ: dict[str, Mutator] = {
-    f"npz_{one.__name__}": one for one in (member, array_header, array_value)
+    f"npz_{mutator.__name__}": mutator for mutator in (member, array_header, array_value)
 }
 
 
@@ -274,7 +274,7 @@ def other_format(content: bytes, random: Random) -> bytes:
 
 
 PNG: dict[str, Mutator] = {
-    f"png_{one.__name__}": one for one in (chunk, header, bomb, other_format)
+    f"png_{mutator.__name__}": mutator for mutator in (chunk, header, bomb, other_format)
 }
 
 
@@ -332,7 +332,7 @@ def tensor_value(content: bytes, random: Random) -> bytes:
 
 
 SAFETENSORS: dict[str, Mutator] = {
-    f"safetensors_{one.__name__}": one for one in (tensor_header, tensor_value)
+    f"safetensors_{mutator.__name__}": mutator for mutator in (tensor_header, tensor_value)
 }
 
 

@@ -139,8 +139,8 @@ def _on_text(edit: Callable[[str, Random], str | bytes]) -> Mutator:
 
 
 TEXT: dict[str, Mutator] = {
-    one.__name__: _on_text(one)
-    for one in (
+    mutator.__name__: _on_text(mutator)
+    for mutator in (
         number,
         several_numbers,
         slightly_other_number,

@@ -88,7 +88,7 @@ def doubled_key(content: bytes, random: Random) -> bytes:
 
 
 JSON: dict[str, Mutator] = {
-    f"json_{one.__name__}": one for one in (value, key, exchanged, deep, doubled_key)
+    f"json_{mutator.__name__}": mutator for mutator in (value, key, exchanged, deep, doubled_key)
 }
 
 
@@ -224,8 +224,8 @@ def declaration(content: bytes, random: Random) -> bytes:
 
 
 XML: dict[str, Mutator] = {
-    f"xml_{one.__name__}": one
-    for one in (
+    f"xml_{mutator.__name__}": mutator
+    for mutator in (
         element,
         big_element,
         strange_element,

@@ -63,6 +63,16 @@ def companion(path: Path, random: Random) -> None:
 
 
 REPLACEMENTS: dict[str, Replacement] = {
-    one.__name__: one
-    for one in (missing, empty, folder, pipe, device, dangling_link, huge, random_bytes, companion)
+    replacement.__name__: replacement
+    for replacement in (
+        missing,
+        empty,
+        folder,
+        pipe,
+        device,
+        dangling_link,
+        huge,
+        random_bytes,
+        companion,
+    )
 }

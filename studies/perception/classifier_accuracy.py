@@ -140,16 +140,18 @@ def _word(answer: bool) -> str:
 def _motion_summary(verdicts: Sequence[ObjectVerdict]) -> dict[str, Any]:
     def of(chosen: Iterable[ObjectVerdict], single: bool = False) -> dict[str, Any]:
         chosen = list(chosen)
-        said = [(one.single if single else one.probability) >= 0.5 for one in chosen]
-        return counted([one.moving for one in chosen], said)
+        said = [(seen.single if single else seen.probability) >= 0.5 for seen in chosen]
+        return counted([seen.moving for seen in chosen], said)
 
-    neighboured = [one for one in verdicts if one.has_neighbour]
+    neighboured = [seen for seen in verdicts if seen.has_neighbour]
     return {
         "with_neighbour": of(neighboured),
         "single_crop": of(verdicts, single=True),
         "single_crop_of_the_same": of(neighboured, single=True),
         "by_distance": {
-            f"{near:.0f}-{far:.0f} m": of(one for one in neighboured if near <= one.distance < far)
+            f"{near:.0f}-{far:.0f} m": of(
+                seen for seen in neighboured if near <= seen.distance < far
+            )
             for near, far in _DISTANCES
         },
     }
@@ -158,7 +160,8 @@ def _motion_summary(verdicts: Sequence[ObjectVerdict]) -> dict[str, Any]:
 def _road_summary(roads: Sequence[tuple[RoadType, RoadType]]) -> dict[str, Any]:
     """Yes is a highway."""
     truth, said = (
-        [one is RoadType.HIGHWAY for one in column] for column in zip(*roads, strict=True)
+        [road_type is RoadType.HIGHWAY for road_type in column]
+        for column in zip(*roads, strict=True)
     )
     return counted(truth, said)
 

@@ -60,7 +60,7 @@ def draw_examples(
         Rank, frame and, by detector, what is right and wrong in it.
     """
     shown = {
-        name: [above(one, (points[name] or {"score": float("inf")})["score"]) for one in boxes]
+        name: [above(found, (points[name] or {"score": float("inf")})["score"]) for found in boxes]
         for name, boxes in found.items()
     }
     cars = [int(wanted.sum()) for wanted in wanted_cars(truth)]
@@ -78,7 +78,7 @@ def draw_examples(
     result = []
     for rank, place in chosen.items():
         i = places[place]
-        counts = {name: one._asdict() for name, one in judged(i).items()}
+        counts = {name: judgement._asdict() for name, judgement in judged(i).items()}
         figure = draw_frame(
             data.frame(ids[i]),
             truth[i],

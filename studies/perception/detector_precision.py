@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     examples = None
     if options.figures is not None:
         draw_precision(truth, found, options.figures)
-        points = {name: one["working_point"] for name, one in result.items()}
+        points = {name: figures["working_point"] for name, figures in result.items()}
         examples = draw_examples(data, ids, truth, found, points, options.figures)
     return {
         "data": described(data, truth),

@@ -125,15 +125,15 @@ def measured(
     """
     import torch
 
-    errors: dict[str, list[Errors]] = {one.name: [] for one in estimators}
-    seconds: dict[str, list[float]] = {one.name: [] for one in estimators}
+    errors: dict[str, list[Errors]] = {estimator.name: [] for estimator in estimators}
+    seconds: dict[str, list[float]] = {estimator.name: [] for estimator in estimators}
     for pair in pairs:
         pair.frame.stereo()
-        for one in estimators:
+        for estimator in estimators:
             begun = time.perf_counter()
-            found = one.disparity(pair.frame).values
-            seconds[one.name].append(time.perf_counter() - begun)
-            errors[one.name].append(disparity_errors(found, pair.truth))
+            found = estimator.disparity(pair.frame).values
+            seconds[estimator.name].append(time.perf_counter() - begun)
+            errors[estimator.name].append(disparity_errors(found, pair.truth))
     rows = {
         name: {
             **error_rates(errors[name], resamples, seed),

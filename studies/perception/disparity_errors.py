@@ -117,5 +117,5 @@ def _with_interval(values: Floats) -> dict[str, Any]:
     low_high = np.quantile(others, _CONFIDENCE) if len(others) else None
     return {
         "value": None if np.isnan(value) else round(float(value), 5),
-        "interval": None if low_high is None else [round(float(one), 5) for one in low_high],
+        "interval": None if low_high is None else [round(float(bound), 5) for bound in low_high],
     }

@@ -133,7 +133,7 @@ def _head(scores: Mapping[str, Any]) -> list[str]:
 
 def _held_out(scores: Mapping[str, Any]) -> str:
     """What the cards of the weights say of these frames."""
-    cards = [one["weights"] for one in scores["detectors"].values() if one["weights"]]
+    cards = [figures["weights"] for figures in scores["detectors"].values() if figures["weights"]]
     learned = {
         (source["suite"], source["seed"])
         for card in cards
@@ -150,22 +150,22 @@ def _held_out(scores: Mapping[str, Any]) -> str:
 
 def _bar(scores: Mapping[str, Any]) -> list[str]:
     rows, remarks, reached = [], [], {}
-    for name, one in scores["detectors"].items():
-        ap = one["average_precision"]
+    for name, figures in scores["detectors"].items():
+        ap = figures["average_precision"]
         value = reached[name] = ap["0.7"]["3d"]["ap11"][_MODERATE]
         rows.append(
             [
                 f"`{name}`",
                 _ap(ap["0.7"]["3d"], "ap11"),
-                number(one["bar"], 0),
+                number(figures["bar"], 0),
                 _ap(ap["0.7"]["3d"], "ap40"),
                 _ap(ap["0.5"]["3d"], "ap11"),
                 _ap(ap["0.5"]["3d"], "ap40"),
-                number(one["thesis"] and one["thesis"][_MODERATE], 2),
+                number(figures["thesis"] and figures["thesis"][_MODERATE], 2),
             ]
         )
-        if one["bar"] is not None:
-            less = one["bar"] - value
+        if figures["bar"] is not None:
+            less = figures["bar"] - value
             remarks.append(
                 f"`{name}` {'misses' if less > 0 else 'passes'} the bar by {abs(less):.1f}."
             )
@@ -188,10 +188,10 @@ def _bar(scores: Mapping[str, Any]) -> list[str]:
 
 def _in_full(scores: Mapping[str, Any]) -> list[str]:
     lines = ["## In full", "", "Easy / moderate / hard; the interval is that of moderate."]
-    for name, one in scores["detectors"].items():
+    for name, figures in scores["detectors"].items():
         rows = []
         for metric, title in _METRICS.items():
-            for iou, values in one["average_precision"].items():
+            for iou, values in figures["average_precision"].items():
                 if iou == "0.5" and metric not in ("bev", "3d"):
                     continue  # In the image both sets of thresholds ask for 0.7.
                 cells = [_levels(values[metric], points) for points in ("ap11", "ap40")]
@@ -204,8 +204,8 @@ def _in_full(scores: Mapping[str, Any]) -> list[str]:
 
 def _by_distance(scores: Mapping[str, Any]) -> list[str]:
     rows = []
-    for name, one in scores["detectors"].items():
-        for part in one["by_distance"]:
+    for name, figures in scores["detectors"].items():
+        for part in figures["by_distance"]:
             if "0.7" in part:
                 cells = [
                     _ap(part[iou][metric], "ap11", None)

@@ -21,7 +21,7 @@ def classifiers(found: Mapping[str, Any]) -> list[str]:
     stand = standing["no_said_no"] + standing["no_said_yes"]
     rows = [
         _row("moves, with an earlier moment", world["with_neighbour"]),
-        *(_row(f"… {distance} away", one) for distance, one in world["by_distance"].items()),
+        *(_row(f"… {distance} away", counts) for distance, counts in world["by_distance"].items()),
         _row("moves, by the single crop, the same objects", same, motion["thesis"]),
     ]
     for name, words in (
@@ -49,7 +49,7 @@ def classifiers(found: Mapping[str, Any]) -> list[str]:
 
 def _row(words: str, found: Mapping[str, Any], thesis: float | None = None) -> list[str]:
     percent = None if found["accuracy"] is None else 100 * found["accuracy"]
-    bounds = None if found["interval"] is None else [100 * one for one in found["interval"]]
+    bounds = None if found["interval"] is None else [100 * bound for bound in found["interval"]]
     return [
         words,
         str(found["cases"]),

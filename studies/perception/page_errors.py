@@ -35,8 +35,8 @@ def reasons(scores: Mapping[str, Any]) -> list[str]:
     """What is found at all, how far off it is, and what mending that would give."""
     detectors = scores["detectors"]
     seen, errors = [], []
-    for name, one in detectors.items():
-        for part in one["errors"]:
+    for name, figures in detectors.items():
+        for part in figures["errors"]:
             if not part["cars"]:
                 continue
             head = [f"`{name}`", metres(part), str(part["cars"])]
@@ -47,21 +47,21 @@ def reasons(scores: Mapping[str, Any]) -> list[str]:
         [
             title,
             *(
-                number(one["mended"][kind][metric], 1)
-                for one in detectors.values()
+                number(figures["mended"][kind][metric], 1)
+                for figures in detectors.values()
                 for metric in ("3d", "bev")
             ),
         ]
         for kind, title in _KINDS.items()
     ]
     remarks = []
-    for name, one in detectors.items():
-        before = one["mended"]["nothing"]["3d"]
-        best = max(_SINGLE, key=lambda kind, one=one: one["mended"][kind]["3d"])  # type: ignore[misc]
-        left = 100 - one["mended"]["all but misses"]["3d"]
+    for name, figures in detectors.items():
+        before = figures["mended"]["nothing"]["3d"]
+        best = max(_SINGLE, key=lambda kind, one=figures: figures["mended"][kind]["3d"])  # type: ignore[misc]
+        left = 100 - figures["mended"]["all but misses"]["3d"]
         remarks.append(
             f"Of single errors of `{name}`, most is lost by {_lost(best)}:"
-            f" {before:.1f} would be {one['mended'][best]['3d']:.1f}. Cars that it does not see"
+            f" {before:.1f} would be {figures['mended'][best]['3d']:.1f}. Cars that it does not see"
             f" cost {left:.1f}."
         )
     return [
@@ -102,7 +102,7 @@ def examples(scores: Mapping[str, Any]) -> list[str]:
     chosen = scores.get("examples")
     if not chosen:
         return []
-    points = {name: one["working_point"] for name, one in scores["detectors"].items()}
+    points = {name: figures["working_point"] for name, figures in scores["detectors"].items()}
     lines = [
         "## Pictures",
         "",
@@ -118,10 +118,12 @@ def examples(scores: Mapping[str, Any]) -> list[str]:
         )
         + ".",
     ]
-    for one in chosen:
-        counts = "; ".join(f"`{name}` {_counts(count)}" for name, count in one["counts"].items())
-        lines += ["", f"Frame {one['frame']}, the {one['rank']}: {counts}."]
-        lines += ["", f"![The {one['rank']} frame](images/detections_{one['rank']}.jpg)"]
+    for example in chosen:
+        counts = "; ".join(
+            f"`{name}` {_counts(count)}" for name, count in example["counts"].items()
+        )
+        lines += ["", f"Frame {example['frame']}, the {example['rank']}: {counts}."]
+        lines += ["", f"![The {example['rank']} frame](images/detections_{example['rank']}.jpg)"]
     return lines
 
 

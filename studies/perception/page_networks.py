@@ -35,7 +35,7 @@ def training(
         curves: Of `training_curves`; None where there are none.
     """
     measured = {**detectors, **(single["detectors"] if single else {})}
-    cards = {name: one["weights"] for name, one in measured.items()}
+    cards = {name: figures["weights"] for name, figures in measured.items()}
     cards["psmnet"] = disparity and disparity["weights"]
     known = {name: card for name, card in cards.items() if card}
     if not known:
@@ -95,8 +95,8 @@ def _in_all(card: Mapping[str, Any], what: str) -> str:
 def real(result: Mapping[str, Any]) -> list[str]:
     """Of `real_frames`."""
     rows = []
-    for name, one in result["detectors"].items():
-        for id, frame in [*one["frames"].items(), ("all", one["all"])]:
+    for name, figures in result["detectors"].items():
+        for id, frame in [*figures["frames"].items(), ("all", figures["all"])]:
             sure = [f"{found['score']:.2f}" for found in frame.get("surest", ())[:3]]
             rows.append(
                 [
@@ -110,7 +110,7 @@ def real(result: Mapping[str, Any]) -> list[str]:
                 ]
             )
     least = ", ".join(
-        f"`{name}` {one['least_score']:.2f}" for name, one in result["detectors"].items()
+        f"`{name}` {figures['least_score']:.2f}" for name, figures in result["detectors"].items()
     )
     return [
         "## Real frames, out of domain",
@@ -141,7 +141,7 @@ def disparity(result: Mapping[str, Any]) -> list[str]:
     parts = {}
     if "world" in result:
         parts[f"{result['world']['pairs']} held-out pairs, dense truth"] = result["world"]
-    parts |= {f"{name}, one real pair": one for name, one in result.get("real", {}).items()}
+    parts |= {f"{name}, one real pair": figures for name, figures in result.get("real", {}).items()}
     lines = [
         "## Disparity",
         "",
@@ -160,15 +160,15 @@ def disparity(result: Mapping[str, Any]) -> list[str]:
         rows = [
             [
                 _ESTIMATORS[name],
-                _rate(one["density"], 100),
+                _rate(figures["density"], 100),
                 *(
-                    _rate(one[where][what], scale)
+                    _rate(figures[where][what], scale)
                     for where in ("found", "all")
                     for what, scale in (("end_point_error", 1), ("off_3px", 100), ("d1", 100))
                 ),
-                number(one["seconds"], 2),
+                number(figures["seconds"], 2),
             ]
-            for name, one in part["estimators"].items()
+            for name, figures in part["estimators"].items()
         ]
         lines += ["", f"**{title}** (time on {part['threads']} threads)", ""]
         lines += markdown_table(
@@ -181,7 +181,7 @@ def disparity(result: Mapping[str, Any]) -> list[str]:
 
 def seconds(result: Mapping[str, Any]) -> list[str]:
     """Of ``benchmarks/detectors.py``."""
-    names = [name for name, one in result.items() if isinstance(one, Mapping)]
+    names = [name for name, figures in result.items() if isinstance(figures, Mapping)]
     return [
         "## Time",
         "",

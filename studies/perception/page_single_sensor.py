@@ -14,19 +14,19 @@ _MODERATE = 1
 def single_sensor(result: Mapping[str, Any]) -> list[str]:
     """Of `single_sensor_precision`."""
     data, rows = result["data"], []
-    for name, one in result["detectors"].items():
-        precision = one["average_precision"]
+    for name, figures in result["detectors"].items():
+        precision = figures["average_precision"]
         for metric in next(iter(precision.values())):
             cells = [
                 interval(values[metric][points][_MODERATE], _bounds(values[metric], points))
                 for values in precision.values()
                 for points in ("ap11", "ap40")
             ]
-            seconds = number(one["seconds"]["median"], 2)
-            rows.append([f"`{name}`", one["sensor"], _WHERE[metric], *cells, seconds])
+            seconds = number(figures["seconds"]["median"], 2)
+            rows.append([f"`{name}`", figures["sensor"], _WHERE[metric], *cells, seconds])
     ious = next(iter(result["detectors"].values()))["average_precision"]
     titles = [f"{points}, IoU {iou}" for iou in ious for points in ("AP11", "AP40")]
-    threads = {one["seconds"]["threads"] for one in result["detectors"].values()}
+    threads = {figures["seconds"]["threads"] for figures in result["detectors"].values()}
     made, whose = [], ""
     if data["suite"] is not None:
         suite, seed = data["suite"], data["seed"]
@@ -48,7 +48,7 @@ def single_sensor(result: Mapping[str, Any]) -> list[str]:
         "```",
         *made,
         "python -m studies.perception.single_sensor_precision --kitti DIR"
-        + " --real ROOT" * any("real" in one for one in result["detectors"].values()),
+        + " --real ROOT" * any("real" in figures for figures in result["detectors"].values()),
         "```",
         "",
         *markdown_table(["detector", "sees", "scored", *titles, "s a frame"], rows),
@@ -60,12 +60,12 @@ def _in_real_frames(detectors: Mapping[str, Mapping[str, Any]]) -> list[str]:
     rows = [
         [
             f"`{name}`",
-            number(one["working_point"]["score"], 2),
+            number(figures["working_point"]["score"], 2),
             str(len(real["frames"])),
             *(str(real[key]) for key in ("found", "missed", "false_alarms")),
         ]
-        for name, one in detectors.items()
-        if (real := one.get("real"))
+        for name, figures in detectors.items()
+        if (real := figures.get("real"))
     ]
     if not rows:
         return []

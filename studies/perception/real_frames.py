@@ -165,7 +165,7 @@ def _working_points(path: Path | None) -> Mapping[str, float]:
         return {}
     try:
         detectors = read_json(path, remedy="Make it anew.")["detectors"]
-        points = {name: one["working_point"] for name, one in detectors.items()}
+        points = {name: figures["working_point"] for name, figures in detectors.items()}
         return {name: float(point["score"]) for name, point in points.items() if point}
     except (ValueError, KeyError, TypeError) as error:
         raise DataError(f"This is no result of detector_precision ({error}).", path=path) from error

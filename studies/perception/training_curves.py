@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         name, _, folder = text.partition("=")
         if not (name and folder):
             raise ConfigurationError(f"a run is given as name=FOLDER, got {text!r}")
-        result[name] = thinned(joined([_curves(Path(one)) for one in folder.split(",")]))
+        result[name] = thinned(joined([_curves(Path(part)) for part in folder.split(",")]))
     if options.figure is not None:
         save_picture(_figure(result), options.figure, overwrite=True)
     return result
@@ -62,7 +62,8 @@ def _below(folder: Path | None) -> list[str]:
         raise ConfigurationError("no run is named: give name=FOLDER, or --below FOLDER")
     parts = {name: [folder / name, folder / f"{name}_2"] for name in NETWORKS}
     trained = {
-        name: [one for one in both if (one / CURVES).is_file()] for name, both in parts.items()
+        name: [folder for folder in both if (folder / CURVES).is_file()]
+        for name, both in parts.items()
     }
     if not any(trained.values()):
         raise DataError(
@@ -149,16 +150,16 @@ def _figure(curves: Mapping[str, Mapping[str, Any]]) -> Any:
     with mpl.rc_context(style):
         figure = Figure(figsize=(10, 2.4 * len(curves)), dpi=110, layout="constrained")
         panels = figure.subplots(len(curves), 2, squeeze=False, sharex="row")
-        for (left, right), (name, one) in zip(panels, curves.items(), strict=True):
-            left.plot(*_points(one["losses"], "total"), color="#0072B2", lw=1.4)
+        for (left, right), (name, curve) in zip(panels, curves.items(), strict=True):
+            left.plot(*_points(curve["losses"], "total"), color="#0072B2", lw=1.4)
             left.set_title(f"{name}: loss", loc="left", size=9)
             for metric, title in _SHOWN.items():
-                if any(metric in row for row in one["metrics"]):
-                    right.plot(*_points(one["metrics"], metric), marker=".", lw=1.4, label=title)
+                if any(metric in row for row in curve["metrics"]):
+                    right.plot(*_points(curve["metrics"], metric), marker=".", lw=1.4, label=title)
             right.set_title(f"{name}: validation, %", loc="left", size=9)
             right.set_ylim(0, 1.05 * max(right.dataLim.y1, 1.0))
             for axes in (left, right):
-                for step in one.get("begins", ()):
+                for step in curve.get("begins", ()):
                     axes.axvline(step, color="grey", lw=0.8, ls=":")
             if right.lines:
                 # Beside the panel: curves may run anywhere in it.

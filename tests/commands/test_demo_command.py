@@ -68,9 +68,11 @@ def test_from_nothing_to_the_page_and_once_more(
 
     assert said["out"] == "runs/demo"
     assert {row["detector"] for row in said["rates"]} == {None, "dsgn", "stereo_rcnn"}
-    drives = RunFolder.open(out).records(setting="dsgn thesis_pgd-1", strength=4)
-    (row,) = [one for one in said["rates"] if (one["detector"], one["strength"]) == ("dsgn", 4)]
-    assert row["safe_driving_rate"] == pytest.approx(sum(one.safe for one in drives) / 12)
+    episodes = RunFolder.open(out).records(setting="dsgn thesis_pgd-1", strength=4)
+    (row,) = [
+        rates for rates in said["rates"] if (rates["detector"], rates["strength"]) == ("dsgn", 4)
+    ]
+    assert row["safe_driving_rate"] == pytest.approx(sum(each.safe for each in episodes) / 12)
     assert said["answer"]["word"] in (out / "report.html").read_text()
 
     # Another demo is not written over it, nor are frames made for it.

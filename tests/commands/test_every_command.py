@@ -246,8 +246,8 @@ def test_every_place_that_a_command_reads_is_looked_at() -> None:
         if name == "demo":
             read -= {"scenarios"}  # A number.
         flags = {option.flag for option in options(command)}
-        asked = {f"--{one.replace('_', '-')}" for one in read}
-        assert {one if one in flags else "" for one in asked} == set(PLACES.get(name, {})), name
+        asked = {f"--{field.replace('_', '-')}" for field in read}
+        assert {flag if flag in flags else "" for flag in asked} == set(PLACES.get(name, {})), name
 
 
 @pytest.mark.parametrize(

@@ -81,10 +81,10 @@ def test_the_covered_camera_is_named_and_shown(validated: Lines, tmp_path: Path)
     assert set(rows[-1]["shares"]) == {"lidar,2,0", "lidar,1,0", "2,1,0"}
     assert set(rows[-1]["shares"]["2,1,0"]) == set(MEASURES)
     beyond = rows[-1]["exceeded"]
-    assert {1} <= set.intersection(*(set(one["sensors"]) for one in beyond))
-    for one in beyond:
-        shares = rows[-1]["shares"][",".join(map(str, one["sensors"]))]
-        assert shares[one["share"]] == one["value"] > one["threshold"]
+    assert {1} <= set.intersection(*(set(error["sensors"]) for error in beyond))
+    for error in beyond:
+        shares = rows[-1]["shares"][",".join(map(str, error["sensors"]))]
+        assert shares[error["share"]] == error["value"] > error["threshold"]
     assert list(rows[-1]["damage"]) == ["1"]
     assert rows[-1]["locating_seconds"] > 0
 
@@ -250,7 +250,7 @@ def test_one_command_makes_a_likelihood_file(
     assert rows[-1]["statuses"] == row["statuses"]
     by_name = make("validator", {"name": "likelihood", "model": file, "rate": 0.0})
     said = by_name.validate(wall(COVERED)).statuses
-    assert {str(sensor): str(one) for sensor, one in said.items()} == row["statuses"]
+    assert {str(sensor): str(status) for sensor, status in said.items()} == row["statuses"]
 
 
 @pytest.mark.parametrize(

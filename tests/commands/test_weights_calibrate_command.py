@@ -143,8 +143,8 @@ def test_frames_need_what_the_detector_looks_at_and_no_more(
         assert run(command) == BAD_DATA
         assert "training/velodyne: There is no such folder" in capsys.readouterr().err
         kept.rename(frames / "training" / needed)
-        for one in (frames / "training" / needed).iterdir():
-            one.rename(one.with_suffix(".bin"))
+        for picture in (frames / "training" / needed).iterdir():
+            picture.rename(picture.with_suffix(".bin"))
     assert run(command) == DONE
     assert set(made) == {kind}
     line = ScoreCalibration.of_card(read_card(file))

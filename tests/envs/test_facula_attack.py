@@ -176,7 +176,7 @@ def test_thresholds_come_from_the_clean_scenes_and_judge_as_the_validator_does()
     for report, expected in zip(clean, direct, strict=True):
         assert report.facts == {"alarm": False} | {m: getattr(expected, m) for m in MEASURES}
     for measure, threshold in zip(MEASURES, validator._chosen[0, 1, 2].shares, strict=True):
-        assert threshold == max(getattr(one, measure) for one in direct)
+        assert threshold == max(getattr(found, measure) for found in direct)
     blinding = Facula(3, 375.0, (600.0 / 3, 60.0), strength=5000.0)
     assert validator_report.ValidatorReport.of(validator, blinding.attack(frames[0]).frame).alarm
     assert validator_and_played(None, scenes) == (None, scenes)
@@ -312,9 +312,11 @@ def test_the_example_trains_and_compares(
     learners, radii = {"sac", "cma_es", "random_search"}, {}
     for attacker, row in result["attackers"].items():
         once = attacker == "no_attack" or attacker.startswith("by_hand")
-        assert [len(one) for one in row["outcomes"]] == [situations] * (1 if once else seeds)
+        assert [len(letters) for letters in row["outcomes"]] == [situations] * (
+            1 if once else seeds
+        )
         for name, letters in (("unsafe", "UN"), ("noticed", "nN"), ("unsafe_and_unnoticed", "U")):
-            told = [sum(map(one.count, letters)) / situations for one in row["outcomes"]]
+            told = [sum(map(of_seed.count, letters)) / situations for of_seed in row["outcomes"]]
             assert row[name]["by_seed"] == pytest.approx(told, abs=1e-4)
             assert row[name]["rate"] == pytest.approx(np.mean(told), abs=1e-4)
             lower, upper = row[name]["interval"]
@@ -326,11 +328,11 @@ def test_the_example_trains_and_compares(
     assert {f"{how}_{who}" for how in HOWS for who in learners} <= set(radii)
     assert set(result["quiet_less_loud"]) == learners
     for learner, told in result["quiet_less_loud"].items():
-        for name, one in told.items():
+        for name, expected in told.items():
             quiet, loud = (result["attackers"][f"{how}_{learner}"][name] for how in HOWS)
             difference = quiet["rate"] - loud["rate"]
-            assert one["difference"] == pytest.approx(difference, abs=2e-4)
-            assert one["interval"][0] <= one["difference"] <= one["interval"][1]
+            assert expected["difference"] == pytest.approx(difference, abs=2e-4)
+            assert expected["interval"][0] <= expected["difference"] <= expected["interval"][1]
 
 
 def test_the_laser_is_aimed_at_what_is_in_the_way(
@@ -355,7 +357,7 @@ def test_the_laser_is_aimed_at_what_is_in_the_way(
             run_episode(situation.scene, situation.intention, boxes[[1 - k]], motion=Motion.STATIC)
             for k in range(2)
         ]
-        assert [one.record.safe for one in safe] == [k != target for k in range(2)]
+        assert [episode.record.safe for episode in safe] == [k != target for k in range(2)]
         middle = boxes.location[[target]] - [[0.0, boxes.dimensions[target, 0] / 2, 0.0]]
         for camera, side in ((2, -1.0), (3, 1.0)):
             beside, above = 0.5, -0.25

@@ -165,26 +165,30 @@ def compare_with_pipeline(scenes: SceneSet, motion: Motion, planner: str, seed: 
         scenarios=scenes, planner=planner, ghosts=2, hides=2, motion=motion, ghost="car"
     )
     generator, outcomes = np.random.default_rng(seed), set()
-    for one in scenes.scenes:
+    for scene in scenes.scenes:
         for intention in Intention:
-            env.reset(options={"scenario": one.id, "intention": str(intention)})
+            env.reset(options={"scenario": scene.id, "intention": str(intention)})
             for _ in range(2):
                 chosen = generator.uniform(-1, 1, 10)
                 chosen[8:] = generator.choice([-1, -1 + 3 / 33, -1 + 5 / 33], 2)
-                if generator.random() < 0.3 and len(one.boxes):
+                if generator.random() < 0.3 and len(scene.boxes):
                     # A ghost on top of a real object.
-                    onto = one.boxes.poses[generator.integers(len(one.boxes))] + 0.3
+                    onto = scene.boxes.poses[generator.integers(len(scene.boxes))] + 0.3
                     chosen[:4] = np.clip(RANGE.encode(np.ones(1, bool), onto[None])[0], -1, 1)
                 info = env.step(chosen)[4]
                 on, poses = RANGE.decode(chosen[:8].reshape(2, 4))
                 hidden = np.array([i for i in env.game.hidden(chosen[8:]) if i >= 0], int)
-                rows = nearest_first(one.boxes)
+                rows = nearest_first(scene.boxes)
                 gone = rows[hidden[hidden < len(rows)]]
-                believed = inject_ghosts(hide_objects(one.boxes, gone), poses[on])
+                believed = inject_ghosts(hide_objects(scene.boxes, gone), poses[on])
                 expected = run_episode(
-                    one, intention, believed, motion=motion, planner=MotionPrimitivePlanner(planner)
+                    scene,
+                    intention,
+                    believed,
+                    motion=motion,
+                    planner=MotionPrimitivePlanner(planner),
                 ).record
-                assert info["outcome"] == expected.outcome, (one.id, intention)
+                assert info["outcome"] == expected.outcome, (scene.id, intention)
                 np.testing.assert_equal(info["cost"], expected.cost)
                 assert info["ghosts"] == on.sum()
                 assert info["hidden"] == len(set(gone.tolist()))
@@ -203,7 +207,9 @@ def test_a_step_is_what_the_pipeline_does(motion: Motion, planner: str) -> None:
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_a_step_is_what_the_pipeline_does_on_real_scenes(shared: Path, motion: Motion) -> None:
     every = scene_set(shared / "safety_scenarios")
-    moving = [one for one in every.scenes if one.boxes.moving is not None and one.speeds.any()]
+    moving = [
+        scene for scene in every.scenes if scene.boxes.moving is not None and scene.speeds.any()
+    ]
     outcomes = compare_with_pipeline(replace(every, scenes=tuple(moving[::2])), motion, "astar", 2)
     assert outcomes == {"safe", "collision", "unplanned"}
 
@@ -470,9 +476,9 @@ def test_drawn_start_speeds_are_planned_with() -> None:
     )
     many = GhostObjectVectorEnv(3, scenarios=scenes)
     costs = []
-    for one in scenes.scenes:
-        expected = run_episode(one, Intention.STRAIGHT).record.cost
-        _, _ = many.reset(seed=0, options={"scenario": one.id, "intention": "straight"})
+    for drawn in scenes.scenes:
+        expected = run_episode(drawn, Intention.STRAIGHT).record.cost
+        _, _ = many.reset(seed=0, options={"scenario": drawn.id, "intention": "straight"})
         np.testing.assert_allclose(many.step(np.stack([action()] * 3))[4]["cost"], expected)
         costs.append(expected)
     mixed = many.game.play(

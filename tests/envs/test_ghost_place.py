@@ -107,7 +107,7 @@ def test_objects_tell_which_place_wins(episodes: tuple[np.ndarray, np.ndarray]) 
 def compare_with_pipeline(scenes: SceneSet, motion: Motion, planner: str, count: int) -> set[str]:
     """Steps of the environment beside `run_episode` on the same attacked boxes."""
     env = GhostPlaceEnv(scenarios=scenes, planner=planner, motion=motion, queries=PLACES)
-    by_id = {one.id: one for one in scenes.labelled}
+    by_id = {scene.id: scene for scene in scenes.labelled}
     outcomes = set()
     for seed in range(count):
         observation, info = env.reset(seed=seed)

@@ -43,8 +43,8 @@ class Knowing:
         for camera in self.system.cameras:
             changed[camera] = not np.array_equal(frame.image(camera), clean.image(camera))
         said = {
-            one: SensorStatus.ATTACKED if flag else SensorStatus.SOUND
-            for one, flag in changed.items()
+            sensor: SensorStatus.ATTACKED if flag else SensorStatus.SOUND
+            for sensor, flag in changed.items()
         }
         return Validation(
             any(changed.values()), said, DisparityErrors(DisparityMaps(frame, self.system))

@@ -41,7 +41,7 @@ def test_only_patches_that_were_trained_are_put_up(
     asked = with_defaults(Configuration(options={"patches": str(tmp_path)}), [DEMO])
     assert unpatched(asked.options) == ("stereo_rcnn",)
     found = [cell.arguments for cell in DEMO.cells(asked)]
-    assert [(one.get("detector"), one.get("attack")) for one in found] == [
+    assert [(rates.get("detector"), rates.get("attack")) for rates in found] == [
         (None, None),
         *(("dsgn", attack) for attack in ("unattacked", "thesis_pgd-1", "patch-random")),
         *(("stereo_rcnn", attack) for attack in ("unattacked", "thesis_pgd-1")),

@@ -25,7 +25,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
 
 
 def test_each_number_and_seed_has_a_folder_and_scenes_of_its_own(asked: dict[str, Any]) -> None:
-    folders = [procedural_frames(*one) for one in ((None, 0), (12, 1), (3, 0))]
+    folders = [procedural_frames(*choice) for choice in ((None, 0), (12, 1), (3, 0))]
     assert len(set(folders)) == 3
     assert [len(recipe) for recipe in asked.values()] == [12, 12, 3]
     assert len({recipe.seed for recipe in asked.values()}) == 2

@@ -131,7 +131,7 @@ def match_frame(frame: Any, metric: str, min_iou: float, cut: float | None) -> d
 
 def slow_curve(frames: list[Any], metric: str, min_iou: float) -> tuple[list[float], int]:
     passes = [match_frame(frame, metric, min_iou, None) for frame in frames]
-    scores = sorted((score for one in passes for score in one["hits"]), reverse=True)
+    scores = sorted((score for image in passes for score in image["hits"]), reverse=True)
     wanted = sum(kind == COUNTED for frame in frames for kind in frame[1])
     cuts, target = [], 0.0
     for i, score in enumerate(scores):
@@ -156,11 +156,11 @@ def slow_average_precision(
     frames = []
     for labels, found in zip(map(objects, truth), map(objects, detections), strict=True):
         table = [
-            [0.0 if label["name"] == "DontCare" else iou(label, one, metric) for one in found]
+            [0.0 if label["name"] == "DontCare" else iou(label, box, metric) for box in found]
             for label in labels
         ]
         kinds = [label_kind(label, category, level) for label in labels]
-        found_kinds = [detection_kind(one, category, level) for one in found]
+        found_kinds = [detection_kind(box, category, level) for box in found]
         frames.append((labels, kinds, found, found_kinds, table))
     curve, wanted = slow_curve(frames, metric, min_iou)
     return 100 * sum(curve[::4]) / 11, 100 * sum(curve[1:]) / 40, wanted

@@ -51,8 +51,8 @@ def test_both_images_count_and_one_is_enough() -> None:
     with torch.no_grad():
         selector.network.decision.weight.mul_(20.0)  # Let untrained evidence differ.
     left, right, both, alike = (
-        selector.highway_probability(one)
-        for one in (
+        selector.highway_probability(image)
+        for image in (
             frame(left=40),
             frame(right=220),
             frame(left=40, right=220),

@@ -90,9 +90,9 @@ def defence_of(told: dict[str, Any]) -> DefenceSummary:
     rows = []
     for row in told["worth"]:
         # Results of earlier releases lack the last field.
-        known = {one.name: row[one.name] for one in fields(SafetyRates) if one.name in row}
+        known = {field.name: row[field.name] for field in fields(SafetyRates) if field.name in row}
         rates = SafetyRates(**known)
-        changes = {one.name: row[one.name] for one in fields(Worth) if one.name in row}
+        changes = {field.name: row[field.name] for field in fields(Worth) if field.name in row}
         worth = Worth(**changes) if changes else None
         rows.append(DefenceRow(row["detector"], row["attack"], row["response"], rates, worth))
     return DefenceSummary(rows, [AlarmRow(**row) for row in told["alarms"]])
@@ -197,4 +197,4 @@ def test_what_is_planted_is_found(tab_of: Callable[..., Any], fault: str) -> Non
     )
     clean, planted = (tab_of(f"{start}{html}</main></html>") for html in ("", FAULTS[fault]))
     assert by_axe(clean) + beyond_axe(clean) == []
-    assert any(one.startswith(fault) for one in by_axe(planted) + beyond_axe(planted))
+    assert any(complaint.startswith(fault) for complaint in by_axe(planted) + beyond_axe(planted))

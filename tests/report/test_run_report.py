@@ -139,21 +139,21 @@ def test_only_drives_on_the_ground_truth_make_a_page(frames: Path, tmp_path: Pat
 def test_scenes_are_chosen_by_their_rules(run: RunFolder) -> None:
     outcomes = outcomes_of(run)
     chosen = telling_scenes(outcomes, 8)
-    assert len({one.scenario for one in chosen}) == len(chosen) <= 6
-    for one in chosen:
+    assert len({drive.scenario for drive in chosen}) == len(chosen) <= 6
+    for drive in chosen:
         clean, attacked = (
             {record.intention: record.safe for record in outcomes.records(condition)
-             if record.scenario == one.scenario}
-            for condition in one.conditions[:2]
+             if record.scenario == drive.scenario}
+            for condition in drive.conditions[:2]
         )  # fmt: skip
-        if one.rule == COLLAPSE:
+        if drive.rule == COLLAPSE:
             assert all(clean.values())
             assert all(attacked.values())
-        elif one.rule != TEXTURED:
-            assert clean[one.intention]
-            assert not attacked[one.intention]
-        if one.rule == PATCHED:
-            assert "patch" in one.conditions[1].attack
+        elif drive.rule != TEXTURED:
+            assert clean[drive.intention]
+            assert not attacked[drive.intention]
+        if drive.rule == PATCHED:
+            assert "patch" in drive.conditions[1].attack
     assert telling_scenes(outcomes, 8) == chosen
     assert telling_scenes(outcomes, 2) == chosen[:2]
     assert telling_scenes(outcomes, 0) == []
@@ -172,7 +172,7 @@ def test_pictures_are_of_the_stored_drives(run: RunFolder, drawn: ModuleType) ->
         def again(self, detector: str, attack: str, *rest: Any, **options: Any) -> Any:
             return super().again(detector, "unattacked", *rest, **options)
 
-    turned = next(one for one in telling if one.rule in (PATCHED, OFTEN))
+    turned = next(rates for rates in telling if rates.rule in (PATCHED, OFTEN))
     (strip,) = scene_strips([turned], outcomes, Tame(run.configuration))
     assert [view.as_stored for view in strip.views] == [True, False]
 

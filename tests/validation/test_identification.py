@@ -19,18 +19,18 @@ from avsec_gym.validation.identification import (
 def subsets(n: int) -> list[frozenset[int]]:
     """Of the sensors 0 to n, by size."""
     sizes = (combinations(range(n + 1), size) for size in range(n + 2))
-    return [frozenset(one) for one in chain.from_iterable(sizes)]
+    return [frozenset(members) for members in chain.from_iterable(sizes)]
 
 
 def explanations(n: int) -> dict[frozenset[int], list[frozenset[int]]]:
     """Which attacks within the limit have the same states in all triples with a reference >= 3."""
     triples = [{*triple} for triple in combinations(range(n + 1), 3) if triple[2] >= 3]
-    within = [one for one in subsets(n) if len(one) <= n - 2]
-    seen = {one: tuple(bool(one & triple) for triple in triples) for one in within}
+    within = [subset for subset in subsets(n) if len(subset) <= n - 2]
+    seen = {subset: tuple(bool(subset & triple) for triple in triples) for subset in within}
     alike: dict[tuple[bool, ...], list[frozenset[int]]] = {}
-    for one, states in seen.items():
-        alike.setdefault(states, []).append(one)
-    return {one: alike[states] for one, states in seen.items()}
+    for subset, states in seen.items():
+        alike.setdefault(states, []).append(subset)
+    return {subset: alike[states] for subset, states in seen.items()}
 
 
 @pytest.mark.parametrize("n", [3, 4, 5, 6, 7])

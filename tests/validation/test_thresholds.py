@@ -91,7 +91,7 @@ def test_of_equal_samples_as_many_lie_beyond_as_can(
     for beyond in range(10 * len(values) + 1):
         ranks = np.minimum([beyond // 10, beyond // 10, beyond, beyond], len(values))
         counts.append(int((values > ranked[ranks, range(4)]).any(axis=1).sum()))
-    allowed = max(one for one in counts if one <= rate * len(values) + 1e-6)
+    allowed = max(count for count in counts if count <= rate * len(values) + 1e-6)
     assert (values > threshold.shares).any(axis=1).sum() == allowed
 
 
@@ -104,7 +104,7 @@ def test_detection_with_three_sensors() -> None:
     dense, lit = (DisparityError(0, 9999, 10000, *two) for two in ((0.3, 0.0), (0.0, 0.3)))
     assert not detect_attack({(0, 1, 2): sound}, thresholds)
     assert detect_attack({(0, 1, 2): attacked}, thresholds)
-    assert all(detect_attack({(0, 1, 2): one}, thresholds) for one in (hidden, dense, lit))
+    assert all(detect_attack({(0, 1, 2): shares}, thresholds) for shares in (hidden, dense, lit))
     with pytest.raises(ConfigurationError, match="one triple"):
         detect_attack(dict.fromkeys(KITTI_SYSTEM.triples, sound), thresholds)
 

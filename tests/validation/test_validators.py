@@ -91,7 +91,7 @@ def test_an_error_that_nobody_explains_is_not_kept_quiet(wall_of: WallOf) -> Non
     assert found.alarm
     assert not found.attacked
     assert found.statuses[LIDAR] == SensorStatus.SOUND
-    assert {found.statuses[one] for one in (0, 1, 2)} == {SensorStatus.CANNOT_TELL}
+    assert {found.statuses[sensor] for sensor in (0, 1, 2)} == {SensorStatus.CANNOT_TELL}
     # Then all that nothing clears is left away, and a camera detector stops.
     with pytest.raises(Untrusted):
         trusted_frame(wall, found, Response.DROP).image(2)
@@ -103,14 +103,18 @@ def test_what_raised_the_alarm_is_told_the_farthest_beyond_first(
     wall = wall_of(3)
     assert ThresholdValidator(table, rate=0.0).validate(wall).exceeded == ()
     found = ThresholdValidator(table, rate=0.0).validate(spoiled(wall, {1}))
-    assert {one.triple for one in found.exceeded} == {(0, 2, 3), (1, 2, 3)}
-    for one in found.exceeded:
-        assert one.value == getattr(found.errors[one.triple], one.share) > one.threshold
-    times = [one.times for one in found.exceeded]
+    assert {excess.triple for excess in found.exceeded} == {(0, 2, 3), (1, 2, 3)}
+    for excess in found.exceeded:
+        assert excess.value == getattr(found.errors[excess.triple], excess.share) > excess.threshold
+    times = [excess.times for excess in found.exceeded]
     assert times == sorted(times, reverse=True)
     # The thesis' criterion knows E alone.
     of_e = ThresholdValidator(table, rate=0.0, criterion="error").validate(spoiled(wall, {1}))
-    assert {one.share for one in of_e.exceeded} == {"error"} < {one.share for one in found.exceeded}
+    assert (
+        {excess.share for excess in of_e.exceeded}
+        == {"error"}
+        < {excess.share for excess in found.exceeded}
+    )
 
 
 @pytest.mark.parametrize(
@@ -205,7 +209,7 @@ def test_the_likelihood_names_up_to_n_minus_2_with_probabilities(wall_of: WallOf
     evidence, truth, frames = [], [], []
     for seed in range(20):
         for number, state in enumerate(states):
-            sensors = {s for s, one in zip(SYSTEM.sensors, state, strict=True) if one}
+            sensors = {s for s, hit in zip(SYSTEM.sensors, state, strict=True) if hit}
             frame = spoiled(wall_of(seed), sensors, seed=100 * seed + number)
             evidence.append(gather_evidence(DisparityErrors(DisparityMaps(frame, SYSTEM))))
             truth.append(state)
@@ -213,7 +217,7 @@ def test_the_likelihood_names_up_to_n_minus_2_with_probabilities(wall_of: WallOf
     # Triples of three attacked sensors are a part of the model, too.
     for seed in range(20):
         for state in state_vectors(4)[[7, 11, 13, 14]]:
-            sensors = {s for s, one in zip(SYSTEM.sensors, state, strict=True) if one}
+            sensors = {s for s, hit in zip(SYSTEM.sensors, state, strict=True) if hit}
             frame = spoiled(wall_of(seed), sensors, seed=7000 + seed)
             evidence.append(gather_evidence(DisparityErrors(DisparityMaps(frame, SYSTEM))))
             truth.append(state)
@@ -224,7 +228,7 @@ def test_the_likelihood_names_up_to_n_minus_2_with_probabilities(wall_of: WallOf
     assert isinstance(validator, Validator)
     right = 0
     for number, state in enumerate(states):
-        sensors = {s for s, one in zip(SYSTEM.sensors, state, strict=True) if one}
+        sensors = {s for s, hit in zip(SYSTEM.sensors, state, strict=True) if hit}
         found = validator.validate(spoiled(wall_of(50 + number), sensors, seed=9000 + number))
         right += found.attacked == sensors
         assert found.probabilities is not None

@@ -102,12 +102,12 @@ class ScanObstacles:
         above = points[:, 2] > low[row, column] + self.step / 2
         of_obstacle = above & (stands[row, column] > 0)
         places, label = points[of_obstacle, :2], label[of_obstacle]
-        for one in _groups(places, label):
-            if max(np.ptp(one, axis=0)) <= 2 * _TILE:
-                parts = [one]
+        for group in _groups(places, label):
+            if max(np.ptp(group, axis=0)) <= 2 * _TILE:
+                parts = [group]
             else:
-                tiles = np.floor(one / _TILE).astype(int)
-                parts = list(_groups(one, tiles[:, 0] * 1000 + tiles[:, 1]))
+                tiles = np.floor(group / _TILE).astype(int)
+                parts = list(_groups(group, tiles[:, 0] * 1000 + tiles[:, 1]))
             yield from (part for part in parts if len(part) >= self.fewest)
 
 

@@ -55,5 +55,5 @@ class FeaturePyramidNetwork(nn.Module):
         for lateral in reversed(laterals[:-1]):
             size = lateral.shape[-2:]
             sums.append(lateral + functional.interpolate(sums[-1], size=size, mode="nearest"))
-        smooth = [layer(one) for layer, one in zip(self.smooth, reversed(sums), strict=True)]
+        smooth = [layer(level) for layer, level in zip(self.smooth, reversed(sums), strict=True)]
         return (*smooth, functional.max_pool2d(smooth[-1], 1, stride=2))

@@ -35,6 +35,6 @@ def pooled_regions(
         torch.arange(count, device=regions.device).repeat_interleave(each),
         level - FINEST,
         bins,
-        [one.shape[-2] / pyramid.height for one in levels],
+        [features.shape[-2] / pyramid.height for features in levels],
         sampling_ratio,
     )

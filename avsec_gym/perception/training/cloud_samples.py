@@ -178,14 +178,14 @@ def _write(
         return cloud_sample(place.frame(), place.labels(), category, region)
 
     with ThreadPoolExecutor(_THREADS) as threads, raw.open("wb") as file:
-        for done, one in enumerate(threads.map(sample, places), start=1):
-            file.write(np.round(one.points * _STEPS).clip(-32768, 32767).astype("<i2").tobytes())
+        for done, cloud in enumerate(threads.map(sample, places), start=1):
+            file.write(np.round(cloud.points * _STEPS).clip(-32768, 32767).astype("<i2").tobytes())
             facts.append(
                 {
-                    "points": len(one.points),
-                    "rectangles": one.rectangles.tolist(),
-                    "ignored": one.ignored.tolist(),
-                    "azimuths": one.azimuths,
+                    "points": len(cloud.points),
+                    "rectangles": cloud.rectangles.tolist(),
+                    "ignored": cloud.ignored.tolist(),
+                    "azimuths": cloud.azimuths,
                 }
             )
             if on_progress is not None:

@@ -74,7 +74,7 @@ class LabelledMoment:
                 path=self.facts,
                 remedy=_REMEDY,
             )
-        return replace(boxes, moving=np.array([bool(one["moving"]) for one in objects], bool))
+        return replace(boxes, moving=np.array([bool(fact["moving"]) for fact in objects], bool))
 
     def _facts(self) -> dict[str, Any]:
         facts = read_json_object(self.facts, remedy=_REMEDY)

@@ -180,5 +180,5 @@ def _fingerprint(
 ) -> str:
     """Changes with the frames, their labels and the crops; not with the network."""
     facts = (_FORMAT, configuration.crop, configuration.neighbour, variants)
-    files = (file for one in moments for file in (one.left, one.labels, one.facts))
+    files = (file for moment in moments for file in (moment.left, moment.labels, moment.facts))
     return fingerprint(facts, files)[:16]

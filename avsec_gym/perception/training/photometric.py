@@ -44,7 +44,7 @@ def relit(
         for image in (sample.left, sample.right)
     )
     if is_grey:
-        left, right = (_without_colours(one) for one in (left, right))
+        left, right = (_without_colours(image) for image in (left, right))
     return replace(sample, left=left, right=right)
 
 

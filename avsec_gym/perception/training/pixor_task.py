@@ -54,10 +54,12 @@ class PixorTask(ScanTask[PixorDetector, CloudSamples]):
     def batch_of(self, samples: Sequence[CloudSample]) -> PixorBatch:
         """Samples as they are."""
         configuration = self._detector.configuration
-        scans = [bird_eye_input(one.points, configuration.region) for one in samples]
+        scans = [bird_eye_input(scan.points, configuration.region) for scan in samples]
         targets = [
-            cell_targets(one.rectangles, configuration, ignored=one.ignored, azimuths=one.azimuths)
-            for one in samples
+            cell_targets(
+                scan.rectangles, configuration, ignored=scan.ignored, azimuths=scan.azimuths
+            )
+            for scan in samples
         ]
         return PixorBatch(torch.from_numpy(np.stack(scans)), PixorTargets.concatenate(targets))
 

@@ -88,7 +88,7 @@ class ScanTask(Generic[Detector, Samples]):
         """
         other = "3d" if self.view == "bev" else "bev"
         own = ("ap40", "ap11", "ap11_easy", "ap11_hard", "ap11_iou50")
-        measures = (*(f"{self.view}_{one}" for one in own), f"{other}_ap11", "2d_ap11")
+        measures = (*(f"{self.view}_{measure}" for measure in own), f"{other}_ap11", "2d_ap11")
         category = self._detector.configuration.category
         return precision(self._validation.labels, found, category, measures)
 

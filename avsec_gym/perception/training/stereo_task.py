@@ -43,7 +43,9 @@ class StereoTask:
     def batch(self, indices: Sequence[int], randomness: np.random.Generator) -> StereoSampleBatch:
         """See `Task`."""
         samples = [self._training[index] for index in indices]
-        return sample_batch([augmented(one, self._augmentation, randomness) for one in samples])
+        return sample_batch(
+            [augmented(sample, self._augmentation, randomness) for sample in samples]
+        )
 
 
 def stereo_samples(

@@ -62,12 +62,14 @@ def test_kinds_to_fit_on_are_not_judged() -> None:
         kinds.append({attack_of(sensor, 2, FITTED, random) for _ in range(100)})
         judged = {attack_of(sensor, 2, kind, random) for kind in (JUDGED, *BEYOND)}
         assert not kinds[-1] & judged
-        assert all(one.sensors == {sensor} for one in kinds[-1] | judged)
+        assert all(attack.sensors == {sensor} for attack in kinds[-1] | judged)
     spoofings, faculae = kinds
-    assert all(one.height != 1.5 for one in spoofings if isinstance(one, LidarSpoofing))
-    for one in faculae:
-        assert isinstance(one, Facula)
-        assert one.colour != (1.0, 1.0, 1.0) or one.saturation > 0
+    assert all(
+        spoofing.height != 1.5 for spoofing in spoofings if isinstance(spoofing, LidarSpoofing)
+    )
+    for facula in faculae:
+        assert isinstance(facula, Facula)
+        assert facula.colour != (1.0, 1.0, 1.0) or facula.saturation > 0
     # All of them occur.
     assert (len(spoofings), len(faculae)) == (2 * 2 * 2, 2 * (3 + 2))
 
@@ -85,9 +87,9 @@ def test_where_an_attack_is_does_not_depend_on_which_it_is(frame: SensorFrame) -
     # One stream of draws would put each choice into one half of the range of distances: low ones
     # into the near half, so that means would be 0.25 and 0.75.
     for chosen in np.array(choices).T:
-        for one in (chosen, ~chosen):
-            assert one.sum() > 20
-            assert abs(np.mean(places, where=one) - 0.5) < 0.15
+        for part in (chosen, ~chosen):
+            assert part.sum() > 20
+            assert abs(np.mean(places, where=part) - 0.5) < 0.15
 
 
 def test_lost_rays_are_judged_too(frame: SensorFrame) -> None:

@@ -120,7 +120,7 @@ def test_the_attacks_to_fit_on_have_the_seed_of_their_drives(
 
 def real_drives(root: Path, first: int, spread: float = 1.0) -> Path:
     """Two drives of two frames, whose cameras stand so many times 27 cm from each other."""
-    places = [spread * one for one in (0.0, 0.54, -0.27, 0.27)]
+    places = [spread * offset for offset in (0.0, 0.54, -0.27, 0.27)]
     rig = camera_rig(places, focal_length=200.0, centre=(20.0, 10.0), size=(40, 20))
     day, image = root / "2011_09_26", np.zeros((20, 40, 3), np.uint8)
     frame = SensorFrame("", rig.calibration, dict.fromkeys(range(4), image), np.ones((1, 4), "f4"))

@@ -136,8 +136,8 @@ def test_calibration_is_of_what_is_reported() -> None:
     assert any(row["cannot_tell"]["count"] for row in found["statuses"].values())
     assert found["brier"] < 0.1
     predicted, observed, sensors = (
-        np.array([row[one] for row in found["reliability"]])
-        for one in ("predicted", "observed", "sensors")
+        np.array([row[column] for row in found["reliability"]])
+        for column in ("predicted", "observed", "sensors")
     )
     assert sensors.sum() == pytest.approx(1.0)
     # As often as the prior expects sensors to be attacked.
@@ -215,7 +215,7 @@ class Stored:
         self.rows = []
         for m, id in enumerate(table.frames):
             for index, state in enumerate(STATES):
-                setting = "judged " + "".join("01"[int(one)] for one in state)
+                setting = "judged " + "".join("01"[int(attacked)] for attacked in state)
                 named = [measured(*element) for element in ELEMENTS]
                 named += [
                     measured(name, triple)

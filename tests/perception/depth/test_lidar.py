@@ -28,7 +28,7 @@ def test_points_say_the_shift_between_their_projections() -> None:
     uv, depth = project(frame.calibration.projection(2), places)
     other, _ = project(frame.calibration.projection(3), places)
     pixel = np.round(uv).astype(int)
-    alone = np.array([(pixel == one).all(axis=1).sum() == 1 for one in pixel])
+    alone = np.array([(pixel == own).all(axis=1).sum() == 1 for own in pixel])
     assert alone.sum() > 150
     values = found.values[pixel[alone, 1], pixel[alone, 0]]
     np.testing.assert_allclose(values, (uv - other)[alone, 0], rtol=1e-3)

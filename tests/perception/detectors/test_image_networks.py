@@ -84,7 +84,7 @@ def test_a_frame_is_its_cameras_images(make: Make, painted: Any) -> None:
     arrays = [image.permute(1, 2, 0).byte().numpy() for image in images]
     calibration = Calibration(np.zeros((4, 3, 4)), np.eye(3), np.eye(4)[:3])
     frame = SensorFrame("0", calibration, dict(zip((2, 3), arrays, strict=True)))
-    together = detector.detect_batch(torch.stack([one.byte().float() for one in images]))
+    together = detector.detect_batch(torch.stack([image.byte().float() for image in images]))
     for camera, expected in zip((2, 3), together, strict=True):
         found = detector.detect(frame, camera)
         assert len(found) > 0

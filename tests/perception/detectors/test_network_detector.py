@@ -41,8 +41,8 @@ def test_weights_of_another_network_and_a_missing_file_are_refused(tmp_path: Pat
 @pytest.mark.parametrize(
     ("kind", "name"),
     [
-        *((Kind.DETECTOR, one) for one in ("dsgn", "stereo_rcnn", "pixor", "pointrcnn")),
-        *((Kind.IMAGE_DETECTOR, one) for one in ("faster_rcnn", "yolo")),
+        *((Kind.DETECTOR, name) for name in ("dsgn", "stereo_rcnn", "pixor", "pointrcnn")),
+        *((Kind.IMAGE_DETECTOR, name) for name in ("faster_rcnn", "yolo")),
     ],
 )
 def test_every_detector_by_a_network_has_its_shipped_calibration(kind: Kind, name: str) -> None:

@@ -62,10 +62,10 @@ def test_cars_are_found(
 def overlaps(truth: Boxes3D, boxes: Boxes3D, in_image: bool) -> Floats:
     """Intersection over union, by shapely, shape (N, M)."""
     ours, theirs = (
-        shapely.box(*one.box2d.T)  # type: ignore[union-attr]
+        shapely.box(*objects.box2d.T)  # type: ignore[union-attr]
         if in_image
-        else np.array(rectangle_polygons(one.poses, one.length, one.width), object)
-        for one in (truth, boxes)
+        else np.array(rectangle_polygons(objects.poses, objects.length, objects.width), object)
+        for objects in (truth, boxes)
     )
     common = shapely.area(shapely.intersection(ours[:, None], theirs[None]))
     union = shapely.area(ours)[:, None] + shapely.area(theirs)[None] - common

@@ -183,7 +183,10 @@ def test_command_trains_in_sittings_and_leaves_weights_with_a_card(
     assert run([*longer[:-2], "--epochs", "1", "--out", str(tmp_path / "longer_2")]) == 0
     went_on = read_card(tmp_path / "longer_2" / "weights.safetensors")
     assert went_on is not None
-    assert [one["sha256"] for one in went_on.trainings()] == [card.sha256, went_on.sha256]
+    assert [card_facts["sha256"] for card_facts in went_on.trainings()] == [
+        card.sha256,
+        went_on.sha256,
+    ]
     capsys.readouterr()
     other = ["train", "psmnet", "--preset", "full", "--out", str(tmp_path / "other")]
     assert run([*other, "--data", str(tmp_path / "no")]) == 1

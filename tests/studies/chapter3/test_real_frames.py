@@ -40,7 +40,7 @@ def test_light_into_real_cameras_is_detected(shared: Path) -> None:
     # Whoever is beyond no threshold at all detects nothing.
     deaf = ThresholdTable(on, np.ones((1, 1, 4)))
     assert not any(
-        one["any"]["count"] for one in detected(frame, deaf, depth, 0.01, 1)["cases"].values()
+        case["any"]["count"] for case in detected(frame, deaf, depth, 0.01, 1)["cases"].values()
     )
 
 
@@ -60,8 +60,8 @@ class Believer:
     def detect(self, frame: SensorFrame) -> Boxes3D:
         labels = self._data.labels(frame.id)
         known = replace(labels, score=np.full(len(labels), 0.6), truncation=None, occlusion=None)
-        clean = {tuple(one) for one in self._data.frame(frame.id).points.tolist()}
-        strange = [one[:3] for one in frame.points.tolist() if tuple(one) not in clean]
+        clean = {tuple(point) for point in self._data.frame(frame.id).points.tolist()}
+        strange = [point[:3] for point in frame.points.tolist() if tuple(point) not in clean]
         if not strange:
             return known
         places = transform_points(frame.calibration.velodyne_to_camera, np.array(strange))

@@ -74,7 +74,7 @@ def test_what_is_counted_is_what_validators_say(system: SensorSystem) -> None:
     alarms = []
     for number, state in enumerate(own.states):
         shown = frame
-        for sensor in (one for one, hit in zip(system.sensors, state, strict=True) if hit):
+        for sensor in (sensor for sensor, hit in zip(system.sensors, state, strict=True) if hit):
             tampered = attacked[sensor]
             shown = (
                 shown.with_points(tampered.points)
@@ -93,7 +93,7 @@ def test_what_is_counted_is_what_validators_say(system: SensorSystem) -> None:
             alarms.append(found.alarm)
             assert bool(said[0][0]) == found.alarm
             if said[1] is not None:
-                assert {system.sensors[one] for one in said[1][0]} == found.attacked
+                assert {system.sensors[index] for index in said[1][0]} == found.attacked
     assert any(alarms)
 
 
@@ -165,8 +165,8 @@ def test_the_page_says_what_came_out(tmp_path: Path) -> None:
     # The committed page is that of the committed result.
     assert told == without_remark((results / "shipped_fits.md").read_text())
     assert "not on this vehicle" in told
-    for one in made["systems"]:
-        unattacked = one["by"]["thresholds"]["no attack"]["alarms"]
+    for system in made["systems"]:
+        unattacked = system["by"]["thresholds"]["no attack"]["alarms"]
         assert f"({unattacked['count']} of {unattacked['of']})" in told
     (tmp_path / "other.json").write_text("[]")
     assert page.main([str(tmp_path / "other.json"), "--out", str(tmp_path / "no.md")]) == 1

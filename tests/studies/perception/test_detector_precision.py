@@ -65,7 +65,7 @@ def test_frames_become_figures_pictures_and_a_page(kitti: Path, tmp_path: Path) 
     assert oracle["working_point"]["recall"] == oracle["working_point"]["precision"] == 1.0
     assert oracle["errors"][0]["overlap"]["0.7"] == 1.0
     assert oracle["weights"] is None
-    assert [one["frame"] for one in result["examples"]] == ["000000", "000001", "000001"]
+    assert [example["frame"] for example in result["examples"]] == ["000000", "000001", "000001"]
     assert result["examples"][0]["counts"]["oracle"] == {"found": 3, "missed": 0, "false_alarms": 0}
     names = {path.name for path in figures.iterdir()}
     pictures = {f"detections_{rank}.jpg" for rank in ("best", "median", "worst")}
@@ -156,7 +156,7 @@ def test_weights_of_ones_own_are_named() -> None:
 def test_frames_to_train_on_are_told_by_the_distance_of_their_cameras() -> None:
     facts = weights_facts(shipped_weights("psmnet_small"))
     assert facts is not None
-    narrow = next(one for one in facts["data"]["training"] if one["baseline"] == 0.27)
+    narrow = next(folder for folder in facts["data"]["training"] if folder["baseline"] == 0.27)
     assert (narrow["suite"], narrow["frames"]) == ("mixed", 300)
     # KITTI's pair of colour cameras.
     assert 0.53 < facts["data"]["validation"][0]["baseline"] < 0.54

@@ -124,6 +124,6 @@ def test_the_command(tmp_path: Path, shared: Path) -> None:
     assert main(["--kitti", str(kitti), "--weights", str(weights), "--json", str(out)]) == 0
     result = json.loads(out.read_text())
     assert result["input_size"] == [160, 528]
-    for one in result["real"].values():
-        assert set(one["estimators"]) == {"psmnet", "sgbm_reduced", "sgbm"}
-        assert one["estimators"]["psmnet"]["density"]["value"] == 1.0
+    for pair in result["real"].values():
+        assert set(pair["estimators"]) == {"psmnet", "sgbm_reduced", "sgbm"}
+        assert pair["estimators"]["psmnet"]["density"]["value"] == 1.0

@@ -46,8 +46,8 @@ def test_right_missed_and_false_by_score() -> None:
     )
     assert near["overlap"] > 0.8
     assert (far["ahead"], far["to_find"], far["score"], far["overlap"]) == (25, False, None, 0)
-    assert [one["means"] for one in result["surest"]] == ["Car", None]
-    assert [one["is_right"] for one in result["surest"]] == [True, False]
+    assert [box["means"] for box in result["surest"]] == ["Car", None]
+    assert [box["is_right"] for box in result["surest"]] == [True, False]
     strict = compared(LABELS, found, 0.9)
     assert (strict["found"], strict["missed"], strict["false_alarms"]) == (0, 1, 0)
     assert strict["cars"] == result["cars"], "told however unsure"

@@ -60,11 +60,11 @@ def test_each_is_scored_in_what_its_sensor_shows(kitti: Path, tmp_path: Path) ->
     asked = [f"{name}={file}" for name, file in files.items()]
     result = run(kitti, tmp_path, *asked)
     assert list(result["detectors"]) == ["pixor", "yolo"]
-    for name, one in result["detectors"].items():
-        assert list(one["average_precision"]) == ["0.7", "0.5"]
-        for precision in one["average_precision"].values():
+    for name, figures in result["detectors"].items():
+        assert list(figures["average_precision"]) == ["0.7", "0.5"]
+        for precision in figures["average_precision"].values():
             assert tuple(precision) == NETWORKS[name].metrics
-        assert one["weights"]["network"] == name
+        assert figures["weights"]["network"] == name
     assert result["data"]["cars"]["moderate"] == 2
     text = "\n".join(single_sensor(result))
     assert "| `pixor` | LiDAR | from above |" in text

@@ -72,8 +72,8 @@ def test_as_a_plain_loop_says() -> None:
             side = [
                 surfaces[r, c] for r in rows for c in columns if 0 <= r < HEIGHT and 0 <= c < WIDTH
             ]
-            known = sum(one > 0 for one in side)
-            nearer = sum(one > own + max(3.0, MIN_NEARER * own) for one in side)
+            known = sum(disparity > 0 for disparity in side)
+            nearer = sum(disparity > own + max(3.0, MIN_NEARER * own) for disparity in side)
             enough = known >= MIN_KNOWN * len(rows) * len(columns)
             expected[v, u] &= enough and nearer >= MIN_SURROUNDED * known
     found = behind_surfaces(scan, dense, lidar_eye(calibration, LEFT, SCALE))

@@ -41,7 +41,7 @@ def test_the_exposure_is_that_which_most_pixels_agree_on_one_by_one(
     candidates = np.exp(np.linspace(-0.7, 0.7, 281))
     for colour, factor in enumerate(factors):
         was, seen = expected[telling][:, colour].astype(float), image[telling][:, colour]
-        agreeing = [(np.abs(was * one - seen) <= 4.0).sum() for one in candidates]
+        agreeing = [(np.abs(was * gain - seen) <= 4.0).sum() for gain in candidates]
         by_hand = candidates[np.argmax(agreeing)]
         assert by_hand == pytest.approx(factor, rel=0.03)
         levels = np.rint(np.minimum(expected[..., colour] * by_hand, 255))

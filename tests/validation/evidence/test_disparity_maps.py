@@ -74,7 +74,7 @@ def test_brightness_is_found_with_the_maps_the_longest_work_first(
     # Cameras 2 and 0 are 60 cm from each other, 1 and 0 40 cm, 2 and 1 20 cm.
     assert found[:3] == [(1, 3), (2, 3), (1, 2)]
     for i, k in between:
-        images = (wall.image(int(SYSTEM.sensors[one])) for one in (k, i))
+        images = (wall.image(int(SYSTEM.sensors[sensor])) for sensor in (k, i))
         assert maps.brightness((i, k)) == brightness_inconsistency(*images, maps[i, k].values)
     maps.find(SYSTEM.pairs())
     assert len(found) == 5

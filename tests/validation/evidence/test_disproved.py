@@ -61,7 +61,7 @@ def test_pixels_are_those_of_a_plain_loop() -> None:
     found = disproved_points(
         DisparityMap(2 * scan, 200.0), DisparityMap(dense, 100.0), image, other, NOWHERE
     )
-    left, right = (cv2.blur(one[..., 0], (3, 3)).astype(int) for one in (image, other))
+    left, right = (cv2.blur(pixels[..., 0], (3, 3)).astype(int) for pixels in (image, other))
     expected = np.zeros(scan.shape, bool)
     for v, u in np.argwhere(np.isfinite(scan)):
         nearer = scan[v, u] - dense[v, u] > 3

@@ -100,8 +100,8 @@ def by_hand(model: LikelihoodModel, evidence: Floats, prior: Floats) -> Floats:
         touched = [int(pattern > 0) for pattern in patterns]
         correlation = np.array(
             [
-                [model.correlation[one, other, a, b] for b, other in enumerate(touched)]
-                for a, one in enumerate(touched)
+                [model.correlation[triple, other, a, b] for b, other in enumerate(touched)]
+                for a, triple in enumerate(touched)
             ]
         )
         copula = stats.multivariate_normal(cov=correlation).logpdf(z) - stats.norm.logpdf(z).sum()
@@ -119,10 +119,11 @@ def test_the_posterior_is_that_of_the_densities(n: int) -> None:
     evidence = rng.uniform(0.01, 0.6, (5 if n < 5 else 1, len(model.log_density)))
     prior = rng.dirichlet(np.ones(2 ** (n + 1)))
     found = model.posterior(evidence, prior)
-    expected = [by_hand(model, one, prior) for one in evidence]
+    expected = [by_hand(model, of_frame, prior) for of_frame in evidence]
     np.testing.assert_allclose(found.probabilities, expected, rtol=1e-6, atol=1e-12)
     marginal = [
-        sum(p for index, p in enumerate(one) if index >> 1 & 1) for one in found.probabilities
+        sum(p for index, p in enumerate(of_frame) if index >> 1 & 1)
+        for of_frame in found.probabilities
     ]
     np.testing.assert_allclose(found.sensors[:, 1], marginal)
 
@@ -143,8 +144,8 @@ def test_every_attack_within_the_limit_is_decoded(n: int) -> None:
     assert found.posterior.probabilities[few, np.flatnonzero(few)].min() > 0.99
     # Fewer than three sound sensors: no triple is consistent, whichever they are.
     alike = np.where(few, 0.0, prior) / prior[~few].sum()
-    for one in found.posterior.probabilities[~few]:
-        np.testing.assert_allclose(one, alike, atol=1e-3)
+    for of_frame in found.posterior.probabilities[~few]:
+        np.testing.assert_allclose(of_frame, alike, atol=1e-3)
 
 
 def test_what_cannot_be_told_is_not_told() -> None:

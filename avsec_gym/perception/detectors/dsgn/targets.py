@@ -118,7 +118,7 @@ def _ways(boxes: Boxes3D, configuration: DsgnConfiguration) -> Floats:
     turned = [boxes]
     if configuration.half_turns:
         turned.append(replace(boxes, rotation_y=boxes.rotation_y + np.pi))
-    return np.stack([corners_of_boxes(one) for one in turned])
+    return np.stack([corners_of_boxes(boxes) for boxes in turned])
 
 
 def _owners(

@@ -100,6 +100,6 @@ class FasterRcnnDetector(ImageNetworkDetector[FasterRcnnConfiguration, FasterRcn
         boxes = clip_boxes(boxes, inputs.shape[2], inputs.shape[3])
         scores = output.class_logits.softmax(-1) * proposals.valid[..., None]
         return [
-            select(one[:, 1:], score[:, 1:], self.rule)
-            for one, score in zip(boxes, scores, strict=True)
+            select(of_image[:, 1:], score[:, 1:], self.rule)
+            for of_image, score in zip(boxes, scores, strict=True)
         ]

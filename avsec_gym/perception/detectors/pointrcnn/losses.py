@@ -71,8 +71,8 @@ def proposal_losses(
         targets: Of each.
         coding: Of its boxes.
     """
-    labels = torch.cat([one.labels for one in targets])
-    boxes = torch.cat([one.boxes for one in targets])
+    labels = torch.cat([target.labels for target in targets])
+    boxes = torch.cat([target.boxes for target in targets])
     on_object = labels == 1
     logits = output.logits.float().flatten()
     surprise = functional.binary_cross_entropy_with_logits(

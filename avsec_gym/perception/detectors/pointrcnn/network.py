@@ -44,7 +44,7 @@ class PointRcnnNetwork(nn.Module):
         """As in use: points in the camera frame, shape (B, N, 3)."""
         output = self.rpn(points)
         proposed = self.propose(output)
-        boxes = [one.boxes for one in proposed]
+        boxes = [proposals.boxes for proposals in proposed]
         regions = region_points(output, boxes, self.configuration)
         return PointRcnnOutput(output, proposed, self.rcnn_net(regions))
 

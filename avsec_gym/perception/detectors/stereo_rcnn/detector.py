@@ -115,19 +115,19 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         proposals = self.network.propose(self.network.rpn(*pyramids))
         output = self.network.box_head(*pyramids, proposals.left, proposals.right)
         selected = select(proposals, output, size, self.rule)
-        regions = pad_sequence([one.regions for one in selected], batch_first=True)
+        regions = pad_sequence([pairs.regions for pairs in selected], batch_first=True)
         if not regions.shape[1]:
             nothing = EvidencedBoxes(Boxes3D.empty(), np.zeros((0, len(EVIDENCE))))
             return [nothing for _ in selected]
         keypoints = self.network.keypoint_head(pyramids[0], regions)
         result = []
-        for i, (one, camera) in enumerate(zip(selected, _cameras(batch), strict=True)):
-            observed = observed_boxes(one, keypoints, i, size, camera)
+        for i, (pairs, camera) in enumerate(zip(selected, _cameras(batch), strict=True)):
+            observed = observed_boxes(pairs, keypoints, i, size, camera)
             found = solved_boxes(
                 observed,
-                one.scores.double().cpu().numpy(),
-                keypoint_certainty(keypoints, i, len(one.scores)),
-                [self.configuration.categories[label - 1] for label in one.classes.tolist()],
+                pairs.scores.double().cpu().numpy(),
+                keypoint_certainty(keypoints, i, len(pairs.scores)),
+                [self.configuration.categories[label - 1] for label in pairs.classes.tolist()],
                 (_pixels(batch.left[i]), _pixels(batch.right[i])),
                 camera,
                 self.alignment,

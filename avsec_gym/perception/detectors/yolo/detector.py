@@ -79,5 +79,6 @@ class YoloDetector(ImageNetworkDetector[YoloConfiguration, YoloNetwork]):
         boxes = clip_boxes(decoded_boxes(output), inputs.shape[2], inputs.shape[3])
         scores = output.objectness.sigmoid()[..., None] * output.classes.sigmoid()
         return [
-            select(one[:, None], score, self.rule) for one, score in zip(boxes, scores, strict=True)
+            select(of_image[:, None], score, self.rule)
+            for of_image, score in zip(boxes, scores, strict=True)
         ]

@@ -97,11 +97,11 @@ class YoloNetwork(nn.Module):
             features = self.sets[number](level)
             maps.append(self.outputs[number](features))
         maps.reverse()
-        logits = torch.cat([per_anchor(one, self.configuration.numbers) for one in maps], 1)
+        logits = torch.cat([per_anchor(each, self.configuration.numbers) for each in maps], 1)
         # In the weights' precision, whatever a mixed one computes with: boxes need it.
         like = next(self.parameters())
-        shapes = [(one.shape[2], one.shape[3]) for one in maps]
-        grid = (one.to(like) for one in box_grid(shapes, self.configuration))
+        shapes = [(each.shape[2], each.shape[3]) for each in maps]
+        grid = (values.to(like) for values in box_grid(shapes, self.configuration))
         return YoloOutput(logits.to(like), *grid)
 
 

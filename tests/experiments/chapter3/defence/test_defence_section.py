@@ -132,7 +132,7 @@ def test_attacks_on_several_sensors_have_short_labels() -> None:
     def drawn(*attacks: str) -> str:
         half = SafetyRates(2, 1, 0, {}, NAN, NAN, NAN)
         (drawing,) = draw_defence(
-            [DefenceRow("oracle", one, "stop", half, worth=None) for one in attacks]
+            [DefenceRow("oracle", attack, "stop", half, worth=None) for attack in attacks]
         )
         return drawing
 

@@ -91,7 +91,7 @@ def test_without_alarm_all_drive_alike_and_with_one_each_responds(
 def test_an_attack_stays_as_it_is_over_a_drive(configuration: Configuration) -> None:
     work = DefendedDrives(configuration)
     frames = work._recordings.frames
-    settings = [work._tampered("3", one.frame(), one.id).settings for one in frames]
+    settings = [work._tampered("3", labelled.frame(), labelled.id).settings for labelled in frames]
     assert settings[0] == settings[1] != settings[2] == settings[3]
 
 
@@ -201,7 +201,9 @@ def test_collisions_avoided_and_false_stops() -> None:
     assert counts(rows["2", "stop"], *worth) == [(1, 2), (1, 2), (1, 2), (4, 4)]
     assert counts(rows["2", "drop"], *worth) == [(2, 2), (1, 2), (0, 2), (1, 4)]
     # Two were safe before the attack and are not under it.
-    regained = [counts(rows["2", one], "regained")[0] for one in ("stop", "drop", "repair")]
+    regained = [
+        counts(rows["2", response], "regained")[0] for response in ("stop", "drop", "repair")
+    ]
     assert regained == [(0, 2), (1, 2), (2, 2)]
     assert counts(rows["none", "stop"], "regained") == [(0, 0)]
     assert counts(rows["any", "repair"], *worth) == [(2, 2), (0, 2), (0, 2), (0, 4)]

@@ -42,14 +42,14 @@ def tampered(frame: SensorFrame, kind: str, seed: int = 1) -> Tampered:
 def test_every_kind_attacks_who_it_says_and_draws_the_same_again(frame: SensorFrame) -> None:
     for name, kind in KINDS.items():
         first, again = tampered(frame, name), tampered(frame, name)
-        wanted = {SYSTEM.sensors[one] for attacked in kind.attacked for one in attacked}
+        wanted = {SYSTEM.sensors[index] for attacked in kind.attacked for index in attacked}
         assert wanted <= set(first)
-        for sensor, one in first.items():
-            assert one.attacked == {sensor}
+        for sensor, hit in first.items():
+            assert hit.attacked == {sensor}
             other = again[sensor].frame
-            np.testing.assert_array_equal(one.frame.points, other.points)
+            np.testing.assert_array_equal(hit.frame.points, other.points)
             for camera in SYSTEM.cameras:
-                np.testing.assert_array_equal(one.frame.image(camera), other.image(camera))
+                np.testing.assert_array_equal(hit.frame.image(camera), other.image(camera))
         states = states_of(kind, len(SYSTEM))
         assert [tuple(np.flatnonzero(state)) for state in states] == list(kind.attacked)
 

@@ -106,7 +106,9 @@ def test_two_that_are_attacked_are_named(monkeypatch: pytest.MonkeyPatch) -> Non
     assert told is not None
     json.dumps(told, allow_nan=False)
     rows = {(row["method"], row["rate"]): row for row in told["identification"]}
-    by_algorithm, likeliest = (rows[one, 0.0] for one in ("algorithm 2, any", "maximum likelihood"))
+    by_algorithm, likeliest = (
+        rows[rule, 0.0] for rule in ("algorithm 2, any", "maximum likelihood")
+    )
     # Nothing that a triple has tells of the third sensor alone; what pairs have does.
     assert by_algorithm["together"]["1"]["rate"] == pytest.approx(4 / 5)
     assert by_algorithm["together"]["2"]["rate"] == 1.0

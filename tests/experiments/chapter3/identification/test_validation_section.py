@@ -60,15 +60,15 @@ def judged_frame(configuration: Configuration) -> Any:
         for kind, state in states:
             setting = f"{kind} {bits(state)}"
             for name, scope in evidence_elements(SYSTEM):
-                seen = [one for one in scope if state[one]]
+                seen = [sensor for sensor in scope if state[sensor]]
                 if name not in ("brighter", "darker"):
-                    seen = [one for one in seen if one != HIDDEN_FROM_E]
+                    seen = [sensor for sensor in seen if sensor != HIDDEN_FROM_E]
                 share = random.uniform(0.01, 0.05) + (0.4 if seen else 0.0)
                 rows.append(Measurement(setting, id, measured(name, scope), share))
             for triple in SYSTEM.triples:
                 name = measured("hole_share", triple)
                 rows.append(Measurement(setting, id, name, 0.1))
-                lit = 0.4 if any(state[one] for one in triple) else 0.0
+                lit = 0.4 if any(state[sensor] for sensor in triple) else 0.0
                 name = measured("brightness", triple)
                 rows.append(Measurement(setting, id, name, random.uniform(0.01, 0.05) + lit))
         return CellResult(measurements=rows)
@@ -128,7 +128,9 @@ def test_a_page_shows_what_sensors_detect(
     assert "of 24 drives" in page
     # A point for each tenth of probability that was predicted.
     both = (summary["calibration"], summary["calibration"]["all_alike"])
-    assert page.count('data-hint="predicted ') == sum(len(one["reliability"]) for one in both)
+    assert page.count('data-hint="predicted ') == sum(
+        len(figures["reliability"]) for figures in both
+    )
     # The mean of all cases, with the thesis beside it.
     box = page.partition("<h3>Figure 3.8")[2].partition("</ul>")[0]
     assert "The thesis, r = 1 %: 99.97" in box

@@ -242,9 +242,9 @@ def test_a_pasted_car_is_gone_after_the_repair(
         assert row["iou"] > 0.5
         assert (row["bogus_clean"], row["bogus_before"]) == (0, 1)
         assert row["bogus_after"] == 0
-        assert [row[one] for one in ("objects", "found_before", "found_after")] == [3, 3, 3]
+        assert [row[column] for column in ("objects", "found_before", "found_after")] == [3, 3, 3]
     assert rows[FACULA]["bogus_before"] is None
-    [said] = [one for one in report.sentences if "is pasted" in one]
+    [said] = [sentence for sentence in report.sentences if "is pasted" in sentence]
     assert "in 100.0 % of the frames, after the repair in 0.0 %" in said
     assert "bogus obstacle clean" in markdown_page(report)
     frames = RepairedFrames(asked)

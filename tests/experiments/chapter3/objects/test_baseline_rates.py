@@ -41,16 +41,16 @@ def test_alarms_are_those_of_plain_loops() -> None:
         triple, pairs = scenarios[row["scenario"]]
         assert list(pairs_of(triple, SYSTEM)) == pairs
         iou, rate, most = row["iou"], row["rate"], row["most"]
-        clean = [total(one, iou, pairs, ()) for one in fitted]
+        clean = [total(boxes, iou, pairs, ()) for boxes in fitted]
         if rate is None:
             assert most == 0
         else:
-            assert sum(one > most for one in clean) <= rate * len(clean)
+            assert sum(count > most for count in clean) <= rate * len(clean)
             # One mismatch less would raise the alarm too often.
-            assert sum(one > most - 1 for one in clean) > rate * len(clean)
+            assert sum(count > most - 1 for count in clean) > rate * len(clean)
         shares = {
-            "+".join(f"S{one}" for one in case): np.mean(
-                [total(one, iou, pairs, case) > most for one in judged]
+            "+".join(f"S{sensor}" for sensor in case): np.mean(
+                [total(boxes, iou, pairs, case) > most for boxes in judged]
             )
             for size in (1, 2, 3)
             for case in combinations(triple, size)
@@ -58,5 +58,5 @@ def test_alarms_are_those_of_plain_loops() -> None:
         assert row["cases"] == pytest.approx(shares)
         assert row["average"] == pytest.approx(np.mean(list(shares.values())))
         assert row["interval"][0] <= row["average"] <= row["interval"][1]
-        alarms = sum(total(one, iou, pairs, ()) > most for one in judged)
+        alarms = sum(total(boxes, iou, pairs, ()) > most for boxes in judged)
         assert (row["false_alarms"]["count"], row["false_alarms"]["of"]) == (alarms, 30)

@@ -83,8 +83,8 @@ class Believer:
             **dict.fromkeys(("truncation", "occlusion", "alpha", "box2d")),
         )
         known = replace(known, score=np.full(len(known), 0.6))
-        clean = {tuple(one) for one in Drive(frame.origin).frame(int(frame.id)).points.tolist()}
-        strange = [one[:3] for one in frame.points.tolist() if tuple(one) not in clean]
+        clean = {tuple(point) for point in Drive(frame.origin).frame(int(frame.id)).points.tolist()}
+        strange = [point[:3] for point in frame.points.tolist() if tuple(point) not in clean]
         if not strange:
             return known
         places = transform_points(frame.calibration.velodyne_to_camera, np.array(strange))
@@ -194,4 +194,6 @@ def test_without_a_labelled_car_there_are_planes_only(tmp_path: Path) -> None:
     work = BelievedPoints(Configuration(str(judged), options=options))
     for number in range(2):
         result = work("judged", number)
-        assert {row.setting for row in result.measurements} == {f"believed {one}" for one in PLANES}
+        assert {row.setting for row in result.measurements} == {
+            f"believed {plane}" for plane in PLANES
+        }

@@ -51,7 +51,7 @@ def fewest_mismatches(first: Floats, second: Floats, reach: float) -> int:
             tall[0][i] *= box[0] >= reach
         for i, box in enumerate(second):
             tall[1][i] *= box[2] <= WIDTH - reach
-    partners = [[iou(one, other, reach) > LEAST for other in second] for one in first]
+    partners = [[iou(box, other, reach) > LEAST for other in second] for box in first]
     lonely = sum(tall[0]) + sum(tall[1])
     # So many of the second set that each of the first has one, or none of them.
     places = [*range(len(second)), *[-1] * len(first)]
@@ -110,7 +110,7 @@ def test_what_the_other_camera_would_not_show_is_no_mismatch() -> None:
 def test_a_near_car_is_one_car_in_two_cameras() -> None:
     calibration = RIG.calibration
     rear = np.array([[-0.8, 0.1, 6.0], [0.8, 1.65, 6.0]])
-    left, right = (project(calibration.projection(one), rear)[0].ravel() for one in (2, 1))
+    left, right = (project(calibration.projection(camera), rear)[0].ravel() for camera in (2, 1))
     seen = [cars(tuple(box)) for box in (left, right)]
     assert mismatches(seen[0], seen[1], 0.7) == 2
     reach = disparity_reach(calibration, 2, 1)

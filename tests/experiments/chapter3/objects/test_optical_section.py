@@ -84,7 +84,7 @@ def objects_of(part: str, number: int) -> CellResult:
             seen = found(3 if sensor == LIDAR else 1) if hidden else found(2)
             boxes[seen_setting(part, sensor, True, camera)] = seen
     if part == "fitted":
-        boxes = {name: one for name, one in boxes.items() if "attacked" not in name}
+        boxes = {name: found for name, found in boxes.items() if "attacked" not in name}
     else:
         patch = replace(two_cars()[1:], dimensions=[[1.5, 0.1, 2.5]], rotation_y=[0.0])
         if number != 5:
@@ -102,7 +102,7 @@ def objects_of(part: str, number: int) -> CellResult:
             assert high.box2d is not None
             high.box2d[0, 3] += 60.0
             boxes[seen_setting(part, 2, False, 2)] = high
-    return CellResult((), [DetectionRow(name, id, one) for name, one in boxes.items()], rows)
+    return CellResult((), [DetectionRow(name, id, found) for name, found in boxes.items()], rows)
 
 
 def sizes_of(part: str, number: int) -> CellResult:
@@ -256,7 +256,7 @@ def test_too_few_frames_are_not_summed_up(tmp_path: Path) -> None:
 
 def test_which_bogus_points_are_believed_is_told(report: RunReport) -> None:
     def share(count: int) -> dict[str, Any]:
-        return share_of(np.arange(FRAMES) < count, [str(one) for one in range(FRAMES)])
+        return share_of(np.arange(FRAMES) < count, [str(frame) for frame in range(FRAMES)])
 
     rows = [
         {
@@ -270,11 +270,13 @@ def test_which_bogus_points_are_believed_is_told(report: RunReport) -> None:
     ]
     objects = {"pixor": {"score": 0.61, "precision": 0.9, "recall": 0.8}}
     told = {**report.data, "believed": {"objects": objects, "rows": rows}}
-    [said] = [one for one in optical_sentences(told) if "planes" in one]
+    [said] = [sentence for sentence in optical_sentences(told) if "planes" in sentence]
     assert "8.33 % of the bogus planes" in said
     assert "70.83 % of the scans of cars" in said
     planes = {"objects": objects, "rows": [row for row in rows if row["kind"] not in CARS]}
-    [said] = [one for one in optical_sentences({"believed": planes}) if "planes" in one]
+    [said] = [
+        sentence for sentence in optical_sentences({"believed": planes}) if "planes" in sentence
+    ]
     assert "cars" not in said
     anew = shown(report, told)
     for page in (html_page(anew), markdown_page(anew)):

@@ -239,9 +239,9 @@ def test_boxes_count_from_the_working_point_of_clean_frames_on(
     assert found["camera"] == {"score": 1.0, "precision": 1.0, "recall": 1.0}
     assert found["lidar"] == {"score": 1.0, "precision": 1.0, "recall": 1.0}
     chosen = score_thresholds(kept, {"score_threshold": 0.7})  # type: ignore[arg-type]
-    assert {one["score"] for one in chosen.values()} == {0.7}
+    assert {point["score"] for point in chosen.values()} == {0.7}
     nobody_labelled = score_thresholds(Kept(), {})  # type: ignore[arg-type]
-    assert {one["score"] for one in nobody_labelled.values()} == {USUAL}
+    assert {point["score"] for point in nobody_labelled.values()} == {USUAL}
 
 
 def test_the_same_cell_comes_to_the_same(configuration: Configuration) -> None:

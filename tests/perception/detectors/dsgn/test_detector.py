@@ -109,8 +109,8 @@ def test_frames_of_any_size_are_taken(detector: DsgnDetector, tiny: DsgnConfigur
     for height, width in ((75, 250), (64, 192), (33, 100)):
         images = {i: np.full((height, width, 3), 90 + i, np.uint8) for i in (2, 3)}
         frame = SensorFrame("000000", calibration, images)
-        for one in (detector, unscaled):
-            found = one.detect(frame)
+        for either in (detector, unscaled):
+            found = either.detect(frame)
             assert found.box2d is not None
             assert (found.box2d <= [width - 1, height - 1] * 2).all()
 

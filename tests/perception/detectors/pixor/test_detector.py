@@ -54,9 +54,11 @@ def test_weights_by_name_file_and_state(tiny: PixorConfiguration, tmp_path: Any)
 def test_learns_a_scene_by_heart(tiny: PixorConfiguration, scene: MakeScene) -> None:
     torch.manual_seed(0)
     detector, scenes = PixorDetector(tiny), [scene(1), scene(2)]
-    inputs = [bird_eye_input(one.frame.points, tiny.region) for one in scenes]
+    inputs = [bird_eye_input(example.frame.points, tiny.region) for example in scenes]
     scans = torch.from_numpy(np.stack(inputs))
-    targets = PixorTargets.concatenate([cell_targets(one.rectangles, tiny) for one in scenes])
+    targets = PixorTargets.concatenate(
+        [cell_targets(example.rectangles, tiny) for example in scenes]
+    )
     network = detector.network.train().requires_grad_(True)
     optimiser = torch.optim.Adam(network.parameters(), 1e-2)
     for _ in range(60):
@@ -64,14 +66,16 @@ def test_learns_a_scene_by_heart(tiny: PixorConfiguration, scene: MakeScene) -> 
         sum(pixor_losses(network(scans), targets, tiny).values()).backward()
         optimiser.step()
     network.eval()
-    for one in scenes:
-        found = detector.detect(one.frame)
+    for example in scenes:
+        found = detector.detect(example.frame)
         sure = found[found.score > 0.3]
-        assert len(sure) == len(one.boxes) == 3
-        overlaps = bird_eye_iou(one.boxes.poses, _sizes(one.boxes), sure.poses, _sizes(sure))
+        assert len(sure) == len(example.boxes) == 3
+        overlaps = bird_eye_iou(
+            example.boxes.poses, _sizes(example.boxes), sure.poses, _sizes(sure)
+        )
         assert (overlaps.max(axis=1) > 0.7).all()
         headings = sure.rotation_y[overlaps.argmax(axis=1)]
-        assert np.cos(headings - one.boxes.rotation_y).min() > 0.95
+        assert np.cos(headings - example.boxes.rotation_y).min() > 0.95
         assert sure.location[:, 1] == pytest.approx(1.62, abs=0.1)
         assert found.box2d is not None
         assert (np.diff(found.score) <= 0).all()

@@ -95,25 +95,25 @@ def test_learns_scenes_by_heart(tiny: PointRcnnConfiguration, scene: MakeScene) 
     detector, scenes = PointRcnnDetector(tiny), [scene(1), scene(2)]
     network = detector.network.train().requires_grad_(True)
     optimiser = torch.optim.Adam(network.parameters(), 4e-3)
-    objects = [torch.from_numpy(one.rows).float() for one in scenes]
-    seen = [points_in_view(one.frame, tiny.view) for one in scenes]
+    objects = [torch.from_numpy(example.rows).float() for example in scenes]
+    seen = [points_in_view(example.frame, tiny.view) for example in scenes]
     steps = 500
     for step in range(steps):
         optimiser.param_groups[0]["lr"] = 4e-3 * min(1.0, 2 - 2 * step / steps)
-        points = [torch.from_numpy(sampled_points(one, tiny.view, randomness)) for one in seen]
+        points = [torch.from_numpy(sampled_points(cloud, tiny.view, randomness)) for cloud in seen]
         optimiser.zero_grad()
         sum(pointrcnn_losses(network, torch.stack(points), objects).values()).backward()
         optimiser.step()
     network.eval().requires_grad_(False)
     proposals, overlaps, turns, sure = [], [], [], 0
-    for one in scenes:
-        proposed, found = detector.both_stages(one.frame)
-        proposals += list(_overlaps(one.boxes, proposed).max(axis=1))
+    for example in scenes:
+        proposed, found = detector.both_stages(example.frame)
+        proposals += list(_overlaps(example.boxes, proposed).max(axis=1))
         found = found[found.score > 0.5]
         sure += len(found)
-        shared = _overlaps(one.boxes, found)
+        shared = _overlaps(example.boxes, found)
         overlaps += list(shared.max(axis=1))
-        turns += list(found.rotation_y[shared.argmax(axis=1)] - one.boxes.rotation_y)
+        turns += list(found.rotation_y[shared.argmax(axis=1)] - example.boxes.rotation_y)
     # Processors round differently, and 500 steps make that another training.  Of eight seeds seven
     # found all six cars and nothing else, one missed one; the least mean overlap of proposals was
     # 0.6, the least overlap of a found car 0.6.  Untrained networks find nothing.

@@ -61,7 +61,7 @@ def test_what_an_untrained_network_says(tiny: PointRcnnConfiguration) -> None:
     assert output.points.logits.shape == (2, 512)
     assert output.points.codes.shape == (2, 512, 76)
     assert output.points.scores.median().item() == pytest.approx(0.01, abs=0.02)
-    count = sum(len(one.boxes) for one in output.proposals)
+    count = sum(len(proposals.boxes) for proposals in output.proposals)
     assert output.refinement.logits.shape == (count,)
     assert output.refinement.codes.shape == (count, 46)
     assert 0 < count <= 32

@@ -77,8 +77,8 @@ def test_points_that_are_added_push_out_only_as_many() -> None:
     places = randomness.uniform([-9, 0, 1], [9, 2, 14], (900, 3)).astype("f4")
     more = randomness.uniform([-9, 0, 1], [9, 2, 14], (20, 3)).astype("f4")
     before, after, turned = (
-        {*map(tuple, sampled_points(one, VIEW).tolist())}
-        for one in (places, np.concatenate([more, places]), places[::-1])
+        {*map(tuple, sampled_points(cloud, VIEW).tolist())}
+        for cloud in (places, np.concatenate([more, places]), places[::-1])
     )
     assert len(before) == len(after) == 100
     assert turned == before

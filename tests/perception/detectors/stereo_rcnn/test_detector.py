@@ -110,8 +110,8 @@ def test_detections_are_kitti_s(detector):
 def test_a_batch_is_its_frames(detector):
     frames = [frame(seed=1), frame(LABELS[:1], seed=2)]
     together = detector.detect_batch(batch_of_frames(frames))
-    for one, boxes in zip(frames, together, strict=True):
-        alone = detector.detect(one)
+    for pair, boxes in zip(frames, together, strict=True):
+        alone = detector.detect(pair)
         np.testing.assert_allclose(boxes.score, alone.score, rtol=1e-4)
         np.testing.assert_allclose(boxes.box2d, alone.box2d, atol=0.05)
 
@@ -123,7 +123,7 @@ def test_nothing_likely_is_nothing_found(detector):
 
 def test_boxes_stay_in_camera_pixels(detector):
     batch = batch_of_frames([frame()])
-    whole, half = (detector.detect_batch(one)[0] for one in (batch, batch.resized(96, 320)))
+    whole, half = (detector.detect_batch(images)[0] for images in (batch, batch.resized(96, 320)))
     assert half.box2d[:, 2].max() > 330
     assert len(whole)
 

@@ -24,7 +24,7 @@ HEIGHT, WIDTH = 64, 224
 
 def _output(seed: int = 0, images: int = 1) -> YoloOutput:
     shapes = [(HEIGHT // stride, WIDTH // stride) for stride in (8, 16, 32)]
-    cells, strides, priors = (one.double() for one in box_grid(shapes, TWO))
+    cells, strides, priors = (values.double() for values in box_grid(shapes, TWO))
     generator = torch.Generator().manual_seed(seed)
     logits = torch.randn(images, len(cells), 7, generator=generator, dtype=torch.float64)
     return YoloOutput(logits, cells, strides, priors)
