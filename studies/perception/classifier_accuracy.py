@@ -25,8 +25,8 @@ from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.metrics.intervals import wilson_interval
 from avsec_gym.perception.motion.classifier import MovingObjectClassifier, neighbour_of
 from avsec_gym.perception.road_type import DrivingConstraintSelector
-from avsec_gym.perception.training.labelled_moments import moments_of
 from avsec_gym.perception.training.motion_samples import OBSTACLES, classified_objects
+from avsec_gym.perception.training.scene_frames import scene_frames
 from avsec_gym.perception.weights.given import shipped_weights
 from avsec_gym.perception.weights.store import read_card
 from avsec_gym.road_type import RoadType
@@ -41,14 +41,14 @@ _DISTANCES = ((0.0, 20.0), (20.0, 40.0), (40.0, 1e3))
 
 
 @dataclass(frozen=True)
-class ObjectVerdict:
+class JudgedObject:
     """What was said of an object, and what is true.
 
     Args:
         frame: It is in.
         distance: Metres.
         moving: Truth.
-        probability: Of moving, with a neighbouring moment where there is one.
+        probability: Of moving, with a neighbouring frame where there is one.
         single: Of moving, by the current crop alone.
         has_neighbour: Whether there was one.
     """
@@ -80,16 +80,19 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         "weights": _hash(options.road_type_weights),
     }
     if options.world:
-        moments = [m for root in options.world for m in moments_of(root, options.split or None)]
-        scenes = len({moment.scene for moment in moments})
-        verdicts, roads = [], []
+        world = [
+            frame for root in options.world for frame in scene_frames(root, options.split or None)
+        ]
+        scenes = len({labelled.scene for labelled in world})
+        objects: list[JudgedObject] = []
+        roads = []
         with progress("judging") as shown:
-            for done, moment in enumerate(moments, start=1):
-                frame, boxes = moment.frame(), moment.boxes()
-                verdicts += judged(classifier, frame, boxes[classified_objects(boxes)])
-                roads.append((moment.road_type, selector.select(frame)))
-                shown(done, len(moments))
-        motion["world"] = {"scenes": scenes, **_motion_summary(verdicts)}
+            for done, labelled in enumerate(world, start=1):
+                frame, boxes = labelled.frame(), labelled.boxes()
+                objects += judged(classifier, frame, boxes[classified_objects(boxes)])
+                roads.append((labelled.road_type, selector.select(frame)))
+                shown(done, len(world))
+        motion["world"] = {"scenes": scenes, **_motion_summary(objects)}
         road["world"] = {"scenes": scenes, **_road_summary(roads)}
     if options.kitti is not None:
         motion["real"] = _real_motion(classifier, options.kitti, options.scenarios)
@@ -99,7 +102,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
 def judged(
     classifier: MovingObjectClassifier, frame: SensorFrame, boxes: Boxes3D
-) -> list[ObjectVerdict]:
+) -> list[JudgedObject]:
     """What the classifier says of a frame's objects, with `moving` as truth."""
     if not len(boxes):
         return []
@@ -109,7 +112,7 @@ def judged(
     alone = classifier.probabilities(boxes, replace(frame, previous=()))
     columns = zip(boxes.location[:, 2], boxes.moving, with_neighbour, alone, strict=True)
     return [
-        ObjectVerdict(
+        JudgedObject(
             frame.id, round(float(z), 1), bool(moves), round(float(p), 4), round(float(q), 4),
             has_neighbour,
         )
@@ -137,16 +140,16 @@ def _word(answer: bool) -> str:
     return "yes" if answer else "no"
 
 
-def _motion_summary(verdicts: Sequence[ObjectVerdict]) -> dict[str, Any]:
-    def of(chosen: Iterable[ObjectVerdict], single: bool = False) -> dict[str, Any]:
+def _motion_summary(objects: Sequence[JudgedObject]) -> dict[str, Any]:
+    def of(chosen: Iterable[JudgedObject], single: bool = False) -> dict[str, Any]:
         chosen = list(chosen)
         said = [(seen.single if single else seen.probability) >= 0.5 for seen in chosen]
         return counted([seen.moving for seen in chosen], said)
 
-    neighboured = [seen for seen in verdicts if seen.has_neighbour]
+    neighboured = [seen for seen in objects if seen.has_neighbour]
     return {
         "with_neighbour": of(neighboured),
-        "single_crop": of(verdicts, single=True),
+        "single_crop": of(objects, single=True),
         "single_crop_of_the_same": of(neighboured, single=True),
         "by_distance": {
             f"{near:.0f}-{far:.0f} m": of(
@@ -179,14 +182,14 @@ def _real_motion(
     by_list = {id: _all_standing(data.labels(id)) for id in sorted(static)}
     result: dict[str, Any] = {}
     for name, truth in (("flags_of_scenarios", flags), ("static_by_list", by_list)):
-        verdicts = []
+        objects: list[JudgedObject] = []
         for id, boxes in sorted(truth.items()):
             chosen = boxes[classified_objects(boxes)]
-            verdicts += judged(classifier, data.frame(id), chosen)
+            objects += judged(classifier, data.frame(id), chosen)
         result[name] = {
             "frames": sorted(truth),
-            **_motion_summary(verdicts),
-            "objects": [vars(verdict) for verdict in verdicts],
+            **_motion_summary(objects),
+            "objects": [vars(seen) for seen in objects],
         }
     return result
 
@@ -240,7 +243,9 @@ def _hash(path: Path) -> str | None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; its exit code."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--world", type=Path, nargs="*", default=[], help="folders of moments")
+    parser.add_argument(
+        "--world", type=Path, nargs="*", default=[], help="folders of the procedural world"
+    )
     parser.add_argument("--split", default="val", help="of them; '' for all (default: val)")
     parser.add_argument("--kitti", type=Path, help="real frames: root of the object benchmark")
     parser.add_argument("--scenarios", type=Path, help="the authors' labelled scenarios")

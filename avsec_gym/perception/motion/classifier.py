@@ -24,11 +24,11 @@ _THRESHOLD = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Neighbour:
-    """An earlier moment, and how the ego vehicle has moved since.
+    """An earlier frame, and how the ego vehicle has moved since.
 
     Args:
-        frame: With a left image.
-        motion: See `ego_motion`, shape (4, 4).
+        frame: The earlier frame, with a left image.
+        motion: The ego motion between the two, see `ego_motion`, shape (4, 4).
     """
 
     frame: SensorFrame
@@ -40,9 +40,9 @@ class ObjectCrops:
     """What a classifier sees of N objects.
 
     Args:
-        now: Shape (N, H, W, 3).
-        before: The same places a moment before, if the objects stood, and if they drove; shape
-            (N, 2, H, W, 3), None where no moment before is known.
+        now: The crops of the frame itself, shape (N, H, W, 3).
+        before: The same places in an earlier frame, if the objects stood, and if they drove; shape
+            (N, 2, H, W, 3), None where no earlier frame is of use.
     """
 
     now: Crops
@@ -50,21 +50,22 @@ class ObjectCrops:
 
 
 class MovingObjectClassifier:
-    """b> = C(b, I_l, I_r): which objects move, from a frame and the moments before it.
+    """b> = C(b, I_l, I_r): which objects move, from a frame and the frames before it.
 
     The `small` network compares an object's crop with the earliest of the frame's `previous`
-    moments, stabilised by the ego motion that the images tell, under two stories: that the object
+    ones, stabilised by the ego motion that the images show, under two stories: that the object
     stood, and that it drove the way along its heading that explains the earlier image best.
-    Where there is no such moment, or the images do not tell (`neighbour_of` finds None), it
+    Where there is no such frame, or the images do not show it (`neighbour_of` finds None), it
     decides by the single crop, as the `vgg16` network always does; then it can but guess from
     looks and place.
 
     Args:
-        configuration: Of the network, or a preset's name.
-        weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
-        threshold: Least probability of what is said to move.
-        left: Reference camera.
-        right: The other one.
+        configuration: The network's, or a preset's name.
+        weights: The network's: a file, a ``state_dict``, ``shipped``, or None for random ones; see
+            `give_weights`.
+        threshold: The least probability of an object that is classified as moving.
+        left: The reference camera.
+        right: The other camera.
 
     Raises:
         ConfigurationError: Another preset, or a `state_dict` of another network.
@@ -125,7 +126,7 @@ class MovingObjectClassifier:
 def neighbour_of(
     frame: SensorFrame, boxes: Boxes3D, left: int = 2, right: int = 3
 ) -> Neighbour | None:
-    """The earliest of a frame's previous moments from which the ego motion can be told, if any."""
+    """The earliest of a frame's previous ones from which the ego motion can be found, if any."""
     for earlier in reversed(frame.previous):
         motion = ego_motion(frame, earlier, boxes.box2d, left, right)
         if motion is not None:
@@ -142,12 +143,12 @@ def object_crops(
     margin: int = 0,
     left: int = 2,
 ) -> ObjectCrops:
-    """Crops of objects, now and at an earlier moment.
+    """Crops of objects, now and in an earlier frame.
 
     Args:
         boxes: N objects.
         frame: The current one.
-        neighbour: The earlier moment.
+        neighbour: The earlier frame.
         size: Height and width of the crops.
         margin: Pixels by which the crops are larger on every side, at the same scale.
         left: Reference camera.

@@ -1,4 +1,4 @@
-"""Crops of objects, and of the same places a moment before, seen as if nothing but we had moved.
+"""Crops of objects and of the same places in an earlier frame, as if nothing but we had moved.
 
 Each pixel of a crop is taken to lie on the object's box, on the ground at its foot, or on a wall
 behind it; so it has a place in space, which the earlier image shows somewhere.  The two crops of

@@ -14,7 +14,7 @@ LEAST = 0.2
 """Metres of the shortest way that is tried."""
 
 _WAYS = LEAST * 1.15 ** np.arange(28)
-"""Metres, up to 30 m/s between moments 0.3 s apart."""
+"""Metres, up to 30 m/s between frames 0.3 s apart."""
 _HALVINGS = 3
 _GRID = 32
 """Points of a box's image that are compared, along each side."""

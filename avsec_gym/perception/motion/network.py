@@ -81,9 +81,10 @@ class CropBatch:
     """Crops of N objects, grey levels 0..255.
 
     Args:
-        now: Shape (N, 3, H, W).
-        before: A moment before, under two stories, as it would look from here now: if the object
-            stood, and if it drove the way that fits best; shape (N, 2, 3, H, W).
+        now: The crops of the frame itself, shape (N, 3, H, W).
+        before: The same places in an earlier frame under two stories, as they would look from
+            here now: if the object stood, and if it drove the way that fits best; shape
+            (N, 2, 3, H, W).
         known: Whether there is a `before`, shape (N,), bool.
     """
 

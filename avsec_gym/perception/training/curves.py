@@ -57,7 +57,7 @@ class Curves:
             self._board.flush()
 
     def draw(self) -> None:
-        """Draw all of them, unless that was done a moment ago."""
+        """Draw all of them, unless that was done just now."""
         if time.monotonic() - self._drawn > _SECONDS_BETWEEN_PICTURES:
             draw_curves(read_curves(self._folder), self._folder / PICTURE)
             self._drawn = time.monotonic()

@@ -1,4 +1,4 @@
-"""Crops of labelled objects, cut out once, with those of the moments before, and kept on disk."""
+"""Crops of labelled objects, cut out once, with those of the frames before, and kept on disk."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
 from avsec_gym.perception.motion.classifier import Neighbour, neighbour_of, object_crops
 from avsec_gym.perception.motion.network import MotionConfiguration
-from avsec_gym.perception.training.labelled_moments import LabelledMoment
 from avsec_gym.perception.training.prepared_once import fingerprint
+from avsec_gym.perception.training.scene_frames import SceneFrame
 from avsec_gym.storage.atomic_write import write_bytes
 from avsec_gym.storage.npz_files import read_npz
 from avsec_gym.storage.regular_files import MAX_FILE_BYTES
 
 OBSTACLES = ("Car", "Van", "Truck", "Misc")
-"""Who becomes an obstacle of the planner: the others' motion is never asked for."""
+"""What becomes an obstacle of the planner: the others' motion is never asked for."""
 GAPS = 2
-"""Neighbours of a sample: the earliest moment that can be used, and the latest."""
+"""Neighbours of a sample: the earliest frame that can be used, and the latest."""
 
-_FORMAT = 3
+_FORMAT = 4
 _LOWEST, _MOST_TRUNCATION, _MOST_OCCLUSION = 14.0, 0.7, 2
-"""Who is hardly to be seen is left out: pixels, share, KITTI's level."""
+"""Least height in pixels, most truncation (share) and occlusion (KITTI's level) of a sample."""
 _THREADS = 2
 
 
@@ -38,20 +38,18 @@ class MotionSamples:
     """N objects, each cut out by V boxes: the true one, then such as a detector might give.
 
     Args:
-        now: Shape (N, V, H, W, 3), with a margin around the crop.
-        before: At each gap, under both stories, shape (N, V, GAPS, 2, H, W, 3); without gaps for
-            single crops.
+        now: The crops of the frame itself, with a margin around, shape (N, V, H, W, 3).
+        before: Those at each gap, under both stories, shape (N, V, GAPS, 2, H, W, 3); without
+            gaps for single crops.
         known: Whether there is a crop at each gap, shape (N, GAPS).
-        moving: Truth, shape (N,).
-        moment: Number of the moment that each belongs to, shape (N,).
-        margin: Pixels on every side.
+        moving: Which of them move in truth, shape (N,).
+        margin: Pixels of it on every side.
     """
 
     now: NDArray[np.uint8]
     before: NDArray[np.uint8]
     known: NDArray[np.bool_]
     moving: NDArray[np.bool_]
-    moment: NDArray[np.int64]
     margin: int
 
     def __len__(self) -> int:
@@ -59,33 +57,33 @@ class MotionSamples:
 
 
 def prepare_motion_samples(
-    moments: Sequence[LabelledMoment],
+    frames: Sequence[SceneFrame],
     configuration: MotionConfiguration,
     folder: Path,
     *,
     variants: int = 3,
     on_progress: Callable[[int, int], None] | None = None,
 ) -> MotionSamples:
-    """Cut out the objects of moments, unless that is done already.
+    """Cut out the objects of frames, unless that is done already.
 
     Args:
-        moments: Of the procedural world.
-        configuration: Of the network: size of crops, neighbours.
-        folder: Where the crops are kept.
-        variants: Boxes of each object.
-        on_progress: Called with moments done and moments in all.
+        frames: Frames of the procedural world.
+        configuration: The network's: size of crops, neighbours.
+        folder: The folder where the crops are kept.
+        variants: How many boxes of each object are cut out.
+        on_progress: Called with the number of frames done and that of all.
 
     Raises:
-        DataError: A file is broken, or nothing is to be seen in any moment.
+        DataError: A file is broken, or nothing is to be seen in any frame.
     """
     margin = configuration.crop[0] // 16
-    path = folder / f"crops-{_fingerprint(moments, configuration, variants)}.npz"
+    path = folder / f"crops-{_fingerprint(frames, configuration, variants)}.npz"
     if not path.is_file():
         parts: list[dict[str, NDArray[Any]]] = []
-        for done, part in enumerate(_cut_all(moments, configuration, margin, variants), start=1):
-            parts.append(part | {"moment": np.full(len(part["moving"]), done - 1)})
+        for done, part in enumerate(_cut_all(frames, configuration, margin, variants), start=1):
+            parts.append(part)
             if on_progress is not None:
-                on_progress(done, len(moments))
+                on_progress(done, len(frames))
         columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
         if not len(columns["moving"]):
             raise DataError("There is no object to be seen in these frames.", path=folder)
@@ -129,31 +127,33 @@ def disturbed(boxes: Boxes3D, randomness: np.random.Generator) -> Boxes3D:
 
 
 def _cut_all(
-    moments: Sequence[LabelledMoment],
+    frames: Sequence[SceneFrame],
     configuration: MotionConfiguration,
     margin: int,
     variants: int,
 ) -> Iterator[dict[str, NDArray[Any]]]:
     def cut(index: int) -> dict[str, NDArray[Any]]:
-        return _cut(moments[index], configuration, margin, variants, index)
+        return _cut(frames[index], configuration, margin, variants, index)
 
     with ThreadPoolExecutor(_THREADS) as threads:
-        yield from threads.map(cut, range(len(moments)))
+        yield from threads.map(cut, range(len(frames)))
 
 
 def _cut(
-    moment: LabelledMoment,
+    labelled: SceneFrame,
     configuration: MotionConfiguration,
     margin: int,
     variants: int,
     seed: int,
 ) -> dict[str, NDArray[Any]]:
-    boxes, frame = moment.boxes(), moment.frame()
-    everybody, boxes = boxes, boxes[classified_objects(boxes)]
+    everything, frame = labelled.boxes(), labelled.frame()
+    boxes = everything[classified_objects(everything)]
+    # From the earliest frame before, and from the latest alone: two gaps in time.
     gaps: list[Neighbour | None] = []
     if configuration.neighbour:
         latest = replace(frame, previous=frame.previous[:1])
-        gaps = [neighbour_of(moment, everybody) for moment in (frame, latest) if len(boxes)]
+        gaps = [neighbour_of(seen, everything) for seen in (frame, latest) if len(boxes)]
+    # Every variant with a margin, so that training can shift the crops.
     randomness = np.random.default_rng([seed, len(boxes)])
     size = [side + 2 * margin for side in configuration.crop]
     now = np.zeros((len(boxes), variants, *size, 3), np.uint8)
@@ -176,9 +176,9 @@ def _save(path: Path, columns: dict[str, NDArray[Any]]) -> None:
 
 
 def _fingerprint(
-    moments: Sequence[LabelledMoment], configuration: MotionConfiguration, variants: int
+    frames: Sequence[SceneFrame], configuration: MotionConfiguration, variants: int
 ) -> str:
     """Changes with the frames, their labels and the crops; not with the network."""
     facts = (_FORMAT, configuration.crop, configuration.neighbour, variants)
-    files = (file for moment in moments for file in (moment.left, moment.labels, moment.facts))
+    files = (file for frame in frames for file in (frame.left, frame.labels, frame.facts))
     return fingerprint(facts, files)[:16]

@@ -20,12 +20,12 @@ from avsec_gym.perception.motion.classifier import (
 from avsec_gym.perception.motion.network import CropBatch
 from avsec_gym.perception.training.configuration import Augmentation
 from avsec_gym.perception.training.crop_variation import relit_alike, shifted
-from avsec_gym.perception.training.labelled_moments import split_moments
 from avsec_gym.perception.training.motion_samples import (
     GAPS,
     MotionSamples,
     prepare_motion_samples,
 )
+from avsec_gym.perception.training.scene_frames import split_by_scene
 from avsec_gym.perception.training.tasks import TaskOptions
 from avsec_gym.world.export.default_suites import default_suite
 
@@ -186,12 +186,12 @@ def motion_task(options: TaskOptions) -> MotionTask:
     torch.manual_seed(options.seed)
     classifier = MovingObjectClassifier(options.preset, weights=None)
     options.begin(classifier.network)
-    split = split_moments(options.data or (default_suite("raw"),), options.validation)
+    split = split_by_scene(options.data or (default_suite("raw"),), options.validation)
     training, validation = (
         prepare_motion_samples(
-            moments, classifier.configuration, options.cache, on_progress=options.on_progress
+            frames, classifier.configuration, options.cache, on_progress=options.on_progress
         )
-        for moments in (split.training, split.validation)
+        for frames in (split.training, split.validation)
     )
     data = split.description() | {
         "objects": {"training": len(training), "validation": len(validation)},

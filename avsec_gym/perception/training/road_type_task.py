@@ -15,7 +15,7 @@ from torch.nn import functional
 from avsec_gym.perception.road_type import ROAD_TYPES, DrivingConstraintSelector, reduced_image
 from avsec_gym.perception.training.configuration import Augmentation
 from avsec_gym.perception.training.crop_variation import relit_alike, shifted
-from avsec_gym.perception.training.labelled_moments import LabelledMoment, split_moments
+from avsec_gym.perception.training.scene_frames import SceneFrame, split_by_scene
 from avsec_gym.perception.training.tasks import TaskOptions
 from avsec_gym.world.export.default_suites import default_suite
 
@@ -144,7 +144,7 @@ def road_type_task(options: TaskOptions) -> RoadTypeTask:
     torch.manual_seed(options.seed)
     selector = DrivingConstraintSelector(options.preset, weights=None)
     options.begin(selector.network)
-    split = split_moments(options.data or (default_suite("mixed"),), options.validation)
+    split = split_by_scene(options.data or (default_suite("mixed"),), options.validation)
     size = selector.configuration.input_size
     larger = (size[0] + 2 * _MARGIN, size[1] + 2 * _MARGIN)
     training = _read(split.training, larger, options.on_progress)
@@ -153,17 +153,17 @@ def road_type_task(options: TaskOptions) -> RoadTypeTask:
 
 
 def _read(
-    moments: Sequence[LabelledMoment],
+    frames: Sequence[SceneFrame],
     size: tuple[int, int],
     on_progress: Callable[[int, int], None] | None,
 ) -> RoadTypeSamples:
     """Small enough to be read anew by each training."""
     images, numbers = [], []
-    for done, moment in enumerate(moments, start=1):
-        images.append(reduced_image(moment.frame().image(2), size))
-        numbers.append(ROAD_TYPES.index(moment.road_type))
+    for done, frame in enumerate(frames, start=1):
+        images.append(reduced_image(frame.frame().image(2), size))
+        numbers.append(ROAD_TYPES.index(frame.road_type))
         if on_progress is not None:
-            on_progress(done, len(moments))
+            on_progress(done, len(frames))
     return RoadTypeSamples(np.stack(images), np.array(numbers))
 
 

@@ -1,7 +1,7 @@
 """Both classifiers' tasks, on painted frames in the layout that the procedural world writes.
 
-A textured wall at one depth, and on it two patches: one stands; the other was elsewhere a moment
-before.  Streets are dark, highways bright.
+A textured wall at one depth, and on it two patches: one stands; the other was elsewhere a
+frame before.  Streets are dark, highways bright.
 """
 
 from __future__ import annotations
@@ -25,7 +25,6 @@ from avsec_gym.perception.training.configuration import (
     Augmentation,
     TrainingConfiguration,
 )
-from avsec_gym.perception.training.labelled_moments import LabelledMoment, split_moments
 from avsec_gym.perception.training.motion_samples import (
     MotionSamples,
     classified_objects,
@@ -33,6 +32,7 @@ from avsec_gym.perception.training.motion_samples import (
     prepare_motion_samples,
 )
 from avsec_gym.perception.training.motion_task import MotionTask, motion_task
+from avsec_gym.perception.training.scene_frames import SceneFrame, split_by_scene
 from avsec_gym.perception.training.tasks import TaskOptions, make_task
 from avsec_gym.perception.training.trainer import train
 from avsec_gym.rig import KITTI_CAMERAS, camera_rig
@@ -119,7 +119,7 @@ def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def samples(root: Path, cache: Path) -> tuple[MotionSamples, MotionSamples]:
-    split = split_moments([root])
+    split = split_by_scene([root])
     training, validation = (
         prepare_motion_samples(part, SMALL, cache) for part in (split.training, split.validation)
     )
@@ -131,28 +131,28 @@ def task_of(samples: tuple[MotionSamples, MotionSamples]) -> MotionTask:
     return MotionTask(MovingObjectClassifier(SMALL, None), *samples, Augmentation(), {})
 
 
-def test_moments_know_their_truth_and_scenes_are_held_out(root: Path) -> None:
-    split = split_moments([root])
+def test_frames_know_their_truth_and_scenes_are_held_out(root: Path) -> None:
+    split = split_by_scene([root])
     assert (len(split.training), len(split.validation)) == (12, 4)
     assert not {m.scene for m in split.training} & {m.scene for m in split.validation}
-    moment: LabelledMoment = split.training[0]
-    assert moment.id == "000000"
-    moving = moment.boxes().moving
+    first: SceneFrame = split.training[0]
+    assert first.id == "000000"
+    moving = first.boxes().moving
     assert moving is not None
     assert moving.tolist() == [True, True]
-    assert moment.road_type is RoadType.STREET
-    assert len(moment.frame().previous) == 1
-    everything = split_moments([root], [root])
+    assert first.road_type is RoadType.STREET
+    assert len(first.frame().previous) == 1
+    everything = split_by_scene([root], [root])
     assert len(everything.training) == len(everything.validation) == FRAMES
 
 
-def test_moments_that_do_not_tell_the_truth_are_refused(root: Path, tmp_path: Path) -> None:
-    moment = split_moments([root]).training[0]
+def test_frames_that_do_not_state_the_truth_are_refused(root: Path, tmp_path: Path) -> None:
+    first = split_by_scene([root]).training[0]
     facts = tmp_path / "facts.json"
     for text, message in (("{", "no sound JSON"), ('{"objects": []}', "no scene file")):
         facts.write_text(text)
         with pytest.raises(DataError, match=message):
-            replace(moment, facts=facts).boxes()
+            replace(first, facts=facts).boxes()
 
 
 def test_samples_are_cut_once_and_what_stood_looks_the_same(
@@ -165,7 +165,7 @@ def test_samples_are_cut_once_and_what_stood_looks_the_same(
     middle = change[:, 10:-10, 10:-10].mean(axis=(1, 2, 3))
     assert middle[~training.moving].max() < middle[training.moving].min()
     there = {path: path.stat().st_mtime_ns for path in cache.iterdir()}
-    again = prepare_motion_samples(split_moments([root]).training, SMALL, cache)
+    again = prepare_motion_samples(split_by_scene([root]).training, SMALL, cache)
     assert np.array_equal(again.now, training.now)
     assert {path: path.stat().st_mtime_ns for path in cache.iterdir()} == there
 

@@ -1,7 +1,8 @@
-"""Frames of the procedural world with who moves and on what road: for both classifiers.
+"""Frames of the procedural world with the truth of their scenes, on which both classifiers learn.
 
-They come from `avsec world make`: object layout (with ``--previous``, for neighbouring moments)
-or raw drives.  The truth is that of the scene files, which real KITTI lacks.
+They come from `avsec world make`: object layout (with ``--previous``, for the frames before) or
+raw drives.  The truth, which objects move and on what type of road, is that of the scene files,
+which real KITTI lacks.
 """
 
 from __future__ import annotations
@@ -27,20 +28,20 @@ from avsec_gym.world.export.manifest import read_manifest
 
 _REMEDY = "`avsec world make --suite mixed --previous 3` or `--suite raw` makes such data."
 _VALIDATION = 4
-"""Every so manieth drive is for validation, as every so manieth frame of the object layout."""
+"""Every fourth drive is for validation, as is every fourth frame of the object layout."""
 
 
 @dataclass(frozen=True)
-class LabelledMoment:
-    """A frame with its truth; images are loaded when asked for.
+class SceneFrame:
+    """A frame with its labels and its scene file; images are loaded when asked for.
 
     Args:
-        source: What it belongs to.
-        id: Of the frame in its source.
-        scene: Names the place and time: moments of one scene resemble each other.
-        left: File of the left image.
-        labels: File of the labels.
-        facts: File of the scene.
+        source: The folder, or the drive, that the frame belongs to.
+        id: The frame's id in its source.
+        scene: The name of its place and time: frames of one scene resemble each other.
+        left: The file of the left image.
+        labels: The file of the labels.
+        facts: The scene file.
     """
 
     source: KittiObject | Drive
@@ -51,14 +52,14 @@ class LabelledMoment:
     facts: Path
 
     def frame(self) -> SensorFrame:
-        """All sensors, with the moments before."""
+        """All sensors, with the frames before."""
         if isinstance(self.source, Drive):
             return self.source.frame(int(self.id))
         return self.source.frame(self.id)
 
     @property
     def road_type(self) -> RoadType:
-        """Of the road."""
+        """The type of the road, as the scene file states it."""
         return RoadType(self._facts()["road_type"])
 
     def boxes(self) -> Boxes3D:
@@ -86,17 +87,17 @@ class LabelledMoment:
 
 
 @dataclass(frozen=True)
-class MomentsSplit:
+class SceneSplit:
     """What a classifier learns from, and what it is validated on: other scenes.
 
     Args:
-        training: Moments to learn from.
-        validation: Moments of other scenes.
-        roots: Of the data.
+        training: The frames to learn from.
+        validation: Frames of other scenes.
+        roots: The folders of the data.
     """
 
-    training: tuple[LabelledMoment, ...]
-    validation: tuple[LabelledMoment, ...]
+    training: tuple[SceneFrame, ...]
+    validation: tuple[SceneFrame, ...]
     roots: tuple[Path, ...]
 
     def description(self) -> dict[str, Any]:
@@ -108,26 +109,26 @@ class MomentsSplit:
         }
 
 
-def split_moments(roots: Sequence[Path], validation: Sequence[Path] = ()) -> MomentsSplit:
-    """The moments of folders, scene by scene.
+def split_by_scene(roots: Sequence[Path], validation: Sequence[Path] = ()) -> SceneSplit:
+    """The frames of folders, of which some scenes are held out.
 
     Args:
-        roots: Each in the object layout (frames of ``ImageSets/val.txt`` are for validation) or
-            the raw layout (every fourth drive is).
-        validation: Folders all of whose moments are validated on; all of `roots` are then
+        roots: The folders, each in the object layout (frames of ``ImageSets/val.txt`` are for
+            validation) or the raw layout (every fourth drive is).
+        validation: Folders whose frames are all validated on; all frames of `roots` are then
             learned from.
 
     Raises:
         DataError: A folder is not there, or has no frame with image, labels and scene file.
     """
     if validation:
-        return MomentsSplit(
-            tuple(moment for root in roots for moment in moments_of(root)),
-            tuple(moment for root in validation for moment in moments_of(root)),
+        return SceneSplit(
+            tuple(frame for root in roots for frame in scene_frames(root)),
+            tuple(frame for root in validation for frame in scene_frames(root)),
             (*roots, *validation),
         )
     parts = [
-        tuple(moment for root in roots for moment in moments_of(root, split))
+        tuple(frame for root in roots for frame in scene_frames(root, split))
         for split in ("train", "val")
     ]
     if not all(parts):
@@ -136,15 +137,15 @@ def split_moments(roots: Sequence[Path], validation: Sequence[Path] = ()) -> Mom
             path=roots[0],
             remedy="Make more of them, or name others by --validation.",
         )
-    return MomentsSplit(parts[0], parts[1], tuple(roots))
+    return SceneSplit(parts[0], parts[1], tuple(roots))
 
 
-def moments_of(root: Path, split: str | None = None) -> list[LabelledMoment]:
-    """The moments of a folder.
+def scene_frames(root: Path, split: str | None = None) -> list[SceneFrame]:
+    """The frames of a folder.
 
     Args:
-        root: In the object or the raw layout.
-        split: ``train`` or ``val``; all if None.
+        root: The folder, in the object or the raw layout.
+        split: The split, ``train`` or ``val``; all if None.
 
     Raises:
         DataError: The folder is not there, or has no frame with image, labels and scene file.
@@ -154,10 +155,10 @@ def moments_of(root: Path, split: str | None = None) -> list[LabelledMoment]:
     else:
         data = KittiObject(root)
         found = [
-            _moment(data, id, f"{data.folder}:{id}", data.folder)
+            _of_folder(data, id, f"{data.folder}:{id}", data.folder)
             for id in data.ids(split, ("image_2", "label_2", "calib"))
         ]
-    there = [moment for moment in found if moment.facts.is_file()]
+    there = [frame for frame in found if frame.facts.is_file()]
     if not there and split is None:
         raise DataError(
             "No frame here has an image, labels and a scene file.", path=root, remedy=_REMEDY
@@ -165,7 +166,7 @@ def moments_of(root: Path, split: str | None = None) -> list[LabelledMoment]:
     return there
 
 
-def _of_drives(root: Path, split: str | None) -> list[LabelledMoment]:
+def _of_drives(root: Path, split: str | None) -> list[SceneFrame]:
     raw, found = KittiRaw(root), []
     for index, name in enumerate(raw.drives()):
         is_held_out = index % _VALIDATION == _VALIDATION - 1
@@ -175,8 +176,8 @@ def _of_drives(root: Path, split: str | None) -> list[LabelledMoment]:
     return found
 
 
-def _moment(data: KittiObject, id: str, scene: str, folder: Path) -> LabelledMoment:
-    return LabelledMoment(
+def _of_folder(data: KittiObject, id: str, scene: str, folder: Path) -> SceneFrame:
+    return SceneFrame(
         data,
         id,
         scene,
@@ -186,9 +187,9 @@ def _moment(data: KittiObject, id: str, scene: str, folder: Path) -> LabelledMom
     )
 
 
-def _of_drive(drive: Drive, number: int) -> LabelledMoment:
+def _of_drive(drive: Drive, number: int) -> SceneFrame:
     folder, id = drive.folder, f"{number:010d}"
-    return LabelledMoment(
+    return SceneFrame(
         drive,
         id,
         str(folder),
@@ -207,5 +208,5 @@ def _described(root: Path) -> dict[str, Any]:
     }
 
 
-def _counted(moments: Sequence[LabelledMoment]) -> dict[str, int]:
-    return {"frames": len(moments), "scenes": len({moment.scene for moment in moments})}
+def _counted(frames: Sequence[SceneFrame]) -> dict[str, int]:
+    return {"frames": len(frames), "scenes": len({frame.scene for frame in frames})}
