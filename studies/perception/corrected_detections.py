@@ -1,6 +1,6 @@
-"""What a detector's average precision would be if one kind of error were mended: why it is lost.
+"""What a detector's average precision would be if one kind of error were corrected: why it is lost.
 
-In the spirit of Bolya et al., TIDE (ECCV 2020), for boxes in space: each kind is put right by the
+In the spirit of Bolya et al., TIDE (ECCV 2020), for boxes in space: each kind is corrected by the
 labels, all else stays as it was found, and the result is scored again.
 """
 
@@ -17,24 +17,25 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.metrics.average_precision import average_precision
 from studies.perception.detection_errors import CATEGORY, Pairs, paired
 
-Mend = Callable[[Boxes3D, Boxes3D, Pairs], Boxes3D]
-"""From the labels and detections of a frame, and who means whom, to better detections."""
+Correction = Callable[[Boxes3D, Boxes3D, Pairs], Boxes3D]
+"""From a frame's labels and detections, and which detection means which label, to better ones."""
 
 
-def mended_precision(truth: Sequence[Boxes3D], found: Sequence[Boxes3D]) -> dict[str, Any]:
-    """AP11 of cars (moderate, IoU 0.7, percent) as found, and with each kind of error mended.
+def corrected_precision(truth: Sequence[Boxes3D], found: Sequence[Boxes3D]) -> dict[str, Any]:
+    """AP11 of cars (moderate, IoU 0.7, percent) as found, and with each kind of error corrected.
 
     Args:
-        truth: Labels of F frames, DontCare regions included.
-        found: Detections of the same frames.
+        truth: The labels of F frames, DontCare regions included.
+        found: The detections of the same frames.
 
     Returns:
-        ``{kind: {"bev": percent, "3d": percent}}``, ``nothing`` first, then the kinds of `MENDED`.
+        ``{kind: {"bev": percent, "3d": percent}}``, in the order of
+        `CORRECTIONS`.
     """
     pairs = [paired(*frame) for frame in zip(truth, found, strict=True)]
     result = {}
-    for name, mend in MENDED.items():
-        better = [mend(*frame) for frame in zip(truth, found, pairs, strict=True)]
+    for name, correct in CORRECTIONS.items():
+        better = [correct(*frame) for frame in zip(truth, found, pairs, strict=True)]
         scored = average_precision(truth, better, classes=(CATEGORY,))
         result[name] = {
             metric: round(scored.value(CATEGORY, metric), 4) for metric in ("bev", "3d")
@@ -54,15 +55,15 @@ def _depth(truth: Boxes3D, found: Boxes3D, pairs: Pairs) -> Boxes3D:
     return replace(found, location=location)
 
 
-def _direction(axis: int) -> Mend:
+def _direction(axis: int) -> Correction:
     """Moved across the line of sight: 0 sideways, 1 up or down."""
 
-    def mend(truth: Boxes3D, found: Boxes3D, pairs: Pairs) -> Boxes3D:
+    def correct(truth: Boxes3D, found: Boxes3D, pairs: Pairs) -> Boxes3D:
         location, true = found.location.copy(), truth.location[pairs.label]
         location[pairs.detection, axis] = true[:, axis] / true[:, 2] * location[pairs.detection, 2]
         return replace(found, location=location)
 
-    return mend
+    return correct
 
 
 def _yaw(truth: Boxes3D, found: Boxes3D, pairs: Pairs) -> Boxes3D:
@@ -79,8 +80,8 @@ def _size(truth: Boxes3D, found: Boxes3D, pairs: Pairs) -> Boxes3D:
 
 def _box(truth: Boxes3D, found: Boxes3D, pairs: Pairs) -> Boxes3D:
     """Depth, direction, yaw and size."""
-    for mend in (_depth, _direction(0), _direction(1), _yaw, _size):
-        found = mend(truth, found, pairs)
+    for correct in (_depth, _direction(0), _direction(1), _yaw, _size):
+        found = correct(truth, found, pairs)
     return found
 
 
@@ -104,7 +105,7 @@ def _all_but_misses(truth: Boxes3D, found: Boxes3D, pairs: Pairs) -> Boxes3D:
     return _no_false_alarms(truth, _box(truth, found, pairs), pairs)
 
 
-MENDED: dict[str, Mend] = {
+CORRECTIONS: dict[str, Correction] = {
     "nothing": _nothing,
     "depth": _depth,
     "sideways": _direction(0),

@@ -13,6 +13,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU, MinIou, average_precision
 from avsec_gym.metrics.average_precision_frames import NEIGHBOURS
 from avsec_gym.metrics.working_point import working_point
+from studies.perception.corrected_detections import corrected_precision
 from studies.perception.detection_errors import (
     CATEGORY,
     DISTANCES,
@@ -22,7 +23,6 @@ from studies.perception.detection_errors import (
     footprints,
     wanted_cars,
 )
-from studies.perception.mended_detections import mended_precision
 
 IOUS = {"0.7": STANDARD_IOU, "0.5": LOW_IOU}
 """From above and in space; in the image always 0.7, as in KITTI's second set of thresholds."""
@@ -57,7 +57,7 @@ def detector_scores(
             _at_distance(truth, found, near, far, resamples, seed) for near, far in DISTANCES
         ],
         "errors": error_summary(car_errors(truth, found)),
-        "mended": mended_precision(truth, found),
+        "corrected": corrected_precision(truth, found),
         "working_point": None if point is None else point._asdict(),
     }
 

@@ -163,7 +163,7 @@ def world_pairs(root: Path, limit: int | None = None) -> Iterator[Pair]:
 
 
 def real_pairs(kitti: Path) -> Iterator[Pair]:
-    """The first moments of KITTI's stereo benchmarks, looked for in the folder and beside it.
+    """The first pairs of KITTI's stereo benchmarks, looked for in the folder and beside it.
 
     They come without calibration here; disparities need none, and that of a usual rig stands in.
     """

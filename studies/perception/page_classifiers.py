@@ -20,13 +20,13 @@ def classifiers(found: Mapping[str, Any]) -> list[str]:
     standing = world["with_neighbour"]["confusion"]
     stand = standing["no_said_no"] + standing["no_said_yes"]
     rows = [
-        _row("moves, with an earlier moment", world["with_neighbour"]),
+        _row("moves, with an earlier frame", world["with_neighbour"]),
         *(_row(f"… {distance} away", counts) for distance, counts in world["by_distance"].items()),
         _row("moves, by the single crop, the same objects", same, motion["thesis"]),
     ]
     for name, words in (
         ("flags_of_scenarios", "real frames with the scenarios' flags, by the single crop"),
-        ("static_by_list", "real frames that the authors' list calls static, with earlier moments"),
+        ("static_by_list", "real frames that the authors' list calls static, with earlier frames"),
     ):
         if name in real:
             kind = "single_crop" if name == "flags_of_scenarios" else "with_neighbour"
@@ -41,7 +41,7 @@ def classifiers(found: Mapping[str, Any]) -> list[str]:
         " of the procedural world, and apart from them on the real frames at hand. Wilson's 95 %"
         " intervals take objects for independent, though those of one scene are not. Who always"
         f" said “stands” would be right in {share(stand / max(same['cases'], 1))} % of the objects"
-        " with an earlier moment. The thesis' figures are of its own real crops.",
+        " with an earlier frame. The thesis' figures are of its own real crops.",
         "",
         *markdown_table(["what", "cases", "right, %", "thesis, %"], rows),
     ]

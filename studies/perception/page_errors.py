@@ -32,7 +32,7 @@ _ERRORS = {
 
 
 def reasons(scores: Mapping[str, Any]) -> list[str]:
-    """What is found at all, how far off it is, and what mending that would give."""
+    """What is found at all, how far off it is, and what correcting that would give."""
     detectors = scores["detectors"]
     seen, errors = [], []
     for name, figures in detectors.items():
@@ -47,7 +47,7 @@ def reasons(scores: Mapping[str, Any]) -> list[str]:
         [
             title,
             *(
-                number(figures["mended"][kind][metric], 1)
+                number(figures["corrected"][kind][metric], 1)
                 for figures in detectors.values()
                 for metric in ("3d", "bev")
             ),
@@ -56,13 +56,13 @@ def reasons(scores: Mapping[str, Any]) -> list[str]:
     ]
     remarks = []
     for name, figures in detectors.items():
-        before = figures["mended"]["nothing"]["3d"]
-        best = max(_SINGLE, key=lambda kind, one=figures: figures["mended"][kind]["3d"])  # type: ignore[misc]
-        left = 100 - figures["mended"]["all but misses"]["3d"]
+        before = figures["corrected"]["nothing"]["3d"]
+        best = max(_SINGLE, key=lambda kind, of=figures: of["corrected"][kind]["3d"])  # type: ignore[misc]
+        left = 100 - figures["corrected"]["all but misses"]["3d"]
         remarks.append(
             f"Of single errors of `{name}`, most is lost by {_lost(best)}:"
-            f" {before:.1f} would be {figures['mended'][best]['3d']:.1f}. Cars that it does not see"
-            f" cost {left:.1f}."
+            f" {before:.1f} would be {figures['corrected'][best]['3d']:.1f}."
+            f" Cars that it does not see cost {left:.1f}."
         )
     return [
         "## Why precision is lost",
@@ -84,11 +84,11 @@ def reasons(scores: Mapping[str, Any]) -> list[str]:
             errors,
         ),
         "",
-        "What AP11 (moderate, IoU 0.7) would be if one kind of error were mended by the labels and"
-        " all else stayed:",
+        "What AP11 (moderate, IoU 0.7) would be if one kind of error were corrected by the labels"
+        " and all else stayed:",
         "",
         *markdown_table(
-            ["mended", *(f"`{name}` {where}" for name in detectors for where in
+            ["corrected", *(f"`{name}` {where}" for name in detectors for where in
                          ("in space", "from above"))],
             kinds,
         ),

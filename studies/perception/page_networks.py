@@ -214,7 +214,7 @@ def ranking(rows: Sequence[Mapping[str, Any]]) -> list[str]:
         "",
         "`avsec/DetectorBenchmark-v0` on the default suite `mixed`, the same episodes for every"
         " detector, by `python examples/rank_detectors.py`; rates in percent with 95 % Wilson"
-        " intervals. `nobody` reports nothing. The networks were validated on frames of this"
+        " intervals. `nothing` reports no object. The networks were validated on frames of this"
         " suite.",
         "",
         *markdown_table(

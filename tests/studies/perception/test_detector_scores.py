@@ -1,4 +1,4 @@
-"""Errors, what mending them gives, distance, working point: of detections made worse on purpose."""
+"""Errors, what correcting them gives, distance, working point: of detections made worse by us."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.geometry import box_corners, project, wrap_angle
 from avsec_gym.metrics.working_point import counted, working_point
 from avsec_gym.rig import kitti_rig
+from studies.perception.corrected_detections import CORRECTIONS, corrected_precision
 from studies.perception.detection_errors import car_errors, error_summary, paired
 from studies.perception.detector_scores import at_distance, detector_scores
-from studies.perception.mended_detections import MENDED, mended_precision
 
 FRAMES = 60
 
@@ -62,8 +62,8 @@ CHANGES: dict[str, Callable[[Boxes3D], dict[str, Any]]] = {
 
 @pytest.mark.parametrize("kind", CHANGES)
 def test_only_mending_what_is_wrong_helps(truth: list[Boxes3D], kind: str) -> None:
-    result = mended_precision(truth, worse(truth, CHANGES[kind]))
-    assert set(result) == set(MENDED)
+    result = corrected_precision(truth, worse(truth, CHANGES[kind]))
+    assert set(result) == set(CORRECTIONS)
     for name, precision in result.items():
         helps = name in (kind, "whole box", "all but misses")
         assert precision["3d"] == (pytest.approx(100) if helps else 0), name
@@ -101,7 +101,7 @@ def test_misses_cost_what_nothing_mends_and_false_alarms_are_told(truth: list[Bo
         Boxes3D.concatenate([boxes[:0] if i % 2 else boxes, replace(ghost, score=np.array([2.0]))])
         for i, boxes in enumerate(truth)
     ]
-    result = mended_precision(truth, found)
+    result = corrected_precision(truth, found)
     # Half of all is found: at 11 recall points, up to 0.5.
     assert result["all but misses"]["3d"] == pytest.approx(100 * 6 / 11, abs=1e-3)
     assert result["false alarms"]["3d"] == result["all but misses"]["3d"]
