@@ -195,7 +195,7 @@ class Experiment:
         inputs: Files and folders that the results depend on, such as weights and scenes, by name.
             A run keeps their hashes and does not go on with others.
         options: Names of `Configuration.options` that it knows, and their defaults.
-        usual: Its scenarios, and how many of them, where nobody names any.
+        usual: Its scenarios, and how many of them, where the user names none.
         section: ``"module:function"`` that makes its sections of a report, see
             `avsec_gym.runs.section`; empty: its rates stand among those of other settings.
     """

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from avsec_gym.runs.desk import Desk, Done, Failed, Unready
+from avsec_gym.runs.cell_worker import CellWorker, Done, Failed, Unready
 from avsec_gym.runs.experiment import Cell, Configuration
 from avsec_gym.runs.run_log import LogFile
 from avsec_gym.runs.schedule import Died, News, Ready
@@ -16,7 +16,7 @@ from avsec_gym.worker_processes import Worker, wait_for
 
 
 class LocalWorkers:
-    """Fresh processes, each with its desk.
+    """Fresh processes, each with its `CellWorker`.
 
     They leave when this process dies, whatever kills it.
 
@@ -91,19 +91,19 @@ class LocalWorkers:
 
 
 def _serve(connection: Connection, configuration: Configuration, threads: int, log: Path) -> None:
-    """A worker's life, until nobody listens any more."""
+    """Do the cells that a worker process is given, until the connection ends."""
     logging.basicConfig(handlers=[LogFile(log)], level=logging.WARNING)
     logging.captureWarnings(True)
-    desk = Desk(configuration, threads)
+    worker = CellWorker(configuration, threads)
     while True:
         try:
             cell = connection.recv()
         except (EOFError, OSError):
             return
-        outcome: Done | Failed | Unready | None = desk.prepare(cell)
+        outcome: Done | Failed | Unready | None = worker.prepare(cell)
         if outcome is None:
             connection.send(None)  # "I begin": if it dies now, it is the cell that kills.
-            outcome = desk.do(cell)
+            outcome = worker.do(cell)
         try:
             connection.send(outcome)
         except (pickle.PicklingError, TypeError, AttributeError, ValueError) as error:

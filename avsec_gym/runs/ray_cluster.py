@@ -41,10 +41,10 @@ def ray_cluster(cores: int) -> Iterator[RayCluster]:
     """Join the cluster that ``RAY_ADDRESS`` names, or begin one on this machine, for the while.
 
     One that this process has joined before is used as it is. One begun here listens to this
-    machine only and reports to nobody.
+    machine only and reports to no service.
 
     Args:
-        cores: Of a cluster begun here.
+        cores: The cores of a cluster begun here.
 
     Raises:
         ConfigurationError: Ray is not installed, or no cluster answers at the address.
@@ -80,7 +80,7 @@ def _join(ray: Any, address: str, quiet: dict[str, bool]) -> None:
     problem = f"the Ray cluster of {_ADDRESS}={address} cannot be joined"
     host, _, port = address.rpartition(":")
     try:
-        # Ray would try for minutes where nobody listens.
+        # Ray would try for minutes where nothing listens.
         if port.isdecimal() and "/" not in host:
             socket.create_connection((host, int(port)), timeout=_SECONDS_TO_ANSWER).close()
         ray.init(address, **quiet)

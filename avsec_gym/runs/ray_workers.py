@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.runs.desk import Desk, Failed, Unready
+from avsec_gym.runs.cell_worker import CellWorker, Failed, Unready
 from avsec_gym.runs.experiment import Cell, Configuration
 from avsec_gym.runs.ray_cluster import RayCluster
 from avsec_gym.runs.schedule import Died, News, Ready
@@ -19,8 +19,8 @@ START_TIMEOUT = 300.0
 """Seconds that actors may take to start while none does anything."""
 
 
-class RayDesk(Desk):
-    """A desk that knows where it stands."""
+class RayCellWorker(CellWorker):
+    """A worker that knows its machine."""
 
     def machine(self) -> str:
         """The name (id) of its machine: also the answer that it has started."""
@@ -37,20 +37,20 @@ class _Actor:
     answer: Any
     """The machine it lives on, as soon as it has started."""
     machines: frozenset[str]
-    """That lived when it was asked for."""
+    """The machines that lived when it was asked for."""
     machine: str = ""
     """Empty until it has answered."""
 
 
 class RayWorkers:
-    """Actors, each with its desk, spread over the machines by Ray.
+    """Actors, each with its `CellWorker`, spread over the machines by Ray.
 
     Args:
-        cluster: Where they live.
-        configuration: Of the run.
-        count: Actors; no more than the cluster has room for.
-        threads: Cores that each takes.
-        start_timeout: Seconds that actors may take to start while none does anything.
+        cluster: The cluster where they live.
+        configuration: The configuration of the run.
+        count: The number of actors; no more than the cluster has room for.
+        threads: The cores that each takes.
+        start_timeout: The seconds that actors may take to start while none does anything.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class RayWorkers:
         self._arguments = (configuration, threads)
         self._start_timeout = start_timeout
         variables = dict.fromkeys(THREAD_VARIABLES, str(threads))
-        self._kind = self._ray.remote(num_cpus=threads, max_restarts=0)(RayDesk).options(
+        self._kind = self._ray.remote(num_cpus=threads, max_restarts=0)(RayCellWorker).options(
             runtime_env={"env_vars": variables}
         )
         self._actors = [self._start() for _ in range(count)]
@@ -76,8 +76,8 @@ class RayWorkers:
 
     def give(self, number: int, cell: Cell) -> None:
         """Let an actor do a cell; it does one call after the other."""
-        desk = self._actors[number].handle
-        self._in_hand[number] = (desk.prepare.remote(cell), desk.do.remote(cell))
+        actor = self._actors[number].handle
+        self._in_hand[number] = (actor.prepare.remote(cell), actor.do.remote(cell))
 
     def wait(self) -> list[tuple[int, News]]:
         """Whose cell is done or who has started, or what ended them.
@@ -89,13 +89,13 @@ class RayWorkers:
         starting = {
             actor.answer: number for number, actor in enumerate(self._actors) if not actor.machine
         }
-        # Cells may take hours; who only starts may not.
+        # Cells may take hours; what only starts may not.
         timeout = None if at_work else self._start_timeout
         heard, _ = self._ray.wait([*at_work, *starting], num_returns=1, timeout=timeout)
         if not heard:
             raise ConfigurationError(
                 f"no worker of the Ray cluster has started for {self._start_timeout:g} s. Do other"
-                " jobs hold its cores? `ray status` tells; the same command goes on with this run."
+                " jobs hold its cores? See `ray status`; the same command goes on with this run."
             )
         return [
             (at_work[each], self._outcome(at_work[each]))

@@ -14,7 +14,7 @@ from typing import Any
 
 from avsec_gym.command_line import command_line
 from avsec_gym.errors import ConfigurationError, DataError
-from avsec_gym.runs.desk import Failed
+from avsec_gym.runs.cell_worker import Failed
 from avsec_gym.runs.experiment import Cell, Configuration, Experiment, with_defaults
 from avsec_gym.runs.fingerprints import environment
 from avsec_gym.runs.local_workers import LocalWorkers
@@ -80,7 +80,7 @@ def run_experiments(
 ) -> RunReport:
     """Do the cells that the experiments need, in a folder that holds the run.
 
-    May be killed at any moment and called again: finished cells are kept. Rows depend on the
+    May be killed at any time and called again: finished cells are kept. Rows depend on the
     experiments, the configuration and `threads` only (and on the machine, as its arithmetic does),
     neither on `workers` nor on interruptions. Experiments may join a run later.
 
@@ -168,7 +168,7 @@ def _manifest(
     if there is None:
         _check_empty(root)
     elif not has_results(root / RESULTS, begun=bool(there["sittings"])):
-        there = None  # Nobody loses anything if it begins anew, with another configuration.
+        there = None  # Nothing is lost if it begins anew, with another configuration.
     if threads is None:
         threads = usual_threads(cores, workers) if there is None else int(there["threads"])
     if there is not None:  # Before the inputs, which may take minutes to be made.

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from avsec_gym.errors import DataError
-from avsec_gym.runs.desk import Done, Failed, Unready
+from avsec_gym.runs.cell_worker import Done, Failed, Unready
 from avsec_gym.runs.experiment import Cell
 
 _LOG = logging.getLogger(__name__)
@@ -120,7 +120,7 @@ def finished_cells(
                 losses[cell] += news.at_work and news.lost
                 if deaths[cell] < _DEATHS and losses[cell] < _LOSSES:
                     queue.put_back(cell)
-                    if idle:  # Else its turn comes when somebody is ready, or done.
+                    if idle:  # Else its turn comes when a worker is ready, or done.
                         hand_out(idle.pop())
                     continue
                 often = f"{losses[cell]} times" if deaths[cell] < _DEATHS else "twice"
@@ -128,7 +128,7 @@ def finished_cells(
                 continue
             assert cell is not None, "only who was given a cell comes to a result"
             early.forget()
-            hand_out(number, cell.group)  # First, so that nobody waits while results are stored.
+            hand_out(number, cell.group)  # First, so that no worker waits while results are stored.
             yield cell, news
 
 

@@ -22,7 +22,7 @@ from avsec_gym.storage.regular_files import check_regular, is_there
 MAX_RESULTS_BYTES = 2**40
 _LONGEST_VALUE = 64 * 2**20
 _DIGITS = 2**128
-_MENDED_BY = {
+_REMEDIES = {
     "SQLITE_FULL": "Free some space and give the command again: it goes on where it was.",
     "SQLITE_IOERR": "Check the disk and its free space, then give the command again: it goes on.",
     "SQLITE_READONLY": "Check the permissions of the folder and its files.",
@@ -30,7 +30,7 @@ _MENDED_BY = {
     "SQLITE_ERROR": "Ask for columns of the tables; docs/runs.md lists them.",
     "SQLITE_BUSY": "Another process holds the file; wait for it.",
 }
-_DAMAGED = "A damaged file cannot be mended: name another folder, or run the experiments again."
+_DAMAGED = "A damaged file cannot be repaired: name another folder, or run the experiments again."
 
 
 @contextmanager
@@ -38,8 +38,8 @@ def no_sqlite_errors(path: Path, what: str) -> Iterator[None]:
     """SQLite's errors over a database become those of this project.
 
     Args:
-        path: Of the database.
-        what: Is done with it: ``read``, ``written``.
+        path: The file of the database.
+        what: What is done with it: ``read``, ``written``.
 
     Raises:
         DataError: With the remedy for what SQLite found; only damage asks for another folder.
@@ -48,7 +48,7 @@ def no_sqlite_errors(path: Path, what: str) -> Iterator[None]:
         yield
     except (sqlite3.Error, UnicodeDecodeError) as error:
         code = getattr(error, "sqlite_errorname", None) or ""
-        remedy = next((text for name, text in _MENDED_BY.items() if code.startswith(name)), None)
+        remedy = next((text for name, text in _REMEDIES.items() if code.startswith(name)), None)
         raise DataError(
             f"The results cannot be {what} ({error}).", path=path, remedy=remedy or _DAMAGED
         ) from error
@@ -80,7 +80,7 @@ def check_sound(database: sqlite3.Connection, path: Path) -> int:
         DataError: It is damaged, or of another version.
     """
     database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _LONGEST_VALUE)
-    with no_sqlite_errors(path, "read"), _one_moment(database):
+    with no_sqlite_errors(path, "read"), _one_state(database):
         version = schema_version(database)
         if version == 0:
             check_not_empty(database, path)
@@ -204,7 +204,7 @@ def _schema(database: sqlite3.Connection) -> frozenset[tuple[str, ...]]:
 
 
 @contextmanager
-def _one_moment(database: sqlite3.Connection) -> Iterator[None]:
+def _one_state(database: sqlite3.Connection) -> Iterator[None]:
     """All questions are asked of one state of the file, which a run may be writing to."""
     if database.in_transaction:
         yield

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from avsec_gym.errors import DataError
-from avsec_gym.runs.desk import Done, Failed
+from avsec_gym.runs.cell_worker import Done, Failed
 from avsec_gym.runs.experiment import Cell
 from avsec_gym.runs.renamed_rows import rename_rows
 from avsec_gym.runs.schema import ADDED, DIGESTS, NEEDS_DIGEST, VERSION, schema
@@ -131,7 +131,7 @@ class ResultStore:
             known: All experiments of the run.
 
         Raises:
-            DataError: Finished cells would then be needed by nobody.
+            DataError: No experiment would then need the finished cells.
         """
         with self._transaction():
             others = json.dumps(sorted(set(known) - set(needs)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from avsec_gym.runs.desk import Desk
+from avsec_gym.runs.cell_worker import CellWorker
 from avsec_gym.runs.experiment import Cell, Configuration
 from avsec_gym.runs.schedule import News, Ready
 
@@ -16,7 +16,7 @@ class ThisProcess:
     """
 
     def __init__(self, configuration: Configuration, threads: int) -> None:
-        self._desk = Desk(configuration, threads)
+        self._worker = CellWorker(configuration, threads)
         self._in_hand: list[Cell] = []
 
     def __len__(self) -> int:
@@ -31,10 +31,10 @@ class ThisProcess:
         if not self._in_hand:
             return [(0, Ready())]
         cell = self._in_hand.pop()
-        return [(0, self._desk.prepare(cell) or self._desk.do(cell))]
+        return [(0, self._worker.prepare(cell) or self._worker.do(cell))]
 
     def replace(self, number: int) -> None:
-        """Nobody has died."""
+        """Nothing to do: this process has not died."""
 
     def close(self) -> None:
-        """Nobody is to be ended."""
+        """Nothing to do: no process is to be ended."""

@@ -53,7 +53,7 @@ def test_failed_cells_are_told(capsys: pytest.CaptureFixture[str], tmp_path: Pat
     assert (tmp_path / "runs/trouble/run.log").is_file()
     assert ends(*usual, "--json") == IN_PART
     assert json.loads(capsys.readouterr().out)["failed_before"] == 1
-    (tmp_path / "diary.mended").touch()
+    (tmp_path / "diary.repaired").touch()
     assert ends(*usual, "--retry") == DONE
 
 

@@ -1,4 +1,4 @@
-"""Killed at random moments and started again, a run comes to the same rows."""
+"""Killed at random times and started again, a run comes to the same rows."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def gone(process: int) -> bool:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("workers", [1, 2])
-def test_killed_at_random_moments(
+def test_killed_at_random_times(
     tiny: ModuleType, diary: Path, tmp_path: Path, rows: Rows, workers: int
 ) -> None:
     """SIGKILL, three times: once while the run begins, then wherever it is."""

@@ -1,6 +1,6 @@
 """The same rows by actors of Ray, whatever becomes of them; skipped where Ray is not installed.
 
-Every cluster here listens to this machine only, has no dashboard and reports to nobody.
+Every cluster here listens to this machine only, has no dashboard and reports to no service.
 """
 
 from __future__ import annotations
@@ -223,7 +223,7 @@ def test_addresses_where_no_cluster_is(
 
 
 class Killer(threading.Thread):
-    """Kills the second machine again and again, at random moments while cells are done on it.
+    """Kills the second machine again and again, at random times while cells are done on it.
 
     When it has done so, cells need not take their time any more.
     """

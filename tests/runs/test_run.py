@@ -70,7 +70,7 @@ def test_failed_cells_are_noted_and_tried_again_when_asked(
     again = go(root, experiment)
     assert (again.kept, again.done, again.failed_before) == (2, 0, 4)
     assert len(diary.read_text().splitlines()) == 6
-    diary.with_name("diary.mended").touch()
+    diary.with_name("diary.repaired").touch()
     report = go(root, experiment, retry=True)
     assert (report.kept, report.done, report.failures, report.failed_before) == (2, 4, (), 0)
     assert not RunFolder.open(root).failures()

@@ -18,7 +18,7 @@ import pytest
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import DataError
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
-from avsec_gym.runs.desk import Done, Failed
+from avsec_gym.runs.cell_worker import Done, Failed
 from avsec_gym.runs.experiment import (
     Cell,
     CellResult,

@@ -7,7 +7,7 @@ from collections import Counter, deque
 import pytest
 
 from avsec_gym.errors import DataError
-from avsec_gym.runs.desk import Done, Failed, Unready
+from avsec_gym.runs.cell_worker import Done, Failed, Unready
 from avsec_gym.runs.experiment import Cell
 from avsec_gym.runs.schedule import CellQueue, Died, News, Ready, finished_cells
 
@@ -97,7 +97,7 @@ def test_a_cell_whose_worker_dies_is_tried_once_more_in_the_end() -> None:
 
 
 def test_workers_that_die_before_they_begin_stop_everything() -> None:
-    # Now and then is nobody's fault.
+    # Now and then is no worker's fault.
     once = Script(1, {n: [EARLY] for n in range(6)})
     assert len(list(finished_cells([cell(n) for n in range(1)], once))) == 1
     always = Script(2, {n: [EARLY] * 9 for n in range(6)})

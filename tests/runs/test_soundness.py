@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from avsec_gym.errors import DataError
-from avsec_gym.runs.desk import Done
+from avsec_gym.runs.cell_worker import Done
 from avsec_gym.runs.experiment import Cell, CellResult, Measurement
 from avsec_gym.runs.rows import rows_of
 from avsec_gym.runs.run import RESULTS

@@ -93,11 +93,11 @@ class Trouble:
     """Does what its cell says."""
 
     def __init__(self, configuration: Configuration) -> None:
-        self._mended = Path(os.environ.get(DIARY, "") + ".mended")
+        self._repaired = Path(os.environ.get(DIARY, "") + ".repaired")
 
     def __call__(self, number: int, what: str) -> CellResult:
         _note(str(number), what)
-        if self._mended.exists():
+        if self._repaired.exists():
             what = "fine"
         match what:
             case "data":

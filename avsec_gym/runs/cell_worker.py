@@ -1,4 +1,4 @@
-"""Where cells are done: one desk in each process, which keeps the works that it has made."""
+"""Where cells are done: one worker in each process, which keeps the works that it has made."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ class Unready:
     error: AvsecError
 
 
-class Desk:
-    """Does cells.
+class CellWorker:
+    """Does the cells of a run, one after the other.
 
     Args:
-        configuration: Of the run.
-        threads: Of torch and OpenCV; other libraries take theirs from the environment.
+        configuration: The configuration of the run.
+        threads: The threads of torch and OpenCV; other libraries take theirs from the environment.
     """
 
     def __init__(self, configuration: Configuration, threads: int) -> None:
@@ -83,10 +83,10 @@ class Desk:
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # A cell that calls sys.exit has failed too.
-            told = (
+            message = (
                 str(error) if isinstance(error, AvsecError) else f"{type(error).__name__}: {error}"
             )
-            return Failed(told, _trace(error), time.perf_counter() - begun)
+            return Failed(message, _trace(error), time.perf_counter() - begun)
         return Done(rows, seconds)
 
 
