@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -26,13 +27,13 @@ MARKERS = {"sac": ("o", "SAC"), "cma_es": ("s", "CMA-ES"), "random_search": ("^"
 
 
 def draw(attackers: Mapping[str, Mapping[str, Any]]) -> Figure:
-    """Every attacker by how often it is noticed and how often it makes the drive unsafe."""
+    """Every attacker by how often it raises an alarm and how often it makes the drive unsafe."""
     style: dict[Any, Any] = {**FIGURE_STYLE}
     with mpl.rc_context(style):
         figure = Figure(figsize=(6.6, 4.6), dpi=120, facecolor="white", layout="constrained")
         axes = figure.subplots()
         by_hand = [attackers[name] for name in BY_HAND]
-        places = [[100 * row[name]["rate"] for name in ("noticed", "unsafe")] for row in by_hand]
+        places = [[100 * row[name]["rate"] for name in ("alarm", "unsafe")] for row in by_hand]
         axes.plot(*zip(*places, strict=True), color=FAINT, lw=1, zorder=1)
         for row, place in zip(by_hand, places, strict=True):
             point(axes, row, FAINT, "D", "by hand, full light" if row is by_hand[0] else "")
@@ -46,17 +47,17 @@ def draw(attackers: Mapping[str, Mapping[str, Any]]) -> Figure:
         point(axes, attackers["random_shot"], "black", "x", "random shot")
         point(axes, attackers["thesis_facula"], "black", "+", "the thesis' facula")
         axes.set(xlim=(-4, 104), ylim=(-4, 104))
-        axes.set(xlabel="noticed, % of drives", ylabel="unsafe, % of drives")
+        axes.set(xlabel="with an alarm, % of drives", ylabel="unsafe, % of drives")
         axes.legend(frameon=False, loc="lower right", fontsize=8)
     return figure
 
 
 def point(axes: Any, row: Mapping[str, Any], colour: str, marker: str, label: str) -> None:
     """With both intervals."""
-    x, y = (100 * row[name]["rate"] for name in ("noticed", "unsafe"))
+    x, y = (100 * row[name]["rate"] for name in ("alarm", "unsafe"))
     spread = [
         [[100 * abs(row[name]["rate"] - bound)] for bound in row[name]["interval"]]
-        for name in ("noticed", "unsafe")
+        for name in ("alarm", "unsafe")
     ]
     how = {"color": colour, "marker": marker, "ls": "", "lw": 0.6, "label": label}
     axes.errorbar(x, y, xerr=spread[0], yerr=spread[1], **how)
@@ -73,8 +74,8 @@ def page(result: Mapping[str, Any], figure: str) -> list[str]:
         for name in ROWS
     ]
     costs = [
-        [titled(who), *(rated(told[rate], "difference") for rate in RATES)]
-        for who, told in result["quiet_less_loud"].items()
+        [titled(who), *(rated(differences[rate], "difference") for rate in RATES)]
+        for who, differences in result["quiet_less_loud"].items()
     ]
     titles = [f"{rate.replace('_', ' ')}, %" for rate in RATES]
     return [
@@ -85,14 +86,14 @@ def page(result: Mapping[str, Any], figure: str) -> list[str]:
         f" {result['scenes']['thresholds']} clean scenes at r ="
         f" {100 * result['false_alarm_rate']:g} %. A training has {result['training_shots']} shots"
         f" in other scenes; of each there are {len(result['seeds'])}. *Quiet*: paid for unsafe"
-        " drives that nobody notices; *loud*: for all unsafe drives. In brackets 95 % intervals"
-        " (`examples/train_quiet_laser.py` tells how).",
+        " drives without an alarm; *loud*: for all unsafe drives. In brackets 95 % intervals"
+        " (`examples/train_quiet_laser.py` says how).",
         "",
         "```",
         "python examples/train_quiet_laser.py --json > studies/results/quiet_laser.json",
         "```",
         "",
-        f"![Unsafe drives against noticed ones, by attacker]({figure})",
+        f"![Unsafe drives against alarms, by attacker]({figure})",
         "",
         *markdown_table(["attacker", *titles, "radius, px", "strength"], rows),
         "",
@@ -112,9 +113,9 @@ def titled(name: str) -> str:
     return f"by hand, {radius} px" if radius != text else text.replace("_", " ")
 
 
-def rated(told: Mapping[str, Any], name: str = "rate") -> str:
+def rated(found: Mapping[str, Any], name: str = "rate") -> str:
     """In percent, with its interval."""
-    return interval(100 * told[name], [100 * bound for bound in told["interval"]])
+    return interval(100 * found[name], [100 * bound for bound in found["interval"]])
 
 
 def main() -> None:
@@ -128,8 +129,8 @@ def main() -> None:
     options = parser.parse_args()
     result = json.loads(read_text(options.result))
     save_picture(draw(result["attackers"]), options.figure, overwrite=True)
-    shown = Path("..") / options.figure.parent.name / options.figure.name
-    write_text(options.markdown, "\n".join(page(result, str(shown))) + "\n", overwrite=True)
+    shown = Path(os.path.relpath(options.figure, options.markdown.parent)).as_posix()
+    write_text(options.markdown, "\n".join(page(result, shown)) + "\n", overwrite=True)
 
 
 if __name__ == "__main__":

@@ -63,8 +63,8 @@ TRAINING, HELD_OUT, CLEAN = 2001, 2002, 2003
 ROWS = ("no_attack", *reversed(SHOOTERS))
 RATES: dict[str, Callable[[Outcome], bool]] = {
     "unsafe": lambda outcome: outcome.unsafe,
-    "noticed": lambda outcome: outcome.alarm,
-    "unsafe_and_unnoticed": lambda outcome: outcome.unsafe and not outcome.alarm,
+    "alarm": lambda outcome: outcome.alarm,
+    "unsafe_without_alarm": lambda outcome: outcome.unsafe and not outcome.alarm,
 }
 
 

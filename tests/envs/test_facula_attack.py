@@ -224,8 +224,8 @@ def test_wrong_arguments_are_refused(arguments: dict[str, Any], message: str) ->
 def test_an_unknown_validator_is_refused_at_the_first_reset(
     quick: dict[str, Any], watched: dict[str, Any]
 ) -> None:
-    with pytest.raises(ConfigurationError, match="no validator named 'nobody'"):
-        FaculaAttackEnv(**quick, validator="nobody").reset(seed=0)
+    with pytest.raises(ConfigurationError, match="no validator named 'unheard_of'"):
+        FaculaAttackEnv(**quick, validator="unheard_of").reset(seed=0)
     with pytest.raises(ConfigurationError, match="rate"):
         FaculaAttackEnv(**watched, validator={"name": "thresholds", "rate": 2}).reset(seed=0)
 
@@ -315,7 +315,7 @@ def test_the_example_trains_and_compares(
         assert [len(letters) for letters in row["outcomes"]] == [situations] * (
             1 if once else seeds
         )
-        for name, letters in (("unsafe", "UN"), ("noticed", "nN"), ("unsafe_and_unnoticed", "U")):
+        for name, letters in (("unsafe", "UN"), ("alarm", "nN"), ("unsafe_without_alarm", "U")):
             told = [sum(map(of_seed.count, letters)) / situations for of_seed in row["outcomes"]]
             assert row[name]["by_seed"] == pytest.approx(told, abs=1e-4)
             assert row[name]["rate"] == pytest.approx(np.mean(told), abs=1e-4)
