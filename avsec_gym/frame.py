@@ -1,4 +1,4 @@
-"""What the sensors of a car deliver at one moment: images, a LiDAR scan, and their calibration.
+"""What the sensors of a car deliver at one instant: images, a LiDAR scan, and their calibration.
 
 Camera frame, velodyne frame: see `avsec_gym.geometry`.  Cameras are counted as in KITTI: 0 and 1
 grey, 2 the left colour camera and the benchmark's reference, 3 the right one; rigs may have more.
@@ -121,13 +121,13 @@ class Calibration:
 
 @dataclass(frozen=True, eq=False)
 class StereoPair:
-    """Two rectified images of one moment.
+    """Two rectified images of one instant.
 
     Args:
-        left: Shape (H, W, 3).
-        right: The same shape.
-        focal_length: Pixels.
-        baseline: Metres.
+        left: The left image, shape (H, W, 3).
+        right: The right image, of the same shape.
+        focal_length: The focal length of both, in pixels.
+        baseline: The distance of the cameras, in metres.
 
     Raises:
         ConfigurationError: The images differ in shape, or focal length or baseline is not positive.
@@ -152,15 +152,15 @@ class StereoPair:
 
 @dataclass(frozen=True, eq=False)
 class SensorFrame:
-    """One moment of all sensors; images and scan are loaded when first asked for, and kept.
+    """One instant of all sensors; images and scan are loaded when first asked for, and kept.
 
     Treat the arrays as read-only: whoever asks again gets the same ones.  An attack returns a
     new frame by `with_image` and `with_points`.
 
     Args:
-        id: Such as ``000107``.
-        calibration: Of the whole rig.
-        images: By camera; `LazyImages` where they are to be loaded on demand.
+        id: The frame's id, such as ``000107``.
+        calibration: The calibration of the whole rig.
+        images: The images by camera; `LazyImages` where they are to be loaded on demand.
         scan: The LiDAR's points, or a function that loads them; None without LiDAR.
         previous: Earlier frames, the latest first.
         origin: The folder that it was read from, for messages.
@@ -230,13 +230,13 @@ class SensorFrame:
         )
 
     def with_image(self, camera: int, image: Image) -> SensorFrame:
-        """The same moment with another image in one camera."""
+        """The same frame with another image in one camera."""
         if isinstance(self.images, LazyImages):
             return replace(self, images=self.images.replaced(camera, image))
         return replace(self, images={**self.images, camera: image})
 
     def with_points(self, points: Points) -> SensorFrame:
-        """The same moment with another scan."""
+        """The same frame with another scan."""
         return replace(self, scan=points)
 
 

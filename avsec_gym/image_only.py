@@ -49,7 +49,7 @@ def image_only_rows(dimensions: Floats, location: Floats) -> NDArray[np.bool_]:
 
 
 def check_places(boxes: Boxes3D) -> None:
-    """Boxes that somebody is to drive by have to be somewhere.
+    """Boxes that a car is to drive by have to stand in space.
 
     Raises:
         ConfigurationError: One is known in the image only.

@@ -1,4 +1,4 @@
-"""What somebody who wrote an unknown name may have meant."""
+"""What a user who wrote an unknown name may have meant."""
 
 from __future__ import annotations
 

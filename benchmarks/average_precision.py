@@ -4,7 +4,7 @@
 
 Without arguments it writes random labels and detections, about as many as KITTI's, to a temporary
 folder.  `command` is `avsec ap --json`, process start and reading of the text files included, once
-the kernels are compiled (`first` compiles them where nobody did); `in_memory` is the function.
+the kernels are compiled (`first` compiles them where they are not); `in_memory` is the function.
 """
 
 from __future__ import annotations

@@ -161,8 +161,10 @@ def against_reference(outputs: dict[str, Tensor], path: Path) -> Errors:
             raise ValueError(f"{name} of {path.name} has {ours.size} values")
         expected = reference[f"{name}_val"]
         difference = np.abs(ours[reference[f"{name}_idx"]] - expected).max()
-        moments = np.abs(np.array([ours.mean(), ours.std()]) - reference[f"{name}_mean_std"]).max()
-        errors[name] = float(max(difference, moments) / np.abs(expected).max())
+        statistics = np.abs(
+            np.array([ours.mean(), ours.std()]) - reference[f"{name}_mean_std"]
+        ).max()
+        errors[name] = float(max(difference, statistics) / np.abs(expected).max())
     return errors
 
 
@@ -215,8 +217,8 @@ def show(results: dict[str, Errors]) -> None:
     table = Table("network", "output", "error", "", title="Parity with the original networks")
     for network, errors in results.items():
         for output, error in errors.items():
-            verdict = "[green]agrees" if error <= TOLERANCE else "[red]differs"
-            table.add_row(network, output, f"{error:.1e}", verdict)
+            agreement = "[green]agrees" if error <= TOLERANCE else "[red]differs"
+            table.add_row(network, output, f"{error:.1e}", agreement)
     Console().print(table)
 
 

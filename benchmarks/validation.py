@@ -198,12 +198,14 @@ def main() -> None:
 def page(result: dict[str, Any]) -> list[str]:
     """Lines of Markdown."""
     shown: list[list[str]] = []
-    mended: list[list[str]] = []
+    repaired_rows: list[list[str]] = []
     for system, rows in result["milliseconds"].items():
         for method, row in rows.items():
             if method == "damage":
                 for sensor, found in row.items():
-                    mended.append([system, sensor, *(f"{found[damage]:.0f}" for damage in DAMAGE)])
+                    repaired_rows.append(
+                        [system, sensor, *(f"{found[damage]:.0f}" for damage in DAMAGE)]
+                    )
                 continue
             attacked = row["reference attacked"]
             each = (f"{row['parts'][part]:.1f}" if part in row["parts"] else "–" for part in PARTS)
@@ -221,9 +223,9 @@ def page(result: dict[str, Any]) -> list[str]:
         "",
         *markdown_table(["sensors", "method", "frame", *PARTS, "frame, reference attacked"], shown),
         "",
-        "## Damage located, and mended, once the sensor is named",
+        "## Damage located, and repaired, once the sensor is named",
         "",
-        *markdown_table(["sensors", "attacked", *DAMAGE], mended),
+        *markdown_table(["sensors", "attacked", *DAMAGE], repaired_rows),
     ]
 
 

@@ -30,6 +30,6 @@ def shared() -> Path:
 
 @pytest.fixture
 def undrawn_curves(monkeypatch: pytest.MonkeyPatch) -> None:
-    """For trainings of a moment: their pictures would take longer than they do."""
+    """For trainings of a few steps: their pictures would take longer than they do."""
     curves = "avsec_gym.perception.training.curves"
     monkeypatch.setattr(f"{curves}.draw_curves", lambda rows, path: None)

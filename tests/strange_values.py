@@ -1,4 +1,4 @@
-"""Values that somebody may give for an argument, few of them sensible: no test module."""
+"""Values that a user may give for an argument, few of them sensible: no test module."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ def test_braking_distance(velocity: float, heading: float) -> None:
     assert (states[:, 2] >= -1e-12).all()
 
 
-def verdict(distance: float, speed: float = 0.0, velocity: float = 6.0) -> tuple[str, float]:
+def checked(distance: float, speed: float = 0.0, velocity: float = 6.0) -> tuple[str, float]:
     """Of a stop with a car so far ahead of the own one, bumper to bumper (behind, if negative)."""
     centre = 2.0 + math.copysign(abs(distance) + 2.0 + BMW_320I.length / 2, distance)
     pose, size = np.array([[centre, -1.0, 0.0]]), (np.array([4.0]), np.array([1.8]))
@@ -45,17 +45,17 @@ def verdict(distance: float, speed: float = 0.0, velocity: float = 6.0) -> tuple
 
 
 def test_a_stop_touches_what_is_nearer_than_its_braking_distance() -> None:
-    assert verdict(2.26)[0] == "unplanned"
-    outcome, time = verdict(2.245)
+    assert checked(2.26)[0] == "unplanned"
+    outcome, time = checked(2.245)
     assert outcome == "collision"
     assert time == pytest.approx(0.8)
-    assert verdict(7.5, velocity=11.0)[0] == "collision"
-    assert verdict(7.6, velocity=11.0)[0] == "unplanned"
+    assert checked(7.5, velocity=11.0)[0] == "collision"
+    assert checked(7.6, velocity=11.0)[0] == "unplanned"
 
 
 def test_who_follows_too_closely_runs_into_it() -> None:
-    assert verdict(-1.0, speed=8.0)[0] == "collision"
-    assert verdict(-10.0, speed=6.0)[0] == "unplanned"
+    assert checked(-1.0, speed=8.0)[0] == "collision"
+    assert checked(-10.0, speed=6.0)[0] == "unplanned"
 
 
 def test_a_stop_is_no_safe_drive_and_has_no_cost() -> None:

@@ -119,7 +119,7 @@ def test_arguments_that_do_not_fit() -> None:
         make("planner", {"node_limit": 3})
 
 
-def test_plug_ins_are_loaded_when_somebody_asks(plug_in: Callable[..., None]) -> None:
+def test_plug_ins_are_loaded_when_a_name_is_asked_for(plug_in: Callable[..., None]) -> None:
     calls = []
 
     def mine() -> None:

@@ -1,4 +1,4 @@
-"""Processes that never read the main script, and what happens when somebody dies."""
+"""Processes that never read the main script, and what happens when a process dies."""
 
 from __future__ import annotations
 

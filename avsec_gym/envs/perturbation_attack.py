@@ -19,7 +19,7 @@ from avsec_gym.scenario.scene import Motion
 
 
 class PerturbationAttackEnv(SensorAttackEnv):
-    """Make a safe drive unsafe by changing every pixel a little, without knowing the detector.
+    """Make a safe drive unsafe by changing every pixel a little, with the detector as a black box.
 
     ## Description
     A car finds the objects around it with a stereo detector and plans a lane change, or to keep

@@ -93,7 +93,7 @@ def _claim(out: Path, detector: Any, data: KittiObject) -> None:
     """Say whose results these are.
 
     Raises:
-        DataError: They are somebody else's.
+        DataError: They are another detector's.
     """
     named = isinstance(detector, (str, Mapping))
     record = {

@@ -28,7 +28,7 @@ def folder(path: Path, _: Random) -> None:
 
 
 def pipe(path: Path, _: Random) -> None:
-    """A FIFO that nobody writes into."""
+    """A FIFO that no process writes into."""
     path.unlink()
     os.mkfifo(path)
 

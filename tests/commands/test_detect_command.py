@@ -135,8 +135,8 @@ def test_what_cannot_work_is_refused(
 ) -> None:
     usual = ("--kitti", kitti, "--out", tmp_path / "results")
     for workers in (1, 2):
-        assert ends(*usual, "--detector", "nobody", "--workers", workers) == BAD_USAGE
-        assert "no detector named 'nobody'" in capsys.readouterr().err
+        assert ends(*usual, "--detector", "unheard_of", "--workers", workers) == BAD_USAGE
+        assert "no detector named 'unheard_of'" in capsys.readouterr().err
     assert ends(*usual, "--detector", '{"name": ') == BAD_USAGE
     assert ends(*usual, "--detector", "sleepy", "--workers", 0) == BAD_USAGE
     assert ends(*usual, "--detector", "sleepy", "--limit", 0) == BAD_USAGE

@@ -39,7 +39,7 @@ def test_every_command_with_json_has_a_schema_of_its_own() -> None:
         assert own, f"avsec {command} --json has no schema"
     named = {command.replace(" ", ".") for command in WITH_JSON}
     for schema in SCHEMAS:
-        assert schema in named or schema.rpartition(".")[0] in named, f"nobody writes {schema}"
+        assert schema in named or schema.rpartition(".")[0] in named, f"no command writes {schema}"
 
 
 def test_no_command_prints_json_in_another_way() -> None:

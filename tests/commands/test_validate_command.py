@@ -148,7 +148,7 @@ def test_a_rare_sensor_few_clean_frames_and_alarms_of_an_unknown_drive_are_said(
     assert "more false alarms than r = 0.01: of 5 clean frames, the thresholds of E" in told.err
     assert "alarms as recorded (false, if unattacked)" in told.out
     assert "without" not in told.out
-    # Three sensors name nobody; they say what was beyond.
+    # Three sensors name none of them; they state what was beyond.
     assert "ALARM: some sensor; which one, and where, is open  (" in told.out
     assert "of LiDAR against camera 1, seen by camera 0" in told.out
 

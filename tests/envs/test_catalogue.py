@@ -120,7 +120,7 @@ def digest(env: gym.Env[Any, Any], seed: int) -> str:
 def test_gymnasiums_checker_has_nothing_to_say(
     id: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Also the human mode is tried, in a window that nobody sees."""
+    """Also the human mode is tried, in a window that is not shown."""
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     made = make(id, disable_env_checker=True)
     skip = "pygame" not in sys.modules and not _has_pygame()

@@ -384,7 +384,7 @@ def test_the_share_of_queries_left_is_observed_and_stays_in_the_space() -> None:
     env = GhostObjectEnv(queries=4)
     observation, _ = env.reset(seed=0)
     shares = [observation[8 + 32 * 8 + 4]]
-    for _ in range(12):  # Also of somebody who does not stop.
+    for _ in range(12):  # Also of an agent that does not stop.
         observation, *_ = env.step(action())
         assert env.observation_space.contains(observation)
         shares.append(observation[8 + 32 * 8 + 4])

@@ -1,4 +1,4 @@
-"""`avsec/GhostObject-v1`: its rules, and that nobody wins it without looking."""
+"""`avsec/GhostObject-v1`: its rules, and that no agent wins it without looking."""
 
 from __future__ import annotations
 

@@ -267,8 +267,8 @@ def test_wrong_arguments_are_refused(arguments: dict[str, Any], message: str) ->
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"detector": "nobody"}, "no detector named 'nobody'"),
-        ({"planner": "nobody"}, "no planner named 'nobody'"),
+        ({"detector": "unheard_of"}, "no detector named 'unheard_of'"),
+        ({"planner": "unheard_of"}, "no planner named 'unheard_of'"),
         ({"scenarios": "nowhere"}, "nowhere"),
         ({"scenarios": {"folder": "nowhere"}}, "no argument 'folder'"),
     ],

@@ -26,10 +26,10 @@ pytestmark = pytest.mark.usefixtures("small_suite")
 ID = "avsec/SensorIdentification-v0"
 
 
-class Knowing:
-    """A validator that compares what it is shown with the moment as it was recorded."""
+class Comparing:
+    """A validator that compares what it is shown with the frame as it was recorded."""
 
-    name = "knowing"
+    name = "comparing"
     system: SensorSystem = KITTI_SYSTEM
 
     def __init__(self, env: gym.Env[Any, Any]) -> None:
@@ -54,7 +54,7 @@ class Knowing:
 def test_exactly_the_attacked_sensors_change_and_a_policy_that_knows_them_always_wins() -> None:
     env = gym.make(ID, most=3)
     rewards, _ = evaluate_policy(
-        ValidatorPolicy(Knowing(env), env), env, 8, return_episode_rewards=True, warn=False
+        ValidatorPolicy(Comparing(env), env), env, 8, return_episode_rewards=True, warn=False
     )
     assert rewards == [1.0] * 8
 
@@ -69,7 +69,7 @@ def test_only_the_exact_answer_is_paid_for() -> None:
         ([0, 0, 0, 0], 0.0, (0, 2, 0)),
     ):
         _, info = env.reset(seed=0, options=options)
-        assert info["attacked"] == "", "nobody tells before the answer"
+        assert info["attacked"] == "", "it is not shown before the answer"
         _, paid, terminated, _, info = env.step(np.array(answer, np.int8))
         assert (paid, terminated, info["is_success"]) == (reward, True, reward == 1)
         assert (info["hits"], info["missed"], info["false_alarms"]) == counts
@@ -112,7 +112,7 @@ def test_frames_to_train_on_and_others_to_judge_by() -> None:
     first = SensorIdentificationEnv({"source": "raw", "count": 3}).frames
     rest = SensorIdentificationEnv({"source": "raw", "first": 3}).frames
     assert [len(first), len(rest)] == [3, 1]
-    assert not {moment.id for moment in first} & {moment.id for moment in rest}
+    assert not {frame.id for frame in first} & {frame.id for frame in rest}
     with pytest.raises(ConfigurationError, match="none is left"):
         _ = SensorIdentificationEnv({"source": "raw", "first": 4}).frames
 
@@ -148,7 +148,7 @@ def test_what_is_no_sensor_no_recording_and_no_flag_is_refused() -> None:
 
 def test_a_validator_of_other_sensors_is_refused() -> None:
     env = SensorIdentificationEnv()
-    validator = Knowing(env)
+    validator = Comparing(env)
     validator.system = LIDAR_AND_TWO_CAMERAS
     with pytest.raises(ConfigurationError, match="the validator judges"):
         ValidatorPolicy(validator, env)

@@ -105,7 +105,7 @@ def test_a_real_frame_is_consistent(shared: Path) -> None:
     assert (near.sum(axis=1)[:5] > 50).all()
 
 
-def test_the_latest_moment_before_comes_first(shared: Path) -> None:
+def test_the_latest_frame_before_comes_first(shared: Path) -> None:
     frame = KittiObject(shared / "kitti/object").frame("000274")
     assert [earlier.id for earlier in frame.previous] == ["000274_01", "000274_02", "000274_03"]
     now = frame.image().astype(float)

@@ -54,7 +54,7 @@ def photograph(
 ) -> Image:
     """Two planes, above and below, and a box with a bright face, as a camera sees them.
 
-    ``motion`` takes places in the present camera frame to that of the moment of the picture.
+    ``motion`` takes places in the present camera frame to that of the picture.
     """
     motion = np.eye(4) if motion is None else motion
     projection = CALIBRATION.projection(camera)
@@ -98,7 +98,7 @@ def one_car(x: float, z: float) -> Boxes3D:
 
 
 def scene(motion: Floats, *boxes: Boxes3D) -> SensorFrame:
-    """The present with the first box, and a moment before with the second."""
+    """The present with the first box, and a frame before with the second."""
     now, before = boxes or (None, None)
     earlier = SensorFrame("0_01", CALIBRATION, {2: photograph(2, motion, before)})
     images = {camera: photograph(camera, None, now) for camera in (2, 3)}
@@ -228,7 +228,7 @@ def test_network_sees_the_neighbour_where_it_is_known_and_only_there(neighbour: 
         assert answers[0].shape == (4,)
 
 
-def test_classifies_with_and_without_earlier_moments() -> None:
+def test_classifies_with_and_without_earlier_frames() -> None:
     torch.manual_seed(0)
     classifier = MovingObjectClassifier(weights=None)
     here = one_car(-2.5, 14.0)

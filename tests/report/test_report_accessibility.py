@@ -1,4 +1,4 @@
-"""Every kind of page can be read by everybody: axe-core, and what it leaves out."""
+"""Every kind of page can be read by every reader: axe-core, and what it leaves out."""
 
 from __future__ import annotations
 

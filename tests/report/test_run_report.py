@@ -108,7 +108,7 @@ def test_a_run_that_is_not_finished_says_so(torso: RunFolder) -> None:
     assert "not finished" in markdown_page(report)
 
 
-def test_a_run_of_somebody_else_is_told_by_its_settings(
+def test_a_run_of_a_third_party_is_shown_by_its_settings(
     drawn: ModuleType, frames: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.syspath_prepend(Path(__file__).parents[1] / "runs")

@@ -57,7 +57,7 @@ def test_beyond_the_limit_it_says_so(n: int) -> None:
             assert found.limit_exceeded
             assert found.zero is None
             assert found.attacked == tuple(range(n, 2, -1))
-            # Nobody is reported, and nobody cleared.
+            # No sensor is reported, and none cleared.
             assert not found.named
             assert found.doubtful == set(range(n + 1))
 
@@ -106,7 +106,7 @@ def test_zeros_disagree_only_where_something_is_unexplained(case: tuple[int, int
             and states[t] != bool({s for s in found.attacked if s < reference} & set(t))
         }
         assert set(found.unexplained) == expected
-        # Whatever speaks against the answer is said of somebody.
+        # Whatever speaks against the answer is said of some sensor.
         assert any(states[triple] for triple in states if triple[2] == reference) == bool(
             {s for s in found.attacked if s < reference} | found.doubtful
         )

@@ -57,7 +57,7 @@ def test_a_sensor_that_few_frames_have_is_left_out_and_that_is_said(drive_of: Dr
 
 
 def test_a_sensor_that_a_few_frames_lack_is_kept(drive_of: DriveOf) -> None:
-    """KITTI's drive 0009 has 443 scans of 447: without the LiDAR, nobody could be named."""
+    """KITTI's drive 0009 has 443 scans of 447: without the LiDAR, no sensor could be named."""
     found = raw_recordings(drive_of(1, {"lidar": range(2)}))
     assert found.system.sensors == (LIDAR, 2, 1, 0)
     assert found.lacking == {f"{n:010d}": "velodyne_points" for n in range(2)}
@@ -70,7 +70,9 @@ def test_sensors_of_several_drives_are_those_that_most_of_them_share(drive_of: D
     root = drive_of(2, {"1": range(4), "lidar": range(4)}, frames=4).parent
     with pytest.raises(DataError, match="No frame has all"):
         raw_recordings(root / f"{DAY}_drive_0002_sync", (LIDAR, 1, 0))
-    assert raw_recordings(root).system.sensors == (LIDAR, 2, 1, 0), "two cameras judge nobody"
+    assert raw_recordings(root).system.sensors == (LIDAR, 2, 1, 0), (
+        "two cameras cannot judge each other"
+    )
     drive_of(3, {"1": range(9)}, frames=9)
     found = raw_recordings(root)
     assert found.system.sensors == (LIDAR, 2, 0)

@@ -1,4 +1,4 @@
-"""After an alarm: what detectors get of the suspects, and that nothing moves by it."""
+"""After an alarm: what detectors get of the compromised sensors, and that nothing moves by it."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_another_pair_stands_in_and_depth_stays(compromised: int, pair: tuple[in
     assert left.points is frame.points
 
 
-def test_who_looks_elsewhere_goes_on_and_the_suspect_is_not_looked_at() -> None:
+def test_who_looks_elsewhere_goes_on_and_the_compromised_sensor_is_not_looked_at() -> None:
     frame = wall()
     left = without_compromised_sensors(frame, said(frame, LIDAR, 1))
     assert left.image(2) is frame.image(2)
@@ -108,8 +108,8 @@ def test_a_camera_is_repaired_when_it_is_asked_for(monkeypatch: pytest.MonkeyPat
     spoiled[:, 80:160] = 255
     frame = clean.with_image(3, spoiled)
     left = with_compromised_sensors_repaired(frame, said(frame, 3))
-    with monkeypatch.context() as nobody:
-        nobody.setattr("avsec_gym.validation.repair.repair", None)
+    with monkeypatch.context() as without:
+        without.setattr("avsec_gym.validation.repair.repair", None)
         assert left.image(2) is frame.image(2)
         assert left.points is frame.points
     repaired = left.image(3)

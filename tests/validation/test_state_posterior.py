@@ -32,7 +32,7 @@ def decoding(probabilities: dict[int, float], *, alarm: bool, familiar: bool = T
     st.booleans(),
     st.sampled_from([None, 0.51, 0.7, 0.95, 1.0]),
 )
-def test_alarm_and_verdicts_never_contradict_each_other(
+def test_alarm_and_statuses_never_contradict_each_other(
     powers: list[int], alarm: bool, familiar: bool, certainty: float | None
 ) -> None:
     each = 10.0 ** np.array(powers)
@@ -48,11 +48,11 @@ def test_alarm_and_verdicts_never_contradict_each_other(
         assert not found.states.any()
 
 
-def test_an_alarm_that_the_probabilities_do_not_bear_out_leaves_the_suspects_open() -> None:
+def test_an_alarm_that_the_probabilities_do_not_bear_out_leaves_the_statuses_open() -> None:
     # The hardest clean frames were easier still, so that a thousandth raises the alarm.
     faint = decoding({0b0010: 8e-4, 0b0100: 2e-4}, alarm=True)
     assert faint.statuses() == [[SOUND, OPEN, OPEN, SOUND]]
-    # And harder ones keep it down: then nobody is named, and nobody cleared who may be attacked.
+    # And harder ones keep it down: then no sensor is named, and none cleared that may be attacked.
     strong = {0b0010: 0.98}
     assert decoding(strong, alarm=True).statuses() == [[SOUND, ATTACKED, SOUND, SOUND]]
     assert decoding(strong, alarm=False).statuses() == [[SOUND, OPEN, SOUND, SOUND]]

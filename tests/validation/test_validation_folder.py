@@ -23,7 +23,7 @@ def row(alarm: bool, attacked: list[int], truly: list[int], sensors: int = 4) ->
 
 
 def test_alarms_on_frames_as_recorded_are_not_called_false() -> None:
-    """Whether somebody attacked while they were recorded, nobody knows."""
+    """Whether there was an attack while they were recorded is unknown."""
     rows = [row(True, [3], []), row(False, [], []), row(True, [3], [3]), row(True, [1], [3])]
     found = summary(dict(zip("abcd", rows, strict=True)))
     assert not [name for name in found if "without" in name or "false" in name]
@@ -45,7 +45,7 @@ def test_rows_of_another_format_are_not_gone_on_with(
         ValidationFolder(tmp_path, {"rate": 0.01})
 
 
-def test_it_is_said_in_what_others_differ_and_an_empty_folder_is_nobodys(tmp_path: Path) -> None:
+def test_it_is_said_in_what_others_differ_and_an_empty_folder_belongs_to_no_one(tmp_path: Path) -> None:
     ValidationFolder(tmp_path, {"rate": 0.01, "seed": 1})
     (tmp_path / ROWS).unlink()
     # Nothing was kept: a mistyped option is no reason to name another folder.

@@ -1,4 +1,4 @@
-"""Validators name the camera that is covered, and nobody where nobody is."""
+"""Validators name the camera that is covered, and none where none is."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def table_with(frame: SensorFrame, beyond: set[tuple[int, int, int]]) -> Thresho
     return ThresholdTable(on, np.array([shares]))
 
 
-def test_an_error_that_nobody_explains_is_not_kept_quiet(wall_of: WallOf) -> None:
+def test_an_error_that_no_sensor_explains_is_not_kept_quiet(wall_of: WallOf) -> None:
     """Only e_{1,2,3} is 1: S_1 and S_2 agree with S_0, but not with each other."""
     wall = wall_of(0)
     found = ThresholdValidator(table_with(wall, {(1, 2, 3)}), rate=0.0).validate(wall)
@@ -144,7 +144,7 @@ def test_too_few_clean_frames_for_the_rate_are_said(
         assert remark == ""
 
 
-def test_where_no_two_sensors_agree_nobody_is_named(wall_of: WallOf) -> None:
+def test_where_no_two_sensors_agree_none_is_named(wall_of: WallOf) -> None:
     """More than n - 2 are attacked: that S_n was dropped first says nothing of it."""
     wall = wall_of(0)
     said = ThresholdValidator(table_with(wall, set(SYSTEM.triples)), rate=0.0).validate(wall)
@@ -177,7 +177,7 @@ def test_maps_are_found_together_and_only_those_that_are_asked_for(
         assert sum(map(bool, together)) == (2 if beyond else 1)
 
 
-def test_three_sensors_raise_an_alarm_and_name_nobody(wall_of: WallOf, tmp_path: Path) -> None:
+def test_three_sensors_raise_an_alarm_and_name_none(wall_of: WallOf, tmp_path: Path) -> None:
     system = SensorSystem((LIDAR, 1, 0))
     frames = [RecordedFrame(str(seed), partial(wall_of, seed)) for seed in range(5)]
     path = tmp_path / "thresholds.json"

@@ -16,7 +16,7 @@ _ALIKE = {"Car": "Van", "Pedestrian": "Person_sitting"}
 """So much like an object that KITTI takes a detection of it for neither right nor wrong."""
 _SMALLEST_SIDE = 4.0
 _MOST_OCCLUDED = 3
-"""KITTI's level of what nobody can tell."""
+"""KITTI's level of unknown occlusion."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -64,8 +64,8 @@ class Replayed:
         found = read_detections(path)
         if is_image_only(found).any():
             raise DataError(
-                "Some of these detections have no 3D box: what is known in the image only is in"
-                " nobody's way.",
+                "Some of these detections have no 3D box: what is known in the image only is"
+                " in no car's way.",
                 path=path,
                 remedy=f"Replay the results of a detector of 3D boxes; {WHAT_IT_IS_FOR}.",
             )

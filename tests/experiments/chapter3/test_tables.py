@@ -71,7 +71,7 @@ def test_clear_attacks_are_always_detected_and_named_within_the_limit() -> None:
     assert rows[0]["beyond"]["rate"] < 1.0
 
 
-def test_an_error_that_nobody_explains_is_an_alarm_as_the_validator_raises_it() -> None:
+def test_an_error_that_no_sensor_explains_is_an_alarm_as_the_validator_raises_it() -> None:
     """The validator's own rule, frame by frame, with maps that are not needed to know e."""
     fitted, judged = made_up(100, 0), made_up(300, 1, damage=0.0)
     found = algorithm_2(fitted, judged, ON, 0.05)
@@ -88,7 +88,7 @@ def test_an_error_that_nobody_explains_is_an_alarm_as_the_validator_raises_it() 
         assert set(np.flatnonzero(found.reported[number, 0])) == named
     row = identification_rates(lambda rate: found, judged.drives, 4, (0.05,))[0]
     assert row["false_alarms"]["count"] == found.alarms[:, 0].sum()
-    # Some of them name nobody.
+    # Some of them name no sensor.
     assert found.alarms[:, 0].sum() > found.sensors[:, 0].any(axis=1).sum()
 
 

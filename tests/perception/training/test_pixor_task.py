@@ -67,7 +67,7 @@ def test_perfect_rectangles_have_full_precision_from_above(options: TaskOptions)
     task = pixor_task(replace(options, validation=options.data))
     network = task.network
 
-    class Knowing(torch.nn.Module):
+    class ByHeart(torch.nn.Module):
         """Says what the targets say, for the validation frames in their order."""
 
         def __init__(self) -> None:
@@ -81,7 +81,7 @@ def test_perfect_rectangles_have_full_precision_from_above(options: TaskOptions)
             logits = torch.where(targets.positive, 4.0, -9.0)
             return replace(output, logits=logits, values=targets.values)
 
-    task._detector.network = Knowing()  # type: ignore[assignment]
+    task._detector.network = ByHeart()  # type: ignore[assignment]
     metrics = task.validate()
     assert task.leading_metric == "Car_bev_ap40"
     assert metrics["Car_bev_ap40"] == _best(task, recall_points=40) > 0

@@ -276,7 +276,7 @@ def test_refuses_what_would_spoil_a_run(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("undrawn_curves")
-def test_cut_off_curves_are_mended(tmp_path: Path) -> None:
+def test_cut_off_curves_are_repaired(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         train(Line(stop_after=4), SIX_STEPS, tmp_path)
     with (tmp_path / CURVES).open("a") as file:

@@ -39,7 +39,7 @@ def parallel() -> dict[str, Tensor]:
         parallel(),
         {"epoch": 3, "state_dict": parallel(), "train_loss": 0.1, "optimizer": {"lr": [1.0]}},
         {"session": 1, "model": plain(), "pooling_mode": "align", "class_agnostic": False},
-        # Before torch 0.4.1 nobody counted batches.
+        # Before torch 0.4.1 batches were not counted.
         {"state_dict": {k: v for k, v in parallel().items() if "batches" not in k}},
     ],
 )

@@ -126,12 +126,12 @@ def test_detectors_are_led_astray_on_real_frames(
     assert main([str(given), "--out", str(written)]) == 0
     page = written.read_text()
     assert "| LiDAR | 100.0 [" in page
-    assert "| nobody | no alarm | a false alarm |" in page
+    assert "| no attack | no alarm | a false alarm |" in page
     assert "| YOLOv3 | 13 | 100.0 [" in page
     assert "*98.6*" in page
     # What could not be counted is told as unknown.
-    nobody = {**images, "found_attacked": share_of([], [])}
-    lacking = {**result, "impact": {**found, "pixor": None, "yolo": nobody}}
+    unjudged = {**images, "found_attacked": share_of([], [])}
+    lacking = {**result, "impact": {**found, "pixor": None, "yolo": unjudged}}
     page = real_frames_page(lacking)
     assert "PIXOR |" not in page
     assert "| YOLOv3 | 13 | 100.0 [" in page

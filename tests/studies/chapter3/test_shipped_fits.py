@@ -101,7 +101,7 @@ def test_the_command_fits_and_goes_on(tmp_path: Path, monkeypatch: pytest.Monkey
     frames, drive = 12, tmp_path / "2026_01_01" / "2026_01_01_drive_0001_sync"
     write_raw_calibration(drive.parent, kitti_rig().calibration, image_size=KITTI_SIZE)
     write_raw_frame(drive, 0, dots(0))
-    # Of all but the first frame, samples are there already: nobody asks for their files' content.
+    # Of all but the first frame, samples are there already: their files' content is not read.
     rng = np.random.default_rng(0)
     shape = (2 ** len(SYSTEM), 32)
     lines = []

@@ -140,7 +140,7 @@ def test_other_parts_of_the_page(kitti: Path, tmp_path: Path) -> None:
 
 def test_bad_input_is_told(kitti: Path, tmp_path: Path) -> None:
     assert main(["--kitti", str(tmp_path / "nowhere")]) == 1
-    assert main(["--kitti", str(kitti), "--detectors", "nobody", "--out", str(tmp_path)]) == 1
+    assert main(["--kitti", str(kitti), "--detectors", "unheard_of", "--out", str(tmp_path)]) == 1
     assert main(["--kitti", str(kitti), "--limit", "0"]) == 1
     assert write_page(["--results", str(tmp_path)]) == 1
     (tmp_path / FILES["detectors"]).write_text("{")

@@ -27,7 +27,7 @@ def with_post() -> np.ndarray:
 def test_what_is_nearer_moves_farther_and_hides_what_is_behind() -> None:
     seen = carried_depth(with_post(), RIG, 0, 1)
     np.testing.assert_allclose(seen[:, 20:30], 2.5)
-    # What the post hid from camera 0 nobody knows.
+    # What the post hid from camera 0 is unknown.
     assert np.isnan(seen[:, 50:60]).all()
     np.testing.assert_allclose(seen[:, 30:50], 10.0)
     np.testing.assert_allclose(seen[:, 60:110], 10.0)

@@ -94,7 +94,7 @@ def test_several_sensors_are_repaired_at_once_from_those_that_are_left(wall: Sen
     assert (repaired.pixels[1] & tampered.pixels[1]).sum() > 0.8 * tampered.pixels[1].sum()
 
 
-def test_what_nobody_saw_is_said_to_be_made_up(wall: SensorFrame) -> None:
+def test_what_no_sensor_saw_is_reported_as_made_up(wall: SensorFrame) -> None:
     tampered = Facula(0, 200.0, (0.0, 60.0), saturation=0.5).attack(wall)
     repaired = repair(tampered.frame, SYSTEM, {0})
     # The leftmost columns of the wall are out of the other cameras' sight.

@@ -1,4 +1,4 @@
-"""The boxes that DSGN regresses at its anchors, made corners only where somebody asks for them.
+"""The boxes that DSGN regresses at its anchors, made corners only where a loss asks for them.
 
 All corners of a bird's-eye view are 24 numbers for each of ten thousands of anchors, of which a
 loss takes a few hundred.

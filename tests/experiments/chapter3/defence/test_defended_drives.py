@@ -104,7 +104,7 @@ def test_what_a_frame_shows(
     assert 11 <= scene.speeds[0] <= 13
     with pytest.raises(DataError, match="does not come from a drive"):
         scene_of(walls.wall(0), "1", 1)
-    # A real drive has tracklets, or nobody knows.
+    # A real drive has tracklets, or it is unknown.
     folder = (
         walls.write_labelled_drives(tmp_path, 1, 1) / "2026_01_01" / "2026_01_01_drive_0001_sync"
     )
@@ -220,7 +220,7 @@ def test_frames_to_alarm_and_who_is_named(monkeypatch: pytest.MonkeyPatch) -> No
     assert rows["2"].frames_to_alarm == {"1": 1, "never": 1}
     assert rows["3"].frames_to_alarm == {"0": 2, "never": 0}
     assert counts(rows["none"], "alarms", "named_exactly") == [(1, 4), (3, 4)]
-    # An alarm that names nobody is none too many only where somebody was attacked.
+    # An alarm that names no sensor is none too many only where one was attacked.
     monkeypatch.setitem(Stored.named, "none", {})
     unnamed = {row.attack: row for row in alarm_rows(Stored())}["none"]
     assert counts(unnamed, "named_exactly") == [(3, 4)]

@@ -79,5 +79,5 @@ def test_pairs_are_told_apart(tmp_path: Path, walls: ModuleType) -> None:
 
 
 def test_an_unknown_detector_is_said(caplog: pytest.LogCaptureFixture) -> None:
-    assert other_pairs.main(["--detector", "nobody"]) == 1
-    assert "nobody" in caplog.text
+    assert other_pairs.main(["--detector", "unheard_of"]) == 1
+    assert "unheard_of" in caplog.text

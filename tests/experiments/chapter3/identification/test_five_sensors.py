@@ -67,7 +67,7 @@ def test_a_cell_has_all_states_of_all_sensors(tmp_path: Path, walls: ModuleType)
     assert table.shares.shape == (1, 32, len(evidence_elements(FIVE)))
     clean = StateEvidence(walls.wall(20), {}, FIVE, PairDepth("sgbm")).evidence(STATES[:1])
     np.testing.assert_allclose(table.shares[:, 0], clean, atol=1e-9)
-    # Whom nobody attacks, all others agree with.
+    # With a sensor that is not attacked, all others agree.
     for state, shares in zip(STATES, table.shares[0], strict=True):
         for number, (_, scope) in enumerate(evidence_elements(FIVE)):
             if not state[list(scope)].any():

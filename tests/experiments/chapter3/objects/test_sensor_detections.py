@@ -184,7 +184,7 @@ def test_weights_are_inputs_of_a_run(configuration: Configuration) -> None:
     assert weights_of("yolo", {"yolo": "mine.safetensors"}) == Path("mine.safetensors")
 
 
-def test_nobody_attacks_what_is_fitted_on(configuration: Configuration) -> None:
+def test_what_is_fitted_on_is_not_attacked(configuration: Configuration) -> None:
     result = SensorDetections(configuration)("fitted", 1, DETECTIONS_FORMAT)
     counts, frames = mismatch_counts(Kept(result), "fitted", FROM_0_3)  # type: ignore[arg-type]
     assert frames == ["0000000001"]
@@ -240,8 +240,8 @@ def test_boxes_count_from_the_working_point_of_clean_frames_on(
     assert found["lidar"] == {"score": 1.0, "precision": 1.0, "recall": 1.0}
     chosen = score_thresholds(kept, {"score_threshold": 0.7})  # type: ignore[arg-type]
     assert {point["score"] for point in chosen.values()} == {0.7}
-    nobody_labelled = score_thresholds(Kept(), {})  # type: ignore[arg-type]
-    assert {point["score"] for point in nobody_labelled.values()} == {USUAL}
+    nothing_labelled = score_thresholds(Kept(), {})  # type: ignore[arg-type]
+    assert {point["score"] for point in nothing_labelled.values()} == {USUAL}
 
 
 def test_the_same_cell_comes_to_the_same(configuration: Configuration) -> None:

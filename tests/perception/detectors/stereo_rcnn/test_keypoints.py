@@ -131,5 +131,5 @@ def test_borders_are_checked_against_the_other_boxes():
     boxes = np.array([[100.0, 50, 200, 120], [180, 40, 400, 200]])
     kept = checked_borders(np.array([[110.0, 170], [190, 380]]), boxes, 640)
     np.testing.assert_array_equal(kept, [[110, 170], [190, 380]])
-    mended = checked_borders(np.array([[110.0, 120], [190, 200]]), boxes, 640)
-    np.testing.assert_array_equal(mended, [[100, 179], [180, 400]])
+    corrected = checked_borders(np.array([[110.0, 120], [190, 200]]), boxes, 640)
+    np.testing.assert_array_equal(corrected, [[100, 179], [180, 400]])
