@@ -107,13 +107,13 @@ class Watchdog:
     def validate(self, frame: SensorFrame) -> Validation:
         self.asked += 1
         alarm = frame.image(2).mean() > 200
-        verdicts = dict.fromkeys(self.system.sensors, SensorStatus.SOUND)
+        statuses = dict.fromkeys(self.system.sensors, SensorStatus.SOUND)
         if alarm and self.named is None:
-            verdicts = dict.fromkeys(verdicts, SensorStatus.CANNOT_TELL)
+            statuses = dict.fromkeys(statuses, SensorStatus.CANNOT_TELL)
         elif alarm:
-            verdicts[self.named] = SensorStatus.ATTACKED  # type: ignore[index]
+            statuses[self.named] = SensorStatus.ATTACKED  # type: ignore[index]
         errors = DisparityErrors(DisparityMaps(frame, self.system))
-        return Validation(alarm, verdicts, errors)
+        return Validation(alarm, statuses, errors)
 
 
 EMPTY_STREET = Scene("000001", cars([]))
@@ -185,7 +185,7 @@ def test_many_frames_are_believed_as_each_alone() -> None:
     frames = [frame(), frame().with_image(2, GREY + 120)]
     pipeline = Pipeline(Believer())
     together = pipeline.perceive_all(frames)
-    alone = [pipeline.perceive(one) for one in frames]
+    alone = [pipeline.perceive(each) for each in frames]
     assert [len(each.believed) for each in together] == [len(each.believed) for each in alone]
     assert [len(each.believed) for each in together] == [0, 3]
 
@@ -243,7 +243,10 @@ def test_what_the_validator_said_already_is_not_asked_again() -> None:
     said = watchdog.validate(frame())
     assert pipeline.perceive(frame(), said).validation is said
     assert watchdog.asked == 1
-    assert [one.stops for one in pipeline.perceive_all([frame(), frame()])] == [False, False]
+    assert [perceived.stops for perceived in pipeline.perceive_all([frame(), frame()])] == [
+        False,
+        False,
+    ]
     assert watchdog.asked == 3
 
 

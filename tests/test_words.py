@@ -23,7 +23,7 @@ def words() -> ModuleType:
 
 def test_the_rooms_hold_none(words: ModuleType) -> None:
     files = words.files_of_rooms()
-    assert len(files) > 300
+    assert len(files) > 900
     assert words.complaints(files) == []
 
 

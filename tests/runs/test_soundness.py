@@ -104,7 +104,7 @@ CHANGES = {
     "no digest": "DELETE FROM digests WHERE rowid = 4",
     "a need that is gone": "DELETE FROM needs WHERE rowid = 4",
     "all needs": "DELETE FROM needs",
-    "a need that nobody has": "INSERT INTO needs VALUES ('here', 'invented')",
+    "a need that no experiment has": "INSERT INTO needs VALUES ('here', 'invented')",
     "a need of others": "UPDATE needs SET experiment = 'there' WHERE rowid = 4",
     "no digest of the needs": "DELETE FROM needs_digest",
     "two digests of the needs": "INSERT INTO needs_digest SELECT * FROM needs_digest",
@@ -123,7 +123,7 @@ def test_a_change_that_sqlite_does_not_mind_is_found(sound: Path, change: str) -
 
 
 def test_every_table_is_held_by_a_digest(sound: Path) -> None:
-    """A table that somebody adds to the schema some day, too."""
+    """A table that is added to the schema some day, too."""
     with closing(sqlite3.connect(sound)) as database:
         tables = [row[0] for row in database.execute("SELECT name FROM sqlite_master").fetchall()]
         filled = [

@@ -45,7 +45,9 @@ def test_rows_of_another_format_are_not_gone_on_with(
         ValidationFolder(tmp_path, {"rate": 0.01})
 
 
-def test_it_is_said_in_what_others_differ_and_an_empty_folder_belongs_to_no_one(tmp_path: Path) -> None:
+def test_it_is_said_in_what_others_differ_and_an_empty_folder_belongs_to_no_one(
+    tmp_path: Path,
+) -> None:
     ValidationFolder(tmp_path, {"rate": 0.01, "seed": 1})
     (tmp_path / ROWS).unlink()
     # Nothing was kept: a mistyped option is no reason to name another folder.

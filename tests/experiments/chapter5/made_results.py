@@ -61,13 +61,13 @@ class MadeResults:
     def records(self, **where: Any) -> list[SafetyRecord]:
         way = where.get("intention")
         found = [
-            one
+            record
             for (name, strength, planner), records in self.drives.items()
             if where.get("setting", name) == name
             and where.get("strength", strength) == strength
             and where.get("planner", planner) == planner
-            for one in records
-            if way in (None, one.intention)
+            for record in records
+            if way in (None, record.intention)
         ]
         return sorted(found, key=lambda one: (one.scenario, one.intention))
 

@@ -77,7 +77,7 @@ def test_pairs_that_surely_go_against_each_other_are_found(made: ModuleType) -> 
 def test_bootstrap_samples_are_those_of_the_scenarios_drawn(made: ModuleType) -> None:
     found = taking(made, [3, 6, 9, 2], [5, 1, 4, 7], count=12)
     draws = draw_resamples(12, RESAMPLES, 0)
-    every = [one for one in losses(found) if one.counts]
+    every = [loss for loss in losses(found) if loss.counts]
     for sample in (0, 17, 400):
         frames = np.repeat(np.arange(12), draws[sample])
         truth = [found.labels[found.scenarios[frame]] for frame in frames]
@@ -87,12 +87,12 @@ def test_bootstrap_samples_are_those_of_the_scenarios_drawn(made: ModuleType) ->
             again = average_precision(truth, [seen[i] for i in frames], classes=("Car",))
             drawn = precision(found, condition).samples[sample]
             assert drawn == pytest.approx(again.value("Car"))
-            safe = np.array([one.safe for one in found.records(condition)]).reshape(12, 3)
+            safe = np.array([record.safe for record in found.records(condition)]).reshape(12, 3)
             rate = safety(found, condition).samples[sample]
             assert rate == pytest.approx(100 * safe[frames].mean())
             lost.append((drawn, rate))
         taken = np.array(lost[0]) - np.array(lost[1:])
-        ours = [(one.precision.samples[sample], one.safety.samples[sample]) for one in every]
+        ours = [(loss.precision.samples[sample], loss.safety.samples[sample]) for loss in every]
         np.testing.assert_allclose(ours, taken, atol=1e-9)
     rho = rank_correlation(every).rho
     assert rho == pytest.approx(

@@ -56,7 +56,12 @@ def test_dsgn_without_its_pyramid_needs_weights_and_takes_patches_that_both_have
         save_patch(tmp_path / f"{name}.safetensors", Patch.grey())
     options = {"patches": str(tmp_path), WITHOUT: "somewhere"}
     found = [cell.arguments for cell in cells("without_pyramid", **options)]
-    drives = {(one["detector"], one["attack"]) for one in found if "attack" in one}
+    drives = {
+        (arguments["detector"], arguments["attack"]) for arguments in found if "attack" in arguments
+    }
     attacks = ("unattacked", "joint-random", "joint-specific")
     assert drives == {(name, attack) for name in ("dsgn", WITHOUT) for attack in attacks}
-    assert {one["detector"] for one in found if "images" in one} == {"dsgn", WITHOUT}
+    assert {arguments["detector"] for arguments in found if "images" in arguments} == {
+        "dsgn",
+        WITHOUT,
+    }

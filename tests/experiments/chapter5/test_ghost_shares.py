@@ -62,7 +62,7 @@ def test_the_left_view_is_that_of_the_pair(scenes: FrameScenes) -> None:
 
 
 def test_ghosts_are_placed_by_the_image(made: ModuleType, scenes: FrameScenes) -> None:
-    """Ahead; on the road where nobody drives; beside it; too unsure."""
+    """Ahead; on the road where no car drives; beside it; too unsure."""
     results, names = made.MadeResults(), made.names(2)
     ghosts = made.boxes(
         made.car(z=25.0, score=0.9),

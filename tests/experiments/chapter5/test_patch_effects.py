@@ -35,7 +35,7 @@ def test_drives_of_one_scenario_are_no_independent_cases(made: ModuleType) -> No
     results, names = made.MadeResults(), [f"{number:06d}" for number in range(40)]
     results.add(CLEAN, names)
     results.add(RANDOM, names)
-    results.measure(RANDOM, "ghost_seen", {one: float(one < names[20]) for one in names})
+    results.measure(RANDOM, "ghost_seen", {name: float(name < names[20]) for name in names})
     (row,) = patch_effect_rows(made.outcomes(results, names))
     low, high = row.seen.interval
     # Of 40 looks, not of 120 drives, whose interval would be 0.18 wide.

@@ -27,16 +27,16 @@ def asked(monkeypatch: pytest.MonkeyPatch, scenes: int, **options: Any) -> list[
 def test_cells_are_of_what_is_there(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     folder = str(tmp_path)
     bare = asked(monkeypatch, 2, patches=folder)
-    assert {(one["patch"], one["images"]) for one in bare} == {
+    assert {(arguments["patch"], arguments["images"]) for arguments in bare} == {
         ("noise", "noise"),
         ("noise", "scenes"),
     }
-    assert {one["detector"] for one in bare} == {"dsgn", "stereo_rcnn"}
-    assert {one["images"] for one in asked(monkeypatch, 1, patches=folder)} == {"noise"}
+    assert {arguments["detector"] for arguments in bare} == {"dsgn", "stereo_rcnn"}
+    assert {arguments["images"] for arguments in asked(monkeypatch, 1, patches=folder)} == {"noise"}
     save_patch(tmp_path / "joint.safetensors", Patch.grey())
     save_patch(tmp_path / "dsgn.safetensors", Patch.grey())
     full = asked(monkeypatch, 2, patches=folder, dsgn_without_pyramid="somewhere")
-    patches = {(one["detector"], one["patch"]) for one in full}
+    patches = {(arguments["detector"], arguments["patch"]) for arguments in full}
     assert patches == {
         *((name, kind) for name in ("dsgn", "stereo_rcnn", WITHOUT) for kind in ("joint", "noise")),
         ("dsgn", "patch"),

@@ -1,4 +1,4 @@
-"""What a drive loses by an error comes back when that error is mended, and by no other mending."""
+"""What an error costs comes back when that error is corrected, and by no other correction."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ def people() -> list[tuple[Mesh, tuple[float, float, float]]]:
     return random_people()
 
 
-def test_everybody_fills_the_box(people: list[tuple[Mesh, tuple[float, float, float]]]) -> None:
+def test_every_figure_fills_the_box(people: list[tuple[Mesh, tuple[float, float, float]]]) -> None:
     for mesh, (height, width, length) in people:
         low, high = mesh.bounds
         np.testing.assert_allclose(low, [-length / 2, -width / 2, 0.0], atol=1e-3)

@@ -227,12 +227,12 @@ def test_nothing_solid_reaches_into_the_way_of_traffic() -> None:
             section = SECTIONS[style](np.random.default_rng(seed))
             course = course_from_curvature(np.zeros(201), start=-60.0)
             site = Site(style, course, section, Ground(), seed)
-            for one in compose(site, -50.0, 120.0):
-                if one.surface not in (Surface.BUILDING, Surface.FURNITURE):
+            for placed in compose(site, -50.0, 120.0):
+                if placed.surface not in (Surface.BUILDING, Surface.FURNITURE):
                     continue
-                spots = one.mesh(60.0).vertices
+                spots = placed.mesh(60.0).vertices
                 spots = spots[(spots[:, 2] > 0.15) & (spots[:, 2] < 2.2)]
                 for lane in section.lanes:
                     in_lane = np.abs(spots[:, 1] - lane.left) < 0.5 * lane.width - 0.2
                     in_lane &= (spots[:, 0] > -50) & (spots[:, 0] < 120)
-                    assert not in_lane.any(), (style, seed, one.surface)
+                    assert not in_lane.any(), (style, seed, placed.surface)

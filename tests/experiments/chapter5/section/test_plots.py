@@ -53,7 +53,7 @@ def test_the_thesis_takes_what_it_says() -> None:
     assert precision == pytest.approx(38.20 - 37.07)
     assert safety == pytest.approx((87.0 + 95.3 + 82.1 - 68.9 - 80.1 - 65.9) / 3)
     assert set(found) == {("patch-random", 0.0), ("patch-specific", 0.0)}
-    assert ("thesis_pgd-0.4", 1.0) in {one[:2] for one in thesis_losses("dsgn")}
+    assert ("thesis_pgd-0.4", 1.0) in {loss[:2] for loss in thesis_losses("dsgn")}
 
 
 def test_lines_begin_with_the_unattacked_detector() -> None:
