@@ -1,4 +1,4 @@
-"""The command line: `avsec COMMAND`; `avsec COMMAND --help` tells units and defaults.
+"""The command line: `avsec COMMAND`; `avsec COMMAND --help` states units and defaults.
 
 Exit codes: 0 done, 1 bad data, 2 bad usage, 3 done in part (something was skipped and reported).
 """
@@ -178,7 +178,7 @@ def _overview(program: str, summary: str, there: Mapping[str, str | Group]) -> s
             "",
             *lines,
             "",
-            f"`{program} COMMAND --help` tells what a command does, its options and defaults.",
+            f"`{program} COMMAND --help` says what a command does, its options and defaults.",
         ]
     )
 

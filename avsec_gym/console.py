@@ -51,7 +51,7 @@ def complain(error: AvsecError) -> None:
 
 
 class Progress:
-    """Tells on standard error how far a job is and how long it still takes, after two seconds."""
+    """Shows on standard error how far a job is and how long it still takes, after two seconds."""
 
     def __init__(self, what: str) -> None:
         self._what = what

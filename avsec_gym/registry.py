@@ -261,7 +261,7 @@ def _check_names(kind: Kind, name: str, arguments: Mapping[str, Any]) -> None:
     factory, defaults, where = _factory(kind, name)
     try:
         parameters = list(signature(factory).parameters.values())
-    except (TypeError, ValueError):  # Not every callable tells: `make` finds out.
+    except (TypeError, ValueError):  # Not every callable shows its arguments: `make` finds out.
         return
     if any(each.kind == Parameter.VAR_KEYWORD for each in parameters):
         return

@@ -1,4 +1,4 @@
-"""The two kinds of road that the thesis tells apart."""
+"""The two kinds of road that the thesis distinguishes."""
 
 from __future__ import annotations
 

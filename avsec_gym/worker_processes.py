@@ -85,7 +85,7 @@ class Worker:
         with _interrupts_held_back():
             self._process = subprocess.Popen(
                 [*program, str(theirs.fileno()), str(os.getpid())],
-                # The worker reads nothing from it: its end tells that this process is gone.
+                # The worker reads nothing from it: its end shows that this process is gone.
                 stdin=subprocess.PIPE,
                 pass_fds=[theirs.fileno()],
                 env=os.environ | variables,

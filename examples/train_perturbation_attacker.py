@@ -88,7 +88,7 @@ def evolve(env: gym.Env, queries: int, seed: int) -> np.ndarray:
 def evolution(
     env: gym.Env, queries: int, seed: int
 ) -> tuple[cma.CMAEvolutionStrategy, np.ndarray, list[float]]:
-    """Where the strategy came to, the actions that it tried, and what they earned."""
+    """Where the strategy ended, the actions that it tried, and what they earned."""
     options = {"bounds": [-1.0, 1.0], "seed": seed + 1, "verbose": -9}  # 0 would be the clock
     strategy = cma.CMAEvolutionStrategy(np.zeros(env.action_space.shape), 0.5, options)
     actions: list[np.ndarray] = []

@@ -1,7 +1,7 @@
 """From words on the command line to a command: its dataclass says which options there are.
 
 tyro does the parsing.  What is added here is what people read: an unknown option or choice is
-answered with the one that it may have meant, and the help tells of each option what can be typed,
+answered with the one that it may have meant, and the help says of each option what can be typed,
 no more: ``--limit INT`` for what may also be left out, no default where that is nothing.
 """
 
@@ -103,7 +103,7 @@ def _check_options(command: Any, words: Sequence[str], program: str) -> None:
             # Without dashes, which all options have in common; they are put back.
             nearest = did_you_mean(flag[2:], [flag[2:] for flag in known]).replace('"', '"--', 1)
             problem = f"{program} has no option {flag}."
-            remedy = f"`{program} --help` tells all."
+            remedy = f"`{program} --help` lists all."
             raise ConfigurationError(" ".join(filter(None, (problem, nearest, remedy))))
 
 

@@ -41,7 +41,7 @@ class Run:
     seed: int = 0
     """Of everything that is drawn."""
     options: tuple[str, ...] = ()
-    """Of the experiments, NAME=VALUE each; `avsec experiments --json` tells names and defaults.
+    """Of the experiments, NAME=VALUE each; `avsec experiments --json` lists names and defaults.
     Values are JSON; what is no JSON is a text."""
     detector: str | None = None
     """Of experiments that take any parts, such as `pipeline`: a part by its name, one of a
@@ -148,5 +148,5 @@ def _sentence(report: RunReport) -> str:
     text = f"{report.root}: {report.cells} cells, {report.done} done, {report.kept} were there"
     failed = len(report.failures) + report.failed_before
     if failed:
-        text += f", {failed} failed; run.log tells why, --retry does them again"
+        text += f", {failed} failed; run.log says why, --retry does them again"
     return text

@@ -207,13 +207,13 @@ def _tell(task: Task[Any], validation: Validation) -> None:
 
 
 def _rate_teller() -> Callable[[Compute], None]:
-    """Tells how quick a training is: at its begin, and then now and again."""
-    told = -math.inf
+    """Logs how quick a training is: at its begin, and then now and again."""
+    logged = -math.inf
 
     def tell(compute: Compute) -> None:
-        nonlocal told
-        if time.monotonic() - told > _SECONDS_BETWEEN_RATES:
-            first, told = math.isinf(told), time.monotonic()
+        nonlocal logged
+        if time.monotonic() - logged > _SECONDS_BETWEEN_RATES:
+            first, logged = math.isinf(logged), time.monotonic()
             numbers = f"; {compute.arithmetic}" if first else ""
             rate = compute.images_per_hour or 0
             console.say(f"{compute.samples:,} samples seen, {rate:,.0f} images an hour{numbers}")

@@ -53,7 +53,7 @@ def html_page(report: RunReport) -> str:
 
 
 def _other(data: Mapping[str, Any]) -> list[Section]:
-    """Rates that no experiment tells; none, if they all do."""
+    """Rates that no experiment reports; none if they all do."""
     if not data["other"]:
         return []
     return [Section("other", "Other settings", parts=[other_table(data["other"])])]

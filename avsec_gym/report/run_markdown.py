@@ -20,8 +20,8 @@ def markdown_page(report: RunReport, command: str = "avsec report RUN --markdown
         command: The command that made the text.
     """
     lines = [f"# {report.data['question']}"]
-    if told := remarks(report):
-        lines += ["", *(f"> {remark}" for remark in told)]
+    if remarks_of_run := remarks(report):
+        lines += ["", *(f"> {remark}" for remark in remarks_of_run)]
     lines += _answer(report)
     lines += [
         "",

@@ -12,17 +12,17 @@ Data = Mapping[str, Any]
 
 def remarks(report: RunReport) -> list[str]:
     """What is to be said before everything else; nothing for a run that lacks nothing."""
-    cells, told = report.data["cells"], []
+    cells, result = report.data["cells"], []
     whole = cells["done"] + cells["failed"] + cells["missing"]
     if cells["missing"]:
-        told.append(
+        result.append(
             f"This run is not finished: {cells['missing']:,} of {whole:,} cells are missing."
         )
     if cells["failed"]:
-        told.append(
+        result.append(
             f"{cells['failed']:,} of {whole:,} cells failed; the end of this page says why."
         )
-    return told + [remark for found in report.findings for remark in found.remarks]
+    return result + [remark for found in report.findings for remark in found.remarks]
 
 
 def facts(data: Data) -> list[tuple[str, str]]:

@@ -91,8 +91,8 @@ def run_report(run: RunFolder, request: ReportRequest = ReportRequest()) -> RunR
         if taken := {*data, _OTHER} & found.data.keys():
             raise ConfigurationError(f"two experiments give figures the name {min(taken)}")
         data |= found.data
-    told = {setting for found in findings for setting in found.settings}
-    return RunReport({**data, _OTHER: _other_rates(run, told)}, findings)
+    reported = {setting for found in findings for setting in found.settings}
+    return RunReport({**data, _OTHER: _other_rates(run, reported)}, findings)
 
 
 def _unasked(run: RunFolder, places: Sequence[str]) -> list[str]:
@@ -157,8 +157,8 @@ def _run(run: RunFolder, known: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def _other_rates(run: RunFolder, told: set[str]) -> list[dict[str, Any]]:
-    """Rates under settings that no experiment tells."""
+def _other_rates(run: RunFolder, reported: set[str]) -> list[dict[str, Any]]:
+    """Rates under settings that no experiment reports."""
     return [
         {
             "setting": name,
@@ -166,7 +166,7 @@ def _other_rates(run: RunFolder, told: set[str]) -> list[dict[str, Any]]:
             **SafetyRates.of(run.records(setting=name, strength=strength)).to_json(),
         }
         for name, strength in run.settings()
-        if name not in told and run.drives(setting=name, strength=strength)
+        if name not in reported and run.drives(setting=name, strength=strength)
     ]
 
 

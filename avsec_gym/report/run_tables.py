@@ -1,4 +1,4 @@
-"""Tables of the run itself: how long it took, and rates that no experiment tells."""
+"""Tables of the run itself: how long it took, and rates that no experiment reports."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def time_table(data: Mapping[str, Any], attack_names: Mapping[str, str]) -> Tabl
 
 
 def other_table(rows: Rows) -> Table:
-    """Rates under settings that no experiment tells."""
+    """Rates under settings that no experiment reports."""
     rates = ("success_rate", "collision_rate", "safe_driving_rate")
     lines = [
         [

@@ -155,7 +155,7 @@ class Measurement:
 
 @dataclass(frozen=True, eq=False)
 class CellResult:
-    """What a cell comes to.
+    """The result of a cell.
 
     Args:
         drives: Outcomes of drives.

@@ -1,4 +1,4 @@
-"""What tells one version of files, of this package and of its libraries from another."""
+"""What distinguishes versions of files, of this package and of its libraries."""
 
 from __future__ import annotations
 

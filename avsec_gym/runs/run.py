@@ -94,7 +94,7 @@ def run_experiments(
             the processes. A network's last digits depend on it.
         backend: Where the processes are; their cores count, not those of the machine that asks.
         retry: Do failed cells again.
-        on_progress: Told how many cells of how many are finished.
+        on_progress: Called with the number of finished cells and that of all.
 
     Raises:
         ConfigurationError: Arguments do not fit together, a work cannot be made, or the cluster

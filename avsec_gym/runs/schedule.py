@@ -62,7 +62,7 @@ class Workers(Protocol):
         ...
 
     def replace(self, number: int) -> None:
-        """Start a new worker in the place of one that died; `wait` tells when it is ready."""
+        """Start a new worker in the place of one that died; `wait` reports when it is ready."""
         ...
 
     def close(self) -> None:
@@ -126,7 +126,7 @@ def finished_cells(
                 often = f"{losses[cell]} times" if deaths[cell] < _DEATHS else "twice"
                 yield cell, Failed(f"The process that did it {news.how}, {often}.")
                 continue
-            assert cell is not None, "only who was given a cell comes to a result"
+            assert cell is not None, "only a worker that was given a cell has a result"
             early.forget()
             hand_out(number, cell.group)  # First, so that no worker waits while results are stored.
             yield cell, news

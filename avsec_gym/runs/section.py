@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 Part = Table | Figure | Markup
 """A table, a figure, or HTML that an experiment makes itself."""
 OnProgress = Callable[[int, int], None]
-"""Told how many of how many are done."""
+"""Called with the number of those done and that of all."""
 
 
 def _no_progress(what: str) -> AbstractContextManager[OnProgress]:
@@ -130,8 +130,8 @@ class Findings:
     Args:
         sections: In the order of the page.
         data: The figures behind them as JSON, by names that no other experiment has.
-        settings: Names of the settings whose rates are told here; rates of settings that no
-            experiment tells stand in a table of their own.
+        settings: The names of the settings whose rates are reported here; rates of settings that no
+            experiment reports stand in a table of their own.
         attack_names: What values of the cells' argument ``attack`` are called, in the order of
             tables.
         answer: The answer to the run's question.

@@ -141,7 +141,7 @@ def _held_out(scores: Mapping[str, Any]) -> str:
         for source in sources
     }
     if not learned:
-        return "No card tells what the detectors learned from."
+        return "No card states what the detectors learned from."
     if (scores["data"]["suite"], scores["data"]["seed"]) in learned:
         return "**Not held out: a detector was trained or validated on this suite and seed.**"
     known = ", ".join(f"`{suite}` {seed}" for suite, seed in sorted(learned, key=str))

@@ -263,7 +263,7 @@ def _frames(sources: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _validated(metrics: Mapping[str, float]) -> str:
-    """Of the metric that leads, which a card tells first."""
+    """Of the metric that leads, which a card states first."""
     for name, value in metrics.items():
         if name in _VALIDATED:
             return f"{_VALIDATED[name]} {value:.1f}"

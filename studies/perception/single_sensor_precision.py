@@ -58,7 +58,7 @@ NETWORKS = {
     "faster_rcnn": Network(f"camera {CAMERA}", f"image_{CAMERA}", ("2d",)),
     "yolo": Network(f"camera {CAMERA}", f"image_{CAMERA}", ("2d",)),
 }
-"""PIXOR tells no height, and a single image no place in space."""
+"""PIXOR finds no height, and a single image no place in space."""
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:

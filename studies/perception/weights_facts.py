@@ -1,4 +1,4 @@
-"""What a results page tells of a network's weights: the card's facts without its tables."""
+"""What a results page states of a network's weights: the card's facts without its tables."""
 
 from __future__ import annotations
 

@@ -164,7 +164,8 @@ def psmnet_loss(
         predicted: Of `PsmNet.forward`, each of shape (B, H, W); with fewer than the weights, the
             last weights count.
         truth: Pixels of the input, 0 where unknown, shape (B, H, W).
-        disparities: Of the configuration; larger ones cannot be told and do not count.
+        disparities: The number of disparities of the configuration; larger ones cannot be found and
+            do not count.
         weights: Of the predictions.
 
     Returns:

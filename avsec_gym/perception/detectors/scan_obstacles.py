@@ -32,7 +32,7 @@ class ScanObstacles:
 
     A cell of 0.2 m stands up if its points, those below the top of the car, are `step` apart in
     height; cells that touch, or have one between them, are one obstacle, with the smallest
-    rectangle around it as its box.  What is longer than 8 m is told in pieces of 4 m, so that a
+    rectangle around it as its box.  What is longer than 8 m is reported in pieces of 4 m, so that a
     hedge around a bend is no box across the road.  Every obstacle is of KITTI's class Misc, as
     nothing here knows a car from a wall, and surer the more points it has: n / (n + 10).  Of a car
     only the sides that the LiDAR sees are boxed.  After Thrun et al., "Stanley: the robot that won

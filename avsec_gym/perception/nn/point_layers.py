@@ -124,7 +124,7 @@ class SetAbstraction(nn.Module):
 
 
 class FeaturePropagation(nn.Module):
-    """What few points know is told to many.
+    """Hands the features of few points on to many.
 
     Args:
         channels: Of the few points' features and the many's together, and of the layers.
@@ -145,5 +145,5 @@ class FeaturePropagation(nn.Module):
             features: Of the many, if there are any, shape (B, N, C).
             few_features: Of the few, shape (B, M, D).
         """
-        told = interpolated(few_features, *three_nearest(points, few))
-        return self.mlp(told if features is None else torch.cat([told, features], -1))
+        handed_on = interpolated(few_features, *three_nearest(points, few))
+        return self.mlp(handed_on if features is None else torch.cat([handed_on, features], -1))

@@ -42,7 +42,7 @@ class Choice:
         """In words, for logs and cards."""
         name = "bfloat16" if self.bfloat16 else "float32"
         if self.float32_seconds is None or self.bfloat16_seconds is None:
-            return f"{name}, as told"
+            return f"{name}, as asked for"
         return (
             f"{name}: a step took {self.float32_seconds:.3f} s in float32,"
             f" {self.bfloat16_seconds:.3f} s in bfloat16"
@@ -63,7 +63,7 @@ def choose_arithmetic(
     turns, and the quickest step of each counts, so that other programs disturb both alike.
 
     Args:
-        wish: What is told, or ``measured``.
+        wish: The arithmetic that is asked for, or ``measured``.
         task: Its `trained` stands on the device, in training mode.
         batch: On the device.
         rounds: Steps of each, after one that is not counted.

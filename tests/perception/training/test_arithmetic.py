@@ -79,4 +79,4 @@ def test_what_is_told_is_not_measured(wish: str) -> None:
     task = Steps([], [])
     choice = choose_arithmetic(wish, task, np.zeros(1), clock=refuse)
     assert choice == Choice(wish == "bfloat16")
-    assert str(choice) == f"{wish}, as told"
+    assert str(choice) == f"{wish}, as asked for"

@@ -97,9 +97,9 @@ class DsgnConfiguration:
     """Anchors of each class, evenly turned."""
     half_turns: bool = False
     """Whether an anchor stands for a box and for the same box turned round: the angles then spread
-    over half a turn, and a number of each anchor tells which way its box heads."""
+    over half a turn, and a number of each anchor says which way its box heads."""
     fit: bool = False
-    """Whether a number of each anchor tells how well its box fits: the intersection over union in
+    """Whether a number of each anchor says how well its box fits: the intersection over union in
     space with the object."""
 
     depth_loss: Literal["expectation", "planes"] = "expectation"

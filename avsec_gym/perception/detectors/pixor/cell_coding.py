@@ -1,4 +1,4 @@
-"""How a cell tells an object: six values beside a place, and back.
+"""How a cell describes an object: six values beside a place, and back.
 
 A *rectangle* is a row ``x, y, length, width, heading`` in the velodyne frame, as
 `avsec_gym.box_overlap` takes it.

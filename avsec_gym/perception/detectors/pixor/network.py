@@ -18,7 +18,7 @@ from avsec_gym.perception.detectors.pixor.configuration import PixorConfiguratio
 EXPANSION = 4
 """A bottleneck's outer channels over its inner ones."""
 _PRIOR = 0.01
-"""Probability of an object in any cell that an untrained network tells."""
+"""Probability of an object in any cell that an untrained network reports."""
 
 
 @dataclass(frozen=True, eq=False)

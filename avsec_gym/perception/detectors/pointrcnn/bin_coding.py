@@ -1,4 +1,4 @@
-"""How a box is told beside a point or a proposal: in which bin its middle lies, and where in it.
+"""How a box is coded beside a point or a proposal: in which bin its middle lies, and where in it.
 
 The columns are those of github.com/sshaoshuai/PointRCNN: bins of x, bins of z, residuals of each
 bin of x and of z, y, bins of the heading, residuals of each, and height, width and length.
@@ -25,12 +25,12 @@ class BinCoding:
     """A code for boxes.
 
     Args:
-        scope: Metres to either side in which a middle is told.
+        scope: How far to either side of it a middle may lie, in metres.
         bin: Side of a bin, metres.
         headings: Bins of the heading.
-        is_fine: Headings are told within a quarter turn about a proposal's own, and up to half a
-            turn: the proposal says where the front is.
-        size: Sizes are told as shares of this one, more or less.
+        is_fine: Whether headings are coded within a quarter turn about a proposal's own, and up to
+            half a turn: the proposal says where the front is.
+        size: The size of which sizes are coded as shares, more or less.
 
     Raises:
         ConfigurationError: Bins do not fill the scope.
@@ -72,7 +72,7 @@ class BinCoding:
         return CodeParts(*torch.split(values, sizes, dim=1))
 
     def targets(self, boxes: Tensor) -> CodeTargets:
-        """What should be told of boxes.
+        """The numbers that a network should give for boxes.
 
         Args:
             boxes: x, y and z from the point or proposal, height, width, length, heading from the

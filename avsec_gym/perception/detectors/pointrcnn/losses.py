@@ -119,18 +119,20 @@ def box_losses(codes: Tensor, boxes: Tensor, coding: BinCoding) -> dict[str, Ten
     """
     if not len(codes):
         return dict.fromkeys(("place", "heading", "size"), codes.sum())
-    told, true = coding.parts(codes), coding.targets(boxes)
+    predicted, true = coding.parts(codes), coding.targets(boxes)
     distance = functional.smooth_l1_loss
-    place = distance(told.y[:, 0], true.y)
+    place = distance(predicted.y[:, 0], true.y)
     for bins, right, residuals, residual in (
-        (told.x_bins, true.x_bin, told.x, true.x),
-        (told.z_bins, true.z_bin, told.z, true.z),
+        (predicted.x_bins, true.x_bin, predicted.x, true.x),
+        (predicted.z_bins, true.z_bin, predicted.z, true.z),
     ):
         place = place + _bin_loss(bins, right, residuals, residual)
     return {
         "place": place,
-        "heading": _bin_loss(told.heading_bins, true.heading_bin, told.heading, true.heading),
-        "size": _SIZE_WEIGHT * distance(told.size, true.size),
+        "heading": _bin_loss(
+            predicted.heading_bins, true.heading_bin, predicted.heading, true.heading
+        ),
+        "size": _SIZE_WEIGHT * distance(predicted.size, true.size),
     }
 
 

@@ -16,7 +16,7 @@ from avsec_gym.perception.detectors.pointrcnn.configuration import PointRcnnConf
 from avsec_gym.perception.nn.point_layers import PointLayer
 
 _PRIOR = 0.01
-"""Probability of an object at any point that an untrained network tells."""
+"""Probability of an object at any point that an untrained network reports."""
 _BOX_DEVIATION = 1e-3
 
 
