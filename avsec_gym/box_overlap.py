@@ -42,8 +42,8 @@ def rectangle_overlap(rectangles: ArrayLike, others: ArrayLike) -> Floats:
     """Common area of every pair of rectangles.
 
     Args:
-        rectangles: Shape (N, 5).
-        others: Shape (M, 5).
+        rectangles: The rectangles, shape (N, 5).
+        others: The other rectangles, shape (M, 5).
 
     Returns:
         Shape (N, M).
@@ -59,8 +59,8 @@ def rectangle_iou(rectangles: ArrayLike, others: ArrayLike) -> Floats:
     """Intersection over union of every pair of rectangles.
 
     Args:
-        rectangles: Shape (N, 5).
-        others: Shape (M, 5).
+        rectangles: The rectangles, shape (N, 5).
+        others: The other rectangles, shape (M, 5).
 
     Returns:
         Shape (N, M), in [0, 1]; 0 where both areas are 0.
@@ -83,10 +83,10 @@ def box_iou(
     Args:
         location: Bottom centres in the camera frame, shape (N, 3).
         dimensions: Height, width, length, shape (N, 3).
-        rotation_y: Shape (N,).
-        other_location: Shape (M, 3).
-        other_dimensions: Shape (M, 3).
-        other_rotation_y: Shape (M,).
+        rotation_y: The headings, shape (N,).
+        other_location: The others' locations, shape (M, 3).
+        other_dimensions: The others' dimensions, shape (M, 3).
+        other_rotation_y: The others' headings, shape (M,).
 
     Returns:
         Shape (N, M), in [0, 1].

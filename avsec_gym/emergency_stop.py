@@ -52,7 +52,7 @@ def judge_stop(plan: Plan, problem: PlanningScenario, truth: Obstacles) -> Safet
     """Hold a stop against what is really there.
 
     Args:
-        plan: Of `emergency_stop`.
+        plan: The plan of `emergency_stop`.
         problem: What it was asked.
         truth: The real obstacles.
     """

@@ -33,9 +33,10 @@ class Calibration:
     Args:
         projections: KITTI's matrices P, shape (cameras, 3, 4): from the rectified frame of
             camera 0 to pixels; all zero for a camera that the rig lacks.
-        r0_rect: From camera 0 to its rectified frame, shape (3, 3).
-        tr_velo_to_cam: From the velodyne frame to camera 0, shape (3, 4).
-        tr_imu_to_velo: From the inertial unit to the velodyne frame, shape (3, 4), if known.
+        r0_rect: The rotation from camera 0 to its rectified frame, shape (3, 3).
+        tr_velo_to_cam: The transform from the velodyne frame to camera 0, shape (3, 4).
+        tr_imu_to_velo: The transform from the inertial unit to the velodyne frame, shape (3, 4), if
+            known.
 
     Raises:
         ConfigurationError: A shape does not fit, a value is not finite, a rotation is none, a
@@ -244,8 +245,8 @@ class LazyImages(Mapping[int, Image]):
     """Images by camera, each loaded when first asked for.
 
     Args:
-        sources: By camera, an image or a function that loads it; one that has a `path` is named
-            by it in errors.
+        sources: For each camera an image or a function that loads it; one that has a `path` is
+            named by it in errors.
     """
 
     def __init__(self, sources: Mapping[int, Image | Callable[[], Image]]) -> None:

@@ -60,7 +60,7 @@ def rectangle_corners(poses: ArrayLike, length: ArrayLike, width: ArrayLike) -> 
     """Corners of rectangles centred on poses, counter-clockwise from front left.
 
     Args:
-        poses: Shape (..., 3).
+        poses: The poses, shape (..., 3).
         length: Extent along the heading, shape (...) or broadcastable to it.
         width: Extent across the heading.
 
@@ -89,7 +89,7 @@ def box_corners(location: ArrayLike, dimensions: ArrayLike, rotation_y: ArrayLik
     Args:
         location: Bottom centres, shape (..., 3).
         dimensions: Height, width, length, shape (..., 3).
-        rotation_y: Shape (...).
+        rotation_y: The headings, shape (...).
 
     Returns:
         Shape (..., 8, 3): the bottom face counter-clockwise seen from above, then the top face.
@@ -111,8 +111,8 @@ def transform_points(transform: ArrayLike, points: ArrayLike) -> Floats:
     """Apply a rigid or affine transform.
 
     Args:
-        transform: Shape (3, 4) or (4, 4).
-        points: Shape (..., 3).
+        transform: The transform, shape (3, 4) or (4, 4).
+        points: The points, shape (..., 3).
 
     Returns:
         Shape (..., 3).
@@ -126,7 +126,7 @@ def project(projection: ArrayLike, points: ArrayLike) -> tuple[Floats, Floats]:
 
     Args:
         projection: KITTI's 3x4 matrix P.
-        points: Shape (..., 3), in the rectified frame of camera 0.
+        points: The points, shape (..., 3), in the rectified frame of camera 0.
 
     Returns:
         Pixels (..., 2) as u, v, and depths (...); pixels of points with depth <= 0 are meaningless.
@@ -144,10 +144,10 @@ def bird_eye_iou(
     """Intersection over union of every pair of rectangles on the ground plane.
 
     Args:
-        poses: Shape (N, 3).
+        poses: The poses, shape (N, 3).
         sizes: Length and width, shape (N, 2).
-        other_poses: Shape (M, 3).
-        other_sizes: Shape (M, 2).
+        other_poses: The others' poses, shape (M, 3).
+        other_sizes: The others' sizes, shape (M, 2).
 
     Returns:
         Shape (N, M), in [0, 1].

@@ -40,9 +40,9 @@ class SensorRig:
     """Rectified cameras side by side, a LiDAR and an inertial unit.
 
     Args:
-        calibration: In KITTI's terms.
+        calibration: The calibration in KITTI's terms.
         size: Width and height of all images, pixels.
-        camera_height: Of the cameras above the ground, metres.
+        camera_height: The height of the cameras above the ground, metres.
     """
 
     calibration: Calibration

@@ -65,8 +65,8 @@ class Worker:
     Args:
         serve: What it does: a function of a module, that takes the worker's end of the connection
             and the arguments, and returns when the connection is closed (EOFError).
-        arguments: Of `serve`; objects of modules, too.
-        threads: Of the libraries that it loads.
+        arguments: The arguments of `serve`; objects of modules, too.
+        threads: The number of threads of the libraries that it loads.
 
     Raises:
         ConfigurationError: Something to be sent belongs to the main script, or the system has no
@@ -187,7 +187,7 @@ def each_in_processes(
         prepare: Makes the function that does a task, once in each worker.
         tasks: What to do; taken as workers become free.
         workers: How many processes at most.
-        threads: Of each.
+        threads: The number of threads of each.
         folder: What the workers write into, which the error of a death names.
 
     Raises:

@@ -34,7 +34,7 @@ class Option:
     """One that a command takes.
 
     Args:
-        flag: As it is typed, such as ``--no-lidar``.
+        flag: The flag as it is typed, such as ``--no-lidar``.
         choices: What it takes, where that is one of a few words.
     """
 

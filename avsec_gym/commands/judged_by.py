@@ -29,7 +29,8 @@ class JudgedBy:
 
     Args:
         judged: The frames to be judged, one or more.
-        clean: Of the same recording, to fit on; empty where a file is there.
+        clean: Frames of the same recording without an attack, to fit on; empty where a file is
+            there.
         shipped: The package's own file; None where it is not needed.
         remark: Why a file of the package's own is not used where few frames are clean; or empty.
     """
@@ -45,8 +46,9 @@ def judged_by_clean(recordings: Recordings, ids: Sequence[str], share: float) ->
 
     Args:
         recordings: The recorded frames.
-        ids: Of frames to be judged; none is fitted on.  Empty: all that are not fitted on.
-        share: Of all frames, that is fitted on.
+        ids: The ids of the frames to be judged; none is fitted on. Empty: all that are not fitted
+            on.
+        share: The share of all frames that is fitted on.
 
     Raises:
         ConfigurationError: None is left to fit on, or to be judged.

@@ -36,8 +36,8 @@ class JudgedFrames:
     Args:
         frames: The frames, one or more.
         validator: The validator that judges the frames.
-        folder: Of this question; what it knows already is not asked again.
-        attack: On each of the frames; None: as they were recorded.
+        folder: The folder of this question; what it knows already is not asked again.
+        attack: The attack on each of the frames; None: they are judged as they were recorded.
         seed: Seed of the attack.
         locate: Whether damage is looked for in the sensors that are named.
         as_json: Whether JSON lines are printed instead of words.

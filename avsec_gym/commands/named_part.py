@@ -12,7 +12,8 @@ def named_part(text: str, option: str = "--detector") -> Any:
     """A name, or the dictionary that JSON spells.
 
     Args:
-        text: Such as ``dsgn``, or ``{"name": "dsgn", "weights": "my.safetensors"}``.
+        text: What was typed, such as ``dsgn``, or ``{"name": "dsgn", "weights":
+            "my.safetensors"}``.
         option: Where it was typed, for messages.
 
     Raises:

@@ -15,7 +15,7 @@ def named_planner(text: str) -> tuple[str, Planner]:
     """The planner, and the name that its results are filed under.
 
     Args:
-        text: Such as ``astar``, ``mine``, or ``{"name": "mine", "patience": 3}``.
+        text: What was typed, such as ``astar``, ``mine``, or ``{"name": "mine", "patience": 3}``.
 
     Raises:
         ConfigurationError: There is none of that name, its arguments do not fit, or what a plug-in

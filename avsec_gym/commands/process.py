@@ -16,7 +16,7 @@ class Terminated(KeyboardInterrupt):
     """The system, or a user, asks this process to end; everything ends as after Ctrl-C.
 
     Args:
-        number: Of the signal.
+        number: The number of the signal.
     """
 
     def __init__(self, number: int) -> None:

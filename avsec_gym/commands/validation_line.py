@@ -14,7 +14,7 @@ def validation_line(row: Mapping[str, Any]) -> str:
     """The sensor statuses, where the damage is, and why: probabilities, or the deciding share.
 
     Args:
-        row: As `avsec_gym.validation.validation_folder.row_of` makes it.
+        row: The row as `avsec_gym.validation.validation_folder.row_of` makes it.
     """
     why = [*_why(row), f"{row['seconds']:.2f} s"]
     if row["locating_seconds"] is not None:

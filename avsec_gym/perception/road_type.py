@@ -59,7 +59,7 @@ class RoadTypeNetwork(nn.Module):
     """Five convolutions joined by max pooling, a fully connected layer with dropout; all ReLU.
 
     Args:
-        configuration: Of the layers.
+        configuration: The configuration of the layers.
     """
 
     def __init__(self, configuration: RoadTypeConfiguration) -> None:
@@ -99,9 +99,9 @@ class DrivingConstraintSelector:
     is enough, as in the lists of the thesis' authors.
 
     Args:
-        configuration: Of the network, or a preset's name.
+        configuration: The configuration of the network, or a preset's name.
         weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
-        cameras: Whose images are looked at, as far as the frame has them.
+        cameras: The cameras whose images are looked at, as far as the frame has them.
 
     Raises:
         ConfigurationError: Another preset, or a `state_dict` of another network.

@@ -39,10 +39,10 @@ class Configuration:
     """What the results of a run depend on, beside its experiments.
 
     Args:
-        scenarios: Names a set or folder of scenes.
+        scenarios: The name of a set or folder of scenes.
         limit: How many of them at most.
-        seed: Of everything that is drawn.
-        options: Of the experiments, by name; values are JSON.
+        seed: The seed of everything that is drawn.
+        options: The options of the experiments, by name; values are JSON.
 
     Raises:
         ConfigurationError: A number is too small, or an option is no JSON.
@@ -74,7 +74,7 @@ class Cell:
     """The least piece of work that is done, stored and resumed.
 
     Args:
-        work: Where its work is, ``"module:attribute"``: a `Work`.
+        work: The place of its work, ``"module:attribute"``: a `Work`.
         key: Its arguments as JSON with sorted names; `of` makes it.
         group: Cells of one group are done by one process, one after another where possible, so
             that it can keep what they share, such as a scene.
@@ -119,7 +119,7 @@ class DriveRow:
         setting: Under which circumstances, such as ``dsgn thesis_pgd-0.4``; with the strength, the
             planner, the scenario and the intention it is unique in a run.
         record: Scenario, intention and outcome.
-        strength: Of the attack, such as its steps.
+        strength: The strength of the attack, such as its steps.
         planner: Who planned.
     """
 
@@ -187,9 +187,9 @@ class Experiment:
     """A table or figure.
 
     Args:
-        name: On the command line.
-        question: That it answers, one line.
-        thesis: Where it stands there, such as ``Table 5.2``; empty if it goes beyond.
+        name: The name on the command line.
+        question: The question that it answers, one line.
+        thesis: Its place in the thesis, such as ``Table 5.2``; empty if it goes beyond.
         cells: All of them, in the order in which they should be done; cheap, and the same
             whenever it is asked.
         inputs: Files and folders that the results depend on, such as weights and scenes, by name.

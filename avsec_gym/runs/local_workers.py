@@ -21,9 +21,9 @@ class LocalWorkers:
     They leave when this process dies, whatever kills it.
 
     Args:
-        configuration: Of the run.
+        configuration: The configuration of the run.
         count: Processes.
-        threads: Of each.
+        threads: The number of threads of each.
         log: File that takes their warnings.
     """
 

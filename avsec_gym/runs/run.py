@@ -90,9 +90,9 @@ def run_experiments(
         root: Folder of the run: new, empty, or with a run of the same configuration.
         workers: Processes; if None, as many as have cores for their threads, up to four on each
             machine; 0: this very process. A cluster takes no more than it has cores for.
-        threads: Of each process; if None, those that the run began with, or the cores divided by
-            the processes. A network's last digits depend on it.
-        backend: Where the processes are; their cores count, not those of the machine that asks.
+        threads: The threads of each process; if None, those that the run began with, or the cores
+            divided by the processes. A network's last digits depend on it.
+        backend: The place of the processes; their cores count, not those of the machine that asks.
         retry: Do failed cells again.
         on_progress: Called with the number of finished cells and that of all.
 

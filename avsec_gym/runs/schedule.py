@@ -79,7 +79,7 @@ def finished_cells(
     whose worker dies is tried again, in the end, by whoever is free.
 
     Args:
-        cells: Each once.
+        cells: The cells, each once.
         workers: Who do them; left open.
 
     Raises:

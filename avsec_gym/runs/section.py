@@ -128,7 +128,7 @@ class Findings:
     """All that an experiment shows of a run.
 
     Args:
-        sections: In the order of the page.
+        sections: The sections in the order of the page.
         data: The figures behind them as JSON, by names that no other experiment has.
         settings: The names of the settings whose rates are reported here; rates of settings that no
             experiment reports stand in a table of their own.

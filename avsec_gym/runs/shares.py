@@ -12,8 +12,8 @@ def room(cores: Sequence[int], threads: int) -> int:
     """Workers of so many threads that fit on machines, a core for each thread.
 
     Args:
-        cores: Of each machine.
-        threads: Of each worker.
+        cores: The number of cores of each machine.
+        threads: The number of threads of each worker.
 
     Example:
         >>> room([4, 3], threads=2)
@@ -36,8 +36,8 @@ def usual_threads(cores: Sequence[int], workers: int | None) -> int:
     """Threads of each worker: as many as fit beside one another, and one at least.
 
     Args:
-        cores: Of each machine.
-        workers: On all machines together; if None, up to four on each.
+        cores: The number of cores of each machine.
+        workers: The number of workers on all machines together; if None, up to four on each.
 
     Example:
         >>> usual_threads([8], workers=None), usual_threads([8, 8], workers=4)

@@ -71,7 +71,7 @@ def check_sound(database: sqlite3.Connection, path: Path) -> int:
 
     Args:
         database: Open.
-        path: Of the file, for messages.
+        path: The path of the file, for messages.
 
     Returns:
         The version of its schema.

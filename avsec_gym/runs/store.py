@@ -127,7 +127,7 @@ class ResultStore:
         """Note which cells experiments need; what others need stays.
 
         Args:
-            needs: By experiment.
+            needs: The cells by experiment.
             known: All experiments of the run.
 
         Raises:
@@ -224,7 +224,7 @@ def has_results(path: Path, *, begun: bool = False) -> bool:
     """Whether a cell is finished in a run's database; not if there is none.
 
     Args:
-        path: Of the database.
+        path: The path of the database.
         begun: As of `ResultStore`.
 
     Raises:

@@ -32,7 +32,7 @@ def boxes_from_text(text: str, path: str | Path | None = None) -> Boxes3D:
     """The boxes again.
 
     Args:
-        text: Of `boxes_to_text`.
+        text: The text of `boxes_to_text`.
         path: The file that it is in, for messages.
 
     Raises:

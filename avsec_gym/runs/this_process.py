@@ -11,8 +11,8 @@ class ThisProcess:
     """Does cells right here; a cell that kills its process kills the run, which can be resumed.
 
     Args:
-        configuration: Of the run.
-        threads: Of torch and OpenCV, from now on.
+        configuration: The configuration of the run.
+        threads: The number of threads of torch and OpenCV, from now on.
     """
 
     def __init__(self, configuration: Configuration, threads: int) -> None:

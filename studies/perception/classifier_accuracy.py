@@ -45,11 +45,11 @@ class JudgedObject:
     """What was said of an object, and what is true.
 
     Args:
-        frame: It is in.
-        distance: Metres.
-        moving: Truth.
-        probability: Of moving, with a neighbouring frame where there is one.
-        single: Of moving, by the current crop alone.
+        frame: The id of its frame.
+        distance: The distance, metres.
+        moving: Whether it moves in truth.
+        probability: The probability of moving, with a neighbouring frame where there is one.
+        single: The probability of moving, by the current crop alone.
         has_neighbour: Whether there was one.
     """
 

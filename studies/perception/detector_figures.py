@@ -50,11 +50,11 @@ def draw_examples(
 
     Args:
         data: Where the frames are.
-        ids: Of F frames.
+        ids: The ids of F frames.
         truth: Their labels.
         found: Detections of each, by the detector's name.
         points: The working point of each detector; without one, no box is shown.
-        folder: For the pictures.
+        folder: The folder for the pictures.
 
     Returns:
         Rank, frame and, by detector, what is right and wrong in it.

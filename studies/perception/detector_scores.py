@@ -43,7 +43,7 @@ def detector_scores(
         truth: Labels of F frames, DontCare regions included.
         found: Detections of the same frames.
         resamples: Frames are drawn anew so many times for 95 % intervals; 0: none.
-        seed: Of these draws.
+        seed: The seed of these draws.
     """
     point = working_point(truth, found)
 
@@ -71,8 +71,8 @@ def at_distance(truth: Boxes3D, found: Boxes3D, near: float, far: float) -> tupl
     Args:
         truth: Labels.
         found: Detections.
-        near: Metres ahead.
-        far: Metres ahead, not included.
+        near: The least distance ahead, metres.
+        far: The greatest distance ahead, metres, not included.
     """
     distance, own = truth.location[:, 2], found.location[:, 2].copy()
     if len(truth) and len(found):

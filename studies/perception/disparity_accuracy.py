@@ -121,7 +121,7 @@ def measured(
         estimators: `DepthEstimator`s.
         pairs: One or more.
         resamples: Pairs are drawn anew so many times for 95 % intervals; 0: none.
-        seed: Of these draws.
+        seed: The seed of these draws.
     """
     import torch
 

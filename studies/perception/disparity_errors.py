@@ -40,7 +40,7 @@ def disparity_errors(found: Disparity, truth: Disparity) -> Errors:
     """Compare disparities with true ones.
 
     Args:
-        found: Shape (H, W), pixels, NaN where nothing was found.
+        found: The disparities that were found, shape (H, W), pixels, NaN where nothing was found.
         truth: The same shape, NaN where unknown.
     """
     known = np.isfinite(truth)
@@ -77,9 +77,9 @@ def error_rates(errors: Sequence[Errors], resamples: int = 0, seed: int = 0) -> 
     """End-point error (pixels) and shares (of 1) over all pixels of all pairs; JSON-able.
 
     Args:
-        errors: Of each pair.
+        errors: The errors of each pair.
         resamples: Pairs are drawn anew so many times for 95 % intervals; 0: none.
-        seed: Of these draws.
+        seed: The seed of these draws.
 
     Returns:
         ``density``, the share of the known pixels where something was found, and ``found`` and

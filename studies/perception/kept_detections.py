@@ -86,7 +86,7 @@ def detected(
         what: What `make_detector` takes.
         weights: Its file; None for one without.
         data: Where the frames are.
-        ids: Of the frames.
+        ids: The ids of the frames.
         out: Folder.
         workers: Processes that detect.
 

@@ -72,7 +72,7 @@ def page(results: Mapping[str, Any]) -> str:
     """The page as Markdown.
 
     Args:
-        results: By the names of `FILES`; parts that are not there are left out.
+        results: The results by the names of `FILES`; parts that are not there are left out.
     """
     scores = results["detectors"]
     sections = [

@@ -12,7 +12,7 @@ def classifiers(found: Mapping[str, Any]) -> list[str]:
     """How often the moving-object classifier and the driving-constraint selector are right.
 
     Args:
-        found: Of `studies.perception.classifier_accuracy`.
+        found: The result of `studies.perception.classifier_accuracy`.
     """
     motion, road = found["motion"], found["road_type"]
     world, real = motion["world"], motion["real"]

@@ -29,10 +29,10 @@ def training(
     """What the cards of the weights say, and the curves.
 
     Args:
-        detectors: Of `detector_precision`.
-        single: Of `single_sensor_precision`.
-        disparity: Of `disparity_accuracy`, whose network has a card, too.
-        curves: Of `training_curves`; None where there are none.
+        detectors: The results of `detector_precision`.
+        single: The results of `single_sensor_precision`.
+        disparity: The results of `disparity_accuracy`, whose network has a card, too.
+        curves: The curves of `training_curves`; None where there are none.
     """
     measured = {**detectors, **(single["detectors"] if single else {})}
     cards = {name: figures["weights"] for name, figures in measured.items()}

@@ -91,7 +91,7 @@ def compared(truth: Boxes3D, found: Boxes3D, least_score: float) -> dict[str, An
     Args:
         truth: Labels, DontCare regions included.
         found: All detections.
-        least_score: Of those that are taken for real.
+        least_score: The least score of those that are taken for real.
 
     Returns:
         Right and wrong (`avsec_gym.metrics.working_point`); each labelled car,

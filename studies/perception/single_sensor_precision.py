@@ -109,10 +109,10 @@ def in_real_frames(
     """Moderate cars found and missed, and false alarms, in all labelled frames with the sensor.
 
     Args:
-        root: Of the object benchmark.
-        network: Whose sensor it is.
+        root: The folder of the object benchmark.
+        network: The network whose sensor it is.
         what: What `make_detector` takes.
-        least_score: Of boxes that count.
+        least_score: The least score of boxes that count.
 
     Raises:
         DataError: There is no such frame, or a file is broken.

@@ -112,7 +112,7 @@ def thinned(rows: Sequence[Mapping[str, Any]], most: int = MOST_POINTS) -> dict[
     And ``begins``, where trainings began that went on with the weights of others.
 
     Args:
-        rows: Of `read_curves`.
+        rows: The rows of `read_curves`.
         most: Points that are left of the losses.
     """
     logged = [row for row in rows if "losses" in row]

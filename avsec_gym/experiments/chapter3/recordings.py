@@ -50,8 +50,8 @@ def procedural_drives(count: int, seed: int, part: str, drive_frames: int = 1) -
         count: The number of frames, at least.
         seed: Seed of the drives; other seeds are other drives.
         part: `FITTED` or `JUDGED`, which never share a drive.
-        drive_frames: Of each drive.  Frames of one drive are alike, so that a thousand drives are
-            more evidence than a thousand frames of a few.
+        drive_frames: The number of frames of each drive. Frames of one drive are alike, so that a
+            thousand drives are more evidence than a thousand frames of a few.
 
     Raises:
         ConfigurationError: There cannot be so many, or the seed is not from 0 to 999.

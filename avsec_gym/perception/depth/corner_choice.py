@@ -47,10 +47,10 @@ class MeasuredPair:
     """A rectified pair with true disparities.
 
     Args:
-        left: Shape (H, W, 3).
+        left: The left image, shape (H, W, 3).
         right: The same shape.
-        disparity: Of the left image, pixels, NaN where unknown, shape (H, W).
-        path: Of the disparities, for messages.
+        disparity: The disparities of the left image, pixels, NaN where unknown, shape (H, W).
+        path: The path of the disparities, for messages.
     """
 
     left: Image
@@ -109,8 +109,8 @@ def end_point_errors(
 
     Args:
         state: The weights.
-        configuration: Of the network.
-        pair: With its true disparities; those that the network cannot tell do not count.
+        configuration: The configuration of the network.
+        pair: The pair with its true disparities; those that the network cannot find do not count.
     """
     crop = pair.cropped()
     left, right = (

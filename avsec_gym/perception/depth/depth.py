@@ -27,8 +27,9 @@ class DisparityMap:
     """How far each pixel of the reference image is shifted in another view.
 
     Args:
-        values: Shape (H, W), pixels of the camera's own image, NaN where unknown.
-        focal_times_baseline: Pixels times metres, of the pair of views: depth = this / disparity.
+        values: The values, shape (H, W), pixels of the camera's own image, NaN where unknown.
+        focal_times_baseline: The focal length in pixels times the baseline in metres of the views:
+            depth = this / disparity.
     """
 
     values: Disparity

@@ -41,8 +41,8 @@ def scan_disparity(
     """A LiDAR scan as a sparse disparity map; of the points in one pixel the nearest counts.
 
     Args:
-        points: Shape (M, 4).
-        calibration: Of the rig.
+        points: The points, shape (M, 4).
+        calibration: The calibration of the rig.
         shape: Height and width of the images.
         cameras: Left and right.
 
@@ -64,10 +64,10 @@ def visible_points(
     """The points of a scan that are the nearest in their pixel.
 
     Args:
-        points: Shape (M, 4).
-        calibration: Of the rig.
+        points: The points, shape (M, 4).
+        calibration: The calibration of the rig.
         shape: Height and width of the image.
-        camera: Whose.
+        camera: The camera whose map is wanted.
 
     Returns:
         Where they are in the image (u, v), their depths in metres, and their indices.

@@ -161,12 +161,12 @@ def psmnet_loss(
     """Smooth L1 distance of every prediction from the truth, weighted (section 4.2).
 
     Args:
-        predicted: Of `PsmNet.forward`, each of shape (B, H, W); with fewer than the weights, the
-            last weights count.
-        truth: Pixels of the input, 0 where unknown, shape (B, H, W).
+        predicted: The predictions of `PsmNet.forward`, each of shape (B, H, W); with fewer than the
+            weights, the last weights count.
+        truth: The true disparities, pixels of the input, 0 where unknown, shape (B, H, W).
         disparities: The number of disparities of the configuration; larger ones cannot be found and
             do not count.
-        weights: Of the predictions.
+        weights: The weights of the predictions.
 
     Returns:
         A scalar; 0 where no pixel is known.

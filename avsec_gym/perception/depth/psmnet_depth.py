@@ -27,8 +27,8 @@ class PsmNetDepth:
     Its `network` stands in evaluation mode and its weights are frozen; training thaws it.
 
     Args:
-        configuration: Of the network, or a preset's name: then maps are enlarged in the way that
-            the weights' card records.
+        configuration: The configuration of the network, or a preset's name: then maps are enlarged
+            in the way that the weights' card records.
         weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
         left: Reference camera.
         right: The other one.
@@ -80,7 +80,8 @@ class PsmNetDepth:
 
         Args:
             batch: B pairs, grey levels 0..255.
-            disparity: Of the left images, in their pixels, shape (B, H, W), 0 where unknown.
+            disparity: The disparities of the left images, in their pixels, shape (B, H, W), 0 where
+                unknown.
         """
         found = self._run(batch)
         size = (found[-1].shape[-2], found[-1].shape[-1])

@@ -57,7 +57,7 @@ class SemiGlobalMatching:
         """Disparities of two images.
 
         Args:
-            left: Shape (H, W, 3).
+            left: The left image, shape (H, W, 3).
             right: The same shape.
 
         Returns:

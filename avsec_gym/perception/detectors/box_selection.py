@@ -37,8 +37,8 @@ class Selected:
 
     Args:
         boxes: x1, y1, x2, y2, pixels, shape (M, 4).
-        scores: Shape (M,).
-        classes: From 0 on, shape (M,).
+        scores: The scores, shape (M,).
+        classes: The classes, from 0 on, shape (M,).
     """
 
     boxes: Tensor
@@ -50,9 +50,9 @@ def select(boxes: Tensor, scores: Tensor, rule: SelectionRule) -> Selected:
     """What survives score and suppression, each class by itself.
 
     Args:
-        boxes: For each of N places and K classes, shape (N, K, 4); one for all of them is
+        boxes: The boxes for each of N places and K classes, shape (N, K, 4); one for all of them is
             (N, 1, 4).
-        scores: Shape (N, K).
+        scores: The scores, shape (N, K).
         rule: What survives.
     """
     boxes = boxes.expand(*scores.shape, 4)

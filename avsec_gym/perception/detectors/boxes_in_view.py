@@ -26,10 +26,10 @@ def boxes_in_view(
     Args:
         location: Bottom centres in the camera frame, shape (N, 3).
         dimensions: Height, width, length, shape (N, 3).
-        rotation_y: Shape (N,).
-        score: Shape (N,).
-        category: Of all of them.
-        calibration: Of the rig; without camera 2, boxes have no `box2d`.
+        rotation_y: The headings, shape (N,).
+        score: The scores, shape (N,).
+        category: The category of all of them.
+        calibration: The calibration of the rig; without camera 2, boxes have no `box2d`.
         size: Height and width of that camera's image, to which 2D boxes are clipped; boxes of
             which it shows nothing are left out, as in KITTI's labels.  None: nothing is clipped.
     """

@@ -45,8 +45,8 @@ class DifferentiableDetector(Detector, Protocol):
         Args:
             batch: B pairs.
             truth: What is really there, for each pair.
-            disparity: Of the left image, pixels of the batch's own resolution, shape (B, H, W),
-                0 where unknown; without it, a term that needs it is left out.
+            disparity: The disparities of the left image, pixels of the batch's own resolution,
+                shape (B, H, W), 0 where unknown; without it, a term that needs it is left out.
 
         Pixels are grey levels 0..255 at the camera's own resolution; whatever the network scales
         or normalises happens inside, so that the gradient is that of the camera's pixels.

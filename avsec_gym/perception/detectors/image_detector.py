@@ -62,7 +62,7 @@ def image_boxes(box2d: Floats, score: Floats, category: Sequence[str]) -> Boxes3
 
     Args:
         box2d: Left, top, right, bottom, pixels, shape (N, 4).
-        score: Shape (N,).
+        score: The scores, shape (N,).
         category: Names such as ``Car``.
 
     Example:

@@ -25,7 +25,7 @@ class ImageTruth:
 
     Args:
         boxes: x1, y1, x2, y2, shape (N, 4).
-        classes: From 0 on, shape (N,).
+        classes: The classes, from 0 on, shape (N,).
         ignored: Boxes of what is neither object nor background, shape (M, 4).
     """
 
@@ -40,7 +40,7 @@ def image_truth(
     """The objects to be learned, and those to be left alone: alike, tiny, or hidden.
 
     Args:
-        labels: With 2D boxes in pixels of the image.
+        labels: The labels, with 2D boxes in pixels of the image.
         categories: What is detected.
         scale: The network's input is so many times as high and as wide as the image.
         like: Gives type and device.

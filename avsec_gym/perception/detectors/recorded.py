@@ -36,7 +36,7 @@ class Replayed:
 
     Args:
         detections: The folder, with a file for each frame; a frame without one has no detections.
-        name: Of the detector that wrote it; the folder's if None.
+        name: The name of the detector that wrote it; the folder's if None.
 
     Raises:
         DataError: There is no such folder.

@@ -39,9 +39,9 @@ class ScanObstacles:
     the DARPA grand challenge", 2006, section 5.1, without its model of the sensor's noise.
 
     Args:
-        step: Metres.
+        step: The length of a step, metres.
         ahead: How far it looks, metres.
-        aside: To either side, metres.
+        aside: The distance to either side, metres.
         headroom: What hangs higher above a flat road is driven under, metres.
         fewest: Points of an obstacle.
 

@@ -27,7 +27,7 @@ class ScoreCalibration:
     """Log-odds as a linear function; the default leaves scores as they are.
 
     Args:
-        slope: Of the score's own log-odds, positive.
+        slope: The slope of the score's own log-odds, positive.
         offset: Added.
         evidence: Weights of whatever else the detector knows of a box; none: the order of scores
             stays as it was.
@@ -50,7 +50,7 @@ class ScoreCalibration:
         """Probabilities of boxes.
 
         Args:
-            scores: In [0, 1], shape (N,).
+            scores: The scores, in [0, 1], shape (N,).
             evidence: What else is known of them, shape (N, K); not looked at if it has no weights.
         """
         if self == ScoreCalibration():
@@ -69,7 +69,7 @@ def fit_score_calibration(
     One box more of either kind, at the mean of all, keeps a few boxes from making it certain.
 
     Args:
-        scores: In [0, 1], shape (E,).
+        scores: The scores, in [0, 1], shape (E,).
         right: How many boxes of each score are real, shape (E,).
         wrong: How many are not, shape (E,).
         evidence: What else is known of them, shape (E, K); none if None.

@@ -17,7 +17,7 @@ class SingleImage:
 
     Args:
         detector: What `make_image_detector` takes.
-        camera: Whose image.
+        camera: The camera whose image is looked at.
     """
 
     detector: Any

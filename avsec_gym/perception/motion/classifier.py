@@ -96,7 +96,7 @@ class MovingObjectClassifier:
 
         Args:
             boxes: Objects of the frame.
-            frame: With an image of the left camera; the right one and `previous` help.
+            frame: The frame, with an image of the left camera; the right one and `previous` help.
 
         Raises:
             DataError: The left image is missing or broken.

@@ -56,8 +56,8 @@ def current_crops(image: Image, regions: Floats, size: tuple[int, int]) -> Crops
     """Regions of an image in one size; black beyond the image.
 
     Args:
-        image: Shape (H, W, 3).
-        regions: Of `object_regions`, shape (N, 4).
+        image: The image, shape (H, W, 3).
+        regions: The regions of `object_regions`, shape (N, 4).
         size: Height and width of the crops.
     """
     return _crops(
@@ -79,12 +79,13 @@ def earlier_crops(
 
     Args:
         image: The earlier one, shape (H, W, 3).
-        regions: Of the current image, shape (N, 4).
+        regions: The regions of the current image, shape (N, 4).
         size: Height and width of the crops.
         boxes: The objects now.
         projection: P of the camera, shape (3, 4).
-        motion: Of `ego_motion`: from the current to the earlier camera frame, shape (4, 4).
-        ways: Metres that each object is taken to have driven since, along its heading, shape
+        motion: The motion of `ego_motion`: from the current to the earlier camera frame, shape (4,
+            4).
+        ways: The metres that each object is taken to have driven since, along its heading, shape
             (N,); none if None.
     """
     crops = []
@@ -139,7 +140,7 @@ def places_of(
     Args:
         pixels: u and v, shape (..., 2).
         boxes: Objects.
-        index: Of the object that the pixels show, and its surroundings.
+        index: The index of the object that the pixels show with its surroundings.
         projection: P of the camera, shape (3, 4).
 
     Returns:

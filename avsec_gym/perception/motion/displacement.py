@@ -35,10 +35,10 @@ def likeliest_ways(
     Args:
         now: The current image.
         before: The earlier one.
-        regions: Of the current image, around the objects, shape (N, 4).
+        regions: The regions of the current image, around the objects, shape (N, 4).
         boxes: N objects, as they are now.
         projection: P of the camera, shape (3, 4).
-        motion: Of `ego_motion`, shape (4, 4).
+        motion: The motion of `ego_motion`, shape (4, 4).
 
     Returns:
         Metres driven since, negative backwards, shape (N,).

@@ -37,8 +37,8 @@ def ego_motion(
     the earlier left image; the motion that most of them agree on is the ego vehicle's.
 
     Args:
-        now: With both images.
-        before: With a left image.
+        now: The current frame, with both images.
+        before: The earlier frame, with a left image.
         ignored: Left, top, right, bottom of areas without corners (objects that may move
             themselves), shape (N, 4), pixels.
         left: Reference camera.

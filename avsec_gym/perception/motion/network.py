@@ -101,7 +101,7 @@ class MotionNetwork(nn.Module):
     """Logits of moving: convolutions, flatten, FC + ReLU, FC; a sigmoid makes them probabilities.
 
     Args:
-        configuration: Of the layers.
+        configuration: The configuration of the layers.
     """
 
     def __init__(self, configuration: MotionConfiguration) -> None:

@@ -19,10 +19,10 @@ def pyramid_anchors(
 
     Args:
         shapes: Height and width of each level.
-        strides: Pixels between neighbouring cells of each level.
+        strides: The pixels between neighbouring cells of each level.
         sizes: Square root of the area at each level, pixels.
         ratios: Width over height.
-        scales: Of each level's size: two of them, 1 and the root of 2, halve its steps.
+        scales: The scales of each level's size: two of them, 1 and the root of 2, halve its steps.
 
     Returns:
         x1, y1, x2, y2, float64, shape (A, 4), centred at cell x stride without half a stride.

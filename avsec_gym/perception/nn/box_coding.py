@@ -20,8 +20,8 @@ def decode_boxes(boxes: Tensor, deltas: Tensor, last: float = 1.0) -> Tensor:
     """What deltas dx, dy, dw, dh make of boxes (..., 4).
 
     Args:
-        boxes: Shape (..., 4).
-        deltas: Shape (..., 4).
+        boxes: The boxes, shape (..., 4).
+        deltas: The deltas, shape (..., 4).
         last: 1 undoes `encode_boxes`; with 0, as in much published code, a box of w pixels ends at
             x1 + w.
     """

@@ -28,7 +28,7 @@ def voted_boxes(
     Args:
         location: Bottom centres of N candidates of one class, shape (N, 3).
         dimensions: Height, width, length, shape (N, 3).
-        rotation_y: Shape (N,).
+        rotation_y: The headings, shape (N,).
         scores: Positive, shape (N,).
         kept: Rows of the M boxes to be voted for; each of them votes for itself.
         overlap: Candidates vote that overlap the box by more (intersection over union from above).

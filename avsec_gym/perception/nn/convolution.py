@@ -73,10 +73,10 @@ def convolution(
         channels: What comes in.
         out: Channels that leave.
         groups: See `normalisation`.
-        dimensions: Of space: images or volumes.
+        dimensions: The number of dimensions of space: images or volumes.
         kernel: Its odd size in every dimension.
-        stride: In every dimension.
-        dilation: In every dimension.
+        stride: The stride in every dimension.
+        dilation: The dilation in every dimension.
     """
     return nn.Sequential(
         _CONVOLUTION[dimensions](
@@ -138,9 +138,10 @@ def normalisation(channels: int, groups: int, dimensions: Dimensions) -> nn.Modu
     """Over groups of channels (Wu & He, 2018); over the batch where channels are fewer.
 
     Args:
-        channels: Of the tensor to be normalised.
-        groups: Of channels; 0 normalises over the batch whatever the channels.
-        dimensions: Of space.
+        channels: The number of channels of the tensor to be normalised.
+        groups: The number of groups of channels; 0 normalises over the batch, whatever the
+            channels.
+        dimensions: The number of dimensions of space.
     """
     if groups and channels >= groups:
         return nn.GroupNorm(groups, channels)

@@ -27,8 +27,8 @@ def correlation_volume(left: Tensor, right: Tensor, disparities: Tensor, groups:
     Args:
         left: Features of the left image, shape (B, C, H, W).
         right: The same shape.
-        disparities: Of the D planes for each pair, pixels of the features, >= 0, shape (B, D); no
-            gradient reaches them.
+        disparities: The disparities of the D planes for each pair, pixels of the features, >= 0,
+            shape (B, D); no gradient reaches them.
         groups: G groups of neighbouring channels, each of which gives one mean.
 
     Returns:

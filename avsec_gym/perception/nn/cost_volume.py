@@ -39,7 +39,8 @@ def sampled_volume(left: Tensor, right: Tensor, disparities: Tensor) -> Tensor:
     Args:
         left: Features of the left image, shape (B, C, H, W).
         right: The same shape.
-        disparities: Of the D planes for each pair, pixels of the features, >= 0, shape (B, D).
+        disparities: The disparities of the D planes for each pair, pixels of the features, >= 0,
+            shape (B, D).
 
     Returns:
         Shape (B, 2C, D, H, W): the left half repeats the left features, whatever the plane; the
@@ -59,7 +60,7 @@ def enlarged(costs: Tensor, size: Sequence[int], aligned_corners: bool) -> Tenso
     """Trilinear interpolation, along the planes first: a third of the time of torch's own.
 
     Args:
-        costs: Shape (B, D, h, w).
+        costs: The costs, shape (B, D, h, w).
         size: New D, H and W.
         aligned_corners: Whether the centres of the outermost cells stay where they are.
 

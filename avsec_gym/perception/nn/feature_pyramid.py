@@ -18,8 +18,8 @@ class FeaturePyramid:
 
     Args:
         levels: P2..P6 with strides 4, 8, 16, 32, 64, each of shape (B, C, H / stride, W / stride).
-        height: Of the images, pixels.
-        width: Of the images, pixels.
+        height: The height of the images, pixels.
+        width: The width of the images, pixels.
     """
 
     levels: tuple[Tensor, ...]
@@ -40,7 +40,7 @@ class FeaturePyramidNetwork(nn.Module):
 
     Args:
         inputs: Channels of C2..C5.
-        channels: Of every level that comes out.
+        channels: The number of channels of every level that comes out.
     """
 
     def __init__(self, inputs: Sequence[int], channels: int) -> None:

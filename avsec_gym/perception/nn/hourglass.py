@@ -33,7 +33,7 @@ class Hourglass(nn.Module):
         """A volume seen at a coarser scale; the caller adds the residual.
 
         Args:
-            volume: Shape (B, channels, ...).
+            volume: The volume, shape (B, channels, ...).
             down: Features of an earlier hourglass on its way down, at half the size.
             up: The same on its way up.
 

@@ -21,7 +21,7 @@ def suppress(boxes: Tensor, scores: Tensor, overlap: float) -> Tensor:
     Args:
         boxes: x1, y1, x2, y2, pixels, the last pixel counted in (width = x2 - x1 + 1),
             shape (N, 4).
-        scores: Shape (N,).
+        scores: The scores, shape (N,).
         overlap: Intersection over union.
 
     Returns:

@@ -28,9 +28,10 @@ class PointLayer(nn.Module):
     Args:
         inputs: Channels.
         outputs: Channels.
-        dimensions: Of the original convolution, 1 or 2, for the shape of its weights.
-        is_normalised: Over the batch; there is no bias then.
-        has_relu: At the end.
+        dimensions: The number of dimensions of the original convolution, 1 or 2, for the shape of
+            its weights.
+        is_normalised: Whether it is normalised over the batch; there is no bias then.
+        has_relu: Whether a ReLU stands at the end.
     """
 
     def __init__(
@@ -78,7 +79,7 @@ class SetAbstraction(nn.Module):
     Args:
         inputs: Channels of the points' features, 0 without any.
         count: Points that remain, by `farthest_points`; None: all become one, at the origin.
-        radii: Of the balls around them, metres, one for each scale.
+        radii: The radii of the balls around them, metres, one for each scale.
         neighbours: Points looked at in each ball.
         channels: Outputs of the layers of each scale.
         is_normalised: See `PointLayer`.
@@ -105,8 +106,8 @@ class SetAbstraction(nn.Module):
         """The remaining points (B, count, 3), and what they know (B, count, channels).
 
         Args:
-            points: Shape (B, N, 3).
-            features: Shape (B, N, inputs).
+            points: The points, shape (B, N, 3).
+            features: The features, shape (B, N, inputs).
         """
         if self._count is None:
             around = points if features is None else torch.cat([points, features], -1)
@@ -127,7 +128,8 @@ class FeaturePropagation(nn.Module):
     """Hands the features of few points on to many.
 
     Args:
-        channels: Of the few points' features and the many's together, and of the layers.
+        channels: The numbers of channels: of the few points' features and the many's together, and
+            of the layers.
     """
 
     def __init__(self, channels: Sequence[int]) -> None:
@@ -142,8 +144,8 @@ class FeaturePropagation(nn.Module):
         Args:
             points: The many, shape (B, N, 3).
             few: The few, shape (B, M, 3).
-            features: Of the many, if there are any, shape (B, N, C).
-            few_features: Of the few, shape (B, M, D).
+            features: The features of the many, if there are any, shape (B, N, C).
+            few_features: The features of the few, shape (B, M, D).
         """
         handed_on = interpolated(few_features, *three_nearest(points, few))
         return self.mlp(handed_on if features is None else torch.cat([handed_on, features], -1))

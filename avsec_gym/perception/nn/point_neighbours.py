@@ -21,9 +21,9 @@ def ball_query(points: Tensor, centres: Tensor, radius: float, count: int) -> Te
     """The first points, in their order, that are nearer to a centre than a radius.
 
     Args:
-        points: Of B clouds, shape (B, N, 3).
-        centres: Of M balls in each, shape (B, M, 3).
-        radius: Metres.
+        points: The points of B clouds, shape (B, N, 3).
+        centres: The centres of M balls in each, shape (B, M, 3).
+        radius: The radius of the balls, metres.
         count: How many are taken; where there are fewer, the first is repeated; where there is
             none, all are 0.
 
@@ -38,8 +38,8 @@ def three_nearest(points: Tensor, known: Tensor) -> tuple[Tensor, Tensor]:
     """The three known points that are nearest to each point.
 
     Args:
-        points: Shape (B, N, 3).
-        known: Shape (B, M, 3), M at least 3.
+        points: The points, shape (B, N, 3).
+        known: The known points, shape (B, M, 3), M at least 3.
 
     Returns:
         Distances in metres, nearest first, and indices, both of shape (B, N, 3).
@@ -53,8 +53,8 @@ def gathered(features: Tensor, index: Tensor) -> Tensor:
     """What is said of indexed points.
 
     Args:
-        features: Shape (B, N, C).
-        index: Shape (B, ...).
+        features: The features, shape (B, N, C).
+        index: The indices, shape (B, ...).
 
     Returns:
         Shape (B, ..., C).
@@ -69,9 +69,9 @@ def interpolated(features: Tensor, distances: Tensor, index: Tensor) -> Tensor:
     """What neighbours say, the nearer ones more: weights are inverse distances.
 
     Args:
-        features: Of known points, shape (B, M, C).
-        distances: To neighbours, shape (B, N, K).
-        index: Of the neighbours among the known points, shape (B, N, K).
+        features: The features of known points, shape (B, M, C).
+        distances: The distances to the neighbours, shape (B, N, K).
+        index: The indices of the neighbours among the known points, shape (B, N, K).
 
     Returns:
         Shape (B, N, C).

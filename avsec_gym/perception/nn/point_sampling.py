@@ -15,7 +15,7 @@ def farthest_points(points: Tensor, count: int) -> Tensor:
     """Points spread as evenly as can be: each is the farthest from those before it.
 
     Args:
-        points: Of B clouds, metres, shape (B, N, 3).
+        points: The points of B clouds, metres, shape (B, N, 3).
         count: How many of each; at most N are different.
 
     Returns:

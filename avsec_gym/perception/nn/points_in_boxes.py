@@ -18,8 +18,8 @@ def in_box_frames(points: Tensor, boxes: Tensor) -> Tensor:
     """Points as seen from boxes: along, down from the bottom (so mostly negative), and across.
 
     Args:
-        points: Shape (..., N, 3).
-        boxes: Shape (..., 7).
+        points: The points, shape (..., N, 3).
+        boxes: The boxes, shape (..., 7).
 
     Returns:
         Shape (..., N, 3).
@@ -34,8 +34,8 @@ def points_in_boxes(points: Tensor, boxes: Tensor) -> Tensor:
     """Whether points are in boxes, or on their surface.
 
     Args:
-        points: Shape (N, 3).
-        boxes: Shape (M, 7).
+        points: The points, shape (N, 3).
+        boxes: The boxes, shape (M, 7).
 
     Returns:
         Shape (M, N).

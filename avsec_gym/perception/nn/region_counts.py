@@ -28,9 +28,9 @@ class SampleCount:
     """How much of an image is learned at a time; the defaults are Stereo R-CNN's numbers.
 
     Args:
-        anchors: In all.
+        anchors: The number of anchors in all.
         true_anchors: Largest share of them on an object.
-        regions: In all.
+        regions: The number of regions in all.
         true_regions: Largest share of them on an object.
 
     Raises:

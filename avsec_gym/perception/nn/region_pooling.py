@@ -18,10 +18,10 @@ def pooled_regions(
     """ROI align of every region on its own level.
 
     Args:
-        pyramid: Of B images.
+        pyramid: The pyramid of B images.
         regions: x1, y1, x2, y2, pixels of the network's input, shape (B, N, 4).
         level: 2..5, shape (B * N,).
-        bins: Along a side.
+        bins: The number of bins along a side.
         sampling_ratio: Samples along an axis of a bin; 0 adapts to the bin.
 
     Returns:

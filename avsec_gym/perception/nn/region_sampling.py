@@ -63,7 +63,7 @@ def sampled_regions(
         true: Whether a region lies on an object, shape (N,).
         false: Whether it is background, shape (N,).
         count: How many.
-        generator: Of the CPU; None: torch's own.
+        generator: A generator of the CPU; None: torch's own.
     """
     positive = drawn(true, round(count.true_regions * count.regions), generator)
     if not false.any():

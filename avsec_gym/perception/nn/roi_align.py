@@ -33,8 +33,8 @@ def roi_align(
         boxes: x1, y1, x2, y2 in pixels of the images, shape (N, 4); no gradient reaches them.
         image: Index of each box's image, shape (N,).
         level: Index of each box's feature map, shape (N,).
-        bins: Along a side of the output.
-        scales: Of each level, feature cells over pixels.
+        bins: The number of bins along a side of the output.
+        scales: The scales of each level, feature cells over pixels.
         sampling_ratio: Samples along an axis of a bin; 0 takes as many as the bin has cells,
             rounded up.
         places: Samples stand within the bins (Stereo R-CNN's branch 1.0, as in

@@ -14,8 +14,8 @@ def rotated_nms(rectangles: ArrayLike, scores: ArrayLike, threshold: float) -> N
     """Greedy: the best rectangle stays, whatever overlaps it too much goes, and so on.
 
     Args:
-        rectangles: Shape (N, 5), as `avsec_gym.box_overlap` takes them.
-        scores: Shape (N,); where two are equal, the first of the rows is the better.
+        rectangles: The rectangles, shape (N, 5), as `avsec_gym.box_overlap` takes them.
+        scores: The scores, shape (N,); where two are equal, the first of the rows is the better.
         threshold: A rectangle goes whose intersection over union with a better one that stays
             is above this.
 

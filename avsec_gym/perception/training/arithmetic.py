@@ -30,8 +30,8 @@ class Choice:
 
     Args:
         bfloat16: Whether in bfloat16 where that is safe (`torch.autocast`), else in float32.
-        float32_seconds: Of a step; None where it was not measured.
-        bfloat16_seconds: Of a step in bfloat16; None where it was not measured.
+        float32_seconds: The seconds of a step; None where it was not measured.
+        bfloat16_seconds: The seconds of a step in bfloat16; None where it was not measured.
     """
 
     bfloat16: bool
@@ -65,9 +65,9 @@ def choose_arithmetic(
     Args:
         wish: The arithmetic that is asked for, or ``measured``.
         task: Its `trained` stands on the device, in training mode.
-        batch: On the device.
+        batch: A batch on the device.
         rounds: Steps of each, after one that is not counted.
-        clock: Seconds.
+        clock: The clock, in seconds.
     """
     if wish != "measured":
         return Choice(wish == "bfloat16")

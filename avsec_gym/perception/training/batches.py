@@ -45,7 +45,7 @@ def batches(
         task: Prepares them.
         configuration: Batch size and seed.
         first: Step to begin with.
-        steps: In the whole training.
+        steps: The number of steps of the whole training.
         loaders: Threads.
     """
 

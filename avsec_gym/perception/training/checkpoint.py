@@ -41,8 +41,8 @@ class Checkpoint:
         best_step: When it was reached.
         without_better: Validations since then.
         validated: The step of the last validation.
-        seconds: Of training so far, validations included.
-        compute_seconds: Of steps alone.
+        seconds: The seconds of training so far, validations included.
+        compute_seconds: The seconds of steps alone.
         bfloat16: Whether the run calculates in bfloat16; None before the first step.
         arithmetic: Why, in words.
         finished: Whether there is nothing left to do.
@@ -79,8 +79,8 @@ def start_or_resume(folder: Path, identity: dict[str, Any], *, resume: bool) -> 
     """Where a training begins: at the last checkpoint of its folder, or at step 0.
 
     Args:
-        folder: Of the run.
-        identity: Of the training that begins.
+        folder: The folder of the run.
+        identity: The identity of the training that begins.
         resume: Go on with the run in the folder, if there is one.
 
     Raises:

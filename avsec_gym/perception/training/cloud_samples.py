@@ -50,7 +50,7 @@ class CloudSample:
     """A scan with its truth, all in the velodyne frame.
 
     Args:
-        points: Shape (M, 4).
+        points: The points, shape (M, 4).
         rectangles: Objects that can be found, shape (N, 5).
         ignored: Objects that need not be found: those with hardly a point on them, and those of
             similar classes, shape (K, 5).
@@ -96,8 +96,8 @@ def prepare_cloud_samples(
     """Crop scans to a region and sort their labels, unless that is done already.
 
     Args:
-        frames: Each with the files of `NEEDED`.
-        region: Of the network.
+        frames: The frames, each with the files of `NEEDED`.
+        region: The region of the network.
         category: What is looked for.
         folder: Where the arrays are kept, for these frames and this region.
         on_progress: Called with frames done and frames in all.
@@ -121,10 +121,10 @@ def cloud_sample(
     """The sample of a frame.
 
     Args:
-        frame: With a scan and image 2.
-        labels: Of this frame.
+        frame: The frame, with a scan and image 2.
+        labels: The labels of this frame.
         category: What is looked for.
-        region: With `MARGIN` around it, what is kept of the scan.
+        region: The region which, with `MARGIN` around it, is kept of the scan.
     """
     points, calibration = frame.points, frame.calibration
     kept = np.ones(len(points), bool)

@@ -19,9 +19,9 @@ def shifted(images: Sequence[Images], margin: int, down: int, right: int) -> lis
     """Images without a margin of which each side gives up what the other keeps.
 
     Args:
-        images: Each of shape (..., H + 2 margin, W + 2 margin, 3).
-        margin: Pixels on every side.
-        down: From 0 to 2 margin; the margin itself takes the middle.
+        images: The images, each of shape (..., H + 2 margin, W + 2 margin, 3).
+        margin: The pixels on every side.
+        down: The offset downwards, from 0 to 2 margin; the margin itself takes the middle.
         right: Alike.
     """
     rows = [image.shape[-3] - 2 * margin for image in images]
@@ -38,8 +38,8 @@ def relit_alike(
     """Images of one scene in other light, which differs a little between them.
 
     Args:
-        images: Each of shape (..., H, W, 3).
-        limits: Of the changes.
+        images: The images, each of shape (..., H, W, 3).
+        limits: The limits of the changes.
         randomness: Draws them.
     """
     largest = np.array(

@@ -28,7 +28,7 @@ class Curves:
     """Writes what a training reports.
 
     Args:
-        folder: Of the run.
+        folder: The folder of the run.
         step: Where it goes on; lines of later steps, of a run that was killed, are dropped.
     """
 
@@ -47,7 +47,7 @@ class Curves:
         Args:
             step: Steps that were done.
             kind: ``losses`` or ``metrics``.
-            values: By name.
+            values: The values by name.
             facts: Kept beside them, such as the seconds so far.
         """
         append_line(self._path, _line({"step": step, **facts, kind: dict(values)}))
@@ -108,7 +108,7 @@ def draw_curves(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     """A picture: loss terms (logarithmic), and metrics beside them where there are any.
 
     Args:
-        rows: Of `read_curves`.
+        rows: The rows of `read_curves`.
         path: A PNG, written over.
     """
     import io

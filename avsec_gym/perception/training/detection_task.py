@@ -56,10 +56,10 @@ class DetectionTask(StereoTask):
 
     Args:
         detector: Its network is trained in place.
-        categories: Whose precision is measured; that of the first leads.
+        categories: The categories whose precision is measured; that of the first leads.
         training: Samples of the network's input size.
         validation: Other samples of this size.
-        augmentation: Of training samples.
+        augmentation: The augmentation of training samples.
         data: JSON-able: what the samples are.
     """
 
@@ -88,7 +88,8 @@ class DetectionTask(StereoTask):
         """Begin with what an earlier training learned beside the network, such as term weights.
 
         Args:
-            beside: By name, as a `ModelCard` keeps it; what this task does not learn is ignored.
+            beside: The figures by name, as a `ModelCard` keeps them; what this task does not learn
+                is ignored.
         """
         for name, value in self.trained.state_dict().items():
             if not name.startswith("network.") and len(beside.get(name, ())) == value.numel():

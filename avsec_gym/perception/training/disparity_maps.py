@@ -15,7 +15,7 @@ def seen_from_right(left: Map) -> Map:
     """The right camera's disparity map, as far as the left camera sees its pixels.
 
     Args:
-        left: Of the left image, shape (H, W), pixels, 0 where unknown.
+        left: The disparities of the left image, shape (H, W), pixels, 0 where unknown.
 
     Returns:
         Of the right image, the same shape; 0 where nothing that the left camera sees falls.
@@ -43,9 +43,9 @@ def reduced_disparity(disparity: Map, height: int, width: int) -> Map:
     that is unknown, as in a sparse map, the largest of the four.
 
     Args:
-        disparity: Shape (H, W), 0 where unknown.
-        height: Of the result.
-        width: Of the result.
+        disparity: The disparities, shape (H, W), 0 where unknown.
+        height: The height of the result.
+        width: The width of the result.
     """
     if disparity.shape == (height, width):
         return disparity

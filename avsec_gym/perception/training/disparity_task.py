@@ -27,7 +27,7 @@ class DisparityTask(StereoTask):
         estimator: Its network is trained in place.
         training: Samples of the network's input size.
         validation: Other samples of this size.
-        augmentation: Of training samples.
+        augmentation: The augmentation of training samples.
         data: JSON-able: what the samples are.
     """
 
@@ -77,7 +77,7 @@ def disparity_errors(found: Tensor, truth: Tensor) -> tuple[float, float, float]
     """Sum of errors in pixels, wrong pixels (off by more than 3 and 5 %), and known pixels.
 
     Args:
-        found: Any shape, pixels.
+        found: The disparities that were found, pixels, of any shape.
         truth: The same shape, 0 where unknown.
     """
     known = truth > 0

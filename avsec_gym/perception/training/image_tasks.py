@@ -50,7 +50,7 @@ class ImageDetectionTask(StereoTask):
         detector: Its network is trained in place.
         training: Samples of the network's input size.
         validation: Other samples of this size.
-        augmentation: Of training samples.
+        augmentation: The augmentation of training samples.
         data: JSON-able: what the samples are.
     """
 

@@ -27,7 +27,7 @@ class FramePlace:
 
     Args:
         data: The folder.
-        id: In this folder.
+        id: The frame's id in this folder.
     """
 
     data: KittiObject

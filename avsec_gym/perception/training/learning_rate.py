@@ -13,8 +13,8 @@ def learning_rate(step: int, steps: int, configuration: TrainingConfiguration) -
     """The rate of a step; a pure function, so that a resumed run needs no scheduler's state.
 
     Args:
-        step: From 0 to ``steps - 1``.
-        steps: In the whole training.
+        step: The step, from 0 to ``steps - 1``.
+        steps: The number of steps of the whole training.
         configuration: Highest and last rate, and the share of steps that rise.
 
     Source:

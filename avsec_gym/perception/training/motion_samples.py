@@ -43,7 +43,7 @@ class MotionSamples:
             gaps for single crops.
         known: Whether there is a crop at each gap, shape (N, GAPS).
         moving: Which of them move in truth, shape (N,).
-        margin: Pixels of it on every side.
+        margin: The pixels of it on every side.
     """
 
     now: NDArray[np.uint8]

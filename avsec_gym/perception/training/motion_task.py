@@ -39,9 +39,9 @@ class MotionBatch:
     """Crops with the truth.
 
     Args:
-        crops: Of N objects.
+        crops: The crops of N objects.
         moving: 1 or 0, shape (N,).
-        weight: Of each object in the loss, shape (N,).
+        weight: The weight of each object in the loss, shape (N,).
     """
 
     crops: CropBatch
@@ -60,7 +60,7 @@ class MotionTask:
         classifier: Its network is trained in place.
         training: Objects to learn from.
         validation: Objects of other scenes.
-        augmentation: Of training samples; zoom is not used.
+        augmentation: The augmentation of training samples; zoom is not used.
         data: JSON-able: what the samples are.
     """
 

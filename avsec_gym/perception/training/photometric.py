@@ -22,7 +22,7 @@ def relit(
 
     Args:
         sample: Images are uint8.
-        limits: Of the changes.
+        limits: The limits of the changes.
         randomness: Draws them.
     """
     largest = np.array(

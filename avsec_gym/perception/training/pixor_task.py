@@ -29,8 +29,8 @@ class PixorBatch:
     """Scans with the truth.
 
     Args:
-        scans: Shape (B, channels, rows, columns).
-        targets: Of each.
+        scans: The scans, shape (B, channels, rows, columns).
+        targets: The targets of each.
     """
 
     scans: Tensor

@@ -41,9 +41,9 @@ class PointSample:
     """A scan with its truth, all in the camera frame.
 
     Args:
-        points: In view, shape (M, 3).
-        objects: That can be found, rows as `points_in_boxes` takes them, shape (N, 7).
-        ignored: That need not be found, as hardly a point is on them, shape (K, 7).
+        points: The points in view, shape (M, 3).
+        objects: The objects that can be found, rows as `points_in_boxes` takes them, shape (N, 7).
+        ignored: The objects that need not be found, as hardly a point is on them, shape (K, 7).
     """
 
     points: NDArray[np.float32]
@@ -76,8 +76,8 @@ def prepare_point_samples(
     """Take the points in view out of scans, and sort their labels, where that is not done yet.
 
     Args:
-        frames: Each with the files of `NEEDED`.
-        configuration: Of the network.
+        frames: The frames, each with the files of `NEEDED`.
+        configuration: The configuration of the network.
         folder: Where the files are kept.
         on_progress: Called with frames done and frames in all, of those that are to be done.
 
@@ -109,9 +109,9 @@ def point_sample(
     """The sample of a frame.
 
     Args:
-        frame: With a scan and image 2.
-        labels: Of this frame.
-        configuration: Of the network: what it sees, and looks for.
+        frame: The frame, with a scan and image 2.
+        labels: The labels of this frame.
+        configuration: The configuration of the network: what it sees, and looks for.
     """
     points = points_in_view(frame, configuration.view)
     wanted = labels[np.isin(labels.category, (configuration.category, *configuration.alike))]

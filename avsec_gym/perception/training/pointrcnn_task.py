@@ -27,8 +27,8 @@ class PointBatch:
 
     Args:
         points: Camera frame, shape (B, N, 3).
-        objects: Of each scan, (M, 7).
-        ignored: Of each scan, (K, 7).
+        objects: The objects of each scan, (M, 7).
+        ignored: The ignored objects of each scan, (K, 7).
     """
 
     points: Tensor

@@ -30,7 +30,7 @@ class RoadTypeBatch:
     Args:
         images: Grey levels, shape (N, 3, H, W).
         road_type: Numbers of `ROAD_TYPES`, shape (N,).
-        weight: Of each image in the loss, shape (N,).
+        weight: The weight of each image in the loss, shape (N,).
     """
 
     images: Tensor
@@ -49,7 +49,7 @@ class RoadTypeSamples:
     """Reduced left images, with a margin where they are learned from.
 
     Args:
-        images: Shape (N, H, W, 3).
+        images: The images, shape (N, H, W, 3).
         road_type: Numbers of `ROAD_TYPES`, shape (N,).
     """
 
@@ -62,9 +62,9 @@ class RoadTypeTask:
 
     Args:
         selector: Its network is trained in place.
-        training: With a margin of 8 pixels.
+        training: The images to learn from, with a margin of 8 pixels.
         validation: Without.
-        augmentation: Of training samples; zoom is not used.
+        augmentation: The augmentation of training samples; zoom is not used.
         data: JSON-able: what the samples are.
     """
 

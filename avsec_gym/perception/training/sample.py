@@ -25,12 +25,12 @@ class StereoSample:
     """A pair as cameras of just this size would have taken it.
 
     Args:
-        left: Shape (H, W, 3).
+        left: The left image, shape (H, W, 3).
         right: The same shape.
         left_projection: P of the left camera for these pixels, shape (3, 4).
         right_projection: P of the right camera.
-        left_disparity: Of the left image, shape (H, W), 0 where unknown.
-        right_disparity: Of the right image.
+        left_disparity: The disparities of the left image, shape (H, W), 0 where unknown.
+        right_disparity: Those of the right image.
         truth: The objects; 2D boxes are in these pixels.
     """
 
@@ -55,7 +55,7 @@ class StereoSampleBatch:
     Args:
         stereo: B pairs; `size` is that of their own pixels.
         truth: The objects of each.
-        disparity: Of the left images, shape (B, H, W), 0 where unknown.
+        disparity: The disparities of the left images, shape (B, H, W), 0 where unknown.
     """
 
     stereo: StereoBatch

@@ -44,7 +44,7 @@ class ScanTask(Generic[Detector, Samples]):
         detector: Its network is trained in place.
         training: Scans as the network sees them.
         validation: Other scans.
-        augmentation: Of training samples.
+        augmentation: The augmentation of training samples.
         data: JSON-able: what the samples are.
     """
 
@@ -101,7 +101,7 @@ def scan_samples(
     """What a `ScanTask` is made of beside its detector.
 
     Args:
-        options: Of the task.
+        options: The options of the task.
         network: Gets the weights to start with, if there are any.
         prepare: Makes samples of frames.
 

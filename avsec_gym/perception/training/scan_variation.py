@@ -26,7 +26,7 @@ def drawn_variation(
     Args:
         augmentation: The share of mirrored ones, and the ratio (`zoom`) of the largest scale to
             the smallest, whose middle is 1.
-        largest_turn: To either side, radians.
+        largest_turn: The largest turn to either side, radians.
         randomness: Draws.
     """
     flip, turn, scale = randomness.uniform(size=3)

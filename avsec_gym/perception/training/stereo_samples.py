@@ -98,7 +98,7 @@ def prepare_samples(
     """Reduce frames to a size, unless that is done already.
 
     Args:
-        frames: Each with images 2 and 3, calibration and labels; disparities come from
+        frames: The frames, each with images 2 and 3, calibration and labels; disparities come from
             ``disparity_2``, else from the scan, else they are unknown.
         size: Height and width; that of the first frame's camera if None.
         folder: Where the arrays are kept, for these frames and this size.

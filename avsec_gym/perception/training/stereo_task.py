@@ -21,7 +21,7 @@ class StereoTask:
     Args:
         training: Samples of the network's input size.
         validation: Other samples of this size.
-        augmentation: Of training samples.
+        augmentation: The augmentation of training samples.
         data: JSON-able: what the samples are.
     """
 
@@ -54,7 +54,7 @@ def stereo_samples(
     """What a `StereoTask` is made of.
 
     Args:
-        options: Of the task.
+        options: The options of the task.
         size: Height and width of the network's input.
 
     Raises:

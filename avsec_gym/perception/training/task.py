@@ -41,8 +41,8 @@ class Task(Protocol[B]):
         """Training samples, augmented; called in threads, so it changes nothing.
 
         Args:
-            indices: From 0 to ``samples - 1``.
-            randomness: Of the augmentation: the same gives the same batch.
+            indices: The indices of the samples, from 0 to ``samples - 1``.
+            randomness: The randomness of the augmentation: the same gives the same batch.
         """
         ...
 

@@ -40,13 +40,13 @@ class TaskOptions:
     """What a task is made of.
 
     Args:
-        preset: Of the network's configuration.
+        preset: The preset of the network's configuration.
         data: Folders in KITTI's object layout; the default suites if there are none.
         validation: Folders to validate on; the splits ``val`` of `data` if there are none.
         cache: Folder for what is computed once from the data.
         start: Weights to begin with, as `save_weights` writes them; random ones if None.
-        augmentation: Of training samples.
-        seed: Of random weights.
+        augmentation: The augmentation of training samples.
+        seed: The seed of random weights.
         on_progress: Called with frames prepared and frames in all.
         on_report: Called with what a user should know, such as which weights did not fit.
     """

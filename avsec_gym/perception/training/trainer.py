@@ -101,8 +101,8 @@ def train(
     Args:
         task: Its network is left with the averaged weights of the end, in evaluation mode.
         configuration: What the result depends on.
-        folder: Of the run: checkpoint and curves.
-        machine: Where, and how long.
+        folder: The folder of the run: checkpoint and curves.
+        machine: The device, and how long it may take.
         resume: Go on with the run in the folder, if there is one.
         keep: Called with the network, bearing averaged weights, at each better validation.
         on_progress: Called with steps done and steps in all, of this call.

@@ -51,8 +51,9 @@ def training_data(
     """The frames of folders.
 
     Args:
-        roots: Each with ``ImageSets/train.txt`` and, without `validation`, ``val.txt``; the
-            default suites of the procedural world, made on first use, if there are none.
+        roots: The folders, each with ``ImageSets/train.txt`` and, without `validation`,
+            ``val.txt``; the default suites of the procedural world, made on first use, if there are
+            none.
         validation: Folders all of whose frames are validated on; all frames of `roots` are
             then learned from.
         needed: Folders in which a frame must have a file.

@@ -23,9 +23,9 @@ def give_weights(network: nn.Module, weights: Weights, name: str) -> ModelCard |
     """Fill a network; it stands in evaluation mode then, its weights frozen.
 
     Args:
-        network: To fill.
+        network: The network to be filled.
         weights: See `Weights`.
-        name: Of network and preset, such as ``dsgn_small``: that of the package's file.
+        name: The name of network and preset, such as ``dsgn_small``: that of the package's file.
 
     Returns:
         The card of a file, if one is there.

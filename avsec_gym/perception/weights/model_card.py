@@ -11,27 +11,27 @@ class ModelCard:
     """What is known of weights; JSON beside the file.
 
     Args:
-        network: Such as ``dsgn``.
-        configuration: Of the network.
+        network: The name of the network, such as ``dsgn``.
+        configuration: The configuration of the network.
         data: What it was trained and validated on.
         training: Configuration of the training, seed among it.
-        metrics: On the validation data.
+        metrics: The metrics on the validation data.
         beside: What was learned with the network and is no part of it, such as weights of losses.
-        steps: Of training.
-        epochs: Of training.
+        steps: The number of training steps.
+        epochs: The number of epochs.
         minutes: It took, validations included.
         samples_seen: Training samples, each as often as it was seen.
-        compute_seconds: Of training steps alone.
+        compute_seconds: The seconds of training steps alone.
         images_per_hour: Samples in an hour of steps.
         arithmetic: Numbers that the training calculated in, and why.
         hardware: It ran on.
-        command: That made the weights.
+        command: The command that made the weights.
         before: Trainings whose weights this one began with, the first one first; see `trainings`.
-        versions: Of what made them.
-        source: Where weights come from that were not made here.
+        versions: The versions of what made them.
+        source: The origin of weights that were not made here.
         parameters: How many numbers are learned.
-        storage: Of floating-point numbers in the file.
-        sha256: Of the file.
+        storage: The type of floating-point numbers in the file.
+        sha256: The SHA-256 of the file.
     """
 
     network: str

@@ -21,8 +21,8 @@ def load_what_fits(path: str | Path, network: nn.Module) -> tuple[ModelCard | No
     The scales of a normalisation are taken whichever numbers it normalises over.
 
     Args:
-        path: As `save_weights` writes it.
-        network: To be given the weights, in place.
+        path: The file, as `save_weights` writes it.
+        network: The network that is given the weights, in place.
 
     Returns:
         The card of the file, if there is one, and in words what fitted, empty where all did.

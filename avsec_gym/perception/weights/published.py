@@ -23,7 +23,7 @@ def load_published(path: str | Path, network: nn.Module) -> None:
     Args:
         path: What ``torch.save`` wrote: a dictionary of tensors, or one that holds such a
             dictionary as ``state_dict`` or ``model``.  Nothing in it is executed.
-        network: That it is for.
+        network: The network that it is for.
 
     Raises:
         DataError: It cannot be read, holds something else than tensors and plain values, or is of

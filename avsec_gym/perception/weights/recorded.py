@@ -27,9 +27,9 @@ def check_recorded(path: Path, card: ModelCard, network: nn.Module) -> None:
     """Compare how the network enlarges its maps with how the one of the weights did.
 
     Args:
-        path: Of the weights.
+        path: The path of the weights.
         card: Theirs.
-        network: To be filled; one without a `configuration` is taken as it is.
+        network: The network to be filled; one without a `configuration` is taken as it is.
 
     Raises:
         ConfigurationError: The network does it in another way.

@@ -23,9 +23,9 @@ def fit_state(
     Counters of batches, which old checkpoints lack and no result depends on, may be missing.
 
     Args:
-        state: From a file.
-        network: That they are for.
-        path: Of the file, for messages.
+        state: The state that a file holds.
+        network: The network that they are for.
+        path: The path of the file, for messages.
 
     Raises:
         DataError: A tensor is missing, unexpected, of another shape or kind of numbers, or not

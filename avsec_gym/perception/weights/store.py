@@ -31,7 +31,7 @@ def save_weights(path: str | Path, network: nn.Module, card: ModelCard) -> Model
 
     Args:
         path: A ``.safetensors`` file, written over.
-        network: Whose weights.
+        network: The network whose weights are stored.
         card: Its `storage` (``float16`` or ``float32``) is that of all floating-point numbers;
             size and hash are filled in.
 
@@ -63,8 +63,8 @@ def load_weights(path: str | Path, network: nn.Module) -> ModelCard | None:
     """Fill a network with the weights of a file, as float32 or whatever the network has.
 
     Args:
-        path: As `save_weights` writes it.
-        network: Of the configuration that the weights are for.
+        path: The file, as `save_weights` writes it.
+        network: A network of the configuration that the weights are for.
 
     Returns:
         The card, if one is there.

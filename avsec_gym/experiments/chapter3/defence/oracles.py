@@ -66,7 +66,8 @@ class LidarOracle:
     """Sees every object, and an obstacle where bogus points stand up from the lowest of them.
 
     Args:
-        bogus: That an attacker sent, shape (B, 4); those that are left in a scan are believed.
+        bogus: The returns that an attacker sent, shape (B, 4); those that are left in a scan are
+            believed.
         truth: The boxes of what is there.
     """
 
@@ -115,7 +116,7 @@ def _obstacle(places: Floats, foot: float) -> Boxes3D:
     """What stands where points are, along the car's axes.
 
     Args:
-        places: In the camera frame, shape (N, 3).
+        places: The places in the camera frame, shape (N, 3).
         foot: Where it meets the road, y.
     """
     low, high = places.min(axis=0), places.max(axis=0)

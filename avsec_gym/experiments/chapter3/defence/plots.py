@@ -31,7 +31,7 @@ def draw_defence(worth: Sequence[DefenceRow]) -> list[str]:
     """A drawing for each detector.
 
     Args:
-        worth: Of `avsec_gym.experiments.chapter3.defence.rates.defence_rows`.
+        worth: The rows of `avsec_gym.experiments.chapter3.defence.rates.defence_rows`.
     """
     rows = [row for row in worth if row.attack != ANY_ATTACK]
     return [
@@ -44,7 +44,7 @@ def figure_of_defence(worth: Sequence[DefenceRow]) -> Figure:
     """A drawing for each detector, with its legend.
 
     Args:
-        worth: Of `avsec_gym.experiments.chapter3.defence.rates.defence_rows`.
+        worth: The rows of `avsec_gym.experiments.chapter3.defence.rates.defence_rows`.
     """
     return Figure(
         "Drives that are safe, by the attacked sensor and the response to an alarm, %",

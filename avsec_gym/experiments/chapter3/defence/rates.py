@@ -99,8 +99,8 @@ class DefenceSummary:
     """The results of a run on a defence.
 
     Args:
-        worth: Of `defence_rows`.
-        alarms: Of `alarm_rows`.
+        worth: The rows of `defence_rows`.
+        alarms: The alarms of `alarm_rows`.
     """
 
     worth: Sequence[DefenceRow]

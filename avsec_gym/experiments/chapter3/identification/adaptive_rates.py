@@ -32,7 +32,7 @@ def adaptive_rates(
     """For each kind and set of attacked sensors, at r = 1 %.
 
     Args:
-        results: Of a run; without `adaptive_attacks` there are no rows.
+        results: The results of a run; without `adaptive_attacks` there are no rows.
         fitted: The frames whose clean states give the thresholds.
         on: The sensors and the depth that they hold for.
         model: The likelihood model that was fitted on the same frames.

@@ -29,7 +29,7 @@ def beyond_rates(
 
     Args:
         fitted: The frames whose clean states give the thresholds.
-        judged: By kind (`BEYOND`), frames in the states with one attacked sensor (`alone`).
+        judged: By kind (`BEYOND`), the frames in the states with one attacked sensor (`alone`).
         on: The sensors and the depth that the thresholds hold for.
         model: The likelihood model that was fitted on the same frames.
 

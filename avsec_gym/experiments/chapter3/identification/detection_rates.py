@@ -82,7 +82,7 @@ def case_rates(
     """How often an alarm is raised in each attack case, on average, and on clean frames.
 
     Args:
-        alarms: Of N frames in all states, shape (N, states).
+        alarms: The alarms of N frames in all states, shape (N, states).
         cases: See `attack_cases_of`.
         drives: The drive of each frame.
 

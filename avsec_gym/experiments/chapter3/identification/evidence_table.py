@@ -73,9 +73,9 @@ def evidence_table(
 
     Args:
         results: The results of a run.
-        kind: Of attack: `FITTED`, `JUDGED`, or one of `BEYOND`.
+        kind: The kind of attack: `FITTED`, `JUDGED`, or one of `BEYOND`.
         system: The sensors.
-        states: Shape (states, n + 1); None: all.
+        states: The states, shape (states, n + 1); None: all.
 
     Raises:
         ConfigurationError: There is none.

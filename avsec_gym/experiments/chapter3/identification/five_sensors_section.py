@@ -26,7 +26,8 @@ def five_section(summary: Mapping[str, Any]) -> Section:
     """The section of a summary.
 
     Args:
-        summary: Of `avsec_gym.experiments.chapter3.identification.five_sensors.five_summary`.
+        summary: The summary of
+            `avsec_gym.experiments.chapter3.identification.five_sensors.five_summary`.
     """
     return Section(
         "five",

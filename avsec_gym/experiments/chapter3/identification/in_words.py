@@ -15,7 +15,8 @@ def validation_sentences(summary: Mapping[str, Any]) -> list[str]:
     """Detection, identification, false alarms, at r = 1 %.
 
     Args:
-        summary: Of `avsec_gym.experiments.chapter3.identification.summary.validation_summary`.
+        summary: The summary of
+            `avsec_gym.experiments.chapter3.identification.summary.validation_summary`.
     """
     detected = {
         (row["scenario"], row["criterion"]): row

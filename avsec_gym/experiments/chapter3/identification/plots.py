@@ -34,7 +34,8 @@ def figures_of_validation(summary: Mapping[str, Any]) -> list[Figure]:
     """All of a run.
 
     Args:
-        summary: Of `avsec_gym.experiments.chapter3.identification.summary.validation_summary`.
+        summary: The summary of
+            `avsec_gym.experiments.chapter3.identification.summary.validation_summary`.
     """
     figures = []
     rows = summary["case_distributions"]

@@ -27,7 +27,8 @@ def validation_section(summary: Mapping[str, Any]) -> Section:
     """The section of a summary.
 
     Args:
-        summary: Of `avsec_gym.experiments.chapter3.identification.summary.validation_summary`.
+        summary: The summary of
+            `avsec_gym.experiments.chapter3.identification.summary.validation_summary`.
     """
     return Section(
         "validation",

@@ -53,7 +53,7 @@ def validation_summary(
     """All figures of a run; None where either part has fewer than `FEWEST` frames.
 
     Args:
-        results: Of `avsec run identification`.
+        results: The results of `avsec run identification`.
         configuration: The configuration of the run.
         looked_at: How many of the judged frames, the first ones, were looked at while the method
             was made; ``unseen`` leaves them out.

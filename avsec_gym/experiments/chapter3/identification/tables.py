@@ -73,7 +73,8 @@ def tables_of_validation(summary: Mapping[str, Any]) -> list[Table]:
     """Tables 3.1 and 3.2, attacks beyond theirs, and the calibration of the likelihood.
 
     Args:
-        summary: Of `avsec_gym.experiments.chapter3.identification.summary.validation_summary`.
+        summary: The summary of
+            `avsec_gym.experiments.chapter3.identification.summary.validation_summary`.
     """
     return [
         _detection_table(summary["detection"]),

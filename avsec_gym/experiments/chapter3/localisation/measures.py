@@ -45,7 +45,7 @@ def attacks_of(camera: int = 2) -> dict[str, OpticalAttack]:
     """The attacks that are tried, by their names.
 
     Args:
-        camera: That light shines into, and in whose view bogus returns are.
+        camera: The camera that light shines into, and in whose view bogus returns are.
     """
     result: dict[str, OpticalAttack] = {
         f"facula, camera {camera}, {radius:g} px": Facula(camera, radius) for radius in RADII

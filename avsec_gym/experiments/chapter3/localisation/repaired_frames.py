@@ -176,7 +176,7 @@ class RepairedFrames:
 
         Args:
             id: The id of the frame.
-            attack: As `attacks_of` calls it.
+            attack: The attack as `attacks_of` calls it.
 
         Raises:
             DataError: The frame is no longer there.

@@ -171,8 +171,8 @@ def attack_of_size(what: str, size: float, bearing: float | None = None) -> Opti
     Args:
         what: `LIDAR`, or `CAMERA`, which is the reference.
         size: Metres of width, or pixels of radius.
-        bearing: Of a bogus return, radians; None: drawn where this width is seen whole.  A facula's
-            centre does not depend on its radius.
+        bearing: The bearing of a bogus return, radians; None: drawn where this width is seen whole.
+            A facula's centre does not depend on its radius.
     """
     reference = THREE_SENSORS.reference
     if what == LIDAR:

@@ -59,7 +59,7 @@ def baseline_rates(
     Args:
         fitted: Mismatches of clean frames, shape (M, pairs, IoUs, 2, 2); the pairs are those of
             the system, the last axes whether its first and its second sensor is attacked.
-        judged: Of other frames in all states, shape (N, pairs, IoUs, 2, 2).
+        judged: The counts of other frames in all states, shape (N, pairs, IoUs, 2, 2).
         drives: The drive of each judged frame.
         system: A LiDAR and three cameras.
 

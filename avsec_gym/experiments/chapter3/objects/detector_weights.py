@@ -47,8 +47,8 @@ def weight_inputs(names: Iterable[str], options: Mapping[str, Any]) -> dict[str,
     """Files of weights, and their cards, which hold calibrations.
 
     Args:
-        names: Of networks; those that no option gives weights to are left out.
-        options: By the networks' names their weights, among others.
+        names: The names of networks; those that no option gives weights to are left out.
+        options: The options of the run, among them the weights by the networks' names.
     """
     found = {}
     for name in (network for network in names if network in options):

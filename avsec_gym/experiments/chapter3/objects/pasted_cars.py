@@ -75,7 +75,8 @@ class CarsOfFrames:
         """The car of the first frame that has one; None: none has.
 
         Args:
-            numbers: Of frames; after the last one of the recording comes the first again.
+            numbers: The numbers of frames; after the last one of the recording comes the first
+                again.
 
         Raises:
             DataError: A file is broken.

@@ -31,7 +31,8 @@ def draw_sensitivity(summary: Mapping[str, Any]) -> list[str]:
     """A drawing for the LiDAR and one for the camera.
 
     Args:
-        summary: Of `avsec_gym.experiments.chapter3.objects.sensitivity_curves.sensitivity_summary`.
+        summary: The summary of
+            `avsec_gym.experiments.chapter3.objects.sensitivity_curves.sensitivity_summary`.
     """
     return [_draw(what, summary[what]) for what in (LIDAR, CAMERA)]
 
@@ -40,7 +41,8 @@ def figure_of_sensitivity(summary: Mapping[str, Any]) -> Figure:
     """Both drawings, with their legend.
 
     Args:
-        summary: Of `avsec_gym.experiments.chapter3.objects.sensitivity_curves.sensitivity_summary`.
+        summary: The summary of
+            `avsec_gym.experiments.chapter3.objects.sensitivity_curves.sensitivity_summary`.
     """
     legend = [line_key(kind, words) for kind, words in CURVES.items()]
     return Figure(

@@ -57,7 +57,7 @@ def score_threshold(
     Args:
         results: The results of a run.
         truth_of: The setting of labels.
-        found_of: That of detections.
+        found_of: The setting of detections.
         seen: `FROM_ABOVE` or `IN_IMAGE`.
 
     Returns:

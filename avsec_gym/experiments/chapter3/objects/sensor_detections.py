@@ -102,9 +102,9 @@ def seen_setting(part: str, sensor: Sensor, attacked: bool, camera: int) -> str:
 
     Args:
         part: `FITTED` or `JUDGED`.
-        sensor: Whose data were looked at.
+        sensor: The sensor whose data were looked at.
         attacked: Whether it was attacked.
-        camera: In whose image 2D boxes are; a camera's are in its own.
+        camera: The camera in whose image 2D boxes are; a camera's are in its own.
     """
     return f"{part} {sensor} {'attacked' if attacked else 'clean'} in {camera}"
 

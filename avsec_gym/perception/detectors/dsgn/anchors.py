@@ -45,7 +45,7 @@ def boxes_of_corners(corners: ArrayLike) -> tuple[Floats, Floats, Floats]:
     direction of the mean lengthwise edge.
 
     Args:
-        corners: Shape (N, 8, 3), in the order of `corners_of_boxes`.
+        corners: The corners, shape (N, 8, 3), in the order of `corners_of_boxes`.
 
     Returns:
         Location (N, 3) of the bottom's centre, dimensions (N, 3) as height, width, length, and

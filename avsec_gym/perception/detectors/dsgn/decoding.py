@@ -33,7 +33,7 @@ def decode(
     """The boxes of each pair, best score first, with `box2d` and `alpha`.
 
     Args:
-        output: Of the network.
+        output: The output of the network.
         configuration: Its anchors and grid.
         projections: P of the left cameras for their own images, shape (B, 3, 4).
         size: Height and width of these images, pixels.

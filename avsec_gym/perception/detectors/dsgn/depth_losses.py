@@ -19,10 +19,10 @@ def depth_loss(depth: Tensor, true_depth: Tensor, near: float, far: float) -> Te
     """Mean smooth L1 error of depths.
 
     Args:
-        depth: Metres, any shape.
+        depth: The depths, metres, any shape.
         true_depth: The same shape; only pixels in (near, far] count.
-        near: Metres.
-        far: Metres.
+        near: The least depth, metres.
+        far: The greatest depth, metres.
     """
     known = (true_depth > near) & (true_depth <= far)
     if not known.any():
@@ -37,10 +37,10 @@ def plane_loss(logits: Tensor, bins: Tensor, true_depth: Tensor, weight: Tensor)
     other than the error of an expectation, it also costs to believe in two surfaces at once.
 
     Args:
-        logits: Of D bins (dimension 1), shape (B, D, h, w).
-        bins: Metres, from far to near, shape (D,).
-        true_depth: Metres, 0 where unknown, shape (B, h, w).
-        weight: Of each pixel, positive, shape (B, h, w).
+        logits: The logits of D bins (dimension 1), shape (B, D, h, w).
+        bins: The bins, metres, from far to near, shape (D,).
+        true_depth: The true depths, metres, 0 where unknown, shape (B, h, w).
+        weight: The weight of each pixel, positive, shape (B, h, w).
     """
     known = (true_depth >= bins[-1]) & (true_depth <= bins[0])
     if not known.any():
@@ -59,10 +59,10 @@ def on_objects(depth: Tensor, projection: Tensor, objects: Sequence[Boxes3D], st
     """Which pixels show an object: those whose place in space lies in its box, or just beside it.
 
     Args:
-        depth: Of every ``step``-th pixel, metres, 0 where unknown, shape (B, h, w).
+        depth: The depths of every ``step``-th pixel, metres, 0 where unknown, shape (B, h, w).
         projection: P of the camera for all pixels, shape (B, 3, 4).
-        objects: Of each image.
-        step: Pixels between two depths.
+        objects: The objects of each image.
+        step: The pixels between two depths.
 
     Returns:
         A mask, shape (B, h, w).

@@ -59,8 +59,8 @@ class DsgnDetector(NetworkDetector[DsgnConfiguration, DsgnNetwork]):
     Its `network` stands in evaluation mode and its weights are frozen; training thaws it.
 
     Args:
-        configuration: Of the network, or a preset's name; with weights that were trained for an
-            earlier edition of the preset, that edition.
+        configuration: The configuration of the network, or a preset's name; with weights that were
+            trained for an earlier edition of the preset, that edition.
         weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
         categories: Classes that `losses` teaches, among those of the anchors.
         rule: Which anchors become boxes; None: that of the configuration.

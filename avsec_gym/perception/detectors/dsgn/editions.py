@@ -23,7 +23,7 @@ def preset_of_weights(name: str, card: ModelCard | None) -> DsgnConfiguration:
 
     Args:
         name: Name of the preset.
-        card: That of the weights, which keeps their configuration; None: the preset as it is.
+        card: The card of the weights, which keeps their configuration; None: the preset as it is.
 
     Raises:
         ConfigurationError: No preset has the name.

@@ -39,9 +39,9 @@ def fit_loss(
     The anchors are those that stand for an object, and the most likely others.
 
     Args:
-        output: Of the network, with `fit`.
+        output: The output of the network, with `fit`.
         truth: Objects of each pair.
-        targets: Of the same batch.
+        targets: The targets of the same batch.
         configuration: Anchors and grid.
         categories: Classes that are learned.
     """

@@ -20,8 +20,8 @@ def detection_losses(output: DsgnOutput, targets: AnchorTargets) -> dict[str, Te
     """The terms `classification`, `box` and `centerness`, and with half turns `reversal`; scalars.
 
     Args:
-        output: Of the network.
-        targets: Of the same batch, on any device.
+        output: The output of the network.
+        targets: The targets of the same batch, on any device.
     """
     logits, centerness = at_least_single(output.class_logits), at_least_single(output.centerness)
     targets = targets.to(logits)
@@ -70,9 +70,9 @@ def box_loss(corners: Tensor, true_corners: Tensor, weight: Tensor) -> Tensor:
     cos(t/2) sin(p/2).
 
     Args:
-        corners: Shape (P, 8, 3).
+        corners: The corners, shape (P, 8, 3).
         true_corners: The same shape.
-        weight: Shape (P,), positive.
+        weight: The weight of each, shape (P,), positive.
     """
     if len(corners) == 0:
         return corners.sum()

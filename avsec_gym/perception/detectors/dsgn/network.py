@@ -35,7 +35,7 @@ class DsgnOutput:
             pixels of the image in the full configurations, of those of the features in `small`.
         depth_bins: The depths in metres, far to near, shape (D,).
         class_logits: Before the sigmoid, shape (B, A, K, Z, X).
-        boxes: Of every anchor.
+        boxes: The boxes of every anchor.
         centerness: Before the sigmoid, shape (B, A, Z, X).
         reversal: Before the sigmoid: whether the box heads the other way than its corners tell,
             shape (B, A, K, Z, X); None without `half_turns`.

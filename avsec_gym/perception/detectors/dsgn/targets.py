@@ -37,7 +37,7 @@ class AnchorTargets:
     Args:
         index: Image, angle, class, row and column of each, int64, shape (P,): it picks them from
             the class logits of `DsgnOutput`.
-        corners: Of their objects, less the anchor's place, shape (P, 8, 3), metres.
+        corners: The corners of their objects, less the anchor's place, shape (P, 8, 3), metres.
         centerness: How close each is to its object, 1 for the closest, shape (P,).
         reversed: 1 where the object heads the other way than its corners tell, 0 elsewhere, shape
             (P,).  With half turns, corners are those of the box or of the box turned round, whose

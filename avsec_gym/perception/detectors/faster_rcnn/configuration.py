@@ -17,13 +17,13 @@ class FasterRcnnConfiguration:
     """Every number that may differ between two networks of the same classes.
 
     Args:
-        name: Of the preset.
+        name: The name of the preset.
         categories: What is found, the background left out.
         input_size: Height and width that images are resized to, pixels; None resizes so that the
             shorter side has `short_side` pixels, or the longer one `long_side`.
         short_side: See `input_size`.
         long_side: See `input_size`.
-        mean: Of red, green and blue, grey levels 0..255.
+        mean: The means of red, green and blue, grey levels 0..255.
         deviation: What the difference to the mean is divided by.
         stem_channels: Channels after the first convolution.
         stage_blocks: Bottlenecks of the four residual stages.
@@ -34,7 +34,7 @@ class FasterRcnnConfiguration:
         pyramid_channels: Channels of each level P2..P6.
         anchor_sizes: Square root of the anchors' area at P2..P6, pixels.
         anchor_ratios: Width over height.
-        anchor_scales: Of `anchor_sizes`, at each level.
+        anchor_scales: The scales of `anchor_sizes` at each level.
         training_proposals: Numbers of proposals in training.
         test_proposals: Numbers of proposals in use.
         proposal_overlap: Proposals that overlap more than this suppress each other.

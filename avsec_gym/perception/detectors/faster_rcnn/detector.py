@@ -33,11 +33,11 @@ class FasterRcnnDetector(ImageNetworkDetector[FasterRcnnConfiguration, FasterRcn
     """Cars in an image by Faster R-CNN, differentiable down to the pixels.
 
     Args:
-        configuration: Of the network, or a preset's name.
+        configuration: The configuration of the network, or a preset's name.
         weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
         rule: Which regions become boxes.
         sample: How much of an image `losses` takes; None: less for `small` than as published.
-        seed: Of the sample that `losses` draws outside of training.
+        seed: The seed of the sample that `losses` draws outside of training.
 
     Raises:
         ConfigurationError: No such preset, or the weights of another configuration.
@@ -66,7 +66,7 @@ class FasterRcnnDetector(ImageNetworkDetector[FasterRcnnConfiguration, FasterRcn
         """The four terms; see `DifferentiableImageDetector.losses`.
 
         Args:
-            images: Shape (B, 3, H, W).
+            images: The images, shape (B, 3, H, W).
             truth: What is really there, for each image.
             sampling: Proposals and samples as `draw` gave them, which makes the loss a smooth
                 function of the pixels; drawn anew if None.

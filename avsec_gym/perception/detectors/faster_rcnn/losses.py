@@ -20,9 +20,9 @@ def detection_terms(rpn: RpnOutput, boxes: BoxOutput, sampling: Sampling) -> dic
     """The terms by name as in `TERMS`; all have weight 1.
 
     Args:
-        rpn: Of B images.
-        boxes: For the sampled regions.
-        sampling: With the targets.
+        rpn: The proposal network's output of B images.
+        boxes: The boxes for the sampled regions.
+        sampling: The sampled regions with their targets.
     """
     sampled, true = sampling.anchor_labels >= 0, sampling.anchor_labels == 1
     anchors = sampled.sum().clamp(min=1)

@@ -30,7 +30,7 @@ class BoxOutput:
     """Of the box head, for N regions of each of B images and K classes (0 is the background).
 
     Args:
-        class_logits: Shape (B, N, K).
+        class_logits: The class logits, shape (B, N, K).
         deltas: dx, dy, dw, dh against the regions, over their deviations, shape (B, N, K, 4).
     """
 

@@ -21,11 +21,11 @@ class RpnOutput:
     """Of B images with A anchors each, P2 first, then row by row.
 
     Args:
-        logits: Of there being an object, shape (B, A).
+        logits: The logits of there being an object, shape (B, A).
         deltas: dx, dy, dw, dh, shape (B, A, 4).
         anchors: x1, y1, x2, y2, pixels, shape (A, 4).
-        height: Of the images, pixels.
-        width: Of the images, pixels.
+        height: The height of the images, pixels.
+        width: The width of the images, pixels.
     """
 
     logits: Tensor
@@ -86,7 +86,7 @@ def propose(
     """The best regions that survive suppression; no gradient passes.
 
     Args:
-        output: Of the proposal network.
+        output: The output of the proposal network.
         count: Regions before and after suppression.
         overlap: Above which a worse region is suppressed.
         least_side: Lower or narrower regions are dropped, pixels.

@@ -35,9 +35,9 @@ class Sampling:
     Args:
         anchor_labels: 1 object, 0 background, -1 not sampled, shape (B, A).
         anchor_targets: Deltas to the object's box, shape (B, A, 4).
-        regions: Shape (B, R, 4).
+        regions: The regions, shape (B, R, 4).
         labels: Class of each region, 0 the background, shape (B, R).
-        box_targets: As `BoxOutput.deltas`; 0 on the background, shape (B, R, 4).
+        box_targets: The box targets as `BoxOutput.deltas`; 0 on the background, shape (B, R, 4).
     """
 
     anchor_labels: Tensor
@@ -58,11 +58,11 @@ def draw_sampling(
     """Sampled targets for a batch.
 
     Args:
-        rpn: For its anchors and the images' size.
-        proposals: Of the same batch.
-        truths: For each image, in pixels of the network's input.
+        rpn: The proposal network's output for its anchors and the images' size.
+        proposals: The proposals of the same batch.
+        truths: The objects for each image, in pixels of the network's input.
         count: How many.
-        generator: Of the CPU; equal seeds draw equal samples. None: torch's own.
+        generator: A generator of the CPU; equal seeds draw equal samples. None: torch's own.
     """
     rows = []
     for image, truth in enumerate(truths):

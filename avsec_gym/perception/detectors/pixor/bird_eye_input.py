@@ -13,8 +13,8 @@ def bird_eye_input(points: Points, region: BirdEyeRegion) -> NDArray[np.float32]
     """Occupancy of every slice, and the mean reflectance of every column of cells.
 
     Args:
-        points: Shape (M, 4), velodyne frame; those on the region's border are outside, as are
-            those that are not finite.
+        points: The points, shape (M, 4), velodyne frame; those on the region's border are outside,
+            as are those that are not finite.
         region: What is seen.
 
     Returns:

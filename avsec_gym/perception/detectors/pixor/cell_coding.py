@@ -16,7 +16,7 @@ def encode(rectangles: Floats, corners: Floats, configuration: PixorConfiguratio
     """The values of cells.
 
     Args:
-        rectangles: Shape (N, 5).
+        rectangles: The rectangles, shape (N, 5).
         corners: x and y of the corner of each cell (see `PixorConfiguration.corners`), (N, 2).
         configuration: Mean and deviation.
 

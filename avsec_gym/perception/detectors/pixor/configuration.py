@@ -74,20 +74,20 @@ class PixorConfiguration:
         planes: Inner channels of the four stages of bottlenecks; the outer ones are four times
             as many.
         blocks: Bottlenecks of each stage.
-        strides: Of each stage; the result has the resolution after the second one.
+        strides: The stride of each stage; the result has the resolution after the second one.
         laterals: Channels on the way back up, coarsest first; the last are those of the header.
         header_relu: A ReLU behind each convolution of the header, as in the paper; the public
             code has none.
         field_of_view: Degrees, about the x axis, in which anything is found: that of the camera
             whose images the labels were made on.
-        mean: Of the six values of a cell with an object (see `cell_coding`); the network learns
-            them less the mean, over the deviation.
-        deviation: Of these values.
+        mean: The mean of the six values of a cell with an object (see `cell_coding`); the network
+            learns them less the mean, over the deviation.
+        deviation: The standard deviation of these values.
         focus: Exponent of the focal loss; 0: cross entropy, as in the public code.
-        box_weight: Of the values in the loss.
+        box_weight: The weight of the values in the loss.
         category: What is looked for.
-        object_height: Metres, given to every box, since nothing is said of heights: the mean of
-            KITTI's cars.
+        object_height: The object height, metres, given to every box, since nothing is said of
+            heights: the mean of KITTI's cars.
 
     Raises:
         ConfigurationError: Numbers that do not fit each other.

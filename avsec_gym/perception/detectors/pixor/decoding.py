@@ -37,8 +37,8 @@ def found_rectangles(
     """The objects of each scan, best score first.
 
     Args:
-        output: Of the network, B scans.
-        configuration: Of the network.
+        output: The output of the network, B scans.
+        configuration: The configuration of the network.
         rule: What becomes an object.
 
     Returns:

@@ -28,7 +28,7 @@ class PixorDetector(NetworkDetector[PixorConfiguration, PixorNetwork]):
     training thaws it.
 
     Args:
-        configuration: Of the network, or a preset's name.
+        configuration: The configuration of the network, or a preset's name.
         weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
         rule: Which cells become boxes; None: as published, but for the small one, with more
             candidates.

@@ -26,7 +26,7 @@ class PixorOutput:
     """What is said of each cell, for B scans.
 
     Args:
-        logits: Of an object, shape (B, rows, columns).
+        logits: The logits of an object, shape (B, rows, columns).
         values: Where it is, how large and how turned, normalised, shape (B, 6, rows, columns).
         in_view: Cells in the field of view, shape (rows, columns).
     """

@@ -21,7 +21,7 @@ class PixorTargets:
     Args:
         positive: Cells on an object, shape (B, rows, columns).
         judged: Cells of which the truth is known, the same shape.
-        values: Of positive cells, normalised, 0 elsewhere, shape (B, 6, rows, columns).
+        values: The values of positive cells, normalised, 0 elsewhere, shape (B, 6, rows, columns).
     """
 
     positive: Tensor
@@ -56,7 +56,7 @@ def cell_targets(
     Args:
         rectangles: Objects, shape (N, 5), velodyne frame; every cell whose middle is on one is
             positive (of two on each other, for the second one).
-        configuration: Of the network.
+        configuration: The configuration of the network.
         ignored: Rectangles whose cells are not judged, unless they are on an object.
         azimuths: Only cells in these directions are judged, radians from x to the left: where
             labels are complete.
@@ -83,7 +83,7 @@ def owners(places: Floats, rectangles: Floats) -> NDArray[np.int64]:
 
     Args:
         places: x and y, shape (..., 2).
-        rectangles: Shape (N, 5).
+        rectangles: The rectangles, shape (N, 5).
 
     Returns:
         Shape (...).

@@ -39,12 +39,12 @@ def upright_boxes(
     """Boxes that stand on rectangles.
 
     Args:
-        rectangles: Shape (N, 5), velodyne frame.
+        rectangles: The rectangles, shape (N, 5), velodyne frame.
         ground: z of the ground under each, shape (N,).
-        score: Shape (N,).
-        category: Of all of them.
-        height: Of all of them, metres.
-        calibration: Of the rig; without camera 2, boxes have no `box2d`.
+        score: The scores, shape (N,).
+        category: The category of all of them.
+        height: The height of all of them, metres.
+        calibration: The calibration of the rig; without camera 2, boxes have no `box2d`.
         size: Height and width of that camera's image, to which 2D boxes are clipped; boxes of
             which it shows nothing are left out, as in KITTI's labels.  None: nothing is clipped.
     """

@@ -131,11 +131,11 @@ class CodeParts:
     Args:
         x_bins: Logits, shape (N, bins).
         z_bins: The same of z.
-        x: From the middle of each bin, in bins, shape (N, bins).
+        x: The distance along x from the middle of each bin, in bins, shape (N, bins).
         z: The same.
-        y: Metres, shape (N, 1).
+        y: The height y, metres, shape (N, 1).
         heading_bins: Logits, shape (N, headings).
-        heading: From the middle of each bin, in half bins, shape (N, headings).
+        heading: The turn from the middle of each bin, in half bins, shape (N, headings).
         size: Beyond the mean one, as its share, shape (N, 3).
     """
 
@@ -154,14 +154,14 @@ class CodeTargets:
     """What they should be: bins as indices, and of residuals that of the right bin.
 
     Args:
-        x_bin: Shape (N,).
-        z_bin: Shape (N,).
-        x: Shape (N,).
-        z: Shape (N,).
-        y: Shape (N,).
-        heading_bin: Shape (N,).
-        heading: Shape (N,).
-        size: Shape (N, 3).
+        x_bin: The bin of x, shape (N,).
+        z_bin: The bin of z, shape (N,).
+        x: The place of x in its bin, shape (N,).
+        z: The place of z in its bin, shape (N,).
+        y: The height y, shape (N,).
+        heading_bin: The bin of the heading, shape (N,).
+        heading: The heading in its bin, shape (N,).
+        size: The size, shape (N, 3).
     """
 
     x_bin: Tensor

@@ -66,7 +66,7 @@ class ProposalRule:
         is_turned: Boxes are suppressed as they stand; otherwise, as published, as if all stood
             along x.
         near: Metres that separate near boxes from far ones, which are up to twice as far.
-        near_share: Of both numbers above, for near ones.
+        near_share: The share of both numbers above that is for near boxes.
     """
 
     before: int = 9000
@@ -86,9 +86,9 @@ class RegionSampling:
     """From which proposals the second stage learns, by their overlap with the truth (3D IoU).
 
     Args:
-        regions: Of each scan.
-        true_share: Of them, at most, that lie on an object.
-        hard_share: Of the others, that touch one.
+        regions: The number of regions of each scan.
+        true_share: The share of them, at most, that lies on an object.
+        hard_share: The share of the others that touches one.
         touching: Least overlap that counts as touching.
         least_box: Least overlap with an object whose box is learned.
         object: Overlap above which a proposal is an object.
@@ -112,13 +112,13 @@ class Refinement:
     """The second stage.
 
     Args:
-        points: That are looked at in each proposal.
+        points: The number of points that are looked at in each proposal.
         margin: About it, metres.
         inputs: Channels of the layers on coordinates, segmentation and distance.
         levels: The last one makes one of all points.
         head: Channels of the hidden layers of confidence and of boxes.
         is_normalised: See `PointLayer`.
-        coding: Of boxes.
+        coding: The coding of boxes.
     """
 
     points: int = 512
@@ -140,14 +140,14 @@ class PointRcnnConfiguration:
 
     Args:
         view: What it sees.
-        levels: Of the backbone, fine to coarse.
+        levels: The levels of the backbone, fine to coarse.
         propagation: Channels of the layers back up, fine to coarse; the first are those of points.
         head: Channels of the hidden layers of segmentation and of boxes.
         dropout: Behind the first of them, in training.
-        coding: Of the boxes that points tell.
+        coding: The coding of the boxes that points propose.
         object_score: Points that score higher are marked for the second stage.
-        proposals: In use.
-        training_proposals: In training.
+        proposals: The number of proposals in use.
+        training_proposals: The number of proposals in training.
         refinement: The second stage.
         sampling: What it learns from.
         ignored_margin: Metres about an object in which a point is neither on it nor background.

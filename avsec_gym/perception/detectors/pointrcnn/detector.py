@@ -48,7 +48,7 @@ class PointRcnnDetector(NetworkDetector[PointRcnnConfiguration, PointRcnnNetwork
     frozen; training thaws it.
 
     Args:
-        configuration: Of the network, or a preset's name.
+        configuration: The configuration of the network, or a preset's name.
         weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
         rule: Which boxes are reported; None: as published, but for the small one, also unsure ones.
 

@@ -37,9 +37,9 @@ def pointrcnn_losses(
     """The terms of both stages, scalars; the second learns from a sample of the first's proposals.
 
     Args:
-        network: In training mode.
+        network: The network in training mode.
         points: Camera frame, shape (B, N, 3).
-        objects: Of each scan, rows as `points_in_boxes` takes them, (M, 7) each.
+        objects: The objects of each scan, rows as `points_in_boxes` takes them, (M, 7) each.
         ignored: Other boxes of each scan whose points are not judged.
     """
     configuration = network.configuration
@@ -67,9 +67,9 @@ def proposal_losses(
     """The terms `segmentation`, `proposal_place`, `proposal_heading` and `proposal_size`.
 
     Args:
-        output: Of the first stage, B scans.
-        targets: Of each.
-        coding: Of its boxes.
+        output: The output of the first stage, B scans.
+        targets: The targets of each.
+        coding: The coding of its boxes.
     """
     labels = torch.cat([target.labels for target in targets])
     boxes = torch.cat([target.boxes for target in targets])
@@ -93,10 +93,10 @@ def refinement_losses(
     """The terms `confidence`, `refined_place`, `refined_heading` and `refined_size`.
 
     Args:
-        output: Of the second stage, R proposals.
-        targets: Of the same.
+        output: The output of the second stage, R proposals.
+        targets: The targets of the same.
         is_empty: Proposals without points, of which nothing is learned, shape (R,).
-        coding: Of its boxes.
+        coding: The coding of its boxes.
     """
     judged = (targets.labels >= 0) & ~is_empty
     surprise = functional.binary_cross_entropy_with_logits(
@@ -115,7 +115,7 @@ def box_losses(codes: Tensor, boxes: Tensor, coding: BinCoding) -> dict[str, Ten
     Args:
         codes: Predicted, shape (N, channels).
         boxes: True ones, as `BinCoding.targets` takes them, shape (N, 7).
-        coding: Of both.
+        coding: The coding of both.
     """
     if not len(codes):
         return dict.fromkeys(("place", "heading", "size"), codes.sum())

@@ -21,9 +21,9 @@ class PointRcnnOutput:
     """What both stages say of B scans.
 
     Args:
-        points: Of the first stage.
-        proposals: Of each scan.
-        refinement: Of all proposals, one scan after the other.
+        points: The points of the first stage.
+        proposals: The proposals of each scan.
+        refinement: The refinement of all proposals, one scan after the other.
     """
 
     points: PointOutput

@@ -18,7 +18,7 @@ def points_in_view(frame: SensorFrame, view: PointView) -> NDArray[np.float32]:
     """The points of a frame that the network may see.
 
     Args:
-        frame: With a scan; where there is image 2, only what it shows is in view.
+        frame: The frame with its scan; where there is image 2, only what it shows is in view.
         view: The region.
 
     Returns:
@@ -49,7 +49,8 @@ def sampled_points(
     """As many points as the network takes, in random order.
 
     Args:
-        places: Shape (M, 3), M at least 1; where there are too few, some come repeatedly.
+        places: The places, shape (M, 3), M at least 1; where there are too few, some come
+            repeatedly.
         view: How many, and which are preferred.
         randomness: Draws.  None: chance lies in the points themselves, so that the same ones are
             taken of the same scan in whatever order, and more points push out only as many.

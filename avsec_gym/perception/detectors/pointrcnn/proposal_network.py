@@ -26,8 +26,8 @@ class PointOutput:
 
     Args:
         points: Camera frame, shape (B, N, 3).
-        features: Shape (B, N, channels).
-        logits: That it is on an object, shape (B, N).
+        features: The features, shape (B, N, channels).
+        logits: The logits that it is on an object, shape (B, N).
         codes: Where the middle of that object is, how large and how turned; see `BinCoding`,
             shape (B, N, channels).
     """

@@ -38,8 +38,8 @@ def proposals(output: PointOutput, coding: BinCoding, rule: ProposalRule) -> lis
     """Where objects may be, for each scan.
 
     Args:
-        output: Of the first stage.
-        coding: Of its boxes.
+        output: The output of the first stage.
+        coding: The coding of its boxes.
         rule: Which boxes are taken.
     """
     found = []

@@ -31,7 +31,7 @@ class RefinementOutput:
     """What is said of R proposals.
 
     Args:
-        logits: That it is an object, shape (R,).
+        logits: The logits that it is an object, shape (R,).
         codes: Its box in the proposal's frame; see `refined_boxes`, shape (R, channels).
     """
 
@@ -44,7 +44,7 @@ class RegionPoints:
     """The points in R proposals.
 
     Args:
-        places: In the proposals' frames, shape (R, K, 3).
+        places: The places in the proposals' frames, shape (R, K, 3).
         features: Whether a point is on an object, its distance, and what it knows, shape
             (R, K, 2 + channels).
         is_empty: Whether there is no point, shape (R,).
@@ -99,9 +99,9 @@ def region_points(
     """The points in proposals; nothing is learned through them, as published.
 
     Args:
-        output: Of the first stage.
+        output: The output of the first stage.
         boxes: Proposals of each scan, (M, 7) each.
-        configuration: Of the network.
+        configuration: The configuration of the network.
 
     Returns:
         Those of all scans, one after the other.

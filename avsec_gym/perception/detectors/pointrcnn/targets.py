@@ -33,7 +33,7 @@ class PointTargets:
 
     Args:
         labels: 1 on an object, 0 background, -1 neither, shape (N,).
-        boxes: Of the objects, from each point, for those on one only, shape (N, 7).
+        boxes: The boxes of the objects, from each point, for those on one only, shape (N, 7).
     """
 
     labels: Tensor
@@ -48,7 +48,7 @@ class RegionTargets:
         regions: The proposals, shape (R, 7).
         labels: 1 an object, 0 none, -1 in between, shape (R,).
         has_box: Whether the box is learned, shape (R,).
-        boxes: Of the objects they overlap most, in their own frames, shape (R, 7).
+        boxes: The boxes of the objects they overlap most, in their own frames, shape (R, 7).
     """
 
     regions: Tensor
@@ -63,7 +63,7 @@ def point_targets(
     """Of one scan.
 
     Args:
-        points: Shape (N, 3).
+        points: The points, shape (N, 3).
         objects: Rows as `points_in_boxes` takes them, shape (M, 7).
         margin: Metres about an object in which points are neither on it nor background.
         ignored: Boxes in which they are neither as well, unless they are on an object.
@@ -91,8 +91,8 @@ def region_targets(proposals: Tensor, objects: Tensor, sampling: RegionSampling)
     before the first stage knows anything (Ren et al., 2015); the public code leaves them out.
 
     Args:
-        proposals: Shape (M, 7), M at least 1.
-        objects: Shape (K, 7).
+        proposals: The proposals, shape (M, 7), M at least 1.
+        objects: The objects, shape (K, 7).
         sampling: How many, and which.
     """
     if not len(objects):

@@ -45,7 +45,7 @@ class ObservedBoxes:
 
     Args:
         left: 2D boxes in the left image, shape (N, 4): left, top, right, bottom.
-        right: In the right image.
+        right: The same in the right image.
         keypoint: Where the keypoint is in the left image, u, shape (N,).
         corner: Which bottom corner it is, 0..3 as in `CORNERS`, shape (N,).
         borders: First and last visible column in the left image, shape (N, 2).
@@ -93,7 +93,7 @@ def solve_boxes(
 
     Args:
         observed: N boxes.
-        camera: That saw them.
+        camera: The camera that saw them.
         depth: Known z of the centres, shape (N,); x, y and yaw are solved then.
     """
     problem = _Problem(observed, camera, depth)

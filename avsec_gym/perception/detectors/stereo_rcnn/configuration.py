@@ -17,13 +17,13 @@ class StereoRcnnConfiguration:
     """Every number that may differ between two networks of the same classes.
 
     Args:
-        name: Of the preset.
+        name: The name of the preset.
         categories: What is found, the background left out.
         input_size: Height and width that images are resized to, pixels; None resizes so that the
             shorter side has `short_side` pixels.
         short_side: See `input_size`.
         blue_first: Whether channels go in as blue, green, red; else red, green, blue.
-        mean: Of each channel as it goes in, grey levels 0..255.
+        mean: The mean of each channel as it goes in, grey levels 0..255.
         deviation: What the difference to the mean is divided by.
         stem_channels: Channels after the first convolution.
         stage_blocks: Bottlenecks of the four residual stages.

@@ -63,11 +63,11 @@ class Selected:
     """M detections of one image, best first, in pixels of the network's input.
 
     Args:
-        regions: Of the left image that they come from, shape (M, 4).
+        regions: The regions of the left image that they come from, shape (M, 4).
         left: Boxes in the left image, shape (M, 4).
         right: Boxes in the right image, shape (M, 4).
-        scores: Shape (M,).
-        classes: From 1 on, shape (M,).
+        scores: The scores, shape (M,).
+        classes: The classes, from 1 on, shape (M,).
         sizes: Width, height, length (metres), sin and cos of the observation angle, shape (M, 5).
     """
 
@@ -127,10 +127,10 @@ def observed_boxes(
 
     Args:
         selected: M detections.
-        keypoints: For at least M regions, the first being theirs.
+        keypoints: The keypoints for at least M regions, the first being theirs.
         image: Which of `keypoints`' images it is.
         size: Height and width of the network's input.
-        camera: Of images that may have another size.
+        camera: The camera of images that may have another size.
     """
     scale_v, scale_u = camera.size[0] / size[0], camera.size[1] / size[1]
     count = len(selected.scores)
@@ -168,7 +168,7 @@ class EvidencedBoxes:
 
     Args:
         boxes: N, with the network's own scores.
-        evidence: In the order of `EVIDENCE`, shape (N, 3).
+        evidence: The evidence in the order of `EVIDENCE`, shape (N, 3).
     """
 
     boxes: Boxes3D
@@ -193,11 +193,11 @@ def solved_boxes(
 
     Args:
         observed: N detections.
-        scores: Shape (N,).
-        certainty: Of their keypoints, shape (N,).
-        categories: Of each one.
+        scores: The scores, shape (N,).
+        certainty: The certainty of their keypoints, shape (N,).
+        categories: The category of each one.
         images: Left and right.
-        camera: That took them.
+        camera: The camera that took them.
         alignment: How the depth is searched.
     """
     solved = solve_boxes(observed, camera)

@@ -34,10 +34,11 @@ class Alignment:
     """How the depth is searched; the defaults are the published numbers.
 
     Args:
-        coarse_steps: Of `coarse_interval` metres, about the depth that the solver found.
-        coarse_interval: Metres.
-        fine_steps: Of `fine_interval` metres, about the best of them.
-        fine_interval: Metres.
+        coarse_steps: The number of steps of `coarse_interval` metres, about the depth that the
+            solver found.
+        coarse_interval: The distance of coarse steps, metres.
+        fine_steps: The number of steps of `fine_interval` metres, about the best of them.
+        fine_interval: The distance of fine steps, metres.
         nearest: No depth below this is tried at first, metres.
         most_pixels: A box is thinned out to less than twice so many rows and columns.
         parabola: Refine the best fine step by a parabola through it and its neighbours.
@@ -101,9 +102,9 @@ def align_depths(
     Args:
         left: The left image.
         right: The right image.
-        observed: For the windows: left boxes and borders.
+        observed: What the network found, for the windows: left boxes and borders.
         solved: The boxes.
-        camera: Of images of this very size.
+        camera: The camera of images of this very size.
         how: The search.
     """
     before = solved.location[:, 2]

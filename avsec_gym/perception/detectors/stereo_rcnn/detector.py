@@ -54,12 +54,12 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
     `term_weights` with it.
 
     Args:
-        configuration: Of the network, or a preset's name.
+        configuration: The configuration of the network, or a preset's name.
         weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
         rule: Which regions become boxes.
         alignment: How depths are searched; None: as published for `resnet101`, else as measured.
         sample: How much of an image `losses` takes; None: as published for `resnet101`, else less.
-        seed: Of the sample that `losses` draws outside of training.
+        seed: The seed of the sample that `losses` draws outside of training.
 
     Raises:
         ConfigurationError: No such preset, or the weights of another configuration.

@@ -21,7 +21,7 @@ class BoxOutput:
     """Of the box head, for N regions of each of B images and K classes (0 is the background).
 
     Args:
-        class_logits: Shape (B, N, K).
+        class_logits: The class logits, shape (B, N, K).
         box_deltas: dx, dy, dw, dh of the left box and dx, dw of the right one, against the
             regions, in units of the standard deviations (0.1, 0.1, 0.2, 0.2, 0.1, 0.2),
             shape (B, N, K, 6).
@@ -66,9 +66,9 @@ def pool_regions(
     """ROI align of every region on its own level of P2..P5.
 
     Args:
-        pyramid: Of B images of one view.
+        pyramid: The pyramid of B images of one view.
         regions: x1, y1, x2, y2, pixels of the network's input, shape (B, N, 4).
-        bins: Along a side.
+        bins: The number of bins along a side.
         configuration: Gives the canonical size and the sampling ratio.
 
     Returns:

@@ -33,7 +33,7 @@ class StereoTruth:
 
     Args:
         left: Projected 3D boxes, clipped to the image, shape (N, 4): left, top, right, bottom.
-        right: In the right image.
+        right: The same in the right image.
         keypoints: u of the four bottom corners (`CORNERS`) in the left image, NaN unless the
             corner is the keypoint, shape (N, 4).
         borders: First and last visible column, shape (N, 2).
@@ -78,7 +78,7 @@ def stereo_truth(
 
     Args:
         boxes: The labels of a frame.
-        camera: With the size of the images that the boxes are wanted in.
+        camera: The camera, with the size of the images that the boxes are wanted in.
         categories: What is detected.
     """
     ahead = boxes.location[:, 2] + camera.offset[2] > _NEAR

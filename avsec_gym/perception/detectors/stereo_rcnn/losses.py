@@ -52,11 +52,11 @@ def detection_terms(
     """The unweighted terms, by name as in `TERMS`.
 
     Args:
-        rpn: Of B pairs.
-        boxes: For the sampled regions.
-        keypoints: For the K regions that have keypoints.
-        sampling: With the targets.
-        keypoint_targets: Of those K regions, shape (B, K, 3).
+        rpn: The proposal network's output of B pairs.
+        boxes: The boxes for the sampled regions.
+        keypoints: The keypoints for the K regions that have keypoints.
+        sampling: The sampled regions with their targets.
+        keypoint_targets: The keypoint targets of those K regions, shape (B, K, 3).
         background_sizes: Whether the background is drawn towards the mean car, as published.
     """
     terms = (

@@ -20,7 +20,7 @@ class Proposals:
     Args:
         left: x1, y1, x2, y2, pixels, shape (B, N, 4).
         right: The same rows of the right image, shape (B, N, 4).
-        scores: Shape (B, N).
+        scores: The scores, shape (B, N).
         valid: Whether it is a region or filling, shape (B, N).
     """
 
@@ -42,7 +42,7 @@ def propose(
     """The best pairs that survive suppression in both views; no gradient passes.
 
     Args:
-        output: Of the stereo proposal network.
+        output: The output of the stereo proposal network.
         count: Pairs before and after suppression.
         overlap: Above which a worse region is suppressed.
         exact: See `decode_stereo`.

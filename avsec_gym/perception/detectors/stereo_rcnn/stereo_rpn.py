@@ -19,11 +19,11 @@ class StereoRpnOutput:
 
     Args:
         logits: Background and foreground, as the loss takes them, shape (B, A, 2).
-        scores: By which proposals are ranked, in [0, 1], shape (B, A).
+        scores: The scores by which proposals are ranked, in [0, 1], shape (B, A).
         deltas: dx, dy, dw, dh of the left box, dx, dw of the right one, shape (B, A, 6).
         anchors: x1, y1, x2, y2, pixels, the same in both views, shape (A, 4).
-        height: Of the images, pixels.
-        width: Of the images, pixels.
+        height: The height of the images, pixels.
+        width: The width of the images, pixels.
     """
 
     logits: Tensor

@@ -47,8 +47,10 @@ class Sampling:
         left: Regions of the left image, shape (B, R, 4).
         right: Regions of the right image, shape (B, R, 4).
         labels: Class of each region, 0 the background, shape (B, R).
-        box_targets: As `BoxOutput.box_deltas`; 0 on the background, shape (B, R, 6).
-        dimension_targets: As `BoxOutput.dimensions_orientation`, likewise, shape (B, R, 5).
+        box_targets: The box targets as `BoxOutput.box_deltas`; 0 on the background, shape (B, R,
+            6).
+        dimension_targets: The dimension targets as `BoxOutput.dimensions_orientation`, likewise,
+            shape (B, R, 5).
         keypoint_targets: Cell of the keypoint (corner x 28 + column), of the left and of the
             right border, shape (B, R, 3); -1 where there is none.
     """
@@ -88,11 +90,11 @@ def draw_sampling(
     """Sampled targets for a batch.
 
     Args:
-        rpn: For its anchors and the images' size.
-        proposals: Of the same batch.
-        truths: For each image, in pixels of the network's input.
+        rpn: The proposal network's output for its anchors and the images' size.
+        proposals: The proposals of the same batch.
+        truths: The objects for each image, in pixels of the network's input.
         count: How many.
-        generator: Of the CPU; equal seeds draw equal samples. None: torch's own.
+        generator: A generator of the CPU; equal seeds draw equal samples. None: torch's own.
     """
     rows = []
     for image, truth in enumerate(truths):
@@ -130,7 +132,7 @@ def keypoint_targets(columns: Tensor, regions: Tensor) -> Tensor:
 
     Args:
         columns: u of the four corners, NaN where there is no keypoint, and of the two borders.
-        regions: In the left image.
+        regions: The regions in the left image.
     """
     width = regions[:, 2] - regions[:, 0] + 1
     cells = torch.round((columns - regions[:, :1]) * KEYPOINT_CELLS / width[:, None])

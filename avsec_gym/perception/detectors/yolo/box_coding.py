@@ -26,9 +26,9 @@ def place_in_cells(boxes: Tensor, output: YoloOutput, index: Tensor) -> tuple[Te
     """What logits should say of boxes.
 
     Args:
-        boxes: Shape (N, 4).
-        output: For its cells and priors.
-        index: Of the output's box that stands for each, shape (N,).
+        boxes: The boxes, shape (N, 4).
+        output: The output for its cells and priors.
+        index: The index of the output's box that stands for each, shape (N,).
 
     Returns:
         sigmoid(t_x) and sigmoid(t_y), t_w and t_h, shape (N, 2) each.

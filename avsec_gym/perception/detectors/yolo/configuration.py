@@ -21,12 +21,12 @@ class YoloConfiguration:
     """Every number that may differ between two networks of the same classes.
 
     Args:
-        name: Of the preset.
+        name: The name of the preset.
         categories: What is found.
         input_size: Height and width that images are resized to, pixels, multiples of 32; None
             resizes so that the longer side has `long_side` pixels, and rounds to such multiples.
         long_side: See `input_size`.
-        mean: Of red, green and blue, grey levels 0..255.
+        mean: The means of red, green and blue, grey levels 0..255.
         deviation: What the difference to the mean is divided by.
         stem_channels: Channels after the first convolution.
         stage_blocks: Residual blocks of the five stages, each of which halves the resolution.

@@ -24,7 +24,7 @@ class YoloDetector(ImageNetworkDetector[YoloConfiguration, YoloNetwork]):
     """Cars in an image by YOLOv3, differentiable down to the pixels.
 
     Args:
-        configuration: Of the network, or a preset's name.
+        configuration: The configuration of the network, or a preset's name.
         weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
         rule: Which boxes are detections; a box scores objectness times class probability.
 
@@ -50,10 +50,10 @@ class YoloDetector(ImageNetworkDetector[YoloConfiguration, YoloNetwork]):
         """The four terms; see `DifferentiableImageDetector.losses`.
 
         Args:
-            images: Shape (B, 3, H, W).
+            images: The images, shape (B, 3, H, W).
             truth: What is really there, for each image.
-            targets: As `targets` gave them, which makes the loss a smooth function of the pixels;
-                found anew if None.
+            targets: The targets as `targets` gave them, which makes the loss a smooth function of
+                the pixels; found anew if None.
         """
         output, targets = self._run(images, truth, targets)
         return detection_terms(output, targets)

@@ -27,7 +27,7 @@ class YoloOutput:
     Args:
         logits: t_x, t_y, t_w, t_h, of objectness, of each of K classes, shape (B, P, 5 + K).
         cells: Column and row of each box's cell, shape (P, 2).
-        strides: Pixels between neighbouring cells, shape (P, 1).
+        strides: The pixels between neighbouring cells, shape (P, 1).
         priors: Width and height, pixels, shape (P, 2).
     """
 

@@ -15,8 +15,8 @@ def prior_clusters(sizes: Floats, count: int, seed: int = 0) -> Floats:
 
     Args:
         sizes: Width and height of boxes in pixels of a network's input, shape (N, 2).
-        count: Of priors, not more than there are different sizes.
-        seed: Of the boxes to begin with; the best of ten beginnings is taken.
+        count: The number of priors, not more than there are different sizes.
+        seed: The seed of the boxes to begin with; the best of ten beginnings is taken.
 
     Returns:
         Width and height, smallest area first, shape (count, 2).

@@ -22,12 +22,12 @@ class YoloTargets:
     With these fixed, the loss is a smooth function of the pixels.
 
     Args:
-        image: Of each object, shape (N,).
+        image: The image of each object, shape (N,).
         box: Which one stands for the object, shape (N,).
         offsets: sigmoid(t_x), sigmoid(t_y), shape (N, 2).
         sizes: t_w, t_h, shape (N, 2).
-        classes: From 0 on, shape (N,).
-        weights: Of place and size: 2 less the object's share of the image, shape (N,).
+        classes: The classes, from 0 on, shape (N,).
+        weights: The weights of place and size: 2 less the object's share of the image, shape (N,).
         judged: Boxes whose objectness is learned, shape (B, P).
     """
 
@@ -53,10 +53,10 @@ def find_targets(
     boxes that overlap one by more than the configuration's `ignored_overlap` are not judged.
 
     Args:
-        output: Of B images.
-        truths: Of the same.
+        output: The output of B images.
+        truths: The objects of the same.
         size: Height and width of the network's input.
-        configuration: Of the network.
+        configuration: The configuration of the network.
     """
     found = decoded_boxes(output)
     judged = torch.ones_like(output.objectness, dtype=torch.bool)
