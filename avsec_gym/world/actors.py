@@ -55,8 +55,10 @@ class Instant:
         time: Time since the start, seconds.
         actors: All actors, the sensor vehicles among them.
         egos: Indices into `actors` of those that carry sensors.
+        turn_rate: How fast each actor turns to the left, rad/s, shape (N,); none turns if None.
     """
 
     time: float
     actors: Actors
     egos: tuple[int, ...] = (0,)
+    turn_rate: Floats | None = None

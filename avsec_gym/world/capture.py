@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from enum import StrEnum
 
 import numpy as np
 
@@ -12,15 +13,34 @@ from avsec_gym.geometry import Floats
 from avsec_gym.rig import SensorRig
 from avsec_gym.world.labels import FrameLabels, label_frame
 from avsec_gym.world.mesh import Float32s
+from avsec_gym.world.motion import moving_bodies, sensor_motion
 from avsec_gym.world.posed_scenes import PosedScene
 from avsec_gym.world.rendering.camera import PinholeCamera
 from avsec_gym.world.rendering.image_sensor import draw_sensors
 from avsec_gym.world.rendering.lidar import Lidar, Scan
 from avsec_gym.world.rendering.lidar_body import free_of_body
+from avsec_gym.world.rendering.relief import draw_relief
 from avsec_gym.world.rendering.renderer import Geometry, Renderer
 from avsec_gym.world.rendering.silhouettes import silhouettes
 
-_CAMERA_SEED, _LIDAR_SEED = 11, 12
+_CAMERA_SEED, _LIDAR_SEED, _DEVICE_SEED = 11, 12, 13
+
+
+class Sweep(StrEnum):
+    """What a scan does with the tenth of a second that the LiDAR needs for a turn.
+
+    In all three the scan's pose is that at the trigger of the cameras, when the head faces ahead.
+    """
+
+    INSTANT = "instant"
+    """All pulses leave at that time."""
+    ROLLING = "rolling"
+    """Each pulse leaves at its own time, from where the vehicle is then, and meets moving objects
+    where they are then; points lie in the velodyne frame of their own pulse, as in KITTI's raw
+    and object data: no motion is compensated."""
+    COMPENSATED = "compensated"
+    """The same, with the vehicle's own motion compensated, as in KITTI's odometry data: points lie
+    in the velodyne frame of the trigger; moving objects stay smeared."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +71,7 @@ def render(
     ego: int = 0,
     cameras: Sequence[int] = (2, 3),
     lidar: Lidar | None = Lidar(),
+    sweep: Sweep = Sweep.INSTANT,
     renderer: Renderer | None = None,
 ) -> Capture:
     """Render a scene with the sensors of one ego vehicle.
@@ -59,7 +80,9 @@ def render(
         posed: The scene.
         ego: Number of the ego vehicle among those of the instant.
         cameras: Numbers of the cameras to render.
-        lidar: The LiDAR to scan with; None for no scan.
+        lidar: The LiDAR to scan with; None for no scan. Without a seed, it is a device of the
+            vehicle's own, the same over a drive.
+        sweep: How the scan treats motion during a turn.
         renderer: Result of `renderer_of` for this scene and vehicle, if it exists already.
     """
     instant, rig = posed.instant, posed.rig
@@ -89,9 +112,7 @@ def render(
     # Scan, with the vehicle's own body in the LiDAR's way.
     scan = None
     if lidar is not None:
-        free = free_of_body(lidar)
-        noise = _generator(posed, own, _LIDAR_SEED)
-        scan = lidar.scan(renderer, pose @ rig.velodyne_pose, noise, free)
+        scan = _scan(posed, ego, lidar, sweep, renderer)
     # Disparity follows from depth: d = f B / Z.
     baseline = 0.0 if partner is None else rig.calibration.baseline(reference, partner)
     disparity = np.where(
@@ -100,6 +121,29 @@ def render(
         np.nan,
     )
     return Capture(images, scan, labels, geometry, disparity.astype(np.float32), partner)
+
+
+def _scan(posed: PosedScene, ego: int, lidar: Lidar, sweep: Sweep, renderer: Renderer) -> Scan:
+    own = posed.instant.egos[ego]
+    if lidar.seed is None:
+        device = np.random.SeedSequence((*posed.seed[:2], own, _DEVICE_SEED))
+        lidar = replace(lidar, seed=int(device.generate_state(1)[0]))
+    # Where the velodyne is when each column fires, and what moves meanwhile.
+    to_world = posed.vehicle_to_world[ego] @ posed.rig.velodyne_pose
+    rolling = sweep is not Sweep.INSTANT
+    motion = sensor_motion(posed.instant, ego)
+    if rolling and not motion.stands:
+        moved = posed.vehicle_to_world[ego] @ motion.transforms(lidar.firing_times)
+        to_world = moved @ posed.rig.velodyne_pose
+    return lidar.scan(
+        renderer,
+        to_world,
+        _generator(posed, own, _LIDAR_SEED),
+        free_of_body(lidar),
+        bodies=moving_bodies(posed.instant, ego) if rolling else (),
+        relief=draw_relief(posed.site.seed),
+        compensated=sweep is Sweep.COMPENSATED,
+    )
 
 
 def renderer_of(posed: PosedScene, ego: int = 0) -> Renderer:

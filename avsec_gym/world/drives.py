@@ -16,6 +16,7 @@ from avsec_gym.rig import SensorRig, kitti_rig
 from avsec_gym.world.actors import Instant
 from avsec_gym.world.built_scene import BuiltScene, build_scene
 from avsec_gym.world.ground import Ground
+from avsec_gym.world.motion import with_turn_rates
 from avsec_gym.world.posed_scenes import PosedScene
 from avsec_gym.world.rendering.light import draw_light
 from avsec_gym.world.site import Site, Style
@@ -70,7 +71,7 @@ class DriveScenes(Sequence[PosedScene]):
         return PosedScene(
             site=world.site,
             built=world.built,
-            instant=world.instants[number],
+            instant=world.turning(number),
             rig=self.rig,
             vehicle_to_world=world.ego_poses[number],
             seed=(*world.seed, number),
@@ -84,6 +85,14 @@ class DriveWorld:
     site: Site
     instants: tuple[Instant, ...]
     seed: tuple[int, int, int]
+
+    after: Instant
+    """The instant that follows the last one: actors turn towards it."""
+
+    def turning(self, number: int) -> Instant:
+        """An instant, with the turn rates of its actors."""
+        following = (*self.instants, self.after)[number + 1]
+        return with_turn_rates(self.instants[number], following)
 
     @cached_property
     def ego_poses(self) -> Floats:
@@ -156,8 +165,8 @@ def _drive_world(seed: int, index: int, frames: int, egos: int) -> DriveWorld:
     style = list(_STYLES)[(seed + index) % len(_STYLES)]
     duration = STEP * (frames - 1)
     site = draw_site(style, rng, length=_BEFORE + _STYLES[style] * duration + _BEYOND)
-    instants = simulate(site, rng, duration=duration, step=STEP, egos=egos)
-    return DriveWorld(site, tuple(instants), numbers)
+    *instants, after = simulate(site, rng, duration=duration + STEP, step=STEP, egos=egos)
+    return DriveWorld(site, tuple(instants), numbers, after)
 
 
 def _free_areas(instants: Sequence[Instant]) -> list[shapely.Geometry]:

@@ -5,13 +5,16 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avsec_gym.world.mesh import Float32s, Int32s
 from avsec_gym.world.rendering.laser import laser_reflectance
+from avsec_gym.world.rendering.moving_bodies import Rays, SweptScene
 from avsec_gym.world.rendering.ray_scene import NOTHING
 from avsec_gym.world.rendering.renderer import Renderer
+from avsec_gym.world.section import Surface
 
-_PULSE_ANGLE = 0.003
+PULSE_ANGLE = 0.003
 """Width of a laser pulse, radians."""
 
 
@@ -24,33 +27,48 @@ class Echoes(NamedTuple):
     """In the infrared, [0, 1], shape (n,)."""
     cosine: Float32s
     """Of the angle of incidence, shape (n,)."""
+    mirror: Float32s
+    """Share of the light that the surface mirrors, shape (n,)."""
+    surface: NDArray[np.uint8]
+    """`Surface`, shape (n,)."""
     object_id: Int32s
     """Shape (n,)."""
 
 
-def laser_echoes(renderer: Renderer, origins: Float32s, directions: Float32s) -> Echoes:
+def laser_echoes(renderer: Renderer, swept: SweptScene, rays: Rays) -> Echoes:
     """Where laser pulses end; they pass one pane of glass without an echo.
 
     Args:
         renderer: Renderer of the scene.
-        origins: Origins of the pulses, metres, shape (n, 3).
-        directions: Unit vectors along the pulses, shape (n, 3).
+        swept: The same scene with what moves in it.
+        rays: The pulses.
     """
-    scene = renderer.scene
-    hits = renderer.hits(origins, directions, _PULSE_ANGLE, layers=1)
-    face, distance = hits.face.copy(), hits.distance.copy()
-    materials = scene.materials
+    scene, materials = renderer.scene, renderer.scene.materials
+    # The first surface of each pulse, or what is behind it if that is glass.
+    face, distance = swept.hits(rays)
     glass = np.flatnonzero((face >= 0) & materials.glass[scene.material[face]])
     if len(glass):
         passed = distance[glass] + np.float32(0.01)
-        starts = origins[glass] + passed[:, None] * directions[glass]
-        behind = scene.hits(np.ascontiguousarray(starts), directions[glass].copy())
-        again = behind.face >= 0
-        again &= ~materials.glass[scene.material[np.maximum(behind.face, 0)]]
-        face[glass] = np.where(again, behind.face, -1)
-        distance[glass] = np.where(again, behind.distance + passed, np.inf)
+        starts = rays.origins[glass] + passed[:, None] * rays.directions[glass]
+        behind, beyond = swept.hits(
+            Rays(np.ascontiguousarray(starts), rays.directions[glass], rays.seconds[glass]),
+            layers=0,
+        )
+        again = behind >= 0
+        again &= ~materials.glass[scene.material[np.maximum(behind, 0)]]
+        face[glass] = np.where(again, behind, -1)
+        distance[glass] = np.where(again, beyond + passed, np.inf)
+    # What comes back, on triangles at rest.
     seen = face >= 0
     reflectance, cosine = np.zeros_like(distance), np.zeros_like(distance)
+    origins, directions = swept.at_rest(face, rays)
     laser_reflectance(renderer.arrays, face, distance, origins, directions, reflectance, cosine)
-    objects = np.where(seen, scene.object_id[np.maximum(face, 0)], NOTHING)
-    return Echoes(distance, reflectance, cosine, objects)
+    met = np.maximum(face, 0)
+    return Echoes(
+        distance,
+        reflectance,
+        cosine,
+        np.where(seen, materials.mirror[scene.material[met]], np.float32(0.0)),
+        np.where(seen, scene.surface[met], Surface.SKY).astype(np.uint8),
+        np.where(seen, scene.object_id[met], NOTHING),
+    )

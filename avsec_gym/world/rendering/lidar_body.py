@@ -10,30 +10,30 @@ from numpy.typing import NDArray
 from avsec_gym.world.rendering.lidar import Lidar
 
 _BODY = (
-    (162.0, 198.0, -90.0, -18.3),
-    (199.0, 205.0, -90.0, -20.0),
-    (155.0, 161.0, -90.0, -21.0),
-    (161.0, 165.0, -18.3, -15.0),
-    (195.0, 199.0, -18.3, -15.0),
-    (227.0, 233.0, -90.0, -19.6),
-    (127.0, 133.0, -90.0, -19.6),
-    (281.0, 297.0, -22.3, -15.9),
-    (-15.0, 18.0, -90.0, -20.4),
-    (-19.0, 22.0, -90.0, -22.2),
-    (-42.0, -33.0, -90.0, -22.2),
-    (38.0, 46.0, -90.0, -22.2),
+    (162.0, 198.0, -90.0, -19.2),
+    (198.0, 204.0, -90.0, -20.1),
+    (156.0, 162.0, -90.0, -20.9),
+    (153.0, 156.0, -90.0, -22.2),
+    (159.0, 163.0, -19.2, -13.9),
+    (199.0, 203.0, -19.2, -13.9),
+    (230.5, 235.5, -90.0, -21.0),
+    (129.0, 133.0, -90.0, -21.0),
+    (283.0, 297.0, -23.4, -16.8),
+    (-15.0, 15.0, -90.0, -21.8),
+    (-19.0, 18.0, -90.0, -23.4),
+    (-42.0, -33.0, -90.0, -23.4),
+    (38.0, 46.0, -90.0, -23.4),
 )
-"""Azimuths to the left of ahead from and to, elevations from and to, all in degrees, in which
-eight of KITTI's scans hold next to nothing: roof, racks, cameras, aerials."""
+"""Azimuths to the left of ahead from and to, tilts of lasers from and to, all in degrees, in which
+nine of KITTI's scans hold next to nothing: roof, racks, cameras, aerials."""
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=64)
 def free_of_body(lidar: Lidar) -> NDArray[np.bool_]:
     """Which pulses the body of its own vehicle does not stop, shape (64 * columns,)."""
-    x, y, z = lidar.directions.T
-    azimuth, elevation = np.degrees(np.arctan2(y, x)), np.degrees(np.arcsin(z))
-    free = np.ones(len(x), bool)
+    azimuth, elevation = np.degrees(lidar.head), np.degrees(lidar.lasers.elevation)
+    free = np.ones((len(elevation), len(azimuth)), bool)
     for first, last, low, high in _BODY:
         across = (azimuth - first) % 360.0 < last - first
-        free &= ~(across & (elevation > low) & (elevation < high))
-    return free
+        free &= ~np.outer((elevation > low) & (elevation < high), across)
+    return free.reshape(-1)
