@@ -16,6 +16,20 @@ if TYPE_CHECKING:
     from avsec_gym.world.export import Recipe
 
 
+_MEANT = {
+    "raw": ("drive_frames",),
+    "connected": (
+        "drive_frames",
+        "vehicles",
+        "spacing",
+        "clocks_apart",
+        "position_noise",
+        "heading_noise",
+    ),
+}
+"""Options that belong to some suites only; all others have `--previous`."""
+
+
 @dataclass(frozen=True)
 class WorldMake:
     """Write a procedural data set: images, scans, labels, and the truth beside them.
@@ -43,34 +57,51 @@ class WorldMake:
     """Write no scans."""
     previous: int = 0
     """Frames 0.1 s apart before each frame, 0 to 3 (prev_2, ...; street, highway, mixed)."""
+    sweep: Literal["instant", "rolling", "compensated"] | None = None
+    """What scans do with the 0.1 s of a turn: nothing; each pulse at its own time, as in KITTI's
+    raw data; or the same with the vehicle's own motion compensated.  Default: rolling for
+    `connected` and `raw`, else instant."""
+    drive_frames: int | None = None
+    """Frames of a drive (raw, connected).  Default: 50; 1 for `connected`, whose instants then
+    have a place of their own each."""
     vehicles: int = 3
     """With sensors (connected)."""
-    drive_frames: int = 50
-    """Frames of a drive (raw)."""
+    spacing: tuple[float, float] = (15.0, 60.0)
+    """Least and greatest distance of the other vehicles from the first, metres: the nearer, the
+    more objects are seen by two or more (connected)."""
+    clocks_apart: float = 0.0
+    """Longest time between the triggers of two vehicles, seconds, up to 0.1 (connected)."""
+    position_noise: float = 0.2
+    """Standard deviation of measured positions along x and along y, metres (connected)."""
+    heading_noise: float = 0.2
+    """Standard deviation of measured headings, degrees (connected)."""
     json: bool = False
     """Print a summary as JSON."""
 
     def run(self) -> int:
         """Do it; the exit code."""
         from avsec_gym.rig import camera_rig, kitti_rig
-        from avsec_gym.world.export import Sensors, suite_recipe
+        from avsec_gym.world.export import Connection, Sensors, Sweep, suite_recipe
 
         rig = camera_rig(self.rig) if self.rig else kitti_rig()
-        given = {"previous": self.previous != 0, "vehicles": self.vehicles != 3}
-        given |= {"drive_frames": self.drive_frames != 50}
-        meant = {"connected": "vehicles", "raw": "drive_frames"}.get(self.suite, "previous")
-        for name, is_given in given.items():
-            if is_given and name != meant:
+        meant = _MEANT.get(self.suite, ("previous",))
+        for name in dict.fromkeys(["previous", *_MEANT["raw"], *_MEANT["connected"]]):
+            usual = type(self).__dataclass_fields__[name].default
+            if getattr(self, name) != usual and name not in meant:
                 option = "--" + name.replace("_", "-")
                 raise ConfigurationError(f"{option} does not belong to --suite {self.suite}")
+        sweep = None if self.sweep is None else Sweep(self.sweep)
         recipe = suite_recipe(
             self.suite,
             self.frames,
             self.seed,
-            sensors=Sensors(self.cameras, not self.no_lidar, rig),
+            sensors=Sensors(self.cameras, not self.no_lidar, rig, sweep),
             previous=self.previous,
             vehicles=self.vehicles,
             drive_frames=self.drive_frames,
+            connection=Connection(
+                self.spacing, self.clocks_apart, self.position_noise, self.heading_noise
+            ),
         )
         return _make(recipe, self.out, self.workers, "world.make" if self.json else None)
 

@@ -22,6 +22,7 @@ from avsec_gym.world.rendering.light import draw_light
 from avsec_gym.world.site import Site, Style
 from avsec_gym.world.sites import draw_site
 from avsec_gym.world.traffic import simulate
+from avsec_gym.world.traffic.egos import EGO_SPACING
 
 STEP = 0.1
 """Seconds between frames."""
@@ -113,7 +114,12 @@ class DriveWorld:
 
 
 def drive_scenes(
-    seed: int, index: int, frames: int, egos: int = 1, rig: SensorRig | None = None
+    seed: int,
+    index: int,
+    frames: int,
+    egos: int = 1,
+    rig: SensorRig | None = None,
+    spacing: tuple[float, float] = EGO_SPACING,
 ) -> DriveScenes:
     """The posed scenes of a drive; same arguments, same drive.
 
@@ -123,8 +129,9 @@ def drive_scenes(
         frames: Number of frames, 0.1 s apart.
         egos: Number of vehicles with sensors.
         rig: The sensors that they carry; KITTI's if None.
+        spacing: Least and greatest distance of the others from the first of them, metres.
     """
-    return DriveScenes(_drive_world(seed, index, frames, egos), rig or kitti_rig())
+    return DriveScenes(_drive_world(seed, index, frames, egos, spacing), rig or kitti_rig())
 
 
 def vehicle_poses(ground: Ground, poses: Floats) -> Floats:
@@ -158,14 +165,18 @@ def vehicle_poses(ground: Ground, poses: Floats) -> Floats:
 
 
 @functools.lru_cache(maxsize=1)
-def _drive_world(seed: int, index: int, frames: int, egos: int) -> DriveWorld:
+def _drive_world(
+    seed: int, index: int, frames: int, egos: int, spacing: tuple[float, float]
+) -> DriveWorld:
     """Kept for the next frame: a worker goes through a drive in order."""
     numbers = (seed, index, _SEED)
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(numbers)))
     style = list(_STYLES)[(seed + index) % len(_STYLES)]
     duration = STEP * (frames - 1)
     site = draw_site(style, rng, length=_BEFORE + _STYLES[style] * duration + _BEYOND)
-    *instants, after = simulate(site, rng, duration=duration + STEP, step=STEP, egos=egos)
+    *instants, after = simulate(
+        site, rng, duration=duration + STEP, step=STEP, egos=egos, spacing=spacing
+    )
     return DriveWorld(site, tuple(instants), numbers, after)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from avsec_gym.geometry import Floats, wrap_angle
 from avsec_gym.world.actors import Instant
+from avsec_gym.world.posed_scenes import PosedScene
 from avsec_gym.world.rendering.moving_bodies import MovingBody
 from avsec_gym.world.rendering.planar_motion import PlanarMotion
 
@@ -76,3 +77,36 @@ def poses_after(instant: Instant, seconds: float) -> Floats:
         cos, sin = np.cos(poses[index, 2]), np.sin(poses[index, 2])
         poses[index] += (ahead * cos - left * sin, ahead * sin + left * cos, turned)
     return poses
+
+
+def later(posed: PosedScene, seconds: float) -> PosedScene:
+    """A posed scene a little later or earlier: all actors and sensor vehicles have moved on.
+
+    Args:
+        posed: The scene.
+        seconds: Time that passes, at most some tenths of a second; negative for the past.
+    """
+    if seconds == 0.0:
+        return posed
+    instant, ground = posed.instant, posed.site.ground
+    pose = poses_after(instant, seconds)
+    before = instant.actors.pose
+    rise = ground.height(pose[:, 0], pose[:, 1]) - ground.height(before[:, 0], before[:, 1])
+    actors = replace(instant.actors, pose=pose, z=instant.actors.z + rise)
+    moved = [
+        sensor_motion(instant, ego).transforms(np.array([seconds]))[0]
+        for ego in range(len(instant.egos))
+    ]
+    return replace(
+        posed,
+        instant=replace(instant, time=instant.time + seconds, actors=actors),
+        vehicle_to_world=posed.vehicle_to_world @ np.stack(moved),
+    )
+
+
+def with_ego_speed(posed: PosedScene, speed: float) -> PosedScene:
+    """The same scene, in which the first sensor vehicle drives at a speed (m/s)."""
+    speeds = posed.instant.actors.speed.copy()
+    speeds[posed.instant.egos[0]] = speed
+    actors = replace(posed.instant.actors, speed=speeds)
+    return replace(posed, instant=replace(posed.instant, actors=actors))

@@ -1,41 +1,96 @@
-"""Several connected vehicles at the same instants: an object layout for each."""
+"""Several connected vehicles at the same instants: an object layout for each, one truth for all."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import Floats
 from avsec_gym.storage.text_files import write_text
-from avsec_gym.world.capture import render
+from avsec_gym.world.actors import Integers
+from avsec_gym.world.capture import Sweep, render
 from avsec_gym.world.drives import drive_scenes
+from avsec_gym.world.export.connected_world import ConnectedWorld, write_meetings
 from avsec_gym.world.export.frame_files import write_object_files
+from avsec_gym.world.export.instants import instant_of, write_instant
+from avsec_gym.world.export.measured_poses import clock_offsets, measured_pose, pose_errors
 from avsec_gym.world.export.recipe import Sensors, whole_number
+from avsec_gym.world.motion import later, motion_of
+from avsec_gym.world.traffic.egos import EGO_SPACING
+
+_LONGEST_APART = 0.1
+"""Seconds between two vehicles' triggers: a sensor's period."""
+
+
+@dataclass(frozen=True)
+class Connection:
+    """How connected vehicles stand to one another, and what they know of it.
+
+    Args:
+        spacing: Least and greatest distance of the other vehicles from the first, metres: the
+            nearer, the more objects are seen by two or more.
+        clocks_apart: Longest time between two vehicles' triggers, seconds, at most 0.1.
+        position_noise: Standard deviation of measured positions along x and along y, metres.
+        heading_noise: Standard deviation of measured headings, degrees.
+
+    Raises:
+        ConfigurationError: A number that cannot be.
+    """
+
+    spacing: tuple[float, float] = EGO_SPACING
+    clocks_apart: float = 0.0
+    position_noise: float = 0.2
+    heading_noise: float = 0.2
+
+    def __post_init__(self) -> None:
+        least, most = self.spacing
+        if not (least >= 5.0 and least + 5.0 <= most <= 100.0):
+            raise ConfigurationError(
+                "vehicles stand 5 to 100 m apart, with a range of 5 m or more, such as 15 60; got "
+                f"{least:g} {most:g}"
+            )
+        if not 0.0 <= self.clocks_apart <= _LONGEST_APART:
+            raise ConfigurationError(
+                f"clocks are 0 to {_LONGEST_APART} s apart, got {self.clocks_apart:g}"
+            )
+        if not (0.0 <= self.position_noise <= 10.0 and 0.0 <= self.heading_noise <= 20.0):
+            raise ConfigurationError(
+                "poses have noise of 0 to 10 m and 0 to 20 degrees, got "
+                f"{self.position_noise:g} and {self.heading_noise:g}"
+            )
 
 
 @dataclass(frozen=True, eq=False)
 class ConnectedVehicles:
-    """Instants, each at a place of its own; equal ids of ``vehicle_0``, ... are one instant.
+    """Instants; equal ids of ``vehicle_0``, ... are one instant.
 
     Args:
         count: Number of instants.
         seed: Seed of the set.
         sensors: The sensors of every vehicle.
         vehicles: Number of vehicles, 2 or more.
+        drive_frames: Number of successive instants, 0.1 s apart, at each place; with 1, each
+            instant has a place of its own.
+        connection: How the vehicles stand to one another, and what they know of it.
 
     Raises:
-        ConfigurationError: Fewer vehicles.
+        ConfigurationError: Fewer vehicles, or no instants at a place.
     """
 
     count: int
     seed: int = 0
     sensors: Sensors = field(default_factory=Sensors)
     vehicles: int = 3
+    drive_frames: int = 1
+    connection: Connection = Connection()
 
     def __post_init__(self) -> None:
         whole_number("the number of connected vehicles", self.vehicles, 2)
+        whole_number("the number of frames of a drive", self.drive_frames, 1)
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -44,7 +99,9 @@ class ConnectedVehicles:
             "suite": "connected",
             "seed": self.seed,
             "vehicles": self.vehicles,
-            **self.sensors.to_json(self._cameras),
+            "drive_frames": self.drive_frames,
+            **asdict(self.connection) | {"spacing": list(self.connection.spacing)},
+            **self.sensors.to_json(self._cameras, Sweep.ROLLING),
         }
 
     @property
@@ -61,28 +118,58 @@ class ConnectedVehicles:
 
     def make(self, root: Path, number: int) -> list[str]:
         """See `Recipe`."""
-        posed = drive_scenes(self.seed, number, 1, self.vehicles, self.sensors.rig)[0]
-        actors = posed.instant.actors
-        for vehicle, own in enumerate(posed.instant.egos):
-            folder, id = root / f"vehicle_{vehicle}" / "training", f"{number:06d}"
-            pose = posed.vehicle_to_world[vehicle] @ posed.rig.velodyne_pose
-            words = " ".join(repr(value) for value in np.round(pose[:3], 9).ravel().tolist())
-            write_text(folder / "pose" / f"{id}.txt", words + "\n", overwrite=True)
-            write_object_files(
-                folder,
-                id,
-                posed,
-                render(posed, ego=vehicle, cameras=self._cameras, lidar=self.sensors.scanner),
-                notes={
-                    "actor": int(actors.id[own]),
-                    "ego_speed": round(float(actors.speed[own]), 3),
-                },
+        drive, frame = divmod(number, self.drive_frames)
+        connection, sensors = self.connection, self.sensors
+        spacing = connection.spacing
+        scenes = drive_scenes(
+            self.seed, drive, self.drive_frames, self.vehicles, sensors.rig, spacing
+        )
+        posed, id = scenes[frame], f"{number:06d}"
+        instant = posed.instant
+        # Each vehicle looks at its own time, at the world as it is then.
+        offsets = clock_offsets(self.seed, drive, self.vehicles, connection.clocks_apart).tolist()
+        points: list[Integers] = []
+        for vehicle, own in enumerate(instant.egos):
+            seen = later(posed, offsets[vehicle])
+            sweep = sensors.sweep or Sweep.ROLLING
+            capture = render(
+                seen, ego=vehicle, cameras=self._cameras, lidar=sensors.scanner, sweep=sweep
             )
+            ids = np.zeros(0, int) if capture.scan is None else capture.scan.object_id
+            counts = np.bincount(ids[ids >= 0], minlength=len(instant.actors))
+            points.append(counts.astype(np.int64))
+            # True and measured pose of its velodyne.
+            folder = root / f"vehicle_{vehicle}" / "training"
+            pose = seen.vehicle_to_world[vehicle] @ seen.rig.velodyne_pose
+            error = pose_errors(self.seed, drive, vehicle, frame + 1)[frame]
+            noise = (connection.position_noise, connection.heading_noise)
+            _write_pose(folder / "pose" / f"{id}.txt", pose)
+            measured = measured_pose(pose, error, *noise)
+            _write_pose(folder / "measured_pose" / f"{id}.txt", measured)
+            # The truth of all comes before the last vehicle's label, which ends the instant.
+            if vehicle == self.vehicles - 1:
+                truth = instant_of(instant, drive, frame, offsets, points)
+                write_instant(root / "objects" / f"{id}.json", truth)
+            notes = {
+                "actor": int(instant.actors.id[own]),
+                "ego_speed": round(float(instant.actors.speed[own]), 3),
+                "ego_turn_rate": round(motion_of(instant, own).turn_rate, 6),
+                "time": round(0.1 * frame + offsets[vehicle], 4),
+                "sweep": str(sweep),
+            }
+            write_object_files(folder, id, seen, capture, notes=notes)
         return []
 
     def finish(self, root: Path) -> None:
-        """See `Recipe`: there is nothing to do."""
+        """See `Recipe`: how much the vehicles see of the same objects."""
+        if self.sensors.lidar:
+            write_meetings(root, ConnectedWorld(root))
 
     @property
     def _cameras(self) -> tuple[int, ...]:
         return self.sensors.or_usual(2, 3)
+
+
+def _write_pose(path: Path, pose: Floats) -> None:
+    words = " ".join(repr(value) for value in np.round(pose[:3], 9).ravel().tolist())
+    write_text(path, words + "\n", overwrite=True)

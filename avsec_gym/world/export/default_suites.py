@@ -12,6 +12,7 @@ from avsec_gym.kitti.dataset import KittiObject
 from avsec_gym.kitti.raw import KittiRaw
 from avsec_gym.storage.folder_lock import folder_lock
 from avsec_gym.storage.folders import make_folder
+from avsec_gym.world.export.connected_world import ConnectedWorld
 from avsec_gym.world.export.data_set import Progress, make_data_set
 from avsec_gym.world.export.manifest import changed_files, read_manifest, world_fingerprint
 from avsec_gym.world.export.recipe import Recipe
@@ -48,11 +49,12 @@ def default_suite(
         DataError: The cache cannot be written.
 
     See Also:
-        `world_frames`, `world_drives`: its readers.
+        `world_frames`, `world_instants`, `world_drives`: its readers.
     """
     if name not in SUITES:
         raise ConfigurationError(f"{name!r} is no suite; there are {', '.join(SUITES)}")
-    recipe = suite_recipe(name, DEFAULT_FRAMES[name], previous=0, drive_frames=_DRIVE_FRAMES)
+    frames = _DRIVE_FRAMES if name == "raw" else None
+    recipe = suite_recipe(name, DEFAULT_FRAMES[name], previous=0, drive_frames=frames)
     return cached(name, recipe, workers, full_check, on_progress)
 
 
@@ -106,6 +108,11 @@ def world_frames(name: str = "mixed", *, vehicle: int | None = None) -> KittiObj
     if not (root / f"vehicle_{vehicle}").is_dir():
         raise ConfigurationError(f"there is no vehicle {vehicle} in the suite 'connected'")
     return KittiObject(root / f"vehicle_{vehicle}")
+
+
+def world_instants() -> ConnectedWorld:
+    """The default suite of connected vehicles: instants, all views, and the truth of all."""
+    return ConnectedWorld(default_suite("connected"))
 
 
 def world_drives() -> KittiRaw:

@@ -18,7 +18,7 @@ from avsec_gym.kitti.timestamps import write_timestamps
 from avsec_gym.kitti.writing import write_drive_records, write_raw_frame
 from avsec_gym.storage.json_fields import fits
 from avsec_gym.storage.json_files import read_json_object
-from avsec_gym.world.capture import render
+from avsec_gym.world.capture import Sweep, render
 from avsec_gym.world.drives import STEP, DriveScenes, drive_scenes
 from avsec_gym.world.export.frame_files import label_lines, write_truth
 from avsec_gym.world.export.recipe import Sensors, whole_number
@@ -63,7 +63,7 @@ class RawDrives:
             "suite": "raw",
             "seed": self.seed,
             "drive_frames": self.drive_frames,
-            **self.sensors.to_json(self._cameras),
+            **self.sensors.to_json(self._cameras, Sweep.ROLLING),
         }
 
     def __len__(self) -> int:
@@ -79,7 +79,9 @@ class RawDrives:
         drive, frame = divmod(number, self.drive_frames)
         folder = root / DATE / _name(drive)
         posed = self._scenes(drive)[frame]
-        capture = render(posed, cameras=self._cameras, lidar=self.sensors.scanner)
+        sweep = self.sensors.sweep or Sweep.ROLLING
+        scanner = self.sensors.scanner
+        capture = render(posed, cameras=self._cameras, lidar=scanner, sweep=sweep)
         scan = None if capture.scan is None else capture.scan.points
         sensed = SensorFrame(f"{frame:010d}", posed.rig.calibration, capture.images, scan)
         write_raw_frame(folder, frame, sensed, overwrite=True)

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.rig import SensorRig, kitti_rig
+from avsec_gym.world.capture import Sweep
 from avsec_gym.world.rendering.lidar import Lidar
 
 
@@ -19,6 +20,7 @@ class Sensors:
         cameras: Numbers of the cameras; the layout's usual ones if empty.
         lidar: Whether scans are written.
         rig: The sensors of the vehicle that looks.
+        sweep: How scans treat motion during a turn; as usual for the layout if None.
 
     Raises:
         ConfigurationError: The rig has no such camera, or one stands twice.
@@ -27,6 +29,7 @@ class Sensors:
     cameras: tuple[int, ...] = ()
     lidar: bool = True
     rig: SensorRig = field(default_factory=kitti_rig)
+    sweep: Sweep | None = None
 
     def __post_init__(self) -> None:
         unknown = set(self.cameras) - set(self.rig.cameras)
@@ -46,13 +49,14 @@ class Sensors:
         there = tuple(camera for camera in usual if camera in self.rig.cameras)
         return self.cameras or there or self.rig.cameras
 
-    def to_json(self, cameras: tuple[int, ...]) -> dict[str, Any]:
+    def to_json(self, cameras: tuple[int, ...], usual: Sweep) -> dict[str, Any]:
         """All that decides what the sensors deliver."""
         calibration = self.rig.calibration
         imu = calibration.tr_imu_to_velo
         return {
             "cameras": list(cameras),
             "lidar": self.lidar,
+            "sweep": str(self.sweep or usual),
             "rig": {
                 "size": list(self.rig.size),
                 "camera_height": self.rig.camera_height,

@@ -11,13 +11,14 @@ from avsec_gym.kitti.label_folders import frame_ids
 from avsec_gym.road_type import RoadType
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.text_files import write_text
-from avsec_gym.world.capture import render
+from avsec_gym.world.capture import Sweep, render
 from avsec_gym.world.earlier import earlier, plausible_ego_speed
-from avsec_gym.world.export.connected import ConnectedVehicles
+from avsec_gym.world.export.connected import ConnectedVehicles, Connection
 from avsec_gym.world.export.frame_files import write_object_files
 from avsec_gym.world.export.raw_drives import RawDrives
 from avsec_gym.world.export.recipe import Recipe, Sensors, whole_number
 from avsec_gym.world.layouts import generate_layout
+from avsec_gym.world.motion import with_ego_speed
 from avsec_gym.world.posed_scenes import posed_scene_of_layout
 
 SUITES = ("street", "highway", "mixed", "connected", "raw")
@@ -39,7 +40,8 @@ def suite_recipe(
     sensors: Sensors | None = None,
     previous: int = 0,
     vehicles: int = 3,
-    drive_frames: int = 50,
+    drive_frames: int | None = None,
+    connection: Connection | None = None,
 ) -> Recipe:
     """How to make a suite.
 
@@ -50,7 +52,10 @@ def suite_recipe(
         sensors: The sensors that are written; KITTI's if None.
         previous: Number of earlier frames before each frame (street, highway, mixed).
         vehicles: Number of vehicles with sensors (connected).
-        drive_frames: Number of frames of each drive (raw).
+        drive_frames: Number of frames of each drive (raw: 50 if None; connected: 1 if None, each
+            instant at a place of its own).
+        connection: How connected vehicles stand to one another, and what they know of it; as
+            usual if None (connected).
 
     Raises:
         ConfigurationError: An unknown suite, or a number that cannot be.
@@ -59,9 +64,10 @@ def suite_recipe(
     whole_number("the number of frames", frames, 1)
     whole_number("the seed", seed, 0)
     if suite == "raw":
-        return RawDrives(frames, seed, sensors, drive_frames)
+        return RawDrives(frames, seed, sensors, 50 if drive_frames is None else drive_frames)
     if suite == "connected":
-        return ConnectedVehicles(frames, seed, sensors, vehicles)
+        each = 1 if drive_frames is None else drive_frames
+        return ConnectedVehicles(frames, seed, sensors, vehicles, each, connection or Connection())
     if suite in _ROAD_TYPES:
         return LayoutFrames(suite, frames, seed, sensors, previous)
     raise ConfigurationError(f"{suite!r} is no suite; there are {', '.join(SUITES)}")
@@ -102,7 +108,7 @@ class LayoutFrames:
             "suite": self.suite,
             "seed": self.seed,
             "previous": self.previous,
-            **self.sensors.to_json(self._cameras),
+            **self.sensors.to_json(self._cameras, Sweep.INSTANT),
         }
 
     def __len__(self) -> int:
@@ -117,6 +123,7 @@ class LayoutFrames:
         layout = generate_layout(number, _ROAD_TYPES[self.suite], set_seed=self.seed)
         posed = posed_scene_of_layout(layout, self.sensors.rig)
         speed = plausible_ego_speed(posed)
+        sweep = self.sensors.sweep or Sweep.INSTANT
         before = tuple(
             render(earlier(posed, _STEP * step, speed), cameras=self._cameras, lidar=None)
             for step in range(1, self.previous + 1)
@@ -125,7 +132,12 @@ class LayoutFrames:
             root / "training",
             f"{number:06d}",
             posed,
-            render(posed, cameras=self._cameras, lidar=self.sensors.scanner),
+            render(
+                with_ego_speed(posed, speed),
+                cameras=self._cameras,
+                lidar=self.sensors.scanner,
+                sweep=sweep,
+            ),
             previous=before,
             notes={"layout": layout.id, "ego_speed": round(speed, 3)},
         )

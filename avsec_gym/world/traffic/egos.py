@@ -15,8 +15,10 @@ EGO_SIZE = (1.50, 1.80, 4.70)
 """Height, width, length of the estate cars that carry sensors, metres."""
 _EGO_FROM_START = 80.0
 """Metres from the site's beginning to the first ego vehicle, if the site is long enough."""
-_CONNECTED = (15.0, 60.0)
-"""From the first ego vehicle to the others, metres."""
+EGO_SPACING = (15.0, 60.0)
+"""From the first ego vehicle to the others, metres, unless asked otherwise."""
+_APART = 15.0
+"""Metres between two ego vehicles in one lane: enough to stop."""
 _TRIES = 30
 """To find a place for the next one."""
 
@@ -28,8 +30,12 @@ def sensor_vehicles(
     bustle: Bustle,
     egos: int,
     rng: np.random.Generator,
+    spacing: tuple[float, float] = EGO_SPACING,
 ) -> tuple[list[Traveller], tuple[Bystander, ...], list[Bystander]]:
-    """The ego vehicles that drive, all bystanders, and the ego vehicles among these."""
+    """The ego vehicles that drive, all bystanders, and the ego vehicles among these.
+
+    The others stand or drive at `spacing` metres (least, most) from the first one.
+    """
     # The first ego vehicle drives along the course, in the lane nearest to it.
     lanes = site.section.lanes
     forward = [i for i in range(len(lanes)) if lanes[i].direction > 0]
@@ -42,8 +48,8 @@ def sensor_vehicles(
     taken, tries = {own: [along]}, _TRIES
     # The others park near it, drive against it, or drive before or behind it.
     while len(drivers) + len(parked) < egos:
-        kind, away = rng.random(), float(rng.uniform(*_CONNECTED))
-        spots = _parked_near(site, bystanders, parked, along)
+        kind, away = rng.random(), float(rng.uniform(*spacing))
+        spots = _parked_near(site, bystanders, parked, along, spacing)
         if kind < 0.25 and spots:
             chosen = spots[int(rng.integers(len(spots)))]
             ego = Bystander("Car", EGO_SIZE, chosen.pose)
@@ -53,11 +59,11 @@ def sensor_vehicles(
         lane = int(rng.choice(against)) if kind < 0.6 and against else int(rng.choice(forward))
         there = along + away * (1 if lane in against or rng.random() < 0.5 else -1)
         others = taken.setdefault(lane, [])
-        if any(abs(there - other) < _CONNECTED[0] for other in others):
+        if any(abs(there - other) < _APART for other in others):
             if tries := tries - 1:
                 continue
             # No room is left near the first one: the row of ego vehicles grows longer.
-            tries, there = _TRIES, max(others) + _CONNECTED[0]
+            tries, there = _TRIES, max(others) + _APART
         others.append(there)
         drivers.append(_at(site, roads, lane, there, bustle, rng)._replace(ego=len(drivers)))
     return drivers, bystanders, parked
@@ -87,14 +93,18 @@ def _at(
 
 
 def _parked_near(
-    site: Site, bystanders: tuple[Bystander, ...], taken: list[Bystander], along: float
+    site: Site,
+    bystanders: tuple[Bystander, ...],
+    taken: list[Bystander],
+    along: float,
+    spacing: tuple[float, float],
 ) -> list[Bystander]:
     """Parked cars whose place an ego vehicle may have."""
     if not bystanders:
         return []
     poses = poses_of(bystanders)
     places, _ = site.course.coordinates(poses[:, 0], poses[:, 1])
-    near = (np.abs(places - along) > _CONNECTED[0]) & (np.abs(places - along) < _CONNECTED[1])
+    near = (np.abs(places - along) > spacing[0]) & (np.abs(places - along) < spacing[1])
     return [
         bystander
         for bystander, fits in zip(bystanders, near.tolist(), strict=True)

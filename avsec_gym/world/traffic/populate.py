@@ -8,7 +8,7 @@ import numpy as np
 
 from avsec_gym.world.layouts.view import without_overlaps
 from avsec_gym.world.site import Site, Style
-from avsec_gym.world.traffic.egos import sensor_vehicles
+from avsec_gym.world.traffic.egos import EGO_SPACING, sensor_vehicles
 from avsec_gym.world.traffic.parking import out_of_the_way, parked_rows, poses_of
 from avsec_gym.world.traffic.pavements import (
     Pavement,
@@ -54,7 +54,12 @@ _COUPLES = 0.3
 
 
 def populate(
-    site: Site, rng: np.random.Generator, *, egos: int = 1, density: float | None = None
+    site: Site,
+    rng: np.random.Generator,
+    *,
+    egos: int = 1,
+    density: float | None = None,
+    spacing: tuple[float, float] = EGO_SPACING,
 ) -> Population:
     """Draw who is on a site at time 0: sensor vehicles, traffic, parked cars, people.
 
@@ -62,10 +67,11 @@ def populate(
         site: The place.
         rng: The source of chance.
         egos: Number of vehicles that carry sensors, 1 or more. The first drives along the course;
-            the others are 15 to 60 m from it: before or behind it, oncoming, or parked.
+            the others are before or behind it, oncoming, or parked.
         density: Amount of traffic on top of what chance draws; about 1 as usual for the style, 0
             for no road user but the ego vehicles; None for 1 and, now and then, none of a kind at
             all.
+        spacing: Least and greatest distance of the other sensor vehicles from the first, metres.
 
     Returns:
         A population in which no two overlap, and every traveller can stop in time.
@@ -77,7 +83,9 @@ def populate(
     pavements = pavements_of(site, rng)
     places = crossings(site, bustle, pavements, rng)
     bystanders = off_crossings(site, bystanders, places)
-    drivers, bystanders, parked_egos = sensor_vehicles(site, roads, bystanders, bustle, egos, rng)
+    drivers, bystanders, parked_egos = sensor_vehicles(
+        site, roads, bystanders, bustle, egos, rng, spacing
+    )
     traffic = _traffic(site, roads, drivers, bustle, rng)
     leaving, bystanders = leave_parking(site, roads, bystanders, parked_egos, bustle, rng)
     groups = off_crossings(site, standing_groups(site, pavements, bustle, rng), places)

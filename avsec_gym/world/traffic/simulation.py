@@ -10,6 +10,7 @@ from avsec_gym.world.models.people import METRES_PER_CRANK, stride_length
 from avsec_gym.world.site import Site
 from avsec_gym.world.traffic.ahead import interactions_ahead
 from avsec_gym.world.traffic.driving import RESPONSE, idm_acceleration, slow_down
+from avsec_gym.world.traffic.egos import EGO_SPACING
 from avsec_gym.world.traffic.gates import (
     Zones,
     find_zones,
@@ -46,6 +47,7 @@ def simulate(
     step: float = 0.1,
     egos: int = 1,
     density: float | None = None,
+    spacing: tuple[float, float] = EGO_SPACING,
 ) -> list[Instant]:
     """Traffic on a site.
 
@@ -57,6 +59,7 @@ def simulate(
         step: Time between instants, seconds.
         egos: Number of vehicles that carry sensors.
         density: Amount of traffic, see `populate`.
+        spacing: Distances between sensor vehicles, see `populate`.
 
     Returns:
         Instants at 0, step, 2 step ... up to the duration. Ids stay the same; an actor that
@@ -64,7 +67,9 @@ def simulate(
         ego vehicles are the first actors and always there. An actor moves if it is faster than
         `MOVING`.
     """
-    return run(site, populate(site, rng, egos=egos, density=density), duration, step)
+    return run(
+        site, populate(site, rng, egos=egos, density=density, spacing=spacing), duration, step
+    )
 
 
 def still(site: Site, rng: np.random.Generator, egos: int = 1) -> Instant:

@@ -1,0 +1,134 @@
+"""`ConnectedWorld`: the instants of connected vehicles, read back from a data set."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from avsec_gym.errors import DataError
+from avsec_gym.frame import SensorFrame
+from avsec_gym.geometry import Floats
+from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.kitti.label_folders import check_id, frame_ids
+from avsec_gym.storage.regular_files import is_folder, read_text
+from avsec_gym.storage.text_files import write_text
+from avsec_gym.world.export.instants import ConnectedInstant, read_instant, shared_objects
+
+MEETINGS = "meetings.json"
+"""Name of the file that states how much vehicles see of the same objects."""
+_POSE_BYTES = 4096
+_REMEDY = "Name a data set of `avsec world make --suite connected`."
+
+
+@dataclass(frozen=True, eq=False)
+class VehicleView:
+    """What one vehicle measures at an instant, and where it is.
+
+    Args:
+        frame: Its images and scan.
+        pose: True transform from the velodyne frame to the world at its own time, shape (4, 4).
+        measured_pose: The same as the vehicle measures it, shape (4, 4).
+        time: Its own time after the instant, seconds.
+    """
+
+    frame: SensorFrame
+    pose: Floats
+    measured_pose: Floats
+    time: float
+
+
+class ConnectedWorld:
+    """A data set of connected vehicles.
+
+    Args:
+        root: Its folder, which holds ``objects``, ``vehicle_0``, ``vehicle_1``, ...
+
+    Raises:
+        DataError: It is none.
+
+    Example:
+        >>> world = ConnectedWorld("data/connected")  # doctest: +SKIP
+        >>> instant = world.instant("000000")  # doctest: +SKIP
+        >>> [view.pose for view in world.views("000000")]  # doctest: +SKIP
+    """
+
+    def __init__(self, root: str | Path) -> None:
+        self.root = Path(root)
+        folders = sorted(self.root.glob("vehicle_*")) if is_folder(self.root) else []
+        if not folders or not is_folder(self.root / "objects"):
+            raise DataError("There are no connected vehicles here.", path=self.root, remedy=_REMEDY)
+        self.vehicles = tuple(KittiObject(self.root / f"vehicle_{i}") for i in range(len(folders)))
+
+    def ids(self) -> list[str]:
+        """All instants, such as ``000000``, in order."""
+        return frame_ids(self.root / "objects", ".json")
+
+    def drives(self) -> dict[int, list[str]]:
+        """The instants of each drive, in order; single instants are drives of one."""
+        result: dict[int, list[str]] = {}
+        for id in self.ids():
+            result.setdefault(self.instant(id).drive, []).append(id)
+        return result
+
+    def instant(self, id: str) -> ConnectedInstant:
+        """What is true at an instant.
+
+        Raises:
+            DataError: There is no such instant, or its file is broken.
+        """
+        return read_instant(self.root / "objects" / f"{check_id(id)}.json")
+
+    def views(self, id: str) -> list[VehicleView]:
+        """What each vehicle measures at an instant.
+
+        Raises:
+            DataError: Something of it is missing or broken.
+        """
+        instant = self.instant(id)
+        return [
+            VehicleView(
+                data.frame(id),
+                read_pose(data.folder / "pose" / f"{id}.txt"),
+                read_pose(data.folder / "measured_pose" / f"{id}.txt"),
+                vehicle.time,
+            )
+            for data, vehicle in zip(self.vehicles, instant.vehicles, strict=True)
+        ]
+
+
+def read_pose(path: str | Path) -> Floats:
+    """A pose of 12 numbers, row by row, as a transform of shape (4, 4).
+
+    Raises:
+        DataError: The file is missing or holds something else.
+    """
+    words = read_text(path, most=_POSE_BYTES).split()
+    try:
+        numbers = np.array([float(word) for word in words])
+        if numbers.shape != (12,) or not np.isfinite(numbers).all():
+            raise ValueError
+    except ValueError:
+        raise DataError("A pose has 12 finite numbers.", path=path, remedy=_REMEDY) from None
+    return np.vstack([numbers.reshape(3, 4), [0.0, 0.0, 0.0, 1.0]])
+
+
+def write_meetings(root: Path, world: ConnectedWorld) -> None:
+    """Write how much the vehicles of a data set see of the same objects.
+
+    ``objects`` counts objects at instants that any vehicle sees (5 points or more), ``seen_by``
+    those that 1, 2, ... vehicles see, and ``shared`` is the share that two or more see.
+    """
+    instants = [world.instant(id) for id in world.ids()]
+    seen = [len(each.seen_by) for instant in instants for each in instant.objects]
+    counts = [seen.count(number) for number in range(1, len(world.vehicles) + 1)]
+    shared = shared_objects(instants)
+    summary = {
+        "instants": len(instants),
+        "objects": sum(counts),
+        "seen_by": counts,
+        "shared": None if shared is None else round(shared, 4),
+    }
+    write_text(root / MEETINGS, json.dumps(summary, indent=1) + "\n", overwrite=True)
