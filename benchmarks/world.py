@@ -24,9 +24,10 @@ os.environ |= {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 import cv2
 import numpy as np
 
-from avsec_gym.world.capture import render, renderer_of
+from avsec_gym.world.capture import Sweep, render, renderer_of, scan_of
 from avsec_gym.world.export import make_data_set, suite_recipe
 from avsec_gym.world.layouts import generate_layout
+from avsec_gym.world.motion import with_ego_speed
 from avsec_gym.world.posed_scenes import PosedScene, posed_scene_of_layout
 from avsec_gym.world.rendering.lidar import Lidar
 from avsec_gym.world.rendering.renderer import Renderer
@@ -45,9 +46,12 @@ def one_core(frames: int) -> dict[str, float]:
     rows: dict[str, list[float]] = {}
     for number in range(1, frames + 1):
         build, (posed, renderer) = timed(lambda number=number: standing(number))
+        posed = with_ego_speed(posed, 10.0)
         look = partial(render, posed, renderer=renderer, lidar=None)
-        lidar, rng = Lidar(), np.random.default_rng(0)
-        to_world = posed.vehicle_to_world[0] @ posed.rig.velodyne_pose
+        still, rolling = (
+            partial(scan_of, posed, 0, Lidar(), sweep, renderer)
+            for sweep in (Sweep.INSTANT, Sweep.ROLLING)
+        )
         pair, _ = timed(lambda look=look: look(cameras=(2, 3)))
         measured = {
             "scene": build,
@@ -55,7 +59,8 @@ def one_core(frames: int) -> dict[str, float]:
             "one_camera_with_labels": timed(lambda look=look: look(cameras=(2,)))[0],
             "stereo_pair_with_labels": pair,
             "scene_and_stereo_pair_with_labels": build + pair,
-            "scan": timed(partial(lidar.scan, renderer, to_world, rng))[0],
+            "scan": timed(still)[0],
+            "rolling_scan": timed(rolling)[0],
         }
         for name, seconds in measured.items():
             rows.setdefault(name, []).append(seconds)

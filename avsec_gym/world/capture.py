@@ -112,7 +112,7 @@ def render(
     # Scan, with the vehicle's own body in the LiDAR's way.
     scan = None
     if lidar is not None:
-        scan = _scan(posed, ego, lidar, sweep, renderer)
+        scan = scan_of(posed, ego, lidar, sweep, renderer)
     # Disparity follows from depth: d = f B / Z.
     baseline = 0.0 if partner is None else rig.calibration.baseline(reference, partner)
     disparity = np.where(
@@ -123,7 +123,8 @@ def render(
     return Capture(images, scan, labels, geometry, disparity.astype(np.float32), partner)
 
 
-def _scan(posed: PosedScene, ego: int, lidar: Lidar, sweep: Sweep, renderer: Renderer) -> Scan:
+def scan_of(posed: PosedScene, ego: int, lidar: Lidar, sweep: Sweep, renderer: Renderer) -> Scan:
+    """The scan of one of the ego vehicles alone; see `render`."""
     own = posed.instant.egos[ego]
     if lidar.seed is None:
         device = np.random.SeedSequence((*posed.seed[:2], own, _DEVICE_SEED))

@@ -77,6 +77,12 @@ def _scans(scans: Mapping[str, Any]) -> list[str]:
             ("points", "points", 1, 0),
             ("mean_reflectance", "mean reflectance", 1, 2),
             ("dark", "without reflectance, %", 100, 1),
+            ("noise_near", "noise of ranges at 4 to 12 m, cm", 100, 2),
+            ("noise_far", "noise of ranges at 20 to 40 m, cm", 100, 2),
+            ("residual_2m", "road from planes in squares of 2 m, cm", 100, 2),
+            ("residual_5m", "the same in squares of 5 m, cm", 100, 2),
+            ("residual_5m_kerbs", "its 90th percentile (kerbs in it), cm", 100, 1),
+            ("off_grid", "coordinates from whole millimetres, mm", 1, 3),
         )
     ]
     return [

@@ -25,6 +25,7 @@ from avsec_gym.world.posed_scenes import PosedScene
 from avsec_gym.world.section import Surface
 from studies.world.command import command, measure_one
 from studies.world.frames import quantiles
+from studies.world.scan_ranges import ground_residual, range_noise
 
 TOLERANCE = 0.05
 """Metres by which a point may lie outside its object's box."""
@@ -51,11 +52,15 @@ def statistics(points: Points) -> dict[str, Any]:
     Returns:
         JSON-able: how many ``points``; the shares of them in `RANGES` (metres), `ELEVATIONS`
         (degrees) and `REFLECTANCES`; the share without any reflectance; how many there are in
-        each of the ``beams``.
+        each of the ``beams``; noise of ranges at 4 to 12 and at 20 to 40 m, and how far the road
+        is from planes in squares of 2 and 5 m (median; 90th percentile), metres; how far the
+        coordinates are from whole millimetres, millimetres.
     """
     distance = np.linalg.norm(points[:, :3], axis=1)
     elevation = np.degrees(np.arcsin(points[:, 2] / np.maximum(distance, 1e-6)))
-    count = max(len(points), 1)
+    count, beam = max(len(points), 1), beams(points)
+    thousandths = 1e3 * points[:, :3].astype(float)
+    small, large = ground_residual(points, 2.0), ground_residual(points, 5.0)
     return {
         "points": len(points),
         "dark": float((points[:, 3] == 0).mean()),
@@ -63,7 +68,13 @@ def statistics(points: Points) -> dict[str, Any]:
         "range": (np.histogram(distance, RANGES)[0] / count).tolist(),
         "elevation": (np.histogram(elevation, ELEVATIONS)[0] / count).tolist(),
         "reflectance": (np.histogram(points[:, 3], REFLECTANCES)[0] / count).tolist(),
-        "beams": np.bincount(beams(points)).tolist(),
+        "beams": np.bincount(beam).tolist(),
+        "noise_near": range_noise(points, beam, 4.0, 12.0),
+        "noise_far": range_noise(points, beam, 20.0, 40.0),
+        "residual_2m": small and small[0],
+        "residual_5m": large and large[0],
+        "residual_5m_kerbs": large and large[1],
+        "off_grid": float(np.abs(thousandths - np.round(thousandths)).max(initial=0.0)),
     }
 
 
@@ -237,7 +248,17 @@ def _scans(scans: Sequence[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-_NUMBERS = ("points", "dark", "mean_reflectance")
+_NUMBERS = (
+    "points",
+    "dark",
+    "mean_reflectance",
+    "noise_near",
+    "noise_far",
+    "residual_2m",
+    "residual_5m",
+    "residual_5m_kerbs",
+    "off_grid",
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

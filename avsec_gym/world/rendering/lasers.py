@@ -19,7 +19,7 @@ _TILT_ERROR = np.radians(0.045)
 _RANGE_ERROR = 0.02
 """... and what it leaves of a laser's range, metres."""
 _GAIN, _WEAK_GAIN, _WEAK_SHARE = 0.08, (0.45, 0.75), 0.2
-_FLOOR, _FLOOR_SPREAD = 0.135, 0.4
+_FLOOR, _FLOOR_SPREAD = 0.15, 0.4
 """Median and spread (of the logarithm) of the reflectance that a device takes for nothing."""
 
 
