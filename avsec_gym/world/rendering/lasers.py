@@ -16,7 +16,7 @@ _TILT, _TILT_LOWER = np.radians(0.03), np.radians(0.045)
 """Standard deviations of the mounting angles about the nominal ones, upper and lower block."""
 _TILT_ERROR = np.radians(0.045)
 """What a calibration leaves of a laser's tilt: its rings lie a little too high or too low..."""
-_RANGE_ERROR = 0.02
+_RANGE_ERROR = 0.012
 """... and what it leaves of a laser's range, metres."""
 _GAIN, _WEAK_GAIN, _WEAK_SHARE = 0.08, (0.45, 0.75), 0.2
 _FLOOR, _FLOOR_SPREAD = 0.15, 0.4
