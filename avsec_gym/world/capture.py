@@ -101,7 +101,7 @@ def render(
         if camera == reference:
             geometry = view.geometry
         images[camera] = sensors[camera].expose(
-            view.light, _generator(posed, own, _CAMERA_SEED, camera)
+            view.light + view.dazzle, _generator(posed, own, _CAMERA_SEED, camera)
         )
     looking = pinhole(rig, reference, pose)
     if geometry is None:

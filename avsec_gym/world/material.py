@@ -28,6 +28,10 @@ class Material:
             and road signs (retro-reflectors) 1.
         glow: Light that the surface sends out by itself, in units of sunlit white (a lit brake
             lamp 0.5).
+        clear: Share of the light from behind a pane that the camera sees through it; the texture
+            is the pane's tint.
+        flakes: Share of the paint's own light that flakes of metal send round the direction of a
+            mirror, so that panels towards the sun are bright and others dark.
     """
 
     texture: str = "plain"
@@ -39,3 +43,5 @@ class Material:
     grainy: bool = False
     infrared: float | None = None
     glow: float = 0.0
+    clear: float = 0.0
+    flakes: float = 0.0

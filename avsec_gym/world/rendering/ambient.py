@@ -55,7 +55,7 @@ def ambient_light(
     return result
 
 
-@kernel()
+@kernel(error_model="numpy")
 def _directions(which, normals, directions):
     """Cosine-weighted, spread evenly (a golden spiral) and turned differently at each point.
 
@@ -82,7 +82,7 @@ def _directions(which, normals, directions):
             directions[row, 2] = -x * sign * nx - y * ny + nz * up
 
 
-@kernel()
+@kernel(error_model="numpy")
 def _gather(which, directions, blocked, panorama, bounced, result):
     """Mean light of each point's rays, into `result`; rows of rays without a hit stay 0."""
     for j in range(len(which)):
@@ -104,7 +104,7 @@ def _gather(which, directions, blocked, panorama, bounced, result):
         result[i, 0], result[i, 1], result[i, 2] = red / RAYS, green / RAYS, blue / RAYS
 
 
-@kernel()
+@kernel(error_model="numpy")
 def smooth_ambient(light, normal, distance, columns, rows, out):
     """Means over neighbours on the same surface: few rays make a rough estimate.
 
@@ -145,7 +145,7 @@ def smooth_ambient(light, normal, distance, columns, rows, out):
             out[i, 0], out[i, 1], out[i, 2] = red / total, green / total, blue / total
 
 
-@kernel()
+@kernel(error_model="numpy")
 def carry(
     pixels, found, distances, step, columns, rows, grid_light, grid_normal, grid_distance, out
 ):

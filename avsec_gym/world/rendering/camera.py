@@ -52,7 +52,7 @@ def camera_rays(camera: PinholeCamera, pixels: Float32s) -> tuple[Float32s, Floa
     return origins, directions
 
 
-@kernel()
+@kernel(error_model="numpy")
 def _directions(pixels, rotation, focal_length, centre_u, centre_v, directions):
     """Unit vectors through pixels, into `directions`."""
     one = np.float32(1.0)

@@ -10,7 +10,7 @@ from avsec_gym.world.section import Surface
 _VEGETATION = int(Surface.VEGETATION)
 
 
-@kernel()
+@kernel(error_model="numpy")
 def edge_marks(light, faces, distances, normals, surfaces, width):
     """Which pixels need more rays, shape (n,).
 
@@ -29,18 +29,19 @@ def edge_marks(light, faces, distances, normals, surfaces, width):
         width: Width of the image, pixels; n is a multiple of it.
     """
     marks = np.zeros(len(faces), np.bool_)
-    for i in range(len(faces)):
-        for step in (1, width):
-            j = i + step
-            if j >= len(faces) or (step == 1 and j % width == 0):
-                continue
-            leaves = surfaces[i] == _VEGETATION and surfaces[j] == _VEGETATION
-            if not leaves and _differ(i, j, light, faces, distances, normals):
-                marks[i] = marks[j] = True
+    for row in range(len(faces) // width):
+        for column in range(width):
+            i = row * width + column
+            for j in (i + 1, i + width):
+                if j >= len(faces) or (j == i + 1 and column + 1 == width):
+                    continue
+                leaves = surfaces[i] == _VEGETATION and surfaces[j] == _VEGETATION
+                if not leaves and _differ(i, j, light, faces, distances, normals):
+                    marks[i] = marks[j] = True
     return marks
 
 
-@kernel(inline="always")
+@kernel(inline="always", error_model="numpy")
 def _differ(i, j, light, faces, distances, normals):
     """Whether two neighbouring pixels show an edge; the cheap tests come first."""
     if faces[i] == faces[j]:

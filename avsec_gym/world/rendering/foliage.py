@@ -18,7 +18,7 @@ _PIXELS = np.float32(2.6)
 """Smallest size of a cell in an image, pixels."""
 
 
-@kernel()
+@kernel(error_model="numpy")
 def leaf_cell(distance, pixel_angle):
     """Size of the cells at a distance, metres: the finest one doubled until it can be seen."""
     needed = distance * pixel_angle * _PIXELS
@@ -28,7 +28,7 @@ def leaf_cell(distance, pixel_angle):
     return size
 
 
-@kernel(inline="always")
+@kernel(inline="always", error_model="numpy")
 def _chance(column, row, layer):
     """32 well-mixed bits for a cell."""
     bits = np.uint32(column) * np.uint32(0x9E3779B1) ^ np.uint32(row) * np.uint32(0x85EBCA77)
@@ -41,7 +41,7 @@ def _chance(column, row, layer):
     return bits
 
 
-@kernel()
+@kernel(error_model="numpy")
 def leaf_at(u, v, size):
     """The leaf at a place on the texture: 32 bits of its own, 0 where there is none.
 
@@ -67,7 +67,7 @@ def leaf_at(u, v, size):
     return np.uint32(0)
 
 
-@kernel()
+@kernel(error_model="numpy")
 def between_leaves(scene, faces, distances, us, vs, pixel_angle, gaps):
     """Mark the hits on foliage that go between its leaves.
 

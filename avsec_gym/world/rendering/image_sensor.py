@@ -13,6 +13,10 @@ from avsec_gym.world.mesh import Float32s
 GAMMA = 1.05
 """Of the tone curve; a screen's would be 2.2."""
 
+_BLOCK = 8
+"""Pixels in a row of a block on which scattered light is computed."""
+_HALO = 0.6
+"""Share of the scattered light that stays near its source."""
 _WHITE_BALANCE = np.array([0.91, 1.0, 1.07])
 
 
@@ -27,6 +31,10 @@ class ImageSensor:
         shot_noise: Variance of the noise for each unit of light, share of full scale.
         smoothing: Standard deviation of the blur that interpolating colours and rectifying the
             image leave, noise included, pixels.
+        glare: Share of the light that the lens scatters: a halo of some pixels, and a veil over a
+            wide part of the image.
+        streaks: Share of dazzling light that the edges of the aperture spread along rows and
+            columns.
 
     The defaults give plain areas the noise, and images the sharpness, of KITTI's.
     """
@@ -36,11 +44,14 @@ class ImageSensor:
     read_noise: float = 0.0006
     shot_noise: float = 0.0001
     smoothing: float = 0.45
+    glare: float = 0.025
+    streaks: float = 0.012
 
     def expose(self, light: Float32s, rng: np.random.Generator) -> Image:
-        """The image of linear light, shape (H, W, 3), as a view holds it."""
+        """The image of linear light, shape (H, W, 3), what dazzles included."""
         # Lens, then photons and amplifier, then interpolation, then tone curve and 8 bits.
-        signal = _blurred(light, self.blur) * np.array(self.gain, np.float32)
+        seen = _scattered(_blurred(light, self.blur), self.glare, self.streaks)
+        signal = seen * np.array(self.gain, np.float32)
         deviation = np.sqrt(self.read_noise**2 + self.shot_noise * np.maximum(signal, 0.0))
         noise = deviation * rng.standard_normal(signal.shape, np.float32)
         recorded = _blurred(np.asarray(signal + noise, np.float32), self.smoothing)
@@ -92,3 +103,26 @@ def _blurred(light: Float32s, deviation: float) -> Float32s:
     if deviation <= 0:
         return light
     return np.asarray(cv2.GaussianBlur(light, (0, 0), deviation), np.float32)
+
+
+def _scattered(light: Float32s, glare: float, streaks: float) -> Float32s:
+    """Light with its halo, veil and streaks, computed on blocks of pixels, smooth as they are.
+
+    Args:
+        light: Linear light, shape (H, W, 3).
+        glare: Share of all light that is scattered.
+        streaks: Share of the light above white that goes into streaks.
+    """
+    height, width = light.shape[:2]
+    size = (-(-width // _BLOCK), -(-height // _BLOCK))
+    coarse = np.asarray(cv2.resize(light, size, interpolation=cv2.INTER_AREA), np.float32)
+    scattered = glare * (
+        _HALO * cv2.GaussianBlur(coarse, (0, 0), 1.0, borderType=cv2.BORDER_REPLICATE)
+        + (1.0 - _HALO) * cv2.GaussianBlur(coarse, (0, 0), 9.0, borderType=cv2.BORDER_REPLICATE)
+    )
+    dazzling = streaks * np.maximum(coarse - 1.0, 0.0)
+    for deviations in ((6.0, 0.4), (0.4, 6.0)):
+        across, down = deviations
+        scattered += cv2.GaussianBlur(dazzling, (0, 0), across, sigmaY=down)
+    wide = cv2.resize(scattered, (width, height), interpolation=cv2.INTER_LINEAR)
+    return np.asarray(light * np.float32(1.0 - glare) + wide, np.float32)

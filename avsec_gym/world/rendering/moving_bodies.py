@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
 from avsec_gym.world.mesh import Float32s, Int32s
 from avsec_gym.world.rendering.planar_motion import PlanarMotion
 from avsec_gym.world.rendering.ray_scene import RayScene
@@ -197,7 +197,7 @@ def _as_seen(body: MovingBody, rays: Rays) -> tuple[Float32s, Float32s, Float32s
     return origins.astype(np.float32), directions.astype(np.float32), rays.seconds
 
 
-@njit(cache=True)
+@kernel()
 def _mark_near(origins, directions, distance, centre, radius, marks):  # type: ignore[no-untyped-def]
     """Mark rays that pass through a sphere, and have met nothing before it; in place."""
     for i in range(len(distance)):

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from avsec_gym.kernels import kernel
 
 
-@njit(cache=True)
+@kernel()
 def aim_pulses(  # type: ignore[no-untyped-def]
     elevation, shift, height, column, pulse, rotation, place, origins, directions
 ):
@@ -43,7 +44,7 @@ def aim_pulses(  # type: ignore[no-untyped-def]
             origins[i, axis] = place[k, axis] + rotation[k, axis, 2] * height[laser]
 
 
-@njit(cache=True)
+@kernel()
 def place_points(  # type: ignore[no-untyped-def]
     elevation, shift, height, column, pulse, distance, places
 ):

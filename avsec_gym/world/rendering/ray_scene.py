@@ -41,6 +41,8 @@ class MaterialTable(NamedTuple):
     infrared: Float32s
     """-1: the texture's brightness."""
     glow: Float32s
+    clear: Float32s
+    flakes: Float32s
 
 
 class Hits(NamedTuple):
@@ -155,4 +157,6 @@ def _table(mesh: Mesh) -> MaterialTable:
             [-1.0 if m.infrared is None else m.infrared for m in materials], np.float32
         ),
         glow=column("glow"),
+        clear=column("clear"),
+        flakes=column("flakes"),
     )

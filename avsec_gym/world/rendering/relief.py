@@ -9,9 +9,9 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from avsec_gym.kernels import kernel
 from avsec_gym.world.mesh import Float32s
 from avsec_gym.world.section import Surface
 
@@ -68,7 +68,7 @@ def raise_ground(
     _raise(distance, origins, directions, cosine, surface, relief, chance)
 
 
-@njit(cache=True)
+@kernel()
 def _raise(  # type: ignore[no-untyped-def]
     distance, origins, directions, cosine, surface, relief, chance
 ):

@@ -17,7 +17,6 @@ from avsec_gym.world.rendering.light import Light
 from avsec_gym.world.rendering.ray_scene import NOTHING, Hits, RayScene
 from avsec_gym.world.rendering.scene_arrays import SceneArrays, break_up_lattice
 from avsec_gym.world.rendering.shading import (
-    add_glints,
     radiance,
     smooth_over_surfaces,
     towards_disc,
@@ -42,8 +41,16 @@ _LAND = 0.72
 """Beneath a wide sky the land keeps so much of the brightness aimed for: the sky burns out..."""
 _BURN = 1.15
 """... by this factor at most."""
-_BRIGHTEST = 1.25
+_BRIGHTEST = np.float32(1.25)
 """Rays count as no brighter when a pixel's are averaged: bright edges stay smooth."""
+_DAZZLING = np.float32(12.0)
+"""What is brighter than this by its middle ray, the sun in varnish, counts as this bright."""
+_PANES = 3
+"""Panes of glass that a ray passes: into a car and out of it."""
+_INSIDE = 0.30
+"""Share of the light outside that reaches a car's seats."""
+_SECOND_HAND = 0.02
+"""Angle between the rays that show what is mirrored, radians."""
 
 
 class Geometry(NamedTuple):
@@ -63,6 +70,8 @@ class View(NamedTuple):
     light: Float32s
     """Linear light times the exposure, 1 is the brightest that a sensor shows, shape (H, W, 3)."""
     geometry: Geometry
+    dazzle: Float32s
+    """Light beyond that: the sky, the sun in varnish; it blooms, shape (H, W, 3)."""
 
 
 class Renderer:
@@ -77,6 +86,9 @@ class Renderer:
     def __init__(self, scene: RayScene, light: Light, overlay: OverlayArrays | None = None) -> None:
         self.scene = scene
         self._light = light
+        haze = np.float32(light.haze)
+        self._sky = (light.sun, light.sun_colour, light.panorama, light.horizon, haze)
+        self._around = 0.5 * light.panorama.mean(axis=(0, 1))
         self.arrays = SceneArrays(
             scene.vertices,
             scene.normals,
@@ -112,7 +124,9 @@ class Renderer:
         # Expose: the sensor's range holds the image as a whole.
         metered = max(1, len(light) // _METERED)
         exposure = self._exposure(light[::metered], hits.face[::metered] >= 0)
-        light = np.minimum(light * exposure, np.float32(_BRIGHTEST))
+        light *= exposure
+        dazzle = np.clip(light, _BRIGHTEST, _DAZZLING) - _BRIGHTEST
+        light = np.minimum(light, _BRIGHTEST)
         # More rays through pixels on edges; each counts as much as the middle's.
         kinds = geometry.surface.reshape(-1)
         edges = np.flatnonzero(
@@ -137,10 +151,12 @@ class Renderer:
             share = found.mirror * reflects[edges[new]]
             more += share[:, None] * (mirrored[edges[new]] - more)
             seen = own.copy()
-            seen[new] = np.minimum(more * exposure, np.float32(_BRIGHTEST))
+            seen[new] = np.minimum(more * exposure, _BRIGHTEST)
             light[edges] += seen
         light[edges] /= np.float32(1 + len(_EXTRA))
-        return View(light.reshape(height, width, 3), geometry)
+        dazzle[edges] /= np.float32(1 + len(_EXTRA))
+        shape = (height, width, 3)
+        return View(light.reshape(shape), geometry, dazzle.reshape(shape))
 
     def hits(
         self,
@@ -259,15 +275,59 @@ class Renderer:
         reached: Float32s,
         grid: tuple[Float32s, Float32s, Float32s],
     ) -> Float32s:
-        light = self._light
         found.sunlight[:] *= reached
         ambient = np.zeros((len(pixels), 3), np.float32)
         columns, rows = (-(-size // _GRID_STEP) for size in camera.size)
         carry(pixels, found, hits.distance, _GRID_STEP, columns, rows, *grid, ambient)
         out = np.empty((len(pixels), 3), np.float32)
-        sky = (light.sun_colour, light.panorama, light.horizon, np.float32(light.haze))
-        radiance(hits.face, hits.distance, directions, found, ambient, *sky, out)
+        radiance(hits.face, hits.distance, directions, found, ambient, *self._sky, out)
+        self._look_through(directions, hits, found, out)
         return out
+
+    def _look_through(
+        self, directions: Float32s, hits: Hits, found: Surfaces, out: Float32s
+    ) -> None:
+        """Add what is seen through panes to `out`."""
+        rays = np.flatnonzero((hits.face >= 0) & (found.clear > 0))
+        passed = found.clear[rays, None] * found.albedo[rays]
+        owner = self.scene.object_id[hits.face[rays]]
+        point = found.point[rays]
+        for _ in range(_PANES):
+            if len(rays) == 0:
+                return
+            onward = np.ascontiguousarray(directions[rays])
+            behind, surface, seen = self._second_hand(point + 0.03 * onward, onward, owner)
+            out[rays] += passed * seen
+            again = np.flatnonzero((behind.face >= 0) & (surface.clear > 0))
+            passed = passed[again] * (surface.clear[again, None] * surface.albedo[again])
+            rays, owner, point = rays[again], owner[again], surface.point[again]
+
+    def _second_hand(
+        self, starts: Float32s, directions: Float32s, inside: Int32s | None = None
+    ) -> tuple[Hits, Surfaces, Float32s]:
+        """What rays meet that were mirrored or went through a pane, and its light.
+
+        It is lit without further rays: half of it lies in the shade.
+
+        Args:
+            starts: Origins of the rays, metres, shape (m, 3).
+            directions: Unit vectors along the rays, shape (m, 3).
+            inside: Objects within whose windows the rays begin, shape (m,): what belongs to
+                them lies in the shade of their roofs.
+        """
+        light = self._light
+        hits = self.scene.hits(starts, directions)
+        found = surfaces(self.arrays, hits, starts, directions, light.sun, _SECOND_HAND)
+        found.sunlight[:] *= 0.6
+        ambient = np.empty_like(starts)
+        ambient[:] = self._around
+        if inside is not None:
+            shaded = (hits.face >= 0) & (self.scene.object_id[hits.face] == inside)
+            found.sunlight[shaded] = 0.0
+            ambient[shaded] *= _INSIDE
+        seen = np.empty_like(starts)
+        radiance(hits.face, hits.distance, directions, found, ambient, *self._sky, seen)
+        return hits, found, seen
 
     def _shaded(self, points: Float32s) -> NDArray[np.bool_]:
         """Whether points of the sun's disc are hidden; it shines through one layer of leaves."""
@@ -296,10 +356,8 @@ class Renderer:
         Every other pixel, as on a chess board, is followed; the others get their neighbours'
         mean.
         """
-        light = self._light
-        around = 0.5 * light.panorama.mean(axis=(0, 1))
         mirrored = np.empty_like(out)
-        mirrored[:] = around
+        mirrored[:] = self._around
         distance, mirrors = hits.distance, (found.mirror > _DULL) & (hits.face >= 0)
         followed = mirrors & _chess_board(pixels)
         rays = np.flatnonzero(followed)
@@ -307,23 +365,15 @@ class Renderer:
         facing = (incoming * normal).sum(axis=1, keepdims=True)
         outgoing = np.ascontiguousarray(incoming - 2 * facing * normal)
         starts = np.ascontiguousarray(found.point[rays])
-        hits = self.scene.hits(starts, outgoing)
-        behind = surfaces(self.arrays, hits, starts, outgoing, light.sun, 0.02)
-        # What is mirrored is lit without further rays: half of it lies in the shade.
-        behind.sunlight[:] *= 0.6
-        ambient = np.empty_like(starts)
-        ambient[:] = around
-        seen = np.empty_like(starts)
-        sky = (light.sun_colour, light.panorama, light.horizon, np.float32(light.haze))
-        radiance(hits.face, hits.distance, outgoing, behind, ambient, *sky, seen)
-        add_glints(outgoing, hits.face < 0, light.sun, light.sun_colour, seen)
+        _, _, seen = self._second_hand(starts, outgoing)
         mirrored[rays] = seen
         mirrored = smooth_over_surfaces(mirrored, followed, mirrors, distance, found.normal, width)
-        mirrored = np.where(mirrored < 0, around, mirrored)
-        out += found.mirror[:, None] * (mirrored - out)
+        shiny = np.flatnonzero(found.mirror > 0.0)
+        mirrored[shiny] = np.where(mirrored[shiny] < 0, self._around, mirrored[shiny])
+        out[shiny] += found.mirror[shiny, None] * (mirrored[shiny] - out[shiny])
         return mirrored
 
 
 def _chess_board(pixels: Float32s) -> NDArray[np.bool_]:
     """The white squares, shape (n,)."""
-    return np.asarray(pixels.sum(axis=1).astype(np.int64) % 2 == 0)
+    return np.asarray((pixels[:, 0] + pixels[:, 1]).astype(np.int32) & 1 == 0)

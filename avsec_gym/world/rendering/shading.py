@@ -13,11 +13,13 @@ _GRAIN = np.float32(0.005)
 """Of half-shades, metres."""
 _BURNT_OUT = np.float32(4.0)
 """Light counts as no brighter when it is averaged: edges of reflections stay smooth."""
+_ROUGHNESS = np.float32(0.045**2)
+"""Of varnish, chrome and panes: the square of GGX's alpha; waves and dust widen the sun so much."""
 _SKY_SEEN = np.float32(1.35)
 """The sky as cameras see it against the light that it sheds: KITTI's is burnt out mostly."""
 
 
-@kernel(inline="always")
+@kernel(inline="always", error_model="numpy")
 def sky_colour(panorama, x, y, z):
     """Light of the sky in a direction; below the horizon that of the horizon."""
     rows, columns = panorama.shape[0], panorama.shape[1]
@@ -45,9 +47,9 @@ def sky_colour(panorama, x, y, z):
     )
 
 
-@kernel()
+@kernel(error_model="numpy")
 def radiance(
-    faces, distances, directions, found, ambient, sun_colour, panorama, horizon, haze, out
+    faces, distances, directions, found, ambient, sun, sun_colour, panorama, horizon, haze, out
 ):
     """Light that comes back along n rays, into `out`, shape (n, 3).
 
@@ -59,6 +61,7 @@ def radiance(
         directions: Unit vectors along the rays, shape (n, 3).
         found: `Surfaces`, `sunlight` already 0 in shadow.
         ambient: Light from the sky and the surroundings on each surface, shape (n, 3).
+        sun: Direction towards the sun, shape (3,).
         sun_colour: Light of the sun, shape (3,).
         panorama: Light of the sky.
         horizon: Colour of the air.
@@ -72,32 +75,48 @@ def radiance(
                 out[i, k] = sky[k] * _SKY_SEEN
             continue
         clear = np.exp(-distances[i] / haze)
+        glint, of_sun, of_sky = _ZERO, _ONE, _ONE
+        if found.mirror[i] > _ZERO:
+            glint, of_sun, of_sky = _gloss(
+                directions[i], found.normal[i], sun, found.mirror[i], found.flakes[i]
+            )
+        solid = _ONE - found.clear[i]
         for k in range(3):
-            light = sun_colour[k] * found.sunlight[i] + ambient[i, k]
-            own = found.albedo[i, k] * (light + found.glow[i] * np.float32(3.0))
+            light = sun_colour[k] * found.sunlight[i] * of_sun + ambient[i, k] * of_sky
+            own = found.albedo[i, k] * (light + found.glow[i] * np.float32(3.0)) * solid
+            own += glint * found.sunlight[i] * sun_colour[k]
             out[i, k] = own * clear + horizon[k] * (_ONE - clear)
 
 
-@kernel()
-def add_glints(directions, open_sky, sun, sun_colour, light):
-    """Add the sun's own reflection to mirrored light.
+@kernel(inline="always", error_model="numpy")
+def _gloss(ray, normal, sun, mirror, flakes):
+    """How varnish and flakes of metal under it change a surface's light.
 
-    Args:
-        directions: Unit vectors along the mirrored rays, shape (m, 3).
-        open_sky: Whether a mirrored ray sees the sky, shape (m,).
-        sun: Direction towards the sun, shape (3,).
-        sun_colour: Light of the sun, shape (3,).
-        light: Light along the mirrored rays, changed in place, shape (m, 3).
+    Returns:
+        The sun's own reflection in the varnish, a share of its light (a GGX lobe); factors on
+        the paint's light from the sun and from the sky, 1 without flakes.
     """
-    for j in range(len(directions)):
-        towards = directions[j, 0] * sun[0] + directions[j, 1] * sun[1] + directions[j, 2] * sun[2]
-        if open_sky[j] and towards > np.float32(0.9):
-            glint = np.float32(18.0) * towards**400 + np.float32(0.5) * towards**40
-            for k in range(3):
-                light[j, k] += glint * sun_colour[k]
+    along = ray[0] * normal[0] + ray[1] * normal[1] + ray[2] * normal[2]
+    # Half way between sun and viewer: where it is the normal, the varnish shows the sun.
+    hx, hy, hz = sun[0] - ray[0], sun[1] - ray[1], sun[2] - ray[2]
+    scale = _ONE / np.sqrt(max(hx * hx + hy * hy + hz * hz, np.float32(1e-6)))
+    aligned = (hx * normal[0] + hy * normal[1] + hz * normal[2]) * scale
+    spread = aligned * aligned * (_ROUGHNESS - _ONE) + _ONE
+    glint = mirror * _ROUGHNESS / (np.float32(4.0) * spread * spread)
+    if flakes == _ZERO:
+        return glint, _ONE, _ONE
+    # Flakes lie nearly flat: they send light about where a mirror would.
+    twice = np.float32(2.0) * along
+    rx, ry, rz = ray[0] - twice * normal[0], ray[1] - twice * normal[1], ray[2] - twice * normal[2]
+    towards = max(rx * sun[0] + ry * sun[1] + rz * sun[2], _ZERO)
+    lobe = towards * towards
+    lobe *= lobe * towards
+    of_sun = _ONE + flakes * (np.float32(2.6) * lobe - np.float32(0.55))
+    of_sky = _ONE + flakes * np.float32(0.5) * rz
+    return glint, of_sun, of_sky
 
 
-@kernel()
+@kernel(error_model="numpy")
 def smooth_over_surfaces(values, known, wanted, distances, normals, width):
     """Values averaged over neighbouring pixels on the same smooth surface, shape (n, m).
 
@@ -144,7 +163,7 @@ def smooth_over_surfaces(values, known, wanted, distances, normals, width):
     return out
 
 
-@kernel()
+@kernel(error_model="numpy")
 def towards_disc(sun, points):
     """Unit vectors from points towards places on the sun's disc, shape (n, 3).
 

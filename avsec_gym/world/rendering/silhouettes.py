@@ -70,7 +70,7 @@ def _on_near_plane(one: Floats, two: Floats) -> Floats:
     return one + share * (two - one)
 
 
-@kernel()
+@kernel(error_model="numpy")
 def _draw(triangles, owner, width, height, area, extent):
     """Add up areas and extents of triangles in pixels, into the last two arguments.
 

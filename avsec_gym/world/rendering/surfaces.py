@@ -42,6 +42,10 @@ class Surfaces(NamedTuple):
     """Share of light mirrored, shape (n,)."""
     glow: Float32s
     """Own light, shape (n,)."""
+    clear: Float32s
+    """Share of the light from behind that passes, shape (n,)."""
+    flakes: Float32s
+    """Share of the own light that flakes of metal send towards one side, shape (n,)."""
 
 
 def surfaces(
@@ -67,15 +71,13 @@ def surfaces(
         np.empty((count, 3), np.float32),
         np.empty((count, 3), np.float32),
         np.empty((count, 3), np.float32),
-        np.zeros(count, np.float32),
-        np.zeros(count, np.float32),
-        np.zeros(count, np.float32),
+        *(np.zeros(count, np.float32) for _ in range(5)),
     )
     _surfaces(scene, hits, origins, directions, sun, np.float32(pixel_angle), result)
     return result
 
 
-@kernel()
+@kernel(error_model="numpy")
 def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
     """Fill `result`; see `surfaces`.
 
@@ -262,9 +264,11 @@ def _surfaces(scene, hits, origins, directions, sun, pixel_angle, result):
             grazing = _ONE - min(abs(nx * dx + ny * dy + nz * dz), _ONE)
             result.mirror[i] = mirror + (_MOST_MIRRORED - mirror) * grazing**5
         result.glow[i] = scene.materials.glow[material]
+        result.clear[i] = scene.materials.clear[material]
+        result.flakes[i] = scene.materials.flakes[material]
 
 
-@kernel(inline="always")
+@kernel(inline="always", error_model="numpy")
 def _smooth(lattice, x, y, z):
     """Smooth noise in [-1, 1] with cells of 1."""
     cx, cy, cz = np.int32(np.floor(x)), np.int32(np.floor(y)), np.int32(np.floor(z))

@@ -12,7 +12,7 @@ from avsec_gym.world.mesh import Float32s
 from avsec_gym.world.textures.library import TextureArrays
 
 _LINEAR = ((np.arange(256) / 255.0) ** 2.2).astype(np.float32)
-_MOST_TAPS = 8
+_MOST_TAPS = 6
 _ONE, _HALF = np.float32(1.0), np.float32(0.5)
 
 
@@ -31,7 +31,7 @@ class OverlayArrays(NamedTuple):
     """Overlay coordinate of the picture's left edge, metres, shape (1,)."""
 
 
-@kernel(inline="always")
+@kernel(inline="always", error_model="numpy")
 def texel_colour(textures, index, level, s, t):
     """Bilinear colour in linear light at (s, t), in repeats of the texture."""
     height = textures.shape[index, level, 0]
@@ -71,7 +71,7 @@ def texel_colour(textures, index, level, s, t):
     return red, green, blue
 
 
-@kernel()
+@kernel(error_model="numpy")
 def filtered_colour(textures, index, u, v, short_u, short_v, long_u, long_v):
     """Mean colour of a texture under a pixel's footprint.
 
@@ -122,7 +122,7 @@ def filtered_colour(textures, index, u, v, short_u, short_v, long_u, long_v):
     return red * scale, green * scale, blue * scale
 
 
-@kernel()
+@kernel(error_model="numpy")
 def overlay_colour(overlay, u, v, short_u, short_v, long_u, long_v):
     """Mean colour (times alpha) and alpha of the overlay under a footprint; 0 beyond its edges.
 

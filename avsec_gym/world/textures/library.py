@@ -24,7 +24,7 @@ from avsec_gym.storage.regular_files import MAX_FILE_BYTES, read_bytes
 from avsec_gym.world.textures.noise import picture
 from avsec_gym.world.textures.texture import Picture, Texture
 
-FAMILIES = ("ground", "walls", "nature", "people", "vehicles", "street")
+FAMILIES = ("ground", "walls", "nature", "people", "cars", "vehicles", "street")
 """Modules beside this one; each has a dictionary `TEXTURES`."""
 
 _AGAIN = "It is drawn anew."

@@ -5,7 +5,7 @@ from embreex.mesh_construction import TriangleMesh
 
 from avsec_gym.world.layouts.dimensions import CATEGORIES, draw_dimensions
 from avsec_gym.world.models.vehicles import make_ego_vehicle, make_vehicle
-from avsec_gym.world.textures.vehicles import TEXTURES
+from avsec_gym.world.textures import cars, vehicles
 
 KINDS = ("Car", "Van", "Truck", "Misc", "Tram")
 
@@ -48,7 +48,7 @@ def test_every_appearance_fills_its_box_with_sound_surfaces(category):
 @pytest.mark.parametrize("category", ["Car", "Van", "Misc"])
 def test_triangles_are_few(category):
     for appearance in range(30):
-        assert len(some_vehicle(category, appearance)[0].faces) <= 3500
+        assert len(some_vehicle(category, appearance)[0].faces) <= 7500  # smooth at 8 m
 
 
 @pytest.mark.parametrize("category", ["Car", "Van", "Truck", "Tram"])
@@ -132,7 +132,7 @@ def test_one_seed_gives_one_vehicle_and_seeds_differ():
 def side_view(mesh):
     """Heights of the outline seen from the side, every 10 cm, in steps of 2 cm."""
     x = np.arange(-2.1, 2.1, 0.1)
-    origins = np.column_stack([x, np.zeros_like(x), np.full_like(x, 5.0)]).astype(np.float32)
+    origins = np.column_stack([x, np.full_like(x, 0.01), np.full_like(x, 5.0)]).astype(np.float32)
     down = np.tile(np.float32([0, 0, -1]), (len(x), 1))
     return np.round((5.0 - scene_of(mesh).run(origins, down, output=True)["tfar"]) / 0.02)
 
@@ -140,7 +140,7 @@ def side_view(mesh):
 def test_windows_let_pulses_pass_to_something_inside():
     mesh = make_vehicle("Car", (1.5, 1.7, 4.2), 1)
     glass = np.array([material.glass for material in mesh.materials])[mesh.material]
-    assert 0.02 < glass.mean() < 0.3
+    assert 0.01 < glass.mean() < 0.3
     without = scene_of(
         type(mesh)(
             mesh.vertices,
@@ -160,7 +160,7 @@ def test_windows_let_pulses_pass_to_something_inside():
 
 def test_every_texture_exists():
     names = {"plain"}
-    for family, texture in TEXTURES.items():
+    for family, texture in (cars.TEXTURES | vehicles.TEXTURES).items():
         several = texture.variants > 1
         names |= {f"{family}/{i}" for i in range(texture.variants)} if several else {family}
     for category in KINDS:

@@ -95,7 +95,7 @@ def test_a_sensor_keeps_the_light_level_and_adds_the_noise_it_says() -> None:
 def test_blur_spreads_an_edge_over_pixels_without_moving_it() -> None:
     step = np.zeros((40, 60, 3), np.float32)
     step[:, 30:] = 0.8
-    quiet = {"read_noise": 0.0, "shot_noise": 0.0}
+    quiet = {"read_noise": 0.0, "shot_noise": 0.0, "glare": 0.0}
     sharp, soft = (
         (ImageSensor(blur=b, smoothing=0.0, **quiet).expose(step, np.random.default_rng(0)) / 255)
         ** GAMMA

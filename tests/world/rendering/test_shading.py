@@ -93,7 +93,7 @@ def test_light_is_what_the_sun_and_the_sky_leave_behind_the_haze() -> None:
     found = Surfaces(
         np.full((4, 3), 0.5, np.float32), np.zeros((4, 3), np.float32),
         np.zeros((4, 3), np.float32), np.array([0.0, 0.7, 0.7, 0.0], np.float32),
-        np.zeros(4, np.float32), np.zeros(4, np.float32),
+        *(np.zeros(4, np.float32) for _ in range(4)),
     )  # fmt: skip
     distances = np.array([0.0, 0.0, 1000.0, 0.0], np.float32)
     sun, horizon = np.array([3.0, 2.0, 1.0], np.float32), np.array([1.0, 1.1, 1.2], np.float32)
@@ -101,8 +101,8 @@ def test_light_is_what_the_sun_and_the_sky_leave_behind_the_haze() -> None:
     sky = np.full((96, 512, 3), 0.9, np.float32)
     ambient = np.full((4, 3), 0.4, np.float32)
     up = np.tile(np.array([0.0, 0, 1], np.float32), (4, 1))
-    faces = np.array([0, 0, 0, -1], np.int32)
-    radiance(faces, distances, up, found, ambient, sun, sky, horizon, np.float32(1000.0), out)
+    faces, noon = np.array([0, 0, 0, -1], np.int32), np.array([0.0, 0, 1], np.float32)
+    radiance(faces, distances, up, found, ambient, noon, sun, sky, horizon, np.float32(1000.0), out)
     np.testing.assert_allclose(out[0], 0.2, rtol=1e-4)
     lit = 0.5 * (sun * 0.7 + 0.4)
     np.testing.assert_allclose(out[1], lit, rtol=1e-4)

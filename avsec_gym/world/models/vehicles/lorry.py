@@ -20,6 +20,7 @@ from avsec_gym.world.models.vehicles.paint import (
     UNDERSIDE,
     Finish,
     draw_finish,
+    glass,
 )
 from avsec_gym.world.models.vehicles.plate import number_plate
 from avsec_gym.world.models.vehicles.wheel import wheel
@@ -71,14 +72,19 @@ def _cab(
     axle = front - min(1.35, 0.62 * (front - rear))
     step, sill = 0.9 * radius, 0.42 * top
     belt, head = 0.56 * top, min(0.84 * top, 0.56 * top + 1.0)
-    window = (axle - 0.15 * (front - rear), front - 0.22, finish.side_glass)
+    window = (axle - 0.15 * (front - rear), front - 0.22, glass("side_glass/1"))
     grille = Material("grille/0", tint=(0.5, 0.5, 0.5), infrared=0.2)
     bands = [
         Band(step, finish.bumper, lean=0.0),
         Band(sill, finish.paint, front=finish.paint, lean=0.01),
         Band(belt, finish.paint, lean=0.03),
         Band(
-            head, finish.paint, front=finish.windscreen, openings=(window,), lean=0.16, inset=0.05
+            head,
+            finish.paint,
+            front=glass("windscreen/1"),
+            openings=(window,),
+            lean=0.16,
+            inset=0.05,
         ),
         Band(top, finish.paint, lean=0.34 if top > 1.3 * belt else 0.2, inset=0.09),
     ]

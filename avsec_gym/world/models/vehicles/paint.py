@@ -16,7 +16,18 @@ BLACK_GLOSS = Material(tint=(0.010, 0.010, 0.011), mirror=0.05, infrared=0.1)
 CHROME = Material(tint=(0.55, 0.55, 0.55), mirror=0.45, infrared=0.6)
 STEEL = Material(tint=(0.30, 0.31, 0.32), mirror=0.1, infrared=0.45)
 SEAT = Material(tint=(0.04, 0.04, 0.045), infrared=0.25)
+LINING = Material(tint=(0.03, 0.03, 0.032), infrared=0.2)
+CLOTH = Material(tint=(0.016, 0.016, 0.017), infrared=0.2)
+TRIM = Material(tint=(0.45, 0.45, 0.45), mirror=0.35, infrared=0.5)
 MIRROR_GLASS = Material(tint=(0.3, 0.3, 0.3), mirror=0.7, infrared=0.1)
+
+_CLEAR_COAT = 0.045
+"""Share of light that varnish mirrors straight on."""
+_SEATS = (
+    SEAT,
+    Material(tint=(0.10, 0.10, 0.105), infrared=0.3),
+    Material(tint=(0.22, 0.18, 0.13), infrared=0.35),
+)
 
 _COLOURS = (
     # share; red, green, blue in linear light; infrared
@@ -36,6 +47,8 @@ _COLOURS = (
     (0.010, (0.10, 0.055, 0.03), 0.40),  # brown
 )
 _SHARES = np.array([share for share, _, _ in _COLOURS])
+_METALLIC = (1.0, 0.6, 0.95, 0.9, 0.8, 0.8, 0.0, 0.15, 0.6, 0.6, 0.8, 0.9, 0.0, 0.8)
+"""How often each colour has flakes of metal in it."""
 _COMMERCIAL = np.array(
     [0.10, 0.04, 0.04, 0.04, 0.08, 0.05, 0.48, 0.07, 0.0, 0.03, 0.01, 0.01, 0.05, 0.0]
 )
@@ -54,6 +67,9 @@ class Finish:
         side_glass: The side windows.
         windscreen: The front window.
         rear_glass: The rear window.
+        back_glass: The side windows behind the front seats.
+        trim: The strip under the side windows.
+        seat: Covers of the seats.
         plate: Number of its plate.
     """
 
@@ -65,6 +81,9 @@ class Finish:
     side_glass: Material
     windscreen: Material
     rear_glass: Material
+    back_glass: Material
+    trim: Material
+    seat: Material
     plate: int
 
 
@@ -86,23 +105,39 @@ def draw_finish(rng: np.random.Generator, flank: str, *, commercial: bool = Fals
     )
     tint = (float(varied[0]), float(varied[1]), float(varied[2]))
     infrared = round(float(np.clip(infrared + 0.06 * rng.standard_normal(), 0.05, 0.8)), 2)
-    paint = Material(tint=tint, mirror=0.05, infrared=infrared)
-    plain_bumper = rng.random() < (0.45 if commercial else 0.12)
-    strip = PLASTIC if rng.random() < 0.75 else paint
-    window = int(rng.integers(3))
+    flakes = float(rng.uniform(0.35, 0.75)) if rng.random() < _METALLIC[kind] else 0.0
+    flakes = 0.0 if commercial else round(flakes, 2)
+
+    def painted(texture: str = "plain") -> Material:
+        return Material(texture, tint, _CLEAR_COAT, flakes=flakes, infrared=infrared)
+
+    paint = painted()
+    plain_bumper = rng.random() < (0.45 if commercial else 0.06)
+    strip = PLASTIC if rng.random() < 0.25 else paint
+    tinted = int(rng.choice(2, p=(0.7, 0.3)))
+    # Behind the front seats some have glass that keeps the sun out.
+    private = 2 if rng.random() < 0.2 else tinted
     return Finish(
         paint=paint,
-        bonnet=Material("bonnet", tint, 0.05, infrared=infrared),
-        flank=Material(flank, tint, 0.05, infrared=infrared),
+        bonnet=painted("bonnet"),
+        flank=painted(flank),
         bumper=PLASTIC if plain_bumper else paint,
         strip=strip,
-        side_glass=glass(f"side_glass/{window}"),
-        windscreen=glass(f"windscreen/{int(rng.integers(3))}"),
-        rear_glass=glass(f"rear_glass/{int(rng.integers(3))}"),
+        side_glass=pane(f"side_pane/{tinted}"),
+        windscreen=pane(f"wind_pane/{int(rng.integers(2))}"),
+        rear_glass=pane(f"rear_pane/{private}"),
+        back_glass=pane(f"side_pane/{private}"),
+        trim=TRIM if rng.random() < 0.3 and not commercial else BLACK_GLOSS,
+        seat=_SEATS[int(rng.choice(len(_SEATS), p=(0.6, 0.25, 0.15)))],
         plate=int(rng.integers(PLATES)),
     )
 
 
+def pane(texture: str) -> Material:
+    """A window that one sees through; the texture is its tint, with frame, heater or wiper."""
+    return Material(texture, mirror=0.07, glass=True, clear=0.96, infrared=0.05)
+
+
 def glass(texture: str) -> Material:
-    """A window: the texture is what shows through it."""
+    """A window of a bus or a lorry: the texture is what shows through it."""
     return Material(texture, mirror=0.08, glass=True, infrared=0.05)

@@ -8,10 +8,11 @@ import numpy as np
 
 from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.models.vehicles.block import block
+from avsec_gym.world.models.vehicles.body_design import BodyDesign, CarDesign, draw_design
 from avsec_gym.world.models.vehicles.bus import bus, tram
 from avsec_gym.world.models.vehicles.car_body import car_body
 from avsec_gym.world.models.vehicles.car_details import car_details
-from avsec_gym.world.models.vehicles.designs import CarDesign, choose_car, choose_van, draw_design
+from avsec_gym.world.models.vehicles.designs import body_design, body_designs, choose_design
 from avsec_gym.world.models.vehicles.lorry import lorry
 from avsec_gym.world.models.vehicles.paint import BLACK_GLOSS, STEEL, draw_finish
 from avsec_gym.world.models.vehicles.trailer import misc
@@ -47,7 +48,7 @@ def make_ego_vehicle() -> Mesh:
     4.7 m long and 1.8 m wide; its roof is 1.5 m high, the LiDAR's top 1.9 m.
     """
     length, width, height = 4.7, 1.8, 1.5
-    parts = car(np.random.default_rng(3), "estate", height, width, length)
+    parts = car(np.random.default_rng(3), body_design("classic estate"), height, width, length)
     body = merge(parts).fitted(length, width, height)
     bars = [block(0.05, 1.2, 0.05, STEEL).placed(x, 0.0, 1.53) for x in (-0.9, 0.1)]
     posts = [
@@ -65,14 +66,14 @@ def make_ego_vehicle() -> Mesh:
 
 
 def car(
-    rng: np.random.Generator, name: str, height: float, width: float, length: float
+    rng: np.random.Generator, body: BodyDesign, height: float, width: float, length: float
 ) -> list[Mesh]:
-    """Parts of a car or van of a body type."""
-    design = draw_design(rng, name, height, width, length)
-    commercial = name in ("delivery car", "panel van", "large van")
-    finish = draw_finish(rng, f"car_side/{design.body.doors}", commercial=commercial)
-    body = car_body(design, finish)
-    return [*body.parts, *car_details(rng, design, finish, body), *_wheels(rng, design)]
+    """Parts of a car or van of a body design."""
+    design = draw_design(rng, body, height, width, length)
+    commercial = body.kind in ("delivery car", "panel van", "large van")
+    finish = draw_finish(rng, f"car_side/{body.doors}", commercial=commercial)
+    skin = car_body(design, finish)
+    return [*skin.parts, *car_details(rng, design, finish, skin), *_wheels(rng, design)]
 
 
 def _wheels(rng: np.random.Generator, design: CarDesign) -> list[Mesh]:
@@ -85,11 +86,13 @@ def _wheels(rng: np.random.Generator, design: CarDesign) -> list[Mesh]:
 def _passenger_car(
     rng: np.random.Generator, height: float, width: float, length: float
 ) -> list[Mesh]:
-    return car(rng, choose_car(rng, height, length), height, width, length)
+    body = choose_design(rng, body_designs("Car"), height, length)
+    return car(rng, body, height, width, length)
 
 
 def _van(rng: np.random.Generator, height: float, width: float, length: float) -> list[Mesh]:
-    return car(rng, choose_van(rng, height, length), height, width, length)
+    body = choose_design(rng, body_designs("Van"), height, length)
+    return car(rng, body, height, width, length)
 
 
 def _truck(rng: np.random.Generator, height: float, width: float, length: float) -> list[Mesh]:

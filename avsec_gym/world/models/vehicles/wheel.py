@@ -14,7 +14,7 @@ from avsec_gym.world.models.vehicles.paint import RUBBER
 RIMS = 8
 """Number of rim textures."""
 
-_SIDES = 14
+_SIDES = 22
 
 
 @functools.cache
