@@ -94,7 +94,7 @@ def _wind_pane(variant: int, _: np.random.Generator) -> Picture:
     canvas = _pane(_GREENISH, 5)
     if variant == 1:
         canvas[5:20, 5:-5] *= np.linspace(0.35, 1.0, 15, dtype=np.float32)[:, None, None]
-    canvas[118:] = _FRIT
+    canvas[121:] = _FRIT
     cv2.ellipse(canvas, (64, 16), (9, 5), 0, 0, 360, (_FRIT,) * 3, -1, cv2.LINE_AA)
     cv2.line(canvas, (64, 0), (64, 14), (_FRIT,) * 3, 3)
     cv2.circle(canvas, (116, 112), 4, (40.0, 150.0, 60.0), -1, cv2.LINE_AA)
@@ -256,7 +256,7 @@ def _bonnet(_: int, __: np.random.Generator) -> Picture:
         ]
         line = np.round(np.array(path) * size).astype(np.int32)
         cv2.polylines(canvas, [line], False, (60.0, 60.0, 60.0), 1, cv2.LINE_AA)
-    canvas[:14] = 20.0
+    canvas[:9, 24:-24] = 20.0
     return picture(canvas)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from avsec_gym.world.mesh import Mesh
-from avsec_gym.world.models.vehicles.block import blob, block
+from avsec_gym.world.models.vehicles.block import block, cushion
 from avsec_gym.world.models.vehicles.body_design import CarDesign
 from avsec_gym.world.models.vehicles.paint import LINING, Finish
 from avsec_gym.world.shapes import tube
@@ -32,11 +32,11 @@ def interior(design: CarDesign, finish: Finish) -> list[Mesh]:
         seats = (-across, across) if number == 0 else (-1.15 * across, 0.0, 1.15 * across)
         wide = 0.46 if number == 0 else 0.40
         for y in seats:
-            back = blob(0.16, wide, 2.0 * tall, finish.seat)
-            rest = blob(0.09, 0.25, 0.17, finish.seat)
+            back = cushion(0.15, wide, 2.0 * tall, finish.seat)
+            rest = cushion(0.09, 0.25, 0.15, finish.seat)
             parts += [
-                back.placed(float(x), y, belt - 0.12),
-                rest.placed(float(x) - 0.03, y, belt + tall - 0.045),
+                back.placed(float(x), y, belt - 0.16),
+                rest.placed(float(x) - 0.03, y, belt + tall - 0.06),
             ]
     deep = design.bonnet - design.roof_front
     board = block(0.45 * deep, 1.6 * design.half_width, 0.09, LINING)
