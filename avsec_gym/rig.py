@@ -7,7 +7,7 @@ are those of the rectified cameras.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -105,6 +105,26 @@ class SensorRig:
 def kitti_rig() -> SensorRig:
     """KITTI's: cameras 0 to 3 with its baselines and intrinsics, and a Velodyne on the roof."""
     return camera_rig(KITTI_CAMERAS)
+
+
+def resized_rig(rig: SensorRig, width: int) -> SensorRig:
+    """The same sensors with images of another width, as if each had been resampled.
+
+    Args:
+        rig: The sensors of the vehicle that looks.
+        width: Width of the new images, pixels; the height follows.
+
+    Raises:
+        ConfigurationError: The width is below 16 pixels.
+    """
+    if width < 16:
+        raise ConfigurationError(f"images are 16 pixels wide or more, got {width}")
+    share = width / rig.size[0]
+    # Pixel centres have whole numbers: the image's corner lies half a pixel before the first.
+    shift = 0.5 * share - 0.5
+    resample = np.array([[share, 0.0, shift], [0.0, share, shift], [0.0, 0.0, 1.0]])
+    calibration = replace(rig.calibration, projections=resample @ rig.calibration.projections)
+    return replace(rig, calibration=calibration, size=(width, round(share * rig.size[1])))
 
 
 def camera_rig(

@@ -7,7 +7,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Calibration
 from avsec_gym.geometry import project, transform_points
 from avsec_gym.kitti.calibration import read_calibration, write_calibration
-from avsec_gym.rig import SensorRig, camera_rig, kitti_rig
+from avsec_gym.rig import SensorRig, camera_rig, kitti_rig, resized_rig
 
 
 def test_baselines_and_intrinsics_are_those_of_kitti() -> None:
@@ -101,3 +101,18 @@ def test_impossible_rigs_are_refused(wrong: dict) -> None:
 def test_cameras_stand_beside_each_other_on_a_car(places: list[float]) -> None:
     with pytest.raises(ConfigurationError, match="at least 10 mm from each other"):
         camera_rig(places)
+
+
+def test_a_resized_rig_sees_each_point_at_the_same_place_of_its_image() -> None:
+    whole, half = kitti_rig(), resized_rig(kitti_rig(), 621)
+    assert half.size == (621, 188)
+    assert half.calibration.baseline(2, 3) == pytest.approx(whole.calibration.baseline(2, 3))
+    points = np.array([[1.0, 0.5, 8.0], [-3.0, -1.0, 20.0]])
+    for camera in (2, 3):
+        large, small = (
+            project(rig.calibration.projection(camera), points)[0] for rig in (whole, half)
+        )
+        # Edges of the image, not centres of the first pixels, lie upon each other.
+        np.testing.assert_allclose(small + 0.5, 0.5 * (large + 0.5), atol=1e-9)
+    with pytest.raises(ConfigurationError, match="16 pixels"):
+        resized_rig(kitti_rig(), 8)

@@ -53,6 +53,8 @@ class WorldMake:
     rig: tuple[float, ...] = ()
     """How far right of camera 0 each camera stands, metres, such as 0 0.54 -0.27 0.27.  Default:
     KITTI's."""
+    width: int | None = None
+    """Of the images, pixels, such as a detector's own; the height follows.  Default: 1242."""
     no_lidar: bool = False
     """Write no scans."""
     previous: int = 0
@@ -80,10 +82,12 @@ class WorldMake:
 
     def run(self) -> int:
         """Do it; the exit code."""
-        from avsec_gym.rig import camera_rig, kitti_rig
+        from avsec_gym.rig import camera_rig, kitti_rig, resized_rig
         from avsec_gym.world.export import Connection, Sensors, Sweep, suite_recipe
 
         rig = camera_rig(self.rig) if self.rig else kitti_rig()
+        if self.width is not None:
+            rig = resized_rig(rig, self.width)
         meant = _MEANT.get(self.suite, ("previous",))
         for name in dict.fromkeys(["previous", *_MEANT["raw"], *_MEANT["connected"]]):
             usual = type(self).__dataclass_fields__[name].default

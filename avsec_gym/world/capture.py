@@ -10,7 +10,7 @@ import numpy as np
 
 from avsec_gym.frame import Image
 from avsec_gym.geometry import Floats
-from avsec_gym.rig import SensorRig
+from avsec_gym.rig import KITTI_FOCAL_LENGTH, SensorRig
 from avsec_gym.world.labels import FrameLabels, label_frame
 from avsec_gym.world.mesh import Float32s
 from avsec_gym.world.motion import moving_bodies, sensor_motion
@@ -93,6 +93,10 @@ def render(
     # Seeded without the frame's number: a vehicle's cameras keep gain and focus over a drive.
     made = np.random.Generator(np.random.PCG64(np.random.SeedSequence((*posed.seed[:2], own))))
     sensors = dict(zip(rig.cameras, draw_sensors(made, len(rig.cameras)), strict=True))
+    # A rig of fewer pixels has the images of the full one, resampled.
+    share = rig.calibration.focal_length(reference) / KITTI_FOCAL_LENGTH
+    if share < 1.0:
+        sensors = {camera: sensor.resampled(share) for camera, sensor in sensors.items()}
     # Render the cameras; the reference camera's geometry is the truth, rendered or not.
     images: dict[int, Image] = {}
     geometry = None

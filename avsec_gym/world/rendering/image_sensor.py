@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -46,6 +46,19 @@ class ImageSensor:
     smoothing: float = 0.45
     glare: float = 0.025
     streaks: float = 0.012
+
+    def resampled(self, share: float) -> ImageSensor:
+        """The sensor whose image has been resampled to a share of its width.
+
+        Blur covers fewer pixels, and each holds the mean of several noisy ones.
+        """
+        return replace(
+            self,
+            blur=share * self.blur,
+            smoothing=share * self.smoothing,
+            read_noise=share * self.read_noise,
+            shot_noise=share**2 * self.shot_noise,
+        )
 
     def expose(self, light: Float32s, rng: np.random.Generator) -> Image:
         """The image of linear light, shape (H, W, 3), what dazzles included."""

@@ -4,7 +4,10 @@ from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh
 
 from avsec_gym.world.layouts.dimensions import CATEGORIES, draw_dimensions
-from avsec_gym.world.models.vehicles import make_ego_vehicle, make_vehicle
+from avsec_gym.world.models.vehicles import body_designs, make_ego_vehicle, make_vehicle
+from avsec_gym.world.models.vehicles.body_design import draw_design
+from avsec_gym.world.models.vehicles.designs import body_design, choose_design
+from avsec_gym.world.models.vehicles.lower_body import lower_skin
 from avsec_gym.world.textures import cars, vehicles
 
 KINDS = ("Car", "Van", "Truck", "Misc", "Tram")
@@ -178,3 +181,46 @@ def test_the_ego_vehicle_is_an_estate_with_sensors_above_its_roof():
 def test_an_unknown_category_is_refused():
     with pytest.raises(ValueError, match="Pedestrian"):
         make_vehicle("Pedestrian", (1.8, 0.5, 0.5), 0)
+
+
+def test_body_designs_have_names_and_shapes_of_their_own():
+    designs = body_designs()
+    assert len(body_designs("Car")) >= 24
+    assert len({design.name for design in designs}) == len(designs)
+    assert all(body_design(design.name) is design for design in designs)
+    kinds = {design.kind for design in body_designs("Car")}
+    assert {"city car", "hatchback", "saloon", "estate", "coupé", "off-roader", "pick-up"} <= kinds
+    with pytest.raises(ValueError, match="hovercraft"):
+        body_design("hovercraft")
+    # Cut to the same box they still differ by centimetres.
+    skins = [
+        lower_skin(draw_design(np.random.default_rng(0), design, 1.5, 1.7, 4.2)).left
+        for design in body_designs("Car")
+    ]
+    for i, one in enumerate(skins):
+        for other in skins[i + 1 :]:
+            assert one.shape != other.shape or np.abs(one - other).max() > 0.01
+
+
+def test_a_box_gets_a_design_of_about_its_size():
+    rng = np.random.default_rng(0)
+    chosen = {
+        size: {choose_design(rng, body_designs("Car"), *size).kind for _ in range(60)}
+        for size in ((1.42, 4.4), (1.75, 4.4), (1.5, 3.4))
+    }
+    assert "saloon" in chosen[1.42, 4.4]
+    assert "off-roader" not in chosen[1.42, 4.4]
+    assert "off-roader" in chosen[1.75, 4.4]
+    assert not chosen[1.75, 4.4] & {"saloon", "coupé"}
+    assert "city car" in chosen[1.5, 3.4]
+    assert not chosen[1.5, 3.4] & {"saloon", "off-roader", "pick-up"}
+
+
+def test_flanks_bend_without_facets():
+    """From column to column normals turn little, but round the corners of boxy bodies."""
+    for design in body_designs("Car"):
+        skin = lower_skin(draw_design(np.random.default_rng(0), design, 1.5, 1.7, 4.2))
+        between = np.abs(skin.points[1:, 6, 0]) < 1.2
+        normals = skin.normals[:, 5:9]
+        alike = (normals[1:] * normals[:-1]).sum(axis=-1)[between]
+        np.testing.assert_array_less(0.94, alike)

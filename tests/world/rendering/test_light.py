@@ -113,3 +113,27 @@ def test_cameras_of_one_rig_differ_a_little() -> None:
     assert len({sensor.gain for sensor in sensors}) == 6
     assert 0.005 < gains.std() < 0.1
     assert draw_sensors(np.random.default_rng(0), 6) == sensors
+
+
+def test_dazzling_light_blooms_and_leaves_the_rest_of_the_light_level_alone() -> None:
+    quiet = {"read_noise": 0.0, "shot_noise": 0.0, "blur": 0.0, "smoothing": 0.0}
+    light = np.full((96, 160, 3), 0.2, np.float32)
+    light[44:52, 76:84] = 12.0
+    plain, blooming = (
+        (ImageSensor(**quiet, **lens).expose(light, np.random.default_rng(0)) / 255) ** GAMMA
+        for lens in ({"glare": 0.0, "streaks": 0.0}, {})
+    )
+    gained = (blooming - plain)[..., 1]
+    assert gained[48, 90] > gained[60, 96] > gained[4, 4] - 0.01
+    assert gained[48, 90] > 0.01
+    # Streaks lie along rows and columns: more there than as far off on the diagonal.
+    assert gained[48, 110] > gained[48 + 21, 80 + 21]
+
+
+def test_a_resampled_sensor_has_the_noise_of_averaged_pixels() -> None:
+    sensor = ImageSensor(read_noise=0.01, shot_noise=0.001, smoothing=0.0, blur=0.0)
+    grey = np.full((80, 120, 3), 0.4, np.float32)
+    full, half = (
+        one.expose(grey, np.random.default_rng(0)).std() for one in (sensor, sensor.resampled(0.5))
+    )
+    assert half == pytest.approx(0.5 * full, rel=0.1)

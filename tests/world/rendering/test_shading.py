@@ -136,3 +136,48 @@ def test_a_shadow_falls_where_the_sun_casts_it(look, azimuth: float, elevation: 
     dark = (light_on_ground < 0.7 * level) & on_ground
     assert expected.sum() > 50
     assert (dark & expected).sum() / (dark | expected).sum() > 0.9
+
+
+def test_varnish_shows_the_sun_where_it_mirrors_it_and_flakes_follow(look) -> None:
+    sun = np.array([0.6, 0.0, 0.8])
+    to_viewer = {"mirrored": sun * [-1, 1, 1], "elsewhere": np.array([0.6, 0.5, 0.6245])}
+
+    def light(material: Material, towards: str) -> float:
+        view = to_viewer[towards]
+        found = met(material, 3 * view, (0, 0, 0), sun)
+        out = np.empty((1, 3), np.float32)
+        sky, one = np.full((96, 512, 3), 0.5, np.float32), np.ones(3, np.float32)
+        ray = -(view / np.linalg.norm(view))[None].astype(np.float32)
+        face, near = np.zeros(1, np.int32), np.zeros(1, np.float32)
+        ambient = np.zeros((1, 3), np.float32)
+        noon = sun.astype(np.float32)
+        radiance(face, near, ray, found, ambient, noon, one, sky, one, np.float32(1e6), out)
+        return float(out[0, 0])
+
+    grey = (0.2, 0.2, 0.2)
+    dull, varnished = Material(tint=grey), Material(tint=grey, mirror=0.045)
+    metallic = Material(tint=grey, mirror=0.045, flakes=0.6)
+    assert light(varnished, "mirrored") > 2.0 + light(dull, "mirrored")
+    assert light(varnished, "elsewhere") == pytest.approx(light(dull, "elsewhere"), rel=0.05)
+    assert light(metallic, "mirrored") > light(varnished, "mirrored") + 0.1
+    assert light(metallic, "elsewhere") < 0.9 * light(varnished, "elsewhere")
+
+
+def test_one_sees_through_two_panes_as_dimly_as_their_tints_say(look) -> None:
+    def seen(panes: int, tint: float) -> float:
+        glass = Material(tint=(tint,) * 3, clear=1.0, glass=True)
+        wall = [(9, 5, -5), (9, -5, -5), (9, -5, 9), (9, 5, 9)]
+        lit = Material(tint=(0.4, 0.4, 0.4), glow=0.5)
+        things = [Thing(polygon(wall, lit), Surface.BUILDING)]
+        for number in range(panes):
+            x = 3.0 + number
+            pane = [(x, 2, -2), (x, -2, -2), (x, -2, 1.6), (x, 2, 1.6)]
+            things.append(Thing(polygon(pane, glass), Surface.VEHICLE, 0))
+        # Seen from the shade, so that all light comes from the wall itself.
+        light = Light(azimuth=0.0, cloudiness=1.0, haze=1e7)
+        view = Renderer(RayScene(things), light).view(look(size=(31, 31)))
+        return float(view.light[25, 15, 1] / view.light[5, 15, 1])
+
+    whole = seen(0, 1.0)
+    assert seen(1, 0.5) == pytest.approx(0.5 * whole, rel=0.2)
+    assert seen(2, 0.5) == pytest.approx(0.25 * whole, rel=0.2)
