@@ -27,7 +27,7 @@ from avsec_gym.world.section import Surface
 from avsec_gym.world.textures.library import texture_library
 
 _GRID_STEP = 5
-_EXTRA = ((-0.30, -0.22), (0.34, -0.14), (-0.04, 0.36))
+_EXTRA = ((-0.30, -0.25), (0.32, 0.22))
 """Further rays through pixels on edges, in pixels from the centre: rows and columns differ."""
 _DULL = 0.03
 """Surfaces that mirror less are not followed: they mirror the mean of their surroundings."""
