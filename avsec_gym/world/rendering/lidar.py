@@ -37,7 +37,7 @@ class Scan(NamedTuple):
     object_id: Int32s
     """Shape (M,); -1 for scenery."""
     seconds: Float32s
-    """When each pulse was sent, from the moment at which the head faces ahead, shape (M,)."""
+    """When each pulse was sent, counted from the time at which the head faces ahead, shape (M,)."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Lidar:
 
     @cached_property
     def firing_times(self) -> Floats:
-        """When each column fires, seconds from the moment at which the head faces ahead.
+        """When each column fires, seconds counted from the time at which the head faces ahead.
 
         The head turns to the left, and a turn begins and ends behind: a scan lasts from -0.05 to
         0.05 s, and its time is that of the cameras, which are triggered in the middle.  Shape
