@@ -46,6 +46,9 @@ class WorldMake:
     """How many; for `connected` instants, each seen by all vehicles."""
     seed: int = 0
     """Names the data set: same seed, same bytes."""
+    assets: Literal["train", "judge", "all"] = "all"
+    """Which part of the designs of vehicles, houses, plants, people and textures: that for
+    training, that for judging, which share nothing, or both."""
     workers: int | None = None
     """Processes; each takes about 1 GB.  Default: 2, or 1 on one processor."""
     cameras: tuple[int, ...] = ()
@@ -83,6 +86,7 @@ class WorldMake:
     def run(self) -> int:
         """Do it; the exit code."""
         from avsec_gym.rig import camera_rig, kitti_rig, resized_rig
+        from avsec_gym.world.assets import Assets
         from avsec_gym.world.export import Connection, Sensors, Sweep, suite_recipe
 
         rig = camera_rig(self.rig) if self.rig else kitti_rig()
@@ -106,6 +110,7 @@ class WorldMake:
             connection=Connection(
                 self.spacing, self.clocks_apart, self.position_noise, self.heading_noise
             ),
+            assets=Assets(self.assets),
         )
         return _make(recipe, self.out, self.workers, "world.make" if self.json else None)
 
@@ -130,6 +135,9 @@ class WorldTwin:
     """How the places are built up.  Default: drawn to suit each frame."""
     road_type: Literal["street", "highway"] | None = None
     """Of the places.  Default: that of the style; street without one."""
+    assets: Literal["train", "judge", "all"] = "all"
+    """Which part of the designs of vehicles, houses, plants, people and textures: that for
+    training, that for judging, which share nothing, or both."""
     workers: int | None = None
     """Processes; each takes about 1 GB.  Default: 2, or 1 on one processor."""
     cameras: tuple[int, ...] = (2, 3)
@@ -143,6 +151,7 @@ class WorldTwin:
         """Do it; the exit code."""
         from avsec_gym.kitti.dataset import KittiObject
         from avsec_gym.road_type import RoadType
+        from avsec_gym.world.assets import Assets
         from avsec_gym.world.export.twins import Twins, twin_ids
         from avsec_gym.world.site import Style
 
@@ -166,6 +175,7 @@ class WorldTwin:
             None if road_type is None else RoadType(road_type),
             self.cameras,
             not self.no_lidar,
+            Assets(self.assets),
         )
         return _make(recipe, self.out, self.workers, "world.twin" if self.json else None)
 

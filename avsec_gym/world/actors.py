@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
+from avsec_gym.world.assets import Assets, seed_of
 
 Integers = NDArray[np.int64]
 
@@ -45,6 +46,11 @@ class Actors:
     def pick(self, which: NDArray[np.bool_] | Integers) -> Actors:
         """Some of them."""
         return Actors(**{field.name: getattr(self, field.name)[which] for field in fields(self)})
+
+    def of_part(self, assets: Assets) -> Actors:
+        """The same actors, with looks of a part of the assets."""
+        seeds = [seed_of(assets, seed) for seed in self.appearance.tolist()]
+        return replace(self, appearance=np.array(seeds, np.int64))
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import cache, lru_cache
+from functools import lru_cache
 
 import numpy as np
 import shapely
 
 from avsec_gym.world.actors import Actors
+from avsec_gym.world.assets import part_of
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.people import make_cyclist, make_person
 from avsec_gym.world.models.vehicles import make_ego_vehicle, make_vehicle
@@ -23,6 +24,7 @@ from avsec_gym.world.scenery.composition import compose
 from avsec_gym.world.scenery.plot import Placement
 from avsec_gym.world.section import Surface
 from avsec_gym.world.site import Site
+from avsec_gym.world.textures.chosen import with_chosen_textures
 
 SIGHT = 170.0
 """Metres from the camera beyond which single things are left out..."""
@@ -42,6 +44,7 @@ class BuiltScene:
         overlay: Paint and wear of the road.
         placements: Houses, plants, furniture.
         light: The daylight.
+        seed: Seed of the place, to whose part its textures belong.
     """
 
     def __init__(
@@ -50,8 +53,10 @@ class BuiltScene:
         overlay: OverlayArrays | None,
         placements: Sequence[Placement],
         light: Light,
+        seed: int,
     ) -> None:
-        self._land = list(land)
+        self._land = [thing._replace(mesh=with_chosen_textures(thing.mesh, seed)) for thing in land]
+        self._seed = seed
         self._overlay = overlay
         self._placements = list(placements)
         self._places = np.array([[p.x, p.y, p.reach] for p in placements]).reshape(-1, 3)
@@ -77,24 +82,23 @@ class BuiltScene:
             placement = self._placements[place]
             # What no camera looks at is for the LiDAR, for reflections and shadows.
             away_from = max(distance[place] - reach[place], 0.0) + _COARSER * unseen[place]
-            mesh = placement.mesh(float(away_from))
+            mesh = with_chosen_textures(placement.mesh(float(away_from)), self._seed)
             things.append(Thing(mesh, placement.surface))
         for index in range(len(actors)):
             if index != looking:
-                things.append(_actor(actors, index, index in egos))
+                things.append(self._actor(actors, index, index in egos))
         return RayScene(things)
 
     def renderer(self, actors: Actors, looking: int, egos: Sequence[int] = ()) -> Renderer:
         """The renderer of `scene`."""
         return Renderer(self.scene(actors, looking, egos), self.light, self._overlay)
 
-
-def _actor(actors: Actors, index: int, carries_sensors: bool) -> Thing:
-    x, y, heading = actors.pose[index].tolist()
-    mesh = _ego_vehicle() if carries_sensors else actor_mesh(actors, index)
-    people = actors.category[index] in ("Pedestrian", "Person_sitting", "Cyclist")
-    surface = Surface.PERSON if people else Surface.VEHICLE
-    return Thing(mesh.placed(x, y, float(actors.z[index]), heading), surface, index)
+    def _actor(self, actors: Actors, index: int, carries_sensors: bool) -> Thing:
+        x, y, heading = actors.pose[index].tolist()
+        mesh = _ego_vehicle(self._seed) if carries_sensors else actor_mesh(actors, index)
+        people = actors.category[index] in ("Pedestrian", "Person_sitting", "Cyclist")
+        surface = Surface.PERSON if people else Surface.VEHICLE
+        return Thing(mesh.placed(x, y, float(actors.z[index]), heading), surface, index)
 
 
 def actor_mesh(actors: Actors, index: int) -> Mesh:
@@ -104,22 +108,25 @@ def actor_mesh(actors: Actors, index: int) -> Mesh:
     dimensions = (height, width, length)
     appearance, phase = int(actors.appearance[index]), float(actors.phase[index])
     if category == "Cyclist":
-        return make_cyclist(dimensions, appearance, phase)
+        rider = make_cyclist(dimensions, appearance, phase)
+        return with_chosen_textures(rider, appearance)
     if category in ("Pedestrian", "Person_sitting"):
         walking = bool(actors.moving[index])
-        return make_person(category, dimensions, appearance, phase, walking)
+        person = make_person(category, dimensions, appearance, phase, walking)
+        return with_chosen_textures(person, appearance)
     return _vehicle(category, dimensions, appearance)
 
 
 @lru_cache(maxsize=256)
 def _vehicle(category: str, dimensions: tuple[float, float, float], appearance: int) -> Mesh:
     """Vehicles keep their looks: in a drive they are made once."""
-    return make_vehicle(category, dimensions, appearance)
+    return with_chosen_textures(make_vehicle(category, dimensions, appearance), appearance)
 
 
-@cache
-def _ego_vehicle() -> Mesh:
-    return make_ego_vehicle()
+@lru_cache(maxsize=4)
+def _ego_vehicle(seed: int) -> Mesh:
+    """With sensors, of the part of the place with this seed."""
+    return with_chosen_textures(make_ego_vehicle(part_of(seed)), seed)
 
 
 def build_scene(
@@ -146,7 +153,7 @@ def build_scene(
     land.append(Thing(land_mesh(site, start, end, rng), Surface.TERRAIN))
     overlay = paint_overlay(site, *(painted or (start, end)), rng)
     placements = compose(site, start, end, keep_clear)
-    return BuiltScene(land, _overlay_arrays(overlay, start), placements, light)
+    return BuiltScene(land, _overlay_arrays(overlay, start), placements, light, site.seed)
 
 
 def _overlay_arrays(overlay: Overlay, start: float) -> OverlayArrays:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import overload
 
@@ -14,6 +14,7 @@ import shapely
 from avsec_gym.geometry import Floats, rectangle_polygons
 from avsec_gym.rig import SensorRig, kitti_rig
 from avsec_gym.world.actors import Instant
+from avsec_gym.world.assets import Assets
 from avsec_gym.world.built_scene import BuiltScene, build_scene
 from avsec_gym.world.ground import Ground
 from avsec_gym.world.motion import with_turn_rates
@@ -120,6 +121,7 @@ def drive_scenes(
     egos: int = 1,
     rig: SensorRig | None = None,
     spacing: tuple[float, float] = EGO_SPACING,
+    assets: Assets = Assets.ALL,
 ) -> DriveScenes:
     """The posed scenes of a drive; same arguments, same drive.
 
@@ -130,8 +132,10 @@ def drive_scenes(
         egos: Number of vehicles with sensors.
         rig: The sensors that they carry; KITTI's if None.
         spacing: Least and greatest distance of the others from the first of them, metres.
+        assets: The part of the assets that place and actors are made of.
     """
-    return DriveScenes(_drive_world(seed, index, frames, egos, spacing), rig or kitti_rig())
+    world = _drive_world(seed, index, frames, egos, spacing, assets)
+    return DriveScenes(world, rig or kitti_rig())
 
 
 def vehicle_poses(ground: Ground, poses: Floats) -> Floats:
@@ -166,17 +170,17 @@ def vehicle_poses(ground: Ground, poses: Floats) -> Floats:
 
 @functools.lru_cache(maxsize=1)
 def _drive_world(
-    seed: int, index: int, frames: int, egos: int, spacing: tuple[float, float]
+    seed: int, index: int, frames: int, egos: int, spacing: tuple[float, float], assets: Assets
 ) -> DriveWorld:
     """Kept for the next frame: a worker goes through a drive in order."""
     numbers = (seed, index, _SEED)
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(numbers)))
     style = list(_STYLES)[(seed + index) % len(_STYLES)]
     duration = STEP * (frames - 1)
-    site = draw_site(style, rng, length=_BEFORE + _STYLES[style] * duration + _BEYOND)
-    *instants, after = simulate(
-        site, rng, duration=duration + STEP, step=STEP, egos=egos, spacing=spacing
-    )
+    length = _BEFORE + _STYLES[style] * duration + _BEYOND
+    site = draw_site(style, rng, length=length, assets=assets)
+    simulated = simulate(site, rng, duration=duration + STEP, step=STEP, egos=egos, spacing=spacing)
+    *instants, after = (replace(each, actors=each.actors.of_part(assets)) for each in simulated)
     return DriveWorld(site, tuple(instants), numbers, after)
 
 

@@ -11,6 +11,7 @@ from avsec_gym.geometry import Floats
 from avsec_gym.rig import SensorRig, kitti_rig
 from avsec_gym.road_type import RoadType
 from avsec_gym.world.actors import Actors, Instant
+from avsec_gym.world.assets import Assets, seed_of
 from avsec_gym.world.built_scene import BuiltScene, build_scene
 from avsec_gym.world.course import Course, course_from_curvature
 from avsec_gym.world.framing import (
@@ -69,7 +70,9 @@ class PosedScene:
     seed: tuple[int, ...]
 
 
-def posed_scene_of_layout(layout: SceneLayout, rig: SensorRig | None = None) -> PosedScene:
+def posed_scene_of_layout(
+    layout: SceneLayout, rig: SensorRig | None = None, assets: Assets = Assets.ALL
+) -> PosedScene:
     """The scene that belongs to one of our layouts: same seed, same scene.
 
     Objects on raised ground (pavements) are lifted onto it.
@@ -77,6 +80,7 @@ def posed_scene_of_layout(layout: SceneLayout, rig: SensorRig | None = None) -> 
     Args:
         layout: The objects and the road.
         rig: The sensors of the vehicle that looks; KITTI's if None.
+        assets: The part of the assets that place and actors are made of.
     """
     rig = rig or kitti_rig()
     seed = (layout.set_seed, layout.index, 3)
@@ -94,7 +98,7 @@ def posed_scene_of_layout(layout: SceneLayout, rig: SensorRig | None = None) -> 
     lanes = layout.road.lane_offsets
     in_sight = np.concatenate([[False], layout.boxes.occlusion == 0])
     return _posed_scene(
-        actors, ground, _course(layout.road), lanes, 3.5, style, rig, in_sight, seed, rng
+        actors, ground, _course(layout.road), lanes, 3.5, style, rig, in_sight, seed, rng, assets
     )
 
 
@@ -105,6 +109,7 @@ def posed_scene_of_labels(
     seed: int,
     road_type: RoadType | None = None,
     style: Style | None = None,
+    assets: Assets = Assets.ALL,
 ) -> PosedScene:
     """A digital twin: the labelled objects exactly where they were, in a plausible place.
 
@@ -114,6 +119,7 @@ def posed_scene_of_labels(
         seed: Seed of what labels leave open: looks, road, surroundings, light.
         road_type: Road type of the place; street if None.
         style: Style of the place; drawn to suit the objects if None.
+        assets: The part of the assets that place and actors are made of.
     """
     numbers = (seed, 5)
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(numbers)))
@@ -126,7 +132,9 @@ def posed_scene_of_labels(
     lanes = _lanes(actors, course, style)
     hidden = np.zeros(len(boxes)) if boxes.occlusion is None else boxes.occlusion
     in_sight = np.concatenate([[False], hidden == 0])
-    return _posed_scene(actors, None, course, lanes, 3.5, style, rig, in_sight, numbers, rng)
+    return _posed_scene(
+        actors, None, course, lanes, 3.5, style, rig, in_sight, numbers, rng, assets
+    )
 
 
 def _posed_scene(
@@ -140,6 +148,7 @@ def _posed_scene(
     in_sight: np.ndarray,
     seed: tuple[int, ...],
     rng: np.random.Generator,
+    assets: Assets,
 ) -> PosedScene:
     """Build the place around actors; the ground is fitted to them if None."""
     # Draw the road's cross section: lanes, kerbs and parking where the actors need them.
@@ -154,14 +163,14 @@ def _posed_scene(
         ground = ground_through(actors, lifted(actors, course, section))
     # Fill the street behind the ego vehicle, and set all actors on the ground.
     shown = len(actors)
-    actors = with_street_behind(actors, course, -BEHIND - _LAST_BEHIND)
+    actors = with_street_behind(actors, course, -BEHIND - _LAST_BEHIND).of_part(assets)
     lift = lifted(actors, course, section)
     # Labels hold heights; all other actors stand on the land.
     level = ground.height(actors.pose[:, 0], actors.pose[:, 1]) + lift
     actors = replace(actors, z=np.concatenate([actors.z[:labelled], level[labelled:]]))
     ground = levelled(ground, actors, lift)
     # Build the place; scenery keeps clear of the actors and of the lines of sight to them.
-    site = Site(style, course, section, ground, int(rng.integers(2**31)))
+    site = Site(style, course, section, ground, seed_of(assets, int(rng.integers(2**31))))
     in_sight = np.concatenate([in_sight, np.zeros(len(actors) - shown, bool)])
     clear = keep_clear(actors, in_sight, 0.4)
     built = build_scene(site, draw_light(rng), BEHIND, AHEAD, clear, PAINTED)

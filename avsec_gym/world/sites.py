@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from avsec_gym.world.assets import Assets, seed_of
 from avsec_gym.world.course import Course, course_from_curvature
 from avsec_gym.world.ground import Ground
 from avsec_gym.world.road import sections
@@ -36,7 +37,9 @@ _STREETS = {Style.CITY: 1.6, Style.RESIDENTIAL: 1.3, Style.CAMPUS: 0.7, Style.RU
 """Side streets for 200 m of road on average; never more than three."""
 
 
-def draw_site(style: Style, rng: np.random.Generator, *, length: float) -> Site:
+def draw_site(
+    style: Style, rng: np.random.Generator, *, length: float, assets: Assets = Assets.ALL
+) -> Site:
     """A place of a style: everything but its traffic and its scenery.
 
     Args:
@@ -44,12 +47,14 @@ def draw_site(style: Style, rng: np.random.Generator, *, length: float) -> Site:
         rng: The source of chance.
         length: Length of the main road, metres.  The first ego vehicle starts about 80 m after its
             beginning and should not come nearer to its end than about that.
+        assets: The part of the assets that the place is made of.
     """
     section = _SECTIONS[style](rng)
     course = _course(style, section, rng, length)
     ground = _ground(style, course, rng)
     streets = _side_streets(style, course, section, rng)
-    return Site(style, course, section, ground, int(rng.integers(2**31)), streets)
+    seed = seed_of(assets, int(rng.integers(2**31)))
+    return Site(style, course, section, ground, seed, streets)
 
 
 def _course(style: Style, section: CrossSection, rng: np.random.Generator, length: float) -> Course:

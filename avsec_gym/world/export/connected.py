@@ -12,6 +12,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.storage.text_files import write_text
 from avsec_gym.world.actors import Integers
+from avsec_gym.world.assets import Assets
 from avsec_gym.world.capture import Sweep, render
 from avsec_gym.world.drives import drive_scenes
 from avsec_gym.world.export.connected_world import ConnectedWorld, write_meetings
@@ -76,6 +77,7 @@ class ConnectedVehicles:
         drive_frames: Number of successive instants, 0.1 s apart, at each place; with 1, each
             instant has a place of its own.
         connection: How the vehicles stand to one another, and what they know of it.
+        assets: The part of the assets that all places and actors are made of.
 
     Raises:
         ConfigurationError: Fewer vehicles, or no instants at a place.
@@ -87,6 +89,7 @@ class ConnectedVehicles:
     vehicles: int = 3
     drive_frames: int = 1
     connection: Connection = Connection()
+    assets: Assets = Assets.ALL
 
     def __post_init__(self) -> None:
         whole_number("the number of connected vehicles", self.vehicles, 2)
@@ -98,6 +101,7 @@ class ConnectedVehicles:
         return {
             "suite": "connected",
             "seed": self.seed,
+            "assets": str(self.assets),
             "vehicles": self.vehicles,
             "drive_frames": self.drive_frames,
             **asdict(self.connection) | {"spacing": list(self.connection.spacing)},
@@ -122,7 +126,7 @@ class ConnectedVehicles:
         connection, sensors = self.connection, self.sensors
         spacing = connection.spacing
         scenes = drive_scenes(
-            self.seed, drive, self.drive_frames, self.vehicles, sensors.rig, spacing
+            self.seed, drive, self.drive_frames, self.vehicles, sensors.rig, spacing, self.assets
         )
         posed, id = scenes[frame], f"{number:06d}"
         instant = posed.instant

@@ -18,6 +18,7 @@ from avsec_gym.kitti.timestamps import write_timestamps
 from avsec_gym.kitti.writing import write_drive_records, write_raw_frame
 from avsec_gym.storage.json_fields import fits
 from avsec_gym.storage.json_files import read_json_object
+from avsec_gym.world.assets import Assets
 from avsec_gym.world.capture import Sweep, render
 from avsec_gym.world.drives import STEP, DriveScenes, drive_scenes
 from avsec_gym.world.export.frame_files import label_lines, write_truth
@@ -41,6 +42,7 @@ class RawDrives:
         seed: Seed of the set.
         sensors: The sensors that are written.
         drive_frames: Number of frames of each drive.
+        assets: The part of the assets that all places and actors are made of.
 
     Raises:
         ConfigurationError: No frames in a drive, or a rig without inertial unit.
@@ -50,6 +52,7 @@ class RawDrives:
     seed: int = 0
     sensors: Sensors = field(default_factory=Sensors)
     drive_frames: int = 50
+    assets: Assets = Assets.ALL
     last_files: str = field(default=f"{DATE}/*/label_02/data/*.txt", init=False)
 
     def __post_init__(self) -> None:
@@ -62,6 +65,7 @@ class RawDrives:
         return {
             "suite": "raw",
             "seed": self.seed,
+            "assets": str(self.assets),
             "drive_frames": self.drive_frames,
             **self.sensors.to_json(self._cameras, Sweep.ROLLING),
         }
@@ -125,7 +129,9 @@ class RawDrives:
                 write_timestamps(path, times + shift, overwrite=True)
 
     def _scenes(self, drive: int) -> DriveScenes:
-        return drive_scenes(self.seed, drive, self.drive_frames, rig=self.sensors.rig)
+        return drive_scenes(
+            self.seed, drive, self.drive_frames, rig=self.sensors.rig, assets=self.assets
+        )
 
     @property
     def _cameras(self) -> tuple[int, ...]:

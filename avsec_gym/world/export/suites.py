@@ -11,6 +11,7 @@ from avsec_gym.kitti.label_folders import frame_ids
 from avsec_gym.road_type import RoadType
 from avsec_gym.storage.json_files import read_json_object
 from avsec_gym.storage.text_files import write_text
+from avsec_gym.world.assets import Assets
 from avsec_gym.world.capture import Sweep, render
 from avsec_gym.world.earlier import earlier, plausible_ego_speed
 from avsec_gym.world.export.connected import ConnectedVehicles, Connection
@@ -42,6 +43,7 @@ def suite_recipe(
     vehicles: int = 3,
     drive_frames: int | None = None,
     connection: Connection | None = None,
+    assets: Assets = Assets.ALL,
 ) -> Recipe:
     """How to make a suite.
 
@@ -56,6 +58,7 @@ def suite_recipe(
             instant at a place of its own).
         connection: How connected vehicles stand to one another, and what they know of it; as
             usual if None (connected).
+        assets: The part of the assets that all places and actors are made of.
 
     Raises:
         ConfigurationError: An unknown suite, or a number that cannot be.
@@ -64,12 +67,14 @@ def suite_recipe(
     whole_number("the number of frames", frames, 1)
     whole_number("the seed", seed, 0)
     if suite == "raw":
-        return RawDrives(frames, seed, sensors, 50 if drive_frames is None else drive_frames)
+        each = 50 if drive_frames is None else drive_frames
+        return RawDrives(frames, seed, sensors, each, assets)
     if suite == "connected":
         each = 1 if drive_frames is None else drive_frames
-        return ConnectedVehicles(frames, seed, sensors, vehicles, each, connection or Connection())
+        known = connection or Connection()
+        return ConnectedVehicles(frames, seed, sensors, vehicles, each, known, assets)
     if suite in _ROAD_TYPES:
-        return LayoutFrames(suite, frames, seed, sensors, previous)
+        return LayoutFrames(suite, frames, seed, sensors, previous, assets)
     raise ConfigurationError(f"{suite!r} is no suite; there are {', '.join(SUITES)}")
 
 
@@ -83,6 +88,7 @@ class LayoutFrames:
         seed: Seed of the set of layouts.
         sensors: The sensors that are written.
         previous: Number of earlier frames before each frame, 0 to 3.
+        assets: The part of the assets that all places and actors are made of.
 
     Raises:
         ConfigurationError: Another number of earlier frames.
@@ -93,6 +99,7 @@ class LayoutFrames:
     seed: int = 0
     sensors: Sensors = field(default_factory=Sensors)
     previous: int = 0
+    assets: Assets = Assets.ALL
     last_files: str = field(default="training/label_2/*.txt", init=False)
 
     def __post_init__(self) -> None:
@@ -107,6 +114,7 @@ class LayoutFrames:
         return {
             "suite": self.suite,
             "seed": self.seed,
+            "assets": str(self.assets),
             "previous": self.previous,
             **self.sensors.to_json(self._cameras, Sweep.INSTANT),
         }
@@ -121,7 +129,7 @@ class LayoutFrames:
     def make(self, root: Path, number: int) -> list[str]:
         """See `Recipe`."""
         layout = generate_layout(number, _ROAD_TYPES[self.suite], set_seed=self.seed)
-        posed = posed_scene_of_layout(layout, self.sensors.rig)
+        posed = posed_scene_of_layout(layout, self.sensors.rig, self.assets)
         speed = plausible_ego_speed(posed)
         sweep = self.sensors.sweep or Sweep.INSTANT
         before = tuple(

@@ -16,6 +16,7 @@ from avsec_gym.kitti.label_folders import check_id
 from avsec_gym.kitti.sensor_files import read_image_size
 from avsec_gym.rig import KITTI_SIZE, SensorRig
 from avsec_gym.road_type import RoadType
+from avsec_gym.world.assets import Assets
 from avsec_gym.world.capture import Capture, render
 from avsec_gym.world.export.frame_files import write_object_files
 from avsec_gym.world.export.recipe import Sensors
@@ -42,6 +43,7 @@ class Twins:
         road_type: Road type of all places; street if None.
         cameras: Numbers of the cameras that are written.
         lidar: Whether scans are written.
+        assets: The part of the assets that all places and actors are made of.
 
     Raises:
         ConfigurationError: An id is none or stands twice, or a camera is not one of 0 to 3.
@@ -54,6 +56,7 @@ class Twins:
     road_type: RoadType | None = None
     cameras: tuple[int, ...] = (2, 3)
     lidar: bool = True
+    assets: Assets = Assets.ALL
     last_files: str = field(default="training/label_2/*.txt", init=False)
 
     def __post_init__(self) -> None:
@@ -69,6 +72,7 @@ class Twins:
         return {
             "suite": "twin",
             "seed": self.seed,
+            "assets": str(self.assets),
             "style": self.style,
             "road_type": self.road_type,
             "cameras": list(self.cameras),
@@ -96,6 +100,7 @@ class Twins:
             seed=self.seed * _IDS + int(id),
             road_type=self.road_type,
             style=self.style,
+            assets=self.assets,
         )
         capture = render(posed, cameras=self.cameras, lidar=Lidar() if self.lidar else None)
         capture, hidden = _in_the_order_of(boxes, capture)

@@ -17,13 +17,13 @@ _GARDEN_TREES = (
 _PARK_TREES = ("lime", "plane", "maple", "birch", "pine", "autumn", "lime", "maple", "copper_beech")
 
 
-def city(plot: Plot, rng: np.random.Generator) -> None:
+def city(plot: Plot, manner: np.random.Generator, rng: np.random.Generator) -> None:
     """Closed rows of tall houses, street trees, signs, bicycles."""
-    shops = float(rng.uniform(0.1, 0.7))
-    apartments = float(rng.uniform(0.0, 0.25))
+    shops = float(manner.uniform(0.1, 0.7))
+    apartments = float(manner.uniform(0.0, 0.25))
     for side in (1, -1):
         # Houses along the street and behind it, yards in the gaps.
-        openness = float(rng.beta(0.8, 4.0))
+        openness = float(manner.beta(0.8, 4.0))
         row = Row(
             kinds={
                 "terrace": 1.0 - shops - 0.5 * apartments,
@@ -32,7 +32,7 @@ def city(plot: Plot, rng: np.random.Generator) -> None:
             },
             widths=(9.0, 19.0),
             depths=(10.0, 13.0),
-            setback=(0.0, 0.2) if rng.random() < 0.75 else (2.5, 5.0),
+            setback=(0.0, 0.2) if manner.random() < 0.75 else (2.5, 5.0),
             gap=(2.0, 12.0),
             gap_share=0.12 + 0.6 * openness,
         )
@@ -43,9 +43,9 @@ def city(plot: Plot, rng: np.random.Generator) -> None:
         edge = left if side > 0 else -right
         # Trees, lamps and signs at the kerb.
         kerb = plot.kerb(side)
-        if rng.random() < 0.6:
-            _avenue(plot, rng, side * (kerb + float(rng.uniform(0.7, 1.2))))
-        lamp = str(rng.choice(["lamp_mast", "lamp_post_top", "lamp_lantern"], p=[0.6, 0.2, 0.2]))
+        if manner.random() < 0.6:
+            _avenue(plot, manner, rng, side * (kerb + float(rng.uniform(0.7, 1.2))))
+        lamp = str(manner.choice(["lamp_mast", "lamp_post_top", "lamp_lantern"], p=[0.6, 0.2, 0.2]))
         line_up(plot, rng, lamp, side * (kerb + 0.5), 28.0)
         scatter(
             plot,
@@ -81,9 +81,9 @@ def city(plot: Plot, rng: np.random.Generator) -> None:
         )
 
 
-def residential(plot: Plot, rng: np.random.Generator) -> None:
+def residential(plot: Plot, manner: np.random.Generator, rng: np.random.Generator) -> None:
     """Detached houses behind gardens, garages, hedges, now and then a block of flats."""
-    gardens = rng.random() < 0.75
+    gardens = manner.random() < 0.75
     for side in (1, -1):
         row = Row(
             kinds={
@@ -98,14 +98,14 @@ def residential(plot: Plot, rng: np.random.Generator) -> None:
             gap=(2.5, 9.0),
             gap_share=0.9 if gardens else 0.35,
         )
-        species = tuple(str(kind) for kind in rng.choice(_GARDEN_TREES, 4, replace=False))
+        species = tuple(str(kind) for kind in manner.choice(_GARDEN_TREES, 4, replace=False))
         build_row(plot, rng, row, side, before=front_garden(plot, rng, side, species))
         _fill_gaps(plot, rng, side, 8.0)
         kerb = plot.kerb(side)
         edge = abs(plot.site.section.edges[1 if side > 0 else 0])
-        if rng.random() < 0.22:
-            _avenue(plot, rng, side * (kerb + 0.8))
-        if side > 0 or rng.random() < 0.3:
+        if manner.random() < 0.22:
+            _avenue(plot, manner, rng, side * (kerb + 0.8))
+        if side > 0 or manner.random() < 0.3:
             line_up(plot, rng, "lamp_mast", side * (edge - 0.3), 33.0)
         scatter(
             plot,
@@ -124,12 +124,12 @@ def residential(plot: Plot, rng: np.random.Generator) -> None:
         )
 
 
-def campus(plot: Plot, rng: np.random.Generator) -> None:
+def campus(plot: Plot, manner: np.random.Generator, rng: np.random.Generator) -> None:
     """Large buildings on lawns, old trees, bicycles everywhere."""
     for side in (1, -1):
         # Buildings, or a wood.
         edge = abs(plot.site.section.edges[1 if side > 0 else 0])
-        wooded = rng.random() < 0.35
+        wooded = manner.random() < 0.35
         if not wooded:
             row = Row(
                 kinds={"campus": 1.0, "hall": 0.2, "apartment": 0.2},
@@ -147,7 +147,7 @@ def campus(plot: Plot, rng: np.random.Generator) -> None:
         bushes = int(rng.integers(8, 40))
         along = rng.uniform(plot.start, plot.end, bushes)
         plant_bushes(plot, rng, along, side * (edge + 1.0 + 14.0 * rng.random(bushes)))
-        if rng.random() < 0.4:
+        if manner.random() < 0.4:
             length = float(rng.uniform(8.0, 20.0))
             plant_hedge(plot, rng, float(rng.uniform(5, 60)), side * (edge + 1.2), length, 1.4)
         # Lamps and furniture along the paths.
@@ -171,10 +171,10 @@ def campus(plot: Plot, rng: np.random.Generator) -> None:
         )
 
 
-def _avenue(plot: Plot, rng: np.random.Generator, left: float) -> None:
+def _avenue(plot: Plot, manner: np.random.Generator, rng: np.random.Generator, left: float) -> None:
     """Trees of one kind at even distances in the pavement."""
-    kind = str(rng.choice(_STREET_TREES))
-    spacing = float(rng.uniform(8.0, 16.0))
+    kind = str(manner.choice(_STREET_TREES))
+    spacing = float(manner.uniform(8.0, 16.0))
     along = np.arange(plot.start + float(rng.uniform(0, spacing)), plot.end, spacing)
     along = along[rng.random(len(along)) < 0.9]
     plant_trees(

@@ -16,7 +16,11 @@ from avsec_gym.world.scenery.plot import Placement, Plot
 from avsec_gym.world.section import Surface
 from avsec_gym.world.site import Site, Style
 
-_STYLES: dict[Style, Callable[[Plot, np.random.Generator], None]] = {
+MANNERS = 24
+"""Ways in which a place of a style is built up: shares of shops, gardens or none, which trees and
+lamps; some of them are for training and some for judging, see `avsec_gym.world.assets`."""
+
+_STYLES: dict[Style, Callable[[Plot, np.random.Generator, np.random.Generator], None]] = {
     Style.CITY: city,
     Style.RESIDENTIAL: residential,
     Style.CAMPUS: campus,
@@ -39,7 +43,10 @@ def compose(
     """
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence((site.seed, 1))))
     plot = Plot(site, start, end, keep_clear)
-    _STYLES[site.style](plot, rng)
+    # Manner and scenery are two sources of chance: streets of one manner differ in every house.
+    number = plot.draw(rng, f"place/{site.style}", MANNERS)
+    manner = np.random.default_rng((list(Style).index(site.style), number))
+    _STYLES[site.style](plot, manner, rng)
     middle = site.course.poses(0.5 * (start + end), 0.0)
     for backdrop in (distant_woods(rng, 190.0 + 0.5 * (end - start), 420.0), hills(rng)):
         x, y = float(middle[0]), float(middle[1])

@@ -11,10 +11,10 @@ import numpy as np
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.buildings import garden_wall, make_building, picket_fence
 from avsec_gym.world.scenery.planting import plant_bushes, plant_hedge, plant_trees
-from avsec_gym.world.scenery.plot import Plot
+from avsec_gym.world.scenery.plot import Make, Plot
 from avsec_gym.world.section import Surface
 
-HOUSES = 16
+HOUSES = 24
 """Different houses of one kind and size: some thousands in all."""
 
 
@@ -72,7 +72,7 @@ def build_row(
         jitter = 0.15 if row.gap_share < 0.6 else 1.0
         setback = max(line + float(rng.normal(0.0, jitter)), row.setback[0])
         middle = along + 0.5 * width
-        make = partial(_building, kind, width, depth, int(rng.integers(HOUSES)))
+        make = house(plot, rng, kind, width, depth)
         for retreat in (0.0, 2.5, 6.0, 10.0, 14.0):
             if plot.place(
                 make,
@@ -113,7 +113,7 @@ def build_behind(
     for along in gaps:
         kind, width = str(rng.choice(list(kinds))), _whole(rng, (14.0, 26.0))
         plot.place(
-            partial(_building, kind, width, 11.0, int(rng.integers(HOUSES))),
+            house(plot, rng, kind, width, 11.0),
             Surface.BUILDING,
             along + float(rng.uniform(-4.0, 8.0)),
             side * (edge + float(rng.uniform(24.0, 36.0))),
@@ -127,6 +127,11 @@ def build_behind(
 def _whole(rng: np.random.Generator, span: tuple[float, float]) -> float:
     """A whole number of metres in a range."""
     return float(np.round(rng.uniform(*span)))
+
+
+def house(plot: Plot, rng: np.random.Generator, kind: str, width: float, depth: float) -> Make:
+    """One of the `HOUSES` of a kind and size, of the place's part of the assets."""
+    return partial(_building, kind, width, depth, plot.draw(rng, f"building/{kind}", HOUSES))
 
 
 def _building(kind: str, width: float, depth: float, seed: int, distance: float) -> Mesh:

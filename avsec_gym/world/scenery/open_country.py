@@ -6,9 +6,9 @@ import numpy as np
 
 from avsec_gym.geometry import Floats, rectangle_polygons
 from avsec_gym.world.mesh import Mesh
-from avsec_gym.world.models.buildings import make_building
 from avsec_gym.world.models.furniture.barriers import guard_rail, noise_barrier
 from avsec_gym.world.models.furniture.crossings import overpass, sign_gantry
+from avsec_gym.world.scenery.frontage import house
 from avsec_gym.world.scenery.planting import grove, plant_bushes, plant_trees
 from avsec_gym.world.scenery.plot import Plot
 from avsec_gym.world.scenery.street_side import line_up, scatter
@@ -20,10 +20,10 @@ _CROWNS = 2.5
 _ROADSIDE = ("poplar", "lime", "fruit", "birch", "autumn")
 
 
-def highway(plot: Plot, rng: np.random.Generator) -> None:
+def highway(plot: Plot, manner: np.random.Generator, rng: np.random.Generator) -> None:
     """Guard rails, verges, woods or fields, gantries and bridges."""
     right, left = plot.site.section.edges
-    over = rng.random()
+    over = manner.random()
     if over < 0.18:
         _bridge(plot, rng)
     elif over < 0.45:
@@ -34,17 +34,19 @@ def highway(plot: Plot, rng: np.random.Generator) -> None:
             middle = 0.5 * (strip.right + strip.left)
             _rail(plot, middle - 0.25, traffic_on_left=False)
             _rail(plot, middle + 0.25, traffic_on_left=True)
-            if strip.left - strip.right > 2.5 and rng.random() < 0.5:
+            if strip.left - strip.right > 2.5 and manner.random() < 0.5:
                 along = np.arange(plot.start, plot.end, float(rng.uniform(4.0, 9.0)))
                 row = np.full(len(along), middle + 0.9)
                 plant_bushes(plot, rng, along, row, scale=(0.4, 0.8), on_road=True)
     for side in (1, -1):
         edge = abs(plot.site.section.edges[1 if side > 0 else 0])
         outer = _outer_verge(plot, side)
-        if rng.random() < 0.55:
+        if manner.random() < 0.55:
             _rail(plot, side * outer, traffic_on_left=side < 0)
         line_up(plot, rng, "delineator", side * (outer + 0.4), 25.0, missing=0.05)
-        beyond = str(rng.choice(["woods", "bank", "fields", "barrier"], p=[0.45, 0.2, 0.25, 0.1]))
+        beyond = str(
+            manner.choice(["woods", "bank", "fields", "barrier"], p=[0.45, 0.2, 0.25, 0.1])
+        )
         if beyond == "barrier":
             plot.add(
                 noise_barrier(_path(plot, side * (edge + 2.0))),
@@ -63,35 +65,29 @@ def highway(plot: Plot, rng: np.random.Generator) -> None:
     )
 
 
-def rural(plot: Plot, rng: np.random.Generator) -> None:
+def rural(plot: Plot, manner: np.random.Generator, rng: np.random.Generator) -> None:
     """A road between fields, woods and an avenue of trees; sometimes a farm."""
     for side in (1, -1):
         edge = abs(plot.site.section.edges[1 if side > 0 else 0])
         outer = _outer_verge(plot, side)
         line_up(plot, rng, "delineator", side * outer, 25.0, missing=0.05)
-        if rng.random() < 0.25:
+        if manner.random() < 0.25:
             _rail(plot, side * (outer - 0.1), traffic_on_left=side < 0)
-        beyond = str(rng.choice(["woods", "bank", "fields", "avenue"], p=[0.35, 0.2, 0.25, 0.2]))
+        beyond = str(manner.choice(["woods", "bank", "fields", "avenue"], p=[0.35, 0.2, 0.25, 0.2]))
         if beyond == "avenue":
             along = np.arange(plot.start + 3.0, plot.end, float(rng.uniform(9.0, 16.0)))
             plant_trees(
                 plot,
                 rng,
-                (str(rng.choice(_ROADSIDE)),),
+                (str(manner.choice(_ROADSIDE)),),
                 along,
                 np.full(len(along), side * (edge + 1.2)),
             )
         _land(plot, rng, side, edge, beyond)
         scatter(plot, rng, {"country_sign": 1.2, "sign_town": 0.1}, side, edge - 0.9, edge - 0.3)
         if rng.random() < 0.3:
-            mesh = make_building(
-                str(rng.choice(["detached", "hall"])),
-                16.0,
-                11.0,
-                np.random.default_rng(int(rng.integers(2**31))),
-            )
             plot.place(
-                mesh,
+                house(plot, rng, str(rng.choice(["detached", "hall"])), 16.0, 11.0),
                 Surface.BUILDING,
                 float(rng.uniform(20, 90)),
                 side * (edge + float(rng.uniform(8, 30))),

@@ -8,7 +8,7 @@ from functools import lru_cache, partial
 import numpy as np
 
 from avsec_gym.world.mesh import Mesh
-from avsec_gym.world.models.plants import BUSHES, VARIANTS, Detail, bush, hedge, tree
+from avsec_gym.world.models.plants import BUSHES, HEDGES, VARIANTS, Detail, bush, hedge, tree
 from avsec_gym.world.scenery.plot import Make, Plot
 from avsec_gym.world.section import Surface
 
@@ -34,7 +34,8 @@ def plant_trees(
     """Trees at places; returns how many had room (see `tree_maker` for `hidden`)."""
     planted = 0
     for station, offset in zip(along, left, strict=True):
-        kind, variant = str(rng.choice(list(species))), int(rng.integers(VARIANTS))
+        kind = str(rng.choice(list(species)))
+        variant = plot.draw(rng, f"plant/{kind}", VARIANTS)
         size, turn = float(rng.uniform(*scale)), float(rng.uniform(0, 2 * np.pi))
         planted += plot.place(
             tree_maker(kind, variant, hidden),
@@ -60,7 +61,7 @@ def plant_bushes(
 ) -> None:
     """Bushes at places; `on_road` for those on a median."""
     for station, offset in zip(along, left, strict=True):
-        variant = int(rng.integers(BUSHES))
+        variant = plot.draw(rng, "plant/bush", BUSHES)
         size, turn = float(rng.uniform(*scale)), float(rng.uniform(0, 2 * np.pi))
         plot.place(
             partial(_bush, variant),
@@ -80,7 +81,7 @@ def plant_hedge(
     """A clipped hedge along the road, from its middle."""
     depth = float(rng.uniform(0.6, 1.0))
     return plot.place(
-        partial(_hedge, length, height, depth, int(rng.integers(4))),
+        partial(_hedge, length, height, depth, plot.draw(rng, "plant/hedge", HEDGES)),
         Surface.VEGETATION,
         along,
         left,

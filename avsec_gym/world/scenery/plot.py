@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 
 from avsec_gym.geometry import rectangle_polygons
+from avsec_gym.world.assets import draw_variant, part_of
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.section import Surface
 from avsec_gym.world.site import Site
@@ -64,6 +65,7 @@ class Plot:
         self, site: Site, start: float, end: float, keep_clear: Iterable[shapely.Geometry] = ()
     ) -> None:
         self.site, self.start, self.end = site, start, end
+        self.part = part_of(site.seed)
         self.placements: list[Placement] = []
         mouths = [
             _ribbon(street.course, *_widened(street.section.edges, street.radius * 0.5))
@@ -83,6 +85,10 @@ class Plot:
             shapely.prepare(area)
         self._taken: list[shapely.Polygon] = []
         self._bounds = np.empty((256, 4))
+
+    def draw(self, rng: np.random.Generator, family: str, count: int) -> int:
+        """A variant of a family of assets that belongs to the place's part."""
+        return draw_variant(rng, family, count, self.part)
 
     def height(self, along: float, left: float) -> float:
         """Of the ground (or pavement) at road coordinates, metres."""

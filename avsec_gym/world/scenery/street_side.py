@@ -7,6 +7,7 @@ from functools import cache, partial
 
 import numpy as np
 
+from avsec_gym.world.assets import Assets, seed_of
 from avsec_gym.world.mesh import Mesh
 from avsec_gym.world.models.furniture.catalogue import FURNITURE
 from avsec_gym.world.models.people import make_bicycle
@@ -46,13 +47,15 @@ GROUPS = {
     "works": ("site_barrier", "warning_beacon", "traffic_cone", "site_fence"),
 }
 """Names that stand for one of several things."""
+_BICYCLES = 24
+"""Parked ones that look different."""
 _TOWARDS_ROAD = ("bench", "bench_block", "post_box", "junction_box", "bicycle_stand", "bus_shelter")
 
 
-def make(name: str, rng: np.random.Generator) -> Mesh:
-    """A thing of the catalogue, or one of a group."""
+def make(name: str, rng: np.random.Generator, part: Assets) -> Mesh:
+    """A thing of the catalogue, or one of a group, of a part of the assets."""
     names = GROUPS.get(name, (name,))
-    return FURNITURE[names[int(rng.integers(len(names)))]](rng)
+    return FURNITURE[names[int(rng.integers(len(names)))]](rng, part)
 
 
 def heading_beside(side: int) -> float:
@@ -81,7 +84,7 @@ def line_up(
         missing: Share left out.
         on_road: Whether they stand on the pavement or verge.
     """
-    mesh, heading = make(name, rng), heading_beside(1 if left > 0 else -1)
+    mesh, heading = make(name, rng, plot.part), heading_beside(1 if left > 0 else -1)
     for along in np.arange(plot.start + float(rng.uniform(0, spacing)), plot.end, spacing):
         if rng.random() < missing:
             continue
@@ -120,7 +123,7 @@ def scatter(
                 continue
             turn = float(rng.normal(0.0, 0.06))
             turn += 0.5 * np.pi * side if name in _TOWARDS_ROAD else heading_beside(side)
-            mesh = make(name, rng)
+            mesh = make(name, rng, plot.part)
             low, high = mesh.bounds
             at_foot = mesh.vertices[:, 2] < 0.5
             extent = (
@@ -142,7 +145,7 @@ def _bicycles(plot: Plot, rng: np.random.Generator, along: float, left: float, s
     heading = float(rng.choice([0.0, 0.5 * np.pi])) + float(rng.normal(0.0, 0.1))
     across = abs(np.sin(heading)) > 0.5
     for index in range(int(rng.integers(1, 5))):
-        bicycle = partial(_bicycle, int(rng.integers(8)))
+        bicycle = partial(_bicycle, seed_of(plot.part, int(rng.integers(_BICYCLES))))
         step = 0.65 * index
         plot.place(
             bicycle,

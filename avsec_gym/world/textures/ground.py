@@ -221,16 +221,16 @@ def _wrapped(place: NDArray[np.float64], margin: float) -> list[NDArray[np.float
 
 TEXTURES: dict[str, Texture] = {
     "asphalt": Texture((5.0, 5.0), len(_ASPHALTS), _asphalt),
-    "red_asphalt": Texture((5.0, 5.0), 1, _red_asphalt),
-    "road_concrete": Texture((6.0, 6.0), 1, _concrete),
+    "red_asphalt": Texture((5.0, 5.0), 3, _red_asphalt),
+    "road_concrete": Texture((6.0, 6.0), 3, _concrete),
     "slabs": Texture((4.8, 4.8), 4, _slabs),
     "setts": Texture((4.0, 4.0), 3, _setts),
     "clinker": Texture((4.0, 4.0), 2, _clinker),
-    "kerb_stone": Texture((4.0, 4.0), 1, _kerb_stone),
+    "kerb_stone": Texture((4.0, 4.0), 3, _kerb_stone),
     "grass": Texture((6.0, 6.0), len(_GRASSES), _grass),
     "meadow": Texture((8.0, 8.0), len(_MEADOWS), _meadow),
     "soil": Texture((6.0, 6.0), 2, _soil),
-    "gravel": Texture((4.0, 4.0), 1, _gravel),
-    "leaf_litter": Texture((5.0, 5.0), 1, _leaf_litter),
+    "gravel": Texture((4.0, 4.0), 3, _gravel),
+    "leaf_litter": Texture((5.0, 5.0), 3, _leaf_litter),
     "field": Texture((16.0, 16.0), len(_FIELDS), _field),
 }

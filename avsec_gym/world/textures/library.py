@@ -55,7 +55,11 @@ class TextureLibrary:
 
     @functools.cached_property
     def _numbers(self) -> dict[str, int]:
-        return {name: number for number, name in enumerate(self.names)}
+        numbers = {name: number for number, name in enumerate(self.names)}
+        # A family's name alone stands for its first variant.
+        for name, number in list(numbers.items()):
+            numbers.setdefault(name.partition("/")[0], number)
+        return numbers
 
     def index(self, name: str) -> int:
         """Where a texture is in the arrays.

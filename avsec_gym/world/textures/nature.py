@@ -208,14 +208,14 @@ def _far_meadow(_: int, rng: np.random.Generator) -> Picture:
 
 TEXTURES: dict[str, Texture] = {
     **{
-        f"leaves_{name}": Texture((1.1, 1.1), 1, partial(_leaves, leaf=leaf))
+        f"leaves_{name}": Texture((1.1, 1.1), 3, partial(_leaves, leaf=leaf))
         for name, leaf in _FOLIAGE.items()
     },
     "bark_rough": Texture((0.5, 1.0), 3, _rough_bark),
     "bark_smooth": Texture((1.0, 1.0), 2, _smooth_bark),
-    "bark_birch": Texture((0.5, 1.0), 1, _birch_bark),
-    "bark_pine": Texture((0.5, 1.0), 1, _pine_bark),
-    "grass_blades": Texture((0.64, 0.25), 1, _blades),
+    "bark_birch": Texture((0.5, 1.0), 3, _birch_bark),
+    "bark_pine": Texture((0.5, 1.0), 3, _pine_bark),
+    "grass_blades": Texture((0.64, 0.25), 3, _blades),
     "forest_far": Texture((120.0, 60.0), 2, _far_forest),
-    "meadow_far": Texture((120.0, 120.0), 1, _far_meadow),
+    "meadow_far": Texture((120.0, 120.0), 3, _far_meadow),
 }

@@ -201,8 +201,8 @@ TEXTURES: dict[str, Texture] = {
     "knit": Texture((0.5, 0.5), 2, _knit),
     "stripes": Texture((0.48, 0.48), 3, _stripes),
     "checks": Texture((0.48, 0.48), 2, _checks),
-    "leather": Texture((0.3, 0.3), 1, _leather),
-    "skin": Texture((0.3, 0.3), 1, _skin),
-    "hair": Texture((0.25, 0.2), 1, _hair),
+    "leather": Texture((0.3, 0.3), 3, _leather),
+    "skin": Texture((0.3, 0.3), 3, _skin),
+    "hair": Texture((0.25, 0.2), 3, _hair),
     "head": Texture(HEAD_SIZE, len(HEADS), _head),
 }

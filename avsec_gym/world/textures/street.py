@@ -114,13 +114,13 @@ def delineator(_: int, rng: np.random.Generator) -> Picture:
 
 
 TEXTURES: dict[str, Texture] = {
-    "galvanised": Texture((0.6, 0.6), 1, galvanised),
+    "galvanised": Texture((0.6, 0.6), 3, galvanised),
     "cast_concrete": Texture((4.0, 4.0), 2, cast_concrete),
-    "rusty": Texture((1.0, 1.0), 1, rusty),
-    "raw_concrete": Texture((1.0, 1.0), 1, raw_concrete),
+    "rusty": Texture((1.0, 1.0), 3, rusty),
+    "raw_concrete": Texture((1.0, 1.0), 3, raw_concrete),
     "weathered_wood": Texture((1.0, 1.0), 2, weathered_wood),
     "ribbed": Texture((4.0, 1.0), 2, ribbed),
-    "cloth": Texture((1.0, 1.0), 1, cloth),
+    "cloth": Texture((1.0, 1.0), 3, cloth),
     "banded": Texture((0.5, 0.5), 2, banded),
     "delineator": Texture((0.12, 1.2), 1, delineator),
     **POSTERS,

@@ -86,7 +86,8 @@ def test_a_rig_of_ones_own(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> N
     )
     words = ["world", "make", "--suite", "street", "--out", str(tmp_path)]
     assert run([*words, "--rig", "0", "0.27", "-0.27", "0.54"]) == DONE
-    assert run(words) == DONE
+    assert run([*words, "--assets", "judge"]) == DONE
+    assert [recipe.assets.value for recipe in made] == ["all", "judge"]
     baselines = [recipe.sensors.rig.calibration.baseline(2, 3) for recipe in made]
     assert run([*words, "--rig", "0", "0", "0", "0"]) == BAD_USAGE
     assert baselines == pytest.approx([0.81, kitti_rig().calibration.baseline(2, 3)])

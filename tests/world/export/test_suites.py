@@ -15,6 +15,7 @@ from avsec_gym.geometry import project, transform_points
 from avsec_gym.kitti import KittiObject, check_data, read_disparity, read_labels, read_mask
 from avsec_gym.rig import SensorRig
 from avsec_gym.scenario.moving_flags import flagged
+from avsec_gym.world.assets import Assets
 from avsec_gym.world.export import SUITES, Sensors, changed_files, make_data_set, suite_recipe
 from avsec_gym.world.section import Surface
 
@@ -106,6 +107,13 @@ def test_equal_bytes_for_any_number_of_workers(mixed: Path, tmp_path: Path, rig:
     recipe = suite_recipe("mixed", 2, seed=1, sensors=Sensors(rig=rig), previous=1)
     make_data_set(recipe, tmp_path, workers=2)
     assert contents(tmp_path) == contents(mixed)
+
+
+def test_every_suite_records_its_part_of_the_assets() -> None:
+    for suite in SUITES:
+        for assets in Assets:
+            assert suite_recipe(suite, 1, assets=assets).settings["assets"] == assets.value
+        assert suite_recipe(suite, 1).settings["assets"] == "all"
 
 
 def test_impossible_numbers() -> None:

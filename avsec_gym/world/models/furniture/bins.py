@@ -24,6 +24,10 @@ _LIDS = (
 @variants(8)
 def wheelie_bin(rng: np.random.Generator) -> Mesh:
     """A dustbin on two wheels, 1.05 m; its wheels and handle are at the back (+x)."""
+    return _wheelie_bin(rng)
+
+
+def _wheelie_bin(rng: np.random.Generator) -> Mesh:
     lid = painted(*_LIDS[rng.integers(len(_LIDS))], infrared=0.3)
     body = painted(0.03, 0.032, 0.034, infrared=0.15)
     if rng.random() < 0.4:
@@ -48,7 +52,7 @@ def bin_row(rng: np.random.Generator) -> Mesh:
     count = int(rng.integers(2, 4))
     return merge(
         [
-            wheelie_bin(rng).placed(
+            _wheelie_bin(rng).placed(
                 float(rng.uniform(-0.1, 0.1)),
                 0.72 * i - 0.36 * (count - 1),
                 0.0,

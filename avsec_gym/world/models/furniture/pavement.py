@@ -41,13 +41,15 @@ def bench(rng: np.random.Generator) -> Mesh:
     return merge([*seat, *back, *sides])
 
 
-@variants(1)
+@variants(3)
 def bench_block(rng: np.random.Generator) -> Mesh:
-    """A concrete block with a wooden seat, 2 m along y."""
+    """A concrete block with a wooden seat, 1.6 to 2.2 m along y."""
+    length = float(rng.uniform(1.6, 2.2))
     slats = [
-        box(0.12, 1.9, 0.04, WOOD, top=UPRIGHT_WOOD).placed(x, 0, 0.42) for x in (-0.15, 0.0, 0.15)
+        box(0.12, length - 0.1, 0.04, WOOD, top=UPRIGHT_WOOD).placed(x, 0, 0.42)
+        for x in (-0.15, 0.0, 0.15)
     ]
-    return merge([box(0.45, 2.0, 0.42, RAW_CONCRETE), *slats])
+    return merge([box(0.45, length, 0.42, RAW_CONCRETE), *slats])
 
 
 @variants(2)

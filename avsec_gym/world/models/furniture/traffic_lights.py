@@ -11,6 +11,7 @@ from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.models.furniture.materials import BLACK_PLASTIC, GALVANISED, painted
 from avsec_gym.world.models.furniture.plate import board
 from avsec_gym.world.models.furniture.poles import pole
+from avsec_gym.world.models.furniture.variants import prescribed
 from avsec_gym.world.shapes import box, grid, polygon, tube
 
 LIT = {"red": (True, False, False), "amber": (False, True, False), "green": (False, False, True)}
@@ -22,11 +23,13 @@ _BUTTON = painted(0.85, 0.45, 0.01)
 _BLUE = painted(0.02, 0.08, 0.3)
 
 
+@prescribed
 def traffic_light(rng: np.random.Generator) -> Mesh:
     """On a pole of 3.5 m beside the road, in one of its states."""
     return standing_light(str(rng.choice(list(LIT))))
 
 
+@prescribed
 def traffic_light_arm(rng: np.random.Generator) -> Mesh:
     """On a mast whose arm reaches 4.5 m to the left, over the road, with a second light below."""
     return overhanging_light(str(rng.choice(list(LIT))))

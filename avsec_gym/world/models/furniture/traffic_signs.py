@@ -12,7 +12,7 @@ from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.models.furniture.materials import ALUMINIUM, GALVANISED
 from avsec_gym.world.models.furniture.plate import plate
 from avsec_gym.world.models.furniture.poles import pole
-from avsec_gym.world.models.furniture.variants import Model
+from avsec_gym.world.models.furniture.variants import Model, prescribed
 from avsec_gym.world.shapes import box
 from avsec_gym.world.textures.sign_faces import SIGN_FACES
 from avsec_gym.world.textures.sign_symbols import outline
@@ -75,6 +75,7 @@ def board_on_two_poles(name: str, clearance: float, *, two_sided: bool = False) 
     return merge([sign.placed(-_RADIUS - 0.02, 0.0, clearance + 0.5 * face.height), *posts])
 
 
+@prescribed
 def street_name(rng: np.random.Generator) -> Mesh:
     """One or two street-name plates on a pole, readable from both sides."""
     names = [name for name in SIGN_FACES if name.startswith("street_name")]
@@ -99,7 +100,7 @@ def _standing(names: Sequence[str], clearance: float, rise: float) -> Model:
     def sign() -> Mesh:
         return traffic_sign(*names, clearance=clearance, rise=rise)
 
-    return lambda rng: sign()
+    return prescribed(lambda rng: sign())
 
 
 def _two_poled(names: Sequence[str], clearance: float, two_sided: bool) -> Model:
@@ -107,7 +108,7 @@ def _two_poled(names: Sequence[str], clearance: float, two_sided: bool) -> Model
     def sign(index: int) -> Mesh:
         return board_on_two_poles(names[index], clearance, two_sided=two_sided)
 
-    return lambda rng: sign(int(rng.integers(len(names))))
+    return prescribed(lambda rng: sign(int(rng.integers(len(names)))))
 
 
 def _family(start: str) -> list[str]:

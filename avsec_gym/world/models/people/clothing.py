@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from avsec_gym.world.assets import part_of, variants
 from avsec_gym.world.material import Material
 from avsec_gym.world.textures.people import HEADS, Colour
 
@@ -98,7 +99,8 @@ def dressed(appearance: int, height: float = 1.76, *, seated: bool = False) -> O
     # The head first: the other clothes suit it.
     child = height < 1.45
     looks = [n for n, look in enumerate(HEADS) if not (child and _grown_up(n))]
-    look = int(rng.choice(looks))
+    held = variants("texture/head", len(HEADS), part_of(appearance))
+    look = int(rng.choice([n for n in looks if n in held]))
     feminine = HEADS[look].style in _FEMININE
     top, inner, sleeve, hem, bulk, is_open = _top(rng, feminine, seated)
     legs, trouser_end, loose = _trousers(rng, feminine)

@@ -1,13 +1,14 @@
 """Plants: trees, bushes, hedges, ivy, grass, and the woods and hills far away."""
 
 from avsec_gym.world.models.plants.backdrop import distant_woods, hills
-from avsec_gym.world.models.plants.bushes import BUSHES, bush, hedge, ivy
+from avsec_gym.world.models.plants.bushes import BUSHES, HEDGES, bush, hedge, ivy
 from avsec_gym.world.models.plants.grass import grass_tufts
 from avsec_gym.world.models.plants.species import SPECIES, Detail
 from avsec_gym.world.models.plants.trees import VARIANTS, tree
 
 __all__ = [
     "BUSHES",
+    "HEDGES",
     "SPECIES",
     "VARIANTS",
     "Detail",

@@ -21,8 +21,11 @@ from avsec_gym.world.shapes import box
 
 Floats = NDArray[np.float64]
 
-BUSHES = 6
+BUSHES = 9
 """Variants of `bush`: 0.9 to 2.6 m high."""
+
+HEDGES = 6
+"""Variants of `hedge` that scenes use."""
 
 _BUSH_TRIANGLES: dict[Detail, int] = {"near": 1500, "middle": 700, "far": 250}
 _HEDGE_SPRAYS = 110
@@ -51,7 +54,7 @@ def bush(variant: int, detail: Detail = "near") -> Mesh:
     centre = np.column_stack([reach * np.cos(azimuth), reach * np.sin(azimuth), z])
     clusters = Clusters(centre, size[:, None, None] * np.diag([1.0, 1.0, 0.85]))
     heart = np.array([0.0, 0.0, 0.3 * height])
-    family = ("shrub", "fruit", "maple", "hedge", "shrub", "lime")[variant]
+    family = ("shrub", "fruit", "maple", "hedge", "shrub", "lime")[variant % 6]
     dark = leaf_material(family, 0.32, solid=True)
     tones = [leaf_material(family, tone) for tone in (0.55, 1.05, 1.5)]
     inside = cores(clusters, 16 if detail == "near" else 6, 0.8, dark, rng, heart=heart)

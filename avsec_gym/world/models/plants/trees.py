@@ -22,7 +22,7 @@ from avsec_gym.world.shapes import box, scattered
 
 Floats = NDArray[np.float64]
 
-VARIANTS = 4
+VARIANTS = 6
 """Of each species, from the smallest to the tallest."""
 
 _TONES = (0.5, 1.05, 1.7)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 
+from avsec_gym.world.assets import Assets, members
 from avsec_gym.world.models.vehicles.body_design import BodyDesign, Grille, Lamp
 
 _TWO = ((0.06, 0.46), (0.53, 0.97))
@@ -201,14 +203,28 @@ _VANS = (
 # fmt: on
 
 
-def body_designs(category: str | None = None) -> tuple[BodyDesign, ...]:
-    """All body designs in a fixed order; new ones are added at the end of their category.
+def body_designs(category: str | None = None, part: Assets = Assets.ALL) -> tuple[BodyDesign, ...]:
+    """The body designs in a fixed order; new ones are added at the end of their category.
+
+    Each kind of body is split by the rule of `avsec_gym.world.assets`, so that there are saloons
+    in both parts; the only design of its kind trains.
 
     Args:
         category: Car or Van; both if None.
+        part: The part of the assets that the designs belong to.
     """
     every = {"Car": _CARS, "Van": _VANS}
-    return every[category] if category else (*_CARS, *_VANS)
+    designs = every[category] if category else (*_CARS, *_VANS)
+    return tuple(design for design in designs if design.name in _names(design.kind, part))
+
+
+@cache
+def _names(kind: str, part: Assets) -> tuple[str, ...]:
+    """The names of a kind's designs that belong to a part."""
+    names = tuple(design.name for design in (*_CARS, *_VANS) if design.kind == kind)
+    if len(names) == 1 and part == Assets.JUDGE:
+        return ()
+    return members(f"vehicle/{kind}", names, part)
 
 
 def body_design(name: str) -> BodyDesign:

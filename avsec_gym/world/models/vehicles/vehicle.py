@@ -6,13 +6,14 @@ from collections.abc import Callable
 
 import numpy as np
 
+from avsec_gym.world.assets import Assets, part_of
 from avsec_gym.world.mesh import Mesh, merge
 from avsec_gym.world.models.vehicles.block import block
 from avsec_gym.world.models.vehicles.body_design import BodyDesign, CarDesign, draw_design
 from avsec_gym.world.models.vehicles.bus import bus, tram
 from avsec_gym.world.models.vehicles.car_body import car_body
 from avsec_gym.world.models.vehicles.car_details import car_details
-from avsec_gym.world.models.vehicles.designs import body_design, body_designs, choose_design
+from avsec_gym.world.models.vehicles.designs import body_designs, choose_design
 from avsec_gym.world.models.vehicles.lorry import lorry
 from avsec_gym.world.models.vehicles.paint import BLACK_GLOSS, STEEL, draw_finish
 from avsec_gym.world.models.vehicles.trailer import misc
@@ -38,17 +39,21 @@ def make_vehicle(category: str, dimensions: tuple[float, float, float], appearan
     if category not in _MAKERS:
         raise ValueError(f"a vehicle is one of {', '.join(_MAKERS)}, got {category!r}")
     rng = np.random.default_rng((appearance, len(_MAKERS), list(_MAKERS).index(category)))
-    parts = _MAKERS[category](rng, height, width, length)
+    parts = _MAKERS[category](rng, part_of(appearance), height, width, length)
     return merge(parts).fitted(length, width, height)
 
 
-def make_ego_vehicle() -> Mesh:
-    """A dark estate with a rack of cameras and a LiDAR on its roof, as others see it.
+def make_ego_vehicle(part: Assets = Assets.ALL) -> Mesh:
+    """A car with a rack of cameras and a LiDAR on its roof, as others see it: a dark estate.
 
     4.7 m long and 1.8 m wide; its roof is 1.5 m high, the LiDAR's top 1.9 m.
+
+    Args:
+        part: The part of the assets; the estates of either have names of their own.
     """
     length, width, height = 4.7, 1.8, 1.5
-    parts = car(np.random.default_rng(3), body_design("classic estate"), height, width, length)
+    estates = [body for body in body_designs("Car", part) if "estate" in body.name]
+    parts = car(np.random.default_rng(3), estates[0], height, width, length)
     body = merge(parts).fitted(length, width, height)
     bars = [block(0.05, 1.2, 0.05, STEEL).placed(x, 0.0, 1.53) for x in (-0.9, 0.1)]
     posts = [
@@ -84,26 +89,42 @@ def _wheels(rng: np.random.Generator, design: CarDesign) -> list[Mesh]:
 
 
 def _passenger_car(
-    rng: np.random.Generator, height: float, width: float, length: float
+    rng: np.random.Generator, part: Assets, height: float, width: float, length: float
 ) -> list[Mesh]:
-    body = choose_design(rng, body_designs("Car"), height, length)
+    body = choose_design(rng, body_designs("Car", part), height, length)
     return car(rng, body, height, width, length)
 
 
-def _van(rng: np.random.Generator, height: float, width: float, length: float) -> list[Mesh]:
-    body = choose_design(rng, body_designs("Van"), height, length)
+def _van(
+    rng: np.random.Generator, part: Assets, height: float, width: float, length: float
+) -> list[Mesh]:
+    body = choose_design(rng, body_designs("Van", part), height, length)
     return car(rng, body, height, width, length)
 
 
-def _truck(rng: np.random.Generator, height: float, width: float, length: float) -> list[Mesh]:
+def _truck(
+    rng: np.random.Generator, _: Assets, height: float, width: float, length: float
+) -> list[Mesh]:
     is_bus = 8.0 < length < 14.0 and height > 2.7 and rng.random() < 0.2
     return (bus if is_bus else lorry)(rng, height, width, length)
 
 
-_MAKERS: dict[str, Callable[[np.random.Generator, float, float, float], list[Mesh]]] = {
+def _misc(
+    rng: np.random.Generator, _: Assets, height: float, width: float, length: float
+) -> list[Mesh]:
+    return misc(rng, height, width, length)
+
+
+def _tram(
+    rng: np.random.Generator, _: Assets, height: float, width: float, length: float
+) -> list[Mesh]:
+    return tram(rng, height, width, length)
+
+
+_MAKERS: dict[str, Callable[[np.random.Generator, Assets, float, float, float], list[Mesh]]] = {
     "Car": _passenger_car,
     "Van": _van,
     "Truck": _truck,
-    "Misc": misc,
-    "Tram": tram,
+    "Misc": _misc,
+    "Tram": _tram,
 }
