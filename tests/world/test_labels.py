@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -38,7 +40,7 @@ def people(*rows, z: float = 0.0) -> Actors:
         z=np.full(count, z),
         speed=np.array([5.0 * row[5] for row in rows]),
         moving=np.array([row[5] for row in rows]),
-        appearance=np.zeros(count, int),
+        appearance=np.full(count, 996),
         phase=np.zeros(count),
     )
 
@@ -145,6 +147,22 @@ def test_one_actor_hides_another() -> None:
     assert found.boxes.category.tolist() == ["Van", "Car"]
     assert found.boxes.occlusion[0] == 0
     assert found.boxes.occlusion[1] >= 1
+
+
+def test_the_occlusion_of_some_at_the_border_is_left_open() -> None:
+    """A quarter of what the border cuts and an eighth of large vehicles have level 3, as in KITTI."""
+    rows = [
+        (11.0, 9.0 * 240 / 300 + 1.0, 0.0, "Car", (1.5, 2.0, 2.0), False),
+        (20.0, -3.0, 0.0, "Car", (1.5, 2.0, 2.0), False),
+        (20.0, 0.0, 0.0, "Van", (1.5, 2.0, 2.0), False),
+    ]
+    levels = {
+        seed: sorted(
+            label(replace(people(*rows), appearance=np.full(3, seed))).boxes.occlusion.tolist()
+        )
+        for seed in (996, 200, 50)
+    }
+    assert levels == {996: [0, 0, 0], 200: [0, 0, 3], 50: [0, 3, 3]}
 
 
 def test_truncation_is_the_share_of_the_2d_box_outside_the_image() -> None:

@@ -20,8 +20,8 @@ _PARKED_SHARE, _FLOWING_SHARE = 319 / 432, 69 / 432
 """Of the street scenes; the rest has no cars at all."""
 
 _ROWS = ((0,), (1,), (0, 1))
-_ROW_STEPS = (0.22, 0.48)
-"""Parked rows on the right only (22 %), on the left only (26 %), or on both sides."""
+_ROW_STEPS = (0.20, 0.38)
+"""Parked rows on the right only (20 %), on the left only (18 %), or on both sides."""
 
 
 def street(rng: np.random.Generator) -> tuple[LayoutRoad, Placed]:
@@ -42,12 +42,14 @@ def street(rng: np.random.Generator) -> tuple[LayoutRoad, Placed]:
 
 def _residential(rng: np.random.Generator) -> tuple[LayoutRoad, Placed]:
     """Parked rows on one or both sides, perhaps standing traffic and side streets."""
-    sight = 26.0 + 42.0 * rng.beta(1.1, 1.7)
-    fullness = rng.beta(0.62, 0.48)
+    sight = 26.0 + 46.0 * rng.beta(1.2, 1.6)
+    fullness = rng.beta(0.60, 0.42)
+    # A few rows on the right stand beyond a lane of their own, a cycle path or a green strip.
     right = 2.35 + 0.5 * rng.standard_exponential()
+    right += float(rng.random() < 0.14) * (1.5 + 4.0 * rng.random())
     wide = rng.random() < 0.55
     left = 4.8 + 1.9 * rng.random() if wide else 2.5 + 1.1 * rng.random()
-    angles = _bay_angles(rng, 0.13, 0.34 if wide else 0.05)
+    angles = _bay_angles(rng, 0.20, 0.38 if wide else 0.10)
     rows = _ROWS[int(np.searchsorted(_ROW_STEPS, rng.random()))]
     starts = np.where(rng.random(2) < 0.80, -9.0 + 6.0 * rng.random(2), 22.0 * rng.random(2))
     road = _road(rng, (0.0, 0.55 * left) if wide else (0.0,))
@@ -65,14 +67,14 @@ def _residential(rng: np.random.Generator) -> tuple[LayoutRoad, Placed]:
                 gap=0.55 if angle == 0.0 else 0.35,
                 fullness=fullness,
                 lull=30.0,
-                backwards=(0.12, 0.86)[side] if angle == 0.0 else 0.45,
+                backwards=(0.22, 0.93)[side] if angle == 0.0 else 0.45,
                 angle=angle,
                 jitter=0.16 if angle == 0.0 else 0.3,
             )
         )
     parts.append(_standing_traffic(rng, sight, 0.5 * left if wide else None))
     parts.append(_side_street(rng, right, left))
-    if rng.random() < 0.28:
+    if rng.random() < 0.38:
         parts.append(_car_park(rng, right, left, sight))
     parts.append(place_people(rng, right, left, likely=0.26, more=0.28))
     return road, join(parts)
@@ -111,7 +113,7 @@ def _flowing(rng: np.random.Generator) -> tuple[LayoutRoad, Placed]:
     ]
     # Beside the road: a parked row now and then, a side street, people.
     kerb = 3.0 + 1.2 * rng.random()
-    if rng.random() < 0.30:
+    if rng.random() < 0.45:
         parts.append(
             place_row(
                 rng,
@@ -149,9 +151,9 @@ def _standing_traffic(rng: np.random.Generator, sight: float, oncoming: float | 
 
 def _side_street(rng: np.random.Generator, right: float, left: float) -> Placed:
     """Vehicles that stand across, at the mouths of side streets and in drives."""
-    count = int(rng.poisson(0.5))
+    count = int(rng.poisson(0.8))
     along = 10.0 + 45.0 * rng.random(count)
-    on_left = rng.random(count) < 0.6
+    on_left = rng.random(count) < 0.55
     beside = 4.0 + 10.0 * rng.random(count)
     lateral = np.where(on_left, left + beside, -right - beside)
     heading = np.where(rng.random(count) < 0.5, -0.5, 0.5) * np.pi + 0.22 * rng.standard_normal(
@@ -169,11 +171,11 @@ def _car_park(rng: np.random.Generator, right: float, left: float, sight: float)
         _PARKED,
         start=8.0 + 25.0 * rng.random(),
         end=sight,
-        left=left + away if rng.random() < 0.55 else -right - away,
+        left=left + away if rng.random() < 0.48 else -right - away,
         gap=0.5,
         fullness=0.82,
         lull=12.0,
-        backwards=0.4,
+        backwards=0.55,
         angle=angle,
         jitter=0.25,
     )
