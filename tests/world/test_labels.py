@@ -150,7 +150,7 @@ def test_one_actor_hides_another() -> None:
 
 
 def test_the_occlusion_of_some_at_the_border_is_left_open() -> None:
-    """A quarter of what the border cuts and an eighth of large vehicles have level 3, as in KITTI."""
+    """A quarter of what the border cuts, an eighth of large vehicles: level 3, as in KITTI."""
     rows = [
         (11.0, 9.0 * 240 / 300 + 1.0, 0.0, "Car", (1.5, 2.0, 2.0), False),
         (20.0, -3.0, 0.0, "Car", (1.5, 2.0, 2.0), False),

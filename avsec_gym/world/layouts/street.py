@@ -13,7 +13,7 @@ from avsec_gym.world.layouts.dimensions import CategoryMix
 from avsec_gym.world.layouts.people import place_people
 from avsec_gym.world.layouts.road import LayoutRoad, Placed, join, place_freely, place_row
 
-_PARKED = CategoryMix(Car=0.885, Van=0.08, Misc=0.025, Truck=0.01)
+_PARKED = CategoryMix(Car=0.91, Van=0.06, Misc=0.022, Truck=0.008)
 _FLOWING = CategoryMix(Car=0.90, Van=0.07, Misc=0.015, Truck=0.015)
 
 _PARKED_SHARE, _FLOWING_SHARE = 319 / 432, 69 / 432
@@ -42,8 +42,8 @@ def street(rng: np.random.Generator) -> tuple[LayoutRoad, Placed]:
 
 def _residential(rng: np.random.Generator) -> tuple[LayoutRoad, Placed]:
     """Parked rows on one or both sides, perhaps standing traffic and side streets."""
-    sight = 26.0 + 46.0 * rng.beta(1.2, 1.6)
-    fullness = rng.beta(0.60, 0.42)
+    sight = 26.0 + 42.0 * rng.beta(1.1, 1.7)
+    fullness = rng.beta(0.60, 0.46)
     # A few rows on the right stand beyond a lane of their own, a cycle path or a green strip.
     right = 2.35 + 0.5 * rng.standard_exponential()
     right += float(rng.random() < 0.14) * (1.5 + 4.0 * rng.random())
@@ -76,7 +76,7 @@ def _residential(rng: np.random.Generator) -> tuple[LayoutRoad, Placed]:
     parts.append(_side_street(rng, right, left))
     if rng.random() < 0.38:
         parts.append(_car_park(rng, right, left, sight))
-    parts.append(place_people(rng, right, left, likely=0.26, more=0.28))
+    parts.append(place_people(rng, right, left, likely=0.31, more=0.33))
     return road, join(parts)
 
 

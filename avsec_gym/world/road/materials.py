@@ -28,7 +28,7 @@ def ground_materials(site: Site) -> dict[str, Material]:
     Depends on the site's style and seed alone, so that road and land fit together.
     """
     rng = np.random.default_rng((site.seed, 2011))
-    shade = float(rng.uniform(1.55, 2.15))
+    shade = float(rng.uniform(1.65, 2.3))
     asphalts = rng.permutation(_ASPHALTS[site.style])
 
     def of(

@@ -61,7 +61,7 @@ def _trenches(
 ) -> None:
     """Where pipes were laid: long narrow strips along or across."""
     length = canvas.end - canvas.start
-    for _ in range(rng.poisson(age * length / 110.0)):
+    for _ in range(rng.poisson(age * length / 70.0)):
         first = rng.uniform(canvas.start, canvas.end)
         width = rng.uniform(0.5, 1.1)
         if rng.random() < 0.5:
@@ -78,7 +78,7 @@ def _patches(canvas: RoadCanvas, rng: np.random.Generator, age: float, strip: St
     """Holes filled."""
     wide = strip.left - strip.right
     area = wide * (canvas.end - canvas.start)
-    for _ in range(rng.poisson(age * area / 320.0)):
+    for _ in range(rng.poisson(age * area / 210.0)):
         first = rng.uniform(canvas.start, canvas.end)
         size = min(rng.uniform(0.4, 2.2), wide)
         side = rng.uniform(strip.right, strip.left - size)
@@ -110,7 +110,7 @@ def _patch(
 def _joints(canvas: RoadCanvas, site: Site, rng: np.random.Generator, age: float) -> None:
     """Seams between lanes, laid one after the other."""
     for lane in site.section.lanes:
-        if rng.random() > 0.35 + 0.4 * age:
+        if rng.random() > 0.5 + 0.4 * age:
             continue
         along = np.arange(canvas.start, canvas.end + 2.0, 2.0)
         side = lane.left + 0.5 * lane.width + rng.normal(0.0, 0.12)
@@ -139,7 +139,7 @@ def _cracks(canvas: RoadCanvas, rng: np.random.Generator, age: float, strip: Str
     if wide < 1.0:
         return
     for sealed in (False, True):
-        count = rng.poisson(age * length * wide / (900.0 if sealed else 130.0))
+        count = rng.poisson(age * length * wide / (420.0 if sealed else 130.0))
         lines = []
         for _ in range(count):
             start = np.array(

@@ -22,7 +22,7 @@ _COARSE = 8
 _COARSER = 4
 """... their noise even so many times coarser along the road."""
 _STAINED = {"concrete": 0.07, "slabs": 0.05, "cobbles": 0.05, "clinker": 0.05}
-_LEAST = 0.04
+_LEAST = 0.085
 """How much blotches darken a surface: textures repeat every few metres, and these hide it."""
 _DARK = np.array([44.0, 44.0, 46.0])
 _DUST = np.array([160.0, 149.0, 130.0])
@@ -68,7 +68,7 @@ def paint_tracks(
     # Dark: wheel tracks and oil in the middle of each lane, and blotches by surface.
     dark = np.zeros(height)
     for lane in site.section.lanes:
-        wheels, middle = rng.uniform(-0.05, 0.10), rng.uniform(0.0, 0.11)
+        wheels, middle = rng.uniform(-0.05, 0.16), rng.uniform(0.0, 0.17)
         wheels = wheels * min(1.0, lane.speed / 12.0)
         track = rng.uniform(0.68, 0.78)
         for place, strength, spread in ((-track, wheels, 0.24), (track, wheels, 0.24)):
@@ -76,7 +76,7 @@ def paint_tracks(
         dark += middle * np.exp(-0.5 * ((left - lane.left) / 0.33) ** 2)
     surface = site.section.surface(left)
     drivable = np.isin(surface, (Surface.ROAD, Surface.PARKING))
-    shade = np.where(drivable, dark, 0.0)[:, None] * (1.0 + 0.2 * patchy) + 0.012 * cloudy
+    shade = np.where(drivable, dark, 0.0)[:, None] * (1.0 + 0.3 * patchy) + 0.022 * cloudy
     stained = np.array([_STAINED.get(s.material, _LEAST) for s in site.section.strips])
     borders = [strip.right for strip in site.section.strips[1:]]
     shade += stained[np.searchsorted(borders, left)][:, None] * _blotches(height, width, rng)
@@ -134,7 +134,7 @@ def paint_stains(canvas: RoadCanvas, site: Site, rng: np.random.Generator) -> No
     for strip in site.section.strips:
         if strip.surface == Surface.PARKING:
             middle = 0.5 * (strip.left + strip.right)
-            count = rng.poisson(length / 9.0)
+            count = rng.poisson(length / 5.0)
             places.append(_scattered(canvas, rng, count, middle, 0.4, (0.25, 0.9)))
         elif strip.surface == Surface.PAVEMENT:
             middle, half = 0.5 * (strip.left + strip.right), 0.4 * (strip.left - strip.right)
@@ -143,7 +143,7 @@ def paint_stains(canvas: RoadCanvas, site: Site, rng: np.random.Generator) -> No
             )
     calm = site.style in (Style.RESIDENTIAL, Style.CAMPUS, Style.CITY)
     for lane in site.section.lanes:
-        count = rng.poisson(length / (18.0 if calm else 60.0))
+        count = rng.poisson(length / (9.0 if calm else 30.0))
         places.append(_scattered(canvas, rng, count, lane.left, 0.35, (0.15, 0.8)))
     blobs = _blobs()
     for along, left, across, strength in np.concatenate(places) if places else ():

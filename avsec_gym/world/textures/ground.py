@@ -19,18 +19,18 @@ _Image = NDArray[np.float32]
 
 _ASPHALTS = (
     # red, green, blue, grain, its size in pixels, light stones, clouds
-    (116, 116, 115, 0.153, 0.35, 0.6, 0.011),
-    (101, 101, 102, 0.162, 0.45, 0.8, 0.011),
-    (86, 87, 89, 0.17, 0.35, 0.5, 0.011),
-    (124, 119, 110, 0.162, 0.35, 0.8, 0.015),
-    (141, 138, 130, 0.145, 0.30, 0.4, 0.013),
-    (107, 105, 100, 0.17, 0.45, 0.9, 0.016),
-    (93, 93, 92, 0.153, 0.30, 0.5, 0.010),
-    (130, 128, 121, 0.153, 0.30, 0.6, 0.013),
+    (117, 115, 111, 0.148, 0.38, 0.6, 0.011),
+    (103, 101, 98, 0.157, 0.44, 0.8, 0.011),
+    (88, 87, 84, 0.165, 0.38, 0.5, 0.011),
+    (125, 119, 108, 0.157, 0.38, 0.8, 0.015),
+    (142, 138, 128, 0.140, 0.34, 0.4, 0.013),
+    (108, 105, 98, 0.165, 0.44, 0.9, 0.016),
+    (95, 93, 90, 0.148, 0.34, 0.5, 0.010),
+    (131, 128, 119, 0.148, 0.34, 0.6, 0.013),
 )
 """From real streets: the last ones are an even dark top layer and a light worn one."""
 
-_GRASSES = ((92, 99, 56), (102, 104, 62), (84, 94, 54), (106, 107, 64))
+_GRASSES = ((101, 110, 62), (111, 115, 68), (93, 105, 60), (115, 117, 70))
 _MEADOWS = ((98, 102, 60), (114, 109, 68), (92, 94, 56), (126, 117, 76))
 _FIELDS = ((134, 112, 84), (176, 156, 108), (98, 108, 54), (116, 96, 74))
 
@@ -61,7 +61,7 @@ def _bituminous(
     image = coloured(colour, level, 1.0)
     # Red, grey and blue stones.
     hue = white_noise(rng, _SIDE, _SIDE, 0.7)
-    image *= 1.0 + 0.035 * hue[..., None] * np.array([1.0, 0.0, -1.0], np.float32)
+    image *= 1.0 + 0.02 * hue[..., None] * np.array([1.0, 0.0, -1.0], np.float32)
     return picture(image)
 
 
@@ -73,7 +73,7 @@ def _even(level: _Image) -> _Image:
     margin = 4 * _GRAINS
     wide = cv2.copyMakeBorder(level, margin, margin, margin, margin, cv2.BORDER_WRAP)
     blotches = cv2.GaussianBlur(wide, (0, 0), _GRAINS)[margin:-margin, margin:-margin]
-    return np.asarray(level - blotches.mean() - 0.75 * (blotches - blotches.mean()), np.float32)
+    return np.asarray(level - blotches.mean() - 0.5 * (blotches - blotches.mean()), np.float32)
 
 
 def _concrete(_: int, rng: np.random.Generator) -> Picture:
@@ -152,7 +152,7 @@ def _green(
     )[..., None]
     straw = np.array([140, 124, 78], np.float32)
     base = np.array(colour, np.float32) * (1 - dry) + straw * dry
-    level = contrast * blades + 0.5 * contrast * clumps
+    level = contrast * blades + 0.34 * contrast * clumps
     image = base * np.maximum(1.0 + level[..., None], 0.18)
     hue = white_noise(rng, _SIDE, _SIDE, 1.5)[..., None]
     return picture(image * (1.0 + 0.07 * hue * np.array([1.0, 0.2, -0.6], np.float32)))
@@ -220,7 +220,7 @@ def _wrapped(place: NDArray[np.float64], margin: float) -> list[NDArray[np.float
 
 
 TEXTURES: dict[str, Texture] = {
-    "asphalt": Texture((5.0, 5.0), len(_ASPHALTS), _asphalt),
+    "asphalt": Texture((4.0, 4.0), len(_ASPHALTS), _asphalt),
     "red_asphalt": Texture((5.0, 5.0), 3, _red_asphalt),
     "road_concrete": Texture((6.0, 6.0), 3, _concrete),
     "slabs": Texture((4.8, 4.8), 4, _slabs),

@@ -111,6 +111,6 @@ def _plain(
     columns: int,
 ) -> list[Panels]:
     openings = grid(evenly(length, length / columns), sills, 1.2, 1.3)
-    if rng.random() < 0.3:
+    if rng.random() < 0.1:
         openings = openings[:0]
     return wall(length, bands, openings) + windows(openings, style.plain(), rng)

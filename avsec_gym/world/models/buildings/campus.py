@@ -51,7 +51,7 @@ def _storeys(width: float, depth: float, rng: np.random.Generator) -> Mesh:
         away = np.abs(at - x) > 2.2
         front.append(boxes(palette.CONCRETE, low[away], high[away], without=("back",)))
     rear = _strips(width, sills, bands, frame, rng)
-    side = wall(depth, bands)
+    side = _strips(depth, sills, bands, frame, rng) if rng.random() < 0.7 else wall(depth, bands)
     roof = flat_roof(width, depth, height, palette.CONCRETE, palette.GRAVEL, 0.15)
     plant = boxes(
         Material("cladding", (0.5, 0.52, 0.54)),

@@ -158,8 +158,8 @@ def _balcony(house: _House, x: float, rng: np.random.Generator) -> list[Panels]:
 
 def _other(house: _House, length: float, rng: np.random.Generator) -> list[Panels]:
     """A side or the rear: fewer windows, in places that the rooms behind them ask for."""
-    openings = grid(evenly(length, 4.0, 3), house.sills, 1.15, 1.2)
-    openings = openings[rng.random(len(openings)) < 0.75]
+    openings = grid(evenly(length, 3.4, 3), house.sills, 1.15, 1.2)
+    openings = openings[rng.random(len(openings)) < 0.88]
     parts = wall(length, house.bands, openings)
     return parts + windows(openings, house.style.plain(), rng)
 

@@ -86,7 +86,13 @@ def hall(width: float, depth: float, rng: np.random.Generator) -> Mesh:
         x = float(rng.uniform(-0.2, 0.2)) * width
         front += sign(x - 2.2, x + 2.2, height - 2.4, height - 1.5, int(rng.integers(SHOPS, SIGNS)))
     # The other walls, under a flat roof or a gabled one with a skylight.
-    side, rear = wall(depth, bands), wall(width, bands)
+    high = np.array([[-0.42 * depth, 0.42 * depth, height - 1.25, height - 0.35]])
+    side, rear = wall(depth, bands, high), wall(width, bands)
+    side += [
+        reveals(high, 0.0, 0.1, palette.ALUMINIUM),
+        upright(pane_material(5), *high.T, y=0.1),
+        bars(palette.ALUMINIUM, high[0], round(0.84 * depth / 1.8), 1, 0.07, 0.06),
+    ]
     if rng.random() < 0.5:
         roof = flat_roof(width, depth, height, palette.ZINC, palette.GRAVEL, 0.08)
         return merge([enclose(width, depth, [front, side, rear, side]), solid(roof)])

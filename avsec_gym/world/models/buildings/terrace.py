@@ -112,7 +112,7 @@ def _built(house: _House, ground: tuple[list[Panels], Floats], rng: np.random.Ge
     """Walls above the given ground floor (and its openings), and the roof."""
     front = _front(house, ground, rng)
     blank = palette.stucco(rng) if rng.random() < 0.6 else Material("brick/0", (0.8, 0.8, 0.8))
-    fire_wall = wall(house.depth, [Band(BELOW_GROUND, house.eaves, blank)])
+    left, right = (_side(house, blank, rng) for _ in range(2))
     profile = _profile(house, rng)
     ends = end_wall(blank, profile, house.eaves, house.depth)
     half = 0.5 * house.width
@@ -122,8 +122,21 @@ def _built(house: _House, ground: tuple[list[Panels], Floats], rng: np.random.Ge
         ends[1].at((half, 0.0, 0.0)),
         *_on_the_roof(house, profile, rng),
     ]
-    body = enclose(house.width, house.depth, [front, fire_wall, _rear(house, rng), fire_wall])
+    body = enclose(house.width, house.depth, [front, right, _rear(house, rng), left])
     return merge([body, solid(roof)])
+
+
+def _side(house: _House, face: Material, rng: np.random.Generator) -> list[Panels]:
+    """A wall that another house may adjoin: blank, or with windows where none was expected."""
+    openings = np.zeros((0, 4))
+    if rng.random() < 0.7:
+        columns = evenly(house.depth, 3.8, 2 if house.storeys < 4 else 1)
+        openings = grid(columns, 1.3 + house.storey * np.arange(house.storeys), 1.1, 1.4)
+        openings = openings[openings[:, 3] < house.eaves - 0.3]
+        openings = openings[rng.random(len(openings)) < 0.9]
+    style = replace(house.style.plain(), reveal=face)
+    side = wall(house.depth, [Band(BELOW_GROUND, house.eaves, face)], openings)
+    return side + windows(openings, style, rng)
 
 
 def _front(

@@ -56,7 +56,7 @@ def bush(variant: int, detail: Detail = "near") -> Mesh:
     heart = np.array([0.0, 0.0, 0.3 * height])
     family = ("shrub", "fruit", "maple", "hedge", "shrub", "lime")[variant % 6]
     dark = leaf_material(family, 0.32, solid=True)
-    tones = [leaf_material(family, tone) for tone in (0.55, 1.05, 1.5)]
+    tones = [leaf_material(family, tone) for tone in (0.7, 1.1, 1.5)]
     inside = cores(clusters, 16 if detail == "near" else 6, 0.8, dark, rng, heart=heart)
     rest = _BUSH_TRIANGLES[detail] - len(inside.faces)
     leaves = sprays(clusters, rest, 0.4, tuple(tones), rng, heart=heart, hang=0.1)
@@ -98,7 +98,7 @@ def hedge(
     normals = unit(facing + 0.35 * swell + 0.25 * rng.normal(0, 1, (count, 3)))
     limit = 0.5 * size
     corners = np.clip(corners, -limit, limit)
-    tones = tuple(leaf_material(family, tone) for tone in (0.6, 1.0, 1.35))
+    tones = tuple(leaf_material(family, tone) for tone in (0.7, 1.0, 1.35))
     dark = leaf_material(family, 0.35, solid=True)
     leaves = loose(
         _turned_outside(corners, normals),

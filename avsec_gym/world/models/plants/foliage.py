@@ -22,6 +22,11 @@ REACH = 1.02
 """Sprays grow at most so far from their cluster's centre, relative to its half axes."""
 
 _INNERMOST = 0.68
+_TRANSLUCENT = 0.5
+"""Share of the light on a leaf's far side that shines through."""
+_THROUGH = 1.6
+"""The sky's light reaches a leaf from behind as well; shading knows its front only."""
+_INSIDE = 2.2
 _TEXTURE_SIZE = 1.1
 
 
@@ -42,8 +47,18 @@ def leaf_material(family: str, tone: float = 1.0, *, solid: bool = False) -> Mat
         tone: Lightness of the leaves relative to the texture; lighter ones are yellower.
         solid: Whether no ray passes between them: the dark inside of a crown.
     """
-    tint = (tone**1.2, tone, tone**0.75)
-    return Material(f"leaves_{family}", tint, translucent=0.35, infrared=0.6, leaves=not solid)
+    red, green, blue = tone**1.2, tone, tone**0.75
+    if solid:
+        # Light that many leaves have passed on is what remains inside: green, and not little.
+        red, green, blue = (_INSIDE * light for light in (red, green, blue))
+    tint = tuple(_THROUGH * light for light in (red, green, blue))
+    return Material(
+        f"leaves_{family}",
+        (tint[0], tint[1], tint[2]),
+        translucent=_TRANSLUCENT,
+        infrared=0.6,
+        leaves=not solid,
+    )
 
 
 def sprays(

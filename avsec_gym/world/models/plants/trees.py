@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 VARIANTS = 6
 """Of each species, from the smallest to the tallest."""
 
-_TONES = (0.5, 1.05, 1.7)
+_TONES = (0.6, 1.1, 1.7)
 _TRIES = 8
 _GOLDEN_ANGLE = np.pi * (3 - 5**0.5)
 
