@@ -100,8 +100,8 @@ def label_frame(
 def _undecided(actors: Actors, truncation: Floats) -> NDArray[np.bool_]:
     """Objects whose occlusion is labelled as unknown whatever is seen of them, shape (N,).
 
-    KITTI's annotators left it open for a quarter of what the image's border cuts, and for one in
-    eight of all vans and lorries.  Their choice is drawn from an actor's looks, so it stays.
+    KITTI's annotators left it open for a quarter of what the image's border cuts, and for an
+    eighth of all vans and lorries.  Their choice is drawn from an actor's looks, so it stays.
     """
     chance = actors.appearance % 997 / 997.0
     large = np.isin(actors.category, ("Van", "Truck", "Misc", "Tram"))
