@@ -128,7 +128,7 @@ def _built(house: _House, ground: tuple[list[Panels], Floats], rng: np.random.Ge
 
 def _side(house: _House, face: Material, rng: np.random.Generator) -> list[Panels]:
     """A wall that another house may adjoin: blank, or with windows where none was expected."""
-    openings = np.zeros((0, 4))
+    openings: Floats = np.zeros((0, 4))
     if rng.random() < 0.7:
         columns = evenly(house.depth, 3.8, 2 if house.storeys < 4 else 1)
         openings = grid(columns, 1.3 + house.storey * np.arange(house.storeys), 1.1, 1.4)
