@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import MISSING, fields
 from pathlib import Path
-from typing import Any, get_args, get_type_hints
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 import pytest
 import tyro
@@ -64,7 +64,8 @@ def required(command: Any) -> list[str]:
     for field in fields(command):
         if field.default is not MISSING or field.default_factory is not MISSING:
             continue
-        plain, *marks = get_args(hints[field.name]) or (hints[field.name],)
+        hint = hints[field.name]
+        plain, *marks = (hint,) if get_origin(hint) is Literal else get_args(hint) or (hint,)
         value = "dsgn" if field.name == "detector" else "missing.xml"
         value = next(iter(get_args(plain)), value) if plain is not Path else "missing"
         own = [] if tyro.conf.Positional in marks else [f"--{field.name}"]

@@ -149,7 +149,7 @@ def test_named_frames_are_judged_by_the_others(validated: Told, tmp_path: Path) 
     samples = (tmp_path / "out" / "samples.jsonl").read_text().splitlines()
     assert [json.loads(line)["id"] for line in samples] == ["0000000001", "0000000002"]
     _, told = validated("--kitti-raw", drive, "--clean", "0.5", "--thresholds", "shipped", code=2)
-    assert "--clean says what is fitted on" in told
+    assert "--clean states what is fitted on" in told
 
 
 def test_a_shipped_file_of_an_older_format_is_refused(

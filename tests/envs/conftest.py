@@ -68,7 +68,7 @@ def small_cache(tmp_path_factory: pytest.TempPathFactory, bright_cars: ModuleTyp
     for path in cache_folder().glob("textures-*"):
         with suppress(FileExistsError):
             (cache / path.name).symlink_to(path)
-    recipe = suite_recipe("mixed", 4, sensors=Sensors((2, 3), rig=bright_cars.rig()), previous=0)
+    recipe = suite_recipe("mixed", 6, sensors=Sensors((2, 3), rig=bright_cars.rig()), previous=0)
     with pytest.MonkeyPatch.context() as patched:
         patched.setenv("AVSEC_CACHE", str(cache))
         default_suites.cached("mixed", recipe, 1)

@@ -41,7 +41,7 @@ def usual(point: str) -> dict[str, Any]:
     """What the catalogue's tests play with, the same for an entry point of many at once."""
     [entry] = [e for e in CATALOGUE if point in (e.entry_point, e.vector_entry_point)]
     given = arguments(entry.id)
-    return given | ({"scenarios": {"name": "layouts", "count": 6}} if "ghost" in point else {})
+    return given | ({"scenarios": {"name": "layouts", "count": 24}} if "ghost" in point else {})
 
 
 def made(point: str, **given: Any) -> Any:

@@ -95,7 +95,7 @@ def test_a_patch_in_the_lane_stops_the_car_and_one_beside_it_does_not(scenarios:
 
 @pytest.mark.usefixtures("small_suite")
 def test_a_large_near_patch_raises_an_alarm_and_a_far_one_does_not() -> None:
-    clean = {"source": "mixed", "count": 2}
+    clean = {"source": "mixed", "count": 4}
     env = LidarSpoofingEnv("mixed", validator={"name": "thresholds", "rate": 0.0}, clean=clean)
     env.reset(seed=0)
     far = env.step(env.coding.encode(LidarSpoofing(0.5, 0.5, 40.0, 0.65)))[-1]

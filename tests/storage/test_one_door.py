@@ -79,6 +79,8 @@ REASONS = {
     "commands/process.py": {"os.open", "os.fdopen"},
     # The package's own sources, and places for compiled kernels, of which it has others.
     "kernels.py": {".read_bytes", ".mkdir"},
+    # The package's own style and script.
+    "experiments/chapter5/section/sections.py": {".read_text"},
     # Below the user's folder for caches.
     "world/textures/library.py": {"os.fdopen", ".mkdir"},
     # A folder, for its lock.

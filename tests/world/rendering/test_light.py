@@ -134,6 +134,7 @@ def test_a_resampled_sensor_has_the_noise_of_averaged_pixels() -> None:
     sensor = ImageSensor(read_noise=0.01, shot_noise=0.001, smoothing=0.0, blur=0.0)
     grey = np.full((80, 120, 3), 0.4, np.float32)
     full, half = (
-        one.expose(grey, np.random.default_rng(0)).std() for one in (sensor, sensor.resampled(0.5))
+        camera.expose(grey, np.random.default_rng(0)).std()
+        for camera in (sensor, sensor.resampled(0.5))
     )
     assert half == pytest.approx(0.5 * full, rel=0.1)
