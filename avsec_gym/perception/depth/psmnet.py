@@ -99,6 +99,7 @@ class PsmNet(nn.Module):
                 *row(wide, wide), VolumeConvolution(wide, 1, 3, padding=1, bias=False)
             )
 
+        # Names and order of the original: convolutions, three hourglasses, a head behind each.
         self.dres0 = row(pair, wide, wide)
         self.dres1 = nn.Sequential(
             *row(wide, wide), convolution(wide, wide, groups=groups, dimensions=3)

@@ -61,6 +61,7 @@ def _likeliest_way(
 ) -> float:
     import cv2
 
+    # A grid of pixels of the region, and the places of the box's surface that they show.
     left, top, right, bottom = region
     share = (np.arange(_GRID) + 0.5) / _GRID
     grid = np.meshgrid(left + share * (right - left), top + share * (bottom - top))
@@ -79,10 +80,12 @@ def _likeliest_way(
     def misfit(ways: Floats) -> Floats:
         moved = places - ways[:, None, None] * heading(boxes, index)
         there = _at(before, earlier_pixels(moved, projection, motion))
+        # Less the median, for another exposure; bounded, for what came before the object.
         difference = there - seen
         difference = np.abs(difference - np.median(difference, axis=1, keepdims=True))
         return np.asarray(np.minimum(difference, _MOST_DIFFERENCE).mean(axis=1))
 
+    # The best of a coarse grid of ways, refined by smaller and smaller steps about it.
     ways = np.concatenate([-_WAYS[::-1], _WAYS])
     best = float(ways[np.argmin(misfit(ways))])
     step = 0.075 * abs(best)

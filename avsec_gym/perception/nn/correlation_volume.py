@@ -107,12 +107,14 @@ def _correlate(
     for b in range(batch):
         for y in range(height):
             for d in range(planes):
+                # Columns left of `start` would look beyond the right image: they stay 0.
                 start, weight = first[b, d], part[b, d]
                 for g in range(groups):
                     row = volume[b, g, d, y]
                     row[:] = 0
                     for c in range(g * each, (g + 1) * each):
                         one, other = left[b, c, y], right[b, c, y]
+                        # Apart, since a whole disparity may have no column x - start + 1.
                         if weight > 0:
                             for x in range(start, width):
                                 here = other[x - start]

@@ -42,6 +42,7 @@ def _surviving(boxes: NDArray[Any], overlap: float) -> NDArray[np.bool_]:
     count = len(boxes)
     kept = np.ones(count, np.bool_)
     area = (boxes[:, 2] - boxes[:, 0] + 1) * (boxes[:, 3] - boxes[:, 1] + 1)
+    # Invariant: of the boxes before `best`, those still kept are the survivors.
     for best in range(count):
         if not kept[best]:
             continue

@@ -97,6 +97,7 @@ def _in_balls(clouds: Points, centres: Points, radius: np.float32, count: int) -
             for i in range(len(points)):
                 dx, dy, dz = points[i, 0] - x, points[i, 1] - y, points[i, 2] - z
                 if dx * dx + dy * dy + dz * dz < radius * radius:
+                    # The first fills all places, as in the original: what is left repeats it.
                     if found == 0:
                         index[cloud, number] = i
                     index[cloud, number, found] = i
@@ -117,6 +118,7 @@ def _nearest(clouds: Points, known: Points) -> tuple[Points, NDArray[np.int64]]:
             for i in range(known.shape[1]):
                 dx, dy, dz = known[cloud, i, 0] - x, known[cloud, i, 1] - y, known[cloud, i, 2] - z
                 square = dx * dx + dy * dy + dz * dz
+                # Invariant: best <= second <= third, and the first of equals stands before.
                 if square >= third:
                     continue
                 rank = 2

@@ -35,6 +35,7 @@ def _farthest(clouds: Points, count: int) -> NDArray[np.int64]:
     chosen = np.zeros((len(clouds), count), np.int64)
     for cloud in range(len(clouds)):
         x, y, z = clouds[cloud, :, 0].copy(), clouds[cloud, :, 1].copy(), clouds[cloud, :, 2].copy()
+        # Invariant: `nearest` is each point's squared distance to the nearest of those chosen.
         nearest = np.full(len(x), np.inf, np.float32)
         last = 0
         for number in range(1, count):

@@ -79,6 +79,7 @@ def _first(inside: NDArray[np.bool_], count: int) -> NDArray[np.int64]:
                 found += 1
                 if found == count:
                     break
+        # What is left is filled with the same points over again.
         if found > 0:
             for place in range(found, count):
                 index[box, place] = index[box, place - found]

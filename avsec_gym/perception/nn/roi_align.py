@@ -47,6 +47,7 @@ def roi_align(
     channels = levels[0].shape[1]
     if not len(boxes):
         return levels[0].new_zeros(0, channels, bins, bins)
+    # All cells of all levels are rows of one table; `first_row` is where a box's own map begins.
     table = torch.cat([features.permute(0, 2, 3, 1).reshape(-1, channels) for features in levels])
     shapes = torch.tensor(
         [(features.shape[-2], features.shape[-1]) for features in levels], device=boxes.device
@@ -55,10 +56,12 @@ def roi_align(
     level_start = (cells * len(levels[0])).cumsum(0) - cells * len(levels[0])
     first_row = level_start[level] + image * cells[level]
 
+    # Boxes in cells of their own level, rows before columns.
     scaled = boxes.detach() * boxes.new_tensor(scales)[level, None]
     start = scaled[:, :2].flip(1)
     size = scaled[:, 2:].flip(1) - start
     size = (size + 1).clamp(min=0) if places == "corners" else size.clamp(min=1)
+    # Samples along each axis of a bin.
     if places == "corners":
         ratios = torch.full_like(size, 2, dtype=torch.long)
     elif sampling_ratio > 0:

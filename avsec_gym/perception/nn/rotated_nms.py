@@ -36,6 +36,7 @@ def _stays(rectangles: Floats, threshold: float) -> NDArray[np.bool_]:
     """Of rectangles in order of their scores, a mask of those that stay."""
     stays = np.ones(len(rectangles), np.bool_)
     areas = rectangles[:, 2] * rectangles[:, 3]
+    # Invariant: of the rectangles before i, those that still stay are the survivors.
     for i in range(len(rectangles)):
         if not stays[i]:
             continue

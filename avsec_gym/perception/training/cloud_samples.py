@@ -177,6 +177,7 @@ def _write(
     def sample(place: FramePlace) -> CloudSample:
         return cloud_sample(place.frame(), place.labels(), category, region)
 
+    # First a plain file, since the number of points is known at the end only.
     with ThreadPoolExecutor(_THREADS) as threads, raw.open("wb") as file:
         for done, cloud in enumerate(threads.map(sample, places), start=1):
             file.write(np.round(cloud.points * _STEPS).clip(-32768, 32767).astype("<i2").tobytes())

@@ -233,6 +233,7 @@ class _Run:
         with calculating(self.state.bfloat16, self.device):
             losses = self.task.losses(batch)
             total = torch.stack([loss.float() for loss in losses.values()]).sum()
+        # A step whose loss or gradient is not finite is skipped; too many of them end the training.
         total.backward()  # type: ignore[no-untyped-call]
         norm = nn.utils.clip_grad_norm_(self.trained.parameters(), configuration.clip)
         if torch.isfinite(norm) and torch.isfinite(total):

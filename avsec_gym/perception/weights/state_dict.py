@@ -31,12 +31,14 @@ def fit_state(
         DataError: A tensor is missing, unexpected, of another shape or kind of numbers, or not
             finite; which ones.
     """
+    # Counters that a checkpoint lacks are the network's own; tensors beyond the wanted ones stay.
     wanted = network.state_dict()
     state = {
         name: value.cpu() if name.endswith(_COUNTER) and name not in state else state[name]
         for name, value in wanted.items()
         if name in state or name.endswith(_COUNTER)
     } | {name: value for name, value in state.items() if name not in wanted}
+    # Names and shapes first, all problems in one message.
     missing = [name for name in wanted if name not in state]
     unexpected = sorted(name for name in state if name not in wanted)
     other = [
@@ -59,6 +61,7 @@ def fit_state(
             path=path,
             remedy="Choose the network and the configuration that they were trained for.",
         )
+    # Then kinds of numbers and their values, tensor by tensor.
     fitted = {}
     for name, value in wanted.items():
         if _kind(state[name]) != _kind(value):

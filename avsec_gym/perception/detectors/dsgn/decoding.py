@@ -112,6 +112,7 @@ def _boxes(
     rectangles = ground_rectangles(location, dimensions, rotation_y)
     stays = np.zeros(len(location), bool)
     for kind in np.unique(found.classes):
+        # Suppression, and voting, among the boxes of a class.
         members = np.flatnonzero(found.classes == kind)
         scores = found.scores[members]
         kept = rotated_nms(rectangles[members], scores, rule.most_overlap)
@@ -122,6 +123,7 @@ def _boxes(
                 found.location[members], found.dimensions[members], found.rotation_y[members],
                 scores, kept, overlap=rule.voting_overlap, turn=rule.voting_turn,
             )  # fmt: skip
+    # Candidates come best first: of all classes together, the best remain.
     kept = np.flatnonzero(stays)[: rule.most_boxes]
     names = np.array([anchor.category for anchor in configuration.anchors])
     boxes = Boxes3D(

@@ -75,6 +75,7 @@ class DsgnNetwork(nn.Module):
     def __init__(self, configuration: DsgnConfiguration) -> None:
         super().__init__()
         self.configuration = c = configuration
+        # Features of both images become a volume over image and disparity, with costs of depths.
         self.feature_extraction = FeatureExtraction(c.features)
         wide, pair = c.volume_channels, c.correlation_groups or 2 * c.features.matching[1]
         self.dres0: nn.Module
@@ -91,6 +92,7 @@ class DsgnNetwork(nn.Module):
             *self._layers(3, wide, wide, kernel=c.cost_kernel),
             VolumeConvolution(wide, 1, c.cost_kernel, padding=c.cost_kernel // 2, bias=False),
         )
+        # Sampled at a grid in space, and laid flat to the view from above.
         semantic = 0 if c.features.semantic is None else c.features.semantic[1]
         sampled = wide + c.costs_in_grid + semantic
         self.rpn3d_conv = self._layers(3, sampled, c.grid_channels, kernel=c.grid_kernel)
@@ -100,6 +102,7 @@ class DsgnNetwork(nn.Module):
         view = c.view_channels
         self.rpn3d_conv2 = self._layers(2, heights * c.grid_channels, view)
         self.rpn3d_conv3 = Hourglass(view, groups=c.groups, dimensions=2)
+        # Two towers, for classes and for boxes, and the heads at their ends.
         tower = [view] * (c.tower_length + 1)
         self.rpn3d_cls_convs = self._layers(2, *tower)
         self.rpn3d_bbox_convs = self._layers(2, *tower)
@@ -112,6 +115,7 @@ class DsgnNetwork(nn.Module):
         beside = [*["bbox_reversal"] * c.half_turns, *["bbox_fit"] * c.fit]
         for name in beside:
             self.add_module(name, nn.Conv2d(view, c.angles * classes, 3, padding=1))
+        # Heads begin with small weights.
         initialise(self)
         for layer, deviation in (
             (self.bbox_cls, 0.1),

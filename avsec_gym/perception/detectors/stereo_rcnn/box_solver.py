@@ -120,9 +120,11 @@ class _Problem:
         left, right = observed.left, observed.right
         height, width = camera.size
         self.observed, self.camera, self.depth = observed, camera, depth
+        # Of a box that the image cuts off, the keypoint is unknown: the network's angle stands in.
         truncated = (left[:, 0] < _SIDE_MARGIN) | (left[:, 2] > width - _SIDE_MARGIN)
         self.alpha = np.where(truncated, observed.alpha, _alpha_of_keypoint(observed))
         self.corners = np.column_stack([_viewpoint_corners(self.alpha), observed.corner])
+        # What was observed, in the order of the terms, on the plane one metre ahead.
         top_left, bottom_right = camera.rays(left[:, :2]), camera.rays(left[:, 2:])
         keypoint = camera.rays(np.column_stack([observed.keypoint, left[:, 1]]))
         right_left, right_right = camera.rays(right[:, :2]), camera.rays(right[:, 2:])
@@ -137,6 +139,7 @@ class _Problem:
                 right_right[:, 0],
             ]
         )
+        # An edge on the image's border is no edge of the object, and has no weight.
         seen_by_right = truncated & (depth is None)
         self.weights = np.column_stack(
             [

@@ -92,6 +92,7 @@ def select(
     for image in range(len(proposals.left)):
         found = []
         for label in range(1, probabilities.shape[-1]):
+            # Each class by itself: what is likely is decoded, and suppressed by the left image.
             scores = probabilities[image, :, label]
             likely = (proposals.valid[image] & (scores > rule.least_score)).nonzero()[:, 0]
             regions = proposals.left[image, likely]
@@ -110,6 +111,7 @@ def select(
                     sizes * DIMENSION_DEVIATION + means,
                 )
             )
+        # All classes together, best first.
         columns = [torch.cat(column) for column in zip(*found, strict=True)]
         order = torch.argsort(columns[3], descending=True, stable=True)
         result.append(Selected(*(column[order] for column in columns)))

@@ -115,18 +115,22 @@ def align_depths(
     def differences(depths: Floats) -> Floats:
         return _differences(left, right, u, v, behind, start, depths, product)
 
+    # Coarse search about the depth that the solver found, no nearer than what is plausible.
     steps = np.arange(how.coarse_steps) - how.coarse_steps // 2
     coarse = np.maximum(before[:, None] + how.coarse_interval * steps, how.nearest)
     coarse_costs = differences(coarse)
     best = _picked(coarse, coarse_costs.argmin(axis=1))
+    # The best of the depths that are clearly others: what the contrast is measured against.
     elsewhere = np.abs(coarse - best[:, None]) > _ELSEWHERE * best[:, None]
     other = np.where(elsewhere, coarse_costs, np.inf).min(axis=1, initial=np.inf)
+    # Fine search about the coarse one's best, between whose steps a parabola may interpolate.
     steps = np.arange(how.fine_steps) - how.fine_steps // 2
     fine = best[:, None] + how.fine_interval * steps
     costs = differences(fine)
     best = _picked(fine, costs.argmin(axis=1))
     if how.parabola:
         best = best + how.fine_interval * _vertex(costs)
+    # Boxes without a pixel keep the depth that they had.
     found = (np.diff(start) > 0) & (best > 0)
     with np.errstate(divide="ignore"):
         aligned = product / (product / best + how.disparity_offset)
@@ -186,6 +190,7 @@ def _surface_pixels(
 
     It is between `lower` and `upper` in its own axes: across, down, along.
     """
+    # Room for all pixels of all windows, as if every ray entered its box.
     count = len(windows)
     room = 0
     for i in range(count):
@@ -195,6 +200,7 @@ def _surface_pixels(
     behind, start = np.empty(room), np.zeros(count + 1, np.int64)
     used = 0
     for i in range(count):
+        # The camera's centre in the axes of the box.
         theta = rotation_y[i] + np.pi / 2
         cos, sin = np.cos(theta), np.sin(theta)
         x, y, z = location[i]
@@ -204,6 +210,7 @@ def _surface_pixels(
             down = (v - lens[3]) / lens[1]
             for u in range(first, last, strides[i, 1]):
                 aside = (u - lens[2]) / lens[0]
+                # Slabs: the ray is in the box where it is between all three pairs of faces.
                 ray = (cos * aside - sin, down, sin * aside + cos)
                 enter, leave = 0.0, np.inf
                 for axis in range(3):
@@ -212,6 +219,7 @@ def _surface_pixels(
                     one = (lower[i, axis] - origin[axis]) / slope
                     two = (upper[i, axis] - origin[axis]) / slope
                     enter, leave = max(enter, min(one, two)), min(leave, max(one, two))
+                # In the camera frame a ray's z is 1, so that its parameter is a depth.
                 if 0 < enter < leave:
                     us[used], vs[used], behind[used] = u, v, enter - z
                     used += 1
@@ -239,6 +247,7 @@ def _differences(
             u, v = us[j], vs[j]
             red, green, blue = left[v, u]
             for s in range(steps):
+                # The pixel's column in the right image, clamped: the image's edge goes on.
                 place = u - product / max(depths[i, s] + behind[j], _NEAR)
                 place = min(max(place, 0.0), last - 1e-6)
                 k = int(place)

@@ -81,6 +81,7 @@ def stereo_truth(
         camera: The camera, with the size of the images that the boxes are wanted in.
         categories: What is detected.
     """
+    # All that can hide something, in the frame of the left camera, and seen in both images.
     ahead = boxes.location[:, 2] + camera.offset[2] > _NEAR
     boxes = boxes[ahead & np.isin(boxes.category, [*OCCLUDERS, *categories])]
     location = boxes.location + camera.offset
@@ -88,11 +89,13 @@ def stereo_truth(
     left, right = _views(boxes, location, x, z, camera)
     u = x / z * camera.focal_length[0] + camera.centre[0]
     depth = location[:, 2]
+    # The columns of each view that no nearer object hides.
     borders, right_borders = (_visible(view, depth, camera.size[1]) for view in (left, right))
     classes = sum(
         (i * (boxes.category == name) for i, name in enumerate(categories, 1)),
         np.zeros(len(boxes), np.intp),
     )
+    # Objects of the classes that are large enough and seen well enough.
     kept = (classes > 0) & (left[:, 3] - left[:, 1] > _SMALLEST_HEIGHT)
     for visible in (borders, right_borders):
         kept &= visible[:, 1] - visible[:, 0] > _SMALLEST_VISIBLE

@@ -62,10 +62,12 @@ def find_targets(
     judged = torch.ones_like(output.objectness, dtype=torch.bool)
     images, boxes, offsets, sizes, classes, weights = [], [], [], [], [], []
     for number, truth in enumerate(truths):
+        # A box that overlaps an object well is not judged, whether or not it stands for it.
         known = torch.cat([truth.boxes, truth.ignored])
         if len(known):
             most = overlaps(found[number], known).amax(1)
             judged[number, most > configuration.ignored_overlap] = False
+        # What stands for an object is judged all the same, and learns its place and size.
         objects, index = _standing_for(truth.boxes, size, configuration)
         true = truth.boxes[objects]
         judged[number, index] = True
@@ -75,6 +77,7 @@ def find_targets(
         offsets.append(offset)
         sizes.append(log_size)
         classes.append(truth.classes[objects])
+        # Small objects count more, up to twice.
         weights.append(2 - _area(true) / (size[0] * size[1]))
     return YoloTargets(
         torch.cat(images),
