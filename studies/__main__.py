@@ -111,7 +111,7 @@ def _check() -> None:
     kinds = [state.stale for state in states.values()]
     print_line(
         f"studies: {kinds.count(False)} of unchanged sources, {kinds.count(True)} stale,"
-        f" {kinds.count(None)} made before sources were recorded"
+        f" {kinds.count(None)} not made yet"
     )
     if others := [path.relative_to(ROOT).as_posix() for path in outdated(pages(read_records()))]:
         print_line(f"`python -m studies index` would say so in {', '.join(others)}")

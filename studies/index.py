@@ -39,7 +39,8 @@ class SourceState:
     """Whether a study's sources are those that it was made from."""
 
     stale: bool | None
-    """None: unknown, since its sources were not recorded."""
+    """True also where its sources were not recorded: they were restructured since, and the world
+    that most studies render has a second edition.  None: not made yet."""
     text: str
     """In a sentence."""
 
@@ -63,7 +64,9 @@ def source_state(study: Study, records: Mapping[str, Record], root: Path = ROOT)
     made = min((records[part.name] for part in parts), key=_age)
     if made.sources is None:
         return SourceState(
-            None, f"Made before its sources were recorded (commit {made.commit}, {made.date})"
+            True,
+            "Stale: made before its sources were recorded"
+            f" (commit {made.commit}, {made.date}), and many have changed since",
         )
     then = {k: v for part in parts for k, v in (records[part.name].sources or {}).items()}
     now = sources_of((name for part in parts for name in part.sources), root)
