@@ -10,18 +10,16 @@ nothing.  Instead each one's gradient is divided by its mean size in the steps s
 
 from __future__ import annotations
 
-import hashlib
 import logging
 import time
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 
 from avsec_gym import __version__
 from avsec_gym.attacks.attack import LEFT
@@ -45,6 +43,7 @@ from avsec_gym.perception.training.checkpoint import (
     start_or_resume,
 )
 from avsec_gym.perception.training.curves import Curves, read_curves
+from avsec_gym.perception.weights.weights_hash import weights_hash
 
 PATCH = "patch.safetensors"
 """In the folder of a training, its picture and card beside it."""
@@ -112,18 +111,6 @@ def train_patch(
         judged, lambda done: on_progress and on_progress(total - judged + done, total)
     )
     return run.keep(losses)
-
-
-def weights_hash(detector: Any) -> str | None:
-    """SHA-256 of a detector's `network`; None for one that has none."""
-    network = getattr(detector, "network", None)
-    if not isinstance(network, nn.Module):
-        return None
-    digest = hashlib.sha256()
-    for name, value in sorted(network.state_dict().items()):
-        digest.update(f"{name} {value.dtype} {tuple(value.shape)}".encode())
-        digest.update(value.detach().cpu().contiguous().numpy().tobytes())
-    return digest.hexdigest()
 
 
 class _Run:

@@ -39,12 +39,15 @@ class FittedOn:
         scales: Focal length times baseline of neighbouring cameras, from right to left, pixels
             times metres.
         data: JSON-able: what names the frames, such as a suite, how many, which seed.
+        weights: The hash of what a learned depth estimator had learned; None where nothing is
+            learned, or where it was not recorded.
     """
 
     system: SensorSystem
     depth: Mapping[str, Any]
     scales: tuple[float, ...]
     data: Mapping[str, Any]
+    weights: str | None = None
 
     def check(self, system: SensorSystem, depth: PairDepth, calibration: Calibration) -> None:
         """Check that it holds for these sensors, too.
@@ -68,6 +71,11 @@ class FittedOn:
                 f"this was fitted with depth by {dict(self.depth)}, not by {depth.settings}: fit "
                 "it with this one, or use that one"
             )
+        if self.weights != depth.weights:
+            raise ConfigurationError(
+                f"this was fitted with {self._weights} of {self.depth.get('name')}, which has"
+                f" others today ({str(depth.weights)[:8]}): fit it anew"
+            )
         scales = camera_scales(system, calibration)
         if not np.allclose(scales, self.scales, rtol=_SAME_SCALE, atol=0):
             raise ConfigurationError(
@@ -82,7 +90,13 @@ class FittedOn:
             "depth": dict(self.depth),
             "scales": list(self.scales),
             "data": dict(self.data),
+            **({} if self.weights is None else {"weights": self.weights}),
         }
+
+    @property
+    def _weights(self) -> str:
+        recorded = self.weights is not None
+        return f"the weights {str(self.weights)[:8]}" if recorded else "weights unknown"
 
 
 def fitted_on(
@@ -100,7 +114,9 @@ def fitted_on(
         ConfigurationError: The cameras do not stand in that order.
     """
     system.check(calibration)
-    return FittedOn(system, depth.settings, camera_scales(system, calibration), dict(data))
+    return FittedOn(
+        system, depth.settings, camera_scales(system, calibration), dict(data), depth.weights
+    )
 
 
 def camera_scales(system: SensorSystem, calibration: Calibration) -> tuple[float, ...]:
@@ -150,7 +166,10 @@ def read_fitted(path: str | Path, kind: str) -> tuple[FittedOn, dict[str, Any]]:
         if len(scales) != len(system.cameras) - 1:
             raise ValueError(f"{len(scales)} scales for {len(system.cameras)} cameras")
         data = {_RENAMED.get(name, name): value for name, value in on["data"].items()}
-        return FittedOn(system, dict(on["depth"]), scales, data), content
+        weights = on.get("weights")
+        if not isinstance(weights, str | None):
+            raise ValueError("weights are named by their hash")
+        return FittedOn(system, dict(on["depth"]), scales, data, weights), content
     except (KeyError, TypeError, ValueError, AttributeError, ConfigurationError) as error:
         raise broken(path, error) from error
 

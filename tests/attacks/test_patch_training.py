@@ -20,17 +20,14 @@ from avsec_gym.attacks.patch_files import Patch, load_patch
 from avsec_gym.attacks.patch_ghosts import target_boxes
 from avsec_gym.attacks.patch_pasting import paste
 from avsec_gym.attacks.patch_placement import PatchPlace, random_place
-from avsec_gym.attacks.patch_training import (
-    PATCH,
-    train_patch,
-    weights_hash,
-)
+from avsec_gym.attacks.patch_training import PATCH, train_patch
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.recorded import Oracle
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
 from avsec_gym.perception.training.curves import read_curves
+from avsec_gym.perception.weights.weights_hash import weights_hash
 from avsec_gym.rig import kitti_rig
 
 SETTINGS = PatchTraining(epochs=8, batch=2, step_size=64, radius=12)

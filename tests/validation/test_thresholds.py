@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +14,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.perception.depth.psmnet_depth import PsmNetDepth
+from avsec_gym.perception.weights.weights_hash import weights_hash
 from avsec_gym.rig import camera_rig, kitti_rig
 from avsec_gym.sensor_system import KITTI_SYSTEM, LIDAR, SensorSystem
 from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS, detect_attack
 from avsec_gym.validation.evidence.disparity_error import MEASURES, DisparityError
 from avsec_gym.validation.evidence.pair_depth import PairDepth
-from avsec_gym.validation.fitted_on import FittedOn, fitted_on
+from avsec_gym.validation.fitted_on import FittedOn, fitted_on, read_fitted, write_fitted
 from avsec_gym.validation.thresholds import (
     Criterion,
     Threshold,
@@ -174,6 +177,20 @@ def test_thresholds_of_others_are_refused() -> None:
     system = SensorSystem((LIDAR, 1, 3, 2))
     with pytest.raises(ConfigurationError, match="stand otherwise"):
         on.check(system, depth, other)
+
+
+def test_thresholds_know_the_weights_that_depth_had(tmp_path: Path) -> None:
+    calibration, depth = kitti_rig().calibration, PairDepth("psmnet")
+    on = fitted_on(KITTI_SYSTEM, depth, calibration, {})
+    assert on.weights == depth.weights == weights_hash(PsmNetDepth("small", weights="shipped"))
+    write_fitted(tmp_path / "on.json", "nothing", on, {}, overwrite=False)
+    again, _ = read_fitted(tmp_path / "on.json", "nothing")
+    again.check(KITTI_SYSTEM, PairDepth("psmnet"), calibration)
+    with pytest.raises(ConfigurationError, match="fitted with the weights 00c0ffee"):
+        replace(on, weights="00c0ffee" * 8).check(KITTI_SYSTEM, depth, calibration)
+    with pytest.raises(ConfigurationError, match="weights unknown"):
+        replace(on, weights=None).check(KITTI_SYSTEM, depth, calibration)
+    assert "weights" not in fitted_on(KITTI_SYSTEM, PairDepth(), calibration, {}).to_json()
 
 
 @pytest.mark.parametrize("rate", [-0.1, 1.1, float("nan")])

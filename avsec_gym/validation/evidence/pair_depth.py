@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -83,6 +84,20 @@ class PairDepth:
         what = dict(settings)
         nearest = what.pop("nearest", cls.nearest)
         return cls(what, nearest)
+
+    @cached_property
+    def weights(self) -> str | None:
+        """The hash of what a learned estimator has learned; None for one that learns nothing.
+
+        Raises:
+            DataError: The weights are missing or damaged.
+        """
+        if self.settings["name"] in ("sgbm", "ground_truth", "lidar"):
+            return None
+        # Loads torch.
+        from avsec_gym.perception.weights.weights_hash import weights_hash
+
+        return weights_hash(make_depth(self.what))
 
     def estimator(self, calibration: Calibration, left: int, right: int) -> DepthEstimator:
         """Of one pair of cameras.
