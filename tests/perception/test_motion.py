@@ -245,13 +245,29 @@ def test_classifies_with_and_without_earlier_frames() -> None:
         probabilities = classifier.probabilities(boxes, seen)
         assert ((probabilities > 0) & (probabilities < 1)).all()
         assert found.moving is not None
-        assert (found.moving == (probabilities >= 0.5)).all()
         assert found.location is boxes.location
     nothing = classifier.classify(Boxes3D.empty(), frame)
     assert nothing.moving is not None
     assert nothing.moving.shape == (0,)
     with pytest.raises(DataError, match="camera 2"):
         classifier.classify(boxes, replace(frame, images={}))
+
+
+@pytest.mark.parametrize(
+    ("preset", "earlier", "moves"),
+    [("small", True, True), ("small", False, False), ("vgg16", False, True)],
+)
+def test_abstains_where_it_could_compare_and_cannot(
+    preset: str, earlier: bool, moves: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    here = one_car(-2.5, 14.0)
+    frame = scene(moved(1.0), here, here)
+    configuration = replace(MotionConfiguration.preset(preset), stages=((4,),), hidden=2)
+    classifier = MovingObjectClassifier(configuration, weights=None)
+    monkeypatch.setattr(classifier, "probabilities_of", lambda crops: np.array([0.7]))
+    found = classifier.classify(here, frame if earlier else replace(frame, previous=()))
+    assert found.moving is not None
+    assert found.moving.tolist() == [moves]
 
 
 def test_refuses_what_cannot_be() -> None:
