@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from avsec_gym.attacks.attack import LEFT, Budget, Seed, Victim
-from avsec_gym.attacks.patch_files import Patch, load_patch
+from avsec_gym.attacks.patch_files import Patch, PatchCard, load_patch
 from avsec_gym.attacks.patch_pasting import largest_area, paste_on_frame
 from avsec_gym.attacks.patch_placement import (
     PatchPlace,
@@ -18,6 +19,10 @@ from avsec_gym.attacks.patch_placement import (
 )
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
+from avsec_gym.perception.weights.weights_hash import weights_hash
+
+_LOG = logging.getLogger(__name__)
+_REPORTED: set[str] = set()
 
 
 @dataclass(frozen=True)
@@ -72,7 +77,11 @@ class PatchAttack:
         )
 
     def attack(self, frame: SensorFrame, victim: Victim, seed: Seed = 0) -> SensorFrame:
-        """See `Attack`; a specific patch needs the victim's intention."""
+        """See `Attack`; a specific patch needs the victim's intention.
+
+        A patch that was trained against other weights of the same detector is reported, once.
+        """
+        _report_other_weights(self._patch.card, victim.detector)
         return paste_on_frame(frame, self._patch.pixels, self.placed(frame, victim, seed))
 
     @property
@@ -83,6 +92,21 @@ class PatchAttack:
     @property
     def _radius(self) -> float:
         return self._patch.radius if self.radius is None else self.radius
+
+
+def _report_other_weights(card: PatchCard | None, detector: Any) -> None:
+    name = getattr(detector, "name", None)
+    trained = card.detectors.get(name) if card is not None and isinstance(name, str) else None
+    if trained is None or trained == (today := weights_hash(detector)):
+        return
+    message = (
+        f"the patch was trained against other weights of {name} ({trained[:8]}) than it is used"
+        f" against ({str(today)[:8]}): it is a transferred attack.  `avsec attack patch` trains one"
+        " against these."
+    )
+    if message not in _REPORTED:
+        _REPORTED.add(message)
+        _LOG.warning(message)
 
 
 def _given(patch: Patch | str | Path) -> Patch:

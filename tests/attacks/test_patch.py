@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -17,6 +18,7 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.recorded import Oracle
+from avsec_gym.perception.weights.weights_hash import weights_hash
 from avsec_gym.rig import kitti_rig
 from avsec_gym.scenario.intention import Intention
 
@@ -47,6 +49,26 @@ def test_attacks_keep_their_budget_and_repeat_themselves(frame: SensorFrame) -> 
         frame, PatchAttack("noise", radius=20).attack(frame, victim())
     )
     assert PatchAttack("noise", radius=20).budget.exceeded_by(frame, attacked)
+
+
+def test_a_patch_for_other_weights_is_reported_once(
+    frame: SensorFrame, caplog: pytest.LogCaptureFixture
+) -> None:
+    class Learned(Oracle):
+        name = "learned"
+        network = torch.nn.Linear(2, 2)
+
+    detector = Learned()
+    kinds = {"old": "0" * 64, "today": weights_hash(detector), "another": None}
+    reported = {}
+    for kind, digest in kinds.items():
+        card = PatchCard({"other" if kind == "another" else "learned": digest})
+        attack = PatchAttack(replace(Patch.noise(), card=card))
+        caplog.clear()
+        for seed in range(2):
+            attack.attack(frame, Victim(detector, Boxes3D.empty(), None), seed)
+        reported[kind] = len(caplog.messages)
+    assert reported == {"old": 1, "today": 0, "another": 0}
 
 
 def test_the_place_is_the_one_that_is_told(frame: SensorFrame) -> None:
