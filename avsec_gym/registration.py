@@ -63,6 +63,11 @@ CATALOGUE = (
         entry_point="avsec_gym.envs.sensor_identification:SensorIdentificationEnv",
         max_episode_steps=None,  # One step.
     ),
+    EnvironmentEntry(
+        id="avsec/ClosedLoop-v0",
+        entry_point="avsec_gym.envs.closed_loop:ClosedLoopEnv",
+        max_episode_steps=None,  # Its own duration.
+    ),
 )
 
 

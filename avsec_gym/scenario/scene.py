@@ -158,25 +158,39 @@ class Scene:
         Returns:
             m/s, shape (M,).
         """
-        if not len(self.boxes) or not len(detected) or not self.speeds.any():
-            return np.zeros(len(detected))
         sizes = np.stack([self.boxes.length, self.boxes.width], axis=1)
         real = is_obstacle(self.boxes) & np.all(sizes > 0, axis=1)
-        if not real.any():
-            return np.zeros(len(detected))
-        overlap = bird_eye_iou(
-            detected.poses,
-            np.stack([detected.length, detected.width], axis=1),
-            self.boxes.poses[real],
-            sizes[real],
-        )
-        best = overlap.argmax(axis=1)
-        moves = overlap.max(axis=1) > 0
-        if detected.moving is not None:
-            moves &= detected.moving
-        turned = detected.poses[:, 2] - self.boxes.poses[real][best, 2]
-        along = self.speeds[real][best] * np.where(np.cos(turned) < 0, -1.0, 1.0)
-        return np.where(moves, along, 0.0)
+        return matched_speeds(detected, self.boxes[real], self.speeds[real])
+
+
+def matched_speeds(detected: Boxes3D, boxes: Boxes3D, speeds: Floats) -> Floats:
+    """Speeds of detected boxes along their headings, each that of the true box it overlaps most.
+
+    `Scene.speeds_of` states the rule.
+
+    Args:
+        detected: M detected boxes.
+        boxes: The true ones, of lengths and widths above 0.
+        speeds: Speeds of the true ones along their headings, m/s, shape (N,).
+
+    Returns:
+        m/s, shape (M,).
+    """
+    if not len(boxes) or not len(detected) or not speeds.any():
+        return np.zeros(len(detected))
+    overlap = bird_eye_iou(
+        detected.poses,
+        np.stack([detected.length, detected.width], axis=1),
+        boxes.poses,
+        np.stack([boxes.length, boxes.width], axis=1),
+    )
+    best = overlap.argmax(axis=1)
+    moves = overlap.max(axis=1) > 0
+    if detected.moving is not None:
+        moves &= detected.moving
+    turned = detected.poses[:, 2] - boxes.poses[best, 2]
+    along = speeds[best] * np.where(np.cos(turned) < 0, -1.0, 1.0)
+    return np.where(moves, along, 0.0)
 
 
 def _classified_speeds(boxes: Boxes3D, road_type: RoadType) -> Floats:

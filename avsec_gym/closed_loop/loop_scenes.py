@@ -1,0 +1,108 @@
+"""Sets of scenes to drive in, by name or folder; a scene is made when it is driven."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from avsec_gym.closed_loop.traffic_scene import (
+    TrafficScene,
+    scene_of_commonroad,
+    scene_on_straight_lanes,
+)
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.scenario.frame_scenes import frame_scenes
+from avsec_gym.scenario.given_scene import GivenScene
+from avsec_gym.scenario.scene import Scene
+from avsec_gym.scenario.scene_sets import LAYOUTS, SceneSet, scene_set
+from avsec_gym.storage.regular_files import is_folder
+from avsec_gym.suggestions import unknown_name
+
+DRIVES = "drives"
+"""Names procedural drives on the world's own road."""
+_DRIVES_COUNT = 100
+
+
+@dataclass(frozen=True, eq=False)
+class LoopScenes:
+    """Scenes to drive in.
+
+    Args:
+        ids: Their ids, in order.
+        make: Makes the scene of an id.
+    """
+
+    ids: tuple[str, ...]
+    make: Callable[[str], TrafficScene]
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def scene(self, id: str) -> TrafficScene:
+        """The scene of an id.
+
+        Raises:
+            ConfigurationError: There is none.
+            DataError: A file of it is missing or broken.
+        """
+        if id not in self.ids:
+            problem = f"there is no scenario {id!r} among the {len(self.ids)} of this set"
+            raise ConfigurationError(unknown_name(problem, str(id), self.ids))
+        return self.make(id)
+
+
+def loop_scenes(
+    source: str | Path = LAYOUTS,
+    *,
+    kitti: str | Path | None = None,
+    seed: int = 0,
+    count: int | None = None,
+    people: bool = True,
+) -> LoopScenes:
+    """The scenes that a name or a folder stands for.
+
+    Args:
+        source: ``layouts``: procedural scenes on the thesis' straight lanes, movers at constant
+            velocity; ``drives``: procedural drives on the world's own road; a folder of labelled
+            scenarios, of KITTI labels or of the KITTI object data, as ``layouts``; or a
+            folder of CommonRoad files, on their own roads.
+        kitti: Root of the KITTI object data, for a list of ids.
+        seed: Seed of speeds, layouts and drives.
+        count: Number of scenes; None: all (200 layouts, 100 drives).
+        people: Whether pedestrians and cyclists are there.
+
+    Raises:
+        ConfigurationError: The name is mistyped.
+        DataError: A folder or file is missing or broken.
+    """
+    if str(source) == DRIVES:
+        from avsec_gym.closed_loop.procedural_drives import procedural_drive
+
+        prefix = "drive" if seed == 0 else f"drive-s{seed}"
+        ids = tuple(f"{prefix}-{i:06d}" for i in range(_DRIVES_COUNT if count is None else count))
+        return LoopScenes(
+            ids, lambda id: procedural_drive(seed, int(id.rpartition("-")[2]), people=people)
+        )
+    if is_folder(Path(source) / "training"):
+        data = frame_scenes(source, seed=seed, count=count)
+        return scenes_to_drive_in(data.scenes, people=people)
+    return scenes_to_drive_in(scene_set(source, kitti=kitti, seed=seed, count=count), people=people)
+
+
+def scenes_to_drive_in(scenes: SceneSet, *, people: bool = True) -> LoopScenes:
+    """A set of scenes of the single query, to drive in.
+
+    Args:
+        scenes: The set.
+        people: Whether pedestrians and cyclists are there.
+    """
+    by_id = {scene.id: scene for scene in scenes.scenes}
+
+    def make(id: str) -> TrafficScene:
+        scene: Scene | GivenScene = by_id[id]
+        if isinstance(scene, GivenScene):
+            return scene_of_commonroad(scene)
+        return scene_on_straight_lanes(scene, people=people)
+
+    return LoopScenes(tuple(by_id), make)

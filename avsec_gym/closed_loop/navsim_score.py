@@ -1,0 +1,188 @@
+"""NAVSIM's score of a drive, by its public formula (Dauner et al., NeurIPS 2024, equation 1).
+
+    PDMS = NC * DAC * (5 TTC + 5 EP + 2 C) / 12
+
+NC: no at-fault collision (0.5 where only a standing thing that is no vehicle or person was hit);
+DAC: the car's corners never leave the drivable area; TTC: with all speeds and headings kept, no
+collision for which the car were to blame lies less than a second ahead, at any time; EP: progress,
+as a share of what was to be made; C: comfort, within nuPlan's bounds.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from avsec_gym.closed_loop.drive_log import Contact, DriveLog
+from avsec_gym.closed_loop.fault import STANDING, astride, is_ahead, is_behind
+from avsec_gym.closed_loop.lanes import Lanes
+from avsec_gym.geometry import Floats, rectangle_corners, rectangle_polygons
+from avsec_gym.planners.vehicle import BMW_320I
+
+HORIZON = 3.0
+"""Seconds that times to collision are looked ahead for."""
+TTC_BOUND = 0.95
+"""Seconds: NAVSIM looks 0, 0.3, 0.6 and 0.9 s ahead."""
+_LOOKS = np.arange(0.0, HORIZON + 1e-9, 0.3)
+_EVERY = 0.1
+"""Seconds between two instants that are looked at."""
+_LEAST_PROGRESS = 5.0
+"""Metres; where no more was to be made, NAVSIM counts all progress as made."""
+COMFORT = {
+    "longitudinal acceleration": (-4.05, 2.40),
+    "lateral acceleration": (-4.89, 4.89),
+    "jerk": (-8.37, 8.37),
+    "longitudinal jerk": (-4.13, 4.13),
+    "yaw rate": (-0.95, 0.95),
+    "yaw acceleration": (-1.93, 1.93),
+}
+"""nuPlan's bounds, in m/s2, m/s3, rad/s and rad/s2."""
+
+
+@dataclass(frozen=True)
+class NavsimScore:
+    """The five parts of the score, each in [0, 1].
+
+    Args:
+        no_collision: NC.
+        drivable: DAC.
+        time_to_collision: TTC.
+        progress: EP.
+        comfort: C.
+    """
+
+    no_collision: float
+    drivable: float
+    time_to_collision: float
+    progress: float
+    comfort: float
+
+    @property
+    def total(self) -> float:
+        """The score.
+
+        Example:
+            >>> NavsimScore(1.0, 1.0, 1.0, 0.5, 0.0).total
+            0.625
+        """
+        weighted = 5 * self.time_to_collision + 5 * self.progress + 2 * self.comfort
+        return self.no_collision * self.drivable * weighted / 12
+
+
+def no_collision(contact: Contact | None, fault: bool, log: DriveLog, *, thing: bool) -> float:
+    """NC.
+
+    Args:
+        contact: The first touch; None: nothing was touched.
+        fault: Whether the car is to blame for it.
+        log: The drive.
+        thing: Whether what was touched is neither a vehicle nor a person.
+    """
+    if contact is None or not fault:
+        return 1.0
+    stands = abs(log.speeds[contact.step, contact.actor]) <= STANDING
+    return 0.5 if thing and stands else 0.0
+
+
+def stays_drivable(log: DriveLog, drivable: shapely.Geometry) -> bool:
+    """DAC: whether the car's corners stay on the drivable area."""
+    corners = rectangle_corners(log.car[:, [0, 1, 3]], BMW_320I.length, BMW_320I.width)
+    points = corners.reshape(-1, 2)
+    return bool(shapely.contains_xy(drivable, points[:, 0], points[:, 1]).all())
+
+
+def time_to_collision(log: DriveLog, lanes: Lanes, drivable: shapely.Geometry) -> float:
+    """The least time to a collision that the car would be to blame for, s; inf beyond `HORIZON`.
+
+    Car and actors keep speed and heading.  Only what lies ahead counts, and beside it where the car
+    is astride two lanes; a standing car has no time to collision.
+    """
+    least = math.inf
+    if not len(log.sizes):
+        return least
+    stride = max(1, round(_EVERY / log.dt))
+    reach = 0.5 * (np.hypot(*log.sizes.T) + np.hypot(BMW_320I.length, BMW_320I.width))
+    for step in range(0, len(log.car), stride):
+        car, poses = log.car[step], log.poses[step]
+        if car[2] <= STANDING:
+            continue
+        # Actors that may come near within the horizon.
+        apart = np.hypot(*(poses[:, :2] - car[:2]).T) - reach
+        closing = HORIZON * (car[2] + np.abs(log.speeds[step]))
+        rows = np.nonzero(log.present[step] & (apart <= closing))[0]
+        if not len(rows):
+            continue
+        beside = astride(car, lanes, drivable)
+        rows = np.array(
+            [
+                i
+                for i in rows
+                if is_ahead(car, poses[i]) or (beside and not is_behind(car, poses[i]))
+            ],
+            int,
+        )
+        looks = _LOOKS[least > _LOOKS]
+        if not len(rows) or not len(looks):
+            continue
+        own = rectangle_polygons(_moved_on(car[[0, 1, 3]], car[2], looks), *_SIZE)
+        others = rectangle_polygons(
+            _moved_on(poses[rows], log.speeds[step, rows], looks),
+            log.sizes[rows, None, 0],
+            log.sizes[rows, None, 1],
+        )
+        touching = shapely.intersects(own, others).any(axis=0)
+        if touching.any():
+            least = min(least, float(looks[np.argmax(touching)]))
+    return least
+
+
+_SIZE = (BMW_320I.length, BMW_320I.width)
+
+
+def _moved_on(poses: Floats, speeds: Floats | float, times: Floats) -> Floats:
+    """Poses after some times at constant speed and heading, shape (..., K, 3)."""
+    moved = np.repeat(poses[..., None, :], len(times), axis=-2)
+    way = np.asarray(speeds)[..., None] * times
+    moved[..., 0] += way * np.cos(moved[..., 2])
+    moved[..., 1] += way * np.sin(moved[..., 2])
+    return moved
+
+
+def is_comfortable(log: DriveLog) -> bool:
+    """C: whether accelerations, jerks and yaw stay within `COMFORT`, at 10 Hz."""
+    stride = max(1, round(_EVERY / log.dt))
+    car, dt = log.car[::stride], stride * log.dt
+    if len(car) < 3:
+        return True
+    velocity, heading = car[:, 2], np.unwrap(car[:, 3])
+    acceleration, yaw_rate = np.gradient(velocity, dt), np.gradient(heading, dt)
+    lateral = velocity * yaw_rate
+    jerk, lateral_jerk = np.gradient(acceleration, dt), np.gradient(lateral, dt)
+    signals = {
+        "longitudinal acceleration": acceleration,
+        "lateral acceleration": lateral,
+        "jerk": np.hypot(jerk, lateral_jerk),
+        "longitudinal jerk": jerk,
+        "yaw rate": yaw_rate,
+        "yaw acceleration": np.gradient(yaw_rate, dt),
+    }
+    return all(
+        bool(np.all((signal >= COMFORT[name][0]) & (signal <= COMFORT[name][1])))
+        for name, signal in signals.items()
+    )
+
+
+def progress_share(progress: float, expected: float) -> float:
+    """EP: progress as a share of what was to be made, in [0, 1].
+
+    Args:
+        progress: Metres made along the road.
+        expected: Metres that were to be made.  NAVSIM takes what its own planner makes; here it is
+            the way at the least cruising speed.
+    """
+    if max(progress, expected) < _LEAST_PROGRESS:
+        return 1.0
+    return min(max(progress / expected, 0.0), 1.0)

@@ -1,0 +1,154 @@
+"""Procedural drives: the world's own road, and its simulated traffic as recorded actors.
+
+The car takes the place of the drive's sensor vehicle.  Side streets are left out: the road has no
+junctions.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from avsec_gym.closed_loop.tracks import STEP, Tracks
+from avsec_gym.closed_loop.traffic_scene import TrafficScene
+from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.constraints import driving_constraints
+from avsec_gym.scenario.planning_scenario import EgoState, Lanelet, Road
+from avsec_gym.world.course import Course
+from avsec_gym.world.drives import DriveWorld, drive_scenes
+from avsec_gym.world.section import CrossSection
+from avsec_gym.world.site import Style
+
+_CAMERA_HEIGHT = 1.65
+_BEYOND = 120.0
+"""Metres of road beyond the course's ends, which runs on straight there."""
+_SPACING = 4.0
+"""Metres between the points of lanes, less where the road bends most."""
+_SPEED_STEP = 0.5
+"""Start speeds are rounded to it, m/s, so that drives share their motion primitives."""
+_LEAST_SPEED = 4.0
+"""m/s; slower drives would not get anywhere in 8 s."""
+
+
+@lru_cache(maxsize=8)
+def procedural_drive(
+    seed: int, number: int, *, people: bool = True, duration: float = 8.0
+) -> TrafficScene:
+    """A drive of the procedural world.
+
+    Args:
+        seed: Seed of the set of drives.
+        number: Number of the drive in the set.
+        people: Whether pedestrians and cyclists are there.
+        duration: Seconds of recorded traffic at least.
+    """
+    scenes = drive_scenes(seed, number, frames=math.ceil(duration / STEP) + 2)
+    world = scenes.world
+    ego = world.instants[0].egos[0]
+    first = world.instants[0].actors
+    speed = max(_SPEED_STEP * round(float(first.speed[ego]) / _SPEED_STEP), _LEAST_SPEED)
+    x, y, heading = first.pose[ego].tolist()
+    highway = world.site.style == Style.HIGHWAY
+    return TrafficScene(
+        id=f"drive-{number:06d}" if seed == 0 else f"drive-s{seed}-{number:06d}",
+        road=road_of(world.site.course, world.site.section),
+        road_type=RoadType.HIGHWAY if highway else RoadType.STREET,
+        start=EgoState(x, y, speed, heading),
+        tracks=_tracks(world, int(first.id[ego]), people),
+        cruise=_cruise(speed, highway),
+        sensors=None,
+    )
+
+
+def _cruise(speed: float, highway: bool) -> tuple[float, float]:
+    """The speeds that the car wants to keep: those of its start, by primitives' steps of 2 m/s."""
+    usual = driving_constraints(RoadType.HIGHWAY if highway else RoadType.STREET).goal_velocity
+    return usual if usual[0] == speed else (speed, speed + 2.0)
+
+
+def road_of(course: Course, section: CrossSection) -> Road:
+    """The lanes of a road, each one lanelet; the outermost reach to the carriageway's edges.
+
+    Args:
+        course: Where the road runs.
+        section: What lies across it; lanes run along the course or against it.
+    """
+    along = np.arange(course.start - _BEYOND, course.end + _BEYOND, _SPACING)
+    lanes = section.lanes
+    right, left = section.carriageway
+    # A bound lies halfway between the lanes on its sides, unless a median is there.
+    lanelets = []
+    for number, lane in enumerate(lanes):
+        low, high = lane.left - 0.5 * lane.width, lane.left + 0.5 * lane.width
+        if number == 0:
+            low = min(low, right)
+        if number == len(lanes) - 1:
+            high = max(high, left)
+        bounds = [
+            tuple(map(tuple, course.poses(along, np.full(len(along), edge))[:, :2].tolist()))
+            for edge in (low, high)
+        ]
+        forwards = lane.direction > 0
+        right_bound, left_bound = bounds if forwards else (bounds[1][::-1], bounds[0][::-1])
+        beside = {
+            side: _neighbour(section, number, number + step)
+            for side, step in (("left", lane.direction), ("right", -lane.direction))
+        }
+        lanelets.append(
+            Lanelet(
+                id=number + 1,
+                left=left_bound,
+                right=right_bound,
+                adjacent_left=beside["left"],
+                adjacent_right=beside["right"],
+            )
+        )
+    return Road(tuple(lanelets))
+
+
+def _neighbour(section: CrossSection, number: int, other: int) -> tuple[int, bool] | None:
+    """The lane beside a lane, and whether it runs the same way; None: none, or across a median."""
+    lanes = section.lanes
+    if not 0 <= other < len(lanes):
+        return None
+    gap = abs(lanes[other].left - lanes[number].left)
+    if gap > 0.5 * (lanes[other].width + lanes[number].width) + 0.05:
+        return None
+    return other + 1, lanes[other].direction == lanes[number].direction
+
+
+def _tracks(world: DriveWorld, ego: int, people: bool) -> Tracks:
+    """The actors of a drive but the car, those that ever move and those that stand."""
+    instants = (*world.instants, world.after)
+    rows: dict[int, int] = {}
+    for instant in instants:
+        for id, category in zip(
+            instant.actors.id.tolist(), instant.actors.category.tolist(), strict=True
+        ):
+            if id != ego and (
+                people or category not in ("Pedestrian", "Cyclist", "Person_sitting")
+            ):
+                rows.setdefault(id, len(rows))
+    count, steps = len(rows), len(instants)
+    poses, speeds = np.zeros((count, steps, 3)), np.zeros((count, steps))
+    dimensions, categories = np.ones((count, 3)), np.full(count, "", dtype="U16")
+    first, last = np.full(count, steps), np.full(count, -1)
+    for step, instant in enumerate(instants):
+        actors = instant.actors
+        kept = np.array([id in rows for id in actors.id.tolist()], bool)
+        at = np.array([rows[id] for id in actors.id[kept].tolist()], int)
+        poses[at, step], speeds[at, step] = actors.pose[kept], actors.speed[kept]
+        dimensions[at], categories[at] = actors.dimensions[kept], actors.category[kept]
+        first[at], last[at] = np.minimum(first[at], step), step
+    return Tracks(
+        ids=np.array(list(rows), np.int64),
+        categories=categories,
+        dimensions=dimensions,
+        poses=poses,
+        speeds=speeds,
+        first=first,
+        last=last,
+        below=np.full(count, _CAMERA_HEIGHT),
+    )

@@ -1,0 +1,111 @@
+"""The traffic around the car on highway-env's road: actors come, play or react, and go."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from highway_env.road.road import Road
+from numpy.typing import NDArray
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.closed_loop.relative_poses import Pose, seen_from
+from avsec_gym.closed_loop.traffic_scene import TrafficScene
+from avsec_gym.closed_loop.vehicles import ReactingVehicle, RecordedVehicle
+from avsec_gym.geometry import Floats, ego_to_camera
+
+RECORDED, REACTING = "recorded", "reacting"
+"""What actors do: play their tracks, or, where they drive in a lane, drive by highway-env's IDM."""
+_SLOWEST = 1.0
+"""m/s: slower vehicles are not taken for drivers."""
+_ALONG = 0.5
+"""Radians between a vehicle and its lane, up to which it drives in the lane."""
+_VEHICLES = ("Car", "Van", "Truck", "Misc")
+
+
+class Traffic:
+    """All actors of a scene on a road, in the order of its tracks.
+
+    Args:
+        scene: The scene.
+        road: highway-env's road, on which the actors are put.
+        behaviour: `RECORDED` or `REACTING`.
+    """
+
+    def __init__(self, scene: TrafficScene, road: Road, behaviour: str = RECORDED) -> None:
+        self.scene, self.road, self._time = scene, road, scene.sets_off
+        tracks = scene.tracks
+        self.actors = [
+            (ReactingVehicle if behaviour == REACTING and self._drives(i) else RecordedVehicle)(
+                tracks, i, road, self._time
+            )
+            for i in range(len(tracks))
+        ]
+        self._reacts = np.array([isinstance(each, ReactingVehicle) for each in self.actors], bool)
+        self._others = list(road.vehicles)
+        self.show(0.0)
+
+    def _drives(self, actor: int) -> bool:
+        """Whether an actor drives in a lane at the start, so that a driver can take it over."""
+        tracks, lanes = self.scene.tracks, self.scene.lanes
+        if not tracks.present(actor, self._time):
+            return False
+        x, y, heading, speed = tracks.state(actor, self._time)
+        if str(tracks.categories[actor]) not in _VEHICLES or speed < _SLOWEST:
+            return False
+        lane = lanes.at(x, y, heading)
+        along, left = lanes.line(lane).coordinates(x, y)
+        turned = math.remainder(heading - lanes.line(lane).heading(along), 2 * math.pi)
+        return abs(turned) < _ALONG and abs(left) < 0.5 * lanes.width(lane)
+
+    def show(self, elapsed: float) -> None:
+        """Bring on those that are there, and take away the others.
+
+        Args:
+            elapsed: Seconds since the start of the drive.
+        """
+        time = self._time + elapsed
+        tracks = self.scene.tracks
+        steps = time / 0.1
+        there = (tracks.first - 1e-6 <= steps) & (steps <= tracks.last + 1e-6)
+        self.present: NDArray[np.bool_] = there | self._reacts
+        self.road.vehicles = self._others + [
+            actor for actor, here in zip(self.actors, self.present, strict=True) if here
+        ]
+
+    def step_absent(self, dt: float) -> None:
+        """Let the clocks of those run on that are not on the road."""
+        for actor, here in zip(self.actors, self.present, strict=True):
+            if not here:
+                actor.step(dt)
+
+    def poses(self) -> Floats:
+        """x, y, heading of all actors in this project's plane, shape (N, 3)."""
+        if not self.actors:
+            return np.zeros((0, 3))
+        return np.array([(a.position[0], -a.position[1], -a.heading) for a in self.actors])
+
+    def speeds(self) -> Floats:
+        """Speeds along the headings, m/s, shape (N,)."""
+        return np.array([float(actor.speed) for actor in self.actors])
+
+    @property
+    def sizes(self) -> Floats:
+        """Length and width of all actors, shape (N, 2)."""
+        return self.scene.tracks.dimensions[:, [2, 1]]
+
+    def boxes(self, pose: Pose) -> Boxes3D:
+        """Those that are there, in the camera frame of a car at a pose."""
+        tracks, there = self.scene.tracks, self.present
+        location, rotation_y = ego_to_camera(
+            seen_from(pose, self.poses()[there]), tracks.below[there]
+        )
+        count = int(there.sum())
+        return Boxes3D(
+            location=location.reshape(count, 3),
+            dimensions=tracks.dimensions[there],
+            rotation_y=rotation_y,
+            score=np.ones(count),
+            category=tracks.categories[there],
+            moving=np.abs(self.speeds()[there]) > 0,
+        )

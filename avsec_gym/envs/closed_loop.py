@@ -1,0 +1,465 @@
+"""`avsec/ClosedLoop-v0`: drive on in traffic, by what the car believes, on highway-env."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import shapely
+from highway_env.envs.common.abstract import AbstractEnv
+from highway_env.envs.common.action import action_factory
+from highway_env.road.road import Road
+
+from avsec_gym.argument_checks import number, one_of
+from avsec_gym.closed_loop.belief import Belief, belief_of
+from avsec_gym.closed_loop.drive_log import DriveLog, touched
+from avsec_gym.closed_loop.drive_record import (
+    DriveRecord,
+    Outcome,
+    goal_distance,
+    outcome_of_time,
+    reaches_goal,
+    record_of,
+)
+from avsec_gym.closed_loop.loop_scenes import LoopScenes, loop_scenes
+from avsec_gym.closed_loop.perception import DrivePerception
+from avsec_gym.closed_loop.road_frame import mirrored_angle, mirrored_points
+from avsec_gym.closed_loop.road_network import network_of
+from avsec_gym.closed_loop.surroundings import Surroundings
+from avsec_gym.closed_loop.traffic import REACTING, RECORDED, Traffic
+from avsec_gym.closed_loop.traffic_scene import DURATION, TrafficScene
+from avsec_gym.closed_loop.vehicles import Car, CarWithMetaActions
+from avsec_gym.envs.closed_loop_info import SoFar, drive_info
+from avsec_gym.envs.closed_loop_observation import observation_of
+from avsec_gym.envs.closed_loop_parts import checked_scenarios, perception_of
+from avsec_gym.envs.reset_options import reset_options
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.scenario.intention import Intention, intentions_named
+from avsec_gym.scenario.planning_scenario import EgoState
+from avsec_gym.scenario.scene import Motion
+from avsec_gym.suggestions import unknown_name
+from avsec_gym.validation.response import Response
+
+
+class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
+    """Drive a car among recorded or reacting traffic, by what it believes.
+
+    ## Description
+    A car drives for 8 s on a road of highway-env, in traffic that plays recorded tracks or reacts.
+    At every step its perception turns what is really there into what it believes; the agent sees
+    the belief, accelerates and steers.  The goal is a lane, by the driving intention, and a
+    distance: five sixths of the way that the least cruising speed makes in the time (40 m on a
+    street, 73 m on a highway of the labelled scenes).  Everything moves on in the meantime, and a
+    collision is one with what is really there.  The car is the planner's BMW 320i (kinematic single
+    track), 4.508 x 1.610 m, and never rolls backwards.
+
+    `avsec_gym.envs.planner_driver.PlannerDriver` plays it by a motion planner that replans every
+    0.5 s.
+
+    ## Observation
+    `Box(-1, 1, (157,), float32)`: 13 numbers about the car, values cut at 1: speed / 25 m/s; angle
+    of the wheels / 45 degrees; for the lane it is in and for the intended lane the distance to the
+    left of its middle / 10 m, the heading against it / pi, and how far to the left it runs 15 m
+    ahead / 10 m; the way to the goal / 100 m; the share of the time that is left; the least
+    cruising speed / 25 m/s; 1 on a believed highway; 1 where the response to an alarm is an
+    emergency stop.  Then the 16 nearest believed objects, in the car's frame (x forward, y left):
+    present, x / 50 m, y / 20 m, vx and vy against the car / 25 m/s, cos and sin of the heading,
+    length / 20 m, width / 4 m.
+
+    `config={"observation": {"type": "Kinematics"}}` and highway-env's other types show believed
+    objects in highway-env's form, too.
+
+    ## Action
+    `Box(-1, 1, (2,), float32)`: acceleration, -8 to 8 m/s2, and the steering angle, -45 to 45
+    degrees, positive to the right as in highway-env; both linear, 0 is none.  The wheels turn at
+    0.4 rad/s at most.  `config={"action": {"type": "DiscreteMetaAction"}}` has highway-env's lanes
+    and speeds, whose controllers then steer.
+
+    ## Reward
+    Progress along the road as a share of the way to the goal, and 1 for the goal, -1 for a
+    collision or for leaving the road.
+
+    ## Episode end
+    Terminated at the goal, at a collision and off the road; truncated when the time is over.
+
+    ## Info
+    `planned`, `success` (the drive came to its goal or collided), `collision`, `safe`
+    (`is_success`: it reached its goal and touched nothing), `cost` (s; nan where a drive ended
+    otherwise), `path_length` and `progress` along the road (m), `outcome` (`goal`, `collision`,
+    `off_road`, `stopped`, `time`; `driving` before the end, `reset` at reset), `scenario`,
+    `intention`; highway-env's `speed` and `crashed`.  Known at the end: `smallest_distance` (m) and
+    `time_to_collision` (s; the least of the drive, inf where none lies within 3 s, and before the
+    end), `cost_sm1`, `at_fault` (1 where the car is to blame, by nuPlan's rule), `navsim_score` and
+    its parts `no_collision`, `drivable`, `ttc_bound`, `progress_share`, `comfort` (0 before).
+
+    ## Arguments
+    * `scenarios="layouts"`: procedural scenes on the thesis' straight lanes, their movers at
+      constant velocity; `"drives"`: procedural drives on the world's own road; a folder of
+      labelled scenarios, of KITTI labels, or of CommonRoad files; or a dictionary such as
+      `{"source": "drives", "seed": 1, "count": 20, "people": False}`.
+    * `perception="truth"`: or `"blind"`, or `"sensors"`: the detector reads what the sensors
+      deliver; or a live `DrivePerception`.
+    * `detector="dsgn"`, `attack=None`, `classifier=None`, `selector=None`, `validator=None`,
+      `response="stop"`, `score_threshold=0.3`: the parts of `"sensors"`, as everywhere.
+    * `motion="truth"`: how the planner takes believed objects to move: as the true object that
+      each overlaps most; `"static"`; `"classifier"`.
+    * `planner="astar"`: of `PlannerDriver`.
+    * `traffic="recorded"`: or `"reacting"`: vehicles that drive in a lane are driven by
+      highway-env's IDM.
+    * `duration=8.0`: seconds.
+    * `config=None`: highway-env's configuration, what differs from the default.
+    * `render_mode`: None, `"rgb_array"` or `"human"`.
+
+    `reset(options={"scenario": id, "intention": "left"})` picks a scene; `options={"config":
+    {...}}` changes highway-env's configuration.
+
+    ## Versions
+    * v0: first.
+    """
+
+    def __init__(
+        self,
+        scenarios: Any = "layouts",
+        perception: Any = "truth",
+        detector: Any = "dsgn",
+        attack: Any = None,
+        classifier: Any = None,
+        selector: Any = None,
+        planner: Any = "astar",
+        validator: Any = None,
+        response: Response | str = Response.STOP,
+        motion: Motion | str = Motion.TRUTH,
+        score_threshold: float = 0.3,
+        traffic: str = RECORDED,
+        duration: float = DURATION,
+        config: dict[str, Any] | None = None,
+        render_mode: str | None = None,
+    ) -> None:
+        modes: list[str] = AbstractEnv.metadata["render_modes"]
+        if render_mode is not None:
+            render_mode = one_of("render_mode", render_mode, modes)
+        # highway-env writes the frame rate into its metadata: every environment has its own.
+        self.metadata: dict[str, Any] = dict(AbstractEnv.metadata)
+        self.motion = Motion.named(motion)
+        self.traffic_behaviour = one_of("traffic", traffic, (RECORDED, REACTING))
+        self.duration = number("duration", duration, 0.5, 30.0)
+        self._scenarios = checked_scenarios(scenarios)
+        self._perception, self.planner = perception_of(
+            perception,
+            detector=detector,
+            attack=attack,
+            classifier=classifier,
+            selector=selector,
+            planner=planner,
+            validator=validator,
+            response=response,
+            motion=self.motion,
+            score_threshold=score_threshold,
+        )
+        self._scenes: LoopScenes | None = None
+        self._ready = False
+        self.intention = Intention.STRAIGHT
+        super().__init__(config=config, render_mode=render_mode)
+        self._ready = True
+
+    @classmethod
+    def default_config(cls) -> dict[str, Any]:
+        """highway-env's configuration of this environment."""
+        return {
+            **AbstractEnv.default_config(),
+            "observation": {"type": "Driver", "objects": 16},
+            "action": {
+                "type": "ContinuousAction",
+                "acceleration_range": [-8.0, 8.0],
+                "steering_range": [-math.pi / 4, math.pi / 4],
+            },
+            "simulation_frequency": 20,
+            "policy_frequency": 10,
+            "neighbour_vehicles_connected_lanes": True,
+        }
+
+    def configure(self, config: Mapping[str, Any] | None) -> None:
+        """Change the configuration.
+
+        Raises:
+            ConfigurationError: It is no dictionary, or highway-env has no such key.
+        """
+        if config is not None and not isinstance(config, Mapping):
+            raise ConfigurationError(
+                f"config is a dictionary such as {{'policy_frequency': 5}}, got {config!r}"
+            )
+        for name in config or {}:
+            if name not in self.config:
+                problem = f"highway-env's configuration has no {name!r}"
+                raise ConfigurationError(unknown_name(problem, str(name), self.config))
+        super().configure(None if config is None else dict(config))
+
+    def define_spaces(self) -> None:
+        """Observation and action by the configuration; observations show the belief."""
+        self.observation_type = observation_of(self, self.config["observation"])
+        self.action_type = action_factory(self, self.config["action"])
+        self.observation_space = self.observation_type.space()
+        # An equal action space stays the same object, which may have been seeded.
+        action_space = self.action_type.space()
+        if self.action_space != action_space:
+            self.action_space = action_space
+
+    @property
+    def scenes(self) -> LoopScenes:
+        """The scenes to drive in, read when they are first needed."""
+        if self._scenes is None:
+            live = isinstance(self._scenarios, LoopScenes)
+            self._scenes = self._scenarios if live else loop_scenes(**self._scenarios)
+        return self._scenes
+
+    @property
+    def perception(self) -> DrivePerception:
+        """The car's perception, made when it is first needed."""
+        if callable(self._perception):
+            self._perception = self._perception()
+        made: DrivePerception = self._perception
+        return made
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin a drive; see the class for the options.
+
+        Raises:
+            ConfigurationError: There is no such scene, or it has no lane for the intention.
+        """
+        if not self._ready:  # highway-env resets when it is made; no scene is read for that.
+            return None, {}
+        self._options = reset_options(options, "config")
+        return super().reset(seed=seed, options=self._options)
+
+    def _reset(self) -> None:
+        """Choose a scene, build its road, and put car and traffic on it."""
+        self.scene, self.intention = self._chosen()
+        network = network_of(self.scene.lanes, speed_limit=self.scene.cruise[1])
+        self.road = Road(
+            network=network,
+            np_random=self.np_random,
+            record_history=self.config["show_trajectories"],
+        )
+        start = self.scene.start
+        car_class = Car
+        more: dict[str, Any] = {}
+        if self.config["action"]["type"] == "DiscreteMetaAction":
+            car_class = CarWithMetaActions
+            low, high = self.scene.cruise
+            more = {"target_speed": low, "target_speeds": np.linspace(0.0, high, 5)}
+            speeds = self.config["action"].get("target_speeds")
+            if speeds is not None:
+                more["target_speeds"] = np.asarray(speeds, float)
+        elif self.config["action"]["type"] not in ("ContinuousAction", "DiscreteAction"):
+            raise ConfigurationError("one car is driven: multi-agent actions have none to drive")
+        car = car_class(
+            self.road,
+            mirrored_points([start.x, start.y]),
+            mirrored_angle(start.heading),
+            start.velocity,
+            **more,
+        )
+        car.steering_angle = mirrored_angle(start.steering_angle)
+        self.vehicle = car
+        self.road.vehicles = [car]
+        self.traffic = Traffic(self.scene, self.road, self.traffic_behaviour)
+        self.goal_distance = goal_distance(self.scene, self.duration)
+        self.outcome: Outcome | None = None
+        self.record: DriveRecord | None = None
+        self._rows: list[tuple[Any, ...]] = []
+        self._elapsed = 0
+        self._progress = self._before = self._driven = 0.0
+        self._note()
+        self._begun = None if not len(self.traffic.actors) else touched(*self._instant())
+        self.perception.begin(int(self.np_random.integers(2**31)))
+        self._perceive()
+
+    def _chosen(self) -> tuple[TrafficScene, Intention]:
+        wanted = self._options.get("intention")
+        given = intentions_named(wanted)
+        id = self._options.get("scenario")
+        ids = self.scenes.ids
+        while True:
+            # Both are drawn in any case, so that options do not change what is drawn later.
+            row, share = int(self.np_random.integers(len(ids))), float(self.np_random.random())
+            scene = self.scenes.scene(ids[row] if id is None else id)
+            fitting = [each for each in given if each in scene.intentions]
+            if fitting:
+                return scene, fitting[int(share * len(fitting))]
+            if id is not None:
+                scene.target_lane(given[0])
+
+    @property
+    def state(self) -> EgoState:
+        """The car's state in this project's plane: y and angles to the left."""
+        car = self.vehicle
+        return EgoState(
+            float(car.position[0]),
+            -float(car.position[1]),
+            float(car.speed),
+            mirrored_angle(float(car.heading)),
+            mirrored_angle(float(car.steering_angle)),
+        )
+
+    @property
+    def elapsed(self) -> float:
+        """Seconds since the start of the drive."""
+        return self._elapsed / float(self.config["simulation_frequency"])
+
+    @property
+    def remaining(self) -> tuple[float, float]:
+        """Metres to the goal, and the share of the time that is left."""
+        return self.goal_distance - self._progress, 1.0 - self.elapsed / self.duration
+
+    def surroundings(self) -> Surroundings:
+        """The truth at this instant."""
+        state = self.state
+        pose, elapsed, sensors = (state.x, state.y, state.heading), self.elapsed, self.scene.sensors
+        there = self.traffic.present
+        return Surroundings(
+            time=elapsed,
+            pose=pose,
+            speed=state.velocity,
+            boxes=self.traffic.boxes(pose),
+            speeds=self.traffic.speeds()[there],
+            actors=self.scene.tracks.ids[there],
+            road_type=self.scene.road_type,
+            intention=self.intention,
+            scenario=self.scene.id,
+            frame=None if sensors is None else lambda: sensors(elapsed, pose),
+        )
+
+    def _perceive(self) -> None:
+        surroundings = self.surroundings()
+        perceived = self.perception.perceive(surroundings)
+        self.belief: Belief = belief_of(perceived, surroundings, self.motion)
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Drive on for a tenth of a second.
+
+        Raises:
+            ResetNeeded: There was no reset before.
+            ConfigurationError: The action does not fit the space, or is not finite.
+        """
+        if self.road is None:
+            raise gym.error.ResetNeeded("call reset before step")
+        observation, reward, terminated, truncated, info = super().step(self._checked(action))
+        return observation, float(reward), bool(terminated), bool(truncated), info
+
+    def _checked(self, action: Any) -> Any:
+        if isinstance(self.action_space, gym.spaces.Discrete):
+            if np.shape(action) != () or not self.action_space.contains(int(action)):
+                raise ConfigurationError(
+                    f"an action is a number from 0 to {self.action_space.n - 1}, got {action!r}"
+                )
+            return int(action)
+        shape = self.action_space.shape
+        try:
+            array = np.array(action, np.float64)
+        except (TypeError, ValueError):
+            array = np.full((0, 0), np.nan)
+        if array.shape != shape or not np.isfinite(array).all():
+            raise ConfigurationError(
+                f"an action has shape {shape} and finite values in [-1, 1], got {action!r}"
+            )
+        return array
+
+    def _simulate(self, action: Any = None) -> None:
+        """Simulate until the next action, or until the car touches something."""
+        frequency = self.config["simulation_frequency"]
+        frames = int(frequency // self.config["policy_frequency"])
+        self._before = self._progress
+        for frame in range(frames):
+            if frame == 0 and action is not None and not self.config["manual_control"]:
+                self.action_type.act(action)
+            self.road.act()
+            self.traffic.step_absent(1.0 / frequency)
+            self.road.step(1.0 / frequency)
+            self.steps += 1
+            self._elapsed += 1
+            self.traffic.show(self.elapsed)
+            self._note()
+            self._judge()
+            if self.outcome is not None:
+                break
+            if frame < frames - 1:
+                self._automatic_rendering()
+        self.enable_auto_render = False
+        state = self.state
+        line = self.scene.lanes.line(self.scene.start_lane)
+        begun, _ = line.coordinates(self.scene.start.x, self.scene.start.y)
+        self._progress = line.coordinates(state.x, state.y)[0] - begun
+        if self.outcome is None and self.elapsed >= self.duration - 1e-9:
+            self.outcome = outcome_of_time(self.log())
+        if self.outcome is not None and self.record is None:
+            self.record = record_of(self.log(), self.scene, self.intention, self.outcome)
+        self._perceive()
+
+    def _note(self) -> None:
+        """Write down where everything is."""
+        state = self.state
+        car = (state.x, state.y, state.velocity, state.heading, state.steering_angle)
+        traffic = self.traffic
+        if self._rows:
+            before = self._rows[-1][0]
+            self._driven += math.hypot(car[0] - before[0], car[1] - before[1])
+        self._rows.append((car, traffic.poses(), traffic.speeds(), traffic.present.copy()))
+
+    def _instant(self) -> tuple[Any, ...]:
+        car, poses, _, present = self._rows[-1]
+        return np.array(car), self.traffic.sizes, poses, present
+
+    def _judge(self) -> None:
+        """Whether the drive is over."""
+        car, sizes, poses, present = self._instant()
+        if self._begun is not None:
+            present[self._begun] = False
+        if len(sizes) and touched(car, sizes, poses, present) is not None:
+            self.outcome = Outcome.COLLISION
+            self.vehicle.crashed = True
+        elif not shapely.contains_xy(self.scene.drivable, car[0], car[1]):
+            self.outcome = Outcome.OFF_ROAD
+        elif reaches_goal(self.scene, self.intention, (car[0], car[1], car[3]), self.goal_distance):
+            self.outcome = Outcome.GOAL
+
+    def log(self) -> DriveLog:
+        """What happened so far."""
+        cars, poses, speeds, present = zip(*self._rows, strict=True)
+        return DriveLog(
+            dt=1.0 / self.config["simulation_frequency"],
+            car=np.array(cars),
+            sizes=self.traffic.sizes,
+            poses=np.array(poses),
+            speeds=np.array(speeds),
+            present=np.array(present),
+        )
+
+    def _rewards(self, action: Any) -> dict[str, float]:
+        return {
+            "progress": (self._progress - self._before) / self.goal_distance,
+            "goal": float(self.outcome == Outcome.GOAL),
+            "collision": -float(self.outcome == Outcome.COLLISION),
+            "off_road": -float(self.outcome == Outcome.OFF_ROAD),
+        }
+
+    def _reward(self, action: Any) -> float:
+        return float(sum(self._rewards(action).values()))
+
+    def _is_terminated(self) -> bool:
+        return self.outcome in (Outcome.GOAL, Outcome.COLLISION, Outcome.OFF_ROAD)
+
+    def _is_truncated(self) -> bool:
+        return self.outcome in (Outcome.STOPPED, Outcome.TIME)
+
+    def _info(self, obs: Any, action: Any = None) -> dict[str, Any]:
+        so_far = SoFar(self.elapsed, self._driven, self._progress)
+        return {
+            **drive_info(self.record, self.scene.id, str(self.intention), so_far),
+            "speed": float(self.vehicle.speed),
+            "crashed": bool(self.vehicle.crashed),
+        }

@@ -1,0 +1,142 @@
+"""The parts of the driving car, checked when the environment is made."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.argument_checks import number, one_of
+from avsec_gym.attacks.attacked_detector import attack_kind
+from avsec_gym.closed_loop.loop_scenes import DRIVES, LoopScenes, loop_scenes, scenes_to_drive_in
+from avsec_gym.closed_loop.perception import (
+    BlindPerception,
+    DrivePerception,
+    SensorPerception,
+    TruthPerception,
+)
+from avsec_gym.envs.one_thread import one_thread
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.pipeline import Pipeline
+from avsec_gym.registry import Kind, check, make
+from avsec_gym.scenario.scene import Motion
+from avsec_gym.scenario.scene_arguments import scene_arguments
+from avsec_gym.scenario.scene_sets import LAYOUTS, SceneSet
+from avsec_gym.storage.regular_files import is_folder
+from avsec_gym.suggestions import unknown_name
+from avsec_gym.unknown_source import unknown_source
+from avsec_gym.validation.response import Response
+
+TRUTH, BLIND, SENSORS = "truth", "blind", "sensors"
+"""Levels of perception."""
+
+Made = DrivePerception | Callable[[], DrivePerception]
+
+
+def checked_scenarios(what: Any) -> Any:
+    """The scenes, or the arguments that `loop_scenes` makes them of; nothing is read.
+
+    Args:
+        what: A name, a folder, a dictionary of arguments; a `SceneSet`, or live scenes to drive in.
+
+    Raises:
+        ConfigurationError: These are no such arguments.
+        DataError: There is no such folder.
+    """
+    if isinstance(what, LoopScenes):
+        return what
+    if isinstance(what, SceneSet):
+        return scenes_to_drive_in(what)
+    people = True
+    if isinstance(what, Mapping) and "people" in what:
+        people = what["people"]
+        if not isinstance(people, bool):
+            raise ConfigurationError(f"people is true or false, got {people!r}")
+        what = {name: value for name, value in what.items() if name != "people"}
+    arguments = scene_arguments(what, loop_scenes)
+    source = str(arguments.get("source", LAYOUTS))
+    if source not in (LAYOUTS, DRIVES) and not is_folder(Path(source)) and "kitti" not in arguments:
+        raise unknown_source(
+            source,
+            [LAYOUTS, DRIVES],
+            f"Name a folder of labels or of CommonRoad files, {LAYOUTS!r} or {DRIVES!r}.",
+        )
+    return {**arguments, "people": people}
+
+
+def perception_of(
+    perception: Any,
+    *,
+    planner: Any,
+    score_threshold: float,
+    response: Any,
+    motion: Motion,
+    **parts: Any,
+) -> tuple[Made, Any]:
+    """The perception, or what makes it when it is needed, and the planner; both checked.
+
+    Args:
+        perception: A level, or a live `DrivePerception`.
+        planner: The planner of a driver that plans.
+        score_threshold: The least score of a detection that is believed.
+        response: The car's response to the validator's alarm.
+        motion: How believed objects are taken to move.
+        parts: Detector, attack, classifier, selector and validator, by their names.
+
+    Raises:
+        ConfigurationError: A name is unknown, or a number is out of range.
+    """
+    threshold = number("score_threshold", score_threshold, 0.0, 1.0)
+    response = Response.named(response)
+    check(Kind.PLANNER, planner)
+    with one_thread():
+        planner = make(Kind.PLANNER, planner)
+    for kind in (Kind.DETECTOR, Kind.ATTACK, Kind.CLASSIFIER, Kind.SELECTOR, Kind.VALIDATOR):
+        part = parts[kind]
+        if part is None and kind != Kind.DETECTOR:
+            continue
+        chosen = attack_kind(part) if kind == Kind.ATTACK else kind
+        check(chosen, part)
+    if isinstance(perception, Mapping):
+        perception = _level(perception)
+    if not isinstance(perception, str):
+        if not (hasattr(perception, "perceive") and hasattr(perception, "begin")):
+            raise ConfigurationError(
+                f'perception is "{TRUTH}", "{BLIND}", "{SENSORS}", or an object with begin and '
+                f"perceive, got {perception!r}"
+            )
+        return perception, planner
+    level = one_of("perception", perception, (TRUTH, BLIND, SENSORS))
+    if motion == Motion.CLASSIFIER and level == SENSORS and parts[Kind.CLASSIFIER] is None:
+        raise ConfigurationError(
+            'motion="classifier" needs a classifier, such as "small"; without one use "static" or '
+            '"truth"'
+        )
+    if level == TRUTH:
+        return TruthPerception(), planner
+    if level == BLIND:
+        return BlindPerception(), planner
+
+    def sensors() -> DrivePerception:
+        with one_thread():
+            pipeline = Pipeline(
+                **parts, planner=planner, score_threshold=threshold, response=response
+            )
+        return SensorPerception(pipeline)
+
+    return sensors, planner
+
+
+def _level(given: Mapping[str, Any]) -> str:
+    """The name in a dictionary that describes a level; none of them has arguments.
+
+    Raises:
+        ConfigurationError: It has no name, or more than a name.
+    """
+    for name in given:
+        if name != "name":
+            problem = f"perception has no {name!r}"
+            raise ConfigurationError(unknown_name(problem, str(name), ["name"]))
+    if not isinstance(given.get("name"), str):
+        raise ConfigurationError(f"perception as a dictionary needs a 'name', got {dict(given)!r}")
+    return str(given["name"])

@@ -1,0 +1,80 @@
+"""`PlannerDriver`: the motion planner as an agent with the interface of stable-baselines3."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.closed_loop.planner_policy import REPLANNING, PlannerPolicy
+from avsec_gym.errors import ConfigurationError
+
+
+class PlannerDriver:
+    """A planner that drives `avsec/ClosedLoop-v0`: it replans, and follows its plan in between.
+
+    It plans on what the car believes, from the state that the car has really reached.
+
+    Args:
+        environment: The environment that is driven, with continuous actions.
+        planner: A name, a dictionary or a live planner; None: the environment's.
+        replanning: Seconds between two plans.
+
+    Raises:
+        ConfigurationError: The environment's actions are not continuous.
+
+    Example:
+        >>> env = gym.make("avsec_gym:avsec/ClosedLoop-v0")
+        >>> driver = PlannerDriver(env)
+        >>> observation, _ = env.reset(seed=0)
+        >>> action, _ = driver.predict(observation)
+        >>> action.shape
+        (2,)
+    """
+
+    def __init__(
+        self, environment: gym.Env[Any, Any], planner: Any = None, replanning: float = REPLANNING
+    ) -> None:
+        played: Any = environment.unwrapped
+        self._environment = played
+        if played.config["action"]["type"] != "ContinuousAction":
+            raise ConfigurationError("a planner drives by continuous actions")
+        chosen = played.planner if planner is None else planner
+        self.policy = PlannerPolicy(chosen, replanning)
+        self._drive: Any = None
+
+    def predict(
+        self,
+        observation: NDArray[np.float32],
+        state: Any = None,
+        episode_start: Any = None,
+        deterministic: bool = True,
+    ) -> tuple[NDArray[np.float32], Any]:
+        """The action at the present instant of the drive.
+
+        Args:
+            observation: One, or a batch of one; the belief is read from the environment.
+            state: Handed through.
+            episode_start: Not used: a new drive is recognised by itself.
+            deterministic: Planners always are.
+
+        Returns:
+            Actions in [-1, 1], shape (2,) or (1, 2), and the state.
+        """
+        played = self._environment
+        if self._drive is not played.traffic:
+            self._drive = played.traffic
+            self.policy.begin(played.scene, played.intention)
+        acceleration, steering = self.policy.drive(played.state, played.belief)
+        ranges = (played.action_type.acceleration_range, played.action_type.steering_range)
+        # highway-env steers to the right.
+        wanted = zip((acceleration, -steering), ranges, strict=True)
+        action = np.array([_scaled(value, *span) for value, span in wanted], np.float32)
+        return action.reshape(*np.shape(observation)[:-1], 2), state
+
+
+def _scaled(value: float, low: float, high: float) -> float:
+    """From [low, high] to [-1, 1], cut."""
+    return min(max(2.0 * (value - low) / (high - low) - 1.0, -1.0), 1.0)
