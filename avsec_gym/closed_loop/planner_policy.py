@@ -6,6 +6,8 @@ At every replanning a few goals are tried, from the most ambitious to the least:
 2. the lane that the car is in, at cruising speed: the change waits;
 3. the same lane, slower and nearer;
 4. an emergency stop.
+
+A plan counts only if the car can still stop after it has been driven to the next replanning.
 """
 
 from __future__ import annotations
@@ -20,13 +22,14 @@ import numpy as np
 
 from avsec_gym.argument_checks import number
 from avsec_gym.closed_loop.belief import Belief
+from avsec_gym.closed_loop.fail_safe import braked, is_fail_safe
 from avsec_gym.closed_loop.following import follow
 from avsec_gym.closed_loop.made_primitives import primitives_from
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
 from avsec_gym.emergency_stop import DECELERATION, emergency_stop
 from avsec_gym.errors import PlanningError
 from avsec_gym.geometry import Floats
-from avsec_gym.planners.plan import Plan, Status
+from avsec_gym.planners.plan import Plan
 from avsec_gym.planners.planner import MotionPrimitivePlanner, Planner
 from avsec_gym.planners.primitives import suitable_primitives
 from avsec_gym.planners.vehicle import BMW_320I
@@ -40,7 +43,7 @@ from avsec_gym.scenario.builder import (
 )
 from avsec_gym.scenario.constraints import driving_constraints
 from avsec_gym.scenario.intention import Intention
-from avsec_gym.scenario.planning_scenario import EgoState, Goal, PlanningScenario
+from avsec_gym.scenario.planning_scenario import EgoState, Goal, Obstacles, PlanningScenario
 from avsec_gym.scenario.shapes import Rectangle
 
 REPLANNING = 0.5
@@ -55,6 +58,10 @@ _LEAST_ROOM = 1.0
 """Metres that a goal is wide at least."""
 _REACTION = 0.25
 """Seconds at cruising speed that a goal lies beyond the way that full braking takes."""
+_MARGIN = 0.15
+"""Metres by which obstacles are widened for a plan that is not fail-safe."""
+_STOPPING = 60.0
+"""Metres of lane to brake on before the first plan."""
 _NODES = 6_000
 """Nodes that the search for a goal after the first may expand."""
 
@@ -140,7 +147,9 @@ class PlannerPolicy:
                 plan = self._plan(problem, self._cruise(belief), thorough=first)
                 if plan is not None:
                     return Decision(belief.time, ambition, plan, problem)
-        return Decision(belief.time, Ambition.STOP, self._stop(problem), problem)
+        return Decision(
+            belief.time, Ambition.STOP, self._stop(state, problem, belief.time), problem
+        )
 
     def _problem(
         self, state: EgoState, belief: Belief, goals: tuple[Goal, ...]
@@ -222,7 +231,26 @@ class PlannerPolicy:
     def _plan(
         self, problem: PlanningScenario, cruise: tuple[float, float], *, thorough: bool
     ) -> Plan | None:
-        """A trajectory to the goal; None where nothing is found."""
+        """A fail-safe trajectory to the goal; None where none is found.
+
+        The planner looks at time steps alone, as in the thesis, and no further than to the goal.
+        Where that is not enough, it is shown larger obstacles, and asked once more.
+        """
+        plan = self._searched(problem, cruise, thorough=thorough)
+        if plan is None or self._holds(plan, problem):
+            return plan
+        wider = problem.with_obstacles(_widened(problem.obstacles))
+        plan = self._searched(wider, cruise, thorough=False)
+        return plan if plan is not None and self._holds(plan, problem) else None
+
+    def _holds(self, plan: Plan, problem: PlanningScenario) -> bool:
+        """Whether the plan can be driven until the next one, and a stop is left then."""
+        return is_fail_safe(np.asarray(plan.trajectory), problem.obstacles, self.replanning)
+
+    def _searched(
+        self, problem: PlanningScenario, cruise: tuple[float, float], *, thorough: bool
+    ) -> Plan | None:
+        """What the planner finds; None: nothing."""
         planner = self.planner
         try:
             if not isinstance(planner, MotionPrimitivePlanner):
@@ -241,31 +269,34 @@ class PlannerPolicy:
             return None
         return plan if plan.found else None
 
-    def _stop(self, problem: PlanningScenario) -> Plan:
-        """Full braking, along the lane where that bends."""
+    def _stop(self, state: EgoState, problem: PlanningScenario, time: float) -> Plan:
+        """Full braking along the path of the last plan; before the first, along the lane."""
+        if self.decisions:
+            last = self.decisions[-1]
+            path, elapsed = np.asarray(last.plan.trajectory), time - last.time
+        else:
+            path, elapsed = self._lane_ahead(state), 0.0
+        trajectory = braked(path, elapsed, state.velocity)
+        return replace(emergency_stop(problem), trajectory=trajectory)
+
+    def _lane_ahead(self, state: EgoState) -> Floats:
+        """States that keep the car's distance from its lane's middle, a metre apart."""
         assert self._scene is not None
-        start, lanes = problem.start, self._scene.lanes
-        plan = emergency_stop(problem)
-        line = lanes.line(lanes.at(start.x, start.y, start.heading))
-        along, left = line.coordinates(start.x, start.y)
-        braked = np.asarray(plan.trajectory)
-        driven = np.hypot(braked[:, 0] - start.x, braked[:, 1] - start.y)
-        turned = start.heading - line.heading(along)
-        rows = [
-            (*_moved(line.pose(along + way, left), turned, way), speed)
-            for way, speed in zip(driven.tolist(), braked[:, 2].tolist(), strict=True)
-        ]
-        trajectory: Floats = np.array([(x, y, v, h, 0.0) for x, y, h, v in rows])
-        return replace(plan, status=Status.FOUND, trajectory=trajectory)
+        lanes = self._scene.lanes
+        line = lanes.line(lanes.at(state.x, state.y, state.heading))
+        along, left = line.coordinates(state.x, state.y)
+        poses = [line.pose(along + way, left) for way in range(round(_STOPPING))]
+        return np.array([(x, y, state.velocity, heading, 0.0) for x, y, heading in poses])
 
 
-def _moved(
-    pose: tuple[float, float, float], turned: float, way: float
-) -> tuple[float, float, float]:
-    """A pose on a line, for a car that was turned against the line and keeps that."""
-    x, y, heading = pose
-    aside = way * math.sin(turned)
-    return x - aside * math.sin(heading), y + aside * math.cos(heading), heading + turned
+def _widened(obstacles: Obstacles) -> Obstacles:
+    """Rectangles that reach further on all sides."""
+    shapes = tuple(
+        Rectangle(shape.length + 2 * _MARGIN, shape.width + 2 * _MARGIN)
+        for shape in obstacles.shapes
+        if isinstance(shape, Rectangle)
+    )
+    return replace(obstacles, shapes=shapes)
 
 
 def _on_grid(problem: PlanningScenario, cruise: tuple[float, float]) -> bool:

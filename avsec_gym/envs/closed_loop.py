@@ -204,8 +204,8 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         self.observation_space = self.observation_type.space()
         # An equal action space stays the same object, which may have been seeded.
         action_space = self.action_type.space()
-        if self.action_space != action_space:
-            self.action_space = action_space
+        if getattr(self, "action_space", None) != action_space:
+            self.action_space: gym.spaces.Space[Any] = action_space
 
     @property
     def scenes(self) -> LoopScenes:

@@ -1,0 +1,82 @@
+"""Fail-safe plans: a plan is driven only if the car can still stop when it is to be replaced.
+
+After Magdici and Althoff, "Fail-safe motion planning of autonomous vehicles", ITSC 2016.  A plan is
+driven until the next replanning.  From there on, full braking along the plan's own path must touch
+nothing that the car believes in; then, where no new plan is found, there is a stop that holds.
+What comes from behind is left out: it has to keep its distance.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from avsec_gym.closed_loop.fault import is_behind
+from avsec_gym.emergency_stop import DECELERATION
+from avsec_gym.geometry import Floats
+from avsec_gym.metrics.swept_contact import first_swept_contact
+from avsec_gym.planners.vehicle import BMW_320I
+from avsec_gym.scenario.planning_scenario import Obstacles
+
+_FURTHER = 80.0
+"""Metres by which a path goes on straight beyond its end: more than any braking takes."""
+
+
+def braked(trajectory: Floats, elapsed: float, speed: float, dt: float = 0.1) -> Floats:
+    """Full braking along the path of a trajectory, until the car stands.
+
+    Args:
+        trajectory: States x, y, velocity, heading, steering angle at every `dt`, shape (T, 5).
+        elapsed: Time since its first state at which the braking begins, seconds.
+        speed: The car's speed there, m/s.
+        dt: Length of a time step, seconds.
+
+    Returns:
+        States at every `dt`, the first one that at which it begins, shape (S, 5).
+    """
+    x, y, _, heading, steering = trajectory.T
+    path = np.column_stack([x, y, np.unwrap(heading), steering])
+    # The path goes on straight where the braking takes longer than the plan.
+    last = path[-1]
+    beyond = last + _FURTHER * np.array([math.cos(last[2]), math.sin(last[2]), 0.0, 0.0])
+    path = np.vstack([path, beyond])
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path[:, :2], axis=0).T))])
+    begun = float(np.interp(elapsed / dt, np.arange(len(trajectory)), along[: len(trajectory)]))
+    duration = speed / DECELERATION
+    steps = math.ceil(duration / dt - 1e-9)
+    time = np.minimum(dt * np.arange(steps + 1), duration)
+    way = begun + speed * time - DECELERATION * time**2 / 2
+    columns = [np.interp(way, along, column) for column in path.T]
+    return np.column_stack([*columns[:2], speed - DECELERATION * time, *columns[2:]])
+
+
+def is_fail_safe(trajectory: Floats, obstacles: Obstacles, until: float, dt: float = 0.1) -> bool:
+    """Whether a plan, and full braking after a time, touch nothing at or between time steps.
+
+    Args:
+        trajectory: States of the plan at every `dt`, shape (T, 5).
+        obstacles: What the car believes in, from the plan's first state on.
+        until: Time at which the plan is to be replaced, seconds.
+        dt: Length of a time step, seconds.
+    """
+    last = min(round(until / dt), len(trajectory) - 1)
+    stop = braked(trajectory, last * dt, float(trajectory[last, 2]), dt)
+    whole = np.vstack([trajectory[: last + 1], stop[1:]])
+    if len(whole) == 1:
+        whole = np.vstack([whole, whole])
+    return first_swept_contact(whole, _not_behind(obstacles, trajectory[0]), BMW_320I) is None
+
+
+def _not_behind(obstacles: Obstacles, car: Floats) -> Obstacles:
+    kept = np.array([not is_behind(car, pose) for pose in obstacles.poses[:, 0]], bool)
+    return Obstacles(
+        ids=obstacles.ids[kept],
+        categories=obstacles.categories[kept],
+        shapes=tuple(obstacles.shapes[i] for i in np.nonzero(kept)[0]),
+        poses=obstacles.poses[kept],
+        speeds=obstacles.speeds[kept],
+        steps=obstacles.steps[kept],
+        first_step=obstacles.first_step[kept],
+        static=obstacles.static[kept],
+    )

@@ -1,0 +1,46 @@
+"""Plans after which the car can still stop."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from avsec_gym.closed_loop.fail_safe import braked, is_fail_safe
+from avsec_gym.planners.vehicle import BMW_320I
+from avsec_gym.scenario.planning_scenario import Obstacles
+
+SPEED = 8.0
+PLAN = np.array([[0.1 * SPEED * k, 0.0, SPEED, 0.0, 0.0] for k in range(20)])
+"""Straight on at 8 m/s: 4 m until the next replanning, and 4 m of braking."""
+
+
+def car_at(x: float, speed: float = 0.0) -> Obstacles:
+    return Obstacles.rectangles(
+        np.array([[x, 0.0, 0.0]]), np.array([4.0]), np.array([2.0]), np.array([speed]), last_step=30
+    )
+
+
+def test_braking_takes_half_of_v_squared_by_a_along_the_path() -> None:
+    angle = np.linspace(0.0, 1.0, 101)
+    bend = np.column_stack(
+        [30 * np.sin(angle), 30 * (1 - np.cos(angle)), np.full(101, SPEED), angle, np.zeros(101)]
+    )
+    stop = braked(bend, 0.0, SPEED)
+    assert stop[-1, 2] == 0.0
+    assert stop[-1, 3] * 30 == pytest.approx(SPEED**2 / 16, abs=0.01)
+    assert np.hypot(stop[-1, 0], stop[-1, 1] - 30) == pytest.approx(30.0, abs=0.01)
+
+
+def test_beyond_its_end_a_path_goes_on_straight() -> None:
+    assert braked(PLAN[:1], 0.0, SPEED)[-1, 0] == pytest.approx(SPEED**2 / 16)
+
+
+@pytest.mark.parametrize(("room", "safe"), [(8.1, True), (7.9, False)])
+def test_a_plan_holds_where_the_car_can_stop_after_it(room: float, safe: bool) -> None:
+    standing = car_at(0.5 * BMW_320I.length + room + 2.0)
+    assert is_fail_safe(PLAN, standing, 0.5) == safe
+
+
+def test_what_drives_away_or_comes_from_behind_is_no_hindrance() -> None:
+    assert is_fail_safe(PLAN, car_at(7.0, SPEED), 0.5)
+    assert is_fail_safe(PLAN, car_at(-8.0, 20.0), 0.5)

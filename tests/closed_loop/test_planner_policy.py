@@ -1,0 +1,122 @@
+"""The planner as a driver."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import avsec_gym  # noqa: F401 - registers the environments
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.closed_loop.planner_policy import Ambition
+from avsec_gym.envs.planner_driver import PlannerDriver
+from avsec_gym.pipeline import Pipeline, run_episode
+from avsec_gym.planners.planner import MotionPrimitivePlanner
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene import Motion
+from avsec_gym.scenario.scene_sets import SceneSet, procedural_scenes
+
+
+def driven(env: gym.Env[Any, Any], driver: PlannerDriver, **options: Any) -> dict[str, Any]:
+    """The last info of a drive by a planner."""
+    observation, info = env.reset(seed=0, options=options or None)
+    ended = False
+    while not ended:
+        observation, _, terminated, truncated, info = env.step(driver.predict(observation)[0])
+        ended = terminated or truncated
+    return info
+
+
+@pytest.mark.parametrize("planner", ["astar", "gbfs"])
+def test_the_first_plan_is_that_of_the_single_query(planner: str) -> None:
+    """Under truth, and where it is fail-safe: then it is the open loop's, state by state."""
+    count = 12
+    env = gym.make(
+        "avsec/ClosedLoop-v0",
+        scenarios={"source": "layouts", "count": count, "people": False},
+        planner=planner,
+    )
+    driver = PlannerDriver(env)
+    compared = 0
+    for scene in procedural_scenes(count).labelled:
+        for intention in Intention:
+            observation, _ = env.reset(
+                seed=0, options={"scenario": scene.id, "intention": str(intention)}
+            )
+            driver.predict(observation)
+            decision = driver.policy.decisions[0]
+            chain = Pipeline("oracle", planner=planner, motion=Motion.TRUTH)
+            single = run_episode(scene, intention, motion=chain.motion, planner=chain.planner)
+            if decision.ambition != Ambition.CHANGE:
+                continue
+            compared += 1
+            expected, found = single.plan.trajectory, decision.plan.trajectory
+            assert expected is not None
+            assert found is not None
+            np.testing.assert_allclose(found, expected, atol=1e-6)
+    assert compared > 20
+
+
+def test_a_plan_is_driven_as_it_was_planned() -> None:
+    env = gym.make("avsec/ClosedLoop-v0", scenarios={"source": "layouts", "count": 3})
+    driver = PlannerDriver(env)
+    observation, _ = env.reset(seed=1)
+    for _ in range(5):
+        observation, *_ = env.step(driver.predict(observation)[0])
+    played: Any = env.unwrapped
+    plan = driver.policy.decisions[0].plan.trajectory
+    assert plan is not None
+    state = played.state
+    reached = (state.x, state.y, state.velocity, state.heading, state.steering_angle)
+    np.testing.assert_allclose(reached, plan[5], atol=1e-3)
+
+
+def test_where_the_way_is_blocked_the_car_stops_before_it() -> None:
+    """A wall of lorries across all lanes, 25 m ahead."""
+    (scene,) = procedural_scenes(1).labelled
+    across = np.arange(-47.0, 48.0, 2.6)
+    wall = Boxes3D(
+        location=np.column_stack([across, np.full(len(across), 1.65), np.full(len(across), 25.0)]),
+        dimensions=np.tile([3.0, 2.5, 6.0], (len(across), 1)),
+        rotation_y=np.full(len(across), -np.pi / 2),
+        score=np.ones(len(across)),
+        category=np.full(len(across), "Truck"),
+        moving=np.zeros(len(across), bool),
+    )
+    scenes = SceneSet("wall", (replace(scene, boxes=wall),))
+    env = gym.make("avsec/ClosedLoop-v0", scenarios=scenes)
+    info = driven(env, PlannerDriver(env))
+    assert info["outcome"] == "stopped"
+    assert 0.0 < info["smallest_distance"] < 15.0
+
+
+def test_with_truth_no_scene_ends_in_a_collision_of_the_cars_fault() -> None:
+    env = gym.make("avsec/ClosedLoop-v0", scenarios={"source": "layouts", "count": 12})
+    driver = PlannerDriver(env)
+    outcomes = []
+    for number in range(12):
+        info = driven(env, driver, scenario=env.unwrapped.scenes.ids[number])  # type: ignore[attr-defined]
+        outcomes.append(info["outcome"])
+        assert info["at_fault"] == 0.0, info
+    assert outcomes.count("goal") >= 8
+
+
+def test_a_blind_car_collides_where_a_seeing_one_does_not() -> None:
+    """The belief is what is planned on, the truth what is touched."""
+    outcomes = {}
+    for level in ("truth", "blind"):
+        scenarios = {"source": "layouts", "count": 12}
+        env = gym.make("avsec/ClosedLoop-v0", scenarios=scenarios, perception=level)
+        driver = PlannerDriver(env)
+        ids = env.unwrapped.scenes.ids  # type: ignore[attr-defined]
+        outcomes[level] = [driven(env, driver, scenario=id)["collision"] for id in ids]
+    assert sum(outcomes["blind"]) > sum(outcomes["truth"])
+
+
+def test_a_live_planner_drives() -> None:
+    env = gym.make("avsec/ClosedLoop-v0", scenarios={"source": "layouts", "count": 1})
+    driver = PlannerDriver(env, MotionPrimitivePlanner(algorithm="gbfs"))  # type: ignore[arg-type]
+    assert driven(env, driver)["progress"] > 5.0

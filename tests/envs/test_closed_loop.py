@@ -1,0 +1,153 @@
+"""`avsec/ClosedLoop-v0`, beside what holds for every environment."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+from highway_env.envs.common.abstract import AbstractEnv
+
+from avsec_gym.closed_loop.drive_log import first_contact
+from avsec_gym.closed_loop.procedural_drives import procedural_drive
+from avsec_gym.envs.planner_driver import PlannerDriver
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.geometry import wrap_angle
+
+FEW = {"source": "layouts", "count": 4}
+
+
+def made(**arguments: Any) -> Any:
+    return gym.make("avsec/ClosedLoop-v0", scenarios=FEW, **arguments)
+
+
+def test_it_is_an_environment_of_highway_env() -> None:
+    env = made(config={"policy_frequency": 5}).unwrapped
+    assert isinstance(env, AbstractEnv)
+    env.reset(seed=0)
+    env.step(np.zeros(2))
+    assert env.elapsed == pytest.approx(0.2)
+    assert env.vehicle in env.road.vehicles
+
+
+def test_full_braking_stops_after_half_of_v_squared_by_a() -> None:
+    env = made().unwrapped
+    env.reset(seed=0)
+    begin = env.state
+    for _ in range(30):
+        env.step(np.array([-1.0, 0.0]))
+    assert env.state.velocity == 0.0
+    assert env.state.x - begin.x == pytest.approx(begin.velocity**2 / 16.0, abs=1e-6)
+
+
+def test_steering_to_the_right_goes_to_the_right() -> None:
+    env = made().unwrapped
+    env.reset(seed=0)
+    for _ in range(5):
+        env.step(np.array([0.0, 0.1]))
+    assert env.state.y < 0.0
+    assert env.state.heading < 0.0
+
+
+def test_eight_seconds_are_eighty_steps() -> None:
+    env = made()
+    env.reset(seed=0)
+    for step in range(1, 81):
+        *_, terminated, truncated, info = env.step(np.array([-0.6, 0.0], np.float32))
+        assert not terminated
+        assert truncated == (step == 80)
+    assert info["outcome"] == "stopped"
+    assert info["cost"] != info["cost"]
+
+
+def test_driving_straight_on_ends_where_highway_env_sees_the_crash() -> None:
+    """The outcome is shapely's; highway-env's own test of the same rectangles agrees."""
+    collisions = 0
+    env = made().unwrapped
+    for seed in range(12):
+        env.reset(seed=seed)
+        ended = False
+        while not ended:
+            _, reward, terminated, truncated, info = env.step(np.array([0.0, 0.0]))
+            ended = terminated or truncated
+        if info["collision"]:
+            collisions += 1
+            assert reward < -0.9
+            contact = first_contact(env.log())
+            assert contact is not None
+            hit = env.traffic.actors[contact.actor]
+            assert env.vehicle._is_colliding(hit, 0.0)[0]
+    assert collisions > 0
+
+
+@pytest.mark.parametrize("kind", ["Kinematics", "OccupancyGrid"])
+def test_highway_envs_observations_show_believed_objects(kind: str) -> None:
+    shown = {}
+    for level in ("truth", "blind"):
+        env = made(perception=level, config={"observation": {"type": kind}})
+        shown[level], _ = env.reset(seed=2)
+        assert env.observation_space.contains(shown[level])
+    assert np.abs(shown["truth"]).sum() > np.abs(shown["blind"]).sum()
+
+
+def test_meta_actions_change_lanes_and_speeds() -> None:
+    env = made(config={"action": {"type": "DiscreteMetaAction"}}, perception="blind")
+    played = env.unwrapped
+    env.reset(seed=0, options={"scenario": played.scenes.ids[0]})
+    played.traffic.present[:] = False
+    before = played.state
+    left = played.action_type.actions_indexes["LANE_LEFT"]
+    idle = played.action_type.actions_indexes["IDLE"]
+    env.step(left)
+    for _ in range(25):
+        if played.outcome is None:
+            env.step(idle)
+    assert played.state.y - before.y > 1.0
+    with pytest.raises(ConfigurationError, match="action"):
+        played.step(7)
+
+
+def test_wrong_configurations_are_refused() -> None:
+    with pytest.raises(ConfigurationError, match="policy_frequency"):
+        made(config={"policy_frequenzy": 5})
+    with pytest.raises(ConfigurationError, match="dictionary"):
+        made(config=5)
+    with pytest.raises(ConfigurationError, match="sensor data"):
+        made(perception="sensors", detector="oracle").reset(seed=0)
+
+
+def test_a_procedural_drive_follows_the_worlds_road() -> None:
+    scene = procedural_drive(0, 3)
+    lane = scene.lanes.line(scene.start_lane)
+    along, left = lane.coordinates(scene.start.x, scene.start.y)
+    assert abs(left) < 1.0
+    assert abs(wrap_angle(lane.heading(along) - scene.start.heading)) < 0.2
+    # Actors on wheels that move are on the road, and the car itself is not among them.
+    moving = np.abs(scene.tracks.speeds[:, 0]) > 2.0
+    assert not (
+        np.hypot(*(scene.tracks.poses[moving, 0, :2] - (scene.start.x, scene.start.y)).T) < 1.0
+    ).any()
+    env = gym.make("avsec/ClosedLoop-v0", scenarios={"source": "drives", "count": 4})
+    driver = PlannerDriver(env)
+    observation, _ = env.reset(seed=0, options={"scenario": scene.id})
+    for _ in range(30):
+        observation, *_ = env.step(driver.predict(observation)[0])
+    played: Any = env.unwrapped
+    assert played.outcome is None
+    own = played.state
+    assert abs(played.scene.lanes.line(scene.start_lane).coordinates(own.x, own.y)[1]) < 1.75
+
+
+def test_a_video_is_recorded(tmp_path: Path) -> None:
+    pytest.importorskip("moviepy")
+    from gymnasium.wrappers import RecordVideo
+
+    env = RecordVideo(made(render_mode="rgb_array"), str(tmp_path), disable_logger=True)
+    env.unwrapped.set_record_video_wrapper(env)  # type: ignore[attr-defined]
+    env.reset(seed=0)
+    for _ in range(5):
+        env.step(env.action_space.sample())
+    env.close()
+    assert list(tmp_path.glob("*.mp4"))
