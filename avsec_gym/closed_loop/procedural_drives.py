@@ -11,8 +11,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from avsec_gym.closed_loop.rendered_sensors import RenderedSensors
 from avsec_gym.closed_loop.tracks import STEP, Tracks
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
+from avsec_gym.rig import SensorRig
 from avsec_gym.road_type import RoadType
 from avsec_gym.scenario.constraints import driving_constraints
 from avsec_gym.scenario.planning_scenario import EgoState, Lanelet, Road
@@ -34,7 +36,12 @@ _LEAST_SPEED = 4.0
 
 @lru_cache(maxsize=8)
 def procedural_drive(
-    seed: int, number: int, *, people: bool = True, duration: float = 8.0
+    seed: int,
+    number: int,
+    *,
+    people: bool = True,
+    duration: float = 8.0,
+    rig: SensorRig | None = None,
 ) -> TrafficScene:
     """A drive of the procedural world.
 
@@ -43,8 +50,9 @@ def procedural_drive(
         number: Number of the drive in the set.
         people: Whether pedestrians and cyclists are there.
         duration: Seconds of recorded traffic at least.
+        rig: The sensors that the car carries; None: KITTI's.
     """
-    scenes = drive_scenes(seed, number, frames=math.ceil(duration / STEP) + 2)
+    scenes = drive_scenes(seed, number, frames=math.ceil(duration / STEP) + 2, rig=rig)
     world = scenes.world
     ego = world.instants[0].egos[0]
     first = world.instants[0].actors
@@ -58,7 +66,7 @@ def procedural_drive(
         start=EgoState(x, y, speed, heading),
         tracks=_tracks(world, int(first.id[ego]), people),
         cruise=_cruise(speed, highway),
-        sensors=None,
+        sensors=RenderedSensors(scenes),
     )
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import shapely
 
 from avsec_gym.closed_loop.lanes import Lanes
+from avsec_gym.closed_loop.relative_poses import Pose
 from avsec_gym.closed_loop.tracks import STEP, Tracks
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
@@ -34,8 +35,8 @@ _LONGEST = 30.0
 _SIZE_OF_PEOPLE = 1.7
 """Height that stands for the unknown one of an obstacle of a CommonRoad file, metres."""
 
-Sensors = Callable[[float, tuple[float, float, float]], SensorFrame]
-"""What the sensors deliver at a time (s) where the car stands at x, y, heading."""
+Sensors = Callable[[float, Pose, dict[int, Pose]], SensorFrame]
+"""What the sensors deliver at a time (s) where the car and, by their ids, all others are."""
 
 
 @dataclass(frozen=True, eq=False)

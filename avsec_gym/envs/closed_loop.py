@@ -26,6 +26,7 @@ from avsec_gym.closed_loop.drive_record import (
 )
 from avsec_gym.closed_loop.loop_scenes import LoopScenes, loop_scenes
 from avsec_gym.closed_loop.perception import DrivePerception
+from avsec_gym.closed_loop.relative_poses import Pose
 from avsec_gym.closed_loop.road_frame import mirrored_angle, mirrored_points
 from avsec_gym.closed_loop.road_network import network_of
 from avsec_gym.closed_loop.surroundings import Surroundings
@@ -321,17 +322,22 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         state = self.state
         pose, elapsed, sensors = (state.x, state.y, state.heading), self.elapsed, self.scene.sensors
         there = self.traffic.present
+        ids, poses = self.scene.tracks.ids[there], self.traffic.poses()[there]
+        others: dict[int, Pose] = {
+            int(id): (float(x), float(y), float(heading))
+            for id, (x, y, heading) in zip(ids, poses, strict=True)
+        }
         return Surroundings(
             time=elapsed,
             pose=pose,
             speed=state.velocity,
             boxes=self.traffic.boxes(pose),
             speeds=self.traffic.speeds()[there],
-            actors=self.scene.tracks.ids[there],
+            actors=ids,
             road_type=self.scene.road_type,
             intention=self.intention,
             scenario=self.scene.id,
-            frame=None if sensors is None else lambda: sensors(elapsed, pose),
+            frame=None if sensors is None else lambda: sensors(elapsed, pose, others),
         )
 
     def _perceive(self) -> None:

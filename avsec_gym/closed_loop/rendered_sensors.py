@@ -1,0 +1,64 @@
+"""What the car's sensors deliver in a procedural drive, rendered from where the car really is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from avsec_gym.closed_loop.relative_poses import Pose
+from avsec_gym.closed_loop.tracks import STEP
+from avsec_gym.frame import SensorFrame
+from avsec_gym.geometry import Floats
+from avsec_gym.world.capture import render
+from avsec_gym.world.drives import DriveScenes, vehicle_poses
+from avsec_gym.world.rendering.lidar import Lidar
+
+
+@dataclass(frozen=True, eq=False)
+class RenderedSensors:
+    """Renders a drive's place with everything where it is now.
+
+    The stereo rig's reference camera stands at the car's centre, as in the thesis' conversion of
+    labels, so that a box in the camera frame lies where the planner takes it to be.
+
+    Args:
+        scenes: The drive, with the rig that the car carries.
+        cameras: Numbers of the cameras to render.
+        lidar: The LiDAR to scan with; None: no scan.
+    """
+
+    scenes: DriveScenes
+    cameras: tuple[int, ...] = (2, 3)
+    lidar: Lidar | None = Lidar()  # noqa: RUF009 - frozen.
+
+    def __call__(self, time: float, pose: Pose, others: dict[int, Pose]) -> SensorFrame:
+        """The frame at a time.
+
+        Args:
+            time: Seconds since the start of the drive; noise and gaits are those of its frame.
+            pose: x, y, heading of the car's centre in the world frame.
+            others: Where the other actors are, by their ids; one that is not named stays where the
+                drive has it.
+        """
+        number = min(round(time / STEP), len(self.scenes) - 1)
+        posed = self.scenes[number]
+        actors, ego = posed.instant.actors, posed.instant.egos[0]
+        camera = posed.rig.camera_pose(posed.rig.stereo_pair[0])
+        # Camera frames look along their z axis: the offset is that of their origin.
+        back = float(camera[0, 3])
+        own = (pose[0] - back * np.cos(pose[2]), pose[1] - back * np.sin(pose[2]), pose[2])
+        poses: Floats = np.array(
+            [
+                others.get(id, tuple(known))
+                for id, known in zip(actors.id.tolist(), actors.pose.tolist(), strict=True)
+            ]
+        )
+        poses[ego] = own
+        vehicles = posed.vehicle_to_world.copy()
+        vehicles[0] = vehicle_poses(posed.site.ground, poses[ego])
+        instant = replace(posed.instant, actors=replace(actors, pose=poses))
+        there = replace(posed, instant=instant, vehicle_to_world=vehicles)
+        capture = render(there, cameras=self.cameras, lidar=self.lidar)
+        scan = None if capture.scan is None else capture.scan.points
+        return SensorFrame(f"{number:010d}", posed.rig.calibration, capture.images, scan)

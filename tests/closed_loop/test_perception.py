@@ -1,0 +1,79 @@
+"""Perception by what the sensors deliver."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import avsec_gym  # noqa: F401 - registers the environments
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.closed_loop.loop_scenes import LoopScenes
+from avsec_gym.closed_loop.perception import SensorPerception
+from avsec_gym.closed_loop.procedural_drives import procedural_drive
+from avsec_gym.closed_loop.rendered_sensors import RenderedSensors
+from avsec_gym.frame import SensorFrame
+from avsec_gym.pipeline import Pipeline
+from avsec_gym.rig import kitti_rig, resized_rig
+
+
+class Looking:
+    """A detector that keeps the frames, and always finds the same car 20 m ahead."""
+
+    def __init__(self) -> None:
+        self.frames: list[SensorFrame] = []
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        self.frames.append(frame)
+        return Boxes3D(
+            np.array([[0.0, 1.65, 20.0]]),
+            np.array([[1.5, 1.8, 4.2]]),
+            np.array([-np.pi / 2]),
+            np.array([0.9]),
+            np.array(["Car"]),
+        )
+
+
+def test_a_detector_sees_frames_from_where_the_car_is() -> None:
+    scene = procedural_drive(0, 3, rig=resized_rig(kitti_rig(), 160))
+    detector: Any = Looking()
+    env = gym.make(
+        "avsec/ClosedLoop-v0",
+        scenarios=LoopScenes((scene.id,), lambda id: scene),
+        perception=SensorPerception(Pipeline(detector)),
+        motion="static",
+    )
+    played: Any = env.unwrapped
+    env.reset(seed=0)
+    state, belief = played.state, played.belief
+    ahead = state.x + 20.0 * np.cos(state.heading), state.y + 20.0 * np.sin(state.heading)
+    np.testing.assert_allclose(belief.poses[0, :2], ahead, atol=1e-6)
+    assert belief.speeds.tolist() == [0.0]
+    env.step(np.zeros(2))
+    first, second = detector.frames
+    assert first.images[2].shape == (48, 160, 3)
+    assert first.has_points
+    assert not np.array_equal(first.images[2], second.images[2])
+
+
+def test_what_is_ahead_of_the_car_is_so_far_from_its_camera() -> None:
+    """A lorry that is put 15 m ahead of the car ends the rays that look there."""
+    scene = procedural_drive(0, 3, rig=resized_rig(kitti_rig(), 160))
+    tracks, sensors = scene.tracks, scene.sensors
+    assert isinstance(sensors, RenderedSensors)
+    row = int(np.argmax(tracks.dimensions[:, 2] * (tracks.first == 0)))
+    start = scene.start
+    cos, sin = np.cos(start.heading), np.sin(start.heading)
+    put = (start.x + 15.0 * cos, start.y + 15.0 * sin, start.heading)
+    frame = sensors(0.0, (start.x, start.y, start.heading), {int(tracks.ids[row]): put})
+    points = frame.points @ np.eye(4)[:, :3]
+    calibration = frame.calibration
+    transform = calibration.velodyne_to_camera
+    seen = points @ transform[:3, :3].T + transform[:3, 3]
+    ahead = seen[
+        (np.abs(seen[:, 0]) < 0.5) & (seen[:, 1] < 1.0) & (seen[:, 1] > 0.3) & (seen[:, 2] > 2)
+    ]
+    rear = 15.0 - 0.5 * tracks.dimensions[row, 2]
+    assert ahead[:, 2].min() == pytest.approx(rear, abs=0.6)
