@@ -11,16 +11,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import shapely
 
 from avsec_gym.closed_loop.fault import is_behind
 from avsec_gym.emergency_stop import DECELERATION
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.swept_contact import first_swept_contact
-from avsec_gym.planners.vehicle import BMW_320I
+from avsec_gym.planners.vehicle import BMW_320I, simulate
 from avsec_gym.scenario.planning_scenario import Obstacles
 
 _FURTHER = 80.0
-"""Metres by which a path goes on straight beyond its end: more than any braking takes."""
+"""Metres by which a path goes on straight in the end: more than any braking takes."""
 
 
 def braked(trajectory: Floats, elapsed: float, speed: float, dt: float = 0.1) -> Floats:
@@ -35,9 +36,9 @@ def braked(trajectory: Floats, elapsed: float, speed: float, dt: float = 0.1) ->
     Returns:
         States at every `dt`, the first one that at which it begins, shape (S, 5).
     """
-    x, y, _, heading, steering = trajectory.T
+    x, y, _, heading, steering = np.vstack([trajectory, _straightened(trajectory[-1], dt)]).T
     path = np.column_stack([x, y, np.unwrap(heading), steering])
-    # The path goes on straight where the braking takes longer than the plan.
+    # Where the braking takes longer than the plan, the path goes on as the wheels straighten.
     last = path[-1]
     beyond = last + _FURTHER * np.array([math.cos(last[2]), math.sin(last[2]), 0.0, 0.0])
     path = np.vstack([path, beyond])
@@ -51,18 +52,41 @@ def braked(trajectory: Floats, elapsed: float, speed: float, dt: float = 0.1) ->
     return np.column_stack([*columns[:2], speed - DECELERATION * time, *columns[2:]])
 
 
-def is_fail_safe(trajectory: Floats, obstacles: Obstacles, until: float, dt: float = 0.1) -> bool:
-    """Whether a plan, and full braking after a time, touch nothing at or between time steps.
+def _straightened(state: Floats, dt: float) -> Floats:
+    """States after one, in which the wheels turn back as fast as they can, shape (S, 5)."""
+    steps = math.ceil(abs(state[4]) / (BMW_320I.max_steering_rate * dt) - 1e-9)
+    if not steps:
+        return np.zeros((0, 5))
+    offset = BMW_320I.rear_axle
+    rear = state - offset * np.array([math.cos(state[3]), math.sin(state[3]), 0.0, 0.0, 0.0])
+    rate = np.array(-state[4] / (steps * dt))
+    states = simulate(BMW_320I, rear, np.zeros(()), rate, steps, dt, substeps=4)[1:]
+    states[:, 0] += offset * np.cos(states[:, 3])
+    states[:, 1] += offset * np.sin(states[:, 3])
+    return states
+
+
+def is_fail_safe(
+    trajectory: Floats,
+    obstacles: Obstacles,
+    until: float,
+    drivable: shapely.Geometry | None = None,
+    dt: float = 0.1,
+) -> bool:
+    """Whether a plan, and full braking after a time, touch nothing and stay on the road.
 
     Args:
         trajectory: States of the plan at every `dt`, shape (T, 5).
         obstacles: What the car believes in, from the plan's first state on.
         until: Time at which the plan is to be replaced, seconds.
+        drivable: The area that the car's centre must not leave; None: the plane.
         dt: Length of a time step, seconds.
     """
     last = min(round(until / dt), len(trajectory) - 1)
     stop = braked(trajectory, last * dt, float(trajectory[last, 2]), dt)
     whole = np.vstack([trajectory[: last + 1], stop[1:]])
+    if drivable is not None and not shapely.contains_xy(drivable, whole[:, 0], whole[:, 1]).all():
+        return False
     if len(whole) == 1:
         whole = np.vstack([whole, whole])
     return first_swept_contact(whole, _not_behind(obstacles, trajectory[0]), BMW_320I) is None

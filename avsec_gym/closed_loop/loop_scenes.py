@@ -46,7 +46,7 @@ class LoopScenes:
             ConfigurationError: There is none.
             DataError: A file of it is missing or broken.
         """
-        if id not in self.ids:
+        if not isinstance(id, str) or id not in self.ids:
             problem = f"there is no scenario {id!r} among the {len(self.ids)} of this set"
             raise ConfigurationError(unknown_name(problem, str(id), self.ids))
         return self.make(id)

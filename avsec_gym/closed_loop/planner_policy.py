@@ -245,7 +245,9 @@ class PlannerPolicy:
 
     def _holds(self, plan: Plan, problem: PlanningScenario) -> bool:
         """Whether the plan can be driven until the next one, and a stop is left then."""
-        return is_fail_safe(np.asarray(plan.trajectory), problem.obstacles, self.replanning)
+        assert self._scene is not None
+        trajectory, drivable = np.asarray(plan.trajectory), self._scene.drivable
+        return is_fail_safe(trajectory, problem.obstacles, self.replanning, drivable)
 
     def _searched(
         self, problem: PlanningScenario, cruise: tuple[float, float], *, thorough: bool

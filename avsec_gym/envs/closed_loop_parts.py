@@ -34,14 +34,14 @@ Made = DrivePerception | Callable[[], DrivePerception]
 
 
 def checked_scenarios(what: Any) -> Any:
-    """The scenes, or the arguments that `loop_scenes` makes them of; nothing is read.
+    """The scenes of a folder, or the arguments that `loop_scenes` makes procedural ones of.
 
     Args:
         what: A name, a folder, a dictionary of arguments; a `SceneSet`, or live scenes to drive in.
 
     Raises:
         ConfigurationError: These are no such arguments.
-        DataError: There is no such folder.
+        DataError: There is no such folder, or it holds no scene.
     """
     if isinstance(what, LoopScenes):
         return what
@@ -61,7 +61,9 @@ def checked_scenarios(what: Any) -> Any:
             [LAYOUTS, DRIVES],
             f"Name a folder of labels or of CommonRoad files, {LAYOUTS!r} or {DRIVES!r}.",
         )
-    return {**arguments, "people": people}
+    arguments["people"] = people
+    # What procedural scenes are made of is known; folders are read at once, as they may be broken.
+    return arguments if source in (LAYOUTS, DRIVES) else loop_scenes(**arguments)
 
 
 def perception_of(
@@ -107,10 +109,10 @@ def perception_of(
             )
         return perception, planner
     level = one_of("perception", perception, (TRUTH, BLIND, SENSORS))
-    if motion == Motion.CLASSIFIER and level == SENSORS and parts[Kind.CLASSIFIER] is None:
+    if motion == Motion.CLASSIFIER and (level != SENSORS or parts[Kind.CLASSIFIER] is None):
         raise ConfigurationError(
-            'motion="classifier" needs a classifier, such as "small"; without one use "static" or '
-            '"truth"'
+            'motion="classifier" needs perception="sensors" and a classifier, such as "small"; '
+            'without one use "static" or "truth"'
         )
     if level == TRUTH:
         return TruthPerception(), planner

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import shapely
 
 from avsec_gym.closed_loop.fail_safe import braked, is_fail_safe
+from avsec_gym.closed_loop.following import follow
+from avsec_gym.closed_loop.vehicles import Car
 from avsec_gym.planners.vehicle import BMW_320I
-from avsec_gym.scenario.planning_scenario import Obstacles
+from avsec_gym.scenario.planning_scenario import EgoState, Obstacles
 
 SPEED = 8.0
 PLAN = np.array([[0.1 * SPEED * k, 0.0, SPEED, 0.0, 0.0] for k in range(20)])
@@ -35,10 +38,34 @@ def test_beyond_its_end_a_path_goes_on_straight() -> None:
     assert braked(PLAN[:1], 0.0, SPEED)[-1, 0] == pytest.approx(SPEED**2 / 16)
 
 
+def test_a_stop_that_goes_beyond_a_bend_can_be_driven() -> None:
+    """The car, which begins with turned wheels, comes to rest where the stop does."""
+    bent = np.array([[0.0, 0.0, 12.0, 0.0, 0.15]])
+    stop = braked(bent, 0.0, 12.0)
+    car = Car(None, [0.0, 0.0], 0.0, 12.0)
+    car.steering_angle = -0.15
+    for step in range(len(stop)):
+        state = EgoState(
+            car.position[0], -car.position[1], car.speed, -car.heading, -car.steering_angle
+        )
+        acceleration, steering = follow(stop, 0.1 * step, state)
+        car.act({"steering": -steering, "acceleration": acceleration})
+        for _ in range(2):
+            car.step(0.05)
+    assert car.speed < 0.2
+    np.testing.assert_allclose((car.position[0], -car.position[1]), stop[-1, :2], atol=0.25)
+
+
 @pytest.mark.parametrize(("room", "safe"), [(8.1, True), (7.9, False)])
 def test_a_plan_holds_where_the_car_can_stop_after_it(room: float, safe: bool) -> None:
     standing = car_at(0.5 * BMW_320I.length + room + 2.0)
     assert is_fail_safe(PLAN, standing, 0.5) == safe
+
+
+def test_a_stop_beside_the_road_is_none() -> None:
+    nothing = Obstacles.none()
+    assert is_fail_safe(PLAN, nothing, 0.5, shapely.box(-1.0, -2.0, 8.1, 2.0))
+    assert not is_fail_safe(PLAN, nothing, 0.5, shapely.box(-1.0, -2.0, 7.9, 2.0))
 
 
 def test_what_drives_away_or_comes_from_behind_is_no_hindrance() -> None:
