@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -15,9 +16,10 @@ from avsec_gym.closed_loop.planner_policy import Ambition
 from avsec_gym.envs.planner_driver import PlannerDriver
 from avsec_gym.pipeline import Pipeline, run_episode
 from avsec_gym.planners.planner import MotionPrimitivePlanner
+from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion
-from avsec_gym.scenario.scene_sets import SceneSet, procedural_scenes
+from avsec_gym.scenario.scene_sets import SceneSet, procedural_scenes, scene_set
 
 
 def driven(env: gym.Env[Any, Any], driver: PlannerDriver, **options: Any) -> dict[str, Any]:
@@ -120,3 +122,25 @@ def test_a_live_planner_drives() -> None:
     env = gym.make("avsec/ClosedLoop-v0", scenarios={"source": "layouts", "count": 1})
     driver = PlannerDriver(env, MotionPrimitivePlanner(algorithm="gbfs"))  # type: ignore[arg-type]
     assert driven(env, driver)["progress"] > 5.0
+
+
+@pytest.mark.parametrize("id", ["000468", "000943"])
+def test_where_the_planner_collides_no_car_could_have_avoided_it(shared: Path, id: str) -> None:
+    """The certificate of the two labelled scenes that begin too near a standing car."""
+    scenes = SceneSet(
+        id, tuple(s for s in scene_set(shared / "safety_scenarios").labelled if s.id == id)
+    )
+    (scene,) = scenes.labelled
+    for intention in Intention:
+        assert run_episode(scene, intention).record.reason == "unreachable"
+    # Neither braking nor swerving within the friction circle keeps the car off it.
+    nearest = int(np.argmin(scene.boxes.poses[:, 0]))
+    x, y, _ = scene.boxes.poses[nearest]
+    gap = x - 0.5 * scene.boxes.length[nearest] - 0.5 * BMW_320I.length
+    braking = scene.start_speed**2 / (2 * BMW_320I.max_acceleration)
+    aside = 0.5 * BMW_320I.max_acceleration * (gap / scene.start_speed) ** 2
+    assert scene.speeds[nearest] == 0.0
+    assert gap < braking
+    assert aside < 0.5 * (scene.boxes.width[nearest] + BMW_320I.width) - abs(y)
+    env = gym.make("avsec/ClosedLoop-v0", scenarios=scenes)
+    assert driven(env, PlannerDriver(env))["outcome"] == "collision"
