@@ -1,0 +1,114 @@
+"""A test over frames: evidence that stays too small for one frame adds up over several."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.geometry import Floats
+from avsec_gym.metrics.intervals import wilson_interval
+
+
+@dataclass(frozen=True)
+class SequentialTest:
+    """Page's cumulative sum: ``W_t = max(0, W_(t-1) + clip(x_t) - allowance)``, alarm at `limit`.
+
+    The scores of a region's track, or the highest of a vehicle, go in; without one (a frame in
+    which nothing was decidable, NaN) the sum stays.
+
+    Args:
+        limit: Sum from which the test alarms.
+        allowance: What a frame's score must exceed for the sum to rise.
+        clip: Largest size of a frame's score: one frame alone cannot decide, if it is smaller than
+            the limit.
+
+    Raises:
+        ConfigurationError: A limit or clip that is not positive.
+    """
+
+    limit: float = 5.0
+    allowance: float = 0.0
+    clip: float = 5.0
+
+    def __post_init__(self) -> None:
+        if not (self.limit > 0 and self.clip > 0 and np.isfinite(self.allowance)):
+            raise ConfigurationError(f"a sequential test has positive limits, got {self}")
+
+    def sums(self, scores: ArrayLike) -> Floats:
+        """The sum after each frame, shape (T,).
+
+        Args:
+            scores: Score of each frame, NaN without one, shape (T,).
+        """
+        steps = np.clip(np.nan_to_num(scores, nan=self.allowance), -self.clip, self.clip)
+        result = np.zeros(len(steps))
+        total = 0.0
+        for frame, step in enumerate(steps):
+            total = max(0.0, total + float(step) - self.allowance)
+            result[frame] = total
+        return result
+
+    def alarm(self, scores: ArrayLike) -> int | None:
+        """The first frame of an alarm, or None."""
+        over = np.flatnonzero(self.sums(scores) >= self.limit)
+        return int(over[0]) if len(over) else None
+
+
+@dataclass(frozen=True)
+class FalseAlarms:
+    """Alarms in attack-free windows.
+
+    Args:
+        alarms: Windows with an alarm.
+        windows: All windows.
+    """
+
+    alarms: int
+    windows: int
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Rate of windows with an alarm, 95 % by Wilson."""
+        return wilson_interval(self.alarms, self.windows)
+
+
+def windows(scores: Sequence[float] | Floats, frames: int) -> list[Floats]:
+    """The windows of so many successive frames that do not overlap; a rest is left out."""
+    whole = np.asarray(scores, np.float64)
+    return [whole[i : i + frames] for i in range(0, len(whole) - frames + 1, frames)]
+
+
+def count_false_alarms(test: SequentialTest, attack_free: Sequence[Floats]) -> FalseAlarms:
+    """How many attack-free windows alarm.
+
+    Windows of one drive are no independent cases: errors of poses last for seconds.
+    """
+    alarms = sum(test.alarm(scores) is not None for scores in attack_free)
+    return FalseAlarms(alarms, len(attack_free))
+
+
+def fit_limit(
+    attack_free: Sequence[Floats], rate: float, allowance: float = 0.0, clip: float = 5.0
+) -> SequentialTest:
+    """The test with the smallest limit at which at most a share of attack-free windows alarms.
+
+    Args:
+        attack_free: Scores of each frame of windows without an attack.
+        rate: Share of windows that may alarm.
+        allowance: See `SequentialTest`.
+        clip: See `SequentialTest`.
+
+    Raises:
+        DataError: No windows.
+    """
+    if not attack_free:
+        raise DataError("A sequential test is fitted on windows without an attack.")
+    sums = SequentialTest(allowance=allowance, clip=clip).sums
+    highest = np.sort([sums(scores).max(initial=0.0) for scores in attack_free])[::-1]
+    # The sums of the windows that may alarm lie at or above the limit, the next one below it.
+    next_one = float(highest[min(int(rate * len(highest)), len(highest) - 1)])
+    return SequentialTest(float(np.nextafter(max(next_one, 1e-6), np.inf)), allowance, clip)

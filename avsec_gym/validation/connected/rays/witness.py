@@ -1,0 +1,196 @@
+"""Witnesses: what the rays of one vehicle say about what another vehicle claims."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.geometry import Floats
+from avsec_gym.kernels import kernel
+from avsec_gym.validation.connected.rays.claims import CLEARANCE, Claims
+from avsec_gym.validation.connected.rays.observer import Observer
+from avsec_gym.validation.connected.rays.range_image import (
+    RangeImage,
+    angles_between,
+    cells_around,
+    first_and_last,
+)
+from avsec_gym.validation.connected.rays.sweep import (
+    TIP,
+    from_scan_time,
+    ray_time,
+    to_scan_time,
+)
+from avsec_gym.validation.connected.regions import Regions
+
+SUPPORT, THROUGH, MISSING, OCCLUDED, NEAR, OUTSIDE = range(6)
+"""What a claimed voxel meets in the range image of a witness: a return in the region's box; one
+well behind; no return at all though the sensor looks there; one well in front; one that decides
+nothing; a direction in which the sensor does not look."""
+
+
+@dataclass(frozen=True)
+class Margins:
+    """How far things may lie apart and still be the same.
+
+    Args:
+        reach: Smallest angle up to which rays around a voxel are looked at, radians; at least two
+            rays of the sensor must lie within.
+        around: How far from a voxel rays are looked at, metres...
+        around_sigmas: ... and by so many standard deviations of the poses, to the sides.
+        side: What a region's box is grown by at its sides, metres.  Little: with errors of poses,
+            rays around a voxel are looked at, and what ends beside a box but near the voxel
+            decides nothing; a wider box would let a ghost's neighbours speak for it.
+        beyond: How far behind a voxel a ray must end to have passed through it, metres.
+        farthest: Distance up to which a ray that returns nothing is one that met nothing, metres;
+            dark things far away send nothing back.
+        position_noise: Standard deviation of measured positions along x and along y, metres.
+        heading_noise: Standard deviation of measured headings, radians.
+    """
+
+    reach: float = float(np.radians(0.4))
+    around: float = 0.15
+    around_sigmas: float = 1.5
+    side: float = 0.1
+    beyond: float = 0.5
+    farthest: float = 40.0
+    position_noise: float = 0.2
+    heading_noise: float = float(np.radians(0.2))
+
+    def apart(self, distance: Floats) -> Floats:
+        """Standard deviation of a place that a vehicle sees so far away, metres."""
+        return np.asarray(np.hypot(self.position_noise, self.heading_noise * distance))
+
+
+def outcomes(
+    witness: Observer, claims: Claims, regions: Regions, margins: Margins
+) -> NDArray[np.int8]:
+    """What each claimed voxel meets in a witness' range image.
+
+    Args:
+        witness: The vehicle that looks.
+        claims: What another vehicle claims.
+        regions: The regions that all vehicles share.
+        margins: What may lie apart.
+
+    Returns:
+        `SUPPORT`, `THROUGH`, ... for each voxel, shape (V,).
+    """
+    result = np.empty(len(claims.voxel), np.int8)
+    chosen = regions[claims.region]
+    away = np.hypot(*(chosen.centre[:, :2] - witness.pose[:2, 3]).T)
+    apart = np.sqrt(2.0) * margins.apart(away)
+    around = margins.around + margins.around_sigmas * apart
+    _outcomes(
+        witness.image,
+        witness.pose,
+        np.linalg.inv(witness.pose),
+        witness.motion,
+        witness.scan.time,
+        claims.places(regions),
+        claims.of_voxels(),
+        claims.velocity,
+        (chosen.centre, chosen.heading, chosen.size / 2 + margins.side),
+        around,
+        (margins.reach, margins.around, margins.beyond, margins.farthest),
+        result,
+    )
+    return result
+
+
+def count_outcomes(claims: Claims, outcome: NDArray[np.int8]) -> NDArray[np.int64]:
+    """How many voxels of each claim have each outcome, shape (C, 6)."""
+    counts = np.zeros((len(claims), 6), np.int64)
+    np.add.at(counts, (claims.of_voxels(), outcome), 1)
+    return counts
+
+
+@kernel(nogil=True)
+def _outcomes(
+    image: RangeImage,
+    pose: Floats,
+    to_sensor: Floats,
+    motion: tuple[float, float, float],
+    scan_time: float,
+    places: Floats,
+    of_voxel: NDArray[np.int64],
+    velocity: Floats,
+    boxes: tuple[Floats, Floats, Floats],
+    around: Floats,
+    margins: tuple[float, float, float, float],
+    result: NDArray[np.int8],
+) -> None:
+    speed, turn_rate, period = motion
+    centre, heading, half = boxes
+    reach, least_around, beyond, farthest = margins
+    for v in range(len(places)):
+        c = of_voxel[v]
+        # The voxel where it is when the witness' head faces it: once by its place at the scan's
+        # time, once more by what follows.
+        time, drift_x, drift_y = 0.0, 0.0, 0.0
+        x, y, z = 0.0, 0.0, 0.0
+        for _ in range(2):
+            later = scan_time + time
+            drift_x, drift_y = later * velocity[c, 0], later * velocity[c, 1]
+            px, py, pz = places[v, 0] + drift_x, places[v, 1] + drift_y, places[v, 2]
+            x, y, z = to_world(to_sensor, px, py, pz)
+            time = ray_time(x, y, period)
+            x, y = from_scan_time(x, y, time, speed, turn_rate)
+            time = ray_time(x, y, period)
+        # The ray in its direction.
+        flat = np.sqrt(x * x + y * y)
+        azimuth, elevation = np.arctan2(y, x), np.arctan2(z - TIP, flat)
+        if not image.lowest + reach < elevation < image.highest - reach:
+            result[v] = OUTSIDE
+            continue
+        claimed = np.sqrt(flat * flat + (z - TIP) ** 2)
+        across = min(max(reach, around[c] / claimed), 0.1)
+        rise = min(max(reach, least_around / claimed), 0.1)
+        rows_from, rows_to, from_column, to_column = cells_around(azimuth, elevation, across, rise)
+        # The rays around it: one that ends in the box supports it, and one that ends before it
+        # leaves open what the others say.
+        found = MISSING
+        cos, sin = np.cos(heading[c]), np.sin(heading[c])
+        for row in range(rows_from, rows_to):
+            for column in range(from_column, to_column):
+                first, last = first_and_last(image, row, column)
+                for i in range(first, last):
+                    left, above = angles_between(image, i, azimuth, elevation)
+                    if (left / across) ** 2 + (above / rise) ** 2 > 1.0:
+                        continue
+                    when = image.azimuth[i] * period / (2.0 * np.pi)
+                    a, b = to_scan_time(image.end[i, 0], image.end[i, 1], when, speed, turn_rate)
+                    e, n, u = to_world(pose, a, b, image.end[i, 2])
+                    e, n, u = (
+                        e - drift_x - centre[c, 0],
+                        n - drift_y - centre[c, 1],
+                        u - centre[c, 2],
+                    )
+                    if (
+                        abs(cos * e + sin * n) < half[c, 0]
+                        and abs(cos * n - sin * e) < half[c, 1]
+                        and 0.7 * CLEARANCE < u < 2.0 * half[c, 2]
+                    ):
+                        found = SUPPORT
+                        break
+                    if image.distance[i] < claimed - beyond:
+                        found = OCCLUDED
+                    elif found in (MISSING, THROUGH):
+                        found = THROUGH if image.distance[i] > claimed + beyond else NEAR
+                if found == SUPPORT:
+                    break
+            if found == SUPPORT:
+                break
+        result[v] = OUTSIDE if found == MISSING and claimed > farthest else found
+
+
+@kernel(nogil=True)
+def to_world(pose: Floats, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """A place through a rigid transform of shape (4, 4)."""
+    return (
+        pose[0, 0] * x + pose[0, 1] * y + pose[0, 2] * z + pose[0, 3],
+        pose[1, 0] * x + pose[1, 1] * y + pose[1, 2] * z + pose[1, 3],
+        pose[2, 0] * x + pose[2, 1] * y + pose[2, 2] * z + pose[2, 3],
+    )

@@ -1,0 +1,100 @@
+"""What one witness' rays say of another vehicle's claims, as counts and as a message."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.errors import DataError
+from avsec_gym.validation.connected.rays.claims import MOST_CLAIMS, MOST_VOXELS_OF_ONE, Claims
+from avsec_gym.validation.connected.rays.observer import Observer
+from avsec_gym.validation.connected.rays.witness import (
+    MISSING,
+    SUPPORT,
+    THROUGH,
+    Margins,
+    outcomes,
+)
+from avsec_gym.validation.connected.regions import Regions
+
+_FORMAT = 1
+_HEADER, _ROW = struct.Struct("<BH"), struct.Struct("<HBBB")
+
+
+@dataclass(frozen=True, eq=False)
+class WitnessCounts:
+    """How many voxels of each claim a witness' rays support, pass through, or miss.
+
+    Args:
+        region: Index of the region of each claim, rising, shape (C,).
+        counts: Numbers of voxels, shape (C, 3): those in whose direction a ray ended in the
+            region's box; those that all rays near them passed through; those without a return.
+
+    Raises:
+        DataError: Shapes that do not belong together, or counts that no claim can have.
+    """
+
+    region: NDArray[np.int64]
+    counts: NDArray[np.int64]
+
+    def __post_init__(self) -> None:
+        if self.counts.shape != (len(self.region), 3):
+            raise DataError(f"a witness has three counts of each claim, not {self.counts.shape}")
+        if (self.counts < 0).any() or (self.counts.sum(axis=1) > MOST_VOXELS_OF_ONE).any():
+            raise DataError(f"a witness counts 0 to {MOST_VOXELS_OF_ONE} voxels of a claim")
+
+
+def count_rays(
+    witness: Observer, claims: Claims, regions: Regions, margins: Margins
+) -> WitnessCounts:
+    """What a witness' rays say of another vehicle's claims.
+
+    Args:
+        witness: The vehicle that looks.
+        claims: What another vehicle claims.
+        regions: The regions that all vehicles share.
+        margins: What may lie apart.
+    """
+    outcome = outcomes(witness, claims, regions, margins)
+    number = len(claims)
+    of_voxel = claims.of_voxels()
+    counts = [
+        np.bincount(of_voxel[outcome == each], minlength=number)
+        for each in (SUPPORT, THROUGH, MISSING)
+    ]
+    return WitnessCounts(claims.region, np.stack(counts, axis=1))
+
+
+def encode_counts(counts: WitnessCounts) -> bytes:
+    """Counts as a message; claims of which they say nothing are left out."""
+    told = counts.counts.any(axis=1)
+    region, of_rays = counts.region[told], counts.counts[told]
+    rows = np.column_stack([region, of_rays]).tolist()
+    return _HEADER.pack(_FORMAT, len(rows)) + b"".join(_ROW.pack(*row) for row in rows)
+
+
+def decode_counts(message: bytes, regions: Regions) -> WitnessCounts:
+    """The counts of a message.
+
+    Raises:
+        DataError: The message is no such message, or speaks of other regions.
+    """
+    most = _HEADER.size + MOST_CLAIMS * _ROW.size
+    if not _HEADER.size <= len(message) <= most:
+        raise DataError(f"This is no message of counts: it has {len(message)} bytes.")
+    version, number = _HEADER.unpack_from(message)
+    if version != _FORMAT or len(message) != _HEADER.size + number * _ROW.size:
+        raise DataError(
+            f"This is no message of counts: it begins with format {version}, {number} rows."
+        )
+    rows = list(_ROW.iter_unpack(message[_HEADER.size :]))
+    table = np.array(rows, np.int64).reshape(-1, 4)
+    region = table[:, 0]
+    if (np.diff(region) <= 0).any() or (region >= len(regions)).any():
+        raise DataError(
+            "This is no message of counts: its regions do not rise, or were not sent to all."
+        )
+    return WitnessCounts(region, table[:, 1:])

@@ -1,0 +1,82 @@
+"""Claims: where rays ended in a region, by the world's own boxes."""
+
+import numpy as np
+import pytest
+
+from avsec_gym.validation.connected.rays.claims import (
+    CLEARANCE,
+    MOST_CLAIMS,
+    MOST_VOXELS,
+    MOST_VOXELS_OF_ONE,
+    VOXEL,
+    claim,
+)
+from avsec_gym.validation.connected.rays.observer import observe
+from avsec_gym.validation.connected.rays.sweep import Sweep
+from avsec_gym.validation.connected.regions import Regions
+from tests.validation.connected.rays.world_of_planes import Box, pose_at, scan_of
+
+_BOX: Box = (10.0, 14.0, -1.0, 1.0, 0.0, 1.5)
+
+
+def _region(x: float, y: float, heading: float = 0.0) -> Regions:
+    return Regions(np.array([[x, y, 0.0]]), np.array([[4.0, 2.0, 1.5]]), np.array([heading]))
+
+
+def test_claimed_voxels_are_those_of_the_sides_that_face_the_sensor() -> None:
+    still = Sweep(period=0.0)
+    claims = claim(observe(scan_of([_BOX], pose_at(0.0, 0.0)), still), _region(12.0, 0.0))
+    x, y, z = claims.places(_region(12.0, 0.0)).T
+    assert len(x) > 30
+    # The front, or the roof; a voxel's centre lies within half a voxel of the surface.
+    assert ((np.abs(x - 10.0) <= VOXEL / 2 + 1e-9) | (np.abs(z - 1.5) <= VOXEL / 2 + 1e-9)).all()
+    assert (np.abs(y) <= 1.0 + VOXEL).all()
+    assert (z > CLEARANCE - VOXEL / 2).all()
+
+
+@pytest.mark.parametrize("heading", [0.4, np.pi / 2, -2.5])
+def test_voxels_of_a_turned_region_lie_at_the_same_surface(heading: float) -> None:
+    observer = observe(scan_of([_BOX], pose_at(0.0, 0.0)), Sweep(period=0.0))
+    region = _region(11.0, 0.0, heading)
+    x, y, z = claim(observer, region).places(region).T
+    front = np.abs(x - 10.0) <= VOXEL * np.sqrt(0.5) + 1e-9
+    assert len(x) > 10
+    assert (front | (np.abs(z - 1.5) <= VOXEL)).all()
+    assert (np.abs(y) <= 1.0 + VOXEL).all()
+
+
+def test_the_ground_claims_nothing() -> None:
+    empty = scan_of([], pose_at(0.0, 0.0))
+    assert len(claim(observe(empty, Sweep(period=0.0)), _region(12.0, 0.0))) == 0
+
+
+def test_a_vehicle_that_drives_and_turns_claims_where_things_are() -> None:
+    sweep, region = Sweep(15.0, 0.3, 0.1), _region(-8.0, 9.0)
+    box: Box = (-10.0, -6.0, 8.0, 10.0, 0.0, 1.5)
+    observer = observe(scan_of([box], pose_at(0.0, 0.0), sweep=sweep), sweep)
+    x, y, z = claim(observer, region).places(region).T
+    near = np.minimum(np.abs(y - 8.0), np.abs(x + 6.0)) <= VOXEL
+    assert len(x) > 10
+    assert (near | (np.abs(z - 1.5) <= VOXEL / 2 + 1e-9)).all()
+
+
+def test_what_moves_is_claimed_where_it_is_at_the_instant() -> None:
+    sweep, region = Sweep(0.0, 0.0, 0.1), _region(12.0, 0.0)
+    scan = scan_of([_BOX], pose_at(0.0, 0.0), time=0.1, sweep=sweep, velocity=(15.0, 0.0))
+    carried = claim(observe(scan, sweep), region, np.array([[15.0, 0.0]]))
+    left = claim(observe(scan, sweep), region)
+    assert np.abs(carried.places(region)[:, 0].min() - 10.0) <= VOXEL / 2 + 1e-6
+    assert left.places(region)[:, 0].min() > 11.3
+
+
+def test_a_vehicle_among_regions_without_end_claims_no_more_than_fits() -> None:
+    rng = np.random.default_rng(0)
+    box = (*_BOX[:4], 0.0, 3.0)
+    observer = observe(scan_of([box], pose_at(0.0, 0.0)), Sweep(period=0.0))
+    centre = np.array([12.0, 0.0, 0.0]) + rng.normal(0, 0.1, (300, 3))
+    regions = Regions(centre, np.tile([4.0, 2.0, 3.0], (300, 1)), rng.normal(0, 0.1, 300))
+    claims = claim(observer, regions)
+    assert len(claims) == MOST_CLAIMS
+    assert len(claims.voxel) <= MOST_VOXELS
+    assert claims.count.max() <= MOST_VOXELS_OF_ONE
+    assert (np.diff(claims.region) > 0).all()

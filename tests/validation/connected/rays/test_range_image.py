@@ -1,0 +1,104 @@
+"""The range image: the rays around a direction, judged by brute force."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from avsec_gym.validation.connected.rays.range_image import (
+    RangeImage,
+    angles_between,
+    cells_around,
+    cells_between,
+    first_and_last,
+    range_image,
+)
+from avsec_gym.validation.connected.rays.sweep import TIP
+
+
+def _cloud(seed: int, count: int = 4000) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    azimuth, elevation = rng.uniform(-np.pi, np.pi, count), np.radians(rng.uniform(-30, 30, count))
+    distance = rng.uniform(1.0, 60.0, count)
+    return np.stack(
+        [
+            distance * np.cos(elevation) * np.cos(azimuth),
+            distance * np.cos(elevation) * np.sin(azimuth),
+            distance * np.sin(elevation) + TIP,
+            np.ones(count),
+        ],
+        axis=1,
+    ).astype(np.float32)
+
+
+def _near(image: RangeImage, azimuth: float, elevation: float, reach: float) -> set[int]:
+    """The rays of the image within an angle of a direction, found by way of its cells."""
+    low, high, right, left = cells_around(azimuth, elevation, reach, reach)
+    found = set()
+    for row in range(low, high):
+        for column in range(right, left):
+            for ray in range(*first_and_last(image, row, column)):
+                if np.hypot(*angles_between(image, ray, azimuth, elevation)) < reach:
+                    found.add(ray)
+    return found
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    seed=st.integers(0, 5),
+    azimuth=st.floats(-3.1415, 3.1415),
+    elevation=st.floats(-0.45, 0.45),
+    reach=st.floats(0.005, 0.1),
+)
+def test_rays_around_a_direction_are_those_that_brute_force_finds(
+    seed: int, azimuth: float, elevation: float, reach: float
+) -> None:
+    image = range_image(_cloud(seed))
+    seen = np.asarray(image.end, float) - [0, 0, TIP]
+    toward = [
+        np.cos(elevation) * np.cos(azimuth),
+        np.cos(elevation) * np.sin(azimuth),
+        np.sin(elevation),
+    ]
+    angle = np.arccos(np.clip(seen @ toward / np.linalg.norm(seen, axis=1), -1, 1))
+    found = _near(image, azimuth, elevation, reach)
+    # Angles on a small patch of the sphere are taken for those of a plane.
+    assert set(np.flatnonzero(angle < 0.93 * reach)) <= found
+    assert found <= set(np.flatnonzero(angle < 1.07 * reach))
+
+
+def test_every_finite_point_outside_the_vehicle_has_a_ray() -> None:
+    cloud = _cloud(1, 500)
+    cloud[:3, 0] = [np.nan, np.inf, -np.inf]
+    cloud[3, :3] = [0.1, 0.1, TIP]
+    image = range_image(cloud)
+    assert len(image.end) == 496
+    order = np.lexsort(image.end.T)
+    kept = cloud[4:, :3]
+    assert np.array_equal(image.end[order], kept[np.lexsort(kept.T)])
+    assert image.distance == pytest.approx(
+        np.linalg.norm(image.end - np.float32([0, 0, TIP]), axis=1), rel=1e-5
+    )
+
+
+def test_an_empty_scan_has_an_image_without_a_field_of_view() -> None:
+    image = range_image(np.zeros((0, 4), np.float32))
+    assert len(image.end) == 0
+    assert image.lowest == image.highest
+
+
+@pytest.mark.parametrize(("first", "last"), [(-0.3, 0.4), (2.9, 3.5), (-3.5, -2.9), (-9.0, 9.0)])
+def test_cells_between_two_azimuths_hold_the_rays_between_them_once(
+    first: float, last: float
+) -> None:
+    image = range_image(_cloud(2))
+    rays = np.concatenate(
+        [np.arange(image.start[a], image.start[b]) for a, b in cells_between(image, first, last)]
+    )
+    turn = (image.azimuth.astype(float) - first) % (2 * np.pi)
+    wanted = set(np.flatnonzero(turn < last - first))
+    cell = np.radians(0.3)
+    around = (image.azimuth.astype(float) - first + cell) % (2 * np.pi) < last - first + 2 * cell
+    assert len(rays) == len(set(rays))
+    assert wanted <= set(rays)
+    assert last - first > 6 or set(rays) <= set(np.flatnonzero(around))
