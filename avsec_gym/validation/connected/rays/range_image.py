@@ -58,7 +58,6 @@ def range_image(points: NDArray[np.float32]) -> RangeImage:
     kept = int(start.sum())
     by_cell, end = np.empty((3, kept), np.float32), np.empty((kept, 3), np.float32)
     rows = start[2:].reshape(_ROWS, _COLUMNS).sum(axis=1)
-    np.cumsum(start, out=start)
     _sort(points, azimuth, elevation, distance, cell, start, by_cell, end)
     # Single stray returns do not make a field of view.
     used = np.flatnonzero(rows > 5)
@@ -173,6 +172,8 @@ def _sort(
     end: Singles,
 ) -> None:
     """Counting sort: while it fills cell c, ``start[c + 1]`` moves from its begin to its end."""
+    for c in range(1, len(start)):
+        start[c] += start[c - 1]
     for i in range(len(cell)):
         if cell[i] >= 0:
             place = start[cell[i] + 1]
@@ -180,4 +181,5 @@ def _sort(
             by_cell[0, place] = azimuth[i]
             by_cell[1, place] = elevation[i]
             by_cell[2, place] = distance[i]
-            end[place] = points[i, :3]
+            for axis in range(3):
+                end[place, axis] = points[i, axis]

@@ -31,18 +31,20 @@ class RayRates:
         most: Number of independent rays that a testimony tends to: what errs, errs for all rays
             of an object at once.  With ``n`` rays it is ``n / (1 + (n - 1) / most)``, the
             effective size of a sample whose members correlate by ``1 / most`` (Kish, 1965).
-        least: Number of telling rays below which a testimony decides nothing.
+        least: Number of rays that support or pass through below which a testimony decides nothing.
+            Missing rays add to others; alone they may be due to what the witness cannot see, such
+            as a dark car in front, and that would accuse it by all claims at once.
 
     Raises:
         ConfigurationError: A chance that is not between 0 and 1, or no positive number of rays.
     """
 
-    support_present: float = 0.979
+    support_present: float = 0.981
     through_present: float = 0.017
-    missing_present: float = 0.004
-    support_absent: float = 0.026
-    through_absent: float = 0.817
-    missing_absent: float = 0.157
+    missing_present: float = 0.002
+    support_absent: float = 0.027
+    through_absent: float = 0.850
+    missing_absent: float = 0.123
     most: float = 2.0
     least: int = 5
 
@@ -82,7 +84,7 @@ def log_likelihood_ratio(counts: ArrayLike, rates: RayRates) -> Floats:
 
 
 def decidable(counts: ArrayLike, rates: RayRates) -> NDArray[np.bool_]:
-    """Whether testimonies tell of enough rays to decide anything.
+    """Whether testimonies tell of enough rays that returned to decide anything.
 
     Args:
         counts: Counts as in `WitnessCounts`, shape (..., 3).
@@ -91,4 +93,4 @@ def decidable(counts: ArrayLike, rates: RayRates) -> NDArray[np.bool_]:
     Returns:
         Shape (...).
     """
-    return np.asarray(np.asarray(counts).sum(axis=-1) >= rates.least)
+    return np.asarray(np.asarray(counts)[..., :2].sum(axis=-1) >= rates.least)

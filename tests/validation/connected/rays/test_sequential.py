@@ -1,0 +1,59 @@
+"""The test over frames: small evidence adds up, and false alarms stay as rare as was asked."""
+
+import numpy as np
+import pytest
+
+from avsec_gym.errors import ConfigurationError, DataError
+from avsec_gym.validation.connected.rays.sequential import (
+    SequentialTest as PageTest,
+)
+from avsec_gym.validation.connected.rays.sequential import (
+    count_false_alarms,
+    fit_limit,
+    windows,
+)
+
+
+def test_sums_by_hand() -> None:
+    sums = PageTest(limit=4.0, allowance=0.5, clip=3.0).sums([1.5, -9.0, 2.5, np.nan, 9.0])
+    assert sums.tolist() == [1.0, 0.0, 2.0, 2.0, 4.5]
+
+
+def test_an_alarm_comes_with_the_first_frame_at_the_limit() -> None:
+    page = PageTest(limit=4.0, allowance=0.0, clip=3.0)
+    assert page.alarm([2.0, 2.0, -5.0]) == 1
+    assert page.alarm([2.0, -2.0, 2.0, -2.0]) is None
+
+
+def test_one_frame_alone_cannot_alarm_below_the_clip() -> None:
+    assert PageTest(limit=5.0, clip=4.0).alarm([100.0]) is None
+
+
+def test_windows_do_not_overlap() -> None:
+    assert [each.tolist() for each in windows(np.arange(7.0), 3)] == [[0, 1, 2], [3, 4, 5]]
+
+
+def test_the_limit_of_a_rate_lets_so_many_windows_alarm() -> None:
+    rng = np.random.default_rng(0)
+    fitted_on = windows(rng.normal(-0.5, 1.0, 40_000), 10)
+    page = fit_limit(fitted_on, rate=0.01)
+    assert count_false_alarms(page, fitted_on).alarms == 40
+    judged = count_false_alarms(page, windows(rng.normal(-0.5, 1.0, 40_000), 10))
+    assert judged.alarms / judged.windows == pytest.approx(0.01, abs=0.006)
+    low, high = judged.interval
+    assert low < judged.alarms / judged.windows < high
+    # An attack of one standard deviation in every frame is found in nearly every window.
+    attacked = windows(rng.normal(1.0, 1.0, 10_000), 10)
+    assert count_false_alarms(page, attacked).alarms > 900
+
+
+def test_no_window_alarms_at_the_rate_zero() -> None:
+    attack_free = windows(np.random.default_rng(2).normal(0, 1, 500), 10)
+    assert count_false_alarms(fit_limit(attack_free, 0.0), attack_free).alarms == 0
+
+
+def test_what_is_no_test_is_refused() -> None:
+    with pytest.raises(ConfigurationError):
+        PageTest(limit=0.0)
+    with pytest.raises(DataError):
+        fit_limit([], 0.01)

@@ -1,0 +1,124 @@
+"""Witnesses: a wall, a box, what hides it, and the rays of another place."""
+
+import numpy as np
+import pytest
+
+from avsec_gym.validation.connected.rays.claims import Claims, claim
+from avsec_gym.validation.connected.rays.observer import Observer, observe
+from avsec_gym.validation.connected.rays.sweep import TIP, Sweep
+from avsec_gym.validation.connected.rays.witness import OCCLUDED, THROUGH, Margins, outcomes
+from avsec_gym.validation.connected.rays.witness_counts import count_rays
+from avsec_gym.validation.connected.regions import Regions
+from tests.validation.connected.rays.world_of_planes import HEIGHT, Box, pose_at, scan_of
+
+_BOX: Box = (10.0, 14.0, -1.0, 1.0, 0.0, 1.5)
+_REGION = Regions(np.array([[12.0, 0.0, 0.0]]), np.array([[4.0, 2.0, 1.5]]), np.zeros(1))
+_EXACT = Margins(position_noise=0.0, heading_noise=0.0)
+_STILL = Sweep(period=0.0)
+
+
+@pytest.fixture(scope="module")
+def claims() -> Claims:
+    """What a vehicle claims that sees the box from its side."""
+    return claim(observe(scan_of([_BOX], pose_at(12.0, -12.0, np.pi / 2)), _STILL), _REGION)
+
+
+def _shares(witness: Observer, claims: Claims, margins: Margins = _EXACT) -> np.ndarray:
+    """Supporting, passing and missing shares of the only claim's voxels."""
+    counts = count_rays(witness, claims, _REGION, margins).counts
+    return np.asarray(counts[0] / claims.count[0])
+
+
+def test_rays_that_end_on_the_box_support_it(claims: Claims) -> None:
+    witness = observe(scan_of([_BOX], pose_at(3.0, -6.0, 0.7)), _STILL)
+    support, through, missing = _shares(witness, claims)
+    assert support > 0.6
+    assert through == missing == 0
+
+
+@pytest.mark.parametrize("behind", [(), ((20.0, 21.0, -30.0, 30.0, 0.0, 5.0),)])
+def test_rays_to_the_ground_or_a_wall_behind_pass_through_what_is_not_there(
+    claims: Claims, behind: tuple[Box, ...]
+) -> None:
+    witness = observe(scan_of(behind, pose_at(0.0, 0.0)), _STILL)
+    support, through, _ = _shares(witness, claims)
+    assert support == 0
+    assert through > 0.6
+
+
+def test_what_a_wall_hides_stays_open(claims: Claims) -> None:
+    wall: Box = (5.0, 5.2, -20.0, 20.0, 0.0, 5.0)
+    witness = observe(scan_of([wall], pose_at(0.0, 0.0)), _STILL)
+    assert _shares(witness, claims).tolist() == [0, 0, 0]
+
+
+def test_over_a_low_wall_rays_pass_through_what_they_can_reach(claims: Claims) -> None:
+    wall: Box = (5.0, 5.2, -20.0, 20.0, 0.0, 1.5)
+    house: Box = (40.0, 50.0, -60.0, 60.0, 0.0, 20.0)
+    witness = observe(scan_of([wall, house], pose_at(0.0, 0.0)), _STILL)
+    outcome = outcomes(witness, claims, _REGION, _EXACT)
+    # Height above the wall's far edge at which the line from the sensor to each voxel crosses it.
+    x, _, z = claims.places(_REGION).T
+    eye = HEIGHT + TIP
+    over = eye + (z - eye) * 5.2 / x - 1.5
+    assert (outcome[over > 0.1] == THROUGH).all()
+    assert (outcome[over < -0.1] == OCCLUDED).all()
+    assert min((over > 0.1).sum(), (over < -0.1).sum()) > 5
+
+
+def test_rays_that_were_lost_are_missing(claims: Claims) -> None:
+    wall: Box = (20.0, 21.0, -30.0, 30.0, 0.0, 5.0)
+    scan = scan_of([wall, _BOX], pose_at(0.0, 0.0), hidden=[_BOX])
+    kept = ~_REGION.grown(0.4, 0.4).contains(0, scan.in_world())
+    kept &= np.abs(scan.points[:, 1]) > 0.14 * scan.points[:, 0]
+    lost = type(scan)(scan.points[kept], scan.pose)
+    support, _, missing = _shares(observe(lost, _STILL), claims)
+    assert support == 0
+    assert missing > 0.4
+
+
+def test_far_away_a_missing_ray_tells_nothing(claims: Claims) -> None:
+    witness = observe(scan_of([], pose_at(-40.0, 0.0)), _STILL)
+    sky = type(witness.scan)(witness.scan.points[witness.scan.points[:, 0] < 0], witness.pose)
+    assert _shares(observe(sky, _STILL), claims)[2] == 0
+
+
+@pytest.mark.parametrize("error", [(0.4, 0.0), (0.0, 0.4), (-0.3, 0.3)])
+def test_with_margins_for_noise_a_wrong_pose_does_not_contradict(
+    claims: Claims, error: tuple[float, float]
+) -> None:
+    true = pose_at(3.0, -6.0, 0.7)
+    wrong = true.copy()
+    wrong[:2, 3] += error
+    scan = scan_of([_BOX], true)
+    support, through, _ = _shares(observe(type(scan)(scan.points, wrong)), claims, Margins())
+    assert through < 0.03
+    assert support > 0.3
+
+
+def test_with_those_margins_a_ghost_is_still_seen_through(claims: Claims) -> None:
+    witness = observe(scan_of([], pose_at(0.3, 0.3)), _STILL)
+    assert _shares(witness, claims, Margins())[1] > 0.6
+
+
+def test_what_moves_is_looked_for_where_it_is_by_then() -> None:
+    velocity, sweep = (12.0, 0.0), Sweep(10.0, 0.2, 0.1)
+    moving = {"velocity": velocity, "sweep": sweep}
+    first = observe(scan_of([_BOX], pose_at(12.0, -12.0, np.pi / 2), time=0.0, **moving), sweep)
+    other = observe(scan_of([_BOX], pose_at(26.0, 6.0, -2.7), time=0.1, **moving), sweep)
+    carried = claim(first, _REGION, np.array([velocity]))
+    support, through, _ = _shares(other, carried)
+    assert support > 0.5
+    assert through < 0.02
+    # Without its velocity, it is where it was.
+    left = claim(first, _REGION)
+    assert _shares(other, left)[0] < support
+
+
+def test_a_vehicle_that_turns_while_it_looks_finds_things_where_they_are(claims: Claims) -> None:
+    sweep = Sweep(20.0, 0.5, 0.1)
+    for heading in (0.4, 2.5, -1.2):
+        pose = pose_at(3.0, -6.0, heading)
+        support, through, _ = _shares(observe(scan_of([_BOX], pose, sweep=sweep), sweep), claims)
+        assert support > 0.6
+        assert through < 0.05
