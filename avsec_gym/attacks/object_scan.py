@@ -79,17 +79,35 @@ def cut_out(frame: SensorFrame, box: Boxes3D) -> ObjectScan:
     height, width, length = (float(size) for size in box.dimensions[0])
     bottom = rig.camera_height - float(box.location[0, 1])
     to_own = np.linalg.inv(object_pose(box.poses[0], bottom)) @ rig.velodyne_pose
-    places = transform_points(to_own, frame.points[:, :3])
-    inside = (np.abs(places[:, 0]) <= length / 2) & (np.abs(places[:, 1]) <= width / 2)
-    inside &= (places[:, 2] >= 0) & (places[:, 2] <= height)
-    if not inside.any():
+    scan = cut_out_points(frame.points, to_own, (height, width, length))
+    if scan is None:
         raise DataError(
             f"Frame {frame.id} has no point of its scan in the box at {box.location[0].round(1)}.",
             path=frame.origin,
             remedy="Cut out an object that the LiDAR sees.",
         )
-    points = np.c_[places[inside], frame.points[inside, 3]].astype(np.float32)
-    return ObjectScan(points, (height, width, length), (to_own[0, 3], to_own[1, 3]))
+    return scan
+
+
+def cut_out_points(
+    points: Points, to_own: Floats, dimensions: tuple[float, float, float], feet: float = 0.0
+) -> ObjectScan | None:
+    """An object's points out of a scan; None where there is none.
+
+    Args:
+        points: The scan, velodyne frame, shape (M, 4).
+        to_own: Transform from the velodyne frame to the object's own, shape (4, 4).
+        dimensions: Height, width, length of its box, metres.
+        feet: Points lower than this above its bottom are the ground's, metres.
+    """
+    height, width, length = dimensions
+    places = transform_points(to_own, points[:, :3])
+    inside = (np.abs(places[:, 0]) <= length / 2) & (np.abs(places[:, 1]) <= width / 2)
+    inside &= (places[:, 2] >= feet) & (places[:, 2] <= height)
+    if not inside.any():
+        return None
+    own = np.c_[places[inside], points[inside, 3]].astype(np.float32)
+    return ObjectScan(own, dimensions, (to_own[0, 3], to_own[1, 3]))
 
 
 def write_object_scan(path: str | Path, scan: ObjectScan, *, overwrite: bool = False) -> None:

@@ -6,14 +6,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avsec_gym.attacks.attack import Seed
 from avsec_gym.attacks.object_scan import ObjectScan, object_pose, read_object_scan
 from avsec_gym.attacks.optical_attack import TamperedFrame
+from avsec_gym.attacks.tampered_scan import inject_object
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
-from avsec_gym.geometry import Floats, transform_points
 from avsec_gym.rig import SensorRig
 from avsec_gym.sensor_system import LIDAR, Sensor
 
@@ -44,25 +43,14 @@ def paste_scan(
     """
     if not np.isfinite([*pose, bottom]).all():
         raise ConfigurationError(f"an object is pasted at a finite place, got {(*pose, bottom)}")
-    cloud = frame.points
     to_velodyne = np.linalg.inv(SensorRig(frame.calibration).velodyne_pose) @ object_pose(
         np.asarray(pose, float), bottom
     )
-    to_own = np.linalg.inv(to_velodyne)
-    height, width, length = scan.dimensions
-    low, high = np.array([[-length, -width, 0.0], [length, width, 2 * height]]) / 2
-    if ((to_own[:3, 3] > low) & (to_own[:3, 3] < high)).all():
-        raise ConfigurationError(f"an object at {pose} would have the LiDAR in it")
-    pasted = scan.points.copy()
-    pasted[:, :3] = transform_points(to_velodyne, scan.points[:, :3])
-    lost = None
-    if rays_lost:
-        lost = _meets_box(to_own[:3, 3], transform_points(to_own, cloud[:, :3]), low, high)
-    kept = cloud if lost is None else cloud[~lost]
+    tampered = inject_object(frame.points, scan, to_velodyne, rays_lost=rays_lost)
     return TamperedFrame(
-        frame.with_points(np.concatenate([kept, pasted])),
-        points=np.arange(len(kept) + len(pasted)) >= len(kept),
-        lost=lost,
+        frame.with_points(tampered.points),
+        points=tampered.bogus,
+        lost=tampered.lost if rays_lost else None,
         settings={"x": float(pose[0]), "y": float(pose[1]), "heading": float(pose[2])},
     )
 
@@ -129,13 +117,3 @@ class PastedScan:
             facing if self.heading is None else self.heading,
         )
         return paste_scan(frame, self._scan, pose, rays_lost=self.rays_lost)
-
-
-def _meets_box(
-    origin: NDArray[np.floating], ends: Floats, low: Floats, high: Floats
-) -> NDArray[np.bool_]:
-    """Which rays enter a box, upright in this frame, before they end; shape (N,)."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        faces = np.stack([low - origin, high - origin])[:, None] / (ends - origin)
-    enters, leaves = faces.min(axis=0).max(axis=1), faces.max(axis=0).min(axis=1)
-    return np.asarray((enters <= leaves) & (leaves > 0) & (enters < 1))
