@@ -1,0 +1,62 @@
+"""Instants of connected vehicles, from the data set in which they were recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.validation.connected.vehicle_scan import VehicleScan
+from avsec_gym.world.export.connected_world import ConnectedWorld
+from avsec_gym.world.export.instants import ConnectedInstant
+
+Poses = Literal["measured", "true"]
+"""Whose poses align the scans: those that the vehicles measure, or the true ones."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedInstant:
+    """What all vehicles scanned at an instant.
+
+    Args:
+        id: The name of the instant in its data set.
+        scans: The scan of each vehicle, by number.
+        truth: What was really there; None of a recording without labels.
+    """
+
+    id: str
+    scans: tuple[VehicleScan, ...]
+    truth: ConnectedInstant | None = None
+
+
+def recorded_instants(
+    world: ConnectedWorld, poses: Poses = "measured", ids: Sequence[str] | None = None
+) -> Iterator[RecordedInstant]:
+    """The instants of a data set of connected vehicles, one after the other.
+
+    Args:
+        world: The data set.
+        poses: Whose poses align the scans.
+        ids: The instants that are read; None: all.
+
+    Raises:
+        ConfigurationError: There are no such poses.
+        DataError: Something of an instant is missing or broken.
+
+    Example:
+        >>> world = ConnectedWorld("data/connected")  # doctest: +SKIP
+        >>> [len(instant.scans) for instant in recorded_instants(world)]  # doctest: +SKIP
+    """
+    if poses not in ("measured", "true"):
+        raise ConfigurationError(f"poses are 'measured' or 'true', got {poses!r}")
+    for id in world.ids() if ids is None else ids:
+        scans = tuple(
+            VehicleScan(
+                view.frame.points,
+                view.measured_pose if poses == "measured" else view.pose,
+                view.time,
+            )
+            for view in world.views(id)
+        )
+        yield RecordedInstant(id, scans, world.instant(id))
