@@ -67,6 +67,13 @@ COMMANDS: Mapping[str, str | Group] = {
         },
     ),
     "train": "avsec_gym.commands.train:Train",
+    "error-model": Group(
+        "What a detector gets wrong, for drives without images.",
+        {
+            "fit": "avsec_gym.commands.error_model:ErrorModelFit",
+            "check": "avsec_gym.commands.error_model:ErrorModelCheck",
+        },
+    ),
     "weights": Group(
         "Weights of networks: published ones, and the scores of detectors.",
         {

@@ -102,7 +102,8 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
       labelled scenarios, of KITTI labels, or of CommonRoad files; or a dictionary such as
       `{"source": "drives", "seed": 1, "count": 20, "people": False}`.
     * `perception="truth"`: or `"blind"`, or `"sensors"`: the detector reads what the sensors
-      deliver; or a live `DrivePerception`.
+      deliver; or `{"name": "error_model", "model": FILE}`: errors drawn as those of a detector,
+      without images; or a live `DrivePerception`.
     * `detector="dsgn"`, `attack=None`, `classifier=None`, `selector=None`, `validator=None`,
       `response="stop"`, `score_threshold=0.3`: the parts of `"sensors"`, as everywhere.
     * `motion="truth"`: how the planner takes believed objects to move: as the true object that

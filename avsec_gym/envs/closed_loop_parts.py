@@ -8,6 +8,8 @@ from typing import Any
 
 from avsec_gym.argument_checks import number, one_of
 from avsec_gym.attacks.attacked_detector import attack_kind
+from avsec_gym.closed_loop.error_model.model import ErrorModel
+from avsec_gym.closed_loop.error_model.perception import ErrorModelPerception
 from avsec_gym.closed_loop.loop_scenes import DRIVES, LoopScenes, loop_scenes, scenes_to_drive_in
 from avsec_gym.closed_loop.perception import (
     BlindPerception,
@@ -27,7 +29,7 @@ from avsec_gym.suggestions import unknown_name
 from avsec_gym.unknown_source import unknown_source
 from avsec_gym.validation.response import Response
 
-TRUTH, BLIND, SENSORS = "truth", "blind", "sensors"
+TRUTH, BLIND, SENSORS, ERROR_MODEL = "truth", "blind", "sensors", "error_model"
 """Levels of perception."""
 
 Made = DrivePerception | Callable[[], DrivePerception]
@@ -101,11 +103,16 @@ def perception_of(
         check(chosen, part)
     if isinstance(perception, Mapping):
         perception = _level(perception)
+    if perception == ERROR_MODEL:
+        raise ConfigurationError(
+            'perception by an error model names its file: {"name": "error_model", "model": FILE};'
+            " `avsec error-model fit` makes one"
+        )
     if not isinstance(perception, str):
         if not (hasattr(perception, "perceive") and hasattr(perception, "begin")):
             raise ConfigurationError(
-                f'perception is "{TRUTH}", "{BLIND}", "{SENSORS}", or an object with begin and '
-                f"perceive, got {perception!r}"
+                f'perception is "{TRUTH}", "{BLIND}", "{SENSORS}", an error model, or has '
+                f"begin and perceive; got {perception!r}"
             )
         return perception, planner
     level = one_of("perception", perception, (TRUTH, BLIND, SENSORS))
@@ -129,16 +136,22 @@ def perception_of(
     return sensors, planner
 
 
-def _level(given: Mapping[str, Any]) -> str:
-    """The name in a dictionary that describes a level; none of them has arguments.
+def _level(given: Mapping[str, Any]) -> str | DrivePerception:
+    """The level in a dictionary; an error model alone has an argument, its file.
 
     Raises:
-        ConfigurationError: It has no name, or more than a name.
+        ConfigurationError: It has no name, or arguments that the level does not have.
+        DataError: The error model is missing or damaged.
     """
+    known = ["name", "model"] if given.get("name") == ERROR_MODEL else ["name"]
     for name in given:
-        if name != "name":
+        if name not in known:
             problem = f"perception has no {name!r}"
-            raise ConfigurationError(unknown_name(problem, str(name), ["name"]))
+            raise ConfigurationError(unknown_name(problem, str(name), known))
     if not isinstance(given.get("name"), str):
         raise ConfigurationError(f"perception as a dictionary needs a 'name', got {dict(given)!r}")
-    return str(given["name"])
+    if "model" not in given:
+        return str(given["name"])
+    if not isinstance(given["model"], str | Path | ErrorModel):
+        raise ConfigurationError(f"the error model is a file, got {given['model']!r}")
+    return ErrorModelPerception(given["model"])

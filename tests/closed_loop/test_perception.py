@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -10,10 +11,12 @@ import pytest
 
 import avsec_gym  # noqa: F401 - registers the environments
 from avsec_gym.boxes import Boxes3D
+from avsec_gym.closed_loop.error_model.model import ErrorModel, write_error_model
 from avsec_gym.closed_loop.loop_scenes import LoopScenes
 from avsec_gym.closed_loop.perception import SensorPerception
 from avsec_gym.closed_loop.procedural_drives import procedural_drive
 from avsec_gym.closed_loop.rendered_sensors import RenderedSensors
+from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.pipeline import Pipeline
 from avsec_gym.rig import kitti_rig, resized_rig
@@ -77,3 +80,28 @@ def test_what_is_ahead_of_the_car_is_so_far_from_its_camera() -> None:
     ]
     rear = 15.0 - 0.5 * tracks.dimensions[row, 2]
     assert ahead[:, 2].min() == pytest.approx(rear, abs=0.6)
+
+
+def test_errors_are_drawn_from_a_file(tmp_path: Path) -> None:
+    blind = ErrorModel(found=(-50.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    for name, model in (("sure", ErrorModel()), ("blind", blind)):
+        write_error_model(tmp_path / f"{name}.json", model)
+    seen = {}
+    for name in ("sure", "blind"):
+        chosen = {"name": "error_model", "model": str(tmp_path / f"{name}.json")}
+        env = gym.make(
+            "avsec/ClosedLoop-v0", scenarios={"source": "layouts", "count": 3}, perception=chosen
+        )
+        env.reset(seed=0)
+        played: Any = env.unwrapped
+        seen[name] = len(played.belief.poses)
+    assert seen["sure"] > 0 == seen["blind"]
+    for wrong, problem in (
+        ("error_model", "names its file"),
+        ({"name": "error_model", "modle": "x"}, "model"),
+        ({"name": "error_model", "model": 3}, "file"),
+    ):
+        with pytest.raises(ConfigurationError, match=problem):
+            gym.make("avsec/ClosedLoop-v0", perception=wrong)
+    with pytest.raises(DataError, match=r"gone\.json"):
+        gym.make("avsec/ClosedLoop-v0", perception={"name": "error_model", "model": "gone.json"})

@@ -1,0 +1,80 @@
+"""Frames to fit an error model to: labels, result files, and who is who from frame to frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.closed_loop.error_model.fit import DetectedFrame
+from avsec_gym.errors import DataError
+from avsec_gym.kitti.dataset import KittiObject
+from avsec_gym.kitti.detections import DetectionFolder, above
+from avsec_gym.storage.json_files import read_json_object
+
+_REMEDY = "Make the data set anew with `avsec world make`."
+PERIOD = 0.1
+"""Seconds between the frames of a drive of connected vehicles."""
+
+
+def stored_frames(
+    kitti: str | Path,
+    detections: str | Path,
+    *,
+    split: str | None = None,
+    limit: int | None = None,
+    score_threshold: float = 0.3,
+) -> list[DetectedFrame]:
+    """Frames with what is there and what a detector found.
+
+    Args:
+        kitti: Folder in KITTI's object layout.  Frames of one vehicle of a ``connected`` data set
+            belong to drives; all others are drives of their own.
+        detections: The detector's result folder.
+        split: The frames of ``ImageSets/SPLIT.txt``; all labelled ones if None.
+        limit: Only the first frames.
+        score_threshold: The least score of a detection that is planned on.
+
+    Raises:
+        DataError: A folder or file is missing or broken, or there is no frame.
+    """
+    data = KittiObject(kitti)
+    ids = data.ids(split, having=() if split else ("label_2",))[:limit]
+    if not ids:
+        raise DataError("There is no labelled frame.", path=kitti, remedy="Name another split.")
+    found, _ = DetectionFolder(detections).read(ids)
+    frames = []
+    for id in ids:
+        objects = data.labels(id, keep_dont_care=True)
+        drive, time = _place_in_drive(data.folder.parent.parent / "objects" / f"{id}.json", id)
+        actors = _actors(data.folder / "scene" / f"{id}.json", len(objects))
+        frames.append(
+            DetectedFrame(objects, above(found[id], score_threshold), drive, time, actors)
+        )
+    return frames
+
+
+def _place_in_drive(path: Path, id: str) -> tuple[str, float]:
+    """The drive of a frame and the seconds since its start."""
+    if not path.exists():
+        return id, 0.0
+    instant = read_json_object(path, remedy=_REMEDY)
+    try:
+        return str(int(instant["drive"])), PERIOD * int(instant["frame"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise DataError(f"The file is damaged: {error}.", path=path, remedy=_REMEDY) from error
+
+
+def _actors(path: Path, count: int) -> NDArray[np.int64] | None:
+    """The actor of each label line; None where they have no numbers."""
+    if not path.exists():
+        return None
+    objects: Sequence[Any] = read_json_object(path, remedy=_REMEDY).get("objects", ())
+    try:
+        numbers = np.array([int(each["actor"]) for each in objects], np.int64)
+    except (KeyError, TypeError, ValueError) as error:
+        raise DataError(f"The file is damaged: {error}.", path=path, remedy=_REMEDY) from error
+    return numbers if len(numbers) == count else None

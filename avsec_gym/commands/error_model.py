@@ -1,0 +1,163 @@
+"""`avsec error-model fit` and `check`: what a detector gets wrong, as distributions."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import tyro
+
+from avsec_gym import console
+from avsec_gym.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from avsec_gym.closed_loop.error_model.check import RangeCheck
+    from avsec_gym.closed_loop.error_model.fit import DetectedFrame
+    from avsec_gym.closed_loop.error_model.model import ErrorModel
+
+
+@dataclass(frozen=True)
+class ErrorModelFit:
+    """Fit an error model to a detector's result files, for closed-loop drives without images.
+
+    Misses by distance, occlusion and truncation; errors of place, heading and size; ghosts; and,
+    where frames follow one another, how long each of these lasts.
+    """
+
+    kitti: Path
+    """Labelled frames in KITTI's object layout; a vehicle's folder of a `connected` data set has
+    frames that follow one another."""
+    detections: Path
+    """The detector's results for them, as `avsec detect` writes."""
+    out: Path
+    """JSON file of the error model: a new one."""
+    split: str | None = None
+    """The frames of ImageSets/SPLIT.txt, such as train.  Default: all that have labels."""
+    limit: int | None = None
+    """Only the first frames."""
+    score_threshold: float = 0.3
+    """Detections of a lower score are not planned on."""
+    detector: str = ""
+    """What found them, for the card, such as dsgn."""
+    attack: str = ""
+    """What attacked it, for the card."""
+    json: bool = False
+    """Print the model's card as JSON."""
+
+    def run(self) -> int:
+        """Do it; the exit code."""
+        from avsec_gym.closed_loop.error_model.fit import fit_error_model
+        from avsec_gym.closed_loop.error_model.model import write_error_model
+
+        frames = _frames(self)
+        card = {
+            "detector": self.detector,
+            "attack": self.attack,
+            "score_threshold": self.score_threshold,
+            "kitti": str(self.kitti),
+            "detections": str(self.detections),
+        }
+        model = fit_error_model(frames, card)
+        write_error_model(self.out, model)
+        if self.json:
+            console.print_json("error_model.fit", {"out": str(self.out), **model.card})
+        else:
+            _show(model, str(self.out))
+        return console.DONE
+
+
+@dataclass(frozen=True)
+class ErrorModelCheck:
+    """Hold an error model against frames that it was not fitted to: misses and ghosts by distance.
+
+    Exit code 3 where one of them lies outside of its margin.
+    """
+
+    model: Annotated[Path, tyro.conf.Positional]
+    """JSON file of the error model."""
+    kitti: Path
+    """Labelled frames in KITTI's object layout."""
+    detections: Path
+    """Results of the same detector, under the same attack, for them."""
+    split: str | None = None
+    """The frames of ImageSets/SPLIT.txt, such as val.  Default: all that have labels."""
+    limit: int | None = None
+    """Only the first frames."""
+    score_threshold: float | None = None
+    """Detections of a lower score are not planned on.  Default: the model's."""
+    json: bool = False
+    """Print the comparison as JSON."""
+
+    def run(self) -> int:
+        """Do it; the exit code."""
+        from avsec_gym.closed_loop.error_model.check import check_error_model
+        from avsec_gym.closed_loop.error_model.model import read_error_model
+
+        model = read_error_model(self.model)
+        threshold = self.score_threshold
+        if threshold is None:
+            threshold = float(model.card.get("score_threshold", 0.3))
+        checks = check_error_model(model, _frames(self, threshold))
+        agrees = all(each.agrees for each in checks)
+        if self.json:
+            rows = [{**asdict(each), "agrees": each.agrees} for each in checks]
+            console.print_json("error_model.check", {"ranges": rows, "agrees": agrees})
+        else:
+            console.print_table(
+                f"{self.model} against {self.detections}",
+                ["metres", "objects", "found %", "expected %", "ghosts a frame", "expected", ""],
+                [_row(each) for each in checks],
+            )
+        return console.DONE if agrees else console.DONE_IN_PART
+
+
+def _frames(
+    asked: ErrorModelFit | ErrorModelCheck, threshold: float | None = None
+) -> list[DetectedFrame]:
+    from avsec_gym.closed_loop.error_model.stored_frames import stored_frames
+
+    threshold = asked.score_threshold if threshold is None else threshold
+    assert threshold is not None, "the model's, where none is asked for"
+    if not 0 <= threshold <= 1:
+        raise ConfigurationError(f"--score-threshold lies in [0, 1], got {threshold}")
+    if asked.limit is not None and asked.limit < 1:
+        raise ConfigurationError(f"--limit is 1 or more, got {asked.limit}")
+    return stored_frames(
+        asked.kitti,
+        asked.detections,
+        split=asked.split,
+        limit=asked.limit,
+        score_threshold=threshold,
+    )
+
+
+def _show(model: ErrorModel, name: str) -> None:
+    import numpy as np
+
+    card: dict[str, Any] = dict(model.card)
+    rows = []
+    for component, spread in model.spreads.items():
+        near, far = spread.scales(np.array([10.0, 40.0]))
+        rows.append([component, f"{spread.bias:+.3f}", f"{near:.3f}", f"{far:.3f}"])
+    console.print_table(
+        f"{name}: {card['found']} of {card['objects']} objects found, {card['ghosts']} ghosts in"
+        f" {card['frames']} frames",
+        ["error (m, rad)", "bias", "scale at 10 m", "at 40 m"],
+        rows,
+    )
+
+
+def _row(check: RangeCheck) -> list[str]:
+    def percent(share: float | None) -> str:
+        return "-" if share is None else f"{100 * share:.1f}"
+
+    return [
+        f"{check.near:g} to {check.far:g}",
+        str(check.objects),
+        percent(check.found),
+        percent(check.found_expected),
+        f"{check.ghosts:.2f}",
+        f"{check.ghosts_expected:.2f}",
+        "" if check.agrees else "outside the margin",
+    ]
