@@ -28,8 +28,8 @@ SCHEMAS: Mapping[str, int] = {
     "world.twin": 1,
     "world.verify": 1,
     "train": 1,
-    "error_model.fit": 1,
-    "error_model.check": 1,
+    "error-model.fit": 1,
+    "error-model.check": 1,
     "weights.import": 1,
     "weights.calibrate": 1,
 }

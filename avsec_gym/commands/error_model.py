@@ -61,7 +61,7 @@ class ErrorModelFit:
         model = fit_error_model(frames, card)
         write_error_model(self.out, model)
         if self.json:
-            console.print_json("error_model.fit", {"out": str(self.out), **model.card})
+            console.print_json("error-model.fit", {"out": str(self.out), **model.card})
         else:
             _show(model, str(self.out))
         return console.DONE
@@ -102,7 +102,7 @@ class ErrorModelCheck:
         agrees = all(each.agrees for each in checks)
         if self.json:
             rows = [{**asdict(each), "agrees": each.agrees} for each in checks]
-            console.print_json("error_model.check", {"ranges": rows, "agrees": agrees})
+            console.print_json("error-model.check", {"ranges": rows, "agrees": agrees})
         else:
             console.print_table(
                 f"{self.model} against {self.detections}",

@@ -13,6 +13,7 @@ import tyro
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.cli import COMMANDS, Group, every_command, run
+from avsec_gym.closed_loop.error_model.model import ErrorModel, write_error_model
 from avsec_gym.commands.arguments import Option, options
 from avsec_gym.kitti.labels import write_detections
 from avsec_gym.perception.weights.given import shipped_weights
@@ -225,6 +226,15 @@ PLACES: dict[str, dict[str, str]] = {
         "--validation": "dsgn --out {out} --data {kitti}",
         "--start": "dsgn --out {out} --data {kitti}",
     },
+    "error-model fit": {
+        "--kitti": "--out {out} --detections {labels}",
+        "--detections": "--out {out} --kitti {kitti}",
+    },
+    "error-model check": {
+        "": "--kitti {kitti} --detections {labels}",
+        "--kitti": "{model} --detections {labels}",
+        "--detections": "{model} --kitti {kitti}",
+    },
     "weights import": {
         "": "--network dsgn",
         "--pair": "{out} --network psmnet --pair {missing} {missing} {missing}",
@@ -269,7 +279,9 @@ def test_a_place_that_is_not_there_has_one_exit_code(
         write_detections(labels / f"{id}.txt", Boxes3D.empty())
     problem = build_planning_scenario(Boxes3D.empty(), road_type=RoadType.STREET, id="free")
     write_commonroad(problem, tmp_path / "free.xml")
+    write_error_model(tmp_path / "errors.json", ErrorModel())
     there = {
+        "model": tmp_path / "errors.json",
         "labels": labels,
         "kitti": tmp_path / "labels",
         "out": tmp_path / "out",

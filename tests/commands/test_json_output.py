@@ -59,7 +59,7 @@ def test_no_command_prints_json_in_another_way() -> None:
 
 def test_the_documentation_lists_every_schema() -> None:
     page = (PACKAGE.parent / "docs" / "runs.md").read_text()
-    listed = re.findall(r"^\| `avsec\.([a-z_.]+)/(\d+)` \|", page, re.MULTILINE)
+    listed = re.findall(r"^\| `avsec\.([a-z_.-]+)/(\d+)` \|", page, re.MULTILINE)
     assert {name: int(version) for name, version in listed} == SCHEMAS
 
 
