@@ -10,14 +10,11 @@ import torch
 from torch import Tensor
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats, wrap_angle
+from avsec_gym.perception.detectors.stereo_rcnn.alignment import Alignment
 from avsec_gym.perception.detectors.stereo_rcnn.box_solver import ObservedBoxes, solve_boxes
-from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import (
-    Alignment,
-    Pixels,
-    align_depths,
-)
+from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import DecodingRule
+from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import Pixels, align_depths
 from avsec_gym.perception.detectors.stereo_rcnn.heads import BoxOutput, KeypointOutput
 from avsec_gym.perception.detectors.stereo_rcnn.keypoints import (
     checked_borders,
@@ -36,26 +33,6 @@ from avsec_gym.perception.nn.box_coding import clip_boxes
 from avsec_gym.perception.nn.nms import suppress
 
 _SMALLEST_SIDE = 0.3
-
-
-@dataclass(frozen=True)
-class DecodingRule:
-    """Which regions become boxes; the defaults are the published numbers.
-
-    Args:
-        least_score: Below this, a region is no detection.
-        overlap: Left boxes that overlap more than this suppress each other.
-
-    Raises:
-        ConfigurationError: A number beyond 0..1.
-    """
-
-    least_score: float = 0.05
-    overlap: float = 0.3
-
-    def __post_init__(self) -> None:
-        if not (0 <= self.least_score <= 1 and 0 <= self.overlap <= 1):
-            raise ConfigurationError(f"scores and overlaps are in 0..1, got {self}")
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,25 +13,25 @@ from torch.nn.utils.rnn import pad_sequence
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.network_detector import NetworkDetector
+from avsec_gym.perception.detectors.stereo_rcnn.alignment import (
+    MEASURED,
+    PUBLISHED,
+    Alignment,
+)
 from avsec_gym.perception.detectors.stereo_rcnn.configuration import (
     RESNET101,
     StereoRcnnConfiguration,
 )
 from avsec_gym.perception.detectors.stereo_rcnn.decoding import (
     EVIDENCE,
-    DecodingRule,
     EvidencedBoxes,
     keypoint_certainty,
     observed_boxes,
     select,
     solved_boxes,
 )
-from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import (
-    MEASURED,
-    PUBLISHED,
-    Alignment,
-    Pixels,
-)
+from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import DecodingRule
+from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import Pixels
 from avsec_gym.perception.detectors.stereo_rcnn.keypoints import stereo_truth
 from avsec_gym.perception.detectors.stereo_rcnn.losses import TermWeights, detection_terms
 from avsec_gym.perception.detectors.stereo_rcnn.network import StereoRcnnNetwork

@@ -8,15 +8,15 @@ from torch.nn import functional
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import wrap_angle
+from avsec_gym.perception.detectors.stereo_rcnn.alignment import Alignment
 from avsec_gym.perception.detectors.stereo_rcnn.decoding import (
     EVIDENCE,
-    DecodingRule,
     keypoint_certainty,
     observed_boxes,
     select,
     solved_boxes,
 )
-from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import Alignment
+from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import DecodingRule
 from avsec_gym.perception.detectors.stereo_rcnn.heads import BoxOutput, KeypointOutput
 from avsec_gym.perception.detectors.stereo_rcnn.keypoints import stereo_truth
 from avsec_gym.perception.detectors.stereo_rcnn.proposals import Proposals

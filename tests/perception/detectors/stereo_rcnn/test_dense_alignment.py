@@ -7,16 +7,13 @@ import pytest
 import shapely
 
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.perception.detectors.stereo_rcnn.alignment import MEASURED, Alignment
 from avsec_gym.perception.detectors.stereo_rcnn.box_solver import (
     ObservedBoxes,
     SolvedBoxes,
     solve_boxes,
 )
-from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import (
-    MEASURED,
-    Alignment,
-    align_depths,
-)
+from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import align_depths
 from avsec_gym.perception.detectors.stereo_rcnn.keypoints import stereo_truth
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_camera import StereoCamera
 

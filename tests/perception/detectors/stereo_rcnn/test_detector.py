@@ -11,8 +11,8 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Calibration, SensorFrame
 from avsec_gym.geometry import box_corners, project
 from avsec_gym.perception.detectors.detector import DifferentiableDetector
+from avsec_gym.perception.detectors.stereo_rcnn.alignment import Alignment
 from avsec_gym.perception.detectors.stereo_rcnn.configuration import SMALL, ProposalCount
-from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import Alignment
 from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
 from avsec_gym.perception.detectors.stereo_rcnn.losses import TERMS
 from avsec_gym.perception.nn.region_counts import SampleCount
