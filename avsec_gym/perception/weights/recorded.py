@@ -6,6 +6,7 @@ PSMNet's published ones are 1.2 px off on KITTI where 0.3 is theirs.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, is_dataclass
 from pathlib import Path
@@ -66,6 +67,13 @@ def recorded_corners(card: ModelCard | None, name: str, default: bool) -> bool:
             remedy="Import or train the weights again.",
         )
     return found
+
+
+def is_recorded(configuration: Any, recorded: Mapping[str, Any]) -> bool:
+    """Whether a card's configuration is this dataclass; fields that came later are not in cards."""
+    known = json.loads(json.dumps(asdict(configuration)))
+    same = [known[name] == value for name, value in recorded.items() if name in known]
+    return bool(same) and all(same)
 
 
 def _corners(configuration: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:

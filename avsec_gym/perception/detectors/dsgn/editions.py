@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict
-
 from avsec_gym.perception.detectors.dsgn.configuration import (
     FIRST_SMALL,
     DsgnConfiguration,
     without_pyramid,
 )
 from avsec_gym.perception.weights.model_card import ModelCard
+from avsec_gym.perception.weights.recorded import is_recorded
 
 _EARLIER = {
     "small": FIRST_SMALL,
@@ -32,8 +30,10 @@ def preset_of_weights(name: str, card: ModelCard | None) -> DsgnConfiguration:
     if card is None or name not in _EARLIER:
         return preset
     earlier = _EARLIER[name]
-    known = json.loads(json.dumps(asdict(earlier)))
-    # Fields that came later are not in its card; weights fit with and without the pyramid.
-    recorded = {field: value for field, value in card.configuration.items() if field in known}
-    recorded["features"] = {**recorded.get("features", {}), "pyramid": earlier.features.pyramid}
-    return earlier if recorded == {field: known[field] for field in recorded} else preset
+    # Weights fit with and without the pyramid.
+    features = {
+        **card.configuration.get("features", {}),
+        "pyramid": earlier.features.pyramid,
+    }
+    recorded = {**card.configuration, "features": features}
+    return earlier if is_recorded(earlier, recorded) else preset

@@ -19,6 +19,8 @@ class Alignment:
         fine_interval: The distance of fine steps, metres.
         nearest: No depth below this is tried at first, metres.
         most_pixels: A box is thinned out to less than twice so many rows and columns.
+        most_difference: A larger difference of a pixel's colour counts as this much, grey levels;
+            None: all count in full.  What mirrors or is hidden in one view differs at any depth.
         parabola: Refine the best fine step by a parabola through it and its neighbours.
         disparity_offset: Added to the disparity in the end, pixels.
         side_inset: How far a car's flanks lie inside of its box, metres.
@@ -35,6 +37,7 @@ class Alignment:
     fine_interval: float = 0.05
     nearest: float = 1.5
     most_pixels: int = 56
+    most_difference: float | None = None
     parabola: bool = False
     disparity_offset: float = 0.5
     side_inset: float = 0.0
@@ -45,6 +48,8 @@ class Alignment:
         counts = (self.coarse_steps, self.fine_steps, self.most_pixels)
         if min(counts) < 1 or min(self.coarse_interval, self.fine_interval, self.nearest) <= 0:
             raise ConfigurationError(f"a search takes steps and lengths above 0, got {self}")
+        if self.most_difference is not None and self.most_difference <= 0:
+            raise ConfigurationError(f"a difference that counts is above 0, got {self}")
 
 
 PUBLISHED = Alignment()

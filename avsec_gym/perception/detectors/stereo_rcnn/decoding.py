@@ -60,10 +60,6 @@ def select(
     proposals: Proposals, output: BoxOutput, size: tuple[int, int], rule: DecodingRule
 ) -> list[Selected]:
     """What survives score and suppression, for each of B images of a size (height, width)."""
-    deviations = output.box_deltas.new_tensor(BOX_DEVIATIONS)
-    # Decoded boxes end beyond their last pixel; half a metre of depth hangs on such a pixel.
-    beyond = output.box_deltas.new_tensor([0, 0, 1, 1])
-    means = output.box_deltas.new_tensor(DIMENSION_MEANS)
     probabilities = output.class_probabilities
     result = []
     for image in range(len(proposals.left)):
@@ -72,10 +68,16 @@ def select(
             # Each class by itself: what is likely is decoded, and suppressed by the left image.
             scores = probabilities[image, :, label]
             likely = (proposals.valid[image] & (scores > rule.least_score)).nonzero()[:, 0]
+            if rule.fit_share and output.fit_logits is not None:
+                fit = output.fit_logits[image].sigmoid()
+                scores = scores ** (1 - rule.fit_share) * fit**rule.fit_share
             regions = proposals.left[image, likely]
-            deltas = output.box_deltas[image, likely, label] * deviations
-            boxes = decode_stereo(regions, proposals.right[image, likely], deltas)
-            left, right = (clip_boxes(box - beyond, *size) for box in boxes)
+            left, right = decoded_pairs(
+                regions,
+                proposals.right[image, likely],
+                output.box_deltas[image, likely, label],
+                size,
+            )
             kept = suppress(left, scores[likely], rule.overlap)
             sizes = output.dimensions_orientation[image, likely[kept], label]
             found.append(
@@ -85,7 +87,7 @@ def select(
                     right[kept],
                     scores[likely[kept]],
                     torch.full_like(kept, label),
-                    sizes * DIMENSION_DEVIATION + means,
+                    decoded_sizes(sizes),
                 )
             )
         # All classes together, best first.
@@ -93,6 +95,29 @@ def select(
         order = torch.argsort(columns[3], descending=True, stable=True)
         result.append(Selected(*(column[order] for column in columns)))
     return result
+
+
+def decoded_pairs(
+    left: Tensor, right: Tensor, deltas: Tensor, size: tuple[int, int]
+) -> tuple[Tensor, Tensor]:
+    """The boxes in both images, each (N, 4), that the box head's deltas (N, 6) mean.
+
+    Args:
+        left: Regions of the left image, shape (N, 4).
+        right: Regions of the right image, shape (N, 4).
+        deltas: The deltas as in `BoxOutput`, shape (N, 6).
+        size: Height and width of the network's input.
+    """
+    boxes = decode_stereo(left, right, deltas * deltas.new_tensor(BOX_DEVIATIONS))
+    # Decoded boxes end beyond their last pixel; half a metre of depth hangs on such a pixel.
+    beyond = deltas.new_tensor([0, 0, 1, 1])
+    first, second = (clip_boxes(box - beyond, *size) for box in boxes)
+    return first, second
+
+
+def decoded_sizes(sizes: Tensor) -> Tensor:
+    """Width, height, length (metres), sin and cos of the angle, of the box head's numbers."""
+    return sizes * DIMENSION_DEVIATION + sizes.new_tensor(DIMENSION_MEANS)
 
 
 def observed_boxes(

@@ -12,8 +12,9 @@ class DecodingRule:
     """Which regions become boxes; the defaults are the published numbers.
 
     Args:
-        least_score: Below this, a region is no detection.
+        least_score: Below this probability of its class, a region is no detection.
         overlap: Left boxes that overlap more than this suppress each other.
+        fit_share: Share a of the predicted fit in a score: class probability^(1 - a) * fit^a.
 
     Raises:
         ConfigurationError: A number beyond 0..1.
@@ -21,7 +22,8 @@ class DecodingRule:
 
     least_score: float = 0.05
     overlap: float = 0.3
+    fit_share: float = 0.0
 
     def __post_init__(self) -> None:
-        if not (0 <= self.least_score <= 1 and 0 <= self.overlap <= 1):
-            raise ConfigurationError(f"scores and overlaps are in 0..1, got {self}")
+        if not all(0 <= share <= 1 for share in (self.least_score, self.overlap, self.fit_share)):
+            raise ConfigurationError(f"scores, overlaps and shares are in 0..1, got {self}")

@@ -62,9 +62,10 @@ def align_depths(
     u, v, behind, start = _surface(observed, solved, camera, how)
     left, right = np.ascontiguousarray(left, np.float32), np.ascontiguousarray(right, np.float32)
     product = camera.focal_times_baseline
+    most = np.inf if how.most_difference is None else how.most_difference
 
     def differences(depths: Floats) -> Floats:
-        return _differences(left, right, u, v, behind, start, depths, product)
+        return _differences(left, right, u, v, behind, start, depths, product, most)
 
     # Coarse search about the depth that the solver found, no nearer than what is plausible.
     steps = np.arange(how.coarse_steps) - how.coarse_steps // 2
@@ -188,8 +189,9 @@ def _differences(
     start: Integers,
     depths: Floats,
     product: float,
+    most: float,
 ) -> Floats:
-    """Sum over pixels and colours of |left - right|, shape (N, S), for depths (N, S)."""
+    """Sum over pixels and colours of |left - right|, at most `most`, for depths (N, S), (N, S)."""
     count, steps = depths.shape
     result = np.zeros((count, steps))
     last = right.shape[1] - 1
@@ -205,8 +207,8 @@ def _differences(
                 share = place - k
                 one, two = right[v, k], right[v, k + 1]
                 result[i, s] += (
-                    abs(red - one[0] - share * (two[0] - one[0]))
-                    + abs(green - one[1] - share * (two[1] - one[1]))
-                    + abs(blue - one[2] - share * (two[2] - one[2]))
+                    min(abs(red - one[0] - share * (two[0] - one[0])), most)
+                    + min(abs(green - one[1] - share * (two[1] - one[1])), most)
+                    + min(abs(blue - one[2] - share * (two[2] - one[2])), most)
                 )
     return result

@@ -13,11 +13,7 @@ from torch.nn.utils.rnn import pad_sequence
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.network_detector import NetworkDetector
-from avsec_gym.perception.detectors.stereo_rcnn.alignment import (
-    MEASURED,
-    PUBLISHED,
-    Alignment,
-)
+from avsec_gym.perception.detectors.stereo_rcnn.alignment import Alignment
 from avsec_gym.perception.detectors.stereo_rcnn.configuration import (
     RESNET101,
     StereoRcnnConfiguration,
@@ -32,17 +28,23 @@ from avsec_gym.perception.detectors.stereo_rcnn.decoding import (
 )
 from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import DecodingRule
 from avsec_gym.perception.detectors.stereo_rcnn.dense_alignment import Pixels
-from avsec_gym.perception.detectors.stereo_rcnn.keypoints import stereo_truth
-from avsec_gym.perception.detectors.stereo_rcnn.losses import TermWeights, detection_terms
+from avsec_gym.perception.detectors.stereo_rcnn.editions import preset_of_weights
+from avsec_gym.perception.detectors.stereo_rcnn.fit import fit_loss, fit_targets
+from avsec_gym.perception.detectors.stereo_rcnn.heads import BoxOutput, KeypointOutput
+from avsec_gym.perception.detectors.stereo_rcnn.keypoints import StereoTruth, stereo_truth
+from avsec_gym.perception.detectors.stereo_rcnn.losses import (
+    FIT,
+    TermWeights,
+    detection_terms,
+)
 from avsec_gym.perception.detectors.stereo_rcnn.network import StereoRcnnNetwork
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_camera import StereoCamera
 from avsec_gym.perception.detectors.stereo_rcnn.stereo_rpn import StereoRpnOutput
 from avsec_gym.perception.detectors.stereo_rcnn.targets import Sampling, draw_sampling
 from avsec_gym.perception.nn.feature_pyramid import FeaturePyramid
 from avsec_gym.perception.nn.region_counts import SampleCount
-from avsec_gym.perception.presets import chosen_configuration
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames
-from avsec_gym.perception.weights.given import Weights
+from avsec_gym.perception.weights.given import Weights, card_of
 
 _SMALL_SAMPLE = SampleCount(anchors=256, regions=64)
 
@@ -54,10 +56,11 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
     `term_weights` with it.
 
     Args:
-        configuration: The configuration of the network, or a preset's name.
+        configuration: The configuration of the network, or a preset's name; with weights that were
+            trained for an earlier edition of the preset, that edition.
         weights: A file, a ``state_dict``, ``shipped``, or None for random ones; see `give_weights`.
-        rule: Which regions become boxes.
-        alignment: How depths are searched; None: as published for `resnet101`, else as measured.
+        rule: Which regions become boxes; None: that of the configuration.
+        alignment: How depths are searched; None: that of the configuration.
         sample: How much of an image `losses` takes; None: as published for `resnet101`, else less.
         seed: The seed of the sample that `losses` draws outside of training.
 
@@ -71,20 +74,22 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         self,
         configuration: StereoRcnnConfiguration | str = "small",
         weights: Weights = None,
-        rule: DecodingRule = DecodingRule(),
+        rule: DecodingRule | None = None,
         alignment: Alignment | None = None,
         sample: SampleCount | None = None,
         seed: int = 0,
     ) -> None:
-        configuration, _ = chosen_configuration(StereoRcnnConfiguration, configuration)
+        if isinstance(configuration, str):
+            card = card_of(weights, f"{self.name}_{configuration}")
+            configuration = preset_of_weights(configuration, card)
         network = StereoRcnnNetwork(configuration)
         super().__init__(configuration, network, weights, configuration.name)
         published = configuration.name == RESNET101.name
-        self.rule = rule
-        self.alignment = alignment or (PUBLISHED if published else MEASURED)
+        self.rule = rule or configuration.rule
+        self.alignment = alignment or configuration.alignment
         self.sample = sample or (SampleCount() if published else _SMALL_SAMPLE)
         self.seed = seed
-        self.term_weights = TermWeights()
+        self.term_weights = TermWeights(configuration.fit)
         if self.card is not None:
             self.term_weights.learned(self.card.beside)
         self.term_weights.requires_grad_(False)
@@ -145,7 +150,8 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
     ) -> dict[str, Tensor]:
         """The six weighted terms (`avsec_gym.perception.detectors.stereo_rcnn.losses.TERMS`).
 
-        See `DifferentiableDetector.losses`; no term needs disparity.
+        And `fit`, where the configuration has it.  See `DifferentiableDetector.losses`; no term
+        needs disparity.
 
         Args:
             batch: B pairs.
@@ -155,19 +161,26 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
                 function of the pixels; drawn anew if None.
         """
         pyramids, rpn, sampling = self._run(batch, truth, sampling)
-        boxes = self.network.box_head(*pyramids, sampling.left, sampling.right)
-        # Keypoints of the background teach nothing, and cost most.
-        regions, targets = sampling.with_keypoints()
-        keypoints = self.network.keypoint_head(pyramids[0], regions)
+        boxes, keypoints, targets = self._heads(pyramids, sampling)
         background_sizes = self.configuration.background_sizes
         terms = detection_terms(rpn, boxes, keypoints, sampling, targets, background_sizes)
+        if boxes.fit_logits is not None:
+            wanted = sampling.fit_targets
+            if wanted is None:
+                wanted = self._fit_targets(batch, truth, rpn, boxes, keypoints, sampling)
+            terms[FIT] = fit_loss(boxes.fit_logits, wanted)
         weighted: dict[str, Tensor] = self.term_weights(terms)
         return weighted
 
     @torch.no_grad()
     def draw(self, batch: StereoBatch, truth: Sequence[Boxes3D]) -> Sampling:
         """The proposals, samples and targets that `losses` would take for these pixels."""
-        return self._run(batch, truth, None)[2]
+        pyramids, rpn, sampling = self._run(batch, truth, None)
+        if not self.configuration.fit:
+            return sampling
+        boxes, keypoints, _ = self._heads(pyramids, sampling)
+        fit = self._fit_targets(batch, truth, rpn, boxes, keypoints, sampling)
+        return replace(sampling, fit_targets=fit)
 
     def prepare(self, batch: StereoBatch) -> tuple[Tensor, Tensor]:
         """Both images as the network takes them: scaled, its order of channels, normalised."""
@@ -192,17 +205,44 @@ class StereoRcnnDetector(NetworkDetector[StereoRcnnConfiguration, StereoRcnnNetw
         pyramids = self.network.pair_features(left, right)
         rpn = self.network.rpn(*pyramids)
         if sampling is None:
-            height, width = batch.left.shape[-2:]
-            scale = left.shape[-2] / height, left.shape[-1] / width
-            truths = [
-                stereo_truth(boxes, camera, self.configuration.categories).resized(*scale)
-                for boxes, camera in zip(truth, _cameras(batch), strict=True)
-            ]
+            truths = self._truths(batch, truth, rpn)
             # Training draws from torch's own generator; whatever attacks gets the same each time.
             own = None if self.network.training else torch.Generator().manual_seed(self.seed)
             proposals = self.network.propose(rpn)
             sampling = draw_sampling(rpn, proposals, truths, self.sample, own)
         return pyramids, rpn, sampling
+
+    def _heads(
+        self, pyramids: tuple[FeaturePyramid, FeaturePyramid], sampling: Sampling
+    ) -> tuple[BoxOutput, KeypointOutput, Tensor]:
+        """What the heads say of the sampled regions, and the keypoints that they should."""
+        boxes = self.network.box_head(*pyramids, sampling.left, sampling.right)
+        # Keypoints of the background teach nothing, and cost most.
+        regions, targets = sampling.with_keypoints()
+        return boxes, self.network.keypoint_head(pyramids[0], regions), targets
+
+    def _truths(
+        self, batch: StereoBatch, truth: Sequence[Boxes3D], rpn: StereoRpnOutput
+    ) -> list[StereoTruth]:
+        """What is learned of each pair, in pixels of the network's input."""
+        height, width = batch.left.shape[-2:]
+        scale = rpn.height / height, rpn.width / width
+        return [
+            stereo_truth(boxes, camera, self.configuration.categories).resized(*scale)
+            for boxes, camera in zip(truth, _cameras(batch), strict=True)
+        ]
+
+    def _fit_targets(
+        self,
+        batch: StereoBatch,
+        truth: Sequence[Boxes3D],
+        rpn: StereoRpnOutput,
+        boxes: BoxOutput,
+        keypoints: KeypointOutput,
+        sampling: Sampling,
+    ) -> Tensor:
+        truths, size = self._truths(batch, truth, rpn), (rpn.height, rpn.width)
+        return fit_targets(boxes, keypoints, sampling, truths, _cameras(batch), size)
 
 
 def _cameras(batch: StereoBatch) -> list[StereoCamera]:

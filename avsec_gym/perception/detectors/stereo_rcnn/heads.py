@@ -27,11 +27,13 @@ class BoxOutput:
             shape (B, N, K, 6).
         dimensions_orientation: Width, height, length less (1.6, 1.5, 4.0) m, sin and cos of the
             viewpoint angle, all over 0.5, shape (B, N, K, 5).
+        fit_logits: How well the box fits, if the network says so, shape (B, N).
     """
 
     class_logits: Tensor
     box_deltas: Tensor
     dimensions_orientation: Tensor
+    fit_logits: Tensor | None = None
 
     @property
     def class_probabilities(self) -> Tensor:

@@ -40,6 +40,7 @@ class StereoTruth:
         dimensions: Height, width, length, metres, shape (N, 3).
         alpha: Observation angle in the left camera's frame, shape (N,).
         classes: 1 for the first of the categories, and so on, shape (N,).
+        location: Bottom centres in the left camera's frame, metres, shape (N, 3).
     """
 
     left: Floats
@@ -49,6 +50,7 @@ class StereoTruth:
     dimensions: Floats
     alpha: Floats
     classes: Indices
+    location: Floats
 
     def __len__(self) -> int:
         return len(self.left)
@@ -113,6 +115,7 @@ def stereo_truth(
         boxes.dimensions[kept],
         alpha[kept],
         classes[kept],
+        location[kept],
     )
 
 

@@ -1,4 +1,4 @@
-"""The six terms of the training loss and their learned weights (SPEC 5, 6)."""
+"""The terms of the training loss and their learned weights (SPEC 5, 6)."""
 
 from __future__ import annotations
 
@@ -15,29 +15,41 @@ from avsec_gym.perception.detectors.stereo_rcnn.targets import Sampling
 TERMS = ("rpn_class", "rpn_box", "class", "box", "dimensions", "keypoints")
 """In the order of the published checkpoints' `uncert`."""
 
+FIT = "fit"
+"""The term beside them of a network that says how well its boxes fit."""
+
 _RPN_SHARPNESS = 3.0
 
 
 class TermWeights(nn.Module):
     """Weights by how uncertain each task is (Kendall et al. 2018): ``L exp(-s) + s``.
 
+    Args:
+        fit: Whether `FIT` is among the terms.
+
     Attributes:
         log_variances: s of each of the `TERMS`, shape (6,), learned.
+        fit_log_variance: That of `FIT`, shape (1,), by itself, so that the others are the published
+            network's; None without it.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, fit: bool = False) -> None:
         super().__init__()
         self.log_variances = nn.Parameter(torch.full((len(TERMS),), -1.0))
+        self.fit_log_variance = nn.Parameter(torch.full((1,), -1.0)) if fit else None
 
     def learned(self, values: Mapping[str, Sequence[float]]) -> None:
         """Take over what a training learned, as the card of its weights has it, if it has it."""
-        logs = values.get("term_weights.log_variances")
-        if logs is not None:
-            self.load_state_dict({"log_variances": torch.tensor(logs)})
+        for name, value in self.state_dict().items():
+            logs = values.get(f"term_weights.{name}")
+            if logs is not None:
+                value.copy_(torch.tensor(logs))
 
     def forward(self, terms: dict[str, Tensor]) -> dict[str, Tensor]:
         """The terms as they are added up."""
         logs = dict(zip(TERMS, self.log_variances, strict=True))
+        if self.fit_log_variance is not None:
+            logs[FIT] = self.fit_log_variance[0]
         return {name: term * torch.exp(-logs[name]) + logs[name] for name, term in terms.items()}
 
 

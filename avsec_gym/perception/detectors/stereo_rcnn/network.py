@@ -74,6 +74,8 @@ class StereoRcnnNetwork(nn.Module):
         self.RCNN_bbox_pred = nn.Linear(hidden, 6 * classes)
         self.RCNN_dim_orien_pred = nn.Linear(hidden, 5 * classes)
         self.kpts_class = nn.Conv2d(configuration.keypoint_channels, 6, 1)
+        # Not in the published network.
+        self.RCNN_fit = nn.Linear(hidden, 1) if configuration.fit else None
         _initialise(self)
         self.train()
 
@@ -161,6 +163,7 @@ class StereoRcnnNetwork(nn.Module):
             self.RCNN_cls_score(hidden),
             self.RCNN_bbox_pred(hidden).unflatten(-1, (classes, 6)),
             self.RCNN_dim_orien_pred(hidden).unflatten(-1, (classes, 5)),
+            None if self.RCNN_fit is None else self.RCNN_fit(hidden)[..., 0],
         )
 
     def keypoint_head(self, left: FeaturePyramid, left_regions: Tensor) -> KeypointOutput:
@@ -206,6 +209,8 @@ def _initialise(network: StereoRcnnNetwork) -> None:
     normal_weights(network.RCNN_cls_score, 0.01)
     normal_weights(network.RCNN_bbox_pred, 0.001)
     normal_weights(network.RCNN_dim_orien_pred, 0.001)
+    if network.RCNN_fit is not None:
+        normal_weights(network.RCNN_fit, 0.01)
     # Its 28 rows are summed up: from scratch, that may not drown every other term.
     normal_weights(network.kpts_class, 0.1 / 28 if he else 0.1)
 

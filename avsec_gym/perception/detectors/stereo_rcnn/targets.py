@@ -53,6 +53,8 @@ class Sampling:
             shape (B, R, 5).
         keypoint_targets: Cell of the keypoint (corner x 28 + column), of the left and of the
             right border, shape (B, R, 3); -1 where there is none.
+        fit_targets: How well each region's box fits, shape (B, R), NaN where that is not known;
+            None: not computed yet.
     """
 
     anchor_labels: Tensor
@@ -63,6 +65,7 @@ class Sampling:
     box_targets: Tensor
     dimension_targets: Tensor
     keypoint_targets: Tensor
+    fit_targets: Tensor | None = None
 
     def with_keypoints(self) -> tuple[Tensor, Tensor]:
         """The K regions of each image that have any keypoint, and their targets.
@@ -71,12 +74,16 @@ class Sampling:
             Regions of the left image, shape (B, K, 4), K the most of any image and 1 at least;
             targets, shape (B, K, 3), -1 throughout where an image has fewer.
         """
+        order = self.keypoint_order()
+        regions = torch.take_along_dim(self.left, order[..., None], 1)
+        return regions, torch.take_along_dim(self.keypoint_targets, order[..., None], 1)
+
+    def keypoint_order(self) -> Tensor:
+        """Which of the R regions `with_keypoints` gives, shape (B, K)."""
         having = (self.keypoint_targets >= 0).any(-1)
         most = max(1, int(having.sum(1).max()))
         # Those that have keypoints first, in their order.
-        order = torch.argsort(having.int(), dim=1, descending=True, stable=True)[:, :most]
-        regions = torch.take_along_dim(self.left, order[..., None], 1)
-        return regions, torch.take_along_dim(self.keypoint_targets, order[..., None], 1)
+        return torch.argsort(having.int(), dim=1, descending=True, stable=True)[:, :most]
 
 
 @torch.no_grad()

@@ -1,5 +1,7 @@
 """A network that says exactly what the targets ask for must give the labelled boxes back."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -121,6 +123,20 @@ def test_unlikely_regions_are_dropped(perfect):
     assert len(everything.scores) == 60
 
 
+def test_a_score_has_a_share_of_the_fit(perfect):
+    proposals, boxes, _ = perfect
+    everything = DecodingRule(least_score=0, overlap=1.0)
+    plain = select(proposals, boxes, SIZE, everything)[0]
+    boxes = replace(boxes, fit_logits=torch.linspace(-3, 3, 60, dtype=torch.float64)[None])
+    assert torch.equal(select(proposals, boxes, SIZE, everything)[0].scores, plain.scores)
+    shared = select(proposals, boxes, SIZE, replace(everything, fit_share=0.25))[0]
+    likely = boxes.class_probabilities[0, :, 1]
+    expected = likely**0.75 * boxes.fit_logits[0].sigmoid() ** 0.25
+    torch.testing.assert_close(shared.scores, expected.sort(descending=True).values)
+
+
 def test_a_rule_is_checked():
     with pytest.raises(ConfigurationError, match=r"0\.\.1"):
         DecodingRule(overlap=2)
+    with pytest.raises(ConfigurationError, match=r"0\.\.1"):
+        DecodingRule(fit_share=1.5)

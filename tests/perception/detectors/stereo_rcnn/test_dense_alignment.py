@@ -87,6 +87,21 @@ def test_steps_offset_and_parabola():
     assert offset == pytest.approx(720 * 0.54 / (720 * 0.54 / stepped + 0.5))
 
 
+def test_what_mirrors_counts_little():
+    left, right, box = scene(0, 15, -np.pi / 2)
+    seen, guess = observed(box, 0, 15.6, -np.pi / 2)
+    # A glint that both views see, as far away as what it mirrors.
+    u1, v1, u2, v2 = box[0].astype(int)
+    left, right = left.copy(), right.copy()
+    for image, shift in ((left, 0), (right, 18)):
+        image[v1:v2, (u1 + u2) // 2 - shift : (u1 + u2) // 2 + 22 - shift] = 255
+    misled = align_depths(left, right, seen, guess, CAMERA, EXACT).depth
+    robust = align_depths(left, right, seen, guess, CAMERA, replace(EXACT, most_difference=20.0))
+    assert abs(robust.depth[0] - 15) < 0.1 < abs(misled[0] - 15)
+    with pytest.raises(ConfigurationError, match="above 0"):
+        Alignment(most_difference=0)
+
+
 def test_a_body_inside_of_its_box_is_allowed_for():
     left, right, box = scene(2, 15, 0.5, inset=0.2)
     seen, guess = observed(box, 2, 15, 0.5)

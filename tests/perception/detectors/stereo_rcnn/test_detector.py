@@ -13,8 +13,9 @@ from avsec_gym.geometry import box_corners, project
 from avsec_gym.perception.detectors.detector import DifferentiableDetector
 from avsec_gym.perception.detectors.stereo_rcnn.alignment import Alignment
 from avsec_gym.perception.detectors.stereo_rcnn.configuration import SMALL, ProposalCount
+from avsec_gym.perception.detectors.stereo_rcnn.decoding_rule import DecodingRule
 from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
-from avsec_gym.perception.detectors.stereo_rcnn.losses import TERMS
+from avsec_gym.perception.detectors.stereo_rcnn.losses import FIT, TERMS
 from avsec_gym.perception.nn.region_counts import SampleCount
 from avsec_gym.perception.stereo_batch import batch_of_frames
 
@@ -141,7 +142,7 @@ def test_the_published_input():
 def test_the_gradient_reaches_every_pixel(detector):
     batch = pixels(batch_of_frames([frame()]))
     terms = detector.losses(batch, [LABELS])
-    assert tuple(terms) == TERMS
+    assert tuple(terms) == (*TERMS, FIT)
     sum(terms.values()).backward()
     for image in (batch.left, batch.right):
         assert (image.grad != 0).any(dim=1).float().mean() >= 0.99
@@ -158,6 +159,14 @@ def test_losses_repeat_outside_of_training(detector):
     detector.network.train()
     one, two = (detector.draw(batch, [LABELS]).anchor_labels for _ in range(2))
     assert not torch.equal(one, two)
+
+
+def test_fit_is_a_term_where_the_configuration_has_it():
+    torch.manual_seed(0)
+    plain = StereoRcnnDetector(replace(NARROW, fit=False, rule=DecodingRule()), sample=SAMPLE)
+    batch = batch_of_frames([frame()])
+    assert tuple(plain.losses(batch, [LABELS])) == TERMS
+    assert plain.draw(batch, [LABELS]).fit_targets is None
 
 
 def test_an_empty_street_has_a_loss(detector):

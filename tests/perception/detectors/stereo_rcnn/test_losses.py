@@ -11,6 +11,7 @@ from torch.nn import functional
 from avsec_gym.perception.detectors.stereo_rcnn.detector import StereoRcnnDetector
 from avsec_gym.perception.detectors.stereo_rcnn.heads import BoxOutput, KeypointOutput
 from avsec_gym.perception.detectors.stereo_rcnn.losses import (
+    FIT,
     TERMS,
     TermWeights,
     detection_terms,
@@ -130,6 +131,15 @@ def test_uncertainty_weighs_the_terms():
     assert weights.log_variances.grad.tolist() == pytest.approx(expected)
 
 
+def test_the_fit_has_a_weight_of_its_own():
+    assert TermWeights().fit_log_variance is None
+    weights = TermWeights(fit=True)
+    with torch.no_grad():
+        weights.fit_log_variance[:] = 0.5
+    weighted = weights({FIT: torch.tensor(2.0)})[FIT].detach()
+    assert float(weighted) == pytest.approx(2 * math.exp(-0.5) + 0.5)
+
+
 def test_regions_with_keypoints_come_first_and_keep_their_targets(case):
     sampling = case[3]
     cells = torch.full((BATCH, REGIONS, 3), -1)
@@ -149,9 +159,14 @@ def test_learned_weights_of_the_terms_come_with_the_card(tmp_path: Path) -> None
     own = StereoRcnnDetector()
     path = tmp_path / "own.safetensors"
     logs = [-2.5, -2.0, -1.5, -1.25, -1.0, 0.25]
-    beside = {"term_weights.log_variances": logs}
+    beside = {
+        "term_weights.log_variances": logs,
+        "term_weights.fit_log_variance": [0.5],
+    }
     save_weights(path, own.network, ModelCard("stereo_rcnn", beside=beside, storage="float32"))
-    assert StereoRcnnDetector(weights=path).term_weights.log_variances.tolist() == logs
+    learned = StereoRcnnDetector(weights=path).term_weights
+    assert learned.log_variances.tolist() == logs
+    assert learned.fit_log_variance.tolist() == [0.5]
     assert own.term_weights.log_variances.tolist() == [-1.0] * 6
 
 

@@ -31,9 +31,13 @@ TRUTH = StereoTruth(
     np.array([[1.5, 1.6, 4.0], [1.4, 2.1, 3.0]]),
     np.array([0.3, -2.0]),
     np.array([1, 1]),
+    np.zeros((2, 3)),
 )
 NOTHING = StereoTruth(
-    *(np.zeros((0, n)) for n in (4, 4, 4, 2, 3)), np.zeros(0), np.zeros(0, np.intp)
+    *(np.zeros((0, n)) for n in (4, 4, 4, 2, 3)),
+    np.zeros(0),
+    np.zeros(0, np.intp),
+    np.zeros((0, 3)),
 )
 
 
