@@ -145,12 +145,9 @@ class LidarSpoofing:
         forward = np.stack([np.cos(_BEARINGS), np.sin(_BEARINGS), 0 * _BEARINGS], axis=-1)
         sideways = np.stack([-forward[:, 1], forward[:, 0], 0 * _BEARINGS], axis=-1)
         foot = rig.velodyne_pose[:3, 3] * [1, 1, 0] + distance * forward
-        corners = [
-            foot + side * sideways + [0, 0, top]
-            for side in (-self.width / 2, self.width / 2)
-            for top in (0.0, self.height)
-        ]
-        in_camera = transform_points(np.linalg.inv(rig.camera_to_vehicle), np.stack(corners))
+        # The camera looks level: all heights of an edge are seen in one column.
+        edges = [foot + side * sideways for side in (-self.width / 2, self.width / 2)]
+        in_camera = transform_points(np.linalg.inv(rig.camera_to_vehicle), np.stack(edges))
         pixels, depth = project(frame.calibration.projection(self.reference), in_camera)
         seen = (depth > 0) & (pixels[..., 0] >= 0) & (pixels[..., 0] <= columns - 1)
         whole = _BEARINGS[seen.all(axis=0)]

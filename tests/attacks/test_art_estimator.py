@@ -163,6 +163,20 @@ def test_each_pair_is_attacked_for_itself_and_detections_stand_in_for_targets() 
         assert difference(unpacked(attacked, frame), expected) == 0
 
 
+def test_the_toolbox_prints_nothing(capfd: pytest.CaptureFixture[str]) -> None:
+    attack = ToolboxAttack("ProjectedGradientDescent", 3.0, {"eps_step": 1.0, "max_iter": 2})
+    attack.attack(frame_of(), Victim(Waves(), CARS))
+    assert capfd.readouterr() == ("", "")
+
+
+def test_every_pair_needs_a_truth_of_its_own() -> None:
+    estimator = StereoDetectorEstimator(Waves(), frame_of())
+    x = packed([frame_of(1), frame_of(2)])
+    for function in (estimator.compute_loss, estimator.loss_gradient):
+        with pytest.raises(ValueError, match="shorter"):
+            function(x, targets([CARS]))
+
+
 def test_the_gradient_is_the_slope_of_the_loss() -> None:
     frame = frame_of()
     estimator = StereoDetectorEstimator(Waves(), frame)

@@ -69,6 +69,7 @@ def test_the_same_share_of_other_sizes() -> None:
 
 
 def test_the_thesis_draws_size_and_place() -> None:
+    assert Facula().radius == THESIS_RADII == (187, 375)
     small = frame_of(size=(38, 124))
     settings = [Facula().attack(small, seed).settings for seed in range(60)]
     radius, u, v = (np.array([each[key] for each in settings]) for key in ("radius", "u", "v"))

@@ -63,6 +63,11 @@ def test_specific_places_are_in_the_third_of_the_intention(intention: Intention)
         assert place.is_inside(HEIGHT, WIDTH)
 
 
+def test_a_centre_beside_the_image_belongs_to_the_third_next_to_it() -> None:
+    assert PatchPlace(-9.0, 180, 30.0).intention(WIDTH) is Intention.LEFT
+    assert PatchPlace(WIDTH + 9.0, 180, 30.0).intention(WIDTH) is Intention.RIGHT
+
+
 def test_an_unknown_intention_is_an_error() -> None:
     with pytest.raises(ConfigurationError, match="intention"):
         specific_place(None, CALIBRATION, SIZE, 0)
@@ -100,6 +105,8 @@ def test_impossible_places_are_errors(wrong: dict[str, float]) -> None:
     for tilt in (0.0, 181.0, np.nan):
         with pytest.raises(ConfigurationError, match="tilt"):
             PatchRange(tilt=tilt)
+    for tilt in (0.5, 180.0):
+        assert PatchRange(tilt=tilt).steepest == pytest.approx(np.radians(tilt))
 
 
 def test_the_ghost_is_seen_where_the_patch_is_in_both_views() -> None:

@@ -186,6 +186,12 @@ def test_budgets() -> None:
     assert i_fgsm(alpha=0.5, steps=2).budget.change == 1
 
 
+@pytest.mark.parametrize(("epsilon", "steps"), [(0.5, 1), (4.0, 5), (16.0, 20), (32.0, 36)])
+def test_i_fgsm_takes_as_many_steps_as_its_paper(epsilon: float, steps: int) -> None:
+    """min(epsilon + 4, 1.25 epsilon): the two meet at 16."""
+    assert i_fgsm(epsilon).steps == steps
+
+
 @pytest.mark.parametrize("attack", ALL, ids=lambda attack: attack.name)
 def test_fewer_steps_are_the_start_of_more(attack: Perturbation) -> None:
     frame, victim = noise_frame(), victim_of(random_slopes(bend=True))

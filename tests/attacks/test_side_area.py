@@ -62,6 +62,26 @@ def test_what_is_near_hides_what_is_far_and_uncovers_more_of_it():
     assert (side.right.disparity[row, shown] == disparity[row, 0]).all()
 
 
+def test_beside_a_thin_post_comes_what_is_behind_it():
+    """What only the right view sees there continues the background, not the post."""
+    surface = np.full((3, 120), Surface.VERGE)
+    disparity = np.full((3, 120), 4, np.float32)
+    disparity[:, 44:59] = 0  # Unknown to the left of the post.
+    surface[:, 59], disparity[:, 59] = Surface.FURNITURE, 20
+    side = roadside_of_surfaces(surface, disparity, GROUND)
+    assert not side.right.side[:, 39].any()  # The post, 59 - 20.
+    assert side.right.side[:, 40:56].all()
+    np.testing.assert_array_equal(side.right.disparity[:, 40:56], 4)
+
+
+def test_the_right_edge_continues_what_is_next_to_it():
+    surface = np.full((3, 120), Surface.VERGE)
+    disparity = np.full((3, 120), 1, np.float32)
+    disparity[:, 60:] = 8
+    side = roadside_of_surfaces(surface, disparity)
+    np.testing.assert_array_equal(side.right.disparity[:, -8:], 8)
+
+
 def test_the_sky_and_what_stands_there_are_no_ground():
     surface, disparity = street()
     everything, ground = (
@@ -124,6 +144,31 @@ def test_a_scan_tells_the_plane_and_what_stands_on_it():
     u, v = int(p[0, 2] + p[0, 0] * 6.5 / 15), int(p[1, 2] + p[1, 1] * 1.0 / 15)
     assert not side.left.side[v, u]
     assert straight_roadside(frame()).left.side[v, u]
+
+
+def scan_of(*places) -> np.ndarray:
+    points = transform_points(CALIBRATION.camera_to_velodyne, np.concatenate(places))
+    return np.column_stack([points, np.zeros(len(points))]).astype(np.float32)
+
+
+def test_a_road_that_rises_is_no_obstacle():
+    z, x = (each.ravel() for each in np.meshgrid(np.linspace(5, 40, 200), np.linspace(-3, 3, 60)))
+    rising = np.column_stack([x, 1.65 - 0.05 * z, z])
+    side = straight_roadside(frame(scan_of(rising)))
+    (u, v), _ = (each[0] for each in project(CALIBRATION.projection(), [[0, 1.65 - 1.5, 30]]))
+    assert side.left.road[int(v), int(u)]
+    assert side.left.disparity[int(v), int(u)] == pytest.approx(PARALLAX / 30, rel=0.05)
+
+
+def test_a_dense_hedge_does_not_lift_the_road():
+    z, x = (each.ravel() for each in np.meshgrid(np.linspace(5, 34, 30), np.linspace(-4, 4, 20)))
+    ground = np.column_stack([x, np.full_like(x, 1.65), z])
+    hedge = np.column_stack([x + 2, np.full_like(x, 0.75), z]).repeat(4, axis=0)
+    row = 300
+    depth = CALIBRATION.focal_length() * 1.65 / (row - CALIBRATION.projection()[1, 2])
+    side = straight_roadside(frame(scan_of(ground, hedge)))
+    seen = side.left.disparity[row][side.left.disparity[row] > 0]
+    np.testing.assert_allclose(seen, PARALLAX / depth, rtol=1e-3)
 
 
 def test_disparities_are_those_of_the_calibration():

@@ -1,5 +1,7 @@
 """Texture replacement on a plane whose texture is known everywhere."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -160,6 +162,14 @@ def test_what_cannot_be_done_is_refused(scene):
     )
     with pytest.raises(DataError, match="road"):
         replace_texture(frame, Roadside(nothing, nothing))
+
+
+def test_no_texture_is_taken_from_what_the_other_view_hides(scene):
+    """A nearer surface of the same kind stands before all of it in the right view."""
+    frame, roadside = scene
+    nearer = replace(roadside.right, disparity=roadside.right.disparity + 2)
+    with pytest.raises(DataError, match="only 0 rows of the image show the road in both views"):
+        replace_texture(frame, replace(roadside, right=nearer))
 
 
 def test_complexity_of_a_known_pattern():
