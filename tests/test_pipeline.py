@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -132,7 +133,9 @@ def test_an_attack_that_conjures_a_wall_stops_the_car() -> None:
     detector, attack = Believer(), Glare()
     clean = Pipeline(detector)(EMPTY_STREET, frame())
     assert clean.episode.record.outcome == "safe"
+    begun = time.perf_counter()
     attacked = Pipeline(detector, attack)(EMPTY_STREET, frame(), Intention.LEFT, seed=(3, 1))
+    elapsed = time.perf_counter() - begun
     assert attacked.episode.record.outcome == "unplanned"
     assert attacked.frame.image(2).dtype == np.uint8
     victim, seed = attack.asked[0]
@@ -142,6 +145,7 @@ def test_an_attack_that_conjures_a_wall_stops_the_car() -> None:
     assert seed == (3, 1)
     assert {"attack", "detector", "planner"} == set(attacked.seconds)
     assert all(seconds >= 0 for seconds in attacked.seconds.values())
+    assert sum(attacked.seconds.values()) <= elapsed
 
 
 def test_levels_stay_broken_if_asked() -> None:

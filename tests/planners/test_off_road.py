@@ -47,6 +47,25 @@ def test_a_goal_out_of_reach_may_be_occupied_all_the_same(straight_on: PlanningS
     assert plan.reason == Reason.GOAL_OCCUPIED
 
 
+@pytest.mark.parametrize(
+    ("ahead", "beside", "reason"),
+    [
+        (4.0, 1.5, Reason.UNREACHABLE),
+        (2.0, 1.5, Reason.START_OCCUPIED),
+        (4.0, 1.0, Reason.START_OCCUPIED),
+    ],
+)
+def test_the_start_is_occupied_by_what_the_vehicle_touches(
+    straight_on: PlanningScenario, ahead: float, beside: float, reason: Reason
+) -> None:
+    """A wall ahead of a car 4.5 m long, and one beside it, which is 1.6 m wide."""
+    walls = Obstacles.rectangles(
+        np.array([[ahead, 0, 0], [0, beside, 0]]), np.array([0.1, 4.0]), np.array([60.0, 0.6])
+    )
+    plan = MotionPrimitivePlanner().plan(straight_on.with_obstacles(walls))
+    assert (plan.found, plan.reason) == (False, reason)
+
+
 def test_no_plan_starts_inside_an_object(straight_on: PlanningScenario) -> None:
     """Also where the object drives off at once."""
     leaving = Obstacles.rectangles(

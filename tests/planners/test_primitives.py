@@ -70,6 +70,19 @@ def test_primitive_follows_the_differential_equation() -> None:
         np.testing.assert_allclose(states, solution.y.T, atol=1e-6)
 
 
+def test_a_circle_holds_all_centres_of_a_primitive_and_no_more() -> None:
+    """The states are the rear axle's; the vehicle's centre is ahead of it."""
+    primitives = generate_primitives((6.0, 8.0))
+    x, y, heading = (primitives.states[..., k] for k in (0, 1, 3))
+    offset = primitives.vehicle.rear_axle
+    centres = np.stack([x + offset * np.cos(heading), y + offset * np.sin(heading)], -1)
+    sweep = primitives.arrays.sweep
+    farthest = np.linalg.norm(centres - sweep[:, None, :2], axis=-1).max(axis=1)
+    # A hundredth of the way is added for the reference mode's rounding.
+    way = np.linalg.norm(centres, axis=-1).max(axis=1)
+    np.testing.assert_allclose(sweep[:, 2], farthest + 0.01 * way, rtol=1e-12)
+
+
 def test_chains_meet_without_drift() -> None:
     """Whatever follows begins at exactly the speed and angle where the one before ended."""
     primitives = generate_primitives((6.0, 8.0))

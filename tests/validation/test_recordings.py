@@ -90,6 +90,16 @@ def test_the_first_frames_keep_what_others_before_them_lack(drive_of: DriveOf) -
     assert found.first(None) is found.first(99) is found
 
 
+def test_frames_are_found_by_their_ids(drive_of: DriveOf) -> None:
+    found = raw_recordings(drive_of(1, {"2": range(3, 5)}))
+    named = found.named(["0000000007", "0000000001"])
+    assert [recorded.id for recorded in named] == ["0000000001", "0000000007"]
+    with pytest.raises(DataError, match=r"frame 0000000003 lacks image_02.*0000000000, 0000000001"):
+        found.named(["0000000001", "0000000003"])
+    with pytest.raises(DataError, match="There is no frame 0000000012"):
+        found.named(["0000000012"])
+
+
 def test_too_few_sensors_or_another_order_are_refused(drive_of: DriveOf) -> None:
     drive = drive_of(1, {}, frames=1)
     with pytest.raises(ConfigurationError, match="from right to left"):

@@ -2,13 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from avsec_gym.errors import DataError
-from avsec_gym.validation.validation_folder import FORMAT, ROWS, ValidationFolder, summary
+from avsec_gym.frame import SensorFrame
+from avsec_gym.sensor_system import LIDAR, SensorSystem
+from avsec_gym.validation.evidence.disparity_error import DisparityErrors
+from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
+from avsec_gym.validation.repair.damage import Damage
+from avsec_gym.validation.state_posterior import SensorStatus
+from avsec_gym.validation.validation_folder import (
+    FORMAT,
+    ROWS,
+    ValidationFolder,
+    row_of,
+    summary,
+)
+from avsec_gym.validation.validator import Validation
 
 
 def row(alarm: bool, attacked: list[int], truly: list[int], sensors: int = 4) -> dict[str, Any]:
@@ -54,6 +69,25 @@ def test_it_is_said_in_what_others_differ_and_an_empty_folder_belongs_to_no_one(
     ValidationFolder(tmp_path, {"rate": 0.02, "seed": 1}).add({"id": "0"})
     with pytest.raises(DataError, match=r"something else: rate 0\.02, not 0\.03; seed 1, not None"):
         ValidationFolder(tmp_path, {"rate": 0.03})
+
+
+def test_the_time_to_locate_damage_is_kept_where_damage_was_located(
+    wall_of: Callable[[int], SensorFrame],
+) -> None:
+    system = SensorSystem((LIDAR, 1, 0))
+    errors = DisparityErrors(DisparityMaps(wall_of(0), system))
+    statuses = {LIDAR: SensorStatus.SOUND, 0: SensorStatus.ATTACKED, 1: SensorStatus.SOUND}
+    validation = Validation(True, statuses, errors)
+    half = np.arange(240) < 120
+    damage = {0: Damage(pixels=np.tile(half, (120, 1)))}
+    located, alone = (
+        row_of("7", validation, frozenset({0}), found, (0.25, 0.125)) for found in (damage, {})
+    )
+    assert located["attacked"] == located["truly_attacked"] == [0]
+    assert (located["seconds"], located["locating_seconds"]) == (0.25, 0.125)
+    assert located["damage"] == {"0": {"share_of_pixels": 0.5}}
+    assert alone["locating_seconds"] is None
+    assert alone["damage"] == {}
 
 
 def test_a_damaged_line_tells_its_number(tmp_path: Path) -> None:

@@ -86,8 +86,8 @@ def brightness_inconsistency(image: Image, other: Image, disparity: Disparity) -
 def differing_pixels(image: Image, expected: Expected, known: Mask) -> tuple[Mask, Mask, Mask]:
     """Where an image is brighter or darker than it should be, and where that is known.
 
-    A pixel differs if it lies outside of what the expected image has within two pixels, by
-    `MIN_LIGHT` and in some colour.  White where the scene may be white is no evidence.
+    A pixel differs if it lies outside of what the expected image has within two columns and
+    one row, by `MIN_LIGHT` and in some colour.  White where the scene may be white is no evidence.
 
     Args:
         image: The image as it came, shape (H, W, 3).

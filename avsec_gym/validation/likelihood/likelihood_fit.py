@@ -265,7 +265,8 @@ def _weights(
 
     bounds = [_WEIGHTS] * len(model.weights) + [_OFFSETS]
     found = optimize.minimize(surprise, usual, jac=True, method="L-BFGS-B", bounds=bounds).x
-    return {"weights": found[:-1], "offset": float(found[-1])}
+    weights, (offset,) = np.split(found, [len(model.weights)])
+    return {"weights": weights, "offset": float(offset)}
 
 
 _GRID = LEAST_SCORE + STEP * np.arange(SCORES)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import cv2
 import numpy as np
 import pytest
@@ -9,7 +11,9 @@ import pytest
 from avsec_gym.frame import Image
 from avsec_gym.validation.evidence.brightness import (
     FEWEST,
+    Expected,
     brightness_inconsistency,
+    differing_pixels,
     equally_exposed,
     without_colours,
 )
@@ -113,6 +117,21 @@ def test_a_grey_camera_and_one_of_colours_see_alike() -> None:
     assert brightness_inconsistency(colours, grey, disparity) == (0.0, 0.0, 0.0)
     assert brightness_inconsistency(grey, colours, disparity) == (0.0, 0.0, 0.0)
     np.testing.assert_array_equal(without_colours(colours), grey)
+
+
+def test_a_pixel_may_come_from_two_columns_and_one_row_beside() -> None:
+    """A matcher's error is no light; farther away it is."""
+    expected = np.full((40, 60, 3), 50, np.uint8)
+    expected[20, 30] = 200
+    known = np.ones((40, 60), bool)
+    for row, column in product(range(-3, 4), range(-4, 5)):
+        image = np.full_like(expected, 50)
+        image[20 + row, 30 + column] = 200
+        brighter, darker, judged = differing_pixels(image, Expected(expected, expected), known)
+        differs = abs(row) > 1 or abs(column) > 2
+        assert np.argwhere(brighter).tolist() == [[20 + row, 30 + column]] * differs
+        assert not darker.any()
+        assert judged.all()
 
 
 def test_nothing_to_go_by_leaves_the_exposure_as_it_is() -> None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import project
@@ -48,6 +50,20 @@ def test_what_the_other_camera_cannot_see_is_not_believed() -> None:
     # The post covers columns 20 to 30 of camera 1, which would show columns 30 to 40 of the wall.
     assert not believed[:, 30:40].any()
     assert believed[:, 40:].all()
+
+
+@pytest.mark.parametrize("rows", [1, -1])
+def test_what_is_above_or_below_the_other_image_is_not_believed(rows: int) -> None:
+    """A camera half a metre above or below: of the wall 10 m away it sees other rows."""
+    projections = RIG.projections.copy()
+    projections[1, 1, 3] = rows * 10.0
+    above = replace(RIG, projections=projections)
+    image = np.random.default_rng(0).integers(0, 256, (40, 120, 3), np.uint8)
+    painted, believed = carried_image(image, WALL, above, 1, 0)
+    seen, shown = (slice(39), slice(1, 40)) if rows == 1 else (slice(1, 40), slice(39))
+    np.testing.assert_array_equal(painted[seen, 10:], image[shown, :-10])
+    assert believed[seen, 10:].all()
+    assert believed.sum() == 39 * 110
 
 
 def test_back_projection_undoes_kitti_projection(shared: Path) -> None:

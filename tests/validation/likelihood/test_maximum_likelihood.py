@@ -21,11 +21,13 @@ from avsec_gym.validation.evidence.evidence import evidence_scopes
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.identification import identify_attacked_sensors
 from avsec_gym.validation.likelihood.likelihood_fit import LikelihoodSamples, fit_likelihood
+from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
 from avsec_gym.validation.likelihood.maximum_likelihood import (
     LEAST_SCORE,
     SCORES,
     STEP,
     LikelihoodModel,
+    element_patterns,
     read_likelihood_model,
 )
 from avsec_gym.validation.likelihood.normal_scores import log_odds
@@ -267,6 +269,40 @@ def test_its_probabilities_are_honest(judged: tuple[LikelihoodModel, Any, Any]) 
     assert certain @ weights == pytest.approx(exact @ weights, abs=0.03)
 
 
+def test_the_offset_makes_the_true_states_of_other_frames_most_probable(
+    judged: tuple[LikelihoodModel, Any, Any],
+) -> None:
+    model, _, others = judged
+    truth = state_indices(others.states)
+    weights = attack_prior(4)[truth] / np.bincount(truth)[truth]
+
+    def log_probability(offset: float) -> float:
+        probabilities = replace(model, offset=offset).posterior(others.evidence).probabilities
+        return float(weights @ np.log(probabilities[np.arange(len(truth)), truth]))
+
+    least, fitted, most = (log_probability(model.offset + more) for more in (-1.0, 0.0, 1.0))
+    assert fitted > max(least, most)
+
+
+def test_a_density_leaves_little_to_what_no_sample_shows(
+    judged: tuple[LikelihoodModel, Any, Any],
+) -> None:
+    """The share `_UNSEEN`, 2 %, of a wide normal distribution, most of which lies elsewhere."""
+    model, fit, _ = judged
+    assert model.scale is not None
+    scores = model.scale(fit.evidence)
+    scopes = evidence_scopes(model.on.system)
+    patterns = element_patterns(fit.states, scopes)
+    grid = LEAST_SCORE + STEP * np.arange(SCORES)
+    for element, scope in enumerate(scopes):
+        for pattern in range(1, 2 ** len(scope)):
+            seen = scores[patterns[:, element] == pattern, element]
+            mass = np.exp(model.log_density[element, pattern]) * STEP
+            outside = (grid < seen.min() - 1) | (grid > seen.max() + 1)
+            assert mass.sum() == pytest.approx(1, abs=1e-3)
+            assert 0.0005 < mass[outside].sum() < 0.01
+
+
 def test_the_false_alarm_rate_is_that_of_frames_held_out(
     judged: tuple[LikelihoodModel, Any, Any],
 ) -> None:
@@ -281,6 +317,17 @@ def test_the_false_alarm_rate_is_that_of_frames_held_out(
     assert rates[3] == 1.0
     with pytest.raises(ConfigurationError, match="rate from 0 to 1"):
         model.decode(clean, 1.5)
+
+
+def test_a_rate_that_too_few_clean_frames_can_show_is_remarked(
+    judged: tuple[LikelihoodModel, Any, Any],
+) -> None:
+    model, _, _ = judged
+    for shown in (0.0, 0.01, 0.5):
+        assert LikelihoodValidator(model, shown).remark == ""
+    rare = LikelihoodValidator(model, 0.004).remark
+    assert "of 100 clean frames" in rare
+    assert rare.endswith("it takes 250")
 
 
 def test_strange_frames_are_a_part_of_the_false_alarms(

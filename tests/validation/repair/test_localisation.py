@@ -11,7 +11,7 @@ from avsec_gym.frame import SensorFrame
 from avsec_gym.sensor_system import LIDAR, Sensor
 from avsec_gym.validation.evidence.brightness import equally_exposed
 from avsec_gym.validation.repair.localisation import damaged_pixels
-from avsec_gym.validation.repair.trusted_view import filled_depth, trusted_view
+from avsec_gym.validation.repair.trusted_view import filled_depth, trusted_depth, trusted_view
 
 TRUSTED: dict[int, list[tuple[Sensor, ...]]] = {
     0: [(1, 2), (LIDAR, 1)],
@@ -71,6 +71,15 @@ def test_someone_must_be_trusted(soft_wall: SensorFrame) -> None:
     for trusted in ((), (1,), (LIDAR,), (0, 1)):
         with pytest.raises(ConfigurationError):
             trusted_view(soft_wall, 0, trusted)
+
+
+@pytest.mark.parametrize("camera", [0, 1])
+def test_beyond_half_a_kilometre_all_looks_the_same(soft_wall: SensorFrame, camera: int) -> None:
+    """Cameras that see the same in the same columns look at what is infinitely far away."""
+    frame = soft_wall
+    for other in (1, 2):
+        frame = frame.with_image(other, soft_wall.image(0))
+    np.testing.assert_array_equal(trusted_depth(frame, camera, (1, 2)), 500.0)
 
 
 def test_gaps_in_depth_take_the_background() -> None:
