@@ -22,8 +22,9 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
+from functools import cache
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -32,8 +33,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemaining
 
 ROOT = Path(__file__).parents[1]
 ROOMS = ("attacks", "metrics", "planners", "validation", "pipeline.py")
-PATIENCE = 300.0
-"""Seconds after which tests count as failed: a mutant may loop for ever."""
+PATIENCE = 3.0
+"""As many times their usual duration, and a minute, after which tests count as failed: a mutant
+may loop for ever."""
 
 
 @dataclass(frozen=True)
@@ -99,27 +101,39 @@ def tests_of(module: str) -> list[list[str]]:
     return ([mirrored] if mirrored else []) + [[str(room)]]
 
 
-def killed_by(copy: Path, mutant: Mutant) -> str:
+def killed_by(copy: Path, kernels: bool, tests: list[list[str]]) -> str:
     """The tests that fail, as they were asked for; empty if the mutant survives."""
-    kernels = "@kernel(" in (copy / mutant.module).read_text()
+    for some in tests:
+        limit = PATIENCE * usual_duration(copy, kernels, tuple(some)) + 60.0
+        try:
+            if run_tests(copy, kernels, some, limit):
+                return " ".join(some)
+        except subprocess.TimeoutExpired:
+            return f"{' '.join(some)} (time)"
+    return ""
+
+
+@cache
+def usual_duration(copy: Path, kernels: bool, tests: tuple[str, ...]) -> float:
+    """Seconds that tests take without a mutant.  To be asked before there is one."""
+    begun = time.monotonic()
+    if run_tests(copy, kernels, tests):
+        raise SystemExit(f"{' '.join(tests)} fail without any mutant")
+    return time.monotonic() - begun
+
+
+def run_tests(copy: Path, kernels: bool, tests: Sequence[str], limit: float | None = None) -> bool:
+    """Whether a test fails; kernels run as plain Python where `kernels` is True."""
     environment = os.environ | {
         "PYTHONPATH": str(copy),
         "OMP_NUM_THREADS": "1",
         "PYTHONDONTWRITEBYTECODE": "1",
         "NUMBA_DISABLE_JIT": str(int(kernels)),
     }
-    for tests in tests_of(mutant.module):
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-m", "not slow"]
-        command += ["-p", "no:cacheprovider", *tests]
-        try:
-            done = subprocess.run(
-                command, cwd=copy, env=environment, capture_output=True, timeout=PATIENCE
-            )
-        except subprocess.TimeoutExpired:
-            return f"{' '.join(tests)} (time)"
-        if done.returncode not in (0, 5):  # 5: no tests there
-            return " ".join(tests)
-    return ""
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-m", "not slow"]
+    command += ["-p", "no:cacheprovider", *tests]
+    done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, timeout=limit)
+    return done.returncode not in (0, 5)  # 5: no tests there
 
 
 def tried(mutant: Mutant, copy: Path) -> dict[str, Any]:
@@ -127,8 +141,12 @@ def tried(mutant: Mutant, copy: Path) -> dict[str, Any]:
     import cosmic_ray.plugins as plugins
     from cosmic_ray.mutating import mutate_code
 
-    path, begun = copy / mutant.module, time.monotonic()
-    before = path.read_text()
+    path = copy / mutant.module
+    before, tests = path.read_text(), tests_of(mutant.module)
+    kernels = "@kernel(" in before
+    for some in tests:
+        usual_duration(copy, kernels, tuple(some))
+    begun = time.monotonic()
     after = mutate_code(before, plugins.get_operator(mutant.operator)(), mutant.occurrence)
     change = [
         line
@@ -137,7 +155,7 @@ def tried(mutant: Mutant, copy: Path) -> dict[str, Any]:
     ]
     try:
         path.write_text(after)
-        by = killed_by(copy, mutant)
+        by = killed_by(copy, kernels, tests)
     finally:
         path.write_text(before)
     return asdict(mutant) | {
