@@ -28,7 +28,7 @@ _HELP = ("-h", "--help")
 
 
 @dataclass(frozen=True)
-class Group:
+class CommandGroup:
     """Commands of one kind, as in `avsec world make`.
 
     Args:
@@ -41,12 +41,12 @@ class Group:
 
 
 _WORLD, _PICTURES = "avsec_gym.commands.world", "avsec_gym.commands.world_pictures"
-COMMANDS: Mapping[str, str | Group] = {
+COMMANDS: Mapping[str, str | CommandGroup] = {
     "demo": "avsec_gym.commands.demo:Demo",
     "evaluate": "avsec_gym.commands.evaluate:Evaluate",
     "detect": "avsec_gym.commands.detect:Detect",
     "ap": "avsec_gym.commands.average_precision:ScoreDetections",
-    "attack": Group(
+    "attack": CommandGroup(
         "Attacks that are trained.", {"patch": "avsec_gym.commands.attack:AttackPatch"}
     ),
     "validate": "avsec_gym.commands.validate:Validate",
@@ -55,8 +55,10 @@ COMMANDS: Mapping[str, str | Group] = {
     "report": "avsec_gym.commands.report:Report",
     "plan": "avsec_gym.commands.plan:PlanFiles",
     "draw": "avsec_gym.commands.draw:Draw",
-    "data": Group("What is in a data folder.", {"check": "avsec_gym.commands.data:DataCheck"}),
-    "world": Group(
+    "data": CommandGroup(
+        "What is in a data folder.", {"check": "avsec_gym.commands.data:DataCheck"}
+    ),
+    "world": CommandGroup(
         "Procedural data sets in KITTI's layouts, and digital twins of real frames.",
         {
             "make": f"{_WORLD}:WorldMake",
@@ -67,14 +69,14 @@ COMMANDS: Mapping[str, str | Group] = {
         },
     ),
     "train": "avsec_gym.commands.train:Train",
-    "error-model": Group(
+    "error-model": CommandGroup(
         "What a detector gets wrong, for drives without images.",
         {
             "fit": "avsec_gym.commands.error_model:ErrorModelFit",
             "check": "avsec_gym.commands.error_model:ErrorModelCheck",
         },
     ),
-    "weights": Group(
+    "weights": CommandGroup(
         "Weights of networks: published ones, and the scores of detectors.",
         {
             "import": "avsec_gym.commands.weights:WeightsImport",
@@ -164,7 +166,7 @@ def _run(arguments: Sequence[str]) -> int:
     return code
 
 
-def _in_full(name: str, group: Group) -> dict[str, str]:
+def _in_full(name: str, group: CommandGroup) -> dict[str, str]:
     return {f"{name} {word}": place for word, place in group.commands.items()}
 
 
@@ -173,7 +175,7 @@ def _class(place: str) -> Any:
     return getattr(import_module(module), name)
 
 
-def _overview(program: str, summary: str, there: Mapping[str, str | Group]) -> str:
+def _overview(program: str, summary: str, there: Mapping[str, str | CommandGroup]) -> str:
     """A line for each command."""
     width = max(map(len, there))
     lines = [f"  {name:{width}}  {_summary(found)}" for name, found in there.items()]
@@ -190,9 +192,9 @@ def _overview(program: str, summary: str, there: Mapping[str, str | Group]) -> s
     )
 
 
-def _summary(found: str | Group) -> str:
+def _summary(found: str | CommandGroup) -> str:
     """What a command does, or which there are in a group."""
-    if isinstance(found, Group):
+    if isinstance(found, CommandGroup):
         return f"{found.summary[:-1]}: {', '.join(found.commands)}"
     first, _, _ = _class(found).__doc__.partition("\n")
     return str(first)

@@ -50,7 +50,7 @@ def complain(error: AvsecError) -> None:
     say(f"avsec: {error}")
 
 
-class Progress:
+class ProgressDisplay:
     """Shows on standard error how far a job is and how long it still takes, after two seconds."""
 
     def __init__(self, what: str) -> None:
@@ -101,9 +101,9 @@ class Progress:
 
 
 @contextmanager
-def progress(what: str) -> Iterator[Progress]:
-    """A `Progress` that goes away in the end."""
-    shown = Progress(what)
+def progress(what: str) -> Iterator[ProgressDisplay]:
+    """A `ProgressDisplay` that goes away in the end."""
+    shown = ProgressDisplay(what)
     try:
         yield shown
     finally:

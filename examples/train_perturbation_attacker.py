@@ -25,7 +25,7 @@ import torch
 from stable_baselines3 import SAC
 
 import avsec_gym
-from avsec_gym.console import Progress, progress
+from avsec_gym.console import ProgressDisplay, progress
 from avsec_gym.metrics.intervals import wilson_interval
 
 TRIALS = 4
@@ -42,7 +42,7 @@ Policy = Callable[[np.ndarray, int], np.ndarray]
 class Watched(gym.Wrapper):
     """Reports after every query how many of how many are done."""
 
-    def __init__(self, env: gym.Env, queries: int, shown: Progress) -> None:
+    def __init__(self, env: gym.Env, queries: int, shown: ProgressDisplay) -> None:
         super().__init__(env)
         self._asked, self._queries, self._shown = 0, queries, shown
 
@@ -117,7 +117,7 @@ def best_first(actions: np.ndarray, rewards: list[float]) -> np.ndarray:
 
 
 def evaluate(
-    env: gym.Env, policy: Policy, episodes: int, seed: int, shown: Progress
+    env: gym.Env, policy: Policy, episodes: int, seed: int, shown: ProgressDisplay
 ) -> dict[str, Any]:
     """Success, queries and reward on held-out scenes."""
     successes, queries, rewards = [], [], []

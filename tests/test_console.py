@@ -12,7 +12,7 @@ def test_the_remaining_time_is_that_of_the_pace_now_not_of_what_was_there(
 ) -> None:
     now = [0.0]
     monkeypatch.setattr(console.time, "monotonic", lambda: now[0])
-    shown = console.Progress("rendering")
+    shown = console.ProgressDisplay("rendering")
     for done in range(501):  # There from an earlier run: told within half a second.
         now[0] += 0.001
         shown(done, 1000)

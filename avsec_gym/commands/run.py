@@ -14,7 +14,7 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.storage.json_files import parse_json
 
 if TYPE_CHECKING:
-    from avsec_gym.runs.run import RunReport
+    from avsec_gym.runs.run import RunSummary
 
 _REMARKS = 10
 """So many failed cells are reported one by one."""
@@ -129,7 +129,7 @@ def _option(text: str) -> tuple[str, Any]:
         raise ConfigurationError(f"--options {name} cannot be taken: {error}") from None
 
 
-def _summary(report: RunReport) -> dict[str, Any]:
+def _summary(report: RunSummary) -> dict[str, Any]:
     return {
         "out": str(report.root),
         "cells": report.cells,
@@ -144,7 +144,7 @@ def _summary(report: RunReport) -> dict[str, Any]:
     }
 
 
-def _sentence(report: RunReport) -> str:
+def _sentence(report: RunSummary) -> str:
     text = f"{report.root}: {report.cells} cells, {report.done} done, {report.kept} were there"
     failed = len(report.failures) + report.failed_before
     if failed:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from torch import nn
 
     from avsec_gym.perception.training.task import Task
-    from avsec_gym.perception.training.trainer import Compute, Outcome, Validation
+    from avsec_gym.perception.training.trainer import Compute, HeldOutResult, TrainingResult
 
 
 WEIGHTS = "weights.safetensors"
@@ -129,7 +129,7 @@ class Train:
         self._report(task, outcome)
         return console.DONE if outcome.finished else console.DONE_IN_PART
 
-    def _keep(self, task: Task[Any], network: nn.Module, validation: Validation) -> None:
+    def _keep(self, task: Task[Any], network: nn.Module, validation: HeldOutResult) -> None:
         import platform
         from dataclasses import asdict
 
@@ -170,7 +170,7 @@ class Train:
         )
         save_weights(self.out / WEIGHTS, network, card)
 
-    def _report(self, task: Task[Any], outcome: Outcome) -> None:
+    def _report(self, task: Task[Any], outcome: TrainingResult) -> None:
         summary = {
             "network": self.name,
             "out": str(self.out),
@@ -191,7 +191,7 @@ class Train:
         console.say(f"{self.out}: {state}; {outcome.steps} steps, {task.leading_metric}: {best}")
 
 
-def _tell(task: Task[Any], validation: Validation) -> None:
+def _tell(task: Task[Any], validation: HeldOutResult) -> None:
     leading = validation.metrics[task.leading_metric]
     others = ", ".join(
         f"{name} {value:.3g}"

@@ -10,7 +10,7 @@ MINUS = "−"
 
 
 @dataclass(frozen=True)
-class Cell:
+class TableCell:
     """One cell.
 
     Args:
@@ -59,7 +59,7 @@ class Table:
 
     title: str
     columns: Sequence[str]
-    rows: Sequence[Sequence[Cell]]
+    rows: Sequence[Sequence[TableCell]]
     note: str = ""
     groups: Sequence[tuple[str, int]] = ()
     names: int = 1
@@ -82,9 +82,9 @@ class Table:
         return any(cell.hint for row in self.rows for cell in row)
 
 
-def name(text: str, hint: str = "") -> Cell:
+def name(text: str, hint: str = "") -> TableCell:
     """A cell with words."""
-    return Cell(text, hint=hint, words=True)
+    return TableCell(text, hint=hint, words=True)
 
 
 def figure(
@@ -96,7 +96,7 @@ def figure(
     digits: int = 1,
     signed: bool = False,
     hint: str = "",
-) -> Cell:
+) -> TableCell:
     """A cell with a number.
 
     Args:
@@ -106,11 +106,11 @@ def figure(
         scale: All three are multiplied by it: 100 makes shares percent.
         digits: Behind the point.
         signed: Whether a plus is written.
-        hint: See `Cell`.
+        hint: See `TableCell`.
     """
     if value is None:
-        return Cell(UNKNOWN, thesis=number(thesis, scale, digits), hint=hint)
-    return Cell(
+        return TableCell(UNKNOWN, thesis=number(thesis, scale, digits), hint=hint)
+    return TableCell(
         number(value, scale, digits, signed=signed),
         bounds(interval, scale, digits, signed=signed),
         number(thesis, scale, digits),

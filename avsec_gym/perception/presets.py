@@ -8,7 +8,7 @@ from typing import Protocol, Self, TypeVar
 from avsec_gym.errors import ConfigurationError
 
 
-class Configuration(Protocol):
+class PresetConfiguration(Protocol):
     """A network's configuration that has presets."""
 
     @classmethod
@@ -18,7 +18,7 @@ class Configuration(Protocol):
 
 
 C = TypeVar("C")
-P = TypeVar("P", bound=Configuration)
+P = TypeVar("P", bound=PresetConfiguration)
 
 
 def preset_named(network: str, name: str, presets: Mapping[str, C]) -> C:

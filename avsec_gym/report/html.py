@@ -13,7 +13,7 @@ from avsec_gym.drawing.page_table import Table, number
 from avsec_gym.report.run_remarks import facts, inputs, remarks
 from avsec_gym.report.run_report import RunReport
 from avsec_gym.report.run_tables import other_table, time_table
-from avsec_gym.runs.section import Part, Section
+from avsec_gym.runs.section import Section, SectionPart
 
 
 def html_page(report: RunReport) -> str:
@@ -59,7 +59,7 @@ def _other(data: Mapping[str, Any]) -> list[Section]:
     return [Section("other", "Other settings", parts=[other_table(data["other"])])]
 
 
-def _kind(part: Part) -> str:
+def _kind(part: SectionPart) -> str:
     """How the template shows a part of a section."""
     if isinstance(part, Table):
         return "folded" if part.folded else "table"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from avsec_gym.drawing.page_table import Cell, Table, figure, name, number
+from avsec_gym.drawing.page_table import Table, TableCell, figure, name, number
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -54,5 +54,5 @@ def other_table(rows: Rows) -> Table:
     )
 
 
-def _count(value: int) -> Cell:
-    return Cell(number(value, digits=0), key=value)
+def _count(value: int) -> TableCell:
+    return TableCell(number(value, digits=0), key=value)

@@ -51,7 +51,7 @@ class Backend(StrEnum):
 
 
 @dataclass(frozen=True)
-class RunReport:
+class RunSummary:
     """What was done."""
 
     root: Path
@@ -77,7 +77,7 @@ def run_experiments(
     backend: Backend = Backend.LOCAL,
     retry: bool = False,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
-) -> RunReport:
+) -> RunSummary:
     """Do the cells that the experiments need, in a folder that holds the run.
 
     May be killed at any time and called again: finished cells are kept. Rows depend on the
@@ -145,7 +145,7 @@ def run_experiments(
                 sitting["failed"] = len(failures)
                 write_manifest(root, manifest)
                 JOURNAL.info("%d cells done, %d failed", sitting["done"], len(failures))
-    return RunReport(
+    return RunSummary(
         root=root,
         cells=len(cells),
         kept=there.count("done"),

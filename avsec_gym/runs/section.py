@@ -27,7 +27,7 @@ from avsec_gym.drawing.page_table import Table
 if TYPE_CHECKING:
     from avsec_gym.runs.run_folder import RunFolder
 
-Part = Table | Figure | Markup
+SectionPart = Table | Figure | Markup
 """A table, a figure, or HTML that an experiment makes itself."""
 OnProgress = Callable[[int, int], None]
 """Called with the number of those done and that of all."""
@@ -110,7 +110,7 @@ class Section:
     id: str
     title: str
     sentences: Sequence[str] = ()
-    parts: Sequence[Part] = ()
+    parts: Sequence[SectionPart] = ()
     link: str = ""
     context: str = ""
     text_tables: Sequence[Table] | None = None

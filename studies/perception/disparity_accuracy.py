@@ -44,7 +44,7 @@ _BENCHMARKS = {
 """Left and right images and truth, occluded pixels among it."""
 
 
-class Pair(NamedTuple):
+class MatchedPair(NamedTuple):
     """What is matched, and what is true."""
 
     frame: SensorFrame
@@ -111,7 +111,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
 def measured(
     estimators: Sequence[Any],
-    pairs: Iterable[Pair],
+    pairs: Iterable[MatchedPair],
     resamples: int = 0,
     seed: int = 0,
 ) -> dict[str, Any]:
@@ -145,7 +145,7 @@ def measured(
     return {"pairs": count, "threads": torch.get_num_threads(), "estimators": rows}
 
 
-def world_pairs(root: Path, limit: int | None = None) -> Iterator[Pair]:
+def world_pairs(root: Path, limit: int | None = None) -> Iterator[MatchedPair]:
     """The pairs of a procedural data set, one after another.
 
     Raises:
@@ -158,11 +158,11 @@ def world_pairs(root: Path, limit: int | None = None) -> Iterator[Pair]:
     with progress("matching") as shown:
         for done, id in enumerate(ids, start=1):
             frame = data.frame(id)
-            yield Pair(frame, GroundTruthDepth().disparity(frame).values)
+            yield MatchedPair(frame, GroundTruthDepth().disparity(frame).values)
             shown(done, len(ids))
 
 
-def real_pairs(kitti: Path) -> Iterator[Pair]:
+def real_pairs(kitti: Path) -> Iterator[MatchedPair]:
     """The first pairs of KITTI's stereo benchmarks, looked for in the folder and beside it.
 
     They come without calibration here; disparities need none, and that of a usual rig stands in.
@@ -178,7 +178,7 @@ def real_pairs(kitti: Path) -> Iterator[Pair]:
                 frame = SensorFrame(
                     f"{name} {path.stem}", kitti_rig().calibration, LazyImages(images)
                 )
-                yield Pair(frame, read_disparity(path))
+                yield MatchedPair(frame, read_disparity(path))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

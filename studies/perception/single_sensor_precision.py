@@ -39,7 +39,7 @@ NEEDED = ("label_2", "calib", "image_2", "velodyne")
 _MAKE = "avsec world make --suite mixed --frames 200 --seed 2 --out DIR"
 
 
-class Network(NamedTuple):
+class ScoredNetwork(NamedTuple):
     """What a detector looks at, and what it says that can be scored."""
 
     sensor: str
@@ -53,10 +53,10 @@ class Network(NamedTuple):
 
 
 NETWORKS = {
-    "pixor": Network("LiDAR", "velodyne", ("bev",)),
-    "pointrcnn": Network("LiDAR", "velodyne", ("bev", "3d")),
-    "faster_rcnn": Network(f"camera {CAMERA}", f"image_{CAMERA}", ("2d",)),
-    "yolo": Network(f"camera {CAMERA}", f"image_{CAMERA}", ("2d",)),
+    "pixor": ScoredNetwork("LiDAR", "velodyne", ("bev",)),
+    "pointrcnn": ScoredNetwork("LiDAR", "velodyne", ("bev", "3d")),
+    "faster_rcnn": ScoredNetwork(f"camera {CAMERA}", f"image_{CAMERA}", ("2d",)),
+    "yolo": ScoredNetwork(f"camera {CAMERA}", f"image_{CAMERA}", ("2d",)),
 }
 """PIXOR finds no height, and a single image no place in space."""
 
@@ -104,7 +104,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def in_real_frames(
-    root: Path, network: Network, what: dict[str, Any], least_score: float
+    root: Path, network: ScoredNetwork, what: dict[str, Any], least_score: float
 ) -> dict[str, Any]:
     """Moderate cars found and missed, and false alarms, in all labelled frames with the sensor.
 

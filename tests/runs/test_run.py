@@ -15,14 +15,16 @@ import pytest
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.runs.experiment import Cell, Configuration, Experiment
-from avsec_gym.runs.run import RunReport, run_experiments
+from avsec_gym.runs.run import RunSummary, run_experiments
 from avsec_gym.runs.run_folder import RunFolder
 
 Rows = Callable[[Path], dict[str, list[tuple[Any, ...]]]]
 SMALL = Configuration(limit=3, seed=7)
 
 
-def go(root: Path, *experiments: Experiment, asked: Configuration = SMALL, **how: Any) -> RunReport:
+def go(
+    root: Path, *experiments: Experiment, asked: Configuration = SMALL, **how: Any
+) -> RunSummary:
     return run_experiments(experiments, asked, root, **{"workers": 0, "threads": 1} | how)
 
 

@@ -42,7 +42,7 @@ _SIZE = (375, 1242)
 _DISPARITY = 20.0
 """Pixels; it matters to the right image alone, whose features are not looked at."""
 
-Network = DsgnNetwork | StereoRcnnNetwork
+StereoNetwork = DsgnNetwork | StereoRcnnNetwork
 Features = dict[str, Tensor]
 
 
@@ -160,7 +160,7 @@ def feature_spread(
     return FeatureSpread(middle, patch.radius, tuple(layers))
 
 
-def features(network: Network, images: Tensor) -> Features:
+def features(network: StereoNetwork, images: Tensor) -> Features:
     """Outputs of the layers that the thesis names, (B, C, h, w) each, from shallow to deep.
 
     DSGN: ``conv1`` are the three first convolutions, ``conv2`` to ``conv5`` the residual stages,
@@ -258,7 +258,7 @@ def _prepared(
     return left, (left.shape[-2], left.shape[-1])
 
 
-def _carrier(network: Network) -> Network:
+def _carrier(network: StereoNetwork) -> StereoNetwork:
     """The same layers as means over what they see: an output above 0 can see an input above 0."""
     carrier = copy.deepcopy(network).double()
     for module in list(carrier.modules()):

@@ -55,8 +55,8 @@ class Compute:
 
 
 @dataclass(frozen=True)
-class Validation:
-    """What a validation found."""
+class HeldOutResult:
+    """What a validation on held-out frames found."""
 
     step: int
     epoch: int
@@ -68,7 +68,7 @@ class Validation:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class TrainingResult:
     """How a training ended."""
 
     finished: bool
@@ -77,7 +77,7 @@ class Outcome:
     seconds: float
     best: float | None
     """The highest leading metric."""
-    last: Validation | None
+    last: HeldOutResult | None
     """Of the averaged weights that the network was left with; None unless the training finished."""
     compute: Compute
 
@@ -89,11 +89,11 @@ def train(
     *,
     machine: Machine = Machine(),
     resume: bool = False,
-    keep: Callable[[nn.Module, Validation], None] | None = None,
+    keep: Callable[[nn.Module, HeldOutResult], None] | None = None,
     on_progress: Callable[[int, int], None] | None = None,
     on_compute: Callable[[Compute], None] | None = None,
-    on_validation: Callable[[Validation], None] | None = None,
-) -> Outcome:
+    on_validation: Callable[[HeldOutResult], None] | None = None,
+) -> TrainingResult:
     """Train a task's network.
 
     On a CPU, a run that was stopped and resumed has the weights of one that was not, bit for bit.
@@ -148,7 +148,7 @@ def train(
     run.trained.eval()
     state = run.state
     last = run.last_validation()
-    return Outcome(state.finished, state.step, state.seconds, state.best, last, run.compute)
+    return TrainingResult(state.finished, state.step, state.seconds, state.best, last, run.compute)
 
 
 class _Run:
@@ -250,7 +250,7 @@ class _Run:
         if self.is_logged:
             self._log()
 
-    def validate(self, keep: Callable[[nn.Module, Validation], None] | None) -> Validation:
+    def validate(self, keep: Callable[[nn.Module, HeldOutResult], None] | None) -> HeldOutResult:
         """Validate the averaged weights, and keep them where they are the best so far."""
         state = self.state
         with self.average.applied():
@@ -262,7 +262,7 @@ class _Run:
             # Of equals, such as the zeros in the beginning, the last is kept.
             is_best = is_better or leading == state.best
             self._count_time()
-            validation = Validation(
+            validation = HeldOutResult(
                 state.step, self.epoch, metrics, is_best, state.seconds, self.compute
             )
             if is_best and keep is not None:
@@ -278,13 +278,13 @@ class _Run:
         self.curves.draw()
         return validation
 
-    def last_validation(self) -> Validation | None:
+    def last_validation(self) -> HeldOutResult | None:
         """The one that a finished training ended with."""
         if not self.state.finished:
             return None
         row = [row for row in read_curves(self.folder) if "metrics" in row][-1]
         is_best = row["step"] == self.state.best_step
-        return Validation(
+        return HeldOutResult(
             row["step"], self.epoch, row["metrics"], is_best, row["seconds"], self.compute
         )
 

@@ -18,7 +18,7 @@ from avsec_gym.validation.evidence.evidence import gather_evidence
 from avsec_gym.validation.evidence.pair_depth import PairDepth
 from avsec_gym.validation.state_posterior import States
 
-Element = tuple[tuple[int, ...], tuple[bool, ...]]
+SensorStates = tuple[tuple[int, ...], tuple[bool, ...]]
 """Positions of sensors, and which of them are attacked."""
 
 
@@ -49,8 +49,8 @@ class StateEvidence:
         system.check(clean.calibration)
         self.system, self.depth = system, depth or PairDepth()
         self._clean, self._tampered = clean, dict(tampered)
-        self._views: dict[Element, PairView] = {}
-        self._errors: dict[Element, DisparityError] = {}
+        self._views: dict[SensorStates, PairView] = {}
+        self._errors: dict[SensorStates, DisparityError] = {}
 
     def otherwise(self, tampered: Mapping[Sensor, SensorFrame]) -> StateEvidence:
         """The same frame attacked otherwise; what is known of sound sensors stays known."""
@@ -99,7 +99,7 @@ class StateEvidence:
         self._errors |= {_element(triple, state): errors[triple] for triple in errors}
         return errors
 
-    def _find(self, element: Element) -> PairView:
+    def _find(self, element: SensorStates) -> PairView:
         pair, attacked = element
         frame = self._attacked([self.system.sensors[position] for position in pair], attacked)
         return DisparityMaps(frame, self.system, self.depth).view((pair[0], pair[1]))
@@ -119,6 +119,6 @@ class StateEvidence:
         return frame.with_points(self._tampered[sensor].points)
 
 
-def _element(positions: tuple[int, ...], state: Iterable[bool]) -> Element:
+def _element(positions: tuple[int, ...], state: Iterable[bool]) -> SensorStates:
     attacked = list(state)
     return positions, tuple(bool(attacked[position]) for position in positions)

@@ -20,7 +20,7 @@ from avsec_gym.perception.training.arithmetic import Choice
 from avsec_gym.perception.training.checkpoint import CHECKPOINT
 from avsec_gym.perception.training.configuration import Machine, TrainingConfiguration
 from avsec_gym.perception.training.curves import CURVES, PICTURE, read_curves
-from avsec_gym.perception.training.trainer import Compute, Outcome, Validation, train
+from avsec_gym.perception.training.trainer import Compute, HeldOutResult, TrainingResult, train
 
 
 @dataclass
@@ -199,7 +199,7 @@ def test_learns_and_keeps_the_best_averaged_weights(tmp_path: Path) -> None:
     # what came of it was chance (0.85 to 0.92 over six seeds; with all of them 0.96).
     task = Line(dropout=0.0)
 
-    def keep(network: nn.Module, validation: Validation) -> None:
+    def keep(network: nn.Module, validation: HeldOutResult) -> None:
         assert not network.training
         with torch.no_grad():
             assert task.validate() == validation.metrics
@@ -225,7 +225,7 @@ def test_learns_and_keeps_the_best_averaged_weights(tmp_path: Path) -> None:
     assert rows[-1]["rate"] < 0.05 * max(row["rate"] for row in rows)
 
 
-def run_with(task: Line, folder: Path, **changes: Any) -> Outcome:
+def run_with(task: Line, folder: Path, **changes: Any) -> TrainingResult:
     return train(task, TrainingConfiguration(batch=7, arithmetic="float32", **changes), folder)
 
 

@@ -14,7 +14,7 @@ from avsec_gym.kitti.writing import write_object_frame
 from avsec_gym.perception.depth.sgbm import SemiGlobalMatching
 from avsec_gym.rig import kitti_rig
 from studies.perception.disparity_accuracy import (
-    Pair,
+    MatchedPair,
     ReducedMatching,
     main,
     measured,
@@ -88,7 +88,7 @@ def test_estimators_are_compared_on_the_same_pairs(tmp_path: Path) -> None:
     write_disparity(tmp_path / "training" / "disparity_2" / "000000.png", truth)
     (pair,) = world_pairs(tmp_path)
     assert np.array_equal(pair.truth, truth)
-    result = measured((SemiGlobalMatching(disparities=32),), [pair, Pair(frame, truth)])
+    result = measured((SemiGlobalMatching(disparities=32),), [pair, MatchedPair(frame, truth)])
     assert result["pairs"] == 2
     sgbm = result["estimators"]["sgbm"]
     assert sgbm["found"]["end_point_error"]["value"] < 0.2

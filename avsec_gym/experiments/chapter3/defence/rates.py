@@ -18,7 +18,7 @@ from avsec_gym.validation.response import Response
 
 Share = Mapping[str, Any]
 """How many of how many, as `share_of` makes it."""
-Drive = tuple[str, str]
+EpisodeKey = tuple[str, str]
 """Scenario and intention."""
 ANY_ATTACK = "any"
 """All attacks together, each of them as often as the others."""
@@ -207,7 +207,7 @@ def _share(hits: Iterable[tuple[str, bool]]) -> Share:
 
 
 def _worth(
-    pairs: Sequence[tuple[SafetyRecord, SafetyRecord]], clean: Mapping[Drive, SafetyRecord]
+    pairs: Sequence[tuple[SafetyRecord, SafetyRecord]], clean: Mapping[EpisodeKey, SafetyRecord]
 ) -> Worth:
     """What a defence changes.
 
@@ -236,5 +236,5 @@ def _worth(
     )
 
 
-def _drive(record: SafetyRecord) -> Drive:
+def _drive(record: SafetyRecord) -> EpisodeKey:
     return record.scenario, record.intention

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from avsec_gym.drawing.page_table import UNKNOWN, Cell, Table, figure, name
+from avsec_gym.drawing.page_table import UNKNOWN, Table, TableCell, figure, name
 from avsec_gym.drawing.validation_picture import named
 from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK
 from avsec_gym.experiments.chapter3.defence.oracles import LIDAR_ORACLE, STEREO_ORACLE
@@ -79,18 +79,18 @@ def _alarm_table(rows: Sequence[AlarmRow]) -> Table:
     )
 
 
-def _first_alarms(row: AlarmRow) -> list[Cell]:
+def _first_alarms(row: AlarmRow) -> list[TableCell]:
     """At once, later and never."""
     waited = row.frames_to_alarm
     if waited is None:
-        return [Cell(UNKNOWN)] * 3
+        return [TableCell(UNKNOWN)] * 3
     counts = [frames for frames, count in waited.items() for _ in range(count)]
     later = [f"{n} after {frames}" for frames, n in waited.items() if frames not in ("0", "never")]
     drives = [str(number) for number in range(len(counts))]
     at_once, never = (
         share_of([frames == which for frames in counts], drives) for which in ("0", "never")
     )
-    return [_share(at_once), Cell(", ".join(later) or UNKNOWN), _share(never)]
+    return [_share(at_once), TableCell(", ".join(later) or UNKNOWN), _share(never)]
 
 
 def defended_detector(detector: str) -> str:
@@ -106,5 +106,5 @@ def attacked_sensors(attack: str) -> str:
     return " and ".join(sensors)
 
 
-def _share(hits: Share) -> Cell:
+def _share(hits: Share) -> TableCell:
     return figure(hits["rate"], hits["interval"], scale=100)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from avsec_gym.drawing.page_table import Cell, Table, figure, name, number
+from avsec_gym.drawing.page_table import Table, TableCell, figure, name, number
 from avsec_gym.experiments.chapter3.attacks import OTHER, SMALLER
 from avsec_gym.experiments.chapter3.identification.adaptive_attacks import (
     AGREED_DEPTH,
@@ -322,6 +322,6 @@ def error_name(triple: Sequence[int]) -> str:
     return "E" + "".join(map(str, triple))
 
 
-def share_cell(share: Mapping[str, Any]) -> Cell:
+def share_cell(share: Mapping[str, Any]) -> TableCell:
     """In percent, with its interval."""
     return figure(share["rate"], share["interval"], scale=100, digits=2)

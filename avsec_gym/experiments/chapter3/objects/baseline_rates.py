@@ -26,10 +26,9 @@ from avsec_gym.geometry import Floats
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import SensorSystem, Triple
+from avsec_gym.validation.evidence.disparity_maps import Pair
 from avsec_gym.validation.recordings import drive_of
 from avsec_gym.validation.state_posterior import state_vectors
-
-Pair = tuple[int, int]
 
 
 def baseline_summary(results: Results, configuration: Configuration) -> dict[str, Any] | None:

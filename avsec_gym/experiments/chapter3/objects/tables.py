@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from avsec_gym.drawing.page_table import Cell, Table, figure, name, number
+from avsec_gym.drawing.page_table import Table, TableCell, figure, name, number
 from avsec_gym.experiments.chapter3.identification.tables import INTERVALS
 from avsec_gym.experiments.chapter3.objects.attack_sizes import CAMERA
 from avsec_gym.experiments.chapter3.objects.believed_points import (
@@ -236,11 +236,11 @@ def _size_table(what: str, summary: Mapping[str, Any]) -> Table:
     )
 
 
-def _share(share: Mapping[str, Any], thesis: float | None = None) -> Cell:
+def _share(share: Mapping[str, Any], thesis: float | None = None) -> TableCell:
     return figure(share["rate"], share["interval"], thesis, scale=100, digits=2)
 
 
-def _percent(row: Mapping[str, Any] | None, thesis: float | None = None) -> Cell:
+def _percent(row: Mapping[str, Any] | None, thesis: float | None = None) -> TableCell:
     known = None if thesis is None else 100 * thesis
     if row is None:
         return figure(None, thesis=known, digits=2)

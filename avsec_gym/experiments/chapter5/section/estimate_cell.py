@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from avsec_gym.drawing.page_table import Cell, figure
+from avsec_gym.drawing.page_table import TableCell, figure
 from avsec_gym.experiments.chapter5.rows import Estimate
 
 
 def estimate_cell(
     estimate: Estimate, *, scale: float = 1.0, digits: int = 1, signed: bool = False
-) -> Cell:
+) -> TableCell:
     """The figure with its interval; arguments as of `figure`."""
     return figure(estimate.value, estimate.interval, scale=scale, digits=digits, signed=signed)

@@ -13,7 +13,7 @@ from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import ReportRequest
 
 if TYPE_CHECKING:
-    from avsec_gym.experiments.chapter5.section.scene_strip import Strip
+    from avsec_gym.experiments.chapter5.section.scene_strip import SceneStrip
     from avsec_gym.experiments.chapter5.section.spread_pictures import SpreadPicture
 
 SPREAD = "feature_spread.png"
@@ -22,7 +22,7 @@ SPREAD = "feature_spread.png"
 
 def strips_of(
     run: RunFolder, outcomes: Outcomes | None, request: ReportRequest
-) -> tuple[list[Strip], list[str]]:
+) -> tuple[list[SceneStrip], list[str]]:
     """Strips of the most telling scenes, and the reason if there are none.
 
     Args:

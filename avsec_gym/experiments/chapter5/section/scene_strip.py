@@ -84,7 +84,7 @@ class EpisodeView:
 
 
 @dataclass(frozen=True)
-class Strip:
+class SceneStrip:
     """Views of one episode, the unattacked first.
 
     Args:
@@ -109,7 +109,7 @@ def scene_strips(
     outcomes: Outcomes,
     drives: Repeats,
     on_progress: Callable[[int, int], None] = lambda done, total: None,
-) -> list[Strip]:
+) -> list[SceneStrip]:
     """A strip for each episode.
 
     Args:
@@ -146,7 +146,7 @@ def amplified(
     return np.clip(_GREY + factor * change, 0, 255).round().astype(np.uint8), factor, largest
 
 
-def _strip(telling: Telling, outcomes: Outcomes, drives: Repeats) -> Strip:
+def _strip(telling: Telling, outcomes: Outcomes, drives: Repeats) -> SceneStrip:
     runs = [
         drives.again(
             condition.detector,
@@ -161,7 +161,7 @@ def _strip(telling: Telling, outcomes: Outcomes, drives: Repeats) -> Strip:
     truth = outcomes.labels[telling.scenario]
     picture, factor, largest = amplified(*(run.frame.image(LEFT) for run in runs[:2]))
     detector = detector_name(telling.conditions[0].detector)
-    return Strip(
+    return SceneStrip(
         title=f"{detector}, scene {telling.scenario}, {telling.intention}",
         rule=telling.rule,
         views=tuple(

@@ -37,10 +37,10 @@ from avsec_gym.experiments.chapter5.section.tables_why import (
 )
 from avsec_gym.experiments.chapter5.section.telling_scenes import RULES
 from avsec_gym.experiments.chapter5.tables import SafetyRow
-from avsec_gym.runs.section import Answer, AnswerOn, Part, Section
+from avsec_gym.runs.section import Answer, AnswerOn, Section, SectionPart
 
 if TYPE_CHECKING:
-    from avsec_gym.experiments.chapter5.section.scene_strip import Strip
+    from avsec_gym.experiments.chapter5.section.scene_strip import SceneStrip
     from avsec_gym.experiments.chapter5.section.spread_pictures import SpreadPicture
 
 _PACKAGE = "avsec_gym.experiments.chapter5.section"
@@ -69,7 +69,7 @@ def answer_of(worded: WordedAnswer, decoupling: Decoupling) -> Answer:
     return Answer(worded.word, worded.sentence, cases, figure, together)
 
 
-def scenes_section(strips: Sequence[Strip]) -> Section:
+def scenes_section(strips: Sequence[SceneStrip]) -> Section:
     """Pictures of the most telling scenes.
 
     Args:
@@ -146,7 +146,7 @@ def spread_section(
         pyramid: DSGN with its pyramid and without.
         maps: Pictures of feature maps.
     """
-    parts: list[Part] = [
+    parts: list[SectionPart] = [
         *([_map_figure(maps)] if maps else []),
         *([pyramid_table(pyramid)] if pyramid else []),
         *([spread_table(rows)] if rows else []),
@@ -195,7 +195,7 @@ def _ghost_section(found: AttackFigures) -> Section:
         " map, those that are farther aside left out.",
         layout="maps",
     )
-    parts: list[Part] = [
+    parts: list[SectionPart] = [
         *([figure] if drawings else []),
         ghost_table(found.ghosts),
         *([patch_effect_table(effects)] if effects else []),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from avsec_gym.drawing.page_table import UNKNOWN, Cell, Table, figure, name, number, p_value
+from avsec_gym.drawing.page_table import UNKNOWN, Table, TableCell, figure, name, number, p_value
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.controls import ControlRow, RoundingRow, TrendRow
 from avsec_gym.experiments.chapter5.decoupling import AttackRow
@@ -52,7 +52,7 @@ def paired_table(rows: Sequence[SafetyRow]) -> Table:
             estimate_cell(row.paired.safe_driving_rate, scale=100, signed=True),
             _count(row.paired.became_unsafe),
             _count(row.paired.became_safe),
-            Cell(p_value(row.paired.mcnemar_p), key=row.paired.mcnemar_p),
+            TableCell(p_value(row.paired.mcnemar_p), key=row.paired.mcnemar_p),
         ]
         for row in rows
         if row.paired is not None and row.condition.attack != UNATTACKED
@@ -135,7 +135,7 @@ def control_table(rows: Sequence[ControlRow]) -> Table:
                 estimate_cell(row.share_moved, scale=100),
                 estimate_cell(row.ghosts_seen, scale=100),
                 figure(row.largest_change, digits=2),
-                Cell(budget, tone="" if row.within_budget else "bad",
+                TableCell(budget, tone="" if row.within_budget else "bad",
                      hint="" if row.within_budget else "exceeded"),
             ]
         )  # fmt: skip
@@ -216,7 +216,7 @@ def flip_table(rows: Sequence[Flip]) -> Table:
                 name(scenario),
                 name(intention),
                 name(steps if attack in (*PERTURBATIONS, TEXTURE_ATTACKED) else ""),
-                Cell(last.outcome, tone=tones[last.outcome], words=True),
+                TableCell(last.outcome, tone=tones[last.outcome], words=True),
                 name(last.why),
             ]
         )
@@ -229,10 +229,10 @@ def flip_table(rows: Sequence[Flip]) -> Table:
     )  # fmt: skip
 
 
-def _names(condition: Condition) -> list[Cell]:
+def _names(condition: Condition) -> list[TableCell]:
     attack = attack_name(condition.attack, condition.strength, condition.whole_levels)
     return [name(detector_name(condition.detector)), name(attack)]
 
 
-def _count(value: int | None) -> Cell:
-    return Cell(UNKNOWN) if value is None else Cell(number(value, digits=0), key=value)
+def _count(value: int | None) -> TableCell:
+    return TableCell(UNKNOWN) if value is None else TableCell(number(value, digits=0), key=value)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from avsec_gym.drawing.page_table import Cell, Table, figure, name
+from avsec_gym.drawing.page_table import Table, TableCell, figure, name
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.figures import ChapterFigures
 from avsec_gym.experiments.chapter5.outcomes import Condition
@@ -101,7 +101,7 @@ def _safety_table(title: str, rows: Sequence[SafetyRow], attacks: Sequence[str])
     )
 
 
-def _safety_cell(row: SafetyRow, rate: str, key: str) -> Cell:
+def _safety_cell(row: SafetyRow, rate: str, key: str) -> TableCell:
     paired, hint = row.paired, f"{row.rates.scenarios} scenarios"
     if paired is not None and row.condition.attack != UNATTACKED:
         difference = vars(paired)[rate]
@@ -115,7 +115,7 @@ def _safety_cell(row: SafetyRow, rate: str, key: str) -> Cell:
     return _rate_cell(row.rates, rate, _thesis(row.thesis, key), hint)
 
 
-def _rate_cell(rates: SafetyRates, rate: str, thesis: float | None, hint: str) -> Cell:
+def _rate_cell(rates: SafetyRates, rate: str, thesis: float | None, hint: str) -> TableCell:
     known = rates.to_json()
     return figure(known[rate], known[f"{rate}_interval"], thesis, scale=100, hint=hint)
 
@@ -172,7 +172,7 @@ def _ceiling(row: PrecisionRow) -> str:
     )
 
 
-def _precision_cell(row: PrecisionRow, points: str, place: int) -> Cell:
+def _precision_cell(row: PrecisionRow, points: str, place: int) -> TableCell:
     ours = row.precision["3d"]
     interval = ours[f"{points}_interval"][place]
     thesis = row.thesis[place] if row.thesis and points == "ap11" else None
@@ -183,7 +183,7 @@ def _precision_cell(row: PrecisionRow, points: str, place: int) -> Cell:
     )
 
 
-def _loose_cell(row: PrecisionRow) -> Cell:
+def _loose_cell(row: PrecisionRow) -> TableCell:
     return figure(row.precision_iou_low["3d"]["ap11"][LEVELS.index("moderate")])
 
 
@@ -258,7 +258,7 @@ def _input_table(rows: Sequence[InputRow]) -> Table | None:
     )
 
 
-def _safe_cell(row: PlannerRow | InputRow) -> Cell:
+def _safe_cell(row: PlannerRow | InputRow) -> TableCell:
     hint = f"{row.rates.scenarios} scenarios"
     return _rate_cell(row.rates, "safe_driving_rate", row.thesis, hint)
 

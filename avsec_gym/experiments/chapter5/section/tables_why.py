@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import product
 
-from avsec_gym.drawing.page_table import UNKNOWN, Cell, Table, figure, name, number
+from avsec_gym.drawing.page_table import UNKNOWN, Table, TableCell, figure, name, number
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.ghost_shares import GhostRow
 from avsec_gym.experiments.chapter5.patch_spreads import (
@@ -34,7 +34,7 @@ def ghost_table(rows: Sequence[GhostRow]) -> Table:
             [
                 name(detector_name(condition.detector)),
                 name(attack_name(condition.attack, condition.strength)),
-                Cell(number(found.ghosts, digits=0), key=found.ghosts),
+                TableCell(number(found.ghosts, digits=0), key=found.ghosts),
                 estimate_cell(found.share_on_road, scale=100),
                 estimate_cell(found.chance, scale=100),
                 estimate_cell(found.ratio, digits=2),
@@ -64,11 +64,11 @@ def spread_table(rows: Sequence[SpreadRow]) -> Table:
     found = {(row.detector, row.layer, row.patch, row.images): row for row in rows}
     lines = []
     for detector, layer in dict.fromkeys((row.detector, row.layer) for row in rows):
-        cells, reach = [], Cell(UNKNOWN)
+        cells, reach = [], TableCell(UNKNOWN)
         for patch, images in columns:
             row = found.get((detector, layer, patch, images))
             if row is None:
-                cells += [Cell(UNKNOWN)] * 2
+                cells += [TableCell(UNKNOWN)] * 2
                 continue
             radii = (row.radius, row.radius_absolute)
             cells += [figure(radius / row.patch_radius) for radius in radii]
@@ -120,7 +120,7 @@ def pyramid_table(rows: Sequence[PyramidRow]) -> Table:
             ]
             more = row.figures[f"{what}_difference"]
             unattacked = row.attack == UNATTACKED
-            cells.append(Cell(UNKNOWN) if unattacked else estimate_cell(more, signed=True))
+            cells.append(TableCell(UNKNOWN) if unattacked else estimate_cell(more, signed=True))
         lines.append(cells)
     return Table(
         "Section 5.5.2: DSGN with its spatial pyramid pooling (SPP), and without",
