@@ -88,6 +88,21 @@ def test_a_detector_under_an_attack_in_detect(
         assert wall == pytest.approx(100 / (2 + 5) + 2.0, abs=0.5)
 
 
+def test_an_attack_that_knows_its_victim(avsec: Any, data: Path, tmp_path: Path) -> None:
+    """Of all shifts up to 2 pixels that to the right misplaces the car most: by 2.5 m, not 1.7."""
+    common = ["--detector", DETECTOR, "--attack", "worst_shift"]
+    avsec("detect", "--kitti", data, *common, "--out", tmp_path / "attacked")
+    for (car,) in depths(tmp_path / "attacked"):
+        assert car == pytest.approx(100 / (10 - 2) + 2.0, abs=0.5)
+    out = tmp_path / "run"
+    avsec("run", "pipeline", "--scenarios", data, *common, "--out", out, "--workers", "0")
+    (found,) = RunFolder.open(out).detections("pipeline attacked")["000001"].location
+    assert found[2] == pytest.approx(14.5, abs=0.5)
+    refused = avsec("validate", "--kitti", data, "--validator", "stereo_and_scan",
+                    "--attack", "worst_shift", code=2)  # fmt: skip
+    assert "worst_shift" in refused.stderr
+
+
 def test_a_validator_and_an_attack_in_validate(avsec: Any, data: Path, tmp_path: Path) -> None:
     common = ["validate", "--kitti", data, "--validator", "stereo_and_scan", "--json"]
     *rows, _ = map(json.loads, avsec(*common, "--out", tmp_path / "clean").stdout.splitlines())
