@@ -1,4 +1,4 @@
-"""An attack on a detector: the sideways shift of one image that misplaces the true cars the most."""
+"""An attack on a detector: the sideways shift of one image that misplaces the cars most."""
 
 from __future__ import annotations
 
