@@ -14,16 +14,16 @@ from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.validation.evidence.evidence import evidence_scopes
 from avsec_gym.validation.fitted_on import FittedOn
-from avsec_gym.validation.likelihood.maximum_likelihood import (
+from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
+from avsec_gym.validation.likelihood.normal_scores import fit_normal_scores
+from avsec_gym.validation.likelihood.score_densities import (
     LEAST_SCORE,
     PATTERNS,
     SCORES,
     STEP,
-    LikelihoodModel,
     as_normal,
     element_patterns,
 )
-from avsec_gym.validation.likelihood.normal_scores import fit_normal_scores
 from avsec_gym.validation.state_posterior import (
     States,
     attack_prior,

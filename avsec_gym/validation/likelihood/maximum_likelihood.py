@@ -18,7 +18,6 @@ sensor, so that the probabilities are calibrated.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
@@ -29,28 +28,27 @@ from scipy import special
 
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
-from avsec_gym.validation.evidence.evidence import Scope, evidence_scopes
+from avsec_gym.validation.evidence.evidence import evidence_scopes
 from avsec_gym.validation.fitted_on import FittedOn, broken, read_fitted, write_fitted
 from avsec_gym.validation.likelihood.normal_scores import NormalScores
+from avsec_gym.validation.likelihood.score_densities import (
+    PATTERNS,
+    SCORES,
+    as_normal,
+    element_patterns,
+    interpolated,
+    nearest_correlation,
+)
 from avsec_gym.validation.state_posterior import (
     Decoding,
     StatePosterior,
-    States,
     attack_prior,
     state_vectors,
 )
 
-PATTERNS = 8
-"""In which the three sensors of a triple can be attacked or not."""
-LEAST_SCORE, STEP, SCORES = -9.0, 0.1, 311
-"""Where densities are known: the first score u, from one to the next, and how many."""
 _KIND = "likelihoods"
 _STRANGEST = 0.2
 """Of the designated false alarm rate that part which is spent on frames like none of the fit."""
-_LEAST_EIGENVALUE = 0.02
-"""Of a correlation matrix that was put together from pairs."""
-_LEAST_CHANCE = 1e-9
-"""Beyond this, nothing is farther out."""
 _MOST_DEPENDENCE = 60.0
 """Of ln c; what is far from all that was seen turns nothing over."""
 _AT_ONCE = 4096
@@ -167,7 +165,7 @@ class LikelihoodModel:
         # The shares as scores u, then ln f and normal scores z of each element under each pattern.
         scale = self.scale or NormalScores.plain(len(self.log_density))
         u = np.clip(scale(evidence), self.lowest, self.highest)
-        of_patterns = np.stack([_at(u, self.log_density), _at(u, self._normal)])
+        of_patterns = np.stack([interpolated(u, self.log_density), interpolated(u, self._normal)])
         result = np.empty((len(u), len(self._patterns), len(self.weights)))
         element = np.arange(len(self.log_density))
         for state, patterns in enumerate(self._patterns):
@@ -271,7 +269,7 @@ class LikelihoodModel:
         factors = []
         for touched in np.minimum(self._patterns, 1):
             pairs = self.correlation[touched[:, None], touched, element[:, None], element]
-            factors.append(np.linalg.cholesky(_nearest_correlation(pairs)))
+            factors.append(np.linalg.cholesky(nearest_correlation(pairs)))
         return np.array(factors)
 
     @cached_property
@@ -296,58 +294,6 @@ def read_likelihood_model(path: str | Path) -> LikelihoodModel:
         return LikelihoodModel(on, scale=scale, **{name: content[name] for name in _parameters()})
     except (KeyError, TypeError, ValueError, ConfigurationError) as error:
         raise broken(path, error) from error
-
-
-def element_patterns(states: States, scopes: Sequence[Scope]) -> NDArray[np.intp]:
-    """Which of its own sensors are attacked, for each element of the evidence.
-
-    Args:
-        states: The states, shape (N, n + 1).
-        scopes: The scopes of the M elements.
-
-    Returns:
-        The attacked sensors of the scope as bits, the first one lowest, shape (N, M).
-    """
-    return np.stack([states[:, scope] @ (1 << np.arange(len(scope))) for scope in scopes], axis=1)
-
-
-def as_normal(log_density: Floats) -> Floats:
-    """Scores that are as far out in a normal distribution as each u is by its density.
-
-    Args:
-        log_density: Log-densities at all u, shape (..., SCORES).
-
-    Returns:
-        The same shape.
-    """
-    density = np.exp(log_density)
-    # Half of a step's chance lies on either side of its middle.
-    below = np.cumsum(density, axis=-1) - 0.5 * density
-    chance = below / density.sum(axis=-1, keepdims=True)
-    return np.asarray(special.ndtri(np.clip(chance, _LEAST_CHANCE, 1.0 - _LEAST_CHANCE)))
-
-
-def _at(u: Floats, known: Floats) -> Floats:
-    """What is known at `SCORES` scores, at others, shape (N, M, 8).
-
-    Args:
-        u: The scores, shape (N, M).
-        known: The values at all `SCORES` scores, shape (M, 8, SCORES).
-    """
-    place = np.clip((u - LEAST_SCORE) / STEP, 0.0, SCORES - 1.0)
-    below = np.minimum(place.astype(int), SCORES - 2)
-    part = (place - below)[..., None]
-    element = np.arange(known.shape[0])
-    first, second = (known[element, :, below + step] for step in (0, 1))
-    return np.asarray(first + part * (second - first))
-
-
-def _nearest_correlation(pairs: Floats) -> Floats:
-    """A correlation matrix like what was put together from pairs, which may be none."""
-    values, vectors = np.linalg.eigh(pairs)
-    valid = (vectors * np.maximum(values, _LEAST_EIGENVALUE)) @ vectors.T
-    scale = np.sqrt(np.diagonal(valid))
-    return np.asarray(valid / np.outer(scale, scale))
 
 
 def _parameters() -> list[str]:

@@ -23,14 +23,16 @@ from avsec_gym.validation.identification import identify_attacked_sensors
 from avsec_gym.validation.likelihood.likelihood_fit import LikelihoodSamples, fit_likelihood
 from avsec_gym.validation.likelihood.likelihood_validator import LikelihoodValidator
 from avsec_gym.validation.likelihood.maximum_likelihood import (
-    LEAST_SCORE,
-    SCORES,
-    STEP,
     LikelihoodModel,
-    element_patterns,
     read_likelihood_model,
 )
 from avsec_gym.validation.likelihood.normal_scores import log_odds
+from avsec_gym.validation.likelihood.score_densities import (
+    LEAST_SCORE,
+    SCORES,
+    STEP,
+    element_patterns,
+)
 from avsec_gym.validation.state_posterior import (
     SensorStatus,
     attack_prior,
