@@ -14,7 +14,7 @@ import numpy as np
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.attacked_drives import attacked_cells
-from avsec_gym.experiments.chapter5.feature_spread import FeatureSpread, LayerSpread
+from avsec_gym.experiments.chapter5.feature_spread import FeatureSpread, LayerSpread, SpreadExtent
 from avsec_gym.experiments.chapter5.patch_spreads import IMAGES, PatchSpreads
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, scenes_of
 from avsec_gym.experiments.chapter5.settings import (
@@ -153,7 +153,11 @@ class DrawnSpreads(PatchSpreads):
     def spread(self, detector: str, patch: str, images: str) -> FeatureSpread:
         distance = np.hypot(*np.mgrid[-30:30, -30:30])
         layers = [
-            LayerSpread(name, np.maximum(wide - distance, 0), 4.0, 0.1, 0.1, wide, wide, 2 * wide)
+            LayerSpread(
+                name,
+                np.maximum(wide - distance, 0),
+                SpreadExtent(4.0, 0.1, 0.1, wide, wide, 2 * wide),
+            )
             for name, wide in (("conv1", 10.0), ("conv2", 20.0))
         ]
         return FeatureSpread(np.full((60, 60, 3), 0.5), 10.0, tuple(layers))

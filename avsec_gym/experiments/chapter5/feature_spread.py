@@ -46,16 +46,13 @@ StereoNetwork = DsgnNetwork | StereoRcnnNetwork
 Features = dict[str, Tensor]
 
 
-@dataclass(frozen=True, eq=False)
-class LayerSpread:
-    """What a patch changes in one layer's output.
+@dataclass(frozen=True)
+class SpreadExtent:
+    """How far a patch spreads in one layer's output.
 
     All pixels are the camera's; radii are those of discs with the area of the cells in question.
 
     Args:
-        layer: The thesis' name.
-        difference: Mean over channels (and images) of its absolute value, in the central square,
-            at every pixel of the image, shape (crop, crop).
         cell: Side of a square with the area of one cell of the map, pixels.
         share: Share of the central square where the difference exceeds a share of its maximum.
         share_absolute: Share of it where the difference exceeds the same share of what another
@@ -67,14 +64,28 @@ class LayerSpread:
             everywhere.
     """
 
-    layer: str
-    difference: Floats
     cell: float
     share: float
     share_absolute: float
     radius: float
     radius_absolute: float
     reach: float
+
+
+@dataclass(frozen=True, eq=False)
+class LayerSpread:
+    """What a patch changes in one layer's output.
+
+    Args:
+        layer: The thesis' name.
+        difference: Mean over channels (and images) of its absolute value, in the central square,
+            at every pixel of the image, shape (crop, crop).
+        extent: How far that reaches.
+    """
+
+    layer: str
+    difference: Floats
+    extent: SpreadExtent
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,14 +157,16 @@ def feature_spread(
         )
         layers.append(
             LayerSpread(
-                layer=name,
-                difference=difference,
-                cell=grid.cell,
-                share=share,
-                share_absolute=share_absolute,
-                radius=crop * math.sqrt(share / math.pi),
-                radius_absolute=crop * math.sqrt(share_absolute / math.pi),
-                reach=grid.radius(reached[name].amax((0, 1)) > 0),
+                name,
+                difference,
+                SpreadExtent(
+                    cell=grid.cell,
+                    share=share,
+                    share_absolute=share_absolute,
+                    radius=crop * math.sqrt(share / math.pi),
+                    radius_absolute=crop * math.sqrt(share_absolute / math.pi),
+                    reach=grid.radius(reached[name].amax((0, 1)) > 0),
+                ),
             )
         )
     middle = _central(attacked.left[0].permute(1, 2, 0).double().numpy() / 255, crop)

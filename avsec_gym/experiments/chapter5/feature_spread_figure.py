@@ -38,7 +38,7 @@ def draw_feature_spread(spreads: Mapping[str, FeatureSpread], path: str | Path) 
             for axis, layer in zip(row[1:], spread.layers, strict=False):
                 axis.imshow(layer.difference, cmap="inferno", vmin=0)
                 axis.set_title(layer.layer, fontsize=8)
-                radii = (layer.radius, layer.radius_absolute)
+                radii = (layer.extent.radius, layer.extent.radius_absolute)
                 text = " / ".join(f"{radius / spread.patch_radius:.1f}" for radius in radii)
                 axis.text(
                     *(0.5, -0.06, text),

@@ -5,13 +5,19 @@ from __future__ import annotations
 import time
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.attacks.patch_files import Patch, load_patch
 from avsec_gym.experiments.chapter5.attacked_drives import attacked_inputs
-from avsec_gym.experiments.chapter5.feature_spread import LAYERS, FeatureSpread, feature_spread
+from avsec_gym.experiments.chapter5.feature_spread import (
+    LAYERS,
+    FeatureSpread,
+    SpreadExtent,
+    feature_spread,
+)
+from avsec_gym.experiments.chapter5.rows import FLAT
 from avsec_gym.experiments.chapter5.scenes import PYRAMID_OPTIONS, scenes_of
 from avsec_gym.experiments.chapter5.settings import DETECTORS, WITHOUT_PYRAMID, setting
 from avsec_gym.experiments.chapter5.trained import (
@@ -31,8 +37,8 @@ NOISE = "noise"
 SCENES = "scenes"
 PATCHES = (*TRAINED_PATCHES, NOISE)
 IMAGES = (NOISE, SCENES)
-QUANTITIES = ("cell", "share", "share_absolute", "radius", "radius_absolute", "reach")
-"""Figures of each layer, in the order of `SpreadRow`; see `LayerSpread`."""
+QUANTITIES = tuple(quantity.name for quantity in fields(SpreadExtent))
+"""Names of the figures of each layer."""
 
 _WORK = "avsec_gym.experiments.chapter5.patch_spreads:PatchSpreads"
 _BATCH = 4
@@ -74,7 +80,7 @@ def spread_detectors(configuration: Configuration) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class SpreadRow:
-    """How far a patch spreads in one layer; see `LayerSpread`, whose figures these are.
+    """How far a patch spreads in one layer.
 
     Args:
         detector: The detector.
@@ -82,12 +88,7 @@ class SpreadRow:
         images: One of `IMAGES`.
         layer: The thesis' name of the layer.
         patch_radius: Radius of the patch, pixels.
-        cell: Side of a cell of the map, pixels.
-        share: Share of the central square that changes, by the map's maximum.
-        share_absolute: The same share, by what another image would change.
-        radius: Radius of a disc with the area of `share`, pixels.
-        radius_absolute: Radius of a disc with the area of `share_absolute`, pixels.
-        reach: Radius of a disc with the area that a change can reach at all, pixels.
+        extent: How far it spreads.
     """
 
     detector: str
@@ -95,12 +96,7 @@ class SpreadRow:
     images: str
     layer: str
     patch_radius: float
-    cell: float
-    share: float
-    share_absolute: float
-    radius: float
-    radius_absolute: float
-    reach: float
+    extent: SpreadExtent = field(metadata=FLAT)
 
 
 def spread_rows(results: Results) -> list[SpreadRow]:
@@ -112,7 +108,7 @@ def spread_rows(results: Results) -> list[SpreadRow]:
         SpreadRow(
             *(detector, patch, images, layer),
             numbers[_PATCH_RADIUS],
-            *(numbers[f"{layer} {quantity}"] for quantity in QUANTITIES),
+            SpreadExtent(*(numbers[f"{layer} {quantity}"] for quantity in QUANTITIES)),
         )
         for detector in (*DETECTORS, WITHOUT_PYRAMID)
         for patch in PATCHES
@@ -157,7 +153,7 @@ class PatchSpreads:
         numbers = {_PATCH_RADIUS: spread.patch_radius}
         for layer in spread.layers:
             numbers |= {
-                f"{layer.layer} {quantity}": getattr(layer, quantity) for quantity in QUANTITIES
+                f"{layer.layer} {quantity}": value for quantity, value in vars(layer.extent).items()
             }
         filed = spread_setting(detector, patch, images)
         return CellResult(

@@ -58,9 +58,10 @@ def test_the_layers_are_those_of_the_thesis(spreads):
 def test_the_first_layer_shows_the_patch_itself(spreads):
     for spread in spreads:
         first = spread.layers[0]
+        extent = first.extent
         assert spread.patch_radius == 38
-        assert 38 <= first.radius <= first.reach <= 38 + 4 * first.cell
-        assert 38 <= first.radius_absolute <= first.reach
+        assert 38 <= extent.radius <= extent.reach <= 38 + 4 * extent.cell
+        assert 38 <= extent.radius_absolute <= extent.reach
         middle = first.difference.shape[0] // 2
         assert first.difference[middle, middle] > 0.2 * first.difference.max()
 
@@ -68,15 +69,15 @@ def test_the_first_layer_shows_the_patch_itself(spreads):
 def test_deeper_layers_can_reach_further(spreads):
     """Residual stages widen what a place sees; Stereo R-CNN's halve the resolution besides."""
     for spread in spreads:
-        reach = [layer.reach for layer in spread.layers[:5]]
+        reach = [layer.extent.reach for layer in spread.layers[:5]]
         assert reach == sorted(reach)
-    rcnn = {layer.layer: layer for layer in spreads[0].layers}
+    rcnn = {layer.layer: layer.extent for layer in spreads[0].layers}
     assert rcnn["conv5"].cell == pytest.approx(8 * rcnn["conv2"].cell)
     assert rcnn["conv5"].radius > 2 * rcnn["conv1"].radius
 
 
 def test_pooled_means_and_what_joins_them_see_everything(spreads):
-    layers = {layer.layer: layer for layer in spreads[1].layers}
+    layers = {layer.layer: layer.extent for layer in spreads[1].layers}
     whole = np.sqrt(375 * 1242 / np.pi)
     assert layers["fusion2"].reach == pytest.approx(whole, rel=0.01)
     assert layers["conv5"].reach < whole / 2
@@ -87,7 +88,7 @@ def test_without_the_pyramid_the_branches_are_missing_and_the_reach_ends(dsgn):
     without = DsgnDetector(configuration, weights=dsgn.network.state_dict())
     spread = feature_spread(without, Patch.noise(1), images=2)
     assert [layer.layer for layer in spread.layers] == [*CONVOLUTIONS, *FUSIONS]
-    assert spread.layers[-1].reach < 200
+    assert spread.layers[-1].extent.reach < 200
 
 
 def test_differences_are_means_over_channels_of_features_with_and_without(dsgn):
@@ -123,7 +124,7 @@ def test_what_can_be_reached_is_what_changes_without_normalisation_over_the_imag
     bare.network = network
     spread = feature_spread(bare, Patch.noise(1), images=2, threshold=1e-9)
     for layer in spread.layers[:3]:
-        assert layer.radius == pytest.approx(layer.reach, rel=0.05)
+        assert layer.extent.radius == pytest.approx(layer.extent.reach, rel=0.05)
 
 
 def test_the_same_seed_gives_the_same_maps(dsgn, spreads):

@@ -11,8 +11,9 @@ import pytest
 
 from avsec_gym.attacks.patch_files import Patch, save_patch
 from avsec_gym.experiments.chapter5 import patch_spreads
-from avsec_gym.experiments.chapter5.feature_spread import FeatureSpread, LayerSpread
+from avsec_gym.experiments.chapter5.feature_spread import FeatureSpread, LayerSpread, SpreadExtent
 from avsec_gym.experiments.chapter5.patch_spreads import PatchSpreads, spread_cells, spread_rows
+from avsec_gym.experiments.chapter5.rows import row_json
 from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
 from avsec_gym.runs.experiment import Configuration
 
@@ -51,7 +52,11 @@ def test_what_is_stored_can_be_read_in_order(
     def spread(self: PatchSpreads, detector: str, patch: str, images: str) -> FeatureSpread:
         names = ("conv1", "branch4", "fusion1") if detector == "dsgn" else ("conv1", "maxpool1")
         layers = [
-            LayerSpread(name, np.zeros((2, 2)), 4.0, 0.1, 0.2, 10.0 * depth, 20.0 * depth, 99.0)
+            LayerSpread(
+                name,
+                np.zeros((2, 2)),
+                SpreadExtent(4.0, 0.1, 0.2, 10.0 * depth, 20.0 * depth, 99.0),
+            )
             for depth, name in enumerate(names, start=1)
         ]
         return FeatureSpread(np.zeros((2, 2, 3)), 38.0, tuple(layers))
@@ -70,7 +75,11 @@ def test_what_is_stored_can_be_read_in_order(
         ("stereo_rcnn", "conv1"),
         ("stereo_rcnn", "maxpool1"),
     ]
-    assert [row.radius for row in rows] == [10, 20, 30, 10, 20]
+    assert list(row_json(rows[0])) == [
+        *("detector", "patch", "images", "layer", "patch_radius"),
+        *("cell", "share", "share_absolute", "radius", "radius_absolute", "reach"),
+    ]
+    assert [row.extent.radius for row in rows] == [10, 20, 30, 10, 20]
     assert {row.patch_radius for row in rows} == {38}
     assert spread_rows(made.MadeResults()) == []
 

@@ -90,8 +90,8 @@ def spread_picture(title: str, spread: FeatureSpread) -> SpreadPicture:
         MapPicture(
             layer.layer,
             _coloured(layer.difference),
-            layer.radius / spread.patch_radius,
-            layer.radius_absolute / spread.patch_radius,
+            layer.extent.radius / spread.patch_radius,
+            layer.extent.radius_absolute / spread.patch_radius,
         )
         for layer in spread.layers
     ]

@@ -70,9 +70,9 @@ def spread_table(rows: Sequence[SpreadRow]) -> Table:
             if row is None:
                 cells += [TableCell(UNKNOWN)] * 2
                 continue
-            radii = (row.radius, row.radius_absolute)
+            radii = (row.extent.radius, row.extent.radius_absolute)
             cells += [figure(radius / row.patch_radius) for radius in radii]
-            reach = figure(row.reach / row.patch_radius)
+            reach = figure(row.extent.reach / row.patch_radius)
         lines.append([name(detector_name(detector)), name(layer), *cells, reach])
     return Table(
         "Figure 5.8: how far a patch spreads, in multiples of its radius",
