@@ -12,14 +12,18 @@ from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.actions import checked_action
-from avsec_gym.envs.ghost_round import OUTCOMES, Round
+from avsec_gym.envs.ghost_round import OUTCOMES, Queried, Round
 from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.envs.rendering import DrawnEnv
 from avsec_gym.geometry import Floats
-from avsec_gym.metrics.safety import SAFE
+from avsec_gym.metrics.safety import COLLISION, SAFE
 from avsec_gym.planners.planner import MotionPrimitivePlanner
 from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Motion
+
+_NOTHING = Queried.nothing(1)
+_WORDS = (*OUTCOMES, "reset")
+"""-1 stands for the last."""
 
 
 class DetectionGame(Protocol):
@@ -47,10 +51,8 @@ class DetectionGame(Protocol):
     def is_safe(self, index: int, intention: Intention) -> bool:
         """Whether a round is driven safely without an attack."""
 
-    def play(
-        self, rounds: Sequence[Round], actions: Floats
-    ) -> tuple[NDArray[np.int64], Floats, NDArray[np.int64], NDArray[np.int64]]:
-        """Outcomes, costs, ghosts placed, objects hidden of one query in each round."""
+    def play(self, rounds: Sequence[Round], actions: Floats) -> Queried:
+        """One query in each round."""
 
     def observe(
         self,
@@ -98,7 +100,7 @@ class DetectionAttackEnv(DrawnEnv[NDArray[np.float32]]):
         self._action = np.full(self.game.action_size, -1.0)
         self._spent = 0
         self.shown()
-        return self._observe(None, np.nan), self._info(None, np.nan, 0, 0)
+        return self._observe(_NOTHING), self._info(_NOTHING)
 
     def step(
         self, action: NDArray[np.float32]
@@ -107,20 +109,21 @@ class DetectionAttackEnv(DrawnEnv[NDArray[np.float32]]):
         if self._round is None:
             raise gym.error.ResetNeeded("call reset before step")
         self._action = checked_action(action, self.game.action_size)
-        outcomes, costs, ghosts, hidden = self.game.play([self._round], self._action[None])
-        outcome, cost = OUTCOMES[int(outcomes[0])], float(costs[0])
-        placed, gone = int(ghosts[0]), int(hidden[0])
+        answer = self.game.play([self._round], self._action[None])
+        outcome = OUTCOMES[int(answer.outcome[0])]
         self._spent += 1
         success = outcome != SAFE and self.game.is_safe(self._round.index, self._round.intention)
-        reward = float(success) - self.query_budget.price * (1 + placed + gone)
+        reward = float(success) - self.query_budget.price * (
+            1 + int(answer.ghosts[0] + answer.hidden[0])
+        )
         self.shown()
         return (
-            self._observe(outcome, cost),
+            self._observe(answer),
             reward,
             success,
             not success
             and self.query_budget.ends(self._spent, has_time_limit=self.spec is not None),
-            self._info(outcome, cost, placed, gone, success),
+            self._info(answer, success),
         )
 
     def picture(self) -> NDArray[np.uint8] | None:
@@ -132,32 +135,36 @@ class DetectionAttackEnv(DrawnEnv[NDArray[np.float32]]):
             believed = self.game.believed(self._round, self._action)
         return _picture(self.game, self._round, believed)
 
-    def _observe(self, outcome: str | None, cost: float) -> NDArray[np.float32]:
+    def _observe(self, answer: Queried) -> NDArray[np.float32]:
         assert self._round is not None
         return self.game.observe(
             [self._round],
-            np.array([-1 if outcome is None else OUTCOMES.index(outcome)]),
-            np.array([cost]),
+            answer.outcome,
+            answer.cost,
             np.array([self.query_budget.left(self._spent)]),
             self._action[None],
         )[0]
 
-    def _info(
-        self, outcome: str | None, cost: float, ghosts: int, hidden: int, success: bool = False
-    ) -> dict[str, Any]:
+    def _info(self, answer: Queried, success: bool = False) -> dict[str, Any]:
         assert self._round is not None
+        outcome = _WORDS[int(answer.outcome[0])]
+        planned = outcome in (SAFE, COLLISION)
         return {
-            "planned": outcome in ("safe", "collision"),
-            "collision": outcome == "collision",
-            "safe": outcome == "safe",
+            "planned": planned,
+            "success": planned,
+            "collision": outcome == COLLISION,
+            "safe": outcome == SAFE,
             "is_success": success,
-            "cost": cost,
-            "outcome": outcome or "reset",
+            "cost": float(answer.cost[0]),
+            "path_length": float(answer.path_length[0]),
+            "smallest_distance": float(answer.smallest_distance[0]),
+            "cost_sm1": float(answer.cost_sm1[0]),
+            "outcome": outcome,
             "scenario": self._round.scene.id,
             "intention": str(self._round.intention),
             "queries": self._spent,
-            "ghosts": ghosts,
-            "hidden": hidden,
+            "ghosts": int(answer.ghosts[0]),
+            "hidden": int(answer.hidden[0]),
         }
 
 

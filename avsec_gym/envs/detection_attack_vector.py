@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from avsec_gym.argument_checks import shown, whole_number
 from avsec_gym.envs.detection_attack import DetectionGame
-from avsec_gym.envs.ghost_round import OUTCOMES, Round
+from avsec_gym.envs.ghost_round import OUTCOMES, Queried, Round
 from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.errors import ConfigurationError
-from avsec_gym.metrics.safety import SAFE
+from avsec_gym.metrics.safety import COLLISION, SAFE
 
 MOST_ENVIRONMENTS = 65_536
 """Each has its own generator of random numbers and its own row of every array."""
@@ -99,10 +99,8 @@ class DetectionAttackVectorEnv(
             mask[:] = True
             self._rounds = [None] * self.num_envs  # type: ignore[list-item]
         self._begin(np.nonzero(mask)[0], options)
-        nothing = np.full(self.num_envs, -1)
-        return self._observe(nothing, np.full(self.num_envs, np.nan)), self._info(
-            nothing, np.full(self.num_envs, np.nan), np.zeros(self.num_envs, int), 0
-        )
+        nothing = Queried.nothing(self.num_envs)
+        return self._observe(nothing), self._info(nothing)
 
     def step(  # type: ignore[override]
         self, actions: NDArray[np.float32]
@@ -121,30 +119,27 @@ class DetectionAttackVectorEnv(
             raise ConfigurationError(
                 f"actions have shape {self._actions.shape} and finite values, got {actions.shape}"
             )
-        count = self.num_envs
-        outcomes, costs = np.full(count, -1), np.full(count, np.nan)
-        ghosts, hidden = np.zeros(count, np.int64), np.zeros(count, np.int64)
+        answers = Queried.nothing(self.num_envs)
         begins = self._ended
         self._begin(np.nonzero(begins)[0], {})
         asked = np.nonzero(~begins)[0]
         self._actions[asked] = np.clip(actions[asked], -1.0, 1.0)
         if len(asked):
-            outcomes[asked], costs[asked], ghosts[asked], hidden[asked] = self.game.play(
-                [self._rounds[i] for i in asked], self._actions[asked]
-            )
+            queried = self.game.play([self._rounds[i] for i in asked], self._actions[asked])
+            for every, of_asked in zip(answers, queried, strict=True):
+                every[asked] = of_asked
         self._spent[asked] += 1
-        terminated = (outcomes > OUTCOMES.index(SAFE)) & self._safe_before()
+        terminated = (answers.outcome > OUTCOMES.index(SAFE)) & self._safe_before()
         truncated = ~terminated & ~begins & (self._spent >= self.longest)
-        rewards = np.where(
-            begins, 0.0, terminated - self.query_budget.price * (1 + ghosts + hidden)
-        )
+        used = 1 + answers.ghosts + answers.hidden
+        rewards = np.where(begins, 0.0, terminated - self.query_budget.price * used)
         self._ended = terminated | truncated
         return (
-            self._observe(outcomes, costs),
+            self._observe(answers),
             rewards,
             terminated,
             truncated,
-            self._info(outcomes, costs, ghosts, hidden, terminated),
+            self._info(answers, terminated),
         )
 
     def _safe_before(self) -> NDArray[np.bool_]:
@@ -180,33 +175,30 @@ class DetectionAttackVectorEnv(
             self._ended = self._ended.copy()
             self._ended[which] = False
 
-    def _observe(
-        self, outcomes: NDArray[np.int64], costs: NDArray[np.float64]
-    ) -> NDArray[np.float32]:
+    def _observe(self, answers: Queried) -> NDArray[np.float32]:
         left = self.query_budget.left(self._spent)
-        return self.game.observe(self._rounds, outcomes, costs, left, self._actions)
+        return self.game.observe(self._rounds, answers.outcome, answers.cost, left, self._actions)
 
-    def _info(
-        self,
-        outcomes: NDArray[np.int64],
-        costs: NDArray[np.float64],
-        ghosts: NDArray[np.int64],
-        hidden: NDArray[np.int64] | int,
-        success: NDArray[np.bool_] | bool = False,
-    ) -> dict[str, Any]:
+    def _info(self, answers: Queried, success: NDArray[np.bool_] | bool = False) -> dict[str, Any]:
+        outcomes = answers.outcome
+        planned = (outcomes == OUTCOMES.index(SAFE)) | (outcomes == OUTCOMES.index(COLLISION))
         words = np.array([*OUTCOMES, "reset"], object)
         values = {
-            "planned": (outcomes == 0) | (outcomes == 1),
-            "collision": outcomes == 1,
-            "safe": outcomes == 0,
+            "planned": planned,
+            "success": planned.copy(),
+            "collision": outcomes == OUTCOMES.index(COLLISION),
+            "safe": outcomes == OUTCOMES.index(SAFE),
             "is_success": np.broadcast_to(success, self.num_envs).copy(),
-            "cost": costs.copy(),
+            "cost": answers.cost.copy(),
+            "path_length": answers.path_length,
+            "smallest_distance": answers.smallest_distance,
+            "cost_sm1": answers.cost_sm1,
             "outcome": words[outcomes],
             "scenario": np.array([r.scene.id for r in self._rounds], object),
             "intention": np.array([str(r.intention) for r in self._rounds], object),
             "queries": self._spent.copy(),
-            "ghosts": ghosts,
-            "hidden": np.broadcast_to(hidden, self.num_envs).copy(),
+            "ghosts": answers.ghosts,
+            "hidden": answers.hidden,
         }
         masks = {f"_{name}": np.ones(self.num_envs, bool) for name in values}
         return {**values, **masks}

@@ -221,7 +221,7 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
         record = self._drive.record if self._drive is not None else None
         boxes, reported = self._present.boxes[is_obstacle(self._present.boxes)], self._reported
         return {
-            **drive_info(record, self._present.id, self._intention),
+            **drive_info(self._drive, self._present.id, self._intention),
             "is_success": record is not None and record.safe,
             "objects": len(boxes),
             "found": _found(boxes, reported),

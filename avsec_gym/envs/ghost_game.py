@@ -20,6 +20,7 @@ from avsec_gym.envs.ghost_round import (
     NEAREST,
     OUTCOMES,
     SCENE_SIZE,
+    Queried,
     Round,
     observation,
     round_of,
@@ -27,8 +28,9 @@ from avsec_gym.envs.ghost_round import (
 from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
+from avsec_gym.metrics.batch_measures import batch_measures
 from avsec_gym.metrics.collision_check import batch_collides
-from avsec_gym.metrics.safety import SAFE
+from avsec_gym.metrics.safety import COLLISION, SAFE, UNPLANNED
 from avsec_gym.planners.batch import RectangleTracks, plan_batch
 from avsec_gym.planners.planner import Mode, MotionPrimitivePlanner
 from avsec_gym.planners.primitives import suitable_primitives
@@ -44,6 +46,7 @@ from avsec_gym.scenario.scene_sets import SceneSet, scene_set
 
 MOST_GHOSTS = 32
 """As many as the real objects that an observation shows."""
+_SAFE, _COLLISION, _UNPLANNED = map(OUTCOMES.index, (SAFE, COLLISION, UNPLANNED))
 FAR = 1e7
 """Metres; where obstacles are put that are not there."""
 
@@ -169,22 +172,16 @@ class GhostGame:
         key = (index, intention)
         if key not in self._safe:
             idle = np.full((1, self.action_size), -1.0)
-            outcome, *_ = self.play([self.round(index, intention)], idle)
-            self._safe[key] = OUTCOMES[int(outcome[0])] == SAFE
+            answer = self.play([self.round(index, intention)], idle)
+            self._safe[key] = bool(answer.outcome[0] == _SAFE)
         return self._safe[key]
 
-    def play(
-        self, rounds: Sequence[Round], actions: Floats
-    ) -> tuple[NDArray[np.int64], Floats, NDArray[np.int64], NDArray[np.int64]]:
+    def play(self, rounds: Sequence[Round], actions: Floats) -> Queried:
         """One query in each round.
 
         Args:
             rounds: B rounds.
             actions: Shape (B, action_size), in [-1, 1].
-
-        Returns:
-            Row of `OUTCOMES`, seconds to the goal (nan if unplanned), ghosts placed, objects
-            hidden; each of shape (B,).
         """
         count = len(rounds)
         on, ghosts = self.range.decode(actions[:, : 4 * self.ghosts].reshape(count, -1, 4))
@@ -197,7 +194,7 @@ class GhostGame:
         on: NDArray[np.bool_],
         ghosts: Floats,
         hidden: NDArray[np.int64] | None = None,
-    ) -> tuple[NDArray[np.int64], Floats, NDArray[np.int64], NDArray[np.int64]]:
+    ) -> Queried:
         """`play` for ghosts and hidden objects that are named in units.
 
         Args:
@@ -207,8 +204,11 @@ class GhostGame:
             hidden: Rows of the nearest objects to hide, -1 for none, shape (B, H); None: none.
         """
         count = len(rounds)
-        outcome, cost = np.full(count, 2), np.full(count, np.nan)
+        unplanned, measured = np.full(count, _UNPLANNED), np.full((4, count), np.nan)
         hides = np.zeros(count, np.int64)
+        answer = Queried(
+            unplanned, measured[0], measured[1], measured[2], measured[3], on.sum(axis=1), hides
+        )
         # Rounds of one kind differ in their obstacles only: they are planned as one batch.
         alike: dict[tuple[Any, ...], list[int]] = {}
         for b, each in enumerate(rounds):
@@ -231,18 +231,15 @@ class GhostGame:
                 RectangleTracks(half_sizes, tracks),
                 self.victim.node_limit,
             )
-            # Check the trajectories for collisions in the real one.
-            planned = np.array(members)[plans.found]
-            cost[planned] = plans.cost[plans.found]
-            collided = batch_collides(
-                plans.trajectories[plans.found],
-                plans.lengths[plans.found],
-                real[plans.found],
-                half_sizes[plans.found, : real.shape[1]],
-                BMW_320I,
-            )
-            outcome[planned] = np.where(collided, 1, 0)
-        return outcome, cost, on.sum(axis=1), hides
+            # Check the trajectories for collisions in the real one, and measure them there.
+            planned, found = np.array(members)[plans.found], plans.found
+            driven = plans.trajectories[found], plans.lengths[found]
+            there = real[found], half_sizes[found, : real.shape[1]]
+            collided = batch_collides(*driven, *there, BMW_320I)
+            measures = batch_measures(*driven, *there, BMW_320I, problem)
+            answer.outcome[planned] = np.where(collided, _COLLISION, _SAFE)
+            measured[:, planned] = (plans.cost[found], *measures)
+        return answer
 
     def observe(
         self,

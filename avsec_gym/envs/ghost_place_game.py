@@ -19,7 +19,7 @@ from avsec_gym.argument_checks import whole_number
 from avsec_gym.attacks.object_injection import inject_ghosts
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.ghost_game import GhostGame, one_number
-from avsec_gym.envs.ghost_round import OUTCOMES, SCENE_SIZE, Round, observation
+from avsec_gym.envs.ghost_round import OUTCOMES, SCENE_SIZE, Queried, Round, observation
 from avsec_gym.envs.ghost_spots import Spots, spots_of
 from avsec_gym.envs.place_features import SIZE, PlaceFeatures
 from avsec_gym.errors import ConfigurationError
@@ -39,10 +39,8 @@ class Answers:
     """What the car does about a ghost on each spot of one round."""
 
     spots: Spots
-    outcome: NDArray[np.int64]
-    """Row of `OUTCOMES`, shape (S,)."""
-    cost: Floats
-    """Seconds to the goal, nan if unplanned, shape (S,)."""
+    rows: Floats
+    """The fields of `Queried` for each, shape (S, 7)."""
     features: Floats
     """Shape (S, SIZE); see `PlaceFeatures`."""
     wins: NDArray[np.bool_]
@@ -135,27 +133,23 @@ class GhostPlaceGame:
         """Whether a round is driven safely without an attack."""
         return self.base.is_safe(index, intention)
 
-    def play(
-        self, rounds: Sequence[Round], actions: Floats
-    ) -> tuple[NDArray[np.int64], Floats, NDArray[np.int64], NDArray[np.int64]]:
+    def play(self, rounds: Sequence[Round], actions: Floats) -> Queried:
         """One query in each round.
 
         Args:
             rounds: B rounds of `draw`.
             actions: Shape (B, places); the ghost goes to the place with the highest number, the
                 first of equals.
-
-        Returns:
-            Row of `OUTCOMES`, seconds to the goal (nan if unplanned), ghosts placed (1), objects
-            hidden (0); each of shape (B,).
         """
         best = actions.argmax(axis=1)
         asked = [_placed(round) for round in rounds]
-        rows = [round.offered[place] for round, place in zip(asked, best, strict=True)]
-        outcome = [round.answers.outcome[row] for round, row in zip(asked, rows, strict=True)]
-        cost = [round.answers.cost[row] for round, row in zip(asked, rows, strict=True)]
-        ones = np.ones(len(asked), np.int64)
-        return np.array(outcome, np.int64), np.array(cost, float), ones, 0 * ones
+        rows = [
+            round.answers.rows[round.offered[place]]
+            for round, place in zip(asked, best, strict=True)
+        ]
+        outcome, cost, path, nearest, sm1, ghosts, hidden = np.array(rows).T
+        whole = outcome.astype(int), ghosts.astype(int), hidden.astype(int)
+        return Queried(whole[0], cost, path, nearest, sm1, whole[1], whole[2])
 
     def observe(
         self,
@@ -193,11 +187,13 @@ class GhostPlaceGame:
         key = (round.index, round.intention)
         if key not in self._answers:
             spots = self._passable_spots(round)
-            outcome, cost = self._try(round, spots)
+            queried = self._try(round, spots)
             features = PlaceFeatures.among(spots.positions, round.poses[:, 0], round.half_sizes)
-            wins = outcome != _SAFE
+            wins = queried.outcome != _SAFE
             contested = bool(wins.any()) and int(np.count_nonzero(~wins)) >= self.places - 1
-            self._answers[key] = Answers(spots, outcome, cost, features.encode(), wins, contested)
+            self._answers[key] = Answers(
+                spots, np.column_stack(queried), features.encode(), wins, contested
+            )
         return self._answers[key]
 
     def _passable_spots(self, round: Round) -> Spots:
@@ -221,13 +217,12 @@ class GhostPlaceGame:
         """On which spots a ghost leaves the drive safe where nothing else is, shape (S,)."""
         none = round.poses[:0]
         alone = replace(round, poses=none, believed=none, half_sizes=round.half_sizes[:0])
-        return np.asarray(self._try(alone, spots)[0] == _SAFE)
+        return np.asarray(self._try(alone, spots).outcome == _SAFE)
 
-    def _try(self, round: Round, spots: Spots) -> tuple[NDArray[np.int64], Floats]:
-        """Outcome and cost of a ghost on each spot alone."""
+    def _try(self, round: Round, spots: Spots) -> Queried:
+        """What a ghost on each spot alone leads to."""
         there = np.ones((len(spots), 1), bool)
-        outcome, cost, *_ = self.base.query([round] * len(spots), there, spots.poses[:, None])
-        return outcome, cost
+        return self.base.query([round] * len(spots), there, spots.poses[:, None])
 
 
 def _placed(round: Round) -> PlacedRound:

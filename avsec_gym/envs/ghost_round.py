@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,30 @@ SCENE_SIZE = 8 + FEATURES * NEAREST
 
 _TIME_STEPS = GOAL_STEPS[1] + 1
 _SCALE = np.array([1.0, 50.0, 20.0, 1.0, 1.0, 10.0, 4.0, 1.0])
+
+
+class Queried(NamedTuple):
+    """What became of a query in each of B rounds."""
+
+    outcome: NDArray[np.int64]
+    """Row of `OUTCOMES`, shape (B,)."""
+    cost: Floats
+    """Planned time to the goal, s, nan if unplanned as the next three, shape (B,)."""
+    path_length: Floats
+    """m, shape (B,)."""
+    smallest_distance: Floats
+    """Of the car from anything real at a time step, m, shape (B,)."""
+    cost_sm1: Floats
+    """CommonRoad's SM1, shape (B,)."""
+    ghosts: NDArray[np.int64]
+    """Placed, shape (B,)."""
+    hidden: NDArray[np.int64]
+    """Objects hidden, shape (B,)."""
+
+    @classmethod
+    def nothing(cls, count: int) -> Queried:
+        """Before the first query: outcomes of -1."""
+        return cls(np.full(count, -1), *np.full((4, count), np.nan), *np.zeros((2, count), int))
 
 
 @dataclass(frozen=True, eq=False)

@@ -192,9 +192,9 @@ class SensorAttackEnv(DrawnEnv[Observation]):
     def _info(self, facts: dict[str, float], success: bool) -> dict[str, Any]:
         scene, believed = self.situation.scene, self._look.perception.believed
         obstacles = scene.boxes[is_obstacle(scene.boxes)]
-        record = None if self._last is None else self._last.drive.record
+        drive = None if self._last is None else self._last.drive
         return {
-            **drive_info(record, scene.id, self.situation.intention),
+            **drive_info(drive, scene.id, self.situation.intention),
             "is_success": success,
             "queries": self._spent,
             "objects": len(obstacles),

@@ -224,7 +224,7 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         return {
             **drive,
             # Not nan, which Gymnasium's checker takes for another value every time.
-            "cost": 0.0,
+            **dict.fromkeys(("cost", "path_length", "smallest_distance", "cost_sm1"), 0.0),
             "outcome": "unplanned" if over else drive["outcome"],
             "is_success": over and bool((named == attacked).all()),
             "attacked": self._listed(attacked),

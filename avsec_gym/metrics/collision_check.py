@@ -58,12 +58,8 @@ def first_contact(
     """
     if not len(truth) or not len(trajectory):
         return None
-    # Obstacles that are present at each step, and their poses; the last known one is kept.
     steps = first_step + np.arange(len(trajectory))
-    index = np.minimum(steps[:, None] - truth.first_step, truth.steps - 1)
-    present = truth.static | (index >= 0)
-    index = np.where(truth.static, 0, np.maximum(index, 0))
-    poses = truth.poses[np.arange(len(truth)), index]
+    present, poses = present_poses(len(trajectory), truth, first_step)
     # Pairs of step and obstacle that may touch, in order of time; shapely decides them.
     reach = np.array([_reach(shape) for shape in truth.shapes])
     own = trajectory[:, [0, 1, 3]]
@@ -72,11 +68,31 @@ def first_contact(
     if not len(t):
         return None
     footprints = rectangle_polygons(own[t], vehicle.length, vehicle.width)
-    touching = shapely.intersects(footprints, _placed(truth.shapes, i, poses[t, i]))
+    touching = shapely.intersects(footprints, shapes_at(truth.shapes, i, poses[t, i]))
     if not touching.any():
         return None
     first = int(np.argmax(touching))
     return Contact(int(steps[t[first]]), int(i[first]))
+
+
+def present_poses(
+    count: int, truth: Obstacles, first_step: int = 0
+) -> tuple[NDArray[np.bool_], Floats]:
+    """Which obstacles are present at each time step, and where; the last known pose is kept.
+
+    Args:
+        count: Number of time steps, T.
+        truth: N obstacles.
+        first_step: The first time step.
+
+    Returns:
+        Flags of shape (T, N), and poses x, y, heading of shape (T, N, 3).
+    """
+    steps = first_step + np.arange(count)
+    index = np.minimum(steps[:, None] - truth.first_step, truth.steps - 1)
+    present = truth.static | (index >= 0)
+    index = np.where(truth.static, 0, np.maximum(index, 0))
+    return present, truth.poses[np.arange(len(truth)), index]
 
 
 def batch_collides(
@@ -109,8 +125,9 @@ def batch_collides(
     others = rectangle_polygons(
         np.column_stack([pose[:, :2], heading]), 2 * half[:, 0], 2 * half[:, 1]
     )
-    touching = b[shapely.intersects(footprints, others)]
-    return np.isin(np.arange(len(trajectories)), touching)
+    collides = np.zeros(len(trajectories), bool)
+    collides[b[shapely.intersects(footprints, others)]] = True
+    return collides
 
 
 @kernel(nogil=True)
@@ -157,8 +174,16 @@ def _may_touch(
     return (ahead <= 0.5 * length + reach + _SMALL) & (aside <= 0.5 * width + reach + _SMALL)
 
 
-def _placed(shapes: tuple[Shape, ...], which: np.ndarray, poses: Floats) -> np.ndarray:
-    """Shapes moved to poses, as shapely geometries, shape (K,)."""
+def shapes_at(
+    shapes: tuple[Shape, ...], which: NDArray[np.int64], poses: Floats
+) -> NDArray[np.object_]:
+    """Shapes moved to poses, as shapely geometries, shape (K,).
+
+    Args:
+        shapes: The shapes of N obstacles.
+        which: Rows of the obstacles to be moved, shape (K,).
+        poses: Where each is moved to, x, y, heading, shape (K, 3).
+    """
     data = np.array(
         [
             (s.length, s.width, s.x, s.y, s.heading) if isinstance(s, Rectangle) else (np.nan,) * 5

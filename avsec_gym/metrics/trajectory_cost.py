@@ -9,8 +9,8 @@ import numpy as np
 from avsec_gym.geometry import Floats, wrap_angle
 from avsec_gym.scenario.planning_scenario import PlanningScenario, Road
 
-_ACCELERATION = _STEERING_ANGLE = _STEERING_RATE = _HEADING = 50.0
-_SPEED, _LENGTH = 20.0, 1.0
+ACCELERATION = STEERING_ANGLE = STEERING_RATE = HEADING = 50.0
+SPEED, LENGTH = 20.0, 1.0
 """Weights of SM1."""
 
 
@@ -43,22 +43,22 @@ def sm1_cost(trajectory: Floats, scenario: PlanningScenario) -> float:
     wanted = [goal.velocity[0] for goal in scenario.goals if goal.velocity]
     turned = wrap_angle(heading - lane_heading(trajectory[:, :2], scenario.road))
     at_states = (
-        _STEERING_ANGLE * steering**2
-        + _LENGTH * velocity
-        + (_SPEED * (min(wanted) - velocity) ** 2 if wanted else 0.0)
-        + _HEADING * turned**2
+        STEERING_ANGLE * steering**2
+        + LENGTH * velocity
+        + (SPEED * (min(wanted) - velocity) ** 2 if wanted else 0.0)
+        + HEADING * turned**2
     )
     between_states = (
-        _ACCELERATION * np.diff(velocity) ** 2 + _STEERING_RATE * np.diff(steering) ** 2
+        ACCELERATION * np.diff(velocity) ** 2 + STEERING_RATE * np.diff(steering) ** 2
     ) / scenario.dt**2
     return float(
-        at_states @ _simpson(len(at_states), scenario.dt)
-        + between_states @ _simpson(len(between_states), scenario.dt)
+        at_states @ simpson_weights(len(at_states), scenario.dt)
+        + between_states @ simpson_weights(len(between_states), scenario.dt)
     )
 
 
 @lru_cache(maxsize=1024)
-def _simpson(count: int, dx: float) -> Floats:
+def simpson_weights(count: int, dx: float) -> Floats:
     """Weights of Simpson's rule for so many equally spaced samples, shape (count,).
 
     With an even number, the last interval gets Cartwright's correction, as in scipy, which takes

@@ -31,10 +31,14 @@ every_id = pytest.mark.parametrize("id", IDS)
 
 COMMON_INFO = {
     "planned": bool,
+    "success": bool,
     "collision": bool,
     "safe": bool,
     "is_success": bool,
     "cost": float,
+    "path_length": float,
+    "smallest_distance": float,
+    "cost_sm1": float,
     "outcome": str,
     "scenario": str,
     "intention": str,
@@ -208,9 +212,11 @@ def test_info_has_fixed_keys_and_scalars(env: gym.Env[Any, Any]) -> None:
         assert (info["outcome"] == "reset") == (len(parts) == 2)
         assert info["safe"] == (info["outcome"] == ("goal" if drives else "safe"))
         assert info["collision"] == (info["outcome"] == "collision")
-        assert info["planned"] == (info["safe"] or info["collision"])
+        assert info["planned"] == info["success"] == (info["safe"] or info["collision"])
         if env.spec.id not in WITHOUT_A_DRIVE | DRIVES:  # type: ignore[union-attr]
-            assert np.isnan(info["cost"]) == (not info["planned"])
+            for name in ("cost", "path_length", "smallest_distance", "cost_sm1"):
+                assert np.isnan(info[name]) == (not info["planned"])
+            assert (info["smallest_distance"] == 0) == info["collision"] or not info["planned"]
         assert info["intention"] in ("left", "straight", "right")
 
 

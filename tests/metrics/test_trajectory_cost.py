@@ -15,9 +15,9 @@ from scipy.integrate import simpson
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.metrics.trajectory_cost import (
-    _simpson,
     lane_heading,
     path_length,
+    simpson_weights,
     sm1_cost,
     travel_time,
 )
@@ -131,4 +131,4 @@ def test_a_lane_to_the_west_does_not_break_the_angle() -> None:
 def test_simpsons_weights_are_scipys(count: int) -> None:
     values = np.random.default_rng(count).normal(size=count)
     expected = simpson(values, dx=0.1) if count > 1 else 0.0
-    assert values @ _simpson(count, 0.1) == pytest.approx(expected, abs=1e-12)
+    assert values @ simpson_weights(count, 0.1) == pytest.approx(expected, abs=1e-12)
