@@ -113,7 +113,9 @@ class Pipeline:
         score_threshold: The least score of a detection that is planned on.
         whole_levels: Whether attacked images have whole grey levels, as a camera's have.
         validator: The validator before O; None: the sensors are trusted.
-        response: The car's response to the validator's alarm.
+        response: The car's response to the validator's alarm; None: it drives on, and the alarm is
+            only reported.
+        victim: The detector that the attack knows; None: the car's.
 
     Raises:
         ConfigurationError: Nothing has one of the names, the detector finds 2D boxes alone, or a
@@ -134,11 +136,15 @@ class Pipeline:
     score_threshold: float = 0.3
     whole_levels: bool = True
     validator: Any = None
-    response: Response | str = Response.STOP
+    response: Response | str | None = Response.STOP
+    victim: Any = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "motion", Motion.named(self.motion))
-        object.__setattr__(self, "response", Response.named(self.response))
+        if self.response is not None:
+            object.__setattr__(self, "response", Response.named(self.response))
+        if self.victim is not None:
+            object.__setattr__(self, "victim", make(Kind.DETECTOR, self.victim))
         for kind in (
             Kind.DETECTOR,
             Kind.ATTACK,
@@ -194,7 +200,8 @@ class Pipeline:
             return frame
         if isinstance(self.attack, OpticalAttack):
             return self.attack.attack(frame, seed).frame
-        victim = Victim(self.detector, scene.boxes, intention, disparity)
+        detector = self.detector if self.victim is None else self.victim
+        victim = Victim(detector, scene.boxes, intention, disparity)
         attacked: SensorFrame = self.attack.attack(frame, victim, seed)
         return quantised(attacked) if self.whole_levels else attacked
 
@@ -212,11 +219,22 @@ class Pipeline:
             with _timed(seconds, "validator"):
                 validation = self.validator.validate(frame)
         try:
-            trusted = trusted_frame(frame, validation, Response(self.response))
+            trusted = self.trusted(frame, validation)
             return replace(self._believed(trusted, seconds), validation=validation)
         except Untrusted:
             nothing = Boxes3D.empty()
             return Perception(nothing, nothing, None, seconds, validation, stops=True)
+
+    def trusted(self, frame: SensorFrame, validation: Validation | None) -> SensorFrame:
+        """The frame that O gets, in response to the validator's result on it.
+
+        Raises:
+            Untrusted: The car stops.  The frame itself may raise it later, when it is asked for
+                data that nothing can replace.
+        """
+        if validation is None or self.response is None:
+            return frame
+        return trusted_frame(frame, validation, Response(self.response))
 
     def perceive_all(self, frames: Sequence[SensorFrame]) -> list[Perception]:
         """The same for frames of one size, which pass through O together, or are judged first."""

@@ -27,6 +27,7 @@ from avsec_gym.attacks.facula import Facula
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.sensor_attack_features import best_scores
 from avsec_gym.envs.sensor_attack_game import SensorAttackGame, Situation
+from avsec_gym.evaluation.contested import is_contested
 from avsec_gym.geometry import Floats, project
 from avsec_gym.pipeline import Perception
 from avsec_gym.scenario.builder import is_obstacle
@@ -134,7 +135,7 @@ def in_the_way(game: SensorAttackGame, situation: Situation) -> Boxes3D:
 def worth_a_shot(game: SensorAttackGame) -> Iterator[tuple[Scene, Intention]]:
     """Situations with something in the way, safe and without an alarm while there is no attack."""
     for scene, intention in product(game.scenes.scenes.labelled, Intention):
-        if game.is_contested(scene, intention):
+        if is_contested(scene, intention):
             look = game.situation(scene, intention).unattacked
             if look.drive.record.safe and not look.report.alarm:
                 yield scene, intention
@@ -163,7 +164,8 @@ def main() -> None:
         "avsec/FaculaAttack-v0",
         scenarios=options.scenarios,
         detector=options.detector,
-        contested=True,
+        validator="thresholds",
+        response=None,  # The car drives on at an alarm.
         radii=RADII,
         strength=STRENGTHS,
         render_mode="rgb_array",

@@ -51,14 +51,19 @@ def laser(options: argparse.Namespace, scenes: str) -> gym.Env:
     gym.register_envs(avsec_gym)
     return gym.make(
         "avsec/FaculaAttack-v0",
-        scenarios=given(scenes),
+        scenarios=contested(given(scenes)),
         detector=given(options.detector),
         score_threshold=options.threshold,
         validator={"name": "thresholds", "thresholds": options.table, "rate": options.rate},
-        contested=True,
+        response=None,  # The car drives on at an alarm.
         radii=RADII,
         strength=STRENGTHS,
     )
+
+
+def contested(scenes: Any) -> dict[str, Any]:
+    """Of scenes as they are named, those in which something is in the way."""
+    return {**(scenes if isinstance(scenes, dict) else {"source": scenes}), "contested": True}
 
 
 def seeds_of(shooter: str, seeds: range) -> range:

@@ -42,13 +42,13 @@ from typing import Any
 
 import numpy as np
 from aimed_laser import RADII, REACH, STRENGTHS
-from contested_frames import contested_frames
 from laser_shots import LEARNERS, SHOOTERS, TRAINED, Outcome, Situation, laser, shots
 from scipy.stats import t
 from train_perturbation_attacker import arguments, given
 
 from avsec_gym.console import percent, print_table, progress
 from avsec_gym.envs.sensor_attack_game import SensorAttackGame
+from avsec_gym.evaluation.contested import contested_frames
 from avsec_gym.metrics.clustered_shares import share_of
 from avsec_gym.scenario.frame_scenes import FrameScenes, frame_scenes_of
 from avsec_gym.scenario.intention import Intention
@@ -118,7 +118,7 @@ def compare(options: argparse.Namespace) -> dict[str, Any]:
 def rendered(frames: int, layouts: int) -> str:
     """Scenes of a set, in the cache."""
     with progress("rendering scenes") as shown:
-        return str(contested_frames(frames, layouts, shown))
+        return str(contested_frames(frames, seed=layouts, on_progress=shown))
 
 
 def measured(clean: FrameScenes) -> ThresholdTable:
@@ -143,9 +143,7 @@ def unattacked(
         for done, scene in enumerate(scenes, start=1):
             order = map(Intention, generator.permutation(list(Intention)))
             played = [
-                intention
-                for intention in order
-                if not game.contested or game.is_contested(scene, intention)
+                intention for intention in order if game.scenes.scenes.plays(scene.id, intention)
             ]
             looks = (
                 (intention, game.situation(scene, intention).unattacked) for intention in played

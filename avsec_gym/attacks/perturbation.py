@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import NoReturn
+from typing import ClassVar, NoReturn
 
 import numpy as np
 import torch
@@ -56,6 +56,7 @@ class Perturbation:
     random_start: bool = False
     shared: bool = False
     name: str = "thesis_pgd"
+    needs_gradient: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         if not (0 < self.alpha <= 255 and (self.epsilon is None or 0 < self.epsilon <= 255)):

@@ -29,8 +29,9 @@ class Evaluate:
     scenarios: str | None = None
     """Which scenes: a folder of the labelled scenarios, a folder of KITTI label files (with a
     folder `flags`), a folder of CommonRoad files (their own goals; --intention is not used), a
-    list of frame ids (with --kitti), or `layouts`.  Default: every labelled
-    frame of --kitti; without it, `layouts`."""
+    list of frame ids (with --kitti), `layouts`, or contested scenes, in which it matters what a car
+    sees: `mixed_contested` of these layouts, `kitti_contested` of the labels in the folder --kitti.
+    Default: every labelled frame of --kitti; without it, `layouts`."""
     detections: Path | None = None
     """A detector's KITTI result folder; its boxes are what the planner believes."""
     planner: str = "astar"
@@ -136,12 +137,14 @@ class Evaluate:
         from dataclasses import replace
 
         from avsec_gym.kitti.dataset import KittiObject
-        from avsec_gym.scenario.scene_sets import kitti_scenes, scene_set
+        from avsec_gym.scenario.scene_sets import KITTI_CONTESTED, kitti_scenes, scene_set
 
-        data = None if self.kitti is None else KittiObject(self.kitti)
         if self.scenarios is not None:
+            if self.kitti is not None and self.scenarios != KITTI_CONTESTED:
+                KittiObject(self.kitti)  # Refuses a folder of another layout.
             scenes = scene_set(self.scenarios, kitti=self.kitti, seed=self.seed, count=self.limit)
-        elif data is not None:
+        elif self.kitti is not None:
+            data = KittiObject(self.kitti)
             scenes = kitti_scenes(data, data.ids(having=("label_2",))[: self.limit], seed=self.seed)
         else:
             scenes = scene_set("layouts", seed=self.seed, count=self.limit)

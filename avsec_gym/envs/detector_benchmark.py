@@ -2,38 +2,48 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.argument_checks import whole_number
-from avsec_gym.attacks.optical_attack import OpticalAttack
+from avsec_gym.argument_checks import one_of, whole_number
+from avsec_gym.attacks.attack import LEFT, RIGHT
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.actions import checked_action
 from avsec_gym.envs.box_coding import BoxCoding
 from avsec_gym.envs.info import drive_info
-from avsec_gym.envs.parts import Parts
+from avsec_gym.envs.observations import FEATURES, IMAGES
+from avsec_gym.envs.one_thread import one_thread
+from avsec_gym.envs.parts import parts_of, takes_parts
 from avsec_gym.envs.rendering import DrawnEnv
 from avsec_gym.envs.reset_options import reset_options
+from avsec_gym.envs.stereo_profile import SIZE, stereo_profile
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import Image, SensorFrame
 from avsec_gym.geometry import bird_eye_iou
-from avsec_gym.pipeline import Episode, run_episode
+from avsec_gym.pipeline import Episode, Perception, Pipeline
 from avsec_gym.registry import Kind
 from avsec_gym.scenario.builder import is_obstacle
+from avsec_gym.scenario.frame_scenes import FrameScenes, check_frame_scenes, frame_scenes_of
 from avsec_gym.scenario.intention import Intention, intentions_named
-from avsec_gym.scenario.scene import Motion, Scene
+from avsec_gym.scenario.scene import Scene
+from avsec_gym.validation.compromised_sensors import Untrusted
+from avsec_gym.validation.validator import Validation
 
 _MATCHED = 0.5
 """Bird's-eye overlap at which an object counts as found."""
 MOST_POINTS = 1_000_000
 """A scan of KITTI's LiDAR has some 120,000."""
 
-Observation = dict[str, NDArray[Any]]
+Observation = NDArray[np.float32] | dict[str, NDArray[Any]]
+_NOTHING = Perception(Boxes3D.empty(), Boxes3D.empty(), None)
 
 
+@takes_parts(Kind.DETECTOR, detector=None)
 class DetectorBenchmarkEnv(DrawnEnv[Observation]):
     """Find the objects around the car; it plans on what you report.
 
@@ -92,53 +102,56 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
 
     def __init__(
         self,
-        scenarios: Any = "mixed",
-        planner: Any = "astar",
-        motion: Motion | str = Motion.STATIC,
-        score_threshold: float = 0.3,
+        *,
         max_boxes: int = 50,
         points: int = 0,
-        attack: Any = None,
+        observation: str = IMAGES,
         render_mode: str | None = None,
+        **parts: Any,
     ) -> None:
         super().__init__(render_mode)
         self.coding = BoxCoding(max_boxes)
         self.points = whole_number("points", points, 0, MOST_POINTS)
-        parts = Parts(
-            scenarios, None, planner, motion, score_threshold, attack=attack, agent=Kind.DETECTOR
-        )
-        # The planner first: a slip is reported before minutes in which a suite is made.
-        self.motion, self.planner = Motion.named(parts.motion), parts.made_planner()
-        self.attack: OpticalAttack | None = parts.attack
-        self.scenes = parts.scenes()
-        self.score_threshold = parts.score_threshold
-        self._labelled = self.scenes.scenes.labelled
-        self._size = self.scenes.frame(self._labelled[0]).image(2).shape
+        self.observation = one_of("observation", observation, (IMAGES, FEATURES))
+        self.parts = parts_of(self, parts)
+        check_frame_scenes(self.parts.scenarios)
         self.action_space = gym.spaces.Box(-1.0, 1.0, (self.coding.size,), np.float32)
-        spaces: dict[str, gym.Space[Any]] = {
-            "left": gym.spaces.Box(0, 255, self._size, np.uint8),
-            "right": gym.spaces.Box(0, 255, self._size, np.uint8),
-            "calibration": gym.spaces.Box(-1e6, 1e6, (24,), np.float64),
-        }
-        if self.points:
-            spaces["points"] = gym.spaces.Box(-1e4, 1e4, (4 * self.points,), np.float32)
-        self.observation_space = gym.spaces.Dict(spaces)  # type: ignore[assignment]
-        self._scene: Scene | None = None
-        self._frame: SensorFrame | None = None
-        self._intention = Intention.STRAIGHT
-        self._reported = Boxes3D.empty()
+        features = gym.spaces.Box(0.0, 1.0, (SIZE,), np.float32)
+        self.observation_space: gym.Space[Any] = (
+            self._sensor_space() if self.observation == IMAGES else features
+        )
+        self._agent = Reported(2 + (self.points > 0))
+        self._situation: tuple[Scene, Intention] | None = None
+        self._frame: SensorFrame | None = None  # As the sensors deliver it.
+        self._shown: SensorFrame | None = None  # As a detector gets it.
+        self._perception = _NOTHING
         self._drive: Episode | None = None
+
+    @cached_property
+    def pipeline(self) -> Pipeline:
+        """The car, in which the agent stands for the detector.
+
+        Raises:
+            ConfigurationError: Arguments of a part do not fit.
+            DataError: A file, such as the judged detector's weights, is missing or broken.
+        """
+        return self._car[0]
+
+    @property
+    def scenes(self) -> FrameScenes:
+        """The scenes that are played."""
+        return self._car[1]
 
     @property
     def frame(self) -> SensorFrame:
-        """What the sensors deliver in the present scene, for detectors that need all of it.
+        """What a detector gets in the present scene, for those that need all of it.
 
         Raises:
             ResetNeeded: There is no scene yet.
         """
-        if self._frame is None:
+        if self._shown is None:
             raise gym.error.ResetNeeded("call reset before step")
-        return self._frame
+        return self._shown
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -147,65 +160,102 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
         super().reset(seed=seed)
         options = reset_options(options)
         intentions = intentions_named(options.get("intention"))
-        self._scene = self._picked(options.get("scenario"))
-        self._intention = intentions[int(self.np_random.integers(len(intentions)))]
-        self._frame = self._seen(self.scenes.frame(self._scene))
-        self._reported, self._drive = Boxes3D.empty(), None
+        scene = self._picked(options.get("scenario"))
+        # A scene of a contested set is driven with the intentions that it was chosen for.
+        chosen = [way for way in intentions if self.scenes.scenes.plays(scene.id, way)]
+        intention = (chosen or intentions)[int(self.np_random.integers(len(chosen or intentions)))]
+        self._situation = scene, intention
+        with one_thread():
+            self._frame = self._tampered(scene, intention)
+            validator = self.pipeline.validator
+            validation = None if validator is None else validator.validate(self._frame)
+        self._shown = self._trusted(self._frame, validation)
+        self._perception, self._drive = replace(_NOTHING, validation=validation), None
         self.shown()
         return self._observe(), self._info()
 
     def step(
         self, action: NDArray[np.float32]
     ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Episode by the reported boxes; the episode is over."""
-        scene = self._present
-        reported = self.coding.decode(checked_action(action, self.coding.size))
-        self._reported = reported = reported[reported.score >= self.score_threshold]
-        self._drive = run_episode(
-            scene, self._intention, reported, motion=self.motion, planner=self.planner
-        )
+        """Drive by the reported boxes; the episode is over."""
+        scene, intention = self._present
+        assert self._frame is not None
+        self._agent.boxes = self.coding.decode(checked_action(action, self.coding.size))
+        with one_thread():
+            self._perception = self.pipeline.perceive(self._frame, self._perception.validation)
+        self._drive = self.pipeline.run_episode(scene, self._perception, intention)
         self.shown()
         info = self._info()
         return self._observe(), float(info["safe"]), True, False, info
 
     def picture(self) -> NDArray[np.uint8] | None:
         """The left image with the believed boxes, above the drive that follows from them."""
-        if self._scene is None:
+        if self._situation is None:
             return None
         from avsec_gym.drawing.detection_picture import detection_picture
 
-        believed = self._reported
-        shown = self._drive or run_episode(
-            self._scene, self._intention, believed, planner=self.planner
-        )
-        return detection_picture(self.frame, believed, shown)
+        shown = self._drive
+        if shown is None:
+            shown = self.pipeline.run_episode(self._situation[0], _NOTHING, self._situation[1])
+        return detection_picture(self.frame, self._perception.believed, shown)
 
     @property
-    def _present(self) -> Scene:
-        if self._scene is None:
+    def _present(self) -> tuple[Scene, Intention]:
+        if self._situation is None:
             raise gym.error.ResetNeeded("call reset before step")
-        return self._scene
+        return self._situation
+
+    @cached_property
+    def _car(self) -> tuple[Pipeline, FrameScenes]:
+        return self.parts.car(self._agent)
+
+    def _sensor_space(self) -> gym.spaces.Dict:
+        """The sensors' data, at the size of the first frame."""
+        scenes = frame_scenes_of(self.parts.scenarios)
+        self._size = scenes.frame(scenes.scenes.labelled[0]).image(LEFT).shape
+        spaces: dict[str, gym.Space[Any]] = {
+            "left": gym.spaces.Box(0, 255, self._size, np.uint8),
+            "right": gym.spaces.Box(0, 255, self._size, np.uint8),
+            "calibration": gym.spaces.Box(-1e6, 1e6, (24,), np.float64),
+        }
+        if self.points:
+            spaces["points"] = gym.spaces.Box(-1e4, 1e4, (4 * self.points,), np.float32)
+        return gym.spaces.Dict(spaces)
 
     def _picked(self, id: Any) -> Scene:
+        labelled = self.scenes.scenes.labelled
         if id is None:
-            return self._labelled[int(self.np_random.integers(len(self._labelled)))]
-        for scene in self._labelled:
+            return labelled[int(self.np_random.integers(len(labelled)))]
+        for scene in labelled:
             if scene.id == str(id):
                 return scene
         raise ConfigurationError(
-            f"{self.scenes.scenes.name} has no scene {id!r}; the first is {self._labelled[0].id!r}"
+            f"{self.scenes.scenes.name} has no scene {id!r}; the first is {labelled[0].id!r}"
         )
 
-    def _seen(self, frame: SensorFrame) -> SensorFrame:
+    def _tampered(self, scene: Scene, intention: Intention) -> SensorFrame:
         """The frame as the car gets it."""
-        if self.attack is None:
+        frame = self.scenes.frame(scene)
+        if self.pipeline.attack is None:
             return frame
-        return self.attack.attack(frame, int(self.np_random.integers(2**32))).frame
+        disparity, seed = self.scenes.disparity(scene), int(self.np_random.integers(2**32))
+        return self.pipeline.tampered(scene, frame, intention, seed=seed, disparity=disparity)
+
+    def _trusted(self, frame: SensorFrame, validation: Validation | None) -> SensorFrame:
+        """What of a frame a detector gets; all of it where the car stops, whatever is found."""
+        try:
+            trusted = self.pipeline.trusted(frame, validation)
+            self._agent.look(trusted)
+        except Untrusted:
+            return frame
+        return trusted
 
     def _observe(self) -> Observation:
         frame = self.frame
+        if self.observation == FEATURES:
+            return stereo_profile(frame).astype(np.float32)
         projections = [frame.calibration.projection(camera).ravel() for camera in (2, 3)]
-        result: Observation = {
+        result: dict[str, NDArray[Any]] = {
             "left": _fitted(frame.image(2), self._size),
             "right": _fitted(frame.image(3), self._size),
             "calibration": np.concatenate(projections),
@@ -218,15 +268,46 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
         return result
 
     def _info(self) -> dict[str, Any]:
-        record = self._drive.record if self._drive is not None else None
-        boxes, reported = self._present.boxes[is_obstacle(self._present.boxes)], self._reported
+        scene, intention = self._present
+        boxes, reported = scene.boxes[is_obstacle(scene.boxes)], self._perception.believed
+        validation = self._perception.validation
         return {
-            **drive_info(self._drive, self._present.id, self._intention),
-            "is_success": record is not None and record.safe,
+            **drive_info(self._drive, scene.id, intention),
+            "is_success": self._drive is not None and self._drive.record.safe,
             "objects": len(boxes),
             "found": _found(boxes, reported),
             "reported": len(reported),
+            "alarm": validation is not None and validation.alarm,
         }
+
+
+class Reported:
+    """The agent in the detector's place: it finds what its last action reports.
+
+    Args:
+        sensors: 2 for the two cameras, 3 for the LiDAR, too.
+    """
+
+    name = "agent"
+
+    def __init__(self, sensors: int) -> None:
+        self.boxes, self._sensors = Boxes3D.empty(), sensors
+
+    def look(self, frame: SensorFrame) -> None:
+        """Ask the frame for all that the agent is shown.
+
+        Raises:
+            Untrusted: A sensor is compromised, and nothing takes its place.
+        """
+        frame.image(LEFT)
+        frame.image(RIGHT)
+        if self._sensors > 2:
+            _ = frame.points
+
+    def detect(self, frame: SensorFrame) -> Boxes3D:
+        """The reported boxes."""
+        self.look(frame)
+        return self.boxes
 
 
 def _found(boxes: Boxes3D, reported: Boxes3D) -> int:

@@ -10,17 +10,19 @@ import numpy as np
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.attacks.facula import THESIS_RADII
 from avsec_gym.envs.facula_coding import FaculaCoding
+from avsec_gym.envs.observations import FEATURES
 from avsec_gym.envs.optical_attack import OpticalAttackEnv
-from avsec_gym.envs.parts import Parts
+from avsec_gym.envs.parts import takes_parts
 from avsec_gym.envs.query_budget import QueryBudget
-from avsec_gym.envs.sensor_attack import Tampering
+from avsec_gym.envs.sensor_attack import PLAYED, RENAMED, Tampering
 from avsec_gym.envs.sensor_attack_game import Situation
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
+from avsec_gym.registry import Kind
 from avsec_gym.rig import KITTI_SIZE
-from avsec_gym.scenario.scene import Motion
 
 
+@takes_parts(Kind.ATTACK, refused=PLAYED, renamed=RENAMED)
 class FaculaAttackEnv(OpticalAttackEnv):
     """Make a safe drive unsafe by shining a laser into a camera, without an alarm.
 
@@ -114,29 +116,22 @@ class FaculaAttackEnv(OpticalAttackEnv):
 
     def __init__(
         self,
-        scenarios: Any = "mixed",
-        detector: Any = "dsgn",
-        validator: Any = "thresholds",
-        clean: Any = None,
-        planner: Any = "astar",
-        motion: Motion | str = Motion.STATIC,
-        score_threshold: float = 0.3,
+        *,
         radii: tuple[float, float] = (37.5, THESIS_RADII[1]),
         strength: float | tuple[float, float] = 255.0,
-        contested: bool = False,
-        image: bool = False,
+        observation: str = FEATURES,
         queries: int | None = None,
         price: float = 0.02,
         render_mode: str | None = None,
+        **parts: Any,
     ) -> None:
         width, height = KITTI_SIZE
         self._codes = FaculaCoding((height, width), radii, strength)
         super().__init__(
             self._codes.action_size,
-            Parts(scenarios, detector, planner, motion, score_threshold, validator, clean),
+            parts,
             QueryBudget(queries, price),
-            image=image,
-            contested=contested,
+            observation=observation,
             render_mode=render_mode,
         )
 

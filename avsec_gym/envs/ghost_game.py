@@ -44,6 +44,15 @@ from avsec_gym.scenario.scene import Motion
 from avsec_gym.scenario.scene_arguments import scene_arguments
 from avsec_gym.scenario.scene_sets import SceneSet, scene_set
 
+_NO_SENSORS = "nothing is sensed here, the attacker changes what is detected"
+OBJECT_LEVEL = {
+    "attack": "the agent plays it",
+    **dict.fromkeys(
+        ("detector", "classifier", "selector", "validator", "clean", "response", "score_threshold"),
+        _NO_SENSORS,
+    ),
+}
+"""Parts that have no meaning in a game without images."""
 MOST_GHOSTS = 32
 """As many as the real objects that an observation shows."""
 _SAFE, _COLLISION, _UNPLANNED = map(OUTCOMES.index, (SAFE, COLLISION, UNPLANNED))
@@ -151,7 +160,9 @@ class GhostGame:
         for _ in range(50 * count):
             index, way = pick(generator, count, len(intentions))
             intention = intentions[way]
-            if self.is_safe(index, intention):
+            if self.scenes.plays(self._labelled[index].id, intention) and self.is_safe(
+                index, intention
+            ):
                 safe = self.round(index, intention)
                 if fits is None or fits(safe):
                     return safe

@@ -5,13 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 from avsec_gym.envs.detection_attack import DetectionAttackEnv
-from avsec_gym.envs.ghost_game import GhostGame
+from avsec_gym.envs.ghost_game import OBJECT_LEVEL, GhostGame
+from avsec_gym.envs.parts import parts_of, takes_parts
 from avsec_gym.envs.query_budget import QueryBudget
-from avsec_gym.scenario.scene import Motion
+from avsec_gym.registry import Kind
 
 QUERIES = 10
 
 
+@takes_parts(Kind.ATTACK, refused=OBJECT_LEVEL, scenarios="layouts")
 class GhostObjectEnv(DetectionAttackEnv):
     """Make a safe drive unsafe by changing what the car believes to be around it.
 
@@ -82,15 +84,15 @@ class GhostObjectEnv(DetectionAttackEnv):
 
     def __init__(
         self,
-        scenarios: Any = "layouts",
-        planner: Any = "astar",
+        *,
         ghosts: int = 2,
         hides: int = 0,
-        motion: Motion | str = Motion.STATIC,
         ghost: str = "patch",
         queries: int | None = None,
         price: float = 0.02,
         render_mode: str | None = None,
+        **parts: Any,
     ) -> None:
-        game = GhostGame(scenarios, planner, ghosts, hides, motion, ghost)
+        taken = parts_of(self, parts)
+        game = GhostGame(taken.scenarios, taken.planner, ghosts, hides, taken.motion, ghost)
         super().__init__(game, QueryBudget(queries, price, QUERIES), render_mode)

@@ -5,13 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 from avsec_gym.envs.detection_attack import DetectionAttackEnv
+from avsec_gym.envs.ghost_game import OBJECT_LEVEL
 from avsec_gym.envs.ghost_place_game import GhostPlaceGame
+from avsec_gym.envs.parts import parts_of, takes_parts
 from avsec_gym.envs.query_budget import QueryBudget
-from avsec_gym.scenario.scene import Motion
+from avsec_gym.registry import Kind
 
 QUERIES = 1
 
 
+@takes_parts(Kind.ATTACK, refused=OBJECT_LEVEL, scenarios="layouts")
 class GhostPlaceEnv(DetectionAttackEnv):
     """Find the one place where a ghost makes this drive unsafe.
 
@@ -82,13 +85,13 @@ class GhostPlaceEnv(DetectionAttackEnv):
 
     def __init__(
         self,
-        scenarios: Any = "layouts",
-        planner: Any = "astar",
+        *,
         places: int = 16,
-        motion: Motion | str = Motion.STATIC,
         queries: int | None = None,
         price: float = 0.02,
         render_mode: str | None = None,
+        **parts: Any,
     ) -> None:
-        game = GhostPlaceGame(scenarios, planner, places, motion)
+        taken = parts_of(self, parts)
+        game = GhostPlaceGame(taken.scenarios, taken.planner, places, taken.motion)
         super().__init__(game, QueryBudget(queries, price, QUERIES), render_mode)

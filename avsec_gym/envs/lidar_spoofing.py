@@ -7,17 +7,19 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.attacks.attack import LEFT
+from avsec_gym.envs.observations import FEATURES
 from avsec_gym.envs.optical_attack import OpticalAttackEnv
-from avsec_gym.envs.parts import Parts
+from avsec_gym.envs.parts import takes_parts
 from avsec_gym.envs.query_budget import QueryBudget
-from avsec_gym.envs.sensor_attack import Tampering
+from avsec_gym.envs.sensor_attack import PLAYED, RENAMED, Tampering
 from avsec_gym.envs.sensor_attack_game import Situation
 from avsec_gym.envs.spoofing_coding import SIZE, Ends, SpoofingCoding
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
-from avsec_gym.scenario.scene import Motion
+from avsec_gym.registry import Kind
 
 
+@takes_parts(Kind.ATTACK, refused=PLAYED, renamed=RENAMED, detector="scan_obstacles")
 class LidarSpoofingEnv(OpticalAttackEnv):
     """Make a safe drive unsafe by bogus returns of a LiDAR, without an alarm.
 
@@ -111,29 +113,24 @@ class LidarSpoofingEnv(OpticalAttackEnv):
 
     def __init__(
         self,
-        scenarios: Any = "mixed",
-        detector: Any = "scan_obstacles",
-        validator: Any = "thresholds",
-        clean: Any = None,
-        planner: Any = "astar",
-        motion: Motion | str = Motion.STATIC,
-        score_threshold: float = 0.3,
+        *,
         distances: Ends = (5.0, 40.0),
         bearings: Ends = (-0.7, 0.7),
         widths: Ends = (0.5, 2.5),
         heights: Ends = (0.5, 1.5),
         rays_lost: bool = False,
-        image: bool = False,
+        observation: str = FEATURES,
         queries: int | None = None,
         price: float = 0.02,
         render_mode: str | None = None,
+        **parts: Any,
     ) -> None:
         self.coding = SpoofingCoding(distances, bearings, widths, heights, rays_lost)
         super().__init__(
             SIZE,
-            Parts(scenarios, detector, planner, motion, score_threshold, validator, clean),
+            parts,
             QueryBudget(queries, price),
-            image=image,
+            observation=observation,
             render_mode=render_mode,
         )
 

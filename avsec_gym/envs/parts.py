@@ -2,125 +2,240 @@
 
 An environment is the pipeline with one part taken out, which the agent plays.  The others are
 keyword arguments with the same names, defaults and meaning in every environment: names, JSON-able
-dictionaries or live objects.
+dictionaries or live objects.  `takes_parts` states which of them an environment refuses, and why.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
+from inspect import Parameter, Signature, signature
+from types import MappingProxyType
+from typing import Any, TypeVar
 
 from avsec_gym.argument_checks import number
+from avsec_gym.attacks.attacked_detector import attack_kind
 from avsec_gym.envs.game_validator import check_validator, is_measured, validator_and_played
 from avsec_gym.envs.one_thread import one_thread
+from avsec_gym.errors import ConfigurationError
 from avsec_gym.image_only import check_detector
 from avsec_gym.pipeline import Pipeline
-from avsec_gym.planners.planner import Planner
-from avsec_gym.registry import Kind, check, make
-from avsec_gym.scenario.frame_scenes import FrameScenes, check_frame_scenes, frame_scenes_of
+from avsec_gym.registry import AMBIGUOUS_ATTACKS, Kind, check, make, names
+from avsec_gym.scenario.frame_scenes import FrameScenes, frame_scenes_of
 from avsec_gym.scenario.scene import Motion
+from avsec_gym.suggestions import unknown_name
+from avsec_gym.validation.response import Response
 
-if TYPE_CHECKING:  # OpenCV is loaded with the validator, not before.
-    from avsec_gym.validation.validator import Validator
+Environment = TypeVar("Environment")
+_KNOWS_NOTHING = (
+    "an attack by gradient needs a detector that it knows: name the judged one, such as "
+    'detector="dsgn", or another one, such as '
+    'attack={"name": "transferred", "attack": "thesis_pgd", "of": "dsgn"}'
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Parts:
-    """What an environment on sensor data is made of, beside its agent.
+    """What an environment is made of, beside its agent.
 
     What cannot work is refused at once.  A bare name is looked up, and its part is made when it is
     asked for, as networks take seconds to load; a part with arguments is made at once, since only
-    that shows whether they fit.  Nothing is measured, and no scene is read.
+    that shows whether they fit, and so is an attack.  Nothing is measured, and no scene is read.
 
     Args:
-        scenarios: Scenes with sensor data, as of `frame_scenes_of`.
-        detector: Finds objects in the sensor data; not used where the agent does.
-        planner: Plans the drive among the detected objects.
-        motion: How much the planner knows of moving objects; there is no classifier.
-        score_threshold: Detections of a lower score are not planned on, in [0, 1].
+        scenarios: The scenes; what names them is up to the environment.
+        detector: Finds objects in the sensor data, O.  Where the agent does, it is the detector
+            that is judged: the attack knows it.
+        attack: On the sensors, or on what detectors see; None: no attack.
+        classifier: Finds which objects move, C; None: `motion` decides.
+        selector: Finds the road's type, S; None: the scene's own type holds.
+        planner: Plans the drive among the detected objects, M.
         validator: Looks for attacks on the sensors, see `validator_and_played`; None: none.
         clean: Scenes that thresholds of the validator are measured on; None: the first half of the
             scenarios.
-        attack: The optical attack on the sensors, where the agent plays none; None: no attack.
+        response: What the car does at an alarm; None: it drives on.
+        motion: How much the planner knows of moving objects where there is no classifier.
+        score_threshold: Detections of a lower score are not planned on, in [0, 1].
         agent: The part that the agent plays.
 
     Raises:
-        ConfigurationError: A name is unknown, an argument of a part does not fit, or a number is
-            out of range.
+        ConfigurationError: A name is unknown, an argument of a part does not fit, a number is out
+            of range, or an attack by gradient knows no detector.
         DataError: A folder of scenes or a file of weights is missing or broken.
     """
 
     scenarios: Any = "mixed"
     detector: Any = "dsgn"
+    attack: Any = None
+    classifier: Any = None
+    selector: Any = None
     planner: Any = "astar"
-    motion: Motion | str = Motion.STATIC
-    score_threshold: float = 0.3
     validator: Any = None
     clean: Any = None
-    attack: Any = None
+    response: Response | str | None = "stop"
+    motion: Motion | str = "static"
+    score_threshold: float = 0.3
     agent: Kind = Kind.ATTACK
 
     def __post_init__(self) -> None:
         checked: dict[str, Any] = {
             "score_threshold": number("score_threshold", self.score_threshold, 0.0, 1.0),
-            "motion": Motion.without_classifier(self.motion),
+            "motion": _known_motion(self.motion, self.classifier),
+            "planner": _checked(Kind.PLANNER, self.planner),
         }
-        check_frame_scenes(self.scenarios)
         check_validator(self.validator, self.clean)
-        checked["planner"] = _checked(Kind.PLANNER, self.planner)
-        if self.agent != Kind.DETECTOR:
-            checked["detector"] = _checked(Kind.DETECTOR, self.detector)
-            check_detector(checked["detector"])
         if self.validator is not None and not is_measured(self.validator):
             checked["validator"] = _checked(Kind.VALIDATOR, self.validator)
+        if self.response is not None:
+            checked["response"] = Response.named(self.response)
+        for kind in (Kind.CLASSIFIER, Kind.SELECTOR):
+            if getattr(self, kind) is not None:
+                checked[kind] = _checked(kind, getattr(self, kind))
+        if self.agent != Kind.DETECTOR or self.detector is not None:
+            checked["detector"] = _checked(Kind.DETECTOR, self.detector)
+            check_detector(checked["detector"])
         if self.attack is not None:
-            check(Kind.OPTICAL_ATTACK, self.attack)
-            checked["attack"] = _made(Kind.OPTICAL_ATTACK, self.attack)
+            checked["attack"] = _made(_checked_attack(self.attack), self.attack)
+            if self.detector is None and getattr(checked["attack"], "needs_gradient", False):
+                raise ConfigurationError(_KNOWS_NOTHING)
         for name, value in checked.items():
             object.__setattr__(self, name, value)
 
-    def scenes(self) -> FrameScenes:
-        """The scenarios, all of them.
+    def car(self, agent: Any = None) -> tuple[Pipeline, FrameScenes]:
+        """The whole pipeline, and the scenes that are played: those no threshold was measured on.
+
+        Args:
+            agent: What stands for the agent, where it plays the detector or the validator.  An
+                attack then knows the detector that was named.
 
         Raises:
-            DataError: A file is missing or broken.
-        """
-        return frame_scenes_of(self.scenarios)
-
-    def validator_and_scenes(self) -> tuple[Validator | None, FrameScenes]:
-        """The validator, and the scenes that it was not measured on; see `validator_and_played`.
-
-        Raises:
-            ConfigurationError: No scene is left, or they lack a sensor that is judged.
-            DataError: A file is missing or broken.
-        """
-        clean = None if self.clean is None else frame_scenes_of(self.clean)
-        return validator_and_played(self.validator, self.scenes(), clean)
-
-    def made_planner(self) -> Planner:
-        """The planner.
-
-        Raises:
-            ConfigurationError: Its arguments do not fit, or what was made of them plans nothing.
-        """
-        planner: Planner = _made(Kind.PLANNER, self.planner)
-        return planner
-
-    def pipeline(self) -> Pipeline:
-        """The car, without an attack and without the validator, which changes no drive.
-
-        Raises:
-            ConfigurationError: Arguments of a part do not fit.
+            ConfigurationError: Arguments of a part do not fit, no scene is left, or the scenes
+                lack a sensor that is judged.
             DataError: A file, such as the detector's weights, is missing or broken.
         """
+        clean = None if self.clean is None else frame_scenes_of(self.clean)
+        scenes = frame_scenes_of(self.scenarios)
         with one_thread():  # As in `_made`.
-            return Pipeline(
-                self.detector,
+            validator, scenes = validator_and_played(self.validator, scenes, clean)
+            judged = self.agent == Kind.DETECTOR
+            pipeline = Pipeline(
+                agent if judged else self.detector,
+                attack=self.attack,
+                classifier=self.classifier,
+                selector=self.selector,
                 planner=self.planner,
                 motion=Motion.named(self.motion),
                 score_threshold=self.score_threshold,
+                validator=agent if self.agent == Kind.VALIDATOR else validator,
+                response=self.response,
+                victim=self.detector if judged else None,
             )
+        return pipeline, scenes
+
+
+@dataclass(frozen=True)
+class TakenParts:
+    """Which parts an environment takes.
+
+    Args:
+        agent: The part that the agent plays.
+        refused: Parts that have no meaning there, with the reason.
+        defaults: Defaults other than those of `Parts`.
+        renamed: Names of former arguments, with what to give now.
+    """
+
+    agent: Kind
+    refused: Mapping[str, str] = field(default_factory=dict)
+    defaults: Mapping[str, Any] = field(default_factory=dict)
+    renamed: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def parameters(self) -> list[Parameter]:
+        """As a signature shows them."""
+        return [
+            Parameter(
+                each.name,
+                Parameter.KEYWORD_ONLY,
+                default=self.defaults.get(each.name, each.default),
+                annotation=each.type,
+            )
+            for each in fields(Parts)
+            if each.name != "agent" and each.name not in self.refused
+        ]
+
+
+def takes_parts(
+    agent: Kind,
+    *,
+    refused: Mapping[str, str] = MappingProxyType({}),
+    renamed: Mapping[str, str] = MappingProxyType({}),
+    **defaults: Any,
+) -> Callable[[type[Environment]], type[Environment]]:
+    """Let an environment, whose constructor ends in ``**parts``, show the parts that it takes.
+
+    Args:
+        agent: The part that the agent plays.
+        refused: Parts that have no meaning there, with the reason.
+        renamed: Names of former arguments, with what to give now.
+        defaults: Defaults other than those of `Parts`; a table in docs/environments.md lists them.
+    """
+    taken = TakenParts(agent, refused, defaults, renamed)
+
+    def decorate(environment: type[Environment]) -> type[Environment]:
+        own = signature(environment.__init__).parameters.values()
+        shown = [each for each in own if each.kind != Parameter.VAR_KEYWORD][1:]
+        shown = [each.replace(kind=Parameter.KEYWORD_ONLY) for each in shown]
+        environment.taken_parts = taken  # type: ignore[attr-defined]
+        environment.__signature__ = Signature([*taken.parameters, *shown])  # type: ignore[attr-defined]
+        return environment
+
+    return decorate
+
+
+def parts_of(environment: Any, given: Mapping[str, Any]) -> Parts:
+    """The parts that a user gave to an environment, and the defaults of all others.
+
+    Args:
+        environment: The environment; `takes_parts` states what it takes.
+        given: The keyword arguments that are none of its own.
+
+    Raises:
+        ConfigurationError: It has no such argument, or see `Parts`.
+    """
+    taken: TakenParts = environment.taken_parts
+    for name in given:
+        if name in taken.refused:
+            raise ConfigurationError(
+                f"{environment.title} takes no {name!r}: {taken.refused[name]}; leave it out"
+            )
+        if name in taken.renamed:
+            raise ConfigurationError(
+                f"{environment.title} has no argument {name!r} any more: {taken.renamed[name]}"
+            )
+        if name not in {each.name for each in taken.parameters}:
+            problem = f"{environment.title} has no argument {name!r}"
+            known = signature(type(environment)).parameters
+            raise ConfigurationError(unknown_name(problem, name, known))
+    return Parts(**{**taken.defaults, **given}, agent=taken.agent)
+
+
+def _known_motion(motion: Any, classifier: Any) -> Motion:
+    return Motion.without_classifier(motion) if classifier is None else Motion.named(motion)
+
+
+def _checked_attack(what: Any) -> Kind:
+    """Whether it is an optical attack or another one.
+
+    Raises:
+        ConfigurationError: Nothing has that name, or its arguments have other names.
+    """
+    kind = attack_kind(what)
+    known = [*names(Kind.ATTACK), *names(Kind.OPTICAL_ATTACK)]
+    name = what.get("name", known[0]) if isinstance(what, Mapping) else what
+    if isinstance(name, str) and name not in (*known, *AMBIGUOUS_ATTACKS):
+        raise ConfigurationError(unknown_name(f"there is no attack named {name!r}", name, known))
+    check(kind, what)
+    return kind
 
 
 def _checked(kind: Kind, what: Any) -> Any:

@@ -10,15 +10,16 @@ import numpy as np
 
 from avsec_gym.argument_checks import shown
 from avsec_gym.attacks.attack import LEFT
+from avsec_gym.envs.observations import FEATURES
 from avsec_gym.envs.one_thread import one_thread
-from avsec_gym.envs.parts import Parts
+from avsec_gym.envs.parts import takes_parts
 from avsec_gym.envs.patch_coding import SIZE, PatchCoding
 from avsec_gym.envs.query_budget import QueryBudget
-from avsec_gym.envs.sensor_attack import SensorAttackEnv, Tampering
+from avsec_gym.envs.sensor_attack import PLAYED, RENAMED, SensorAttackEnv, Tampering
 from avsec_gym.envs.sensor_attack_game import Situation
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
-from avsec_gym.scenario.scene import Motion
+from avsec_gym.registry import Kind
 from avsec_gym.storage.regular_files import is_file
 from avsec_gym.unknown_source import unknown_source
 
@@ -30,6 +31,7 @@ CONTROLS = ("noise", "grey")
 """Names of patches that are not trained."""
 
 
+@takes_parts(Kind.ATTACK, refused=PLAYED, renamed=RENAMED)
 class PatchAttackEnv(SensorAttackEnv):
     """Make a safe drive unsafe by standing a printed patch where it does most harm.
 
@@ -100,22 +102,19 @@ class PatchAttackEnv(SensorAttackEnv):
 
     def __init__(
         self,
-        scenarios: Any = "mixed",
-        detector: Any = "dsgn",
+        *,
         patch: Patch | str | Path | None = None,
-        planner: Any = "astar",
-        motion: Motion | str = Motion.STATIC,
-        score_threshold: float = 0.3,
-        image: bool = False,
+        observation: str = FEATURES,
         queries: int | None = None,
         price: float = 0.02,
         render_mode: str | None = None,
+        **parts: Any,
     ) -> None:
         super().__init__(
             SIZE,
-            Parts(scenarios, detector, planner, motion, score_threshold),
+            parts,
             QueryBudget(queries, price),
-            image=image,
+            observation=observation,
             render_mode=render_mode,
         )
         _check_patch(patch)

@@ -8,16 +8,18 @@ import numpy as np
 
 from avsec_gym.argument_checks import flag, whole_number
 from avsec_gym.attacks.attack import LEFT, RIGHT, Budget
-from avsec_gym.envs.parts import Parts
+from avsec_gym.envs.observations import FEATURES
+from avsec_gym.envs.parts import takes_parts
 from avsec_gym.envs.query_budget import QueryBudget
-from avsec_gym.envs.sensor_attack import SensorAttackEnv, Tampering
+from avsec_gym.envs.sensor_attack import PLAYED, RENAMED, SensorAttackEnv, Tampering
 from avsec_gym.envs.sensor_attack_game import Situation
 from avsec_gym.envs.wave_basis import WaveBasis
 from avsec_gym.frame import Image
 from avsec_gym.geometry import Floats
-from avsec_gym.scenario.scene import Motion
+from avsec_gym.registry import Kind
 
 
+@takes_parts(Kind.ATTACK, refused=PLAYED, renamed=RENAMED)
 class PerturbationAttackEnv(SensorAttackEnv):
     """Make a safe drive unsafe by changing every pixel a little, with the detector as a black box.
 
@@ -90,28 +92,25 @@ class PerturbationAttackEnv(SensorAttackEnv):
 
     def __init__(
         self,
-        scenarios: Any = "mixed",
-        detector: Any = "dsgn",
-        planner: Any = "astar",
-        motion: Motion | str = Motion.STATIC,
-        score_threshold: float = 0.3,
+        *,
         epsilon: int = 8,
         waves: int = 8,
         wavelengths: tuple[float, float] = (12.0, 60.0),
         shared: bool = True,
-        image: bool = False,
+        observation: str = FEATURES,
         queries: int | None = None,
         price: float = 0.02,
         render_mode: str | None = None,
+        **parts: Any,
     ) -> None:
         self.basis = WaveBasis(waves, wavelengths)
         self.budget = Budget(float(whole_number("epsilon", epsilon, 1, 255)))
         self.shared = flag("shared", shared)
         super().__init__(
             self.basis.size * (1 if self.shared else 2),
-            Parts(scenarios, detector, planner, motion, score_threshold),
+            parts,
             QueryBudget(queries, price),
-            image=image,
+            observation=observation,
             render_mode=render_mode,
         )
 

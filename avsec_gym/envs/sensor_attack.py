@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -11,11 +12,12 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from avsec_gym.argument_checks import flag
+from avsec_gym.argument_checks import one_of
 from avsec_gym.attacks.attack import LEFT
 from avsec_gym.envs.actions import checked_action
 from avsec_gym.envs.info import drive_info
-from avsec_gym.envs.parts import Parts
+from avsec_gym.envs.observations import BOTH, FEATURES, IMAGES, THUMBNAIL, thumbnail
+from avsec_gym.envs.parts import parts_of
 from avsec_gym.envs.query_budget import QueryBudget
 from avsec_gym.envs.rendering import DrawnEnv
 from avsec_gym.envs.sensor_attack_features import SIZE, best_scores, features, ghosts_among
@@ -23,9 +25,16 @@ from avsec_gym.envs.sensor_attack_game import Look, SensorAttackGame, Situation
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 from avsec_gym.scenario.builder import is_obstacle
+from avsec_gym.scenario.frame_scenes import check_frame_scenes
 
-THUMBNAIL = (48, 160)
-"""Height and width of the image that an attacker may see, pixels."""
+OBSERVATIONS = (FEATURES, IMAGES, BOTH)
+PLAYED = {"attack": "the agent plays it"}
+RENAMED = {
+    "image": 'observation="both" shows the features and a small image, observation="images" the '
+    "image alone",
+    "contested": 'such scenes are named by scenarios={"source": "mixed", "contested": True}',
+}
+"""Former arguments of attackers."""
 
 Observation = NDArray[np.float32] | dict[str, NDArray[Any]]
 
@@ -50,14 +59,13 @@ class SensorAttackEnv(DrawnEnv[Observation]):
 
     Args:
         action_size: Numbers of an action, each in [-1, 1].
-        parts: The scenes and the parts of the victim.
+        parts: The scenes and the parts of the victim, as the user gave them.
         budget: Queries of an episode, and the price of a query and of the whole budget of change.
-        image: Whether the attacker sees a small image beside the features.
-        contested: Whether only contested situations are drawn, see `SensorAttackGame`.
+        observation: What the attacker sees, one of `OBSERVATIONS`.
         render_mode: None, ``rgb_array`` or ``human``.
 
     Raises:
-        ConfigurationError: An unknown mode, or a flag that is neither True nor False.
+        ConfigurationError: An unknown mode or observation, or see `parts_of`.
     """
 
     known_size = SIZE
@@ -66,22 +74,22 @@ class SensorAttackEnv(DrawnEnv[Observation]):
     def __init__(
         self,
         action_size: int,
-        parts: Parts,
+        parts: Mapping[str, Any],
         budget: QueryBudget,
         *,
-        image: bool,
-        contested: bool = False,
-        render_mode: str | None,
+        observation: str = FEATURES,
+        render_mode: str | None = None,
     ) -> None:
         super().__init__(render_mode)
-        self.parts, self.query_budget = parts, budget
-        self.image, self.contested = flag("image", image), flag("contested", contested)
+        self.parts, self.query_budget = parts_of(self, parts), budget
+        check_frame_scenes(self.parts.scenarios)
+        self.observation = one_of("observation", observation, OBSERVATIONS)
         self.action_space = gym.spaces.Box(-1.0, 1.0, (action_size,), np.float32)
         vector = gym.spaces.Box(-1.0, 1.0, (self.known_size + action_size,), np.float32)
         pixels = gym.spaces.Box(0, 255, (*THUMBNAIL, 3), np.uint8)
-        self.observation_space: gym.Space[Any] = (
-            gym.spaces.Dict({"features": vector, "image": pixels}) if self.image else vector
-        )
+        spaces: dict[str, gym.Space[Any]] = {FEATURES: vector, IMAGES: pixels}
+        both: gym.Space[Any] = gym.spaces.Dict(spaces)
+        self.observation_space: gym.Space[Any] = spaces.get(self.observation, both)
         self._situation: Situation | None = None
         self._last: Look | None = None
         self._done = np.zeros(action_size)
@@ -113,7 +121,7 @@ class SensorAttackEnv(DrawnEnv[Observation]):
             ConfigurationError: There is no such set or part.
             DataError: A file, such as the detector's weights, is missing or broken.
         """
-        return SensorAttackGame(self.parts, contested=self.contested)
+        return SensorAttackGame(self.parts)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -136,9 +144,8 @@ class SensorAttackEnv(DrawnEnv[Observation]):
         self._done = np.clip(tampering.action, -1.0, 1.0)
         self._last = self.game.query(situation, tampering.frame)
         self._spent += 1
-        # An attack counts where a safe drive becomes unsafe, without an alarm.
-        was_safe, is_safe = situation.unattacked.drive.record.safe, self._last.drive.record.safe
-        success = was_safe and not is_safe and not self._last.report.alarm
+        # An attack counts where a safe drive becomes unsafe, in spite of the validator.
+        success = situation.unattacked.drive.record.safe and self.game.harms(self._last)
         self.shown()
         return (
             self._observe(),
@@ -180,14 +187,12 @@ class SensorAttackEnv(DrawnEnv[Observation]):
         return self._last or self.situation.unattacked
 
     def _observe(self) -> Observation:
-        vector = np.concatenate([self.known(), self._done]).astype(np.float32)
-        if not self.image:
-            return vector
-        import cv2
-
-        image = self.situation.unattacked.frame.image()
-        small = cv2.resize(image, THUMBNAIL[::-1], interpolation=cv2.INTER_AREA)
-        return {"features": vector, "image": small.astype(np.uint8)}
+        seen: dict[str, NDArray[Any]] = {}
+        if self.observation != IMAGES:
+            seen[FEATURES] = np.concatenate([self.known(), self._done]).astype(np.float32)
+        if self.observation != FEATURES:
+            seen[IMAGES] = thumbnail(self.situation.unattacked.frame.image(LEFT))
+        return seen if self.observation == BOTH else seen[self.observation]
 
     def _info(self, facts: dict[str, float], success: bool) -> dict[str, Any]:
         scene, believed = self.situation.scene, self._look.perception.believed
@@ -200,5 +205,6 @@ class SensorAttackEnv(DrawnEnv[Observation]):
             "objects": len(obstacles),
             "found": int((best_scores(obstacles, believed) > 0).sum()),
             "ghosts": len(ghosts_among(obstacles, believed)),
+            "alarm": self._look.report.alarm,
             **facts,
         }

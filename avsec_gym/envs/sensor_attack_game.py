@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from avsec_gym.attacks.attack import quantised
-from avsec_gym.boxes import Boxes3D
 from avsec_gym.envs.one_thread import one_thread
 from avsec_gym.envs.parts import Parts
 from avsec_gym.envs.reset_options import reset_options
@@ -29,7 +28,11 @@ class Look:
     """What its sensors deliver; images have whole grey levels."""
     perception: Perception
     drive: Episode
-    report: ValidatorReport
+
+    @property
+    def report(self) -> ValidatorReport:
+        """What the validator reports of the frame."""
+        return ValidatorReport.of(self.perception.validation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,29 +48,22 @@ class Situation:
 class SensorAttackGame:
     """Scenes with sensor data, and the car that drives through them.
 
-    What the car sees and does without an attack is computed once for each scene, and kept.  The
-    validator only reports whether it detects an attack: the car drives on.
+    What the car sees and does without an attack is computed once for each scene, and kept.
 
     Args:
         parts: The scenes and the parts of the victim.
-        contested: Draw only situations that are unsafe for a car which sees no object at all: in
-            all others, to hide objects changes nothing.
 
     Raises:
         ConfigurationError: Arguments of a part do not fit, or no scene is left to be played.
         DataError: A file is missing or broken.
     """
 
-    def __init__(self, parts: Parts, *, contested: bool = False) -> None:
-        self.pipeline = parts.pipeline()
-        self.validator, self.scenes = parts.validator_and_scenes()
-        self.contested = contested
+    def __init__(self, parts: Parts) -> None:
+        self.pipeline, self.scenes = parts.car()
         self._labelled = {scene.id: scene for scene in self.scenes.scenes.labelled}
         self._ids = list(self._labelled)
         self._perceptions: dict[str, Perception] = {}
-        self._reports: dict[str, ValidatorReport] = {}
         self._drives: dict[tuple[str, Intention], Episode] = {}
-        self._blind_safe: dict[tuple[str, Intention], bool] = {}
 
     def draw(self, random: np.random.Generator, options: Mapping[str, Any] | None) -> Situation:
         """A situation that is worth an attack, or the one that options ask for.
@@ -83,18 +79,18 @@ class SensorAttackGame:
             scene = self._named(str(options["scenario"]))
             return self.situation(scene, intentions[int(random.integers(len(intentions)))])
         # All situations in a random order: the first one that fits is drawn.
-        every = [(id, intention) for id in self._ids for intention in intentions]
+        plays = self.scenes.scenes.plays
+        every = [(id, way) for id in self._ids for way in intentions if plays(id, way)]
         for k in random.permutation(len(every)):
             scene, intention = self._labelled[every[k][0]], every[k][1]
-            if self.contested and not self.is_contested(scene, intention):
-                continue
             situation = self.situation(scene, intention)
             unattacked = situation.unattacked
             if unattacked.drive.record.safe and not unattacked.report.alarm:
                 return situation
+        quietly = " and without an alarm" if self.pipeline.validator is not None else ""
         raise ConfigurationError(
-            f"no scene of {self.scenes.scenes.name} is driven safely"
-            f"{' and without an alarm' * (self.validator is not None)} while there is no attack:"
+            f"no scene of {self.scenes.scenes.name} is driven safely{quietly} while there is no"
+            " attack:"
             " nothing to attack (is the detector trained, and its score threshold right?)"
         )
 
@@ -103,27 +99,29 @@ class SensorAttackGame:
         frame = self.scenes.frame(scene)
         if scene.id not in self._perceptions:
             self._perceptions[scene.id] = self._perceived(frame)
-            self._reports[scene.id] = ValidatorReport.of(self.validator, frame)
         perception, key = self._perceptions[scene.id], (scene.id, intention)
         if key not in self._drives:
             self._drives[key] = self.pipeline.run_episode(scene, perception, intention)
-        report = self._reports[scene.id]
-        return Situation(scene, intention, Look(frame, perception, self._drives[key], report))
+        return Situation(scene, intention, Look(frame, perception, self._drives[key]))
 
     def query(self, situation: Situation, frame: SensorFrame) -> Look:
         """Let the car see a frame and drive; images are rounded to whole grey levels first."""
         frame = quantised(frame)
         perception = self._perceived(frame)
         drive = self.pipeline.run_episode(situation.scene, perception, situation.intention)
-        return Look(frame, perception, drive, ValidatorReport.of(self.validator, frame))
+        return Look(frame, perception, drive)
 
-    def is_contested(self, scene: Scene, intention: Intention) -> bool:
-        """Whether a car that sees nothing drives unsafely, so that hiding objects may matter."""
-        key = (scene.id, intention)
-        if key not in self._blind_safe:
-            nothing = Perception(Boxes3D.empty(), Boxes3D.empty(), None)
-            self._blind_safe[key] = self.pipeline.run_episode(scene, nothing, intention).record.safe
-        return not self._blind_safe[key]
+    def harms(self, look: Look) -> bool:
+        """Whether a drive is unsafe in spite of the validator.
+
+        A car that stops at an alarm and touches nothing came to no harm; for one that drives on
+        (`response` None), an alarm is what it asks for.
+        """
+        if look.drive.record.safe:
+            return False
+        if self.pipeline.response is None:
+            return not look.report.alarm
+        return look.drive.record.collision or not look.perception.stops
 
     def _perceived(self, frame: SensorFrame) -> Perception:
         with one_thread():
@@ -131,7 +129,9 @@ class SensorAttackGame:
 
     def _named(self, id: str) -> Scene:
         if id not in self._labelled:
-            measured_on = "" if self.validator is None else ", other than those of thresholds"
+            measured_on = (
+                "" if self.pipeline.validator is None else ", other than those of thresholds"
+            )
             raise ConfigurationError(
                 f"{self.scenes.scenes.name} has no scene {id!r} to play{measured_on}; the first is "
                 f"{self._ids[0]!r}"

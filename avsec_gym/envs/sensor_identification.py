@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
@@ -12,32 +10,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.argument_checks import number, shown, whole_number
+from avsec_gym.attacks.optical_attack import OpticalAttack
 from avsec_gym.attacks.sensor_combination import attack_cases, thesis_attack
 from avsec_gym.envs.actions import checked_flags
+from avsec_gym.envs.identification_frames import (
+    PlayedFrame,
+    played_frames,
+    usual_sensors,
+)
 from avsec_gym.envs.info import drive_info
+from avsec_gym.envs.one_thread import one_thread
+from avsec_gym.envs.parts import parts_of, takes_parts
 from avsec_gym.envs.rendering import DrawnEnv
 from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
-from avsec_gym.kitti.raw import KittiRaw
+from avsec_gym.pipeline import Episode, Pipeline
+from avsec_gym.registry import Kind
 from avsec_gym.scenario.intention import Intention, intentions_named
-from avsec_gym.sensor_system import KITTI_SYSTEM, Sensor, SensorSystem
-from avsec_gym.storage.regular_files import is_folder
-from avsec_gym.suggestions import unknown_name
-from avsec_gym.unknown_source import unknown_source
+from avsec_gym.sensor_system import Sensor, SensorSystem
 from avsec_gym.validation.evidence.disparity_error import DisparityErrors
 from avsec_gym.validation.evidence.disparity_maps import DisparityMaps
 from avsec_gym.validation.evidence.evidence import evidence_scopes, gather_evidence
 from avsec_gym.validation.evidence.pair_depth import PairDepth
-from avsec_gym.validation.recordings import RecordedFrame, raw_recordings
 from avsec_gym.validation.state_posterior import SensorStatus
 from avsec_gym.validation.validator import Validation
 
 Observation = NDArray[np.float32]
-_ARGUMENTS = ("source", "first", "count")
-"""Of what is played."""
+_THESIS = "thesis"
+"""The default attack, on sensors that are drawn."""
 
 
+@takes_parts(
+    Kind.VALIDATOR,
+    refused={
+        "validator": "the agent plays it",
+        "clean": "no thresholds are measured; `unattacked` is the share of episodes without an "
+        "attack",
+    },
+    scenarios="raw",
+    attack=_THESIS,
+)
 class SensorIdentificationEnv(DrawnEnv[Observation]):
     """Name the sensors of a car that are attacked, from how far they contradict each other.
 
@@ -96,47 +109,51 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
 
     def __init__(
         self,
-        scenarios: Any = "raw",
-        sensors: tuple[Sensor, ...] = KITTI_SYSTEM.sensors,
+        *,
+        sensors: tuple[Sensor, ...] | None = None,
         depth: Any = "sgbm",
-        clean: float = 0.5,
+        unattacked: float = 0.5,
         most: int | None = None,
         render_mode: str | None = None,
+        **parts: Any,
     ) -> None:
         super().__init__(render_mode)
-        self.system, self.depth = SensorSystem(sensors), PairDepth(depth)
+        # The thesis' attacks are drawn for each episode; any other one is made now.
+        self._drawn = parts.get("attack", _THESIS) == _THESIS
+        self.parts = parts_of(self, {**parts, "attack": None} if self._drawn else parts)
+        self._attack = _optical(self.parts.attack)
+        usual = usual_sensors(self.parts.scenarios)
+        self.system = SensorSystem(usual if sensors is None else sensors)
+        self.depth = PairDepth(depth)
         count = len(self.system)
         most = max(1, count - 3) if most is None else whole_number("most", most, 1, count)
-        self.clean, self.cases = number("clean", clean, 0.0, 1.0), attack_cases(self.system, most)
-        self._played = _played(scenarios)
+        self.unattacked = number("unattacked", unattacked, 0.0, 1.0)
+        self.cases = attack_cases(self.system, most)
         size = len(evidence_scopes(self.system))
         self.observation_space = gym.spaces.Box(0.0, 1.0, (size,), np.float32)
         self.action_space = gym.spaces.MultiBinary(count)  # type: ignore[assignment]
-        self._recorded: RecordedFrame | None = None
+        self._played: PlayedFrame | None = None
         self._intention = Intention.STRAIGHT
         self._frame: SensorFrame | None = None
         self._errors: DisparityErrors | None = None
         self._attacked = np.zeros(count, bool)
         self._named: NDArray[np.bool_] | None = None
+        self._drive: Episode | None = None
 
     @cached_property
-    def frames(self) -> tuple[RecordedFrame, ...]:
-        """The recorded frames that are played, without an attack.
+    def frames(self) -> tuple[PlayedFrame, ...]:
+        """The frames that are played, without an attack; see `played_frames`."""
+        return played_frames(self.parts.scenarios, self.system.sensors)
+
+    @cached_property
+    def pipeline(self) -> Pipeline:
+        """The car, in which the agent stands for the validator.
 
         Raises:
-            ConfigurationError: There are fewer frames than `first` leaves out.
-            DataError: There is none, or it lacks a sensor.
+            ConfigurationError: Arguments of a part do not fit.
+            DataError: A file, such as the detector's weights, is missing or broken.
         """
-        source, first, count = self._played
-        if source == "raw":
-            from avsec_gym.world.export import default_suite
-
-            source = default_suite("raw")
-        every = raw_recordings(source, self.system.sensors).frames
-        chosen = every[first:][:count]
-        if not chosen:
-            raise ConfigurationError(f"of {len(every)} frames, none is left from {first} on")
-        return chosen
+        return self.parts.car(Named(self.system))[0]
 
     @property
     def frame(self) -> SensorFrame:
@@ -157,23 +174,28 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         options = reset_options(options, "attacked")
         random, intentions = self.np_random, intentions_named(options.get("intention"))
         self._intention = intentions[int(random.integers(len(intentions)))]
-        self._recorded = self._picked(options.get("scenario"))
+        self._played = self._picked(options.get("scenario"))
         drawn = self.cases[int(random.integers(len(self.cases)))]
-        attacked = drawn if random.random() >= self.clean else ()
+        attacked = drawn if random.random() >= self.unattacked else ()
         if "attacked" in options:
             attacked = self._chosen(options["attacked"])
-        self._attacked = np.array([sensor in attacked for sensor in self.system.sensors])
-        attack = thesis_attack(attacked, self.system.reference)
-        self._frame = attack.attack(self._recorded.frame(), int(random.integers(2**31))).frame
+        seed = int(random.integers(2**31))
+        tampered = self._attack_on(attacked).attack(self._played.frame(), seed)
+        self._frame = tampered.frame
+        self._attacked = np.array([s in tampered.attacked for s in self.system.sensors])
         self._errors = DisparityErrors(DisparityMaps(self._frame, self.system, self.depth))
-        self._named = None
+        self._named = self._drive = None
         self.shown()
         return self._observe(), self._info()
 
     def step(self, action: NDArray[Any]) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Compare with what was attacked; the episode is over."""
-        _ = self.frame
+        """Compare with what was attacked, and let the car drive; the episode is over."""
+        frame = self.frame
         self._named = checked_flags(action, len(self.system))
+        if self._played is not None and (scene := self._played.scene) is not None:
+            with one_thread():
+                perception = self.pipeline.perceive(frame, self._validation())
+            self._drive = self.pipeline.run_episode(scene, perception, self._intention)
         self.shown()
         info = self._info()
         return self._observe(), float(info["is_success"]), True, False, info
@@ -185,20 +207,30 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         from avsec_gym.drawing.scenario_picture import picture_array
         from avsec_gym.drawing.validation_picture import draw_validation
 
-        flags = np.zeros(len(self.system), bool) if self._named is None else self._named
-        status = [SensorStatus.ATTACKED if flag else SensorStatus.SOUND for flag in flags]
-        if self._named is None:
-            status = [SensorStatus.CANNOT_TELL] * len(status)
-        of_sensors = dict(zip(self.system.sensors, status, strict=True))
-        validation = Validation(bool(flags.any()), of_sensors, self._errors)
-        return picture_array(draw_validation(validation))
+        return picture_array(draw_validation(self._validation()))
 
-    def _picked(self, id: Any) -> RecordedFrame:
+    def _validation(self) -> Validation:
+        """The answer of the agent as a validator's; before it, no sensor's status is known."""
+        assert self._errors is not None
+        status = [SensorStatus.CANNOT_TELL] * len(self.system)
+        if self._named is not None:
+            status = [SensorStatus.ATTACKED if flag else SensorStatus.SOUND for flag in self._named]
+        alarm = self._named is not None and bool(self._named.any())
+        of_sensors = dict(zip(self.system.sensors, status, strict=True))
+        return Validation(alarm, of_sensors, self._errors)
+
+    def _attack_on(self, sensors: tuple[Sensor, ...]) -> OpticalAttack:
+        """The attack of an episode: the thesis' on these sensors, or the one that was named."""
+        if self._drawn or self._attack is None or not sensors:
+            return thesis_attack(sensors if self._drawn else (), self.system.reference)
+        return self._attack
+
+    def _picked(self, id: Any) -> PlayedFrame:
         if id is None:
             return self.frames[int(self.np_random.integers(len(self.frames)))]
-        for recorded in self.frames:
-            if recorded.id == str(id):
-                return recorded
+        for played in self.frames:
+            if played.id == str(id):
+                return played
         raise ConfigurationError(f"there is no frame {id!r}; the first is {self.frames[0].id!r}")
 
     def _chosen(self, attacked: Any) -> tuple[Sensor, ...]:
@@ -209,23 +241,34 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
                 f"attacked is a list of sensors, such as [{known[-1]!r}], of "
                 f"{', '.join(map(str, known))}, got {shown(attacked)}"
             )
+        if not self._drawn and attacked and set(attacked) != self._fixed_sensors:
+            raise ConfigurationError(
+                f"the attack that was named is one on {sorted(map(str, self._fixed_sensors))}, got "
+                f"attacked={shown(attacked)}: give these, or []"
+            )
         return tuple(attacked)
+
+    @property
+    def _fixed_sensors(self) -> frozenset[Sensor]:
+        """Those that an attack attacks which is not drawn."""
+        return frozenset() if self._attack is None else self._attack.sensors
 
     def _observe(self) -> Observation:
         assert self._errors is not None
         return gather_evidence(self._errors, threads=1).astype(np.float32)
 
     def _info(self) -> dict[str, Any]:
-        assert self._recorded is not None
+        assert self._played is not None
         over, named = self._named is not None, self._named
         named = np.zeros_like(self._attacked) if named is None else named
         attacked = self._attacked & over
-        drive = drive_info(None, self._recorded.id, self._intention)
+        drive = drive_info(self._drive, self._played.id, self._intention)
+        if self._played.scene is None:
+            # Not nan, which Gymnasium's checker takes for another value every time.
+            drive |= dict.fromkeys(("cost", "path_length", "smallest_distance", "cost_sm1"), 0.0)
+            drive["outcome"] = "unplanned" if over else drive["outcome"]
         return {
             **drive,
-            # Not nan, which Gymnasium's checker takes for another value every time.
-            **dict.fromkeys(("cost", "path_length", "smallest_distance", "cost_sm1"), 0.0),
-            "outcome": "unplanned" if over else drive["outcome"],
             "is_success": over and bool((named == attacked).all()),
             "attacked": self._listed(attacked),
             "named": self._listed(named),
@@ -240,28 +283,32 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
         )
 
 
-def _played(what: Any) -> tuple[str | Path, int, int | None]:
-    """Where the frames are, from which one on, and how many; none is read.
+class Named:
+    """The agent in the validator's place, whose answer the environment hands to the pipeline.
+
+    Args:
+        system: The sensors that it judges.
+    """
+
+    name = "agent"
+
+    def __init__(self, system: SensorSystem) -> None:
+        self.system = system
+
+    def validate(self, frame: SensorFrame) -> Validation:
+        """Not asked for: an agent answers before the car drives."""
+        raise NotImplementedError("the agent's answer is handed to `Pipeline.perceive`")
+
+
+def _optical(attack: Any) -> OpticalAttack | None:
+    """The attack that was named.
 
     Raises:
-        ConfigurationError: The arguments name no recording.
-        DataError: There is no such folder, or it has another layout.
+        ConfigurationError: It attacks pixels, so that no sensor is attacked or sound.
     """
-    given = what if isinstance(what, Mapping) else {"source": what}
-    for name in given:
-        if name not in _ARGUMENTS:
-            problem = f"frames are named by source, first and count, not by {shown(name)}"
-            raise ConfigurationError(unknown_name(problem, str(name), _ARGUMENTS))
-    first = whole_number("first", given.get("first", 0), 0)
-    count = None if given.get("count") is None else whole_number("count", given["count"], 1)
-    source = given.get("source", "raw")
-    if not isinstance(source, str | Path):
-        raise ConfigurationError(
-            f"scenarios are a folder in KITTI's raw layout, or 'raw', got {shown(source)}"
-        )
-    if source != "raw":
-        if not is_folder(source):
-            expected = "Name a folder in KITTI's raw layout, or 'raw'."
-            raise unknown_source(str(source), ["raw"], expected)
-        KittiRaw(source)  # Refuses a folder of another layout.
-    return source, first, count
+    if attack is None or isinstance(attack, OpticalAttack):
+        return attack
+    raise ConfigurationError(
+        f"a validator names the sensors that are attacked with light, and {attack.name!r} changes "
+        'what a detector sees: give an optical attack, such as {"name": "facula", "camera": 2}'
+    )

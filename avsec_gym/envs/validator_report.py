@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import Floats
 
 if TYPE_CHECKING:  # OpenCV is loaded with the validator, not before.
-    from avsec_gym.validation.validator import Validator
+    from avsec_gym.validation.validator import Validation
 
 MEASURES = ("error", "hole_share", "densest", "brightness")
 """See `avsec_gym.validation.evidence.disparity_error.DisparityError`."""
@@ -31,12 +30,11 @@ class ValidatorReport:
     shares: Floats
 
     @classmethod
-    def of(cls, validator: Validator | None, frame: SensorFrame) -> ValidatorReport:
-        """The report on a frame; without a validator there is no alarm, and all shares are 0."""
+    def of(cls, validation: Validation | None) -> ValidatorReport:
+        """The report; without a validator there is no alarm, and all shares are 0."""
         nothing = np.zeros(len(MEASURES))
-        if validator is None:
+        if validation is None:
             return cls(False, nothing)
-        validation = validator.validate(frame)
         known = [validation.errors[triple].shares for triple in validation.errors.known]
         return cls(validation.alarm, np.max([nothing, *known], axis=0))
 

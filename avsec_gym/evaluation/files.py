@@ -26,7 +26,7 @@ def write_records(result: DrivingSafety, path: Path) -> None:
     writer = csv.writer(text)
     writer.writerow(["planner", "input", "group", *SafetyRecord.__dataclass_fields__])
     for cell, records in result.records.items():
-        for scene, record in zip(result.scenes.scenes, records, strict=True):
+        for scene, record in zip(result.scenes.driven(cell.intention), records, strict=True):
             writer.writerow([cell.planner, cell.input, scene.group, *record.to_json().values()])
     write_text(path, text.getvalue(), overwrite=True)
 
@@ -58,7 +58,7 @@ def write_pictures(
             flips = result.flips(cell.planner, cell.intention)
             wanted += [(scene, cell.planner, cell.intention) for scene, _, _ in flips]
         elif detected is None:
-            pairs = zip(result.scenes.scenes, records, strict=True)
+            pairs = zip(result.scenes.driven(cell.intention), records, strict=True)
             wanted += [(s, cell.planner, cell.intention) for s, r in pairs if not r.safe]
     spread = max(1, -(-len(wanted) // most)) if most else 1
     chosen = wanted[::spread][:most]

@@ -90,7 +90,7 @@ class DrivingSafety:
         self, cell: RatesKey, keep: Callable[[AnyScene], bool] = lambda scene: True
     ) -> SafetyRates:
         """The rates of one row, over the scenes that are kept."""
-        pairs = zip(self.scenes.scenes, self.records[cell], strict=True)
+        pairs = zip(self.scenes.driven(cell.intention), self.records[cell], strict=True)
         return SafetyRates.of(record for scene, record in pairs if keep(scene))
 
     def flips(
@@ -101,7 +101,7 @@ class DrivingSafety:
         detected = self.records[RatesKey(planner, intention, DETECTIONS)]
         return [
             (scene, one, two)
-            for scene, one, two in zip(self.scenes.scenes, truth, detected, strict=True)
+            for scene, one, two in zip(self.scenes.driven(intention), truth, detected, strict=True)
             if one.safe and not two.safe
         ]
 
@@ -208,7 +208,7 @@ def driving_safety(
     # Given scenes have a goal of their own: there is one way to go.
     ways = [AS_GIVEN] if given else [str(intention) for intention in intentions]
     records: dict[RatesKey, list[SafetyRecord]] = {}
-    total = len(scenes) * len(planners) * len(ways) * len(inputs)
+    total = sum(len(scenes.driven(way)) for way in ways) * len(planners) * len(inputs)
     planner_of = _searching if planner_of is None else planner_of
     for name_of_planner in planners:
         planner = planner_of(name_of_planner)
@@ -217,7 +217,7 @@ def driving_safety(
             for name, boxes, motion in inputs:
                 cell = RatesKey(str(name_of_planner), way, name)
                 records[cell] = []
-                for record in _drives(scenes.scenes, planner, intention, boxes, motion):
+                for record in _drives(scenes.driven(way), planner, intention, boxes, motion):
                     records[cell].append(record)
                     on_progress(sum(map(len, records.values())), total)
     settings: dict[str, Any] = {"motion": {GROUND_TRUTH: str(truth_motion)}}
@@ -247,7 +247,7 @@ def threshold_sweep(
             "intention": str(intention),
             **SafetyRates.of(
                 _drives(
-                    scenes.scenes,
+                    scenes.driven(str(intention)),
                     driver,
                     intention,
                     detected.kept(threshold),

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,12 @@ from avsec_gym.kitti.map_files import read_disparity
 from avsec_gym.scenario.label_list import ROAD_TYPES, read_label_list
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.scene_arguments import scene_arguments
-from avsec_gym.scenario.scene_sets import SceneSet, labelled_scenarios, labelled_scene
+from avsec_gym.scenario.scene_sets import (
+    MIXED_CONTESTED,
+    SceneSet,
+    labelled_scenarios,
+    labelled_scene,
+)
 from avsec_gym.storage.regular_files import is_folder
 from avsec_gym.suggestions import unknown_name
 from avsec_gym.unknown_source import unknown_source
@@ -32,6 +38,7 @@ from avsec_gym.unknown_source import unknown_source
 _SPLITS = ("train", "val", "trainval")
 SUITES = ("street", "highway", "mixed")
 """Names of the procedural world's own."""
+_CONTESTED = "avsec_gym.evaluation.contested"
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,20 +89,23 @@ def frame_scenes(
     split: str | None = None,
     count: int | None = None,
     seed: int = 0,
+    contested: bool = False,
 ) -> FrameScenes:
     """Labelled stereo frames as scenes.
 
     Args:
         source: ``mixed``, ``street`` or ``highway``: the default suite of that name, made in the
-            cache on first use; or one folder or several in KITTI's object layout.
+            cache on first use; ``mixed_contested``: one of contested scenes; or one folder or
+            several in KITTI's object layout.
         scenarios: The authors' labelled scenarios; those with a frame in a source are the scenes,
             as their own labels and flags state.
         split: Name of a split, such as ``val``; all frames with labels and both images if None.
         count: Largest number of scenes.
         seed: Seed of the speeds of moving objects.
+        contested: Whether only contested scenes are taken; see `avsec_gym.evaluation.contested`.
 
     Raises:
-        ConfigurationError: A source is a mistyped name.
+        ConfigurationError: A source is a mistyped name, or no scene is contested.
         DataError: A folder or file is missing or broken, or there is no frame with labels and both
             images.
     """
@@ -109,7 +119,11 @@ def frame_scenes(
             path=Path(str(sources[0])),
             remedy="label_2/, image_2/ and image_3/ need files of the same names.",
         )
-    scenes = _given(scenarios, data, seed) if scenarios else _labelled(sources, data, count, seed)
+    contested = contested or MIXED_CONTESTED in map(str, sources)
+    first = None if contested else count
+    scenes = _given(scenarios, data, seed) if scenarios else _labelled(sources, data, first, seed)
+    if contested:  # Which drives, and stands on a higher floor.
+        scenes = import_module(_CONTESTED).contested(scenes)
     return FrameScenes(scenes.limited(count), data)
 
 
@@ -151,7 +165,7 @@ def check_frame_scenes(what: Any) -> None:
             remedy="Name the folder of the labelled scenarios.",
         )
     for each in source if isinstance(source, tuple) else [source]:
-        if str(each) not in SUITES:
+        if str(each) not in (*SUITES, MIXED_CONTESTED):
             data = _data(str(each))
             _ = split is None or data.ids(split)  # Which looks into the list of them only.
         elif split not in (None, *_SPLITS):
@@ -207,11 +221,14 @@ def _data(source: str | Path) -> KittiObject:
         from avsec_gym.world.export import world_frames
 
         return world_frames(str(source))
+    if str(source) == MIXED_CONTESTED:
+        return KittiObject(import_module(_CONTESTED).contested_frames())
     if not is_folder(source):
+        suites = (*SUITES, MIXED_CONTESTED)
         raise unknown_source(
             str(source),
-            SUITES,
+            suites,
             "Name a folder in KITTI's object layout with labels and both images, or a default"
-            f" suite ({', '.join(SUITES)}).",
+            f" suite ({', '.join(suites)}).",
         )
     return KittiObject(source)

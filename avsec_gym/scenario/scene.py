@@ -59,8 +59,7 @@ class Motion(StrEnum):
         if motion == cls.CLASSIFIER:
             raise ConfigurationError(
                 f'motion="{motion}" is what a classifier decides for each box; none is here: '
-                f'use "{cls.STATIC}" or "{cls.TRUTH}"; '
-                'avsec_gym.pipeline.Pipeline(..., classifier="small") has one'
+                f'use "{cls.STATIC}" or "{cls.TRUTH}", or classifier="small" where there are images'
             )
         return motion
 

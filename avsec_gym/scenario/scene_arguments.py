@@ -7,7 +7,7 @@ from inspect import Parameter, signature
 from pathlib import Path
 from typing import Any
 
-from avsec_gym.argument_checks import shown, whole_number
+from avsec_gym.argument_checks import flag, shown, whole_number
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.suggestions import unknown_name
 
@@ -20,7 +20,8 @@ def scene_arguments(what: Any, function: Callable[..., Any]) -> dict[str, Any]:
 
     Args:
         what: The function's first argument, or a dictionary of all that are named.
-        function: Takes names, paths, or lists of them; and a ``count`` and a ``seed``.
+        function: Takes names, paths, or lists of them; and a ``count``, a ``seed`` and a
+            flag ``contested``.
 
     Raises:
         ConfigurationError: These are no such arguments.
@@ -52,6 +53,8 @@ def _checked(parameter: Parameter, value: Any) -> Any:
         return whole_number(name, value, 1, MOST_SCENES)
     if name == "seed":
         return whole_number(name, value, 0)
+    if name == "contested":
+        return flag(name, value)
     if isinstance(value, str | Path):
         return str(value)
     several = "Sequence" in str(parameter.annotation) and isinstance(value, list | tuple)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -14,12 +16,13 @@ from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.kitti.label_folders import frame_ids, other_names
 from avsec_gym.kitti.labels import DONT_CARE, read_labels
 from avsec_gym.road_type import RoadType
-from avsec_gym.scenario.given_scene import GivenScene
+from avsec_gym.scenario.given_scene import AS_GIVEN, GivenScene
+from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.moving_flags import flagged
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.storage.regular_files import is_file, is_folder
 from avsec_gym.unknown_source import unknown_source
-from avsec_gym.world.layouts import generate_layouts
+from avsec_gym.world.layouts import SceneLayout, generate_layouts
 
 STATIC_STREET, DYNAMIC_STREET, DYNAMIC_HIGHWAY, WITHOUT_CARS = (
     "static street",
@@ -31,6 +34,8 @@ STATIC_STREET, DYNAMIC_STREET, DYNAMIC_HIGHWAY, WITHOUT_CARS = (
 
 LAYOUTS = "layouts"
 """Names the procedural ones."""
+MIXED_CONTESTED, KITTI_CONTESTED = "mixed_contested", "kitti_contested"
+"""Name those in which it matters what a car sees: procedural ones, and those of a user's labels."""
 
 _PARTS = (
     ("static_label", None, STATIC_STREET, RoadType.STREET),
@@ -49,6 +54,22 @@ class SceneSet:
     remarks: tuple[str, ...] = ()
     skipped: int = 0
     """Files that were left out because they are broken; each has its remark."""
+    intentions: Mapping[str, frozenset[Intention]] | None = None
+    """The driving intentions that count in each scene, by its id; None: all."""
+
+    def plays(self, id: str, intention: Intention) -> bool:
+        """Whether an intention counts in a scene."""
+        return self.intentions is None or intention in self.intentions[id]
+
+    def driven(self, way: str) -> tuple[Scene | GivenScene, ...]:
+        """The scenes that are driven with an intention, or with the goals that they give.
+
+        Args:
+            way: An intention, or `AS_GIVEN`.
+        """
+        if self.intentions is None or way == AS_GIVEN:
+            return self.scenes
+        return tuple(scene for scene in self.scenes if self.plays(scene.id, Intention(way)))
 
     def __len__(self) -> int:
         return len(self.scenes)
@@ -173,19 +194,24 @@ def label_folder(
 
 def procedural_scenes(count: int = 200, *, seed: int = 0) -> SceneSet:
     """The embedded default: seeded KITTI-like layouts, streets and highways."""
-    return SceneSet(
-        f"layouts-{seed}",
-        tuple(
-            Scene(
-                layout.id,
-                layout.boxes,
-                layout.road_type,
-                seed=seed,
-                number=layout.index,
-                group=str(layout.road_type),
-            )
-            for layout in generate_layouts(count, seed)
-        ),
+    scenes = tuple(scene_of_layout(layout, seed) for layout in generate_layouts(count, seed))
+    return SceneSet(f"layouts-{seed}", scenes)
+
+
+def scene_of_layout(layout: SceneLayout, seed: int = 0) -> Scene:
+    """The scene that a procedural layout is.
+
+    Args:
+        layout: The layout.
+        seed: Seed of the speeds of moving objects.
+    """
+    return Scene(
+        layout.id,
+        layout.boxes,
+        layout.road_type,
+        seed=seed,
+        number=layout.index,
+        group=str(layout.road_type),
     )
 
 
@@ -222,23 +248,44 @@ def commonroad_folder(folder: str | Path) -> SceneSet:
 
 
 def scene_set(
-    name: str | Path, *, kitti: str | Path | None = None, seed: int = 0, count: int | None = None
+    name: str | Path,
+    *,
+    kitti: str | Path | None = None,
+    seed: int = 0,
+    count: int | None = None,
+    contested: bool = False,
 ) -> SceneSet:
     """The set that a name or a folder stands for.
 
     Args:
-        name: ``layouts``; a folder of the labelled scenarios; a folder of label files (with flags
-            in a folder ``flags`` inside or beside it); a folder of CommonRoad files; or a text
-            file with one frame id a line, of the KITTI root.
-        kitti: Root of the KITTI object data, for a list of ids.
+        name: ``layouts``; ``mixed_contested``, contested layouts; a folder of the labelled
+            scenarios; a folder of label files (with flags in a folder ``flags`` inside or beside
+            it), or of KITTI's object data; ``kitti_contested``, the contested ones of the folder
+            `kitti`; a folder of CommonRoad files; or a text file with one frame id a line, of the
+            KITTI root.
+        kitti: Root of the KITTI object data, for a list of ids; any folder of labels, for
+            ``kitti_contested``.
         seed: Seed of speeds and layouts.
-        count: Number of scenes; None: all (200 layouts).
+        count: Number of scenes; None: all (200 layouts, 100 contested ones).
+        contested: Whether only contested scenes are taken; see `avsec_gym.evaluation.contested`.
 
     Raises:
         ConfigurationError: The name is mistyped, or a list of ids lacks its KITTI root.
         DataError: A folder or file is missing or broken.
     """
     path = Path(name)
+    if str(name) == MIXED_CONTESTED or (contested and str(name) == LAYOUTS):
+        made: SceneSet = _contested_scenes("contested_layouts")(count, seed=seed)
+        return made
+    if contested or str(name) == KITTI_CONTESTED:
+        if not contested and kitti is None:
+            raise ConfigurationError(
+                f"{KITTI_CONTESTED} are the contested ones of the labels in a folder: name it with "
+                "--kitti, or as kitti, such as the folder of the labelled scenarios"
+            )
+        folder = name if contested or kitti is None else kitti
+        chosen: SceneSet = _contested_scenes("contested")(scene_set(folder, seed=seed))
+        return chosen.limited(count)
     if str(name) == LAYOUTS:
         return procedural_scenes(200 if count is None else count, seed=seed)
     if is_file(path) and kitti is not None:
@@ -253,19 +300,25 @@ def scene_set(
             )
         raise unknown_source(
             str(name),
-            [LAYOUTS],
-            "Name a folder of labels or of CommonRoad files, a list of frame ids beside --kitti, or"
-            f" {LAYOUTS!r}.",
+            [LAYOUTS, MIXED_CONTESTED, KITTI_CONTESTED],
+            "Name a folder of labels or of CommonRoad files, a list of frame ids beside --kitti, "
+            f"{LAYOUTS!r}, {MIXED_CONTESTED!r} or {KITTI_CONTESTED!r}.",
         )
     if any(is_folder(path / part[0]) for part in _PARTS):
         return labelled_scenarios(path, seed=seed).limited(count)
     if any(path.glob("*.xml")):
         return commonroad_folder(path).limited(count)
-    labels = next((path / sub for sub in ("label_2", "labels") if is_folder(path / sub)), path)
+    inside = ("label_2", "labels", "training/label_2")
+    labels = next((path / sub for sub in inside if is_folder(path / sub)), path)
     flags = next(
         (f for f in (path / "flags", path.parent / "flags") if is_folder(f) and f != labels), None
     )
     return label_folder(labels, flags=flags, seed=seed).limited(count)
+
+
+def _contested_scenes(name: str) -> Any:
+    """A function of `avsec_gym.evaluation.contested`: it drives, which stands on a higher floor."""
+    return getattr(import_module("avsec_gym.evaluation.contested"), name)
 
 
 def kitti_scenes(data: object, ids: Sequence[str], *, seed: int = 0) -> SceneSet:

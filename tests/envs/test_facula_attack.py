@@ -170,7 +170,7 @@ def test_thresholds_come_from_the_clean_scenes_and_judge_as_the_validator_does()
     assert [scene.id for scene in played.scenes.scenes] == ["000003", "000004", "000005"]
     with pytest.raises(ConfigurationError, match=r"none is left to be played.*`clean`"):
         validator_and_played(thresholds, first, scenes)
-    clean = [validator_report.ValidatorReport.of(validator, frame) for frame in frames]
+    clean = [validator_report.ValidatorReport.of(validator.validate(frame)) for frame in frames]
     assert not any(report.alarm for report in clean)
     direct = [DisparityErrors(DisparityMaps(f, LIDAR_AND_TWO_CAMERAS))[0, 1, 2] for f in frames]
     for report, expected in zip(clean, direct, strict=True):
@@ -178,9 +178,10 @@ def test_thresholds_come_from_the_clean_scenes_and_judge_as_the_validator_does()
     for measure, threshold in zip(MEASURES, validator._chosen[0, 1, 2].shares, strict=True):
         assert threshold == max(getattr(found, measure) for found in direct)
     blinding = Facula(3, 375.0, (600.0 / 3, 60.0), strength=5000.0)
-    assert validator_report.ValidatorReport.of(validator, blinding.attack(frames[0]).frame).alarm
+    blinded = validator.validate(blinding.attack(frames[0]).frame)
+    assert validator_report.ValidatorReport.of(blinded).alarm
     assert validator_and_played(None, scenes) == (None, scenes)
-    assert not any(validator_report.ValidatorReport.of(None, frames[0]).facts.values())
+    assert not any(validator_report.ValidatorReport.of(None).facts.values())
     assert validator_report.MEASURES == MEASURES
 
 
@@ -190,7 +191,8 @@ def test_contested_situations_are_those_in_which_a_hidden_car_is_in_the_way(
     """Light on the only car of the left lane: the change of lanes ends in a collision."""
     bright_cars.write_frame(tmp_path, 0, [[60.0, 20.0, 0.0]])
     bright_cars.write_frame(tmp_path, 1, [[13.0, 3.5, 0.0]])
-    env = FaculaAttackEnv(str(tmp_path), OracleWithTwoEyes(), None, contested=True, price=0.0)
+    scenarios = {"source": str(tmp_path), "contested": True}
+    env = FaculaAttackEnv(scenarios=scenarios, detector=OracleWithTwoEyes(), price=0.0)
     drawn = {tuple(env.reset(seed=seed)[1][k] for k in PAIR) for seed in range(12)}
     assert drawn == {("000001", "left")}
     situation = env._situation
@@ -241,7 +243,7 @@ def test_by_itself_the_first_half_is_measured_and_the_rest_is_played(
     drawn = {env.reset(seed=seed)[1]["scenario"] for seed in range(40)}
     assert len(drawn) > FEWEST / 2
     assert drawn <= set(ids[FEWEST:])
-    validator = env.game.validator
+    validator = env.game.pipeline.validator
     assert isinstance(validator, ThresholdValidator)
     assert len(validator._table) == FEWEST
     with pytest.raises(ConfigurationError, match=r"no scene '000003' to play.*of thresholds"):
@@ -260,7 +262,7 @@ def test_a_validator_of_sensors_that_the_scenes_lack_is_told(quick: dict[str, An
 
 def test_too_few_scenes_to_measure_on_are_told(quick: dict[str, Any]) -> None:
     with pytest.raises(ConfigurationError, match=r"has 3 scenes, too few.*`clean`.*avsec validate"):
-        FaculaAttackEnv(**quick).reset(seed=0)
+        FaculaAttackEnv(**quick, validator="thresholds").reset(seed=0)
 
 
 @pytest.mark.parametrize("clean", [{"count": 1}, {}])
@@ -270,9 +272,9 @@ def test_clean_scenes_are_not_played_either(
     """Of more than `CLEAN`, the first count."""
     monkeypatch.setattr("avsec_gym.envs.game_validator.CLEAN", 1)
     clean = {"source": quick["scenarios"], **clean}
-    env = FaculaAttackEnv(**quick, clean=clean)
+    env = FaculaAttackEnv(**quick, validator="thresholds", clean=clean)
     env.reset(options=PAIR)
-    validator = env.game.validator
+    validator = env.game.pipeline.validator
     assert isinstance(validator, ThresholdValidator)
     assert len(validator._table) == 1
     assert [scene.id for scene in env.game.scenes.scenes.scenes] == ["000001", "000002"]
@@ -389,17 +391,3 @@ def test_a_shot_by_hand_is_told_and_drawn(
     assert cv2.imread(told[-1]).std() > 10
     refused = subprocess.run([*command, "--radius", "500"], capture_output=True, text=True)
     assert "from 10 to 180" in refused.stderr
-
-
-def test_contested_frames_are_known_before_they_are_rendered(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """In the suite `mixed`, as its labels and flags say, these 9 scenes of 48."""
-    monkeypatch.syspath_prepend(EXAMPLES)
-    from contested_frames import ContestedFrames, is_contested
-
-    contested = tuple(number for number in range(48) if is_contested(number, 0))
-    assert contested == (6, 12, 13, 16, 19, 23, 36, 42, 45)
-    recipe = ContestedFrames("mixed", 9, 0, numbers=contested)
-    assert recipe.last_file(1) == "training/label_2/000012.txt"
-    assert recipe.settings != ContestedFrames("mixed", 12, 1, numbers=contested).settings

@@ -442,7 +442,7 @@ def test_more_objects_than_the_observation_holds() -> None:
         ({"scenarios": 5}, "a name or a folder, got 5"),
         ({"planner": "dijkstra"}, "astar"),
         ({"planner": {"name": "astar", "mode": "reference"}}, "complete mode"),
-        ({"planner": object()}, "MotionPrimitivePlanner"),
+        ({"planner": object()}, "a planner is"),
         ({"motion": "guessed"}, "static.*truth"),
         ({"motion": "classifier"}, 'use "static" or "truth"'),
         ({"queries": 0}, "1 or more"),

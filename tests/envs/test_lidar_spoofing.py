@@ -75,7 +75,7 @@ def test_the_scan_gets_the_points_of_the_patch(scenarios: str, rays_lost: bool) 
 
 def test_a_patch_in_the_lane_stops_the_car_and_one_beside_it_does_not(scenarios: str) -> None:
     """The smaller patch, which does as well, is cheaper."""
-    env = LidarSpoofingEnv(scenarios, validator=None)
+    env = LidarSpoofingEnv(scenarios=scenarios, validator=None)
     rewards = {}
     for width in (0.5, 2.5):
         _, clean = env.reset(options=EMPTY_LANE)
@@ -96,12 +96,15 @@ def test_a_patch_in_the_lane_stops_the_car_and_one_beside_it_does_not(scenarios:
 @pytest.mark.usefixtures("small_suite")
 def test_a_large_near_patch_raises_an_alarm_and_a_far_one_does_not() -> None:
     clean = {"source": "mixed", "count": 4}
-    env = LidarSpoofingEnv("mixed", validator={"name": "thresholds", "rate": 0.0}, clean=clean)
+    env = LidarSpoofingEnv(
+        scenarios="mixed", validator={"name": "thresholds", "rate": 0.0}, clean=clean
+    )
     env.reset(seed=0)
     far = env.step(env.coding.encode(LidarSpoofing(0.5, 0.5, 40.0, 0.65)))[-1]
     assert not far["alarm"]
     wall = LidarSpoofing(30.0, 8.0, 6.0, 0.0)
-    env = LidarSpoofingEnv("mixed", clean=clean, widths=(0.5, 30.0), heights=(0.5, 8.0))
+    sizes = {"widths": (0.5, 30.0), "heights": (0.5, 8.0)}
+    env = LidarSpoofingEnv(scenarios="mixed", validator="thresholds", clean=clean, **sizes)
     env.reset(seed=0)
     *_, terminated, _, info = env.step(env.coding.encode(wall))
     assert (info["outcome"], info["alarm"], terminated) == ("unplanned", True, False)
@@ -124,7 +127,7 @@ def test_wrong_arguments_are_refused(arguments: dict[str, Any], message: str) ->
 
 
 def test_the_packages_network_may_be_the_victim(scenarios: str) -> None:
-    env = LidarSpoofingEnv(scenarios, detector="pixor", validator=None)
+    env = LidarSpoofingEnv(scenarios=scenarios, detector="pixor", validator=None)
     env.reset(options=EMPTY_LANE)
     assert env.game.pipeline.detector.name == "pixor"
     assert np.isfinite(env.step(np.zeros(4))[0]).all()

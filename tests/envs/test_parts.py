@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import subprocess
 import sys
+from dataclasses import fields
 from types import SimpleNamespace
 from typing import Any
 
+import gymnasium as gym
 import pytest
+from gymnasium.envs.registration import load_env_creator
 
 from avsec_gym.envs.parts import Parts
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.planners.planner import Algorithm, MotionPrimitivePlanner
+from avsec_gym.registration import CATALOGUE
 from avsec_gym.registry import Kind
 from avsec_gym.scenario.scene import Motion
+from avsec_gym.validation.response import Response
 
 
 @pytest.mark.parametrize(
@@ -34,8 +40,12 @@ from avsec_gym.scenario.scene import Motion
         ({"validator": {"name": "thresholds", "rate": 2}}, "from 0 to 1, got 2"),
         ({"validator": {"name": "thresholds", "criterion": "errror"}}, 'mean "error"'),
         ({"clean": "street"}, "leave it out"),
-        ({"scenarios": "mixd"}, "mixed"),
-        ({"scenarios": {"source": "mixed", "splitt": "val"}}, "split"),
+        ({"attack": "faculla"}, 'mean "facula"'),
+        ({"attack": "tesis_pgd"}, 'mean "thesis_pgd"'),
+        ({"attack": {"name": "facula", "radus": 3}}, 'mean "radius"'),
+        ({"classifier": "smal"}, 'mean "small"'),
+        ({"selector": 3}, "a selector is"),
+        ({"response": "stopp"}, 'mean "stop"'),
         ({"motion": "statik"}, "static"),
         ({"motion": "classifier"}, "none is here"),
         ({"score_threshold": 1.5}, r"from 0 to 1, got 1\.5"),
@@ -67,40 +77,97 @@ def test_a_detector_of_2d_boxes_is_no_detector_of_a_car() -> None:
         Parts(detector=SimpleNamespace(name="flat", image_only=True, detect=None))
 
 
-def test_the_part_that_the_agent_plays_is_not_named() -> None:
+def test_the_part_that_the_agent_plays_need_not_be_named() -> None:
     assert Parts(detector=None, agent=Kind.DETECTOR).detector is None
 
 
-def test_the_car_has_the_parts_that_were_named() -> None:
+def test_an_attack_by_gradient_knows_a_detector() -> None:
+    with pytest.raises(ConfigurationError, match=r"detector=\"dsgn\", or another.*transferred"):
+        Parts(detector=None, attack="fgsm", agent=Kind.DETECTOR)
+
+
+def test_a_classifier_decides_what_moves() -> None:
+    assert Parts(motion="classifier", classifier="small").motion == Motion.CLASSIFIER
+
+
+def test_the_car_has_the_parts_that_were_named(quick: dict[str, Any]) -> None:
     parts = Parts(
+        scenarios=quick["scenarios"],
         detector="oracle",
         planner={"name": "gbfs", "node_limit": 77},
         motion="truth",
         score_threshold=0.6,
+        response="drop",
     )
-    pipeline, planner = parts.pipeline(), parts.made_planner()
+    pipeline, scenes = parts.car()
     assert pipeline.detector.name == "oracle"
     assert (pipeline.motion, pipeline.score_threshold) == (Motion.TRUTH, 0.6)
     assert (pipeline.attack, pipeline.classifier, pipeline.validator) == (None, None, None)
-    assert isinstance(planner, MotionPrimitivePlanner)
-    assert planner == pipeline.planner
-    assert (planner.algorithm, planner.node_limit) == (Algorithm.GBFS, 77)
+    assert pipeline.response == Response.DROP
+    assert isinstance(pipeline.planner, MotionPrimitivePlanner)
+    assert (pipeline.planner.algorithm, pipeline.planner.node_limit) == (Algorithm.GBFS, 77)
+    assert len(scenes) == 3
 
 
-def test_live_parts_are_taken_as_they_are() -> None:
+def test_live_parts_are_taken_as_they_are(quick: dict[str, Any]) -> None:
     planner = MotionPrimitivePlanner()
-    parts = Parts(detector="oracle", planner=planner)
-    assert parts.made_planner() is planner
-    assert parts.pipeline().planner is planner
+    parts = Parts(scenarios=quick["scenarios"], detector="oracle", planner=planner)
+    assert parts.car()[0].planner is planner
 
 
-def test_scenes_without_a_validator_are_all_played(quick: dict[str, Any]) -> None:
-    parts = Parts(**quick)
-    validator, scenes = parts.validator_and_scenes()
-    assert validator is None
-    assert [scene.id for scene in scenes.scenes.scenes] == [
-        scene.id for scene in parts.scenes().scenes.scenes
-    ]
+def test_an_agent_takes_the_detectors_place_and_the_attack_knows_the_judged_one(
+    quick: dict[str, Any],
+) -> None:
+    agent = SimpleNamespace(name="agent", detect=None)
+    parts = Parts(scenarios=quick["scenarios"], detector="oracle", agent=Kind.DETECTOR)
+    pipeline, _ = parts.car(agent)
+    assert pipeline.detector is agent
+    assert pipeline.victim.name == "oracle"
+
+
+EVERY = [
+    point
+    for entry in CATALOGUE
+    for point in (entry.entry_point, entry.vector_entry_point)
+    if point is not None
+]
+OWN = {
+    "scenarios": {"layouts", "raw"},
+    "detector": {"scan_obstacles", None},
+    "attack": {"thesis"},
+}
+"""Defaults that docs/environments.md lists as other ones, with the reason."""
+
+
+@pytest.mark.parametrize("point", EVERY)
+def test_parts_have_the_same_names_and_defaults_everywhere(point: str) -> None:
+    """Each environment takes every part, or refuses it with a reason."""
+    environment = load_env_creator(point)
+    taken = environment.taken_parts  # type: ignore[attr-defined]
+    shown = inspect.signature(environment).parameters
+    for part in fields(Parts):
+        if part.name == "agent":
+            continue
+        if part.name in taken.refused:
+            assert part.name not in shown
+            with pytest.raises(ConfigurationError, match=f"takes no '{part.name}': "):
+                environment(**{part.name: None})
+        else:
+            default = shown[part.name].default
+            assert default == part.default or default in OWN[part.name]
+
+
+@pytest.mark.parametrize("point", EVERY)
+def test_an_argument_that_is_none_is_asked_about(point: str) -> None:
+    with pytest.raises(ConfigurationError, match=r'no argument .*Did you mean "planner"'):
+        load_env_creator(point)(planer="astar")
+
+
+def test_former_arguments_name_the_new_ones() -> None:
+    with pytest.raises(ConfigurationError, match=r'.image. any more: observation="both"'):
+        gym.make("avsec/PatchAttack-v0", image=True)
+    with pytest.raises(ConfigurationError, match='"contested": True'):
+        gym.make("avsec/FaculaAttack-v0", contested=True)
 
 
 FORKED = """

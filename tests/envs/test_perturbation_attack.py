@@ -233,13 +233,13 @@ def test_features_tell_what_came_of_the_last_query(
 
 
 def test_an_attacker_may_see_a_small_image(quick: dict[str, Any]) -> None:
-    env = gym.make(ID, **quick, image=True)
+    env = gym.make(ID, **quick, observation="both")
     check_env(env)
     seen, _ = env.reset(seed=0)
     frame = env.unwrapped._situation.unattacked.frame  # type: ignore[attr-defined]
-    assert seen["image"].shape == (48, 160, 3)
-    assert seen["image"].mean() == pytest.approx(frame.image(2).mean(), abs=1)
-    np.testing.assert_array_equal(env.step(np.ones(16))[0]["image"], seen["image"])
+    assert seen["images"].shape == (48, 160, 3)
+    assert seen["images"].mean() == pytest.approx(frame.image(2).mean(), abs=1)
+    np.testing.assert_array_equal(env.step(np.ones(16))[0]["images"], seen["images"])
 
 
 @pytest.mark.parametrize(

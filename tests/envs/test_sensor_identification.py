@@ -38,7 +38,7 @@ class Comparing:
         self.env = played
 
     def validate(self, frame: SensorFrame) -> Validation:
-        clean = self.clean[self.env._recorded.id]
+        clean = self.clean[self.env._played.id]
         changed = {"lidar": not np.array_equal(frame.points, clean.points)}
         for camera in self.system.cameras:
             changed[camera] = not np.array_equal(frame.image(camera), clean.image(camera))
@@ -95,26 +95,26 @@ def test_what_is_told_is_what_the_sensors_say_of_each_other() -> None:
 
 
 def test_attacks_are_drawn_as_told() -> None:
-    env = SensorIdentificationEnv(clean=0.5, most=2)
+    env = SensorIdentificationEnv(unattacked=0.5, most=2)
     drawn = []
     for seed in range(40):
         env.reset(seed=seed)
         drawn.append(int(env._attacked.sum()))
     assert set(drawn) == {0, 1, 2}
     assert 10 <= drawn.count(0) <= 30
-    env = SensorIdentificationEnv(clean=1.0)
+    env = SensorIdentificationEnv(unattacked=1.0)
     env.reset(seed=0)
     assert not env._attacked.any()
     assert max(map(len, SensorIdentificationEnv().cases)) == 1, "n - 2 of four"
 
 
 def test_frames_to_train_on_and_others_to_judge_by() -> None:
-    first = SensorIdentificationEnv({"source": "raw", "count": 3}).frames
-    rest = SensorIdentificationEnv({"source": "raw", "first": 3}).frames
+    first = SensorIdentificationEnv(scenarios={"source": "raw", "count": 3}).frames
+    rest = SensorIdentificationEnv(scenarios={"source": "raw", "first": 3}).frames
     assert [len(first), len(rest)] == [3, 1]
     assert not {frame.id for frame in first} & {frame.id for frame in rest}
     with pytest.raises(ConfigurationError, match="none is left"):
-        _ = SensorIdentificationEnv({"source": "raw", "first": 4}).frames
+        _ = SensorIdentificationEnv(scenarios={"source": "raw", "first": 4}).frames
 
 
 @pytest.mark.parametrize(
@@ -134,10 +134,10 @@ def test_wrong_arguments_are_refused(arguments: dict[str, Any], message: str) ->
 
 def test_what_is_no_sensor_no_recording_and_no_flag_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="source, first and count"):
-        SensorIdentificationEnv({"folder": "raw"}).reset(seed=0)
+        SensorIdentificationEnv(scenarios={"folder": "raw"}).reset(seed=0)
     for wrong in (3, {"first": "a"}, {"first": True}, {"count": 0}):
         with pytest.raises(ConfigurationError, match=r"scenarios are|first takes|count takes"):
-            SensorIdentificationEnv(wrong).reset(seed=0)
+            SensorIdentificationEnv(scenarios=wrong).reset(seed=0)
     env = SensorIdentificationEnv()
     with pytest.raises(ConfigurationError, match="lidar, 1, 3, 2"):
         env.reset(seed=0, options={"attacked": [0]})

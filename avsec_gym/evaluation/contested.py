@@ -1,0 +1,137 @@
+"""Contested scenes: those in which it matters what a car sees.
+
+In most scenes a car that sees nothing drives as safely as one that sees all, since nothing is in
+its way: they tell detectors and attacks apart by chance alone.  A scene is contested with a driving
+intention if a car that believes in no object drives unsafely, and one that believes in all real
+ones, standing, drives safely.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import count, islice
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.boxes import Boxes3D
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.pipeline import run_episode
+from avsec_gym.planners.planner import Planner
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.scene import Motion, Scene
+from avsec_gym.scenario.scene_sets import SceneSet, scene_of_layout
+from avsec_gym.world.export.data_set import Progress
+from avsec_gym.world.export.default_suites import cached
+from avsec_gym.world.export.suites import LayoutFrames
+from avsec_gym.world.layouts import generate_layout
+
+LAYOUTS, FRAMES = 100, 48
+"""Scenes of the procedural set, without images and with them."""
+
+
+def is_contested(scene: Scene, intention: Intention, planner: Planner | None = None) -> bool:
+    """Whether a drive is unsafe for a blind car, and safe for one that sees all.
+
+    Args:
+        scene: The real scene.
+        intention: The driving intention.
+        planner: The motion planner; None: A* over motion primitives.
+
+    Example:
+        >>> from avsec_gym.scenario.scene_sets import procedural_scenes
+        >>> scenes = procedural_scenes(8).labelled
+        >>> [scene.id for scene in scenes if is_contested(scene, Intention.RIGHT)]
+        ['layout-0-000006']
+    """
+
+    def safe(believed: Boxes3D | None) -> bool:
+        episode = run_episode(scene, intention, believed, motion=Motion.STATIC, planner=planner)
+        return episode.record.safe
+
+    return not safe(Boxes3D.empty()) and safe(None)
+
+
+def contested(scenes: SceneSet) -> SceneSet:
+    """The scenes that are contested with some intention, and with which.
+
+    Args:
+        scenes: Scenes with labelled objects.
+
+    Raises:
+        ConfigurationError: None is contested.
+    """
+    ways = {
+        scene.id: frozenset(way for way in Intention if is_contested(scene, way))
+        for scene in scenes.labelled
+    }
+    chosen = tuple(scene for scene in scenes.scenes if ways[scene.id])
+    if not chosen:
+        raise ConfigurationError(
+            f"none of the {len(scenes)} scenes of {scenes.name} is contested: blind or not, a car "
+            "drives as safely in all of them; name more scenes, or leave `contested` out"
+        )
+    name = f"{scenes.name}, contested"
+    return replace(scenes, name=name, scenes=chosen, intentions={s.id: ways[s.id] for s in chosen})
+
+
+def contested_layouts(scenes: int | None = None, *, seed: int = 0) -> SceneSet:
+    """The set ``mixed_contested`` without images: the first procedural scenes that are contested.
+
+    Args:
+        scenes: Number of scenes; None: `LAYOUTS`.
+        seed: Seed of the set of layouts.
+    """
+    wanted = LAYOUTS if scenes is None else scenes
+    numbers = tuple(islice(_numbers(seed), wanted))
+    every = tuple(scene_of_layout(generate_layout(n, set_seed=seed), seed) for n in numbers)
+    return replace(contested(SceneSet("", every)), name="mixed_contested")
+
+
+def contested_frames(
+    frames: int = FRAMES, *, seed: int = 0, on_progress: Progress | None = None
+) -> Path:
+    """The set ``mixed_contested`` with images, in KITTI's object layout, with scans.
+
+    It is rendered into the cache on first use.
+
+    Args:
+        frames: Number of frames.
+        seed: Seed of the set of layouts; those that the package's networks know are below 1000.
+        on_progress: Function of the progress, as of `make_data_set`; None: it is logged.
+    """
+    numbers = tuple(islice(_numbers(seed), frames))
+    recipe = ContestedFrames("mixed", frames, seed, numbers=numbers)
+    return cached(f"contested-{seed}-{frames}", recipe, on_progress=on_progress)
+
+
+@dataclass(frozen=True, eq=False)
+class ContestedFrames(LayoutFrames):
+    """Those of a suite's frames whose numbers are given.
+
+    Args:
+        numbers: The numbers of the layouts.
+    """
+
+    numbers: tuple[int, ...] = ()
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """See `Recipe`."""
+        return super().settings | {"chosen": "contested"}
+
+    def last_file(self, number: int) -> str:
+        """See `Recipe`."""
+        return super().last_file(self.numbers[number])
+
+    def make(self, root: Path, number: int) -> list[str]:
+        """See `Recipe`."""
+        return super().make(root, self.numbers[number])
+
+
+def _numbers(seed: int) -> Iterator[int]:
+    """Numbers of the contested layouts of a set."""
+    for number in count():
+        scene = scene_of_layout(generate_layout(number, set_seed=seed), seed)
+        if any(is_contested(scene, way) for way in Intention):
+            yield number
