@@ -52,15 +52,19 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
     boxes; a car plans a lane change, or to keep its lane, among these boxes with A* over motion
     primitives, and its trajectory is checked for collisions with what is really there.
     `DetectorPolicy` makes any detector of this project an agent, so that `evaluate_policy` of
-    stable-baselines3 ranks detectors by driving safety.
+    stable-baselines3 ranks detectors by driving safety, without an attack or under one.  With a
+    `validator` before it, the detector gets what the car still trusts after an alarm; where the car
+    stops, it does not matter what is reported.
 
     ## Observation
     `Dict`: `left` and `right`, `Box(0, 255, (H, W, 3), uint8)`, the images of cameras 2 and 3;
     `calibration`, `Box(-1e6, 1e6, (24,), float64)`, their projection matrices P2 and P3, row by
     row; and with `points=M` above 0 `points`, `Box(-1e4, 1e4, (4 M,), float32)`, the LiDAR scan as
     x, y, z (velodyne frame), reflectance, thinned out evenly if there are more, padded with zeros.
-    H and W are those of the first frame; larger images lose their right and bottom margins,
-    smaller ones are padded with black there.
+    H and W are those of the first frame; larger images lose their right and bottom margins, smaller
+    ones are padded with black there.  With `observation="features"` `Box(0, 1, (128,), float32)`:
+    what stands around the car by stereo matching, see
+    `avsec_gym.envs.stereo_profile.stereo_profile`.
 
     ## Action
     `Box(-1, 1, (8 max_boxes,), float32)`: rows of score, x, y, z, h, w, l, ry (camera frame, bottom
@@ -74,22 +78,26 @@ class DetectorBenchmarkEnv(DrawnEnv[Observation]):
     Terminated after one step.
 
     ## Info
-    `planned`, `collision`, `safe`, `is_success` (safe), `cost` (planned time in s, nan if
-    unplanned), `outcome` (`safe`, `collision`, `unplanned`; `reset` at reset), `scenario`,
-    `intention`, `objects` (real obstacles), `found` (those that a reported box overlaps by half
-    or more, seen from above), `reported` (boxes above the threshold).
+    `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
+    `cost_sm1`, `outcome`, `scenario`, `intention`: see `avsec_gym.envs.info.drive_info`;
+    `is_success` (safe), `objects` (real obstacles), `found` (those that a reported box overlaps by
+    half or more, seen from above), `reported` (boxes above the threshold), `alarm` (of the
+    validator).
 
     ## Arguments
-    * `scenarios="mixed"`: a default suite of the procedural world (`mixed`, `street`, `highway`,
-      made in the cache on first use); a folder in KITTI's object layout; or a dictionary such as
-      `{"source": "/data/kitti/object", "split": "val", "count": 100}`.
-    * `planner="astar"`
-    * `motion="static"`: the planner takes everything to stand; `"truth"`: it knows how the real
-      objects behind the boxes move.
-    * `score_threshold=0.3`: boxes below it, in [0, 1], are not planned on.
+    * The car's parts, see `avsec_gym.envs.parts.Parts`: `scenarios="mixed"`, a default suite of the
+      procedural world, made in the cache on first use, or a folder in KITTI's object layout, or a
+      dictionary such as `{"source": "/data/kitti/object", "split": "val", "count": 100}`;
+      `classifier=None`, `selector=None`, `planner="astar"`, `motion="static"`,
+      `score_threshold=0.3`; `validator=None`, with `clean=None` and `response="stop"`.
+    * `attack=None`: an optical attack, such as `{"name": "facula", "camera": 2}`, or one on what
+      detectors see, such as `"thesis_pgd"` or `{"name": "patch", "patch": "FILE"}`; the scenes and
+      intentions of a seed are the same with and without it.
+    * `detector=None`: the judged detector, which an attack by gradient knows.  Without it, such an
+      attack takes the gradients of another one:
+      `{"name": "transferred", "attack": "thesis_pgd", "of": "dsgn"}`.
     * `max_boxes=50`: rows of an action, at most 1,000; `points=0`: of the scan, at most 1,000,000.
-    * `attack=None`: an optical attack on the sensors, such as `{"name": "facula", "camera": 2}`;
-      the scenes and intentions of a seed are the same with and without it.
+    * `observation="images"`: or `"features"`, see above.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
 
     `reset(options={"scenario": id, "intention": "left"})` picks a scene.

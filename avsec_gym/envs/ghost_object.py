@@ -25,11 +25,10 @@ class GhostObjectEnv(DetectionAttackEnv):
 
     ## Description
     A car plans a lane change, or to keep its lane, among the objects of a traffic scene, with A*
-    over motion primitives.  The attacker controls the detections: it puts ghosts in, and may
-    hide real objects.  An episode is one scene with one driving intention that the car drives
-    safely without an attack.  Every step is one query: the car plans anew on the attacked
-    detections, and its trajectory is checked for collisions with what is really there.  No
-    image is involved.
+    over motion primitives.  The attacker controls the detections: it puts ghosts in, and may hide
+    real objects.  An episode is one scene with one driving intention that the car drives safely
+    without an attack.  Every step is one query: the car plans anew on the attacked detections, and
+    its trajectory is checked for collisions with what is really there.  No image is involved.
 
     ## Observation
     `Box(-1, 1, (269 + 5 ghosts + hides,), float32)`: start speed / 15 m/s; 1 on a highway; the
@@ -41,10 +40,10 @@ class GhostObjectEnv(DetectionAttackEnv):
     of its heading, and each hide's action.
 
     ## Action
-    `Box(-1, 1, (4 ghosts + hides,), float32)`.  For each ghost: above 0 puts it there; x in
-    10..30 m ahead; y in -8..8 m (left is positive); heading in -pi..pi; each scaled linearly.  For
-    each hide: 33 equal parts, the first hides nothing, part k the k-th nearest object.
-    `GhostRange.encode` and `decode` convert ghosts.
+    `Box(-1, 1, (4 ghosts + hides,), float32)`.  For each ghost: above 0 puts it there; x in 10..30 m
+    ahead; y in -8..8 m (left is positive); heading in -pi..pi; each scaled linearly.  For each hide:
+    33 equal parts, the first hides nothing, part k the k-th nearest object.  `GhostRange.encode`
+    and `decode` convert ghosts.
 
     ## Reward
     1 when the safe drive becomes unsafe (collision, or no plan), less 0.02 for the query and 0.02
@@ -55,13 +54,16 @@ class GhostObjectEnv(DetectionAttackEnv):
     steps, whichever is less.
 
     ## Info
-    `planned`, `collision`, `safe`, `is_success`, `cost` (planned time in s, nan if unplanned),
-    `outcome` (`safe`, `collision`, `unplanned`; `reset` at reset), `scenario`, `intention`,
-    `queries` (spent), `ghosts` (placed), `hidden`.
+    `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
+    `cost_sm1`, `outcome`, `scenario`, `intention`: see `avsec_gym.envs.info.drive_info`;
+    `is_success`, `queries` (spent), `ghosts` (placed), `hidden`.
 
     ## Arguments
-    * `scenarios="layouts"`: 200 procedural layouts; a folder of labelled scenarios or of KITTI
-      labels; or a dictionary such as `{"name": "layouts", "seed": 1, "count": 1000}`.
+    * Of the car's parts those that need no sensors, see `avsec_gym.envs.parts.Parts`: `scenarios`,
+      `planner`, `motion`.
+    * `scenarios="layouts"`: 200 procedural layouts; `"mixed_contested"`; a folder of labelled
+      scenarios or of KITTI labels; or a dictionary such as
+      `{"name": "layouts", "seed": 1, "count": 1000}`.
     * `planner="astar"`: or `"gbfs"`, or a dictionary such as `{"name": "astar", "node_limit": 99}`.
     * `ghosts=2`, `hides=0`: how many an action controls.
     * `motion="static"`: the planner takes everything to stand, as detections carry no motion;

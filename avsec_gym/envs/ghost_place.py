@@ -23,10 +23,10 @@ class GhostPlaceEnv(DetectionAttackEnv):
     over motion primitives.  A spoofer can put one ghost, a whole car, into the detections, but its
     equipment reaches only sixteen places.  On an empty road the car would pass a ghost on any of
     them: a ghost wins only together with what is really there, by closing the last gap.  At one
-    place it does, at the others it does not.  An episode is one scene with one driving
-    intention that the car drives safely without an attack, and the places; by default the attacker
-    has one go.  The trajectory that the car plans on the attacked detections is checked for
-    collisions with what is really there.  No image is involved.
+    place it does, at the others it does not.  An episode is one scene with one driving intention
+    that the car drives safely without an attack, and the places; by default the attacker has one
+    go.  The trajectory that the car plans on the attacked detections is checked for collisions with
+    what is really there.  No image is involved.
 
     Places are spots of a grid of 1 m that can close a gap in some scene.  Spots that close many
     gaps are offered more often where they close none (`avsec_gym.envs.ghost_spots`), and their
@@ -36,12 +36,12 @@ class GhostPlaceEnv(DetectionAttackEnv):
     ## Observation
     `Box(-1, 1, (269 + 7 places,), float32)`: start speed / 15 m/s; 1 on a highway; the intention
     (left, straight, right; one-hot); the goal's x / 50 m and y / 20 m; number of objects / 32; the
-    32 nearest real objects, each as present, x / 50 m, y / 20 m, cos and sin of the heading,
-    length / 10 m, width / 4 m, moving (ego frame, values cut at 1); of the last query the outcome
-    (safe, collision, unplanned; one-hot, zero at first), the planned time / 3 s (0 if unplanned)
-    and the share of queries left; each place as x / 20 m, y / 8 m, and the room from it to the
-    nearest real object to the left, to the right, ahead and behind, each / 6 m, 1 for more
-    (`PlaceFeatures` encodes and decodes them); and the place of the last query (one-hot).
+    32 nearest real objects, each as present, x / 50 m, y / 20 m, cos and sin of the heading, length
+    / 10 m, width / 4 m, moving (ego frame, values cut at 1); of the last query the outcome (safe,
+    collision, unplanned; one-hot, zero at first), the planned time / 3 s (0 if unplanned) and the
+    share of queries left; each place as x / 20 m, y / 8 m, and the room from it to the nearest real
+    object to the left, to the right, ahead and behind, each / 6 m, 1 for more (`PlaceFeatures`
+    encodes and decodes them); and the place of the last query (one-hot).
 
     ## Action
     `Box(-1, 1, (places,), float32)`: a number for each place.  The ghost goes to the place with the
@@ -53,17 +53,19 @@ class GhostPlaceEnv(DetectionAttackEnv):
 
     ## Episode end
     Terminated when the drive became unsafe; truncated after `max_episode_steps` (1) or `queries`
-    steps, whichever is less.  Who may ask sixteen times can try all of them: success is compared
-    at the first query.
+    steps, whichever is less.  Who may ask sixteen times can try all of them: success is compared at
+    the first query.
 
     ## Info
-    `planned`, `collision`, `safe`, `is_success`, `cost` (planned time in s, nan if unplanned),
-    `outcome` (`safe`, `collision`, `unplanned`; `reset` at reset), `scenario`, `intention`,
-    `queries` (spent), `ghosts` (1), `hidden` (0).
+    `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
+    `cost_sm1`, `outcome`, `scenario`, `intention`: see `avsec_gym.envs.info.drive_info`;
+    `is_success`, `queries` (spent), `ghosts` (1), `hidden` (0).
 
     ## Arguments
-    * `scenarios="layouts"`: 200 procedural layouts; a folder of labelled scenarios or of KITTI
-      labels; or a dictionary such as `{"name": "layouts", "seed": 1, "count": 1000}`.
+    * Of the car's parts those that need no sensors, see `avsec_gym.envs.parts.Parts`: `scenarios`,
+      `planner`, `motion`.
+    * `scenarios="layouts"`: 200 procedural layouts; `"mixed_contested"`; a folder of labelled
+      scenarios or of KITTI labels; or a dictionary such as `{"name": "layouts", "seed": 1, "count": 1000}`.
     * `planner="astar"`: or `"gbfs"`, or a dictionary such as `{"name": "astar", "node_limit": 99}`.
     * `places=16`: from 2 to 16.
     * `motion="static"`: the planner takes everything to stand, as detections carry no motion;

@@ -21,18 +21,16 @@ from avsec_gym.registry import Kind
 
 @takes_parts(Kind.ATTACK, refused=PLAYED, renamed=RENAMED, detector="scan_obstacles")
 class LidarSpoofingEnv(OpticalAttackEnv):
-    """Make a safe drive unsafe by bogus returns of a LiDAR, without an alarm.
+    """Make a safe drive unsafe by bogus returns of a LiDAR.
 
     ## Description
     A car finds the objects around it in a LiDAR scan and plans a lane change, or to keep its lane,
-    among them.  A validator compares what the LiDAR and the cameras measure of the same scene.  The
-    attacker fires into the LiDAR in step with it: the scan gets the points of an upright plane
-    patch that stands on the road and faces the car, as in the thesis (section 3.2.3).  It chooses
-    where the patch is and how large; it cannot look into the detector.  An episode is one scene
-    with one driving intention that, without an attack, the car drives safely and the validator
-    finds sound.  Every step is one query: the car looks at the attacked scan and plans anew, and
-    its trajectory is checked for collisions with what is really there (the patch is nothing).  The
-    validator changes nothing in the drive; it decides whether the attack counts.
+    among them.  The attacker fires into the LiDAR in step with it: the scan gets the points of an
+    upright plane patch that stands on the road and faces the car, as in the thesis (section 3.2.3).
+    It chooses where the patch is and how large; it cannot look into the detector.  An episode is
+    one scene with one driving intention that, without an attack, the car drives safely and without
+    an alarm.  Every step is one query: the car looks at the attacked scan and plans anew, and its
+    trajectory is checked for collisions with what is really there (the patch is nothing).
 
     The car's detector is by itself no network, but the obstacles that the scan shows: whatever
     stands up from the ground (`avsec_gym.perception.detectors.scan_obstacles.ScanObstacles`).  It
@@ -40,12 +38,17 @@ class LidarSpoofingEnv(OpticalAttackEnv):
     no labelled object is, and they count as `ghosts`.  `detector="pixor"` is one that has learned
     what cars look like.
 
+    With a `validator` in the car, it responds to an alarm as `response` states (it stops, drops
+    the compromised sensors or repairs their data; None: it drives on), and an attack counts only
+    where the drive is unsafe in spite of that: by a collision, or without a plan where the car did
+    not stop at an alarm; where it drives on, only without an alarm.
+
     ## Observation
     `Box(-1, 1, (128,), float32)`: see `avsec_gym.envs.sensor_attack_features.features`; whether the
     last query raised an alarm, and the shares that the validator compared (`error`, `hole_share`,
     `densest`, `brightness`; before the first query those without an attack); then the last action,
-    zeros at first.  With `image=True` a `Dict` of these `features` and `image`, `Box(0, 255, (48,
-    160, 3), uint8)`: the left image, made small.
+    zeros at first.  With `observation="images"` the left image, made small,
+    `Box(0, 255, (48, 160, 3), uint8)`; with `"both"` a `Dict` of `features` and `images`.
 
     ## Action
     `Box(-1, 1, (4,), float32)`: of the patch its distance from the LiDAR along the ground, its
@@ -54,49 +57,36 @@ class LidarSpoofingEnv(OpticalAttackEnv):
     `encode`).
 
     ## Reward
-    1 when the safe drive becomes unsafe (collision, or no plan) and there is no alarm,
-    less 0.02 for the query and 0.02 times the patch's area, as a share of the largest.
+    1 when the safe drive becomes unsafe (collision, or no plan) in spite of the validator, less
+    0.02 for the query and 0.02 times the patch's area, as a share of the largest.
 
     ## Episode end
-    Terminated when the drive became unsafe without an alarm; truncated after `max_episode_steps`
-    (10) or `queries` steps, whichever is less.
+    Terminated when the attack counts; truncated after `max_episode_steps` (10) or `queries` steps,
+    whichever is less.
 
     ## Info
-    `planned`, `collision`, `safe`, `cost` (planned time in s, nan if unplanned), `outcome` (`safe`,
-    `collision`, `unplanned`; `reset` at reset), `scenario`, `intention`, `is_success` (unsafe
-    without an alarm), `queries` (spent), `objects` (real obstacles), `found` (those that a box the
-    car believes in lies on), `ghosts` (believed boxes where no obstacle is); `alarm`, and of the
-    shares that the validator compared the largest among its triples of sensors: `error` (the
-    disparity error E), `hole_share`, `densest`, `brightness` (see
+    `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
+    `cost_sm1`, `outcome`, `scenario`, `intention`: see `avsec_gym.envs.info.drive_info`;
+    `is_success` (unsafe, in spite of the validator), `queries` (spent), `objects` (real obstacles),
+    `found` (those that a box the car believes in lies on), `ghosts` (believed boxes where no
+    obstacle is); `alarm`, and of the shares that the validator compared the largest among its
+    triples of sensors: `error` (the disparity error E), `hole_share`, `densest`, `brightness` (see
     `avsec_gym.validation.evidence.disparity_error`; 0 without a validator); and of the patch
     `distance`, `width`, `height` (metres) and `bearing` (radians), nan at reset, and `points`
     (bogus ones).
 
     ## Arguments
-    * `scenarios="mixed"`: a default suite of the procedural world (`mixed`, `street`, `highway`,
-      made in the cache on first use); a folder in KITTI's object layout, with scans; or a
-      dictionary such as `{"source": "mixed", "split": "train"}`.
-    * `detector="scan_obstacles"`: or another name, a dictionary such as
-      `{"name": "pixor", "weights": "FILE"}`, or a live detector.
-    * `validator="thresholds"`: the thesis' algorithms on four shares of each triple of sensors, the
-      thresholds measured at the first reset on clean scenes, a third of a second each; a dictionary
-      such as `{"name": "thresholds", "rate": 0.05, "criterion": "error"}`, which is the thesis' E
-      alone, and may name a table as `avsec validate` writes it (`"thresholds": "FILE"`), or
-      `{"name": "likelihood", ...}`; a live validator; None: there is no validator.
-    * `clean=None`: the scenes without an attack that thresholds are measured on, the first 50 of
-      them, named as `scenarios` are; None: the first half of the game's, ten or more.  They are
-      not played.  Thresholds of so few are the largest values that they show
-      (`avsec_gym.envs.game_validator.validator_and_played`).  Refused where no threshold is
-      measured.
-    * `planner="astar"`
-    * `motion="static"`: the planner takes everything to stand; `"truth"`: it knows how the real
-      objects behind the boxes move.
-    * `score_threshold=0.3`: boxes below it, in [0, 1], are not planned on.
+    * The car's parts, all but `attack`, see `avsec_gym.envs.parts.Parts`: `scenarios="mixed"`, a
+      default suite of the procedural world, made in the cache on first use, or a folder in KITTI's
+      object layout, or a dictionary such as `{"source": "mixed", "split": "train", "count": 10}`;
+      `detector="scan_obstacles"`, since the car has to see what is attacked (`"pixor"` is a network
+      of the package); `classifier=None`, `selector=None`, `planner="astar"`, `motion="static"`,
+      `score_threshold=0.3`; `validator=None`, with `clean=None` and `response="stop"`.
     * `distances=(5, 40)`, `widths=(0.5, 2.5)`, `heights=(0.5, 1.5)`: metres, up to 120, 50 and 10.
     * `bearings=(-0.7, 0.7)`: radians, about what KITTI's cameras see; within a turn.
     * `rays_lost=False`: points are added, as in the thesis; True: beams that meet the patch return
       nothing from behind it.
-    * `image=False`
+    * `observation="features"`: or `"images"`, `"both"`, see above.
     * `queries=None`: the budget that the observation counts; None: 10.  An environment does not
       know the `max_episode_steps` that Gymnasium was given: for a budget of 20 pass both as 20.
     * `price=0.02`: from 0 to 1.

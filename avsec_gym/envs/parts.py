@@ -43,18 +43,28 @@ class Parts:
     that shows whether they fit, and so is an attack.  Nothing is measured, and no scene is read.
 
     Args:
-        scenarios: The scenes; what names them is up to the environment.
+        scenarios: The scenes: a default suite of the procedural world (``mixed``, ``street``,
+            ``highway``, ``mixed_contested``), made in the cache on first use; a folder in KITTI's
+            object layout; or a dictionary of arguments of `frame_scenes`.
         detector: Finds objects in the sensor data, O.  Where the agent does, it is the detector
             that is judged: the attack knows it.
-        attack: On the sensors, or on what detectors see; None: no attack.
-        classifier: Finds which objects move, C; None: `motion` decides.
+        attack: Tampers with the sensors, or with what detectors see of them; None: no attack.
+        classifier: Finds which objects move, C; None: `motion` states it.
         selector: Finds the road's type, S; None: the scene's own type holds.
         planner: Plans the drive among the detected objects, M.
-        validator: Looks for attacks on the sensors, see `validator_and_played`; None: none.
-        clean: Scenes that thresholds of the validator are measured on; None: the first half of the
-            scenarios.
-        response: What the car does at an alarm; None: it drives on.
-        motion: How much the planner knows of moving objects where there is no classifier.
+        validator: Looks for attacks on the LiDAR and the cameras 3 and 2, before O; None: there is
+            none.  ``thresholds`` are the thesis' algorithms on four shares of the sensors, with
+            ``"criterion": "error"`` on its E alone.  Without a table (``"thresholds": "FILE"``, as
+            `avsec validate` writes it) they are measured at the first reset, see
+            `validator_and_played`.
+        clean: Scenes without an attack that thresholds are measured on, the first 50 of them, named
+            as `scenarios` are; None: the first half of the scenarios, ten or more.  They are not
+            played.  Refused where no threshold is measured.
+        response: What the car does at an alarm: ``stop``, ``drop`` (it drives on without the
+            compromised sensors), ``repair`` (with their data repaired by the others); None: it
+            drives on as if there were none.
+        motion: What the planner takes as moving where there is no classifier: ``static``, nothing;
+            ``truth``: it knows how the real objects behind the boxes move.
         score_threshold: Detections of a lower score are not planned on, in [0, 1].
         agent: The part that the agent plays.
 

@@ -36,18 +36,23 @@ class PatchAttackEnv(SensorAttackEnv):
     """Make a safe drive unsafe by standing a printed patch where it does most harm.
 
     ## Description
-    A car finds the objects around it with a stereo detector and plans a lane change, or to keep
-    its lane, among them.  The attacker has one round patch and chooses where it stands, how it is
+    A car finds the objects around it with a stereo detector and plans a lane change, or to keep its
+    lane, among them.  The attacker has one round patch and chooses where it stands, how it is
     turned and how large it is seen; both cameras see it as a poster that faces the car.  An episode
     is one scene with one driving intention that the car drives safely without an attack.  Every
     step is one query: the car looks at the pair with the patch and plans anew, and its trajectory
     is checked for collisions with what is really there (the poster itself is no obstacle).
 
+    With a `validator` in the car, it responds to an alarm as `response` states (it stops, drops
+    the compromised sensors or repairs their data; None: it drives on), and an attack counts only
+    where the drive is unsafe in spite of that: by a collision, or without a plan where the car did
+    not stop at an alarm; where it drives on, only without an alarm.
+
     ## Observation
     `Box(-1, 1, (124,), float32)`: see `avsec_gym.envs.sensor_attack_features.features`; then the
-    place that the patch got at the last query, as in the action, zeros at first.  With `image=True`
-    a `Dict` of these `features` and `image`, `Box(0, 255, (48, 160, 3), uint8)`: the left image
-    without the patch, made small.
+    place that the patch got at the last query, as in the action, zeros at first.  With
+    `observation="images"` the left image without the patch, made small,
+    `Box(0, 255, (48, 160, 3), uint8)`; with `"both"` a `Dict` of `features` and `images`.
 
     ## Action
     `Box(-1, 1, (5,), float32)`: of the patch's centre the column, from left to right, and the row,
@@ -66,26 +71,22 @@ class PatchAttackEnv(SensorAttackEnv):
     steps, whichever is less.
 
     ## Info
-    `planned`, `collision`, `safe`, `cost` (planned time in s, nan if unplanned), `outcome` (`safe`,
-    `collision`, `unplanned`; `reset` at reset), `scenario`, `intention`, `is_success`, `queries`
-    (spent), `objects` (real obstacles), `found` (those that a box the car believes in lies on),
-    `ghosts` (believed boxes where no obstacle is); and of the patch `u`, `v`, `disparity`, `radius`
-    (pixels) and `rotation` (radians), nan at reset, and `area` (pixels of the left image that it
-    changed).
+    `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
+    `cost_sm1`, `outcome`, `scenario`, `intention`: see `avsec_gym.envs.info.drive_info`;
+    `is_success`, `queries` (spent), `objects` (real obstacles), `found` (those that a box the car
+    believes in lies on), `ghosts` (believed boxes where no obstacle is), `alarm` (of the
+    validator); and of the patch `u`, `v`, `disparity`, `radius` (pixels) and `rotation` (radians),
+    nan at reset, and `area` (pixels of the left image that it changed).
 
     ## Arguments
-    * `scenarios="mixed"`: a default suite of the procedural world (`mixed`, `street`, `highway`,
-      made in the cache on first use); a folder in KITTI's object layout; or a dictionary such as
-      `{"source": "mixed", "split": "train", "count": 10}`.
-    * `detector="dsgn"`: or `"stereo_rcnn"`, a dictionary such as
-      `{"name": "dsgn", "weights": "FILE"}`, or a live detector.
+    * The car's parts, all but `attack`, see `avsec_gym.envs.parts.Parts`: `scenarios="mixed"`, a
+      default suite of the procedural world, made in the cache on first use, or a folder in KITTI's
+      object layout, or a dictionary such as `{"source": "mixed", "split": "train", "count": 10}`;
+      `detector="dsgn"`, `classifier=None`, `selector=None`, `planner="astar"`, `motion="static"`,
+      `score_threshold=0.3`; `validator=None`, with `clean=None` and `response="stop"`.
     * `patch=None`: the package's patch against this detector, of noise where it has none;
       `"noise"`, uniform; `"grey"`; a file that `avsec attack patch` made; or a live patch.
-    * `planner="astar"`
-    * `motion="static"`: the planner takes everything to stand; `"truth"`: it knows how the real
-      objects behind the boxes move.
-    * `score_threshold=0.3`: boxes below it, in [0, 1], are not planned on.
-    * `image=False`
+    * `observation="features"`: or `"images"`, `"both"`, see above.
     * `queries=None`: the budget that the observation counts; None: 10.  An environment does not
       know the `max_episode_steps` that Gymnasium was given: for a budget of 20 pass both as 20.
     * `price=0.02`: from 0 to 1.

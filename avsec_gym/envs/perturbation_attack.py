@@ -24,19 +24,24 @@ class PerturbationAttackEnv(SensorAttackEnv):
     """Make a safe drive unsafe by changing every pixel a little, with the detector as a black box.
 
     ## Description
-    A car finds the objects around it with a stereo detector and plans a lane change, or to keep
-    its lane, among them.  The attacker adds a pattern to both images: a sum of a few plane waves,
-    of which only the sign counts, so that nearly every pixel changes by as much as is allowed.  It
+    A car finds the objects around it with a stereo detector and plans a lane change, or to keep its
+    lane, among them.  The attacker adds a pattern to both images: a sum of a few plane waves, of
+    which only the sign counts, so that nearly every pixel changes by as much as is allowed.  It
     cannot look into the detector; it sees the scene and the result of its last query.  An episode
     is one scene with one driving intention that the car drives safely without an attack.  Every
     step is one query: the car looks at the attacked pair and plans anew, and its trajectory is
     checked for collisions with what is really there.
 
+    With a `validator` in the car, it responds to an alarm as `response` states (it stops, drops
+    the compromised sensors or repairs their data; None: it drives on), and an attack counts only
+    where the drive is unsafe in spite of that: by a collision, or without a plan where the car did
+    not stop at an alarm; where it drives on, only without an alarm.
+
     ## Observation
     `Box(-1, 1, (119 + 2 waves,), float32)`, twice as many waves with `shared=False`: see
     `avsec_gym.envs.sensor_attack_features.features`; then the last action, zeros at first.  With
-    `image=True` a `Dict` of these `features` and `image`, `Box(0, 255, (48, 160, 3), uint8)`: the
-    left image without the attack, made small.
+    `observation="images"` the left image without the attack, made small,
+    `Box(0, 255, (48, 160, 3), uint8)`; with `"both"` a `Dict` of `features` and `images`.
 
     ## Action
     `Box(-1, 1, (2 waves,), float32)`: coefficients of the cosines, then of the sines.  Both images
@@ -47,35 +52,31 @@ class PerturbationAttackEnv(SensorAttackEnv):
     the waves.
 
     ## Reward
-    1 when the safe drive becomes unsafe (collision, or no plan), less 0.02 for the query and
-    0.02 times strength / `epsilon`.
+    1 when the safe drive becomes unsafe (collision, or no plan), less 0.02 for the query and 0.02
+    times strength / `epsilon`.
 
     ## Episode end
     Terminated when the drive became unsafe; truncated after `max_episode_steps` (10) or `queries`
     steps, whichever is less.
 
     ## Info
-    `planned`, `collision`, `safe`, `cost` (planned time in s, nan if unplanned), `outcome` (`safe`,
-    `collision`, `unplanned`; `reset` at reset), `scenario`, `intention`, `is_success`, `queries`
-    (spent), `objects` (real obstacles), `found` (those that a box the car believes in lies on),
-    `ghosts` (believed boxes where no obstacle is), `change` (the largest of any pixel, grey
-    levels).
+    `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
+    `cost_sm1`, `outcome`, `scenario`, `intention`: see `avsec_gym.envs.info.drive_info`;
+    `is_success`, `queries` (spent), `objects` (real obstacles), `found` (those that a box the car
+    believes in lies on), `ghosts` (believed boxes where no obstacle is), `alarm` (of the
+    validator), `change` (the largest of any pixel, grey levels).
 
     ## Arguments
-    * `scenarios="mixed"`: a default suite of the procedural world (`mixed`, `street`, `highway`,
-      made in the cache on first use); a folder in KITTI's object layout; or a dictionary such as
-      `{"source": "mixed", "split": "train", "count": 10}`.
-    * `detector="dsgn"`: or `"stereo_rcnn"`, a dictionary such as
-      `{"name": "dsgn", "weights": "FILE"}`, or a live detector.
-    * `planner="astar"`
-    * `motion="static"`: the planner takes everything to stand; `"truth"`: it knows how the real
-      objects behind the boxes move.
-    * `score_threshold=0.3`: boxes below it, in [0, 1], are not planned on.
+    * The car's parts, all but `attack`, see `avsec_gym.envs.parts.Parts`: `scenarios="mixed"`, a
+      default suite of the procedural world, made in the cache on first use, or a folder in KITTI's
+      object layout, or a dictionary such as `{"source": "mixed", "split": "train", "count": 10}`;
+      `detector="dsgn"`, `classifier=None`, `selector=None`, `planner="astar"`, `motion="static"`,
+      `score_threshold=0.3`; `validator=None`, with `clean=None` and `response="stop"`.
     * `epsilon=8`: grey levels, a whole number from 1 to 255, as a camera's are.
     * `waves=8`: at most 256; `wavelengths=(12, 60)`: shortest and longest, pixels of the camera,
       from 2 to 10,000.
     * `shared=True`: both images get one pattern, as in the text of the thesis.
-    * `image=False`
+    * `observation="features"`: or `"images"`, `"both"`, see above.
     * `queries=None`: the budget that the observation counts; None: 10.  An environment does not
       know the `max_episode_steps` that Gymnasium was given: for a budget of 20 pass both as 20.
     * `price=0.02`: from 0 to 1.

@@ -59,8 +59,9 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
     the cameras, or fires bogus returns into the LiDAR (the thesis' attacks, section 3.2.4).  The
     agent is the validator: it sees how far the sensors contradict each other, and names those that
     are attacked.  `ValidatorPolicy` makes any validator of this project an agent, so that
-    `evaluate_policy` of stable-baselines3 ranks them, and trained ones beside them.  No car drives
-    here.
+    `evaluate_policy` of stable-baselines3 ranks them, and trained ones beside them.  In labelled
+    scenes the rest of the car drives on the agent's answer, as `response` states, so that a
+    validator is judged by what it saves too; in recorded drives no car drives.
 
     ## Observation
     `Box(0, 1, (E,), float32)`: how far the sensors contradict each other, shares from 0 to 1: of
@@ -82,18 +83,26 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
     ## Info
     `is_success` (named exactly), `attacked` and `named` (sensors, such as `"lidar 3"`, in the order
     of `sensors`; empty at reset, and where there are none), `hits` (attacked and named), `missed`
-    (attacked, not named), `false_alarms` (named, not attacked), `scenario` (the frame's id).  As
-    in every environment there are `planned`, `collision`, `safe`, `cost` (0), `outcome` (`reset`,
-    then `unplanned`) and `intention`; since no car drives, they mean nothing here.
+    (attacked, not named), `false_alarms` (named, not attacked).  As in every environment,
+    `planned`, `success`, `collision`, `safe`, `cost`, `path_length`, `smallest_distance`,
+    `cost_sm1`, `outcome`, `scenario` (the frame's id), `intention`: see
+    `avsec_gym.envs.info.drive_info`.  In recorded drives, where no car drives, the numbers are 0
+    and the outcome is `unplanned`.
 
     ## Arguments
     * `scenarios="raw"`: the default suite of drives of the procedural world, made in the cache on
-      first use; a drive, a day of drives or a folder of days in KITTI's raw layout; or a dictionary
-      such as `{"source": "raw", "first": 0, "count": 20}`, to train and to judge on different ones.
-    * `sensors=("lidar", 1, 3, 2)`: S_0 to S_n, the LiDAR, if any, then cameras from right to left.
+      first use; a drive, a day of drives or a folder of days in KITTI's raw layout; a dictionary
+      such as `{"source": "raw", "first": 0, "count": 20}`, to train and to judge on different ones;
+      or labelled scenes with scans, named as in the other environments: `"mixed"`, a folder in
+      KITTI's object layout.
+    * The other parts, but for `validator` and `clean`, see `avsec_gym.envs.parts.Parts`; they drive
+      in labelled scenes.  `attack="thesis"`: the thesis' attacks on sensors that are drawn; or an
+      optical attack, such as `{"name": "facula", "camera": 2}`; None: no attack.
+    * `sensors=None`: S_0 to S_n, the LiDAR, if any, then cameras from right to left; None:
+      `("lidar", 1, 3, 2)` in drives, `("lidar", 3, 2)` in labelled scenes.
     * `depth="sgbm"`: how disparities of two cameras are found; a name or a dictionary.
-    * `clean=0.5`: share of the episodes without an attack; in the others, every set of attacked
-      sensors is as likely.
+    * `unattacked=0.5`: share of the episodes without an attack; in the others, every set of
+      attacked sensors is as likely.
     * `most=None`: sensors attacked at once; None: n - 2, which is as many as the thesis' algorithms
       can name.
     * `render_mode`: None, `"rgb_array"` or `"human"` (needs the extra `view`).
@@ -119,7 +128,8 @@ class SensorIdentificationEnv(DrawnEnv[Observation]):
     ) -> None:
         super().__init__(render_mode)
         # The thesis' attacks are drawn for each episode; any other one is made now.
-        self._drawn = parts.get("attack", _THESIS) == _THESIS
+        attack = parts.get("attack", _THESIS)
+        self._drawn = isinstance(attack, str) and attack == _THESIS
         self.parts = parts_of(self, {**parts, "attack": None} if self._drawn else parts)
         self._attack = _optical(self.parts.attack)
         usual = usual_sensors(self.parts.scenarios)

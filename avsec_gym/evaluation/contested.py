@@ -40,9 +40,9 @@ def is_contested(scene: Scene, intention: Intention, planner: Planner | None = N
 
     Example:
         >>> from avsec_gym.scenario.scene_sets import procedural_scenes
-        >>> scenes = procedural_scenes(8).labelled
+        >>> scenes = procedural_scenes(16).labelled
         >>> [scene.id for scene in scenes if is_contested(scene, Intention.RIGHT)]
-        ['layout-0-000006']
+        ['street-000013']
     """
 
     def safe(believed: Boxes3D | None) -> bool:
