@@ -40,10 +40,10 @@ class GhostObjectEnv(DetectionAttackEnv):
     of its heading, and each hide's action.
 
     ## Action
-    `Box(-1, 1, (4 ghosts + hides,), float32)`.  For each ghost: above 0 puts it there; x in 10..30 m
-    ahead; y in -8..8 m (left is positive); heading in -pi..pi; each scaled linearly.  For each hide:
-    33 equal parts, the first hides nothing, part k the k-th nearest object.  `GhostRange.encode`
-    and `decode` convert ghosts.
+    `Box(-1, 1, (4 ghosts + hides,), float32)`.  For each ghost: above 0 puts it there; x in
+    10..30 m ahead; y in -8..8 m (left is positive); heading in -pi..pi; each scaled linearly.  For
+    each hide: 33 equal parts, the first hides nothing, part k the k-th nearest object.
+    `GhostRange.encode` and `decode` convert ghosts.
 
     ## Reward
     1 when the safe drive becomes unsafe (collision, or no plan), less 0.02 for the query and 0.02

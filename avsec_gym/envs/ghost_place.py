@@ -65,7 +65,8 @@ class GhostPlaceEnv(DetectionAttackEnv):
     * Of the car's parts those that need no sensors, see `avsec_gym.envs.parts.Parts`: `scenarios`,
       `planner`, `motion`.
     * `scenarios="layouts"`: 200 procedural layouts; `"mixed_contested"`; a folder of labelled
-      scenarios or of KITTI labels; or a dictionary such as `{"name": "layouts", "seed": 1, "count": 1000}`.
+      scenarios or of KITTI labels; or a dictionary such as
+      `{"name": "layouts", "seed": 1, "count": 1000}`.
     * `planner="astar"`: or `"gbfs"`, or a dictionary such as `{"name": "astar", "node_limit": 99}`.
     * `places=16`: from 2 to 16.
     * `motion="static"`: the planner takes everything to stand, as detections carry no motion;
