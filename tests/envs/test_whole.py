@@ -240,6 +240,21 @@ def test_images_are_so_small_that_usual_networks_stay_small(
     assert sum(weights.numel() for weights in model.policy.parameters()) < 5e6
 
 
+@pytest.mark.usefixtures("small_suite")
+def test_the_lines_of_the_page_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its first lines, and those on contested scenes."""
+    monkeypatch.setattr("avsec_gym.envs.game_validator.FEWEST", 3)
+    page = (Path(__file__).parents[2] / "docs/environments.md").read_text()
+    blocks = [block.partition("```")[0] for block in page.split("```python")[1:]]
+    first, contested = blocks[0], next(block for block in blocks if "mixed_contested" in block)
+    made: dict[str, Any] = {}
+    exec(first + contested, made)
+    judged = made["judged"]
+    judged.reset(seed=0, options={"scenario": "000005"})
+    assert made["validator"].reset(seed=0)[1]["outcome"] == "reset"
+    assert made["objects"].reset(seed=0)[1]["outcome"] == "reset"
+
+
 @pytest.mark.parametrize(
     "id", ["DetectorBenchmark", *DEFENDED, "SensorIdentification"], ids=lambda id: id
 )
