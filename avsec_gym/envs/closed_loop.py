@@ -36,15 +36,22 @@ from avsec_gym.closed_loop.vehicles import Car, CarWithMetaActions
 from avsec_gym.envs.closed_loop_info import SoFar, drive_info
 from avsec_gym.envs.closed_loop_observation import observation_of
 from avsec_gym.envs.closed_loop_parts import checked_scenarios, perception_of
+from avsec_gym.envs.parts import parts_of, takes_parts
 from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.errors import ConfigurationError
+from avsec_gym.registry import Kind
 from avsec_gym.scenario.intention import Intention, intentions_named
 from avsec_gym.scenario.planning_scenario import EgoState
 from avsec_gym.scenario.scene import Motion
 from avsec_gym.suggestions import unknown_name
-from avsec_gym.validation.response import Response
 
 
+@takes_parts(
+    Kind.PLANNER,
+    refused={"clean": "thresholds come as a table here, which `avsec validate` makes"},
+    scenarios="layouts",
+    motion="truth",
+)
 class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     """Drive a car among recorded or reacting traffic, by what it believes.
 
@@ -122,45 +129,29 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     * v0: first.
     """
 
+    title = "avsec/ClosedLoop-v0"
+
     def __init__(
         self,
-        scenarios: Any = "layouts",
+        *,
         perception: Any = "truth",
-        detector: Any = "dsgn",
-        attack: Any = None,
-        classifier: Any = None,
-        selector: Any = None,
-        planner: Any = "astar",
-        validator: Any = None,
-        response: Response | str = Response.STOP,
-        motion: Motion | str = Motion.TRUTH,
-        score_threshold: float = 0.3,
         traffic: str = RECORDED,
         duration: float = DURATION,
         config: dict[str, Any] | None = None,
         render_mode: str | None = None,
+        **parts: Any,
     ) -> None:
         modes: list[str] = AbstractEnv.metadata["render_modes"]
         if render_mode is not None:
             render_mode = one_of("render_mode", render_mode, modes)
         # highway-env writes the frame rate into its metadata: every environment has its own.
         self.metadata: dict[str, Any] = dict(AbstractEnv.metadata)
-        self.motion = Motion.named(motion)
+        taken = parts_of(self, parts)
+        self.motion = Motion.named(taken.motion)
         self.traffic_behaviour = one_of("traffic", traffic, (RECORDED, REACTING))
         self.duration = number("duration", duration, 0.5, 30.0)
-        self._scenarios = checked_scenarios(scenarios)
-        self._perception, self.planner = perception_of(
-            perception,
-            detector=detector,
-            attack=attack,
-            classifier=classifier,
-            selector=selector,
-            planner=planner,
-            validator=validator,
-            response=response,
-            motion=self.motion,
-            score_threshold=score_threshold,
-        )
+        self._scenarios = checked_scenarios(taken.scenarios)
+        self._perception, self.planner = perception_of(perception, taken)
         self._scenes: LoopScenes | None = None
         self._ready = False
         self.intention = Intention.STRAIGHT

@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from avsec_gym.argument_checks import number, one_of
-from avsec_gym.attacks.attacked_detector import attack_kind
+from avsec_gym.argument_checks import one_of
 from avsec_gym.closed_loop.error_model.model import ErrorModel
 from avsec_gym.closed_loop.error_model.perception import ErrorModelPerception
 from avsec_gym.closed_loop.loop_scenes import DRIVES, LoopScenes, loop_scenes, scenes_to_drive_in
@@ -18,6 +17,7 @@ from avsec_gym.closed_loop.perception import (
     TruthPerception,
 )
 from avsec_gym.envs.one_thread import one_thread
+from avsec_gym.envs.parts import Parts
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.pipeline import Pipeline
 from avsec_gym.registry import Kind, check, make
@@ -27,7 +27,6 @@ from avsec_gym.scenario.scene_sets import LAYOUTS, SceneSet
 from avsec_gym.storage.regular_files import is_folder
 from avsec_gym.suggestions import unknown_name
 from avsec_gym.unknown_source import unknown_source
-from avsec_gym.validation.response import Response
 
 TRUTH, BLIND, SENSORS, ERROR_MODEL = "truth", "blind", "sensors", "error_model"
 """Levels of perception."""
@@ -68,42 +67,23 @@ def checked_scenarios(what: Any) -> Any:
     return arguments if source in (LAYOUTS, DRIVES) else loop_scenes(**arguments)
 
 
-def perception_of(
-    perception: Any,
-    *,
-    planner: Any,
-    score_threshold: float,
-    response: Any,
-    motion: Motion,
-    **parts: Any,
-) -> tuple[Made, Any]:
+def perception_of(perception: Any, parts: Parts) -> tuple[Made, Any]:
     """The perception, or what makes it when it is needed, and the planner; both checked.
 
     Args:
         perception: A level, or a live `DrivePerception`.
-        planner: The planner of a driver that plans.
-        score_threshold: The least score of a detection that is believed.
-        response: The car's response to the validator's alarm.
-        motion: How believed objects are taken to move.
-        parts: Detector, attack, classifier, selector and validator, by their names.
+        parts: The parts of the car.
 
     Raises:
-        ConfigurationError: A name is unknown, or a number is out of range.
+        ConfigurationError: A name is unknown, or thresholds have no table.
     """
-    threshold = number("score_threshold", score_threshold, 0.0, 1.0)
-    response = Response.named(response)
-    check(Kind.PLANNER, planner)
     with one_thread():
-        planner = make(Kind.PLANNER, planner)
-    for kind in (Kind.DETECTOR, Kind.ATTACK, Kind.CLASSIFIER, Kind.SELECTOR, Kind.VALIDATOR):
-        part = parts[kind]
-        if part is None and kind != Kind.DETECTOR:
-            continue
-        chosen = attack_kind(part) if kind == Kind.ATTACK else kind
-        check(chosen, part)
+        planner = make(Kind.PLANNER, parts.planner)
+    if parts.validator is not None:
+        check(Kind.VALIDATOR, parts.validator)
     if isinstance(perception, Mapping):
         perception = _level(perception)
-    if perception == ERROR_MODEL:
+    if isinstance(perception, str) and perception == ERROR_MODEL:
         raise ConfigurationError(
             'perception by an error model names its file: {"name": "error_model", "model": FILE};'
             " `avsec error-model fit` makes one"
@@ -116,7 +96,7 @@ def perception_of(
             )
         return perception, planner
     level = one_of("perception", perception, (TRUTH, BLIND, SENSORS))
-    if motion == Motion.CLASSIFIER and (level != SENSORS or parts[Kind.CLASSIFIER] is None):
+    if parts.motion == Motion.CLASSIFIER and level != SENSORS:
         raise ConfigurationError(
             'motion="classifier" needs perception="sensors" and a classifier, such as "small"; '
             'without one use "static" or "truth"'
@@ -129,7 +109,14 @@ def perception_of(
     def sensors() -> DrivePerception:
         with one_thread():
             pipeline = Pipeline(
-                **parts, planner=planner, score_threshold=threshold, response=response
+                parts.detector,
+                attack=parts.attack,
+                classifier=parts.classifier,
+                selector=parts.selector,
+                planner=planner,
+                score_threshold=parts.score_threshold,
+                validator=parts.validator,
+                response=parts.response,
             )
         return SensorPerception(pipeline)
 

@@ -135,6 +135,7 @@ OWN = {
     "scenarios": {"layouts", "raw"},
     "detector": {"scan_obstacles", None},
     "attack": {"thesis"},
+    "motion": {"truth"},
 }
 """Defaults that docs/environments.md lists as other ones, with the reason."""
 
