@@ -12,7 +12,7 @@ import pytest
 import tyro
 
 from avsec_gym.boxes import Boxes3D
-from avsec_gym.cli import COMMANDS, Group, every_command, run
+from avsec_gym.cli import COMMANDS, CommandGroup, every_command, run
 from avsec_gym.closed_loop.error_model.model import ErrorModel, write_error_model
 from avsec_gym.commands.arguments import Option, options
 from avsec_gym.kitti.labels import write_detections
@@ -22,7 +22,7 @@ from avsec_gym.scenario.builder import build_planning_scenario
 from avsec_gym.scenario.commonroad import write_commonroad
 
 EVERY = every_command()
-GROUPS = [name for name, found in COMMANDS.items() if isinstance(found, Group)]
+GROUPS = [name for name, found in COMMANDS.items() if isinstance(found, CommandGroup)]
 SAYS_NO = re.compile(r"(Do not|Without|\w+ (no|not|nothing))\b")
 """How the text of an option begins that switches something off."""
 
