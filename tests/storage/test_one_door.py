@@ -61,7 +61,7 @@ REASONS = {
     # Texts that this process, or one that it has started, has made itself.
     "runs/experiment.py": {"json.loads"},
     "perception/training/trainer.py": {"json.loads"},
-    "perception/detectors/dsgn/editions.py": {"json.loads"},
+    "perception/weights/recorded.py": {"json.loads"},
     "validation/validation_folder.py": {"json.loads"},
     # Written, not read.
     "storage/atomic_write.py": {"open"},
