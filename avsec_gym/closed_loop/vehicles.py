@@ -9,6 +9,7 @@ import numpy as np
 from highway_env.road.road import Road
 from highway_env.vehicle.behavior import IDMVehicle
 from highway_env.vehicle.controller import MDPVehicle
+from highway_env.vehicle.graphics import VehicleGraphics
 from highway_env.vehicle.kinematics import Vehicle
 
 from avsec_gym.closed_loop.road_frame import mirrored_angle, mirrored_points
@@ -38,6 +39,12 @@ class Car(Vehicle):  # type: ignore[misc]
     steering_angle = 0.0
     """Of the wheels, radians, positive to the right as in highway-env's plane."""
     _rate = 0.0
+
+    @property
+    def color(self) -> tuple[int, int, int]:
+        """As highway-env paints the vehicle that is driven: green, and red once it has crashed."""
+        colour: tuple[int, int, int] = VehicleGraphics.EGO_COLOR
+        return VehicleGraphics.RED if self.crashed else colour
 
     def act(self, action: dict[str, float] | str | None = None) -> None:
         """Take an acceleration (m/s2) and a steering angle (rad, to the right) to turn to."""
