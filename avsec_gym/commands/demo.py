@@ -41,9 +41,9 @@ class Demo:
 
     def run(self) -> int:
         """Do it; the exit code: 3 where something failed."""
-        from avsec_gym.experiments.chapter5.rows import as_json
         from avsec_gym.experiments.chapter5.section.findings import outcomes_of
         from avsec_gym.experiments.demo import demo_rows, unpatched
+        from avsec_gym.experiments.json_rows import as_json
         from avsec_gym.experiments.procedural_frames import PROCEDURAL
         from avsec_gym.runs.run_folder import RunFolder
 

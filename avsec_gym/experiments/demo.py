@@ -8,7 +8,6 @@ from statistics import fmean
 from avsec_gym.experiments.chapter5.attacked_drives import attacked_cells, attacked_inputs
 from avsec_gym.experiments.chapter5.experiments import SECTION
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, Outcomes
-from avsec_gym.experiments.chapter5.rows import keyed
 from avsec_gym.experiments.chapter5.scenes import OPTIONS
 from avsec_gym.experiments.chapter5.settings import (
     DETECTORS,
@@ -19,6 +18,7 @@ from avsec_gym.experiments.chapter5.settings import (
 )
 from avsec_gym.experiments.chapter5.trained import patches_there
 from avsec_gym.experiments.chapter5.true_drives import true_cells
+from avsec_gym.experiments.json_rows import keyed
 from avsec_gym.experiments.procedural_frames import PROCEDURAL, USUAL_COUNT
 from avsec_gym.metrics.average_precision import LOW_IOU, STANDARD_IOU
 from avsec_gym.metrics.average_precision_frames import LEVELS

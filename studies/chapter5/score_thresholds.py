@@ -17,9 +17,9 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.console import progress
 from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_name
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
-from avsec_gym.experiments.chapter5.rows import as_json
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, labels_of, scenes_of
 from avsec_gym.experiments.chapter5.settings import PATCHES, PERTURBATIONS, UNATTACKED
+from avsec_gym.experiments.json_rows import as_json
 from avsec_gym.kitti.detections import above
 from avsec_gym.metrics.safety import SafetyRates
 from avsec_gym.report.markdown_table import markdown_table, share

@@ -19,7 +19,6 @@ from avsec_gym.experiments.chapter5.ghost_shares import GhostRow, ghost_rows
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
 from avsec_gym.experiments.chapter5.patch_effects import PatchEffectRow, patch_effect_rows
 from avsec_gym.experiments.chapter5.pyramid import PyramidRow, pyramid_rows
-from avsec_gym.experiments.chapter5.rows import FLAT, keyed
 from avsec_gym.experiments.chapter5.scenes import OPTIONS, scenes_of
 from avsec_gym.experiments.chapter5.seen import SeenRow, seen_rows
 from avsec_gym.experiments.chapter5.tables import (
@@ -34,6 +33,7 @@ from avsec_gym.experiments.chapter5.tables import (
     precision_rows,
     safety_rows,
 )
+from avsec_gym.experiments.json_rows import FLAT, keyed
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import OnProgress
 

@@ -15,8 +15,8 @@ from avsec_gym.experiments.chapter5.ghost_positions import (
     visible_areas,
 )
 from avsec_gym.experiments.chapter5.outcomes import RESAMPLES, Condition, Outcomes
-from avsec_gym.experiments.chapter5.rows import FLAT
 from avsec_gym.experiments.chapter5.scenes import road_view_of
+from avsec_gym.experiments.json_rows import FLAT
 from avsec_gym.scenario.frame_scenes import FrameScenes
 
 _SHOWN = 1000

@@ -54,6 +54,10 @@ class Condition:
     strength: float = 0.0
     whole_levels: bool = False
 
+    def columns(self, key: str) -> dict[str, object]:
+        """Its fields, among the columns of a row; see `json_rows`."""
+        return dict(vars(self))
+
     @property
     def setting(self) -> str:
         """The setting of its episodes."""

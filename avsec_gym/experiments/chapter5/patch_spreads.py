@@ -17,7 +17,6 @@ from avsec_gym.experiments.chapter5.feature_spread import (
     SpreadExtent,
     feature_spread,
 )
-from avsec_gym.experiments.chapter5.rows import FLAT
 from avsec_gym.experiments.chapter5.scenes import PYRAMID_OPTIONS, scenes_of
 from avsec_gym.experiments.chapter5.settings import DETECTORS, WITHOUT_PYRAMID, setting
 from avsec_gym.experiments.chapter5.trained import (
@@ -26,6 +25,7 @@ from avsec_gym.experiments.chapter5.trained import (
     patches_there,
     trained_detector,
 )
+from avsec_gym.experiments.json_rows import FLAT
 from avsec_gym.frame import SensorFrame
 from avsec_gym.perception.detectors.detector import Detector
 from avsec_gym.perception.stereo_batch import StereoBatch, batch_of_frames

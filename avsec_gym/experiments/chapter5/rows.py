@@ -1,17 +1,18 @@
-"""What the rows of chapter 5's tables share: figures with intervals, paired tests, and their JSON.
+"""What the rows of chapter 5's tables share: figures with intervals, and paired tests.
 
-Each row is a dataclass beside the function that makes it.  In JSON it is flat: the columns of its
-`Condition` and of its rates stand among its own, and the interval of an `Estimate` beside it.
+Each row is a dataclass beside the function that makes it.  In JSON (`json_rows`) it is flat: the
+columns of its `Condition` and of its rates stand among its own, and the interval of an `Estimate`
+beside it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass
 
-from avsec_gym.experiments.chapter5.outcomes import Condition
+from avsec_gym.experiments.json_rows import as_json
 from avsec_gym.metrics.paired import paired_differences
-from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
+from avsec_gym.metrics.safety import SafetyRecord
 
 Interval = Sequence[float]
 """Low and high."""
@@ -29,10 +30,17 @@ class Estimate:
     value: float | None
     interval: Interval | None = None
 
+    def columns(self, key: str) -> dict[str, object]:
+        """Its figure, and the interval beside it; see `json_rows`.
+
+        Example:
+            >>> Estimate(0.5, (0.25, 0.75)).columns("rate")
+            {'rate': 0.5, 'rate_interval': [0.25, 0.75]}
+        """
+        return {key: self.value, f"{key}_interval": as_json(self.interval)}
+
 
 NOTHING = Estimate(None)
-FLAT = {"flat": True}
-"""Metadata of a field whose columns stand among those of the row."""
 
 
 @dataclass(frozen=True)
@@ -81,56 +89,3 @@ class PairedRates:
             became_safe=found["became_safe"],
             mcnemar_p=found["mcnemar_p"],
         )
-
-
-def keyed(key: str) -> Mapping[str, str]:
-    """Metadata of a field whose key in JSON is no name in Python."""
-    return {"key": key}
-
-
-def row_json(row: object) -> dict[str, object]:
-    """A row as flat JSON.
-
-    Args:
-        row: A dataclass.
-
-    Example:
-        >>> from avsec_gym.experiments.chapter5.seen import SeenRow
-        >>> found = Estimate(0.5, (0.25, 0.75))
-        >>> row_json(SeenRow(Condition("dsgn"), found, NOTHING, NOTHING))["cars_found_interval"]
-        [0.25, 0.75]
-    """
-    assert is_dataclass(row)
-    columns: dict[str, object] = {}
-    for column in fields(row):
-        key, value = column.metadata.get("key", column.name), getattr(row, column.name)
-        columns |= _columns(key, value, flat="flat" in column.metadata)
-    return columns
-
-
-def as_json(value: object) -> object:
-    """The JSON of rows in lists and mappings."""
-    if is_dataclass(value):
-        return row_json(value)
-    if isinstance(value, Mapping):
-        return {str(key): as_json(item) for key, item in value.items()}
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return [as_json(item) for item in value]
-    return value
-
-
-def _columns(key: str, value: object, *, flat: bool) -> dict[str, object]:
-    """The columns that a field makes."""
-    if isinstance(value, Estimate):
-        return {key: value.value, f"{key}_interval": as_json(value.interval)}
-    if isinstance(value, SafetyRates):
-        return value.to_json()
-    if flat and value is None:
-        return {}
-    if flat and isinstance(value, Mapping):
-        return {
-            name: number
-            for inner, item in value.items()
-            for name, number in _columns(inner, item, flat=False).items()
-        }
-    return row_json(value) if flat or isinstance(value, Condition) else {key: as_json(value)}

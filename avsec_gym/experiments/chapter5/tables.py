@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from avsec_gym.experiments.chapter5.outcomes import CATEGORY, Condition, Outcomes
-from avsec_gym.experiments.chapter5.rows import PairedRates, keyed
+from avsec_gym.experiments.chapter5.rows import PairedRates
 from avsec_gym.experiments.chapter5.settings import (
     DETECTORS,
     PATCHES,
@@ -18,6 +18,7 @@ from avsec_gym.experiments.chapter5.settings import (
     specific,
     thesis_setting,
 )
+from avsec_gym.experiments.json_rows import keyed
 from avsec_gym.experiments.thesis import (
     INTENTIONS,
     PRECISION,

@@ -13,7 +13,7 @@ from avsec_gym.attacks.patch_files import Patch, save_patch
 from avsec_gym.experiments.chapter5 import patch_spreads
 from avsec_gym.experiments.chapter5.feature_spread import FeatureSpread, LayerSpread, SpreadExtent
 from avsec_gym.experiments.chapter5.patch_spreads import PatchSpreads, spread_cells, spread_rows
-from avsec_gym.experiments.chapter5.rows import row_json
+from avsec_gym.experiments.json_rows import row_json
 from avsec_gym.perception.detectors.dsgn.detector import DsgnDetector
 from avsec_gym.runs.experiment import Configuration
 

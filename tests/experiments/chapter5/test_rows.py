@@ -10,9 +10,10 @@ from avsec_gym.experiments.chapter5.ghost_positions import GhostCount, ghost_sum
 from avsec_gym.experiments.chapter5.ghost_shares import GhostRow
 from avsec_gym.experiments.chapter5.outcomes import Condition
 from avsec_gym.experiments.chapter5.pyramid import PyramidRow
-from avsec_gym.experiments.chapter5.rows import NOTHING, Estimate, PairedRates, as_json, row_json
+from avsec_gym.experiments.chapter5.rows import NOTHING, Estimate, PairedRates
 from avsec_gym.experiments.chapter5.seen import SeenRow
 from avsec_gym.experiments.chapter5.tables import precision_rows
+from avsec_gym.experiments.json_rows import as_json, row_json
 from avsec_gym.metrics.paired import paired_differences
 
 CONDITION = Condition("dsgn", "thesis_pgd-1", 4.0)

@@ -13,8 +13,8 @@ from avsec_gym.attacks.patch import PatchAttack
 from avsec_gym.attacks.patch_ghosts import ghost_box
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.outcomes import Condition, Outcomes
-from avsec_gym.experiments.chapter5.rows import as_json
 from avsec_gym.experiments.chapter5.settings import PLACEMENTS
+from avsec_gym.experiments.json_rows import as_json
 from avsec_gym.frame import SensorFrame
 from avsec_gym.pipeline import run_episode
 from avsec_gym.rig import kitti_rig

@@ -6,7 +6,7 @@ from types import ModuleType, SimpleNamespace
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter5.outcomes import Condition
-from avsec_gym.experiments.chapter5.rows import as_json
+from avsec_gym.experiments.json_rows import as_json
 from avsec_gym.scenario.scene import Motion, Scene
 from studies.chapter5.score_thresholds import page, threshold_rows
 

@@ -6,7 +6,6 @@ from avsec_gym.experiments.chapter5.attack_names import attack_name, detector_na
 from avsec_gym.experiments.chapter5.figures import ChapterFigures, chapter_figures
 from avsec_gym.experiments.chapter5.outcomes import Outcomes
 from avsec_gym.experiments.chapter5.patch_spreads import spread_rows
-from avsec_gym.experiments.chapter5.rows import as_json, row_json
 from avsec_gym.experiments.chapter5.scenes import labels_of
 from avsec_gym.experiments.chapter5.section.answer_in_words import answer
 from avsec_gym.experiments.chapter5.section.pictures import maps_of, strips_of
@@ -19,6 +18,7 @@ from avsec_gym.experiments.chapter5.section.sections import (
 )
 from avsec_gym.experiments.chapter5.settings import ATTACKS, DETECTORS, WITHOUT_PYRAMID
 from avsec_gym.experiments.chapter5.true_drives import GROUND_TRUTH
+from avsec_gym.experiments.json_rows import as_json, row_json
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import Findings, ReportRequest
 

@@ -1,0 +1,131 @@
+"""Rows of results as JSON: a dataclass is an object with a column for each field.
+
+A field with the metadata `FLAT` has its own columns among those of the row; `keyed` gives a column
+another key.  What has a method `columns` makes several columns of one field.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from types import NoneType
+from typing import Any, Protocol, TypeVar, get_args, get_origin, get_type_hints, runtime_checkable
+
+from avsec_gym.metrics.safety import SafetyRates
+
+FLAT = {"flat": True}
+"""Metadata of a field whose columns stand among those of the row; None has no columns."""
+
+R = TypeVar("R")
+
+
+@runtime_checkable
+class HasColumns(Protocol):
+    """What makes several columns of one field."""
+
+    def columns(self, key: str) -> dict[str, object]:
+        """The columns of the field that this key names."""
+        ...
+
+
+def keyed(key: str) -> Mapping[str, str]:
+    """Metadata of a field whose key in JSON is no name in Python."""
+    return {"key": key}
+
+
+def row_json(row: object) -> dict[str, object]:
+    """A row as JSON.
+
+    Args:
+        row: A dataclass.
+
+    Example:
+        >>> from avsec_gym.metrics.clustered_shares import share_of
+        >>> row_json(share_of([], []))
+        {'count': 0, 'of': 0, 'rate': None, 'interval': None}
+    """
+    assert is_dataclass(row)
+    columns: dict[str, object] = {}
+    for column in fields(row):
+        key, value = column.metadata.get("key", column.name), getattr(row, column.name)
+        columns |= _columns(key, value, flat="flat" in column.metadata)
+    return columns
+
+
+def as_json(value: object) -> object:
+    """The JSON of rows in lists and mappings."""
+    if is_dataclass(value):
+        return row_json(value)
+    if isinstance(value, Mapping):
+        return {str(key): as_json(item) for key, item in value.items()}
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return [as_json(item) for item in value]
+    return value
+
+
+def row_of(kind: type[R], columns: Mapping[str, Any]) -> R:
+    """The row that `row_json` made this JSON of; columns that it does not know are left out.
+
+    Args:
+        kind: The dataclass; of types with `columns` it holds none.
+        columns: The JSON.  What is absent has the field's default, or None where it may be None.
+
+    Raises:
+        KeyError: A column is missing.
+    """
+    hints = get_type_hints(kind)
+    values: dict[str, Any] = {}
+    for column in fields(kind):  # type: ignore[arg-type]
+        key, hint = column.metadata.get("key", column.name), hints[column.name]
+        if "flat" in column.metadata:
+            values[column.name] = _flat_value(hint, columns)
+        elif key in columns:
+            values[column.name] = _value(hint, columns[key])
+        elif NoneType in get_args(hint):
+            values[column.name] = None
+        else:
+            raise KeyError(key)
+    return kind(**values)
+
+
+def _columns(key: str, value: object, *, flat: bool) -> dict[str, object]:
+    """The columns that a field makes."""
+    if isinstance(value, HasColumns):
+        return value.columns(key)
+    if isinstance(value, SafetyRates):
+        return value.to_json()
+    if flat and value is None:
+        return {}
+    if flat and isinstance(value, Mapping):
+        return {
+            name: number
+            for inner, item in value.items()
+            for name, number in _columns(inner, item, flat=False).items()
+        }
+    return row_json(value) if flat else {key: as_json(value)}
+
+
+def _flat_value(hint: Any, columns: Mapping[str, Any]) -> Any:
+    """The value of a `FLAT` field; None where it may be None and a column of it is missing."""
+    try:
+        return _value(hint, columns)
+    except KeyError:
+        if NoneType in get_args(hint):
+            return None
+        raise
+
+
+def _value(hint: Any, found: Any) -> Any:
+    """A field's value of its JSON."""
+    if found is None:
+        return None
+    if NoneType in (members := get_args(hint)):
+        [hint] = [member for member in members if member is not NoneType]
+    if is_dataclass(hint):
+        assert isinstance(hint, type)
+        return row_of(hint, found)
+    if get_origin(hint) is Sequence:
+        return [_value(get_args(hint)[0], item) for item in found]
+    if get_origin(hint) is Mapping:
+        return {key: _value(get_args(hint)[1], item) for key, item in found.items()}
+    return found

@@ -1,0 +1,76 @@
+"""Rows become JSON and rows again."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import pytest
+
+from avsec_gym.experiments.json_rows import FLAT, as_json, keyed, row_json, row_of
+
+
+@dataclass(frozen=True)
+class Wheel:
+    radius: float
+    spokes: Sequence[int] | None
+
+
+@dataclass(frozen=True)
+class Brand:
+    name: str
+    founded: int
+
+
+@dataclass(frozen=True)
+class Owner:
+    owner: str
+
+
+@dataclass(frozen=True)
+class Car:
+    """A dataclass of all kinds of fields."""
+
+    wheels: Sequence[Wheel]
+    by_place: Mapping[str, Wheel]
+    brand: Brand = field(metadata=FLAT)
+    owner: Owner | None = field(metadata=FLAT)
+    spare: Wheel | None
+    at_40: float = field(metadata=keyed("ap_40"))
+
+
+WHEEL, SPARE = Wheel(0.5, (1, 2)), Wheel(0.25, None)
+CAR = Car([WHEEL], {"front": SPARE}, Brand("bmw", 1916), None, None, 0.5)
+COLUMNS = {
+    "wheels": [{"radius": 0.5, "spokes": [1, 2]}],
+    "by_place": {"front": {"radius": 0.25, "spokes": None}},
+    "name": "bmw",
+    "founded": 1916,
+    "spare": None,
+    "ap_40": 0.5,
+}
+
+
+def test_a_row_keeps_the_order_of_its_fields() -> None:
+    assert row_json(CAR) == COLUMNS
+    assert list(row_json(CAR)) == list(COLUMNS)
+    assert as_json([{"one": CAR}]) == [{"one": COLUMNS}]
+
+
+def test_json_becomes_the_row_again() -> None:
+    found = row_of(Brand, {"name": "bmw", "founded": 1916, "of another release": 1})
+    assert found == Brand("bmw", 1916)
+    again = row_of(Car, json.loads(json.dumps(row_json(CAR))))
+    assert again.brand == CAR.brand
+    assert again.by_place == CAR.by_place
+    assert again.owner is None
+    assert isinstance(again.wheels[0], Wheel)
+    assert row_json(again) == COLUMNS
+
+
+def test_what_is_missing_is_none_where_it_may_be() -> None:
+    without = {key: value for key, value in COLUMNS.items() if key != "spare"}
+    assert row_of(Car, without).spare is None
+    with pytest.raises(KeyError, match="founded"):
+        row_of(Brand, {"name": "bmw"})
