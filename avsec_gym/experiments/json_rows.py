@@ -1,13 +1,14 @@
 """Rows of results as JSON: a dataclass is an object with a column for each field.
 
-A field with the metadata `FLAT` has its own columns among those of the row; `keyed` gives a column
-another key.  What has a method `columns` makes several columns of one field.
+A field with the metadata `FLAT`, and rates of episodes, have their own columns among those of the
+row; `keyed` gives a column another key.  What has a method `columns` makes several columns of one
+field.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from types import NoneType
 from typing import Any, Protocol, TypeVar, get_args, get_origin, get_type_hints, runtime_checkable
 
@@ -15,6 +16,8 @@ from avsec_gym.metrics.safety import SafetyRates
 
 FLAT = {"flat": True}
 """Metadata of a field whose columns stand among those of the row; None has no columns."""
+OPTIONAL = {"optional": True}
+"""Metadata of a field that is no column where it is None."""
 
 R = TypeVar("R")
 
@@ -48,7 +51,8 @@ def row_json(row: object) -> dict[str, object]:
     columns: dict[str, object] = {}
     for column in fields(row):
         key, value = column.metadata.get("key", column.name), getattr(row, column.name)
-        columns |= _columns(key, value, flat="flat" in column.metadata)
+        if value is not None or "optional" not in column.metadata:
+            columns |= _columns(key, value, flat="flat" in column.metadata)
     return columns
 
 
@@ -77,13 +81,13 @@ def row_of(kind: type[R], columns: Mapping[str, Any]) -> R:
     values: dict[str, Any] = {}
     for column in fields(kind):  # type: ignore[arg-type]
         key, hint = column.metadata.get("key", column.name), hints[column.name]
-        if "flat" in column.metadata:
+        if "flat" in column.metadata or hint is SafetyRates:
             values[column.name] = _flat_value(hint, columns)
         elif key in columns:
             values[column.name] = _value(hint, columns[key])
         elif NoneType in get_args(hint):
             values[column.name] = None
-        else:
+        elif column.default is MISSING:
             raise KeyError(key)
     return kind(**values)
 
@@ -126,6 +130,8 @@ def _value(hint: Any, found: Any) -> Any:
         return row_of(hint, found)
     if get_origin(hint) is Sequence:
         return [_value(get_args(hint)[0], item) for item in found]
+    if get_origin(hint) is tuple:
+        return tuple(found)
     if get_origin(hint) is Mapping:
         return {key: _value(get_args(hint)[1], item) for key, item in found.items()}
     return found

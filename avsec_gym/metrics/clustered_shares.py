@@ -13,8 +13,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from statistics import NormalDist
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,27 +24,46 @@ from avsec_gym.metrics.intervals import wilson_interval
 _Z95 = NormalDist().inv_cdf(0.975)
 
 
-def share_of(hits: ArrayLike, clusters: Sequence[str]) -> dict[str, Any]:
-    """How many of how many, with a 95 % interval.
+@dataclass(frozen=True)
+class Share:
+    """How many of how many.
+
+    Args:
+        count: The number of hits.
+        of: The number of cases.
+        rate: Hits of all cases; None without a case.
+        interval: The 95 % interval of the rate, low and high; None without a case.
+    """
+
+    count: int
+    of: int
+    rate: float | None
+    interval: tuple[float, float] | None
+
+    @property
+    def percent(self) -> float:
+        """The rate in percent; NaN without a case."""
+        return math.nan if self.rate is None else 100 * self.rate
+
+
+def share_of(hits: ArrayLike, clusters: Sequence[str]) -> Share:
+    """How many of how many, with an interval that knows of clusters.
 
     Args:
         hits: Shape (N,), or (N, C) where a row holds all C cases of a frame.
         clusters: Which cluster each row belongs to, such as its drive; N names.
 
-    Returns:
-        ``count``, ``of``, ``rate`` and ``interval``; the last two None without a case.
-
     Example:
         >>> share = share_of([True] * 40, ["first", "second"] * 20)
-        >>> [round(bound, 3) for bound in share["interval"]]  # Two clusters say little.
+        >>> [round(bound, 3) for bound in share.interval]  # Two clusters say little.
         [0.342, 1.0]
     """
     if not np.size(hits):
-        return {"count": 0, "of": 0, "rate": None, "interval": None}
+        return Share(0, 0, None, None)
     flags = np.asarray(hits, bool).reshape(len(clusters), -1)
     count, of = int(flags.sum()), int(flags.size)
     interval = wilson_interval(count, of, _Z95 * math.sqrt(_design_effect(flags, clusters)))
-    return {"count": count, "of": of, "rate": count / of, "interval": list(interval)}
+    return Share(count, of, count / of, interval)
 
 
 def _design_effect(flags: NDArray[np.bool_], clusters: Sequence[str]) -> float:

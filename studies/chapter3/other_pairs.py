@@ -105,7 +105,7 @@ def _row(ratios: Floats, drives: Sequence[str]) -> dict[str, Any]:
     known = ratios[found]
     low, middle, high = np.percentile(known, (10, 50, 90)).tolist() if len(known) else [None] * 3
     return {
-        "found": share_of(found.tolist(), drives),
+        "found": vars(share_of(found.tolist(), drives)),
         "distance": {"median": middle, "from": low, "to": high},
     }
 

@@ -125,7 +125,7 @@ def _bogus_returns(
                     name = f"{kind}{state}"
                     hits.setdefault(name, []).append(taken_for_an_obstacle(found, place))
                     of.setdefault(name, []).append(id)
-    return {"frames": list(ids), **{name: share_of(hits[name], of[name]) for name in hits}}
+    return {"frames": list(ids), **{name: vars(share_of(hits[name], of[name])) for name in hits}}
 
 
 def _faculae(
@@ -146,8 +146,8 @@ def _faculae(
             wrong[attacked] += count.false_alarms
     return {
         "frames": list(ids),
-        "found": share_of(hits[False], of[False]),
-        "found_attacked": share_of(hits[True], of[True]),
+        "found": vars(share_of(hits[False], of[False])),
+        "found_attacked": vars(share_of(hits[True], of[True])),
         "false_alarms": wrong[False] / len(ids),
         "false_alarms_attacked": wrong[True] / (draws * len(ids)),
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avsec_gym.metrics.clustered_shares import share_of
+from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.metrics.intervals import wilson_interval
 
 
@@ -15,28 +15,28 @@ def named(drives: int, rows: int = 1) -> list[str]:
 
 def test_cases_of_their_own_drives_are_wilsons() -> None:
     told = share_of(np.arange(400) < 360, named(400))
-    assert (told["count"], told["of"], told["rate"]) == (360, 400, 0.9)
-    assert told["interval"] == pytest.approx(wilson_interval(360, 400), abs=5e-4)
+    assert (told.count, told.of, told.rate) == (360, 400, 0.9)
+    assert told.interval == pytest.approx(wilson_interval(360, 400), abs=5e-4)
 
 
 def test_cases_that_are_always_alike_count_once() -> None:
     once = np.arange(100) < 80
     alike = share_of(np.repeat(once, 28).reshape(400, 7), named(100, rows=4))
-    assert alike["of"] == 2800
-    assert alike["interval"] == pytest.approx(share_of(once, named(100))["interval"])
+    assert alike.of == 2800
+    assert alike.interval == pytest.approx(share_of(once, named(100)).interval)
 
 
 @pytest.mark.parametrize("hit", [True, False])
 def test_where_all_cases_are_alike_the_drives_are_counted(hit: bool) -> None:
     told = share_of(np.full((200, 7), hit), named(50, rows=4))
-    assert told["interval"] == pytest.approx(wilson_interval(50 * hit, 50))
+    assert told.interval == pytest.approx(wilson_interval(50 * hit, 50))
 
 
 def test_one_miss_takes_no_doubt_away() -> None:
     hits = np.ones((50, 11), bool)
-    sure = share_of(hits, named(50))["interval"]
+    sure = share_of(hits, named(50)).interval
     hits[0, 0] = False
-    low, high = share_of(hits, named(50))["interval"]
+    low, high = share_of(hits, named(50)).interval
     assert high - low > 0.8 * (sure[1] - sure[0])
 
 
@@ -50,7 +50,7 @@ def test_intervals_hold_the_truth(rate: float, alike: float) -> None:
     for _ in range(400):
         own = random.beta(rate * strength, (1 - rate) * strength, 120).repeat(2)
         hits = random.random((240, 3)) < own[:, None]
-        low, high = share_of(hits, drives)["interval"]
+        low, high = share_of(hits, drives).interval
         held += low <= rate <= high
     # 400 experiments may miss 95 % by twice 1.1 %.
     assert held >= 0.915 * 400
@@ -59,4 +59,4 @@ def test_intervals_hold_the_truth(rate: float, alike: float) -> None:
 
 
 def test_a_share_of_nothing_is_none() -> None:
-    assert share_of([], []) == {"count": 0, "of": 0, "rate": None, "interval": None}
+    assert share_of([], []) == Share(0, 0, None, None)

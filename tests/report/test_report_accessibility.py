@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
-from dataclasses import fields
 from importlib import resources
 from pathlib import Path
 from types import ModuleType
@@ -15,24 +14,18 @@ from matplotlib.figure import Figure
 
 from avsec_gym.drawing.embedded_image import embedded
 from avsec_gym.drawing.scenario_picture import picture_array
-from avsec_gym.experiments.chapter3.defence.rates import (
-    AlarmRow,
-    DefenceRow,
-    DefenceSummary,
-    Worth,
-)
+from avsec_gym.experiments.chapter3.defence.rates import DefenceSummary
 from avsec_gym.experiments.chapter3.defence.section import defence_section
+from avsec_gym.experiments.chapter3.identification.five_sensors import FiveSummary
 from avsec_gym.experiments.chapter3.identification.five_sensors_section import five_section
 from avsec_gym.experiments.chapter3.identification.section import validation_section
-from avsec_gym.experiments.chapter3.localisation.rates import (
-    LocalisationSummary,
-    LocatedAttack,
-    LocatedFrame,
-)
+from avsec_gym.experiments.chapter3.identification.summary import ValidationSummary
+from avsec_gym.experiments.chapter3.localisation.rates import LocalisationSummary
 from avsec_gym.experiments.chapter3.localisation.repair_pictures import RepairPicture
 from avsec_gym.experiments.chapter3.localisation.section import localisation_section
 from avsec_gym.experiments.chapter3.objects.section import optical_section
-from avsec_gym.metrics.safety import SafetyRates
+from avsec_gym.experiments.chapter3.objects.tables import OpticalSummaries
+from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.report.html import html_page
 from avsec_gym.report.run_report import RunReport, run_report
 from avsec_gym.runs.run_folder import RunFolder
@@ -47,9 +40,9 @@ PAGES = (
 )  # fmt: skip
 """The run of `conftest`, whole and in part; committed results; a run of other settings."""
 SECTIONS: dict[str, Callable[[Any], Section]] = {
-    "validation": validation_section,
-    "five_sensors": five_section,
-    "defence": lambda told: defence_section(defence_of(told)),
+    "validation": lambda figures: validation_section(row_of(ValidationSummary, figures)),
+    "five_sensors": lambda figures: five_section(row_of(FiveSummary, figures)),
+    "defence": lambda figures: defence_section(row_of(DefenceSummary, figures)),
 }
 """Of committed results, by the names of their figures."""
 IDS = (
@@ -85,28 +78,6 @@ FAULTS = {
 """What has to be said of each."""
 
 
-def defence_of(told: dict[str, Any]) -> DefenceSummary:
-    """The rows of a committed result."""
-    rows = []
-    for row in told["worth"]:
-        # Results of earlier releases lack the last field.
-        known = {field.name: row[field.name] for field in fields(SafetyRates) if field.name in row}
-        rates = SafetyRates(**known)
-        changes = {field.name: row[field.name] for field in fields(Worth) if field.name in row}
-        worth = Worth(**changes) if changes else None
-        rows.append(DefenceRow(row["detector"], row["attack"], row["response"], rates, worth))
-    return DefenceSummary(rows, [AlarmRow(**row) for row in told["alarms"]])
-
-
-def localisation_of(told: dict[str, Any]) -> LocalisationSummary:
-    """The rows of a committed result."""
-    rows = []
-    for row in told["attacks"]:
-        frames = {name: LocatedFrame(**row[name]) for name in ("lowest", "median")}
-        rows.append(LocatedAttack(**{**row, **frames}))
-    return LocalisationSummary(**{**told, "attacks": rows})
-
-
 @pytest.fixture(scope="module")
 def source(page: Path, torso: RunFolder, drawn: ModuleType, frames: Path) -> Callable[[str], str]:
     """The HTML of one of `PAGES`."""
@@ -124,13 +95,15 @@ def source(page: Path, torso: RunFolder, drawn: ModuleType, frames: Path) -> Cal
         report = json.loads((RESULTS / f"{name}.json").read_text())
         sections = [of(report[part]) for part, of in SECTIONS.items() if report.get(part)]
         if any(report.get(part) for part in ("baseline", "impact", "believed", "sensitivity")):
-            sections.append(optical_section(report))
+            sections.append(optical_section(row_of(OpticalSummaries, report)))
         if name == "localisation":
             figure = Figure(figsize=(4, 2), dpi=50)
             figure.subplots().plot([0, 1])
             image = embedded(picture_array(figure))
             repair = RepairPicture("facula", "facula: 000000", figure, image, as_stored=False)
-            sections = [localisation_section(localisation_of(report["localisation"]), [repair])]
+            sections = [
+                localisation_section(row_of(LocalisationSummary, report["localisation"]), [repair])
+            ]
         return html_page(RunReport(report, [Findings(sections)]))
 
     return of

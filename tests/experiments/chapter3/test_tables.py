@@ -57,18 +57,19 @@ def made_up(frames: int, seed: int, damage: float = 0.5) -> EvidenceTable:
 def test_clear_attacks_are_always_detected_and_named_within_the_limit() -> None:
     fitted, judged = made_up(100, 0), made_up(60, 1)
     for row in detection_rates(fitted, judged, ON, "error", (0.0, 0.1)):
-        assert row["average"] == 1.0
+        assert row.rates.average == 1.0
         # Sixty drives without a miss leave a doubt.
-        assert row["interval"] == pytest.approx(wilson_interval(60, 60))
-        assert len(row["cases"]) == 7
-        assert abs(row["false_alarms"]["rate"] - row["rate"]) < 0.1
+        assert row.rates.interval == pytest.approx(wilson_interval(60, 60))
+        assert len(row.rates.cases) == 7
+        assert row.rates.false_alarms.percent == pytest.approx(100 * row.rate, abs=10)
     rows = identification_rates(
         lambda rate: algorithm_2(fitted, judged, ON, rate), judged.drives, 4, (0.0,)
     )
-    assert rows[0]["average"] > 0.95
-    assert set(rows[0]["sensors"]) == {"S0", "S1", "S2", "S3"}
-    assert rows[0]["beyond"]["of"] == 60 * (15 - 4)
-    assert rows[0]["beyond"]["rate"] < 1.0
+    assert rows[0].average is not None
+    assert rows[0].average > 0.95
+    assert set(rows[0].sensors) == {"S0", "S1", "S2", "S3"}
+    assert rows[0].beyond.of == 60 * (15 - 4)
+    assert rows[0].beyond.percent < 100
 
 
 def test_an_error_that_no_sensor_explains_is_an_alarm_as_the_validator_raises_it() -> None:
@@ -87,7 +88,7 @@ def test_an_error_that_no_sensor_explains_is_an_alarm_as_the_validator_raises_it
         named = set() if answer.limit_exceeded else set(answer.attacked)
         assert set(np.flatnonzero(found.reported[number, 0])) == named
     row = identification_rates(lambda rate: found, judged.drives, 4, (0.05,))[0]
-    assert row["false_alarms"]["count"] == found.alarms[:, 0].sum()
+    assert row.false_alarms.count == found.alarms[:, 0].sum()
     # Some of them name no sensor.
     assert found.alarms[:, 0].sum() > found.sensors[:, 0].any(axis=1).sum()
 
@@ -95,8 +96,8 @@ def test_an_error_that_no_sensor_explains_is_an_alarm_as_the_validator_raises_it
 def test_attacks_that_change_nothing_are_detected_as_often_as_false_alarms() -> None:
     fitted, judged = made_up(400, 0, damage=0.0), made_up(400, 1, damage=0.0)
     for row in detection_rates(fitted, judged, ON, rates=(0.05,)):
-        assert row["average"] == pytest.approx(0.05, abs=0.04)
-        assert row["false_alarms"]["rate"] == pytest.approx(0.05, abs=0.04)
+        assert row.rates.average == pytest.approx(0.05, abs=0.04)
+        assert row.rates.false_alarms.rate == pytest.approx(0.05, abs=0.04)
 
 
 def test_likelihood_tells_what_it_knows() -> None:
@@ -108,8 +109,9 @@ def test_likelihood_tells_what_it_knows() -> None:
     rows = identification_rates(
         lambda rate: maximum_likelihood(model, judged, rate), judged.drives, 4, (0.01,)
     )
-    assert rows[0]["average"] > 0.95
-    assert rows[0]["false_alarms"]["rate"] < 0.1
+    assert rows[0].average is not None
+    assert rows[0].average > 0.95
+    assert rows[0].false_alarms.percent < 10
 
 
 def test_calibration_is_of_what_is_reported() -> None:
@@ -125,18 +127,21 @@ def test_calibration_is_of_what_is_reported() -> None:
                 right = said == (SensorStatus.ATTACKED if attacked else SensorStatus.SOUND)
                 what = "cannot_tell" if said == SensorStatus.CANNOT_TELL else "wrong"
                 counted.setdefault(int(state.sum()), []).append("right" if right else what)
-    assert list(found["statuses"]) == ["0", "1", "2", "3", "4"]
+    assert list(found.statuses) == ["0", "1", "2", "3", "4"]
     for count, answers in counted.items():
-        row = found["statuses"][str(count)]
+        row = found.statuses[str(count)]
         for what in ("right", "wrong", "cannot_tell"):
-            assert (row[what]["count"], row[what]["of"]) == (answers.count(what), len(answers))
+            assert (getattr(row, what).count, getattr(row, what).of) == (
+                answers.count(what),
+                len(answers),
+            )
         whole = [set(answers[i : i + 4]) == {"right"} for i in range(0, len(answers), 4)]
-        assert (row["all_right"]["count"], row["all_right"]["of"]) == (sum(whole), len(whole))
+        assert (row.all_right.count, row.all_right.of) == (sum(whole), len(whole))
     # Not to know is neither right nor wrong.
-    assert any(row["cannot_tell"]["count"] for row in found["statuses"].values())
-    assert found["brier"] < 0.1
+    assert any(row.cannot_tell.count for row in found.statuses.values())
+    assert found.probabilities.brier < 0.1
     predicted, observed, sensors = (
-        np.array([row[column] for row in found["reliability"]])
+        np.array([getattr(row, column) for row in found.probabilities.reliability])
         for column in ("predicted", "observed", "sensors")
     )
     assert sensors.sum() == pytest.approx(1.0)
@@ -144,11 +149,11 @@ def test_calibration_is_of_what_is_reported() -> None:
     attacked = attack_prior(4) @ STATES.mean(axis=1)
     assert (observed * sensors).sum() == pytest.approx(attacked)
     assert (predicted * sensors).sum() == pytest.approx(attacked, rel=0.2)
-    assert found["calibration_error"] == pytest.approx(
+    assert found.probabilities.calibration_error == pytest.approx(
         (np.abs(predicted - observed) * sensors).sum()
     )
-    for row in found["reliability"]:
-        assert row["interval"][0] <= row["observed"] <= row["interval"][1]
+    for row in found.probabilities.reliability:
+        assert row.interval[0] <= row.observed <= row.interval[1]
 
 
 def test_attacks_beyond_are_judged_sensor_by_sensor() -> None:
@@ -162,31 +167,31 @@ def test_attacks_beyond_are_judged_sensor_by_sensor() -> None:
     )  # fmt: skip
     model = fitted_model(fitted, ON)
     rows = beyond_rates(fitted, {"clear": clear, "nothing": nothing}, ON, model)
-    assert [(row["kind"], row["sensor"]) for row in rows] == [
+    assert [(row.kind, row.sensor) for row in rows] == [
         (kind, sensor) for kind in ("clear", "nothing") for sensor in range(4)
     ]
     ways = ("detected", "detected_by_error", "named", "named_likeliest")
     for row in rows:
-        rates = [row[way]["rate"] for way in ways]
-        assert min(rates) > 0.8 if row["kind"] == "clear" else max(rates) < 0.2
+        rates = [getattr(row, way).rate for way in ways]
+        assert min(rates) > 0.8 if row.kind == "clear" else max(rates) < 0.2
     assert RATE == 0.01
 
 
 def test_distributions_tell_the_cases_apart() -> None:
     judged = made_up(50, 1)
     for row in case_distributions(judged):
-        assert len(row["cases"]) == 7
-        for shares in (row["clean"], *row["cases"].values()):
+        assert len(row.cases) == 7
+        for shares in (row.clean, *row.cases.values()):
             assert sum(shares) == pytest.approx(1.0)
-        clean = np.flatnonzero(row["clean"]).max()
-        assert all(np.flatnonzero(shares).min() > clean for shares in row["cases"].values())
+        clean = np.flatnonzero(row.clean).max()
+        assert all(np.flatnonzero(shares).min() > clean for shares in row.cases.values())
     rows = reference_distributions(judged)
-    assert [row["triple"] for row in rows] == [[0, 1, 3], [0, 2, 3], [1, 2, 3]]
+    assert [row.triple for row in rows] == [[0, 1, 3], [0, 2, 3], [1, 2, 3]]
     for row in rows:
-        clean = np.flatnonzero(row["cases"][""]).max()
+        clean = np.flatnonzero(row.cases[""]).max()
         for sensor in range(4):
-            is_larger = np.flatnonzero(row["cases"][f"S{sensor}"]).min() > clean
-            assert is_larger == (sensor in row["triple"])
+            is_larger = np.flatnonzero(row.cases[f"S{sensor}"]).min() > clean
+            assert is_larger == (sensor in row.triple)
 
 
 def test_measures_of_a_triple_are_elements_and_what_is_none() -> None:

@@ -130,7 +130,7 @@ def test_detectors_are_led_astray_on_real_frames(
     assert "| YOLOv3 | 13 | 100.0 [" in page
     assert "*98.6*" in page
     # What could not be counted is told as unknown.
-    unjudged = {**images, "found_attacked": share_of([], [])}
+    unjudged = {**images, "found_attacked": vars(share_of([], []))}
     lacking = {**result, "impact": {**found, "pixor": None, "yolo": unjudged}}
     page = real_frames_page(lacking)
     assert "PIXOR |" not in page

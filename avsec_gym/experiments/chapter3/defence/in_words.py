@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from avsec_gym.drawing.page_table import number
 from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK
-from avsec_gym.experiments.chapter3.defence.rates import ANY_ATTACK, DefenceSummary, Share
+from avsec_gym.experiments.chapter3.defence.rates import ANY_ATTACK, DefenceSummary
 from avsec_gym.experiments.chapter3.defence.tables import defended_detector
+from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.validation.response import Response
 
 _WORTH = {
@@ -35,11 +36,11 @@ def defence_sentences(summary: DefenceSummary) -> list[str]:
         }
         for share, (which, now) in _WORTH.items():
             shares = {response: getattr(worth, share) for response, worth in own.items()}
-            hits = {response: hit for response, hit in shares.items() if hit["of"]}
+            hits = {response: hit for response, hit in shares.items() if hit.of}
             if not hits:
                 continue
             shown = ", ".join(f"{_percent(hit)} ({response})" for response, hit in hits.items())
-            count = next(iter(hits.values()))["of"]
+            count = next(iter(hits.values())).of
             car = defended_detector(detector)
             car = car[0].upper() + car[1:]
             sentences.append(f"{car}: of {count:,} cases that {which}, {shown} {now}.")
@@ -54,4 +55,4 @@ def defence_sentences(summary: DefenceSummary) -> list[str]:
 
 
 def _percent(hits: Share) -> str:
-    return f"{number(hits['rate'], 100)} %"
+    return f"{number(hits.rate, 100)} %"

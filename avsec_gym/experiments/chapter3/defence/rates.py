@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from avsec_gym.emergency_stop import STOPPED
 from avsec_gym.experiments.chapter3.defence.defended_drives import NO_ATTACK, UNDEFENDED
-from avsec_gym.metrics.clustered_shares import share_of
+from avsec_gym.experiments.json_rows import FLAT, OPTIONAL
+from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.metrics.paired import paired_differences
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.runs.results import Results
 from avsec_gym.validation.recordings import drive_of
 from avsec_gym.validation.response import Response
 
-Share = Mapping[str, Any]
-"""How many of how many, as `share_of` makes it."""
 EpisodeKey = tuple[str, str]
 """Scenario and intention."""
 ANY_ATTACK = "any"
@@ -63,12 +62,7 @@ class DefenceRow:
     attack: str
     response: str
     rates: SafetyRates
-    worth: Worth | None
-
-    def to_json(self) -> dict[str, Any]:
-        """All figures in one object."""
-        case = {"detector": self.detector, "attack": self.attack, "response": self.response}
-        return {**case, **self.rates.to_json(), **(vars(self.worth) if self.worth else {})}
+    worth: Worth | None = field(metadata=FLAT)
 
 
 @dataclass(frozen=True)
@@ -87,11 +81,7 @@ class AlarmRow:
     attack: str
     alarms: Share
     named_exactly: Share
-    frames_to_alarm: Mapping[str, int] | None = None
-
-    def to_json(self) -> dict[str, Any]:
-        """All figures in one object."""
-        return {name: value for name, value in vars(self).items() if value is not None}
+    frames_to_alarm: Mapping[str, int] | None = field(default=None, metadata=OPTIONAL)
 
 
 @dataclass(frozen=True)
@@ -105,10 +95,6 @@ class DefenceSummary:
 
     worth: Sequence[DefenceRow]
     alarms: Sequence[AlarmRow]
-
-    def to_json(self) -> dict[str, Any]:
-        """All rows."""
-        return {name: [row.to_json() for row in rows] for name, rows in vars(self).items()}
 
 
 def defence_summary(results: Results) -> DefenceSummary | None:

@@ -13,11 +13,10 @@ from avsec_gym.experiments.chapter3.defence.rates import (
     AlarmRow,
     DefenceRow,
     DefenceSummary,
-    Share,
 )
 from avsec_gym.experiments.chapter3.identification.tables import INTERVALS
 from avsec_gym.experiments.chapter5.attack_names import detector_name
-from avsec_gym.metrics.clustered_shares import share_of
+from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.sensor_system import LIDAR
 
 _ORACLES = {STEREO_ORACLE: "oracle of images", LIDAR_ORACLE: "oracle of scans"}
@@ -107,4 +106,4 @@ def attacked_sensors(attack: str) -> str:
 
 
 def _share(hits: Share) -> TableCell:
-    return figure(hits["rate"], hits["interval"], scale=100)
+    return figure(hits.rate, hits.interval, scale=100)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,15 +21,36 @@ from avsec_gym.experiments.chapter3.identification.identification_rates import (
 from avsec_gym.experiments.chapter3.identification.state_evidence_cells import bits
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
 from avsec_gym.experiments.chapter3.settings import SCENARIOS
-from avsec_gym.metrics.clustered_shares import share_of
+from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.runs.results import Results
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 
 
+@dataclass(frozen=True)
+class AdaptiveRow:
+    """How often an adaptive attack is detected, and its sensors named.
+
+    Args:
+        kind: The kind of attack, one of `KINDS`.
+        attacked: Positions of the attacked sensors.
+        detected: By each of the `SCENARIOS` that holds one of them.
+        named: By algorithm 2, exactly these.
+        named_likeliest: By maximum likelihood, exactly these.
+        accused: Maximum likelihood names a sound sensor.
+    """
+
+    kind: str
+    attacked: Sequence[int]
+    detected: Mapping[str, Share]
+    named: Share
+    named_likeliest: Share
+    accused: Share
+
+
 def adaptive_rates(
     results: Results, fitted: EvidenceTable, on: FittedOn, model: LikelihoodModel
-) -> list[dict[str, Any]]:
+) -> list[AdaptiveRow]:
     """For each kind and set of attacked sensors, at r = 1 %.
 
     Args:
@@ -36,11 +58,6 @@ def adaptive_rates(
         fitted: The frames whose clean states give the thresholds.
         on: The sensors and the depth that they hold for.
         model: The likelihood model that was fitted on the same frames.
-
-    Returns:
-        Rows with ``kind`` and ``attacked``, positions; ``detected`` by each of the `SCENARIOS` that
-        holds one of them, by its text; ``named`` by algorithm 2, exactly these, and
-        ``named_likeliest`` by maximum likelihood; ``accused``: it names a sound sensor.
     """
     rows = []
     for name, kind in KINDS.items():
@@ -62,12 +79,6 @@ def adaptive_rates(
                 "named_likeliest": (likeliest[:, number] == state).all(axis=1),
                 "accused": (likeliest[:, number] & ~state).any(axis=1),
             }
-            rows.append(
-                {
-                    "kind": name,
-                    "attacked": list(attacked),
-                    "detected": detected,
-                    **{what: share_of(np.asarray(hit), table.drives) for what, hit in hits.items()},
-                }
-            )
+            shares = {what: share_of(np.asarray(hit), table.drives) for what, hit in hits.items()}
+            rows.append(AdaptiveRow(name, list(attacked), detected, **shares))
     return rows

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from avsec_gym.experiments.chapter3.identification.identification_rates import (
     maximum_likelihood,
 )
 from avsec_gym.experiments.chapter3.settings import SCENARIOS
-from avsec_gym.metrics.clustered_shares import share_of
+from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.likelihood.maximum_likelihood import LikelihoodModel
 
@@ -22,9 +22,30 @@ RATE = 0.01
 """r."""
 
 
+@dataclass(frozen=True)
+class BeyondRow:
+    """How often an attack beyond the thesis' settings is detected, and its sensor alone named.
+
+    Args:
+        kind: The kind of attack, one of `BEYOND`.
+        sensor: The attacked sensor, 0 for S_0.
+        detected: By the first of `SCENARIOS` that holds the sensor.
+        detected_by_error: The same by E alone.
+        named: By algorithm 2.
+        named_likeliest: By maximum likelihood.
+    """
+
+    kind: str
+    sensor: int
+    detected: Share
+    detected_by_error: Share
+    named: Share
+    named_likeliest: Share
+
+
 def beyond_rates(
     fitted: EvidenceTable, judged: Mapping[str, EvidenceTable], on: FittedOn, model: LikelihoodModel
-) -> list[dict[str, Any]]:
+) -> list[BeyondRow]:
     """For each kind of attack and sensor how often it is detected, and this sensor alone named.
 
     Args:
@@ -32,11 +53,6 @@ def beyond_rates(
         judged: By kind (`BEYOND`), the frames in the states with one attacked sensor (`alone`).
         on: The sensors and the depth that the thresholds hold for.
         model: The likelihood model that was fitted on the same frames.
-
-    Returns:
-        Rows with ``kind`` and ``sensor`` (0 for S_0); ``detected``, by the first of `SCENARIOS`
-        that holds the sensor, and ``detected_by_error`` by E alone; ``named`` by algorithm 2, and
-        ``named_likeliest`` by maximum likelihood.
     """
     rows = []
     sensors = len(on.system)
@@ -55,5 +71,5 @@ def beyond_rates(
                 "named_likeliest": exact[1][:, sensor],
             }
             rates = {name: share_of(hits, table.drives) for name, hits in shares.items()}
-            rows.append({"kind": kind, "sensor": sensor, **rates})
+            rows.append(BeyondRow(kind, sensor, **rates))
     return rows

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avsec_gym.experiments.chapter3.identification.evidence_table import EvidenceTable
 from avsec_gym.experiments.chapter3.settings import RATES, SCENARIOS
-from avsec_gym.metrics.clustered_shares import share_of
+from avsec_gym.experiments.json_rows import FLAT
+from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.sensor_system import Triple
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.state_posterior import States, state_vectors
@@ -38,13 +39,47 @@ def exceeded(
     return np.asarray((judged.measures > thresholds).any(axis=-1))
 
 
+@dataclass(frozen=True)
+class CaseRates:
+    """How often an alarm is raised.
+
+    Args:
+        cases: By the attacked sensors (`case_name`) the share of frames with an alarm.
+        average: The mean of all cases.
+        interval: Its 95 % interval.
+        false_alarms: The alarms on clean frames.
+    """
+
+    cases: Mapping[str, float]
+    average: float | None
+    interval: Sequence[float] | None
+    false_alarms: Share
+
+
+@dataclass(frozen=True)
+class DetectionRateRow:
+    """How often a system of three sensors detects an attack.
+
+    Args:
+        scenario: The system, one of `SCENARIOS`.
+        rate: The designated false alarm rate r.
+        criterion: The shares that count.
+        rates: The rates of alarms.
+    """
+
+    scenario: str
+    rate: float
+    criterion: Criterion
+    rates: CaseRates = field(metadata=FLAT)
+
+
 def detection_rates(
     fitted: EvidenceTable,
     judged: EvidenceTable,
     on: FittedOn,
     criterion: Criterion = "any",
     rates: Sequence[float] = RATES,
-) -> list[dict[str, Any]]:
+) -> list[DetectionRateRow]:
     """For each scenario and r the share of attacks detected, in every case and on average.
 
     Args:
@@ -53,10 +88,6 @@ def detection_rates(
         on: The sensors and the depth that the thresholds hold for.
         criterion: See `ThresholdTable.thresholds`.
         rates: The values of r.
-
-    Returns:
-        Rows with ``scenario``, ``rate``, ``cases`` (attacked sensors -> share), their mean
-        ``average`` and its ``interval``, and ``false_alarms`` on clean frames.
     """
     rows = []
     for rate in rates:
@@ -65,37 +96,28 @@ def detection_rates(
             column = on.system.triples.index(triple)
             alarms = state_vector[:, :, column]
             cases = attack_cases_of(triple, len(on.system))
-            rows.append(
-                {
-                    "scenario": name,
-                    "rate": rate,
-                    "criterion": criterion,
-                    **case_rates(alarms, cases, judged.drives),
-                }
-            )
+            found = case_rates(alarms, cases, judged.drives)
+            rows.append(DetectionRateRow(name, rate, criterion, found))
     return rows
 
 
 def case_rates(
     alarms: NDArray[np.bool_], cases: Mapping[int, tuple[int, ...]], drives: Sequence[str]
-) -> dict[str, Any]:
+) -> CaseRates:
     """How often an alarm is raised in each attack case, on average, and on clean frames.
 
     Args:
         alarms: The alarms of N frames in all states, shape (N, states).
         cases: See `attack_cases_of`.
         drives: The drive of each frame.
-
-    Returns:
-        ``cases``, ``average``, ``interval`` and ``false_alarms``, see `detection_rates`.
     """
     average = share_of(alarms[:, list(cases)], drives)
-    return {
-        "cases": {case_name(case): float(alarms[:, state].mean()) for state, case in cases.items()},
-        "average": average["rate"],
-        "interval": average["interval"],
-        "false_alarms": share_of(alarms[:, 0], drives),
-    }
+    return CaseRates(
+        {case_name(case): float(alarms[:, state].mean()) for state, case in cases.items()},
+        average.rate,
+        average.interval,
+        share_of(alarms[:, 0], drives),
+    )
 
 
 def case_name(attacked: Iterable[int]) -> str:

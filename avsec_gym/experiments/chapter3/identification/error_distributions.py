@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -11,22 +11,68 @@ from avsec_gym.experiments.chapter3.identification.detection_rates import attack
 from avsec_gym.experiments.chapter3.identification.evidence_table import EvidenceTable
 from avsec_gym.experiments.chapter3.settings import SCENARIOS
 from avsec_gym.experiments.chapter3.thesis import ERROR_BOUNDS
+from avsec_gym.experiments.json_rows import FLAT
 from avsec_gym.geometry import Floats
-from avsec_gym.metrics.clustered_shares import share_of
+from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.sensor_system import Triple
 from avsec_gym.validation.evidence.disparity_error import MEASURES
 
 _BINS = 40
 
 
-def case_distributions(judged: EvidenceTable) -> list[dict[str, Any]]:
-    """E of each system of three sensors, without attack and in each of the seven cases.
+@dataclass(frozen=True)
+class BesideBounds:
+    """On which side of the thesis' bounds E lies.
 
-    Returns:
-        Rows with ``scenario``; ``largest``, up to where there are forty equal bins from 0;
-        ``clean``, and by name ``cases``: the share of frames in each bin; ``bounds``, see
-        `ERROR_BOUNDS`: with ``clean_below`` the first, and ``attacked_above`` the second.
+    Args:
+        bounds: The bound of clean frames and that of attacked ones, see `ERROR_BOUNDS`.
+        clean_below: The clean frames below the first.
+        attacked_above: The attacked frames above the second.
     """
+
+    bounds: Sequence[float]
+    clean_below: Share
+    attacked_above: Share
+
+
+@dataclass(frozen=True)
+class CaseDistribution:
+    """E of a system of three sensors.
+
+    Args:
+        scenario: The system, one of `SCENARIOS`.
+        largest: The largest error, up to where there are forty equal bins from 0.
+        clean: The share of clean frames in each bin.
+        cases: The same of attacked ones, by the attacked sensors.
+        beside: On which side of the thesis' bounds E lies.
+    """
+
+    scenario: str
+    largest: float
+    clean: Sequence[float]
+    cases: Mapping[str, Sequence[float]]
+    beside: BesideBounds = field(metadata=FLAT)
+
+
+@dataclass(frozen=True)
+class ReferenceDistribution:
+    """E of a triple that the reference is in.
+
+    Args:
+        triple: Positions of its sensors.
+        largest: See `CaseDistribution`.
+        cases: The share of frames in each bin, by the attacked sensor; ``""``, the first, is clean.
+        beside: Where the thesis has bounds for this figure.
+    """
+
+    triple: Sequence[int]
+    largest: float
+    cases: Mapping[str, Sequence[float]]
+    beside: BesideBounds | None = field(metadata=FLAT)
+
+
+def case_distributions(judged: EvidenceTable) -> list[CaseDistribution]:
+    """E of each system of three sensors, without attack and in each of the seven cases."""
     rows = []
     for scenario, triple in SCENARIOS.items():
         cases = {0: (), **attack_cases_of(triple, len(judged.system))}
@@ -34,31 +80,24 @@ def case_distributions(judged: EvidenceTable) -> list[dict[str, Any]]:
         clean = shares.pop("")
         attacked = [state for state in cases if state]
         beside = _beside_bounds(judged, triple, [0], attacked)
-        rows.append(
-            {"scenario": scenario, "largest": largest, "clean": clean, "cases": shares, **beside}
-        )
+        rows.append(CaseDistribution(scenario, largest, clean, shares, beside))
     return rows
 
 
-def reference_distributions(judged: EvidenceTable) -> list[dict[str, Any]]:
-    """E of every triple of the reference, without attack and with each sensor attacked alone.
-
-    Returns:
-        Rows with ``triple``, ``largest``, and by name ``cases``, the clean one's ``""`` first;
-        where the thesis has bounds for this figure, also the bounds as of `case_distributions`.
-    """
+def reference_distributions(judged: EvidenceTable) -> list[ReferenceDistribution]:
+    """E of every triple of the reference, without attack and with each sensor attacked alone."""
     sensors = len(judged.system)
     cases = {0: (), **{1 << sensor: (sensor,) for sensor in range(sensors)}}
     rows = []
     for triple in judged.system.triples:
         if triple[2] == sensors - 1:
             largest, shares = _histograms(judged, triple, cases)
-            row: dict[str, Any] = {"triple": list(triple), "largest": largest, "cases": shares}
+            beside = None
             if triple in ERROR_BOUNDS and triple not in SCENARIOS.values():
                 touched = [state for state, case in cases.items() if {*case} & {*triple}]
                 others = [state for state in cases if state not in touched]
-                row |= _beside_bounds(judged, triple, others, touched)
-            rows.append(row)
+                beside = _beside_bounds(judged, triple, others, touched)
+            rows.append(ReferenceDistribution(list(triple), largest, shares, beside))
     return rows
 
 
@@ -67,15 +106,15 @@ def _beside_bounds(
     triple: Triple,
     clean: Sequence[int],
     attacked: Sequence[int],
-) -> dict[str, Any]:
+) -> BesideBounds:
     errors, bounds = _errors(judged, triple), ERROR_BOUNDS[triple]
     below = errors[:, list(clean)] < bounds.clean_below
     above = errors[:, list(attacked)] > bounds.attacked_above
-    return {
-        "bounds": [bounds.clean_below, bounds.attacked_above],
-        "clean_below": share_of(below, judged.drives),
-        "attacked_above": share_of(above, judged.drives),
-    }
+    return BesideBounds(
+        [bounds.clean_below, bounds.attacked_above],
+        share_of(below, judged.drives),
+        share_of(above, judged.drives),
+    )
 
 
 def _histograms(

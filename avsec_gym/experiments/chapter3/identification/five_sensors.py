@@ -5,11 +5,13 @@ The thesis tries algorithm 2 with four sensors, of which one is attacked.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from avsec_gym.experiments.chapter3.identification.evidence_table import evidence_table
 from avsec_gym.experiments.chapter3.identification.identification_rates import (
+    MethodRates,
     fitted_model,
     rates_of_methods,
 )
@@ -54,12 +56,21 @@ def five_inputs(configuration: Configuration) -> dict[str, Path]:
     return drives_inputs(configuration, (FITTED, JUDGED), FIVE)
 
 
-def five_summary(results: Results, configuration: Configuration) -> dict[str, Any] | None:
-    """What is named of five sensors; None where either part has fewer than `FEWEST` frames.
+@dataclass(frozen=True)
+class FiveSummary:
+    """What is named of five sensors.
 
-    Returns:
-        ``frames`` of each part, and ``identification``: `rates_of_methods`.
+    Args:
+        frames: The number of frames of each part.
+        identification: The rates of `rates_of_methods`.
     """
+
+    frames: Mapping[str, int]
+    identification: Sequence[MethodRates]
+
+
+def five_summary(results: Results, configuration: Configuration) -> FiveSummary | None:
+    """What is named of five sensors; None where either part has fewer than `FEWEST` frames."""
     clean = bits(state_vectors(len(FIVE))[0])
     counts = {
         part: len({row["scenario"] for row in results.measurements(setting=f"{part} {clean}")})
@@ -70,4 +81,4 @@ def five_summary(results: Results, configuration: Configuration) -> dict[str, An
     fitted, judged = (evidence_table(results, part, FIVE) for part in (FITTED, JUDGED))
     on = fitted_to(configuration, FIVE)
     rows = rates_of_methods(fitted, judged, on, fitted_model(fitted, on), RATES)
-    return {"frames": {FITTED: len(fitted), JUDGED: len(judged)}, "identification": rows}
+    return FiveSummary({FITTED: len(fitted), JUDGED: len(judged)}, rows)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
-from avsec_gym.experiments.chapter3.identification.five_sensors import five_summary
+from avsec_gym.experiments.chapter3.identification.five_sensors import FiveSummary, five_summary
 from avsec_gym.experiments.chapter3.identification.in_words import five_sentence
 from avsec_gym.experiments.chapter3.identification.tables_of_five_sensors import table_of_five
+from avsec_gym.experiments.json_rows import as_json
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import Findings, ReportRequest, Section
 
@@ -19,15 +17,14 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
         DataError: The recordings are not where they were.
     """
     summary = five_summary(run, run.configuration)
-    return Findings([five_section(summary)] if summary else [], {"five_sensors": summary})
+    return Findings([five_section(summary)] if summary else [], {"five_sensors": as_json(summary)})
 
 
-def five_section(summary: Mapping[str, Any]) -> Section:
+def five_section(summary: FiveSummary) -> Section:
     """The section of a summary.
 
     Args:
-        summary: The summary of
-            `avsec_gym.experiments.chapter3.identification.five_sensors.five_summary`.
+        summary: The results of a run.
     """
     return Section(
         "five",

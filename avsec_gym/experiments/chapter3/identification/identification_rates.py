@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +13,9 @@ from numpy.typing import NDArray
 from avsec_gym.experiments.chapter3.identification.detection_rates import at_most, exceeded
 from avsec_gym.experiments.chapter3.identification.evidence_table import EvidenceTable
 from avsec_gym.experiments.chapter3.settings import RATES
+from avsec_gym.experiments.json_rows import FLAT
 from avsec_gym.geometry import Floats
-from avsec_gym.metrics.clustered_shares import share_of
+from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.validation.fitted_on import FittedOn
 from avsec_gym.validation.identification import identify_attacked_sensors
 from avsec_gym.validation.likelihood.likelihood_of_clean import likelihood_of_clean
@@ -36,6 +38,44 @@ class Concluded(NamedTuple):
     that their status is open."""
     alarms: NDArray[np.bool_]
     """Whether an attack is reported, perhaps without a named sensor, shape (N, states)."""
+
+
+@dataclass(frozen=True)
+class IdentificationRates:
+    """How often exactly the attacked sensors are named.
+
+    Args:
+        rate: The designated false alarm rate r.
+        sensors: For an attack on each sensor alone, by its name.
+        together: By how many are attacked, as text, up to n - 2.
+        average: Over every set of up to n - 2 sensors.
+        interval: The 95 % interval of `average`.
+        reported: The same average of what the validator reports.
+        beyond: Over larger sets.
+        false_alarms: Of clean frames, whichever sensor is named.
+    """
+
+    rate: float
+    sensors: Mapping[str, Share]
+    together: Mapping[str, Share]
+    average: float | None
+    interval: Sequence[float] | None
+    reported: Share
+    beyond: Share
+    false_alarms: Share
+
+
+@dataclass(frozen=True)
+class MethodRates:
+    """The rates of one way to identify.
+
+    Args:
+        method: The way: algorithm 2 by a criterion, or maximum likelihood.
+        rates: Its rates.
+    """
+
+    method: str
+    rates: IdentificationRates = field(metadata=FLAT)
 
 
 def algorithm_2(
@@ -107,8 +147,8 @@ def rates_of_methods(
     on: FittedOn,
     model: LikelihoodModel,
     rates: Sequence[float],
-) -> list[dict[str, Any]]:
-    """Rows of `identification_rates` of every way to identify, with its ``method``.
+) -> list[MethodRates]:
+    """`identification_rates` of every way to identify.
 
     Args:
         fitted: The frames whose clean states give the thresholds.
@@ -123,7 +163,7 @@ def rates_of_methods(
     }
     methods["maximum likelihood"] = partial(maximum_likelihood, model, judged)
     return [
-        {"method": name, **row}
+        MethodRates(name, row)
         for name, conclude in methods.items()
         for row in identification_rates(conclude, judged.drives, len(on.system), rates)
     ]
@@ -134,7 +174,7 @@ def identification_rates(
     drives: Sequence[str],
     sensors: int,
     rates: Sequence[float] = RATES,
-) -> list[dict[str, Any]]:
+) -> list[IdentificationRates]:
     """For each r the share of frames in which exactly the attacked sensors were named.
 
     Args:
@@ -142,12 +182,6 @@ def identification_rates(
         drives: The drive of each judged frame.
         sensors: The number of sensors, n + 1.
         rates: The values of r.
-
-    Returns:
-        Rows with ``rate``; ``sensors``, the share for an attack on each alone; ``together``, by how
-        many are attacked, as text, up to n - 2; ``average`` over every set of up to n - 2 sensors,
-        with ``interval``; ``reported``, the same of what the validator reports; ``beyond``, the
-        average over larger sets; and ``false_alarms`` on clean frames, whichever sensor is named.
     """
     states = state_vectors(sensors)
     within, beyond = at_most(states, sensors - 3), at_most(states, sensors)
@@ -159,21 +193,21 @@ def identification_rates(
         reported = (found.reported == states).all(axis=2)
         average = share_of(exact[:, within], drives)
         rows.append(
-            {
-                "rate": rate,
-                "sensors": {
+            IdentificationRates(
+                rate,
+                sensors={
                     f"S{sensor}": share_of(exact[:, 1 << sensor], drives)
                     for sensor in range(sensors)
                 },
-                "together": {
+                together={
                     str(count): share_of(exact[:, states.sum(axis=1) == count], drives)
                     for count in range(1, sensors - 2)
                 },
-                "average": average["rate"],
-                "interval": average["interval"],
-                "reported": share_of(reported[:, within], drives),
-                "beyond": share_of(exact[:, beyond], drives),
-                "false_alarms": share_of(found.alarms[:, 0], drives),
-            }
+                average=average.rate,
+                interval=average.interval,
+                reported=share_of(reported[:, within], drives),
+                beyond=share_of(exact[:, beyond], drives),
+                false_alarms=share_of(found.alarms[:, 0], drives),
+            )
         )
     return rows

@@ -5,16 +5,28 @@ A reliability diagram of the probabilities, which the thesis does not give, stan
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from avsec_gym.drawing.page_figure import Figure, line_key
 from avsec_gym.drawing.page_plots import Frame, Point, Scale, band, drawing, marker, polyline, text
 from avsec_gym.drawing.page_table import number
+from avsec_gym.experiments.chapter3.identification.calibration import (
+    Calibration,
+    ReliabilityPoint,
+)
+from avsec_gym.experiments.chapter3.identification.detection_rates import (
+    CaseRates,
+    DetectionRateRow,
+)
+from avsec_gym.experiments.chapter3.identification.error_distributions import (
+    BesideBounds,
+    ReferenceDistribution,
+)
+from avsec_gym.experiments.chapter3.identification.identification_rates import MethodRates
+from avsec_gym.experiments.chapter3.identification.summary import ValidationSummary
 from avsec_gym.experiments.chapter3.identification.tables import CRITERIA, METHODS, error_name
 from avsec_gym.experiments.chapter3.thesis import DETECTION, IDENTIFICATION
 
-Row = Mapping[str, Any]
 Lines = Mapping[str, Sequence[Point]]
 """By class names; percent."""
 
@@ -30,51 +42,48 @@ _METHOD_KINDS = {
 }
 
 
-def figures_of_validation(summary: Mapping[str, Any]) -> list[Figure]:
+def figures_of_validation(summary: ValidationSummary) -> list[Figure]:
     """All of a run.
 
     Args:
-        summary: The summary of
-            `avsec_gym.experiments.chapter3.identification.summary.validation_summary`.
+        summary: The results of a run.
     """
     figures = []
-    rows = summary["case_distributions"]
+    rows = summary.case_distributions
     for (shown, curves), row in zip((("3.5", "3.6"), ("3.7", "3.8")), rows, strict=True):
         panels = [
             _histograms(
                 _attacked(case),
-                row["largest"],
-                [("clean", row["clean"]), (case, shares)],
-                row["bounds"],
+                row.largest,
+                [("clean", row.clean), (case, shares)],
+                row.beside.bounds,
             )
-            for case, shares in row["cases"].items()
+            for case, shares in row.cases.items()
         ]
-        title = f"Figure {shown}: disparity error E of {row['scenario']}, share of frames in %"
+        title = f"Figure {shown}: disparity error E of {row.scenario}, share of frames in %"
         legend = [line_key(_CLEAN, "not attacked"), line_key(_ATTACKED, "attacked")]
-        figures.append(Figure(title, panels, legend, note=_bounds_note(row)))
-        detection = [
-            rates for rates in summary["detection"] if rates["scenario"] == row["scenario"]
-        ]
-        figures.append(_detection_figure(curves, row["scenario"], detection))
-    figures.append(_reference_figure(summary["reference_distributions"]))
-    figures.append(_identification_figure(summary["identification"]))
-    figures.append(_reliability_figure(summary["calibration"]))
+        figures.append(Figure(title, panels, legend, note=_bounds_note(row.beside)))
+        detection = [rates for rates in summary.detection if rates.scenario == row.scenario]
+        figures.append(_detection_figure(curves, row.scenario, detection))
+    figures.append(_reference_figure(summary.reference_distributions))
+    figures.append(_identification_figure(summary.identification))
+    figures.append(_reliability_figure(summary.calibration))
     return figures
 
 
-def _detection_figure(figure: str, scenario: str, rows: Sequence[Row]) -> Figure:
+def _detection_figure(figure: str, scenario: str, rows: Sequence[DetectionRateRow]) -> Figure:
     panels = []
-    for case in rows[0]["cases"]:
+    for case in rows[0].rates.cases:
         lines = {
-            "thin line-0": _curve(rows, "any", lambda row: row["false_alarms"]["rate"]),
+            "thin line-0": _curve(rows, "any", lambda rates: rates.false_alarms.rate),
             **{
-                kind: _curve(rows, criterion, lambda row, case=case: row["cases"][case])
+                kind: _curve(rows, criterion, _of_case(case))
                 for criterion, kind in _CRITERION_KINDS.items()
             },
         }
         panels.append(_curves(_attacked(case), lines))
     mean = {
-        kind: _curve(rows, criterion, lambda row: row["average"])
+        kind: _curve(rows, criterion, lambda rates: rates.average)
         for criterion, kind in _CRITERION_KINDS.items()
     }
     of_thesis = [
@@ -87,14 +96,14 @@ def _detection_figure(figure: str, scenario: str, rows: Sequence[Row]) -> Figure
     return Figure(title, panels, legend, note=_HOLLOW)
 
 
-def _identification_figure(rows: Sequence[Row]) -> Figure:
+def _identification_figure(rows: Sequence[MethodRates]) -> Figure:
     panels = []
-    for place, sensor in enumerate(rows[0]["sensors"]):
+    for place, sensor in enumerate(rows[0].rates.sensors):
         lines = {
             kind: [
-                (100 * row["rate"], 100 * row["sensors"][sensor]["rate"])
+                (100 * row.rates.rate, row.rates.sensors[sensor].percent)
                 for row in rows
-                if row["method"] == method
+                if row.method == method
             ]
             for method, kind in _METHOD_KINDS.items()
         }
@@ -109,30 +118,29 @@ def _identification_figure(rows: Sequence[Row]) -> Figure:
     )
 
 
-def _reference_figure(rows: Sequence[Row]) -> Figure:
+def _reference_figure(rows: Sequence[ReferenceDistribution]) -> Figure:
     panels = []
     for row in rows:
-        name = error_name(row["triple"])
-        for case, shares in row["cases"].items():
-            touched = case in {f"S{sensor}" for sensor in row["triple"]}
+        name, bounds = error_name(row.triple), row.beside.bounds if row.beside else ()
+        for case, shares in row.cases.items():
+            touched = case in {f"S{sensor}" for sensor in row.triple}
             title = f"{name}, {_attacked(case)}"
-            drawn, bounds = [("clean", shares)], row.get("bounds", ())
-            panels.append(_histograms(title, row["largest"], drawn, bounds, touched))
+            panels.append(_histograms(title, row.largest, [("clean", shares)], bounds, touched))
     legend = [
         line_key(_CLEAN, "no sensor of the triple attacked"),
         line_key(_ATTACKED, "one of them attacked"),
     ]
     title = "Figure 3.9: disparity errors that the reference is in, share of frames in %"
-    notes = [_bounds_note(row, error_name(row["triple"])) for row in rows if "bounds" in row]
+    notes = [_bounds_note(row.beside, error_name(row.triple)) for row in rows if row.beside]
     return Figure(title, panels, legend, columns=5, note=" ".join(notes))
 
 
-def _reliability_figure(calibration: Row) -> Figure:
+def _reliability_figure(calibration: Calibration) -> Figure:
     return Figure(
         "Are the probabilities calibrated? Share of sensors that were attacked, %",
         [
-            _reliability_panel("by the prior as it comes", calibration["reliability"]),
-            _reliability_panel("all states alike", calibration["all_alike"]["reliability"]),
+            _reliability_panel("by the prior as it comes", calibration.probabilities.reliability),
+            _reliability_panel("all states alike", calibration.all_alike.reliability),
         ],
         note="By maximum likelihood, in tenths of P(attacked), with every state as often as the"
         " prior expects it, or all of them equally often, most of them beyond n − 2; on the line,"
@@ -142,17 +150,17 @@ def _reliability_figure(calibration: Row) -> Figure:
     )
 
 
-def _reliability_panel(title: str, rows: Iterable[Row]) -> str:
+def _reliability_panel(title: str, points: Iterable[ReliabilityPoint]) -> str:
     frame = _frame(100.0, 100.0)
     parts = _axes(frame, title, "predicted P(attacked), %")
     parts.append(polyline([frame.at((0, 0)), frame.at((100, 100))], "thin of-soft"))
-    for row in rows:
-        predicted, observed = 100 * row["predicted"], 100 * row["observed"]
-        low, high = (100 * bound for bound in row["interval"])
+    for point in points:
+        predicted, observed = 100 * point.predicted, 100 * point.observed
+        low, high = (100 * bound for bound in point.interval)
         hint = (
             f"predicted {number(predicted)} %, observed {number(observed)} %"
             f" [{number(low)}, {number(high)}];"
-            f" {number(100 * row['sensors'], digits=2)} % of all sensors"
+            f" {number(100 * point.sensors, digits=2)} % of all sensors"
         )
         parts.append(
             polyline([frame.at((predicted, low)), frame.at((predicted, high))], f"thin {_ATTACKED}")
@@ -162,9 +170,9 @@ def _reliability_panel(title: str, rows: Iterable[Row]) -> str:
     return drawing(_WIDTH, _HEIGHT, parts, label)
 
 
-def _bounds_note(row: Row, name: str = "E") -> str:
+def _bounds_note(beside: BesideBounds, name: str = "E") -> str:
     """Where the thesis draws the lines."""
-    below, above = (f"{100 * bound:g} %" for bound in row["bounds"])
+    below, above = (f"{100 * bound:g} %" for bound in beside.bounds)
     return (
         f"Dashed: the thesis finds {name} below {below} in clean frames, above {above} in attacked"
         " ones."
@@ -210,8 +218,16 @@ def _curves(title: str, lines: Lines, thesis: Sequence[Point] = ()) -> str:
     return drawing(_WIDTH, _HEIGHT, parts, f"{title}: rates over r, in percent")
 
 
-def _curve(rows: Iterable[Row], criterion: str, of: Any) -> list[Point]:
-    return [(100 * row["rate"], 100 * of(row)) for row in rows if row["criterion"] == criterion]
+def _of_case(case: str) -> Callable[[CaseRates], float]:
+    return lambda rates: rates.cases[case]
+
+
+def _curve(
+    rows: Iterable[DetectionRateRow], criterion: str, of: Callable[[CaseRates], float | None]
+) -> list[Point]:
+    """In percent, over r; where there is something to measure."""
+    own = [(row.rate, of(row.rates)) for row in rows if row.criterion == criterion]
+    return [(100 * rate, 100 * share) for rate, share in own if share is not None]
 
 
 def _frame(right: float, top: float) -> Frame:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from avsec_gym.experiments.chapter3.identification.in_words import validation_sentences
 from avsec_gym.experiments.chapter3.identification.plots import figures_of_validation
-from avsec_gym.experiments.chapter3.identification.summary import validation_summary
+from avsec_gym.experiments.chapter3.identification.summary import (
+    ValidationSummary,
+    validation_summary,
+)
 from avsec_gym.experiments.chapter3.identification.tables import tables_of_validation
+from avsec_gym.experiments.chapter3.recordings import JUDGED
+from avsec_gym.experiments.json_rows import as_json
 from avsec_gym.runs.run_folder import RunFolder
 from avsec_gym.runs.section import Findings, ReportRequest, Section
 
@@ -20,15 +22,16 @@ def findings(run: RunFolder, request: ReportRequest) -> Findings:
         DataError: The recordings are not where they were.
     """
     summary = validation_summary(run, run.configuration, request.looked_at)
-    return Findings([validation_section(summary)] if summary else [], {"validation": summary})
+    return Findings(
+        [validation_section(summary)] if summary else [], {"validation": as_json(summary)}
+    )
 
 
-def validation_section(summary: Mapping[str, Any]) -> Section:
+def validation_section(summary: ValidationSummary) -> Section:
     """The section of a summary.
 
     Args:
-        summary: The summary of
-            `avsec_gym.experiments.chapter3.identification.summary.validation_summary`.
+        summary: The results of a run.
     """
     return Section(
         "validation",
@@ -36,7 +39,7 @@ def validation_section(summary: Mapping[str, Any]) -> Section:
         validation_sentences(summary),
         [*tables_of_validation(summary), *figures_of_validation(summary)],
         link="Sensor data validation",
-        context=f"{summary['frames']['judged']} frames of {summary['drives']['judged']} drives,"
-        f" on none of which anything was fitted; depth by {summary['depth']['name']}. S0 is the"
+        context=f"{summary.frames[JUDGED]} frames of {summary.drives[JUDGED]} drives,"
+        f" on none of which anything was fitted; depth by {summary.depth['name']}. S0 is the"
         " LiDAR, S1 to S3 are the cameras from right to left.",
     )

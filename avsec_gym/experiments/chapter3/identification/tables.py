@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from avsec_gym.drawing.page_table import Table, TableCell, figure, name, number
 from avsec_gym.experiments.chapter3.attacks import OTHER, SMALLER
@@ -16,8 +15,21 @@ from avsec_gym.experiments.chapter3.identification.adaptive_attacks import (
     REMOVED,
     VEIL,
 )
+from avsec_gym.experiments.chapter3.identification.adaptive_rates import AdaptiveRow
+from avsec_gym.experiments.chapter3.identification.beyond_rates import BeyondRow
+from avsec_gym.experiments.chapter3.identification.calibration import Calibration
+from avsec_gym.experiments.chapter3.identification.detection_rates import (
+    CaseRates,
+    DetectionRateRow,
+)
+from avsec_gym.experiments.chapter3.identification.identification_rates import (
+    IdentificationRates,
+    MethodRates,
+)
+from avsec_gym.experiments.chapter3.identification.summary import Unseen, ValidationSummary
 from avsec_gym.experiments.chapter3.settings import RATES, SCENARIOS
 from avsec_gym.experiments.chapter3.thesis import DETECTION, ERROR_BOUNDS, IDENTIFICATION
+from avsec_gym.metrics.clustered_shares import Share
 from avsec_gym.validation.evidence.brightness import MIN_LIGHT
 from avsec_gym.validation.state_posterior import PRIOR_ATTACKED, PRIOR_BEYOND
 
@@ -69,37 +81,37 @@ _ADAPTIVE = {
 """Names of the adaptive attacks."""
 
 
-def tables_of_validation(summary: Mapping[str, Any]) -> list[Table]:
+def tables_of_validation(summary: ValidationSummary) -> list[Table]:
     """Tables 3.1 and 3.2, attacks beyond theirs, and the calibration of the likelihood.
 
     Args:
-        summary: The summary of
-            `avsec_gym.experiments.chapter3.identification.summary.validation_summary`.
+        summary: The results of a run.
     """
+    adaptive = summary.adaptive_attacks
     return [
-        _detection_table(summary["detection"]),
-        _case_table(summary["detection"]),
+        _detection_table(summary.detection),
+        _case_table(summary.detection),
         _bounds_table(summary),
-        _identification_table(summary["identification"], summary["independent"]),
-        *([unseen_table(summary["unseen"])] if summary["unseen"] else []),
-        _beyond_table(summary["beyond"]),
-        *([_adaptive_table(summary["adaptive_attacks"])] if summary["adaptive_attacks"] else []),
-        _calibration_table(summary["calibration"]),
+        _identification_table(summary.identification, summary.independent),
+        *([unseen_table(summary.unseen)] if summary.unseen else []),
+        _beyond_table(summary.beyond),
+        *([_adaptive_table(adaptive)] if adaptive else []),
+        _calibration_table(summary.calibration),
     ]
 
 
-def _detection_table(rows: Any) -> Table:
+def _detection_table(rows: Sequence[DetectionRateRow]) -> Table:
     lines = []
-    shown = [row for row in rows if row["rate"] in RATES and row["criterion"] in ("any", "error")]
-    for row in sorted(shown, key=lambda row: (row["scenario"], row["criterion"], row["rate"])):
-        own = DETECTION.get((row["scenario"], row["rate"])) if row["criterion"] == "error" else None
+    shown = [row for row in rows if row.rate in RATES and row.criterion in ("any", "error")]
+    for row in sorted(shown, key=lambda row: (row.scenario, row.criterion, row.rate)):
+        own = DETECTION.get((row.scenario, row.rate)) if row.criterion == "error" else None
         lines.append(
             [
-                name(row["scenario"]),
-                name(CRITERIA[row["criterion"]]),
-                figure(row["rate"], scale=100, digits=0),
-                figure(row["average"], row["interval"], own, scale=100, digits=2),
-                share_cell(row["false_alarms"]),
+                name(row.scenario),
+                name(CRITERIA[row.criterion]),
+                figure(row.rate, scale=100, digits=0),
+                figure(row.rates.average, row.rates.interval, own, scale=100, digits=2),
+                share_cell(row.rates.false_alarms),
             ]
         )
     return Table(
@@ -113,19 +125,19 @@ def _detection_table(rows: Any) -> Table:
     )
 
 
-def _case_table(rows: Any) -> Table:
+def _case_table(rows: Sequence[DetectionRateRow]) -> Table:
     order = list(CRITERIA)
     chosen = sorted(
-        (row for row in rows if row["rate"] == 0.01),
-        key=lambda row: (row["scenario"], order.index(row["criterion"])),
+        (row for row in rows if row.rate == 0.01),
+        key=lambda row: (row.scenario, order.index(row.criterion)),
     )
-    cases = [list(row["cases"]) for row in chosen]
+    cases = [list(row.rates.cases) for row in chosen]
     lines = [
         [
-            name(row["scenario"]),
-            name(CRITERIA[row["criterion"]]),
-            *(figure(row["cases"][case], scale=100) for case in names),
-            share_cell(row["false_alarms"]),
+            name(row.scenario),
+            name(CRITERIA[row.criterion]),
+            *(figure(row.rates.cases[case], scale=100) for case in names),
+            share_cell(row.rates.false_alarms),
         ]
         for row, names in zip(chosen, cases, strict=True)
     ]
@@ -145,27 +157,26 @@ def _position(case: str, cases: list[str]) -> str:
     return " and ".join(words[sensor] for sensor in case.split("+"))
 
 
-def _bounds_table(summary: Mapping[str, Any]) -> Table:
+def _bounds_table(summary: ValidationSummary) -> Table:
     """Where E lies, beside where the thesis finds it."""
     cases = ("clean", "attacked, all seven cases")
     alone = ("none of the three attacked", "one of them attacked alone")
     rows = [
-        (row["scenario"], SCENARIOS[row["scenario"]], cases, row)
-        for row in summary["case_distributions"]
+        (row.scenario, SCENARIOS[row.scenario], cases, row.beside)
+        for row in summary.case_distributions
     ]
-    rows += [
-        (error_name(row["triple"]), tuple(row["triple"]), alone, row)
-        for row in summary["reference_distributions"]
-        if "bounds" in row
-    ]
+    for own in summary.reference_distributions:
+        if own.beside is not None:
+            i, j, k = own.triple
+            rows.append((error_name(own.triple), (i, j, k), alone, own.beside))
     lines = []
-    for words, triple, (clean, attacked), row in rows:
+    for words, triple, (clean, attacked), beside in rows:
         bounds = ERROR_BOUNDS[triple]
         below = f"{clean}: below {100 * bounds.clean_below:g} %"
         above = f"{attacked}: above {100 * bounds.attacked_above:g} %"
         lines += [
-            [name(words), name(below), share_cell(row["clean_below"]), name(bounds.clean)],
-            [name(words), name(above), share_cell(row["attacked_above"]), name(bounds.attacked)],
+            [name(words), name(below), share_cell(beside.clean_below), name(bounds.clean)],
+            [name(words), name(above), share_cell(beside.attacked_above), name(bounds.attacked)],
         ]
     return Table(
         "Figures 3.5, 3.7 and 3.9: on which side of the thesis’ bounds E lies",
@@ -176,26 +187,27 @@ def _bounds_table(summary: Mapping[str, Any]) -> Table:
     )
 
 
-def _identification_table(rows: Any, independent: Any) -> Table:
+def _identification_table(
+    rows: Sequence[MethodRates], independent: Sequence[IdentificationRates]
+) -> Table:
     lines = []
-    for row in [*rows, *({**row, "method": _INDEPENDENT} for row in independent)]:
-        if row["rate"] not in RATES:
+    for row in [*rows, *(MethodRates(_INDEPENDENT, rates) for rates in independent)]:
+        rates = row.rates
+        if rates.rate not in RATES:
             continue
-        of_thesis = row["method"] == "algorithm 2, error"
-        own = IDENTIFICATION[row["rate"]] if of_thesis else (None,) * 5
+        of_thesis = row.method == "algorithm 2, error"
+        own = IDENTIFICATION[rates.rate] if of_thesis else (None,) * 5
         sensors = [
-            figure(share["rate"], thesis=thesis, scale=100)
-            for share, thesis in zip(row["sensors"].values(), own[:4], strict=True)
+            figure(share.rate, thesis=thesis, scale=100)
+            for share, thesis in zip(rates.sensors.values(), own[:4], strict=True)
         ]
         lines.append(
             [
-                name(METHODS.get(row["method"], row["method"])),
-                figure(row["rate"], scale=100, digits=0),
+                name(METHODS.get(row.method, row.method)),
+                figure(rates.rate, scale=100, digits=0),
                 *sensors,
-                figure(row["average"], row["interval"], own[4], scale=100, digits=2),
-                share_cell(row["reported"]),
-                share_cell(row["false_alarms"]),
-                share_cell(row["beyond"]),
+                figure(rates.average, rates.interval, own[4], scale=100, digits=2),
+                *map(share_cell, (rates.reported, rates.false_alarms, rates.beyond)),
             ]
         )
     return Table(
@@ -214,34 +226,34 @@ def _identification_table(rows: Any, independent: Any) -> Table:
     )
 
 
-def unseen_table(unseen: Mapping[str, Any]) -> Table:
+def unseen_table(unseen: Unseen) -> Table:
     """Both rates without the frames that were looked at while the method was made."""
-    rows = {f"detected by {row['scenario']}": row for row in unseen["detection"]}
-    rows |= {f"named by {METHODS[row['method']]}": row for row in unseen["identification"]}
+    rows: dict[str, CaseRates | IdentificationRates] = {
+        f"detected by {row.scenario}": row.rates for row in unseen.detection
+    }
+    rows |= {f"named by {METHODS[row.method]}": row.rates for row in unseen.identification}
     return Table(
-        f"The same of the {unseen['frames']:,} frames that were not looked at, r = 1 %",
+        f"The same of the {unseen.frames:,} frames that were not looked at, r = 1 %",
         ["method", "attacks, %", "false alarms, %"],
         [
             [
                 name(text),
-                figure(row["average"], row["interval"], scale=100, digits=2),
-                share_cell(row["false_alarms"]),
+                figure(rates.average, rates.interval, scale=100, digits=2),
+                share_cell(rates.false_alarms),
             ]
-            for text, row in rows.items()
+            for text, rates in rows.items()
         ],
-        f"The first {unseen['looked_at']:,} judged frames were looked at while the method was made:"
+        f"The first {unseen.looked_at:,} judged frames were looked at while the method was made:"
         f" clean ones that looked attacked, attacks that were missed. {INTERVALS}",
     )
 
 
-def _beyond_table(rows: Any) -> Table:
-    ways = ("detected_by_error", "detected", "named", "named_likeliest")
+def _beyond_table(rows: Sequence[BeyondRow]) -> Table:
     lines = []
     for row in rows:
-        attack = BEYOND_IN_WORDS[row["kind"], row["sensor"] == 0]
-        lines.append(
-            [name(attack), name(f"S{row['sensor']}"), *(share_cell(row[way]) for way in ways)]
-        )
+        attack = BEYOND_IN_WORDS[row.kind, row.sensor == 0]
+        shares = (row.detected_by_error, row.detected, row.named, row.named_likeliest)
+        lines.append([name(attack), name(f"S{row.sensor}"), *map(share_cell, shares)])
     return Table(
         "Attacks beyond the thesis’ settings, r = 1 %",
         [
@@ -256,16 +268,16 @@ def _beyond_table(rows: Any) -> Table:
     )
 
 
-def _adaptive_table(rows: Any) -> Table:
+def _adaptive_table(rows: Sequence[AdaptiveRow]) -> Table:
     lines = []
     for row in rows:
-        detected = (row["detected"].get(scenario) for scenario in SCENARIOS)
+        detected = (row.detected.get(scenario) for scenario in SCENARIOS)
         lines.append(
             [
-                name(_ADAPTIVE[row["kind"]]),
-                name(", ".join(f"S{sensor}" for sensor in row["attacked"])),
+                name(_ADAPTIVE[row.kind]),
+                name(", ".join(f"S{sensor}" for sensor in row.attacked)),
                 *(share_cell(share) if share else figure(None) for share in detected),
-                *(share_cell(row[way]) for way in ("named", "named_likeliest", "accused")),
+                *map(share_cell, (row.named, row.named_likeliest, row.accused)),
             ]
         )
     return Table(
@@ -281,17 +293,15 @@ def _adaptive_table(rows: Any) -> Table:
     )
 
 
-def _calibration_table(calibration: Mapping[str, Any]) -> Table:
+def _calibration_table(calibration: Calibration) -> Table:
     lines = [
         [
             name(count),
-            *(
-                share_cell(row[key])
-                for key in ("right", "wrong", "cannot_tell", "all_right", "alarms")
-            ),
+            *map(share_cell, (row.right, row.wrong, row.cannot_tell, row.all_right, row.alarms)),
         ]
-        for count, row in calibration["statuses"].items()
+        for count, row in calibration.statuses.items()
     ]
+    usual, alike = calibration.probabilities, calibration.all_alike
     return Table(
         "What a user of maximum likelihood is calibration of each sensor",
         [
@@ -303,16 +313,16 @@ def _calibration_table(calibration: Mapping[str, Any]) -> Table:
             "alarms, %",
         ],
         lines,
-        f"As it comes: r = {100 * calibration['rate']:g} %, certainty"
-        f" {100 * calibration['certainty']:g} %."
+        f"As it comes: r = {100 * calibration.rate:g} %, certainty"
+        f" {100 * calibration.certainty:g} %."
         " Statuses of all four sensors, attacked ones and sound ones, in every state of so many"
         " attacked; all four right, and alarms: of frames. Brier score of P(attacked), with states"
-        f" as often as the prior expects them: {number(calibration['brier'], digits=4)}; always one"
+        f" as often as the prior expects them: {number(usual.brier, digits=4)}; always one"
         " half would be 0.25. The predicted probability and the observed share differ by"
-        f" {number(100 * calibration['calibration_error'], digits=2)} % on average; with all states"
+        f" {number(100 * usual.calibration_error, digits=2)} % on average; with all states"
         " equally probable, most of them beyond n − 2, by"
-        f" {number(100 * calibration['all_alike']['calibration_error'], digits=2)} % (Brier score"
-        f" {number(calibration['all_alike']['brier'], digits=4)}). {PRIOR}"
+        f" {number(100 * alike.calibration_error, digits=2)} % (Brier score"
+        f" {number(alike.brier, digits=4)}). {PRIOR}"
         f" {INTERVALS}",
     )
 
@@ -322,6 +332,6 @@ def error_name(triple: Sequence[int]) -> str:
     return "E" + "".join(map(str, triple))
 
 
-def share_cell(share: Mapping[str, Any]) -> TableCell:
+def share_cell(share: Share) -> TableCell:
     """In percent, with its interval."""
-    return figure(share["rate"], share["interval"], scale=100, digits=2)
+    return figure(share.rate, share.interval, scale=100, digits=2)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from avsec_gym.drawing.page_table import Table, figure, name
+from avsec_gym.experiments.chapter3.identification.five_sensors import FiveSummary
 from avsec_gym.experiments.chapter3.identification.tables import (
     INTERVALS,
     METHODS,
@@ -13,23 +11,25 @@ from avsec_gym.experiments.chapter3.identification.tables import (
     REPORTED,
     share_cell,
 )
+from avsec_gym.experiments.chapter3.recordings import JUDGED
 
 
-def table_of_five(summary: Mapping[str, Any]) -> Table:
+def table_of_five(summary: FiveSummary) -> Table:
     """The identification rates of five sensors.
 
     Args:
-        summary: The figures that `five_sensors.five_summary` gives.
+        summary: The results of a run.
     """
     lines = [
         [
-            name(METHODS[row["method"]]),
-            figure(row["rate"], scale=100, digits=0),
-            *map(share_cell, row["together"].values()),
-            figure(row["average"], row["interval"], scale=100, digits=2),
-            *(share_cell(row[key]) for key in ("reported", "false_alarms", "beyond")),
+            name(METHODS[row.method]),
+            figure(rates.rate, scale=100, digits=0),
+            *map(share_cell, rates.together.values()),
+            figure(rates.average, rates.interval, scale=100, digits=2),
+            *map(share_cell, (rates.reported, rates.false_alarms, rates.beyond)),
         ]
-        for row in summary["identification"]
+        for row in summary.identification
+        for rates in [row.rates]
     ]
     return Table(
         "Identification rate of one LiDAR and four cameras",
@@ -38,7 +38,7 @@ def table_of_five(summary: Mapping[str, Any]) -> Table:
             *("mean of what is summary, %", "false alarms, %", "beyond n − 2, %"),
         ],
         lines,
-        f"{summary['frames']['judged']:,} frames in all 32 states, on none of which anything was"
+        f"{summary.frames[JUDGED]:,} frames in all 32 states, on none of which anything was"
         f" fitted. Identified: exactly the attacked sensors were named. {REPORTED} Beyond n − 2:"
         f" among three to five attacked sensors. {PRIOR} {INTERVALS}",
     )

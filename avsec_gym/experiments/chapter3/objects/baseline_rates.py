@@ -8,20 +8,22 @@ are; the other reading, that any mismatch is one, stands beside it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from avsec_gym.experiments.chapter3.identification.detection_rates import (
+    CaseRates,
     attack_cases_of,
     case_rates,
 )
 from avsec_gym.experiments.chapter3.identification.summary import FEWEST
 from avsec_gym.experiments.chapter3.objects.mismatch_counts import IOUS, mismatch_counts
-from avsec_gym.experiments.chapter3.objects.score_thresholds import score_thresholds
+from avsec_gym.experiments.chapter3.objects.score_thresholds import ScoreThreshold, score_thresholds
 from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED, SYSTEM
 from avsec_gym.experiments.chapter3.settings import RATES, SCENARIOS
+from avsec_gym.experiments.json_rows import FLAT
 from avsec_gym.geometry import Floats
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results
@@ -31,13 +33,42 @@ from avsec_gym.validation.recordings import drive_of
 from avsec_gym.validation.state_posterior import state_vectors
 
 
-def baseline_summary(results: Results, configuration: Configuration) -> dict[str, Any] | None:
-    """Detection rates of the baseline; None where either part has fewer than `FEWEST` frames.
+@dataclass(frozen=True)
+class BaselineRow:
+    """How often mismatches of objects raise an alarm.
 
-    Returns:
-        ``frames`` of each part, ``objects`` as of `score_thresholds`, and ``rows`` as of
-        `baseline_rates`.
+    Args:
+        scenario: The system of three sensors, one of `SCENARIOS`.
+        iou: The IoU that partners exceed.
+        rate: The designated false alarm rate r; None: any mismatch raises an alarm.
+        most: How many mismatches raise none.
+        rates: The rates of alarms.
     """
+
+    scenario: str
+    iou: float
+    rate: float | None
+    most: int
+    rates: CaseRates = field(metadata=FLAT)
+
+
+@dataclass(frozen=True)
+class BaselineSummary:
+    """Detection rates of the baseline.
+
+    Args:
+        frames: The number of frames of each part.
+        objects: From which score on boxes count, see `score_thresholds`.
+        rows: The rates of `baseline_rates`.
+    """
+
+    frames: Mapping[str, int]
+    objects: Mapping[str, ScoreThreshold]
+    rows: Sequence[BaselineRow]
+
+
+def baseline_summary(results: Results, configuration: Configuration) -> BaselineSummary | None:
+    """Detection rates of the baseline; None where either part has fewer than `FEWEST` frames."""
     thresholds = score_thresholds(results, configuration.options)
     (fitted, _), (judged, frames) = (
         mismatch_counts(results, part, thresholds) for part in (FITTED, JUDGED)
@@ -47,12 +78,12 @@ def baseline_summary(results: Results, configuration: Configuration) -> dict[str
         return None
     drives = [drive_of(id) for id in frames]
     rows = baseline_rates(fitted, judged, drives)
-    return {"frames": counts, "objects": thresholds, "rows": rows}
+    return BaselineSummary(counts, thresholds, rows)
 
 
 def baseline_rates(
     fitted: Floats, judged: Floats, drives: Sequence[str], system: SensorSystem = SYSTEM
-) -> list[dict[str, Any]]:
+) -> list[BaselineRow]:
     """For each scenario, IoU and rule the share of attacks detected, in every case and on average.
 
     Args:
@@ -61,10 +92,6 @@ def baseline_rates(
         judged: The counts of other frames in all states, shape (N, pairs, IoUs, 2, 2).
         drives: The drive of each judged frame.
         system: A LiDAR and three cameras.
-
-    Returns:
-        Rows as of `detection_rates`, with ``iou``, and ``most``: how many mismatches raise no
-        alarm; ``rate`` is None where any mismatch raises one.
     """
     rows = []
     for name, triple in SCENARIOS.items():
@@ -74,15 +101,8 @@ def baseline_rates(
             counts = _of_states(judged[:, :, column], triple, system)
             for rate in (None, *RATES):
                 most = 0 if rate is None else _order_statistic(clean, rate)
-                rows.append(
-                    {
-                        "scenario": name,
-                        "iou": iou,
-                        "rate": rate,
-                        "most": most,
-                        **case_rates(counts > most, cases, drives),
-                    }
-                )
+                found = case_rates(counts > most, cases, drives)
+                rows.append(BaselineRow(name, iou, rate, most, found))
     return rows
 
 

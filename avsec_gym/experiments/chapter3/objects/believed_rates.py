@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,22 +19,47 @@ from avsec_gym.experiments.chapter3.objects.believed_points import (
     found_setting,
     score_name,
 )
-from avsec_gym.experiments.chapter3.objects.score_thresholds import score_threshold
-from avsec_gym.metrics.clustered_shares import share_of
+from avsec_gym.experiments.chapter3.objects.score_thresholds import ScoreThreshold, score_threshold
+from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results
 from avsec_gym.validation.recordings import drive_of
 
 
-def believed_summary(results: Results, configuration: Configuration) -> dict[str, Any] | None:
-    """Of a run; None with fewer than `FEWEST` frames.
+@dataclass(frozen=True)
+class BelievedRow:
+    """How often a kind of bogus points is taken for an obstacle.
 
-    Returns:
-        ``objects``: of each detector from which ``score`` on a box is an obstacle, see
-        `score_threshold`; ``rows`` with ``detector`` and ``kind``, in how many judged frames the
-        bogus points were ``taken`` for one, in how many there was one at that place ``clean``, and
-        in how many only in the attacked scan, ``newly``.
+    Args:
+        detector: The detector.
+        kind: The kind, one of `PLANES` and `CARS`.
+        taken: Judged frames in which they were.
+        clean: Frames in which there was an obstacle at that place in the clean scan.
+        newly: Frames in which there was one in the attacked scan alone.
     """
+
+    detector: str
+    kind: str
+    taken: Share
+    clean: Share
+    newly: Share
+
+
+@dataclass(frozen=True)
+class BelievedSummary:
+    """Which bogus points detectors believe.
+
+    Args:
+        objects: Of each detector from which score on a box is an obstacle, see `score_threshold`.
+        rows: The shares of each detector and kind.
+    """
+
+    objects: Mapping[str, ScoreThreshold]
+    rows: Sequence[BelievedRow]
+
+
+def believed_summary(results: Results, configuration: Configuration) -> BelievedSummary | None:
+    """Of a run; None with fewer than `FEWEST` frames."""
     options = {**BELIEVED_OPTIONS, **configuration.options}
     detectors = options["believers"].split(",")
     objects = {name: score_threshold(results, TRUTH, found_setting(name)) for name in detectors}
@@ -41,7 +67,7 @@ def believed_summary(results: Results, configuration: Configuration) -> dict[str
     for detector in detectors:
         for kind in (*PLANES, *CARS):
             attacked, clean = (
-                _taken(results, kind, score_name(detector, state), objects[detector]["score"])
+                _taken(results, kind, score_name(detector, state), objects[detector].score)
                 for state in (ATTACKED, CLEAN)
             )
             if len(attacked) < FEWEST:
@@ -52,15 +78,15 @@ def believed_summary(results: Results, configuration: Configuration) -> dict[str
                 np.array([by_frame[id] for id in frames], bool) for by_frame in (attacked, clean)
             )
             rows.append(
-                {
-                    "detector": detector,
-                    "kind": kind,
-                    "taken": share_of(taken, drives),
-                    "clean": share_of(before, drives),
-                    "newly": share_of(taken & ~before, drives),
-                }
+                BelievedRow(
+                    detector,
+                    kind,
+                    taken=share_of(taken, drives),
+                    clean=share_of(before, drives),
+                    newly=share_of(taken & ~before, drives),
+                )
             )
-    return {"objects": objects, "rows": rows} if rows else None
+    return BelievedSummary(objects, rows) if rows else None
 
 
 def _taken(results: Results, kind: str, name: str, score: float) -> dict[str, bool]:

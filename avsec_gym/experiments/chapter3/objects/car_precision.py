@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -56,15 +56,27 @@ def car_precision(
     }
 
 
-def precision_rows(clean: Precisions, attacked: Precisions) -> dict[str, Any]:
-    """For each level ``value``, and ``lost`` against clean, with 95 % intervals; percent."""
+@dataclass(frozen=True)
+class PrecisionAtLevel:
+    """Average precision of cars at a level of difficulty, percent.
+
+    Args:
+        value: The AP.
+        interval: Its 95 % interval; None of a single drive.
+        lost: How much less that is than without the attack.
+        lost_interval: The 95 % interval of the loss.
+    """
+
+    value: float
+    interval: Sequence[float] | None
+    lost: float
+    lost_interval: Sequence[float] | None
+
+
+def precision_rows(clean: Precisions, attacked: Precisions) -> dict[str, PrecisionAtLevel]:
+    """For each level the precision, and what is lost against clean."""
     rows = {}
     for level, now in attacked.items():
         lost = clean[level] - now
-        rows[level] = {
-            "value": now.value,
-            "interval": now.interval,
-            "lost": lost.value,
-            "lost_interval": lost.interval,
-        }
+        rows[level] = PrecisionAtLevel(now.value, now.interval, lost.value, lost.interval)
     return rows

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from avsec_gym.experiments.chapter3.identification.summary import FEWEST
 from avsec_gym.experiments.chapter3.objects.bogus_obstacles import taken_for_an_obstacle
-from avsec_gym.experiments.chapter3.objects.car_precision import car_precision, precision_rows
+from avsec_gym.experiments.chapter3.objects.car_precision import (
+    PrecisionAtLevel,
+    car_precision,
+    precision_rows,
+)
 from avsec_gym.experiments.chapter3.objects.score_thresholds import score_thresholds
 from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     DETECTION_OPTIONS,
@@ -17,7 +23,8 @@ from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     truth_setting,
 )
 from avsec_gym.experiments.chapter3.recordings import JUDGED, SYSTEM
-from avsec_gym.metrics.clustered_shares import share_of
+from avsec_gym.experiments.json_rows import FLAT
+from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results
 from avsec_gym.sensor_system import LIDAR
@@ -29,27 +36,80 @@ SCORES = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 """That make a box an obstacle: how much hangs on it."""
 
 
-def impact_summary(results: Results, configuration: Configuration) -> dict[str, Any] | None:
-    """Both figures of a run; None with fewer than `FEWEST` frames.
+@dataclass(frozen=True)
+class BogusReturnShares:
+    """How often the bogus return is taken for an obstacle.
 
-    Returns:
-        ``lidar``: from which ``score`` on a box is an obstacle; in how many frames the bogus
-        return was ``taken`` for one, in how many the ``clean`` scan has one at that place, and in
-        how many only the attacked one (``newly``); and ``by_score`` the same for `SCORES`.
-        ``camera``: average precision of cars in the reference's image, ``clean`` and ``attacked``
-        (`precision_rows`); None without labels.
+    Args:
+        score: From which score on a box is one.
+        clean: Frames with one at that place in the clean scan.
+        taken: Frames with one there in the attacked scan.
+        newly: Frames with one there in the attacked scan alone.
     """
+
+    score: float
+    clean: Share
+    taken: Share
+    newly: Share
+
+
+@dataclass(frozen=True)
+class BogusReturnImpact:
+    """What bogus returns do to a detector.
+
+    Args:
+        detector: The detector.
+        shares: By the score of `score_thresholds`.
+        by_score: By each of `SCORES`.
+    """
+
+    detector: str
+    shares: BogusReturnShares = field(metadata=FLAT)
+    by_score: Sequence[BogusReturnShares]
+
+
+@dataclass(frozen=True)
+class FaculaImpact:
+    """What a facula costs a detector of cars in the reference's image.
+
+    Args:
+        detector: The detector.
+        frames: The number of frames.
+        iou: The IoU that a match exceeds.
+        clean: Average precision without the attack, by level.
+        attacked: The same under it.
+    """
+
+    detector: str
+    frames: int
+    iou: float
+    clean: Mapping[str, PrecisionAtLevel]
+    attacked: Mapping[str, PrecisionAtLevel]
+
+
+@dataclass(frozen=True)
+class ImpactSummary:
+    """What optical attacks do to undefended detectors.
+
+    Args:
+        lidar: Of bogus returns.
+        camera: Of faculae; None without labels.
+    """
+
+    lidar: BogusReturnImpact
+    camera: FaculaImpact | None
+
+
+def impact_summary(results: Results, configuration: Configuration) -> ImpactSummary | None:
+    """Both figures of a run; None with fewer than `FEWEST` frames."""
     options = {**DETECTION_OPTIONS, **configuration.options}
     lidar = _bogus_returns(results, options)
-    if lidar is None or lidar["taken"]["of"] < FEWEST:
+    if lidar is None or lidar.shares.taken.of < FEWEST:
         return None
-    return {
-        "lidar": {"detector": options["lidar_detector"], **lidar},
-        "camera": _facula(results, options["image_detector"]),
-    }
+    return ImpactSummary(lidar, _facula(results, options["image_detector"]))
 
 
-def _bogus_returns(results: Results, options: dict[str, Any]) -> dict[str, Any] | None:
+def _bogus_returns(results: Results, options: dict[str, Any]) -> BogusReturnImpact | None:
     patches = results.detections(PATCH)
     if not patches:
         return None
@@ -60,7 +120,7 @@ def _bogus_returns(results: Results, options: dict[str, Any]) -> dict[str, Any] 
         for name, attacked in (("clean", False), ("taken", True))
     }
 
-    def shares(score: float) -> dict[str, Any]:
+    def shares(score: float) -> BogusReturnShares:
         hits = {
             name: np.array(
                 [
@@ -72,17 +132,16 @@ def _bogus_returns(results: Results, options: dict[str, Any]) -> dict[str, Any] 
             for name, own in found.items()
         }
         newly = share_of(hits["taken"] & ~hits["clean"], drives)
-        return {
-            "score": score,
-            **{name: share_of(hit, drives) for name, hit in hits.items()},
-            "newly": newly,
-        }
+        return BogusReturnShares(
+            score, share_of(hits["clean"], drives), share_of(hits["taken"], drives), newly
+        )
 
-    own = score_thresholds(results, options)["lidar"]["score"]
-    return {**shares(own), "by_score": [shares(score) for score in SCORES]}
+    own = score_thresholds(results, options)["lidar"].score
+    by_score = [shares(score) for score in SCORES]
+    return BogusReturnImpact(options["lidar_detector"], shares(own), by_score)
 
 
-def _facula(results: Results, detector: str) -> dict[str, Any] | None:
+def _facula(results: Results, detector: str) -> FaculaImpact | None:
     truth = results.detections(truth_setting(JUDGED))
     clean, attacked = (
         results.detections(seen_setting(JUDGED, SYSTEM.reference, state, SYSTEM.reference))
@@ -92,10 +151,10 @@ def _facula(results: Results, detector: str) -> dict[str, Any] | None:
     if len(frames) < FEWEST:
         return None
     before, after = (car_precision(truth, found, frames, "2d", IOU) for found in (clean, attacked))
-    return {
-        "detector": detector,
-        "frames": len(frames),
-        "iou": IOU,
-        "clean": precision_rows(before, before),
-        "attacked": precision_rows(before, after),
-    }
+    return FaculaImpact(
+        detector,
+        len(frames),
+        IOU,
+        clean=precision_rows(before, before),
+        attacked=precision_rows(before, after),
+    )

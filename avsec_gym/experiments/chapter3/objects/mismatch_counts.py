@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import product
-from typing import Any
 
 import numpy as np
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter3.objects.object_mismatches import mismatches
+from avsec_gym.experiments.chapter3.objects.score_thresholds import ScoreThreshold
 from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     WIDTH,
     reach_name,
@@ -27,7 +27,7 @@ IOUS = (0.5, 0.7)
 
 
 def mismatch_counts(
-    results: Results, part: str, thresholds: Mapping[str, Any]
+    results: Results, part: str, thresholds: Mapping[str, ScoreThreshold]
 ) -> tuple[Floats, list[str]]:
     """What `SensorDetections` stored, counted.
 
@@ -66,11 +66,11 @@ def _objects(
     pair: Pair,
     place: int,
     is_attacked: bool,
-    thresholds: Mapping[str, Any],
+    thresholds: Mapping[str, ScoreThreshold],
 ) -> dict[str, Boxes3D]:
     """Of the first or the second sensor of a pair, in the image that they are compared in."""
     sensor = SYSTEM.sensors[pair[place]]
     camera = int(SYSTEM.sensors[pair[1]]) if sensor == LIDAR else int(sensor)
-    least = thresholds["lidar" if sensor == LIDAR else "camera"]["score"]
+    least = thresholds["lidar" if sensor == LIDAR else "camera"].score
     found = results.detections(seen_setting(part, sensor, is_attacked, camera))
     return {id: boxes[boxes.score >= least] for id, boxes in found.items()}

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 from avsec_gym.drawing.page_figure import Figure, line_key, mark_key
 from avsec_gym.drawing.page_plots import Frame, Scale, band, drawing, marker, polyline, text
 from avsec_gym.drawing.page_table import bounds, number
 from avsec_gym.experiments.chapter3.objects.attack_sizes import CAMERA
+from avsec_gym.experiments.chapter3.objects.sensitivity_curves import (
+    SensitivityCurve,
+    SensitivitySummary,
+    SizeRow,
+)
 from avsec_gym.experiments.chapter3.objects.tables import SHOWN_LEVEL, detector_words
 from avsec_gym.experiments.chapter3.objects.thesis_of_detectors import PRECISION_OF_SIZE
 from avsec_gym.sensor_system import LIDAR
 
-Row = Mapping[str, Any]
 Percent = tuple[float, Sequence[float] | None]
 """Percent, and its interval."""
 
@@ -27,22 +30,20 @@ _WIDTH, _HEIGHT = 400, 240
 _AXES = {LIDAR: "width of the bogus return, m", CAMERA: "facula’s share of the image, %"}
 
 
-def draw_sensitivity(summary: Mapping[str, Any]) -> list[str]:
+def draw_sensitivity(summary: SensitivitySummary) -> list[str]:
     """A drawing for the LiDAR and one for the camera.
 
     Args:
-        summary: The summary of
-            `avsec_gym.experiments.chapter3.objects.sensitivity_curves.sensitivity_summary`.
+        summary: The results of a run.
     """
-    return [_draw(what, summary[what]) for what in (LIDAR, CAMERA)]
+    return [_draw(what, curve) for what, curve in summary.curves.items()]
 
 
-def figure_of_sensitivity(summary: Mapping[str, Any]) -> Figure:
+def figure_of_sensitivity(summary: SensitivitySummary) -> Figure:
     """Both drawings, with their legend.
 
     Args:
-        summary: The summary of
-            `avsec_gym.experiments.chapter3.objects.sensitivity_curves.sensitivity_summary`.
+        summary: The results of a run.
     """
     legend = [line_key(kind, words) for kind, words in CURVES.items()]
     return Figure(
@@ -54,12 +55,12 @@ def figure_of_sensitivity(summary: Mapping[str, Any]) -> Figure:
     )
 
 
-def _draw(what: str, curve: Mapping[str, Any]) -> str:
-    rows = curve["sizes"]
-    places = [100 * row["covered"] if what == CAMERA else row["size"] for row in rows]
+def _draw(what: str, curve: SensitivityCurve) -> str:
+    rows = curve.sizes
+    places = [100 * row.area.covered if row.area else row.size for row in rows]
     room = 0.02 * max(places)
     frame = Frame(Scale(-room, max(places) + room, 38, _WIDTH - 8), Scale(0, 100, _HEIGHT - 38, 26))
-    detector = detector_words(curve["detector"])
+    detector = detector_words(curve.detector)
     words = f"{'LiDAR' if what == LIDAR else 'Camera'} attacked{f', {detector}' * bool(detector)}"
     parts = [
         frame.axes(frame.x.ticks(6), frame.y.ticks(5)),
@@ -67,7 +68,7 @@ def _draw(what: str, curve: Mapping[str, Any]) -> str:
         text(((frame.x.start + frame.x.end) / 2, _HEIGHT - 6), _AXES[what], "middle"),
     ]
     marks: list[str] = []
-    curves: dict[str, Callable[[Row], Percent | None]] = {
+    curves: dict[str, Callable[[SizeRow], Percent | None]] = {
         "dashed line-0": lambda row: _detected(row, "error"),
         "line-0": lambda row: _detected(row, "any"),
         "line-1": _precision,
@@ -81,11 +82,11 @@ def _draw(what: str, curve: Mapping[str, Any]) -> str:
             parts.append(band(low, high, kind))
         parts.append(polyline([frame.at((x, percent[0])) for x, _, percent in points], kind))
         for x, row, (value, interval) in points:
-            size = f"{row['size']:g} {'px' if what == CAMERA else 'm'}" if row["size"] else "clean"
+            size = f"{row.size:g} {'px' if what == CAMERA else 'm'}" if row.size else "clean"
             hint = f"{CURVES[kind]}, {size}: {number(value)} {bounds(interval)}"
             marks.append(marker(frame.at((x, value)), "circle", f"small {kind.split()[-1]}", hint))
     for x, row in zip(places, rows, strict=True):
-        thesis = PRECISION_OF_SIZE.get((what, row["size"]))
+        thesis = PRECISION_OF_SIZE.get((what, row.size))
         if thesis is not None:
             hint = f"The thesis’ AP: {number(thesis, 100, 2)}"
             marks.append(marker(frame.at((x, 100 * thesis)), "circle", "hollow line-1", hint))
@@ -93,13 +94,15 @@ def _draw(what: str, curve: Mapping[str, Any]) -> str:
     return drawing(_WIDTH, _HEIGHT, [*parts, *marks], label)
 
 
-def _detected(row: Row, criterion: str) -> Percent:
-    share = row["detected"][criterion]
-    return 100 * share["rate"], [100 * bound for bound in share["interval"]]
-
-
-def _precision(row: Row) -> Percent | None:
-    if row["precision"] is None:
+def _detected(row: SizeRow, criterion: str) -> Percent | None:
+    share = row.detected[criterion]
+    if share.interval is None:
         return None
-    one = row["precision"][SHOWN_LEVEL]
-    return one["value"], one["interval"]
+    return share.percent, [100 * bound for bound in share.interval]
+
+
+def _precision(row: SizeRow) -> Percent | None:
+    if row.precision is None:
+        return None
+    found = row.precision[SHOWN_LEVEL]
+    return found.value, found.interval

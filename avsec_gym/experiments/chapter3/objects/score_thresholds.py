@@ -7,6 +7,7 @@ detector's working point on clean frames that nothing is judged on.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from avsec_gym.experiments.chapter3.objects.sensor_detections import (
@@ -21,23 +22,34 @@ from avsec_gym.sensor_system import LIDAR, Sensor
 
 USUAL = 0.3
 """The threshold where the clean frames have no labels."""
-_UNKNOWN = {"precision": None, "recall": None}
 
 
-def score_thresholds(results: Results, options: Mapping[str, Any]) -> dict[str, Any]:
+@dataclass(frozen=True)
+class ScoreThreshold:
+    """From which score on a box counts as an object.
+
+    Args:
+        score: The score.
+        precision: On the fitted frames (cars, moderate, IoU 0.5 from above or in the image); None:
+            not known.
+        recall: The same.
+    """
+
+    score: float
+    precision: float | None = None
+    recall: float | None = None
+
+
+def score_thresholds(results: Results, options: Mapping[str, Any]) -> dict[str, ScoreThreshold]:
     """Of the LiDAR's detector, ``lidar``, and of the images', ``camera``.
 
     Args:
         results: The results of a run.
         options: `DETECTION_OPTIONS`, as far as a user chose them.
-
-    Returns:
-        For each ``score``; and its ``precision`` and ``recall`` on the fitted frames (cars,
-        moderate, IoU 0.5 from above or in the image), None where they are not known.
     """
     given = {**DETECTION_OPTIONS, **options}["score_threshold"]
     if given > 0:
-        return {name: {"score": given, **_UNKNOWN} for name in ("lidar", "camera")}
+        return {name: ScoreThreshold(given) for name in ("lidar", "camera")}
     camera, truth = SYSTEM.reference, truth_setting(FITTED)
     places: dict[str, tuple[Sensor, int]] = {
         "lidar": (LIDAR, FROM_ABOVE),
@@ -51,7 +63,7 @@ def score_thresholds(results: Results, options: Mapping[str, Any]) -> dict[str, 
 
 def score_threshold(
     results: Results, truth_of: str, found_of: str, seen: int = FROM_ABOVE
-) -> dict[str, Any]:
+) -> ScoreThreshold:
     """Of one detector, from clean frames.
 
     Args:
@@ -59,9 +71,6 @@ def score_threshold(
         truth_of: The setting of labels.
         found_of: The setting of detections.
         seen: `FROM_ABOVE` or `IN_IMAGE`.
-
-    Returns:
-        ``score``, ``precision`` and ``recall``, see `score_thresholds`.
     """
     truth, found = results.detections(truth_of), results.detections(found_of)
     frames = sorted(truth.keys() & found.keys())
@@ -69,5 +78,5 @@ def score_threshold(
     if frames:
         point = working_point([truth[id] for id in frames], [found[id] for id in frames], seen)
     if point is None:
-        return {"score": USUAL, **_UNKNOWN}
-    return point._asdict()
+        return ScoreThreshold(USUAL)
+    return ScoreThreshold(*point)

@@ -5,7 +5,8 @@ Thesis, section 3.5: thresholds for r = 1 %, AP at IoU 0.7.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -21,13 +22,15 @@ from avsec_gym.experiments.chapter3.objects.attack_sizes import (
     size_setting,
 )
 from avsec_gym.experiments.chapter3.objects.car_precision import (
+    PrecisionAtLevel,
     Precisions,
     car_precision,
     precision_rows,
 )
 from avsec_gym.experiments.chapter3.recordings import FITTED, JUDGED
+from avsec_gym.experiments.json_rows import FLAT
 from avsec_gym.geometry import Floats
-from avsec_gym.metrics.clustered_shares import share_of
+from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.rig import KITTI_SIZE
 from avsec_gym.runs.experiment import Configuration
 from avsec_gym.runs.results import Results
@@ -45,19 +48,79 @@ _METRIC = {LIDAR: "3d", CAMERA: "2d"}
 _DETECTOR = {LIDAR: "sensitivity_lidar", CAMERA: "sensitivity_image"}
 
 
-def sensitivity_summary(results: Results, configuration: Configuration) -> dict[str, Any] | None:
-    """Both curves of a run; None where either part has fewer than `FEWEST` frames.
+@dataclass(frozen=True)
+class CoveredArea:
+    """How much of the image a facula covers, in [0, 1].
 
-    Returns:
-        ``frames`` of each part; and for `LIDAR` and `CAMERA`, by name, the ``detector``, the
-        ``metric`` of its precision, and ``sizes``, the clean frames first: rows with
-
-        ``size``       metres of width, or pixels of radius; 0: clean;
-        ``covered``    of a facula, its disc's share of the image (thesis), and
-        ``changed``    the mean share that it changes visibly, both in [0, 1];
-        ``detected``   by criterion (`CRITERIA`), of how many frames; clean: false alarms;
-        ``precision``  as of `precision_rows`, at IoU 0.7; None without detector or labels.
+    Args:
+        covered: The share of its disc, as the thesis counts it.
+        changed: The mean share that it changes visibly.
     """
+
+    covered: float
+    changed: float
+
+
+@dataclass(frozen=True)
+class SizeRow:
+    """What is detected, and what a detector still finds, of one size of an attack.
+
+    Args:
+        size: Metres of width, or pixels of radius; 0: clean.
+        area: How much of the image a facula covers; None of a bogus return.
+        detected: Frames with an alarm, by criterion (`CRITERIA`); clean: false alarms.
+        precision: Average precision by level, at IoU 0.7; None without detector or labels.
+    """
+
+    size: float
+    area: CoveredArea | None = field(metadata=FLAT)
+    detected: Mapping[str, Share]
+    precision: Mapping[str, PrecisionAtLevel] | None
+
+
+@dataclass(frozen=True)
+class SensitivityCurve:
+    """One attack in all its sizes.
+
+    Args:
+        detector: The detector whose precision is measured; empty: none.
+        metric: The metric of its precision.
+        iou: The IoU that a match exceeds.
+        sizes: The sizes, clean frames first.
+    """
+
+    detector: str
+    metric: str
+    iou: float
+    sizes: Sequence[SizeRow]
+
+
+@dataclass(frozen=True)
+class SensitivitySummary:
+    """Both curves of a run.
+
+    Args:
+        frames: The number of frames of each part.
+        rate: The designated false alarm rate r.
+        lidar: The curve of bogus returns.
+        camera: The curve of faculae.
+    """
+
+    frames: Mapping[str, int]
+    rate: float
+    lidar: SensitivityCurve
+    camera: SensitivityCurve
+
+    @property
+    def curves(self) -> dict[str, SensitivityCurve]:
+        """By `LIDAR` and `CAMERA`."""
+        return {LIDAR: self.lidar, CAMERA: self.camera}
+
+
+def sensitivity_summary(
+    results: Results, configuration: Configuration
+) -> SensitivitySummary | None:
+    """Both curves of a run; None where either part has fewer than `FEWEST` frames."""
     options = {**SIZE_OPTIONS, **configuration.options}
     fitted, _ = _shares(results, size_setting(FITTED), 0.0)
     clean = _shares(results, size_setting(JUDGED), 0.0)
@@ -69,7 +132,7 @@ def sensitivity_summary(results: Results, configuration: Configuration) -> dict[
     table = ThresholdTable(on, fitted[:, None])
     [triple] = THREE_SENSORS.triples
     thresholds = {name: table.thresholds(RATE, name)[triple].shares for name in CRITERIA}
-    found: dict[str, Any] = {"frames": counts, "rate": RATE}
+    curves = {}
     for what, sizes in SIZES.items():
         setting = size_setting(what)
         precisions = _precisions(results, what)
@@ -79,25 +142,20 @@ def sensitivity_summary(results: Results, configuration: Configuration) -> dict[
             if not len(shares):
                 continue
             rows.append(
-                {
-                    "size": size,
-                    **(_area(results, setting, size) if what == CAMERA else {}),
-                    "detected": {
+                SizeRow(
+                    size,
+                    _area(results, setting, size) if what == CAMERA else None,
+                    detected={
                         name: share_of((shares > limits).any(axis=1), drives)
                         for name, limits in thresholds.items()
                     },
-                    "precision": precision_rows(precisions[0.0], precisions[size])
+                    precision=precision_rows(precisions[0.0], precisions[size])
                     if {0.0, size} <= precisions.keys()
                     else None,
-                }
+                )
             )
-        found[what] = {
-            "detector": options[_DETECTOR[what]],
-            "metric": _METRIC[what],
-            "iou": IOU,
-            "sizes": rows,
-        }
-    return found
+        curves[what] = SensitivityCurve(options[_DETECTOR[what]], _METRIC[what], IOU, rows)
+    return SensitivitySummary(counts, RATE, curves[LIDAR], curves[CAMERA])
 
 
 def disc_share(radius: float) -> float:
@@ -110,11 +168,11 @@ def disc_share(radius: float) -> float:
     return float(np.pi * radius**2 / (KITTI_SIZE[0] * KITTI_SIZE[1]))
 
 
-def _area(results: Results, setting: str, size: float) -> dict[str, float]:
+def _area(results: Results, setting: str, size: float) -> CoveredArea:
     if not size:
-        return {"covered": 0.0, "changed": 0.0}
+        return CoveredArea(0.0, 0.0)
     rows = results.measurements(name=COVERED, setting=setting, strength=size)
-    return {"covered": disc_share(size), "changed": float(np.mean([row["value"] for row in rows]))}
+    return CoveredArea(disc_share(size), float(np.mean([row["value"] for row in rows])))
 
 
 def _shares(results: Results, setting: str, size: float) -> tuple[Floats, list[str]]:

@@ -11,6 +11,7 @@ from avsec_gym.experiments.chapter3.defence.in_words import defence_sentences
 from avsec_gym.experiments.chapter3.defence.plots import draw_defence
 from avsec_gym.experiments.chapter3.defence.rates import DefenceRow, defence_summary
 from avsec_gym.experiments.chapter3.defence.tables import tables_of_defence
+from avsec_gym.experiments.json_rows import as_json
 from avsec_gym.metrics.safety import SafetyRates, SafetyRecord
 from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_report import run_report
@@ -76,7 +77,7 @@ def test_a_page_says_what_a_defence_is_worth(tmp_path: Path) -> None:
     assert report.data["other"] == []
     summary = defence_summary(run)
     assert summary is not None
-    assert report.data["defence"] == summary.to_json()
+    assert report.data["defence"] == as_json(summary)
     worth, alarms = tables_of_defence(summary)
     rows = {tuple(cell.text for cell in row[1:3]): row[3:] for row in worth.rows}
     assert list(rows) == [

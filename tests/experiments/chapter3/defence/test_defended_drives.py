@@ -22,6 +22,7 @@ from avsec_gym.experiments.chapter3.defence.defended_drives import (
 from avsec_gym.experiments.chapter3.defence.rates import alarm_rows, defence_rows
 from avsec_gym.experiments.chapter3.defence.scenes import scene_of
 from avsec_gym.experiments.chapter3.defence.validator import defending_validator
+from avsec_gym.experiments.json_rows import as_json, row_json
 from avsec_gym.kitti.raw import KittiRaw
 from avsec_gym.kitti.tracklets import Tracklet, write_tracklets
 from avsec_gym.metrics.safety import SafetyRecord
@@ -184,14 +185,14 @@ class Stored:
 
 def counts(row: object, *names: str) -> list[tuple[int, int]]:
     shares = [getattr(row, name) for name in names]
-    return [(share["count"], share["of"]) for share in shares]
+    return [(share.count, share.of) for share in shares]
 
 
 def test_collisions_avoided_and_false_stops() -> None:
     found = {(row.attack, row.response): row for row in defence_rows(Stored())}
     assert list(found)[::4] == [(attack, "undefended") for attack in ("none", "2", "any")]
     assert found["2", "undefended"].worth is None
-    assert "avoided" not in found["2", "undefended"].to_json()
+    assert "avoided" not in row_json(found["2", "undefended"])
     rows = {case: row.worth for case, row in found.items()}
     worth = ("avoided", "caused", "given_up", "stopped")
     # Without attack the second frame is safe, and so is the first: both collide by the attack.
@@ -208,15 +209,18 @@ def test_collisions_avoided_and_false_stops() -> None:
     assert counts(rows["none", "stop"], "regained") == [(0, 0)]
     assert counts(rows["any", "repair"], *worth) == [(2, 2), (0, 2), (0, 2), (0, 4)]
     assert found["2", "repair"].rates.safe_driving_rate == 1.0
-    told = found["2", "repair"].to_json()
-    assert (told["safe_driving_rate"], told["paired"]["safe_driving_rate"]) == (1.0, 0.5)
+    columns = row_json(found["2", "repair"])
+    worth_of = found["2", "repair"].worth
+    assert worth_of is not None
+    assert (columns["safe_driving_rate"], worth_of.paired["safe_driving_rate"]) == (1.0, 0.5)
+    assert columns["paired"] == as_json(worth_of.paired)
     assert found["2", "stop"].rates.safe_driving_rate == 0.0
 
 
 def test_frames_to_alarm_and_who_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     rows = {row.attack: row for row in alarm_rows(Stored())}
     assert list(rows) == ["none", "2", "3"]
-    assert "frames_to_alarm" not in rows["none"].to_json()
+    assert "frames_to_alarm" not in row_json(rows["none"])
     assert rows["2"].frames_to_alarm == {"1": 1, "never": 1}
     assert rows["3"].frames_to_alarm == {"0": 2, "never": 0}
     assert counts(rows["none"], "alarms", "named_exactly") == [(1, 4), (3, 4)]

@@ -25,6 +25,7 @@ from avsec_gym.experiments.chapter3.identification.state_evidence_cells import (
     measured,
 )
 from avsec_gym.experiments.chapter3.identification.tables_of_five_sensors import table_of_five
+from avsec_gym.experiments.json_rows import as_json
 from avsec_gym.runs.catalogue import experiment
 from avsec_gym.runs.experiment import CellResult, Configuration, Measurement
 from avsec_gym.validation.evidence.evidence import evidence_elements
@@ -104,18 +105,18 @@ def test_two_that_are_attacked_are_named(monkeypatch: pytest.MonkeyPatch) -> Non
     ]
     told = five_summary(Kept(*cells), Configuration())  # type: ignore[arg-type]
     assert told is not None
-    json.dumps(told, allow_nan=False)
-    rows = {(row["method"], row["rate"]): row for row in told["identification"]}
+    json.dumps(as_json(told), allow_nan=False)
+    rows = {(row.method, row.rates.rate): row.rates for row in told.identification}
     by_algorithm, likeliest = (
         rows[rule, 0.0] for rule in ("algorithm 2, any", "maximum likelihood")
     )
     # Nothing that a triple has tells of the third sensor alone; what pairs have does.
-    assert by_algorithm["together"]["1"]["rate"] == pytest.approx(4 / 5)
-    assert by_algorithm["together"]["2"]["rate"] == 1.0
-    assert likeliest["together"]["1"]["rate"] > 0.95
-    assert likeliest["together"]["2"]["rate"] > 0.95
-    assert by_algorithm["average"] == pytest.approx(14 / 15)
-    assert by_algorithm["beyond"]["of"] == FRAMES * 16
+    assert by_algorithm.together["1"].rate == pytest.approx(4 / 5)
+    assert by_algorithm.together["2"].rate == 1.0
+    assert likeliest.together["1"].percent > 95
+    assert likeliest.together["2"].percent > 95
+    assert by_algorithm.average == pytest.approx(14 / 15)
+    assert by_algorithm.beyond.of == FRAMES * 16
     table = table_of_five(told)
     assert len(table.rows) == 15
     assert all(len(row) == len(table.columns) for row in table.rows)

@@ -24,6 +24,7 @@ from avsec_gym.experiments.chapter3.identification.state_evidence_cells import a
 from avsec_gym.experiments.chapter3.identification.tables import unseen_table
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
 from avsec_gym.experiments.chapter3.settings import SCENARIOS
+from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_report import run_report
 from avsec_gym.runs.experiment import (
@@ -115,7 +116,7 @@ def test_a_page_shows_what_sensors_detect(
     assert named["maximum likelihood", 0.01]["average"] > 0.9
     assert Report(run.path).run() == 0
     said = capsys.readouterr().err
-    assert validation_sentences(summary)[0] in said
+    assert validation_sentences(row_of(chapter_3.ValidationSummary, summary))[0] in said
     page = (run.path / "report.html").read_text()
     for words in ("Table 3.1", "Table 3.2", "99.89", "98.15", "1 m wide"):
         assert words in page
@@ -161,12 +162,17 @@ def test_frames_that_were_looked_at_are_left_out_once(
     monkeypatch.setattr(chapter_3, "recordings_of", lambda *_: SimpleNamespace(frames=frames))
     whole = run_report(run).data["validation"]
     assert whole["unseen"] is None
-    told = chapter_3.validation_summary(run, run.configuration, 5)["unseen"]
-    assert (told["looked_at"], told["frames"]) == (5, FRAMES - 5)
-    assert [row["scenario"] for row in told["detection"]] == list(SCENARIOS)
-    assert {row["rate"] for row in told["identification"]} == {0.01}
-    assert chapter_3.validation_summary(run, run.configuration, FRAMES)["unseen"] is None
-    assert "19 frames that were not looked at" in unseen_table(told).title
+    some, none = (
+        chapter_3.validation_summary(run, run.configuration, looked_at) for looked_at in (5, FRAMES)
+    )
+    assert some is not None
+    assert some.unseen is not None
+    assert (some.unseen.looked_at, some.unseen.frames) == (5, FRAMES - 5)
+    assert [row.scenario for row in some.unseen.detection] == list(SCENARIOS)
+    assert {row.rates.rate for row in some.unseen.identification} == {0.01}
+    assert none is not None
+    assert none.unseen is None
+    assert "19 frames that were not looked at" in unseen_table(some.unseen).title
 
 
 def test_too_few_frames_are_not_summed_up(tmp_path: Path) -> None:

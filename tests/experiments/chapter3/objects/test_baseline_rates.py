@@ -32,15 +32,15 @@ def total(one: Floats, iou: float, pairs: list[tuple[int, int]], attacked: tuple
 def test_alarms_are_those_of_plain_loops() -> None:
     fitted, judged = counts(40, 0), counts(30, 1)
     rows = baseline_rates(fitted, judged, [str(number) for number in range(30)])
-    assert len({(row["scenario"], row["iou"], row["rate"]) for row in rows}) == 2 * 2 * 6
+    assert len({(row.scenario, row.iou, row.rate) for row in rows}) == 2 * 2 * 6
     scenarios = {
         "LiDAR and two cameras": ((0, 2, 3), [(0, 2), (0, 3)]),
         "three cameras": ((1, 2, 3), [(1, 2), (1, 3), (2, 3)]),
     }
     for row in rows:
-        triple, pairs = scenarios[row["scenario"]]
+        triple, pairs = scenarios[row.scenario]
         assert list(pairs_of(triple, SYSTEM)) == pairs
-        iou, rate, most = row["iou"], row["rate"], row["most"]
+        iou, rate, most = row.iou, row.rate, row.most
         clean = [total(boxes, iou, pairs, ()) for boxes in fitted]
         if rate is None:
             assert most == 0
@@ -55,8 +55,8 @@ def test_alarms_are_those_of_plain_loops() -> None:
             for size in (1, 2, 3)
             for case in combinations(triple, size)
         }
-        assert row["cases"] == pytest.approx(shares)
-        assert row["average"] == pytest.approx(np.mean(list(shares.values())))
-        assert row["interval"][0] <= row["average"] <= row["interval"][1]
+        assert row.rates.cases == pytest.approx(shares)
+        assert row.rates.average == pytest.approx(np.mean(list(shares.values())))
+        assert row.rates.interval[0] <= row.rates.average <= row.rates.interval[1]
         alarms = sum(total(boxes, iou, pairs, ()) > most for boxes in judged)
-        assert (row["false_alarms"]["count"], row["false_alarms"]["of"]) == (alarms, 30)
+        assert (row.rates.false_alarms.count, row.rates.false_alarms.of) == (alarms, 30)

@@ -27,6 +27,7 @@ from avsec_gym.experiments.chapter3.objects.pasted_cars import (
     CarsOfFrames,
     pasted_box,
 )
+from avsec_gym.experiments.chapter3.objects.score_thresholds import ScoreThreshold
 from avsec_gym.frame import SensorFrame
 from avsec_gym.geometry import rectangle_corners, transform_points
 from avsec_gym.kitti.labels import read_labels
@@ -135,14 +136,14 @@ def test_cars_are_believed_and_planes_are_not(
     monkeypatch.setattr(believed_rates, "FEWEST", DRAWS)
     summary = believed_rates.believed_summary(kept, configuration)  # type: ignore[arg-type]
     assert summary is not None
-    assert summary["objects"] == {"believer": {"score": 0.6, "precision": 1.0, "recall": 1.0}}
-    told = {row["kind"]: row for row in summary["rows"]}
+    assert summary.objects == {"believer": ScoreThreshold(0.6, 1.0, 1.0)}
+    told = {row.kind: row for row in summary.rows}
     assert list(told) == [*PLANES, *CARS]
     for kind, row in told.items():
-        assert row["clean"]["count"] == 0
+        assert row.clean.count == 0
         expected = DRAWS if kind in CARS else 0
-        assert (row["taken"]["count"], row["newly"]["count"]) == (expected, expected)
-        assert row["taken"]["of"] == DRAWS
+        assert (row.taken.count, row.newly.count) == (expected, expected)
+        assert row.taken.of == DRAWS
     # What is not believed was seen.
     for plane in PLANES:
         scores = kept.measurements(setting=f"believed {plane}", name="believer attacked")

@@ -14,7 +14,9 @@ from avsec_gym.boxes import Boxes3D
 from avsec_gym.experiments.chapter3.objects import attack_sizes, sensor_detections
 from avsec_gym.experiments.chapter3.objects.attack_sizes import CAMERA, SIZES, size_setting
 from avsec_gym.experiments.chapter3.objects.believed_points import CARS
+from avsec_gym.experiments.chapter3.objects.believed_rates import BelievedRow, BelievedSummary
 from avsec_gym.experiments.chapter3.objects.in_words import optical_sentences
+from avsec_gym.experiments.chapter3.objects.score_thresholds import ScoreThreshold
 from avsec_gym.experiments.chapter3.objects.section import optical_section
 from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     WIDTH,
@@ -23,9 +25,10 @@ from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     truth_setting,
     view_setting,
 )
-from avsec_gym.experiments.chapter3.objects.tables import BELIEVED_IN_WORDS
+from avsec_gym.experiments.chapter3.objects.tables import BELIEVED_IN_WORDS, OpticalSummaries
 from avsec_gym.experiments.chapter3.recordings import SYSTEM
-from avsec_gym.metrics.clustered_shares import share_of
+from avsec_gym.experiments.json_rows import row_of
+from avsec_gym.metrics.clustered_shares import Share, share_of
 from avsec_gym.report.html import html_page
 from avsec_gym.report.run_markdown import markdown_page
 from avsec_gym.report.run_report import RunReport, run_report
@@ -165,7 +168,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> RunReport:
     return report
 
 
-def shown(report: RunReport, summaries: dict[str, Any]) -> RunReport:
+def shown(report: RunReport, summaries: OpticalSummaries) -> RunReport:
     """The report with a section of other figures."""
     return RunReport(report.data, [Findings([optical_section(summaries)])])
 
@@ -235,11 +238,12 @@ def test_page_and_text_show_all_of_it(report: RunReport) -> None:
 
 
 def test_without_detectors_the_page_shows_what_is_detected(report: RunReport) -> None:
-    alone = {"sensitivity": json.loads(json.dumps(report.data["sensitivity"]))}
+    sizes = json.loads(json.dumps(report.data["sensitivity"]))
     for what in SIZES:
-        alone["sensitivity"][what]["detector"] = ""
-        for row in alone["sensitivity"][what]["sizes"]:
+        sizes[what]["detector"] = ""
+        for row in sizes[what]["sizes"]:
             row["precision"] = None
+    alone = row_of(OpticalSummaries, {"sensitivity": sizes})
     page = html_page(shown(report, alone))
     assert page.count("AP was not measured.") == 2
     assert "of the frames." in optical_sentences(alone)[0]
@@ -254,31 +258,31 @@ def test_too_few_frames_are_not_summed_up(tmp_path: Path) -> None:
     assert 'id="optical"' not in html_page(report)
 
 
-def test_which_bogus_points_are_believed_is_told(report: RunReport) -> None:
-    def share(count: int) -> dict[str, Any]:
+def test_which_bogus_points_are_believed_is_reported(report: RunReport) -> None:
+    def share(count: int) -> Share:
         return share_of(np.arange(FRAMES) < count, [str(frame) for frame in range(FRAMES)])
 
     rows = [
-        {
-            "detector": "pixor",
-            "kind": kind,
-            "taken": share(18 if kind in CARS else 3),
-            "clean": share(1),
-            "newly": share(17 if kind in CARS else 2),
-        }
+        BelievedRow(
+            "pixor",
+            kind,
+            taken=share(18 if kind in CARS else 3),
+            clean=share(1),
+            newly=share(17 if kind in CARS else 2),
+        )
         for kind in BELIEVED_IN_WORDS
     ]
-    objects = {"pixor": {"score": 0.61, "precision": 0.9, "recall": 0.8}}
-    told = {**report.data, "believed": {"objects": objects, "rows": rows}}
-    [said] = [sentence for sentence in optical_sentences(told) if "planes" in sentence]
-    assert "8.33 % of the bogus planes" in said
-    assert "70.83 % of the scans of cars" in said
-    planes = {"objects": objects, "rows": [row for row in rows if row["kind"] not in CARS]}
-    [said] = [
-        sentence for sentence in optical_sentences({"believed": planes}) if "planes" in sentence
-    ]
-    assert "cars" not in said
-    anew = shown(report, told)
+    objects = {"pixor": ScoreThreshold(0.61, 0.9, 0.8)}
+    known = row_of(OpticalSummaries, report.data)
+    every = replace(known, believed=BelievedSummary(objects, rows))
+    [sentence] = [each for each in optical_sentences(every) if "planes" in each]
+    assert "8.33 % of the bogus planes" in sentence
+    assert "70.83 % of the scans of cars" in sentence
+    planes = BelievedSummary(objects, [row for row in rows if row.kind not in CARS])
+    [sentence] = optical_sentences(OpticalSummaries(believed=planes))
+    assert "planes" in sentence
+    assert "cars" not in sentence
+    anew = shown(report, every)
     for page in (html_page(anew), markdown_page(anew)):
         for words in ("as wide as a car", "PIXOR’s from 0.61", "75.00", "98.60"):
             assert words in page

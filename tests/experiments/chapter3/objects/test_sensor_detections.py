@@ -25,7 +25,11 @@ from avsec_gym.experiments.chapter3.objects.bogus_obstacles import taken_for_an_
 from avsec_gym.experiments.chapter3.objects.detector_weights import weights_of
 from avsec_gym.experiments.chapter3.objects.frame_truth import truth_of
 from avsec_gym.experiments.chapter3.objects.mismatch_counts import IOUS, mismatch_counts
-from avsec_gym.experiments.chapter3.objects.score_thresholds import USUAL, score_thresholds
+from avsec_gym.experiments.chapter3.objects.score_thresholds import (
+    USUAL,
+    ScoreThreshold,
+    score_thresholds,
+)
 from avsec_gym.experiments.chapter3.objects.sensor_detections import (
     DETECTIONS_FORMAT,
     PATCH,
@@ -50,7 +54,7 @@ LABEL = "Car 0.00 0 -1.57 109.60 62.14 141.60 93.00 1.50 1.60 4.00 0.00 1.65 12.
 DONT_CARE = "DontCare -1 -1 -10 1 2 9 9 -1 -1 -1 -1000 -1000 -1000 -10\n"
 CAMERAS = (1, 3, 2)
 BRIGHT = 170
-FROM_0_3 = {"lidar": {"score": 0.3}, "camera": {"score": 0.3}}
+FROM_0_3 = {"lidar": ScoreThreshold(0.3), "camera": ScoreThreshold(0.3)}
 
 
 def write_drive(walls: ModuleType, root: Path, frames: int, first: int = 0) -> Path:
@@ -236,12 +240,12 @@ def test_boxes_count_from_the_working_point_of_clean_frames_on(
     work = SensorDetections(configuration)
     kept = Kept(*(work("fitted", number, DETECTIONS_FORMAT) for number in range(2)))
     found = score_thresholds(kept, {})  # type: ignore[arg-type]
-    assert found["camera"] == {"score": 1.0, "precision": 1.0, "recall": 1.0}
-    assert found["lidar"] == {"score": 1.0, "precision": 1.0, "recall": 1.0}
+    assert found["camera"] == ScoreThreshold(1.0, 1.0, 1.0)
+    assert found["lidar"] == ScoreThreshold(1.0, 1.0, 1.0)
     chosen = score_thresholds(kept, {"score_threshold": 0.7})  # type: ignore[arg-type]
-    assert {point["score"] for point in chosen.values()} == {0.7}
+    assert {point.score for point in chosen.values()} == {0.7}
     nothing_labelled = score_thresholds(Kept(), {})  # type: ignore[arg-type]
-    assert {point["score"] for point in nothing_labelled.values()} == {USUAL}
+    assert {point.score for point in nothing_labelled.values()} == {USUAL}
 
 
 def test_the_same_cell_comes_to_the_same(configuration: Configuration) -> None:
