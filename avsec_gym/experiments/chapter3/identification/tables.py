@@ -303,7 +303,7 @@ def _calibration_table(calibration: Calibration) -> Table:
     ]
     usual, alike = calibration.probabilities, calibration.all_alike
     return Table(
-        "What a user of maximum likelihood is calibration of each sensor",
+        "Status that maximum likelihood reports of each sensor",
         [
             "attacked sensors",
             "right, %",

@@ -35,7 +35,7 @@ def table_of_five(summary: FiveSummary) -> Table:
         "Identification rate of one LiDAR and four cameras",
         [
             *("method", "r, %", "one attacked, %", "two attacked, %", "mean, %"),
-            *("mean of what is summary, %", "false alarms, %", "beyond n − 2, %"),
+            *("mean reported, %", "false alarms, %", "beyond n − 2, %"),
         ],
         lines,
         f"{summary.frames[JUDGED]:,} frames in all 32 states, on none of which anything was"
