@@ -276,16 +276,18 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         wanted = self._options.get("intention")
         given = intentions_named(wanted)
         id = self._options.get("scenario")
-        ids = self.scenes.ids
-        while True:
+        ids, unfit = self.scenes.ids, set[int]()
+        while len(unfit) < len(ids):
             # Both are drawn in any case, so that options do not change what is drawn later.
             row, share = int(self.np_random.integers(len(ids))), float(self.np_random.random())
             scene = self.scenes.scene(ids[row] if id is None else id)
             fitting = [each for each in given if each in scene.intentions]
             if fitting:
                 return scene, fitting[int(share * len(fitting))]
+            unfit.add(row)
             if id is not None:
                 scene.target_lane(given[0])
+        raise ConfigurationError(f"no scene has a lane for the intention {str(given[0])!r}")
 
     @property
     def state(self) -> EgoState:

@@ -15,6 +15,7 @@ from avsec_gym.closed_loop.procedural_drives import procedural_drive
 from avsec_gym.envs.planner_driver import PlannerDriver
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import wrap_angle
+from avsec_gym.scenario.intention import Intention
 
 FEW = {"source": "layouts", "count": 4}
 
@@ -151,3 +152,12 @@ def test_a_video_is_recorded(tmp_path: Path) -> None:
         env.step(env.action_space.sample())
     env.close()
     assert list(tmp_path.glob("*.mp4"))
+
+
+def test_an_intention_that_no_scene_has_a_lane_for_is_refused() -> None:
+    env = gym.make("avsec/ClosedLoop-v0", scenarios={"source": "drives", "count": 2})
+    scenes = env.unwrapped.scenes  # type: ignore[attr-defined]
+    missing = set(Intention) - {each for id in scenes.ids for each in scenes.scene(id).intentions}
+    assert missing, "a two-way street has one lane of each direction"
+    with pytest.raises(ConfigurationError, match="no scene has a lane"):
+        env.reset(seed=0, options={"intention": str(missing.pop())})
