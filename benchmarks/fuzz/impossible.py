@@ -22,8 +22,13 @@ def finite(value: Any) -> str | None:
     return None
 
 
-def boxes(value: Any) -> str | None:
-    """Boxes of labels or detections."""
+def detections(value: Any) -> str | None:
+    """Boxes of a detector, whose headings are up to two turns: many sum two angles."""
+    return boxes(value, most_turns=2)
+
+
+def boxes(value: Any, most_turns: int = 1) -> str | None:
+    """Boxes of labels, with headings of a turn at most, or of detections."""
     for item in value.values() if isinstance(value, Mapping) else [value]:
         item = getattr(item, "boxes", item)
         if problem := finite(item):
@@ -47,8 +52,8 @@ def boxes(value: Any) -> str | None:
         ):
             return "a truncation is not from -1 to 1"
         known = item.rotation_y[real & (item.rotation_y != -10)]
-        if len(known) and np.abs(known).max() > 2 * np.pi + 0.01:
-            return "a rotation is more than a turn"
+        if len(known) and np.abs(known).max() > most_turns * 2 * np.pi + 0.01:
+            return f"a rotation is more than {most_turns} x 360 degrees"
     return None
 
 

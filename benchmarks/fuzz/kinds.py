@@ -283,7 +283,7 @@ KINDS = {
         Kind("label", "000000.txt", _text(sound_files.LABELS, "000000.txt"), _label, _LINES,
              impossible.boxes),
         Kind("detections", "000000.txt", _text(sound_files.DETECTIONS, "000000.txt"), _detections,
-             _LINES, impossible.boxes),
+             _LINES, impossible.detections),
         Kind("calibration", "000000.txt", _text(sound_files.CALIBRATION, "000000.txt"),
              _calibration, _LINES, impossible.calibration),
         Kind("raw calibration", "calib_cam_to_cam.txt", sound_files.raw_calibration,
