@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,19 @@ from matplotlib.ticker import PercentFormatter
 from avsec_gym.drawing.figure_style import FAINT, FIGURE_STYLE
 from avsec_gym.drawing.scenario_picture import save_picture
 from avsec_gym.errors import DataError
+from avsec_gym.experiments.chapter3.identification.calibration import Calibration
+from avsec_gym.experiments.chapter3.identification.detection_rates import (
+    CaseRates,
+    DetectionRateRow,
+)
+from avsec_gym.experiments.chapter3.identification.error_distributions import CaseDistribution
+from avsec_gym.experiments.chapter3.identification.identification_rates import (
+    IdentificationRates,
+    MethodRates,
+)
+from avsec_gym.experiments.chapter3.identification.summary import ValidationSummary
 from avsec_gym.experiments.chapter3.thesis import DETECTION, IDENTIFICATION
+from avsec_gym.experiments.json_rows import row_of
 from avsec_gym.storage.json_files import read_json
 from studies.answer import exit_code
 
@@ -33,11 +45,11 @@ _METHODS = {
 }
 
 
-def draw_identification(summary: Mapping[str, Any]) -> Figure:
+def draw_identification(summary: ValidationSummary) -> Figure:
     """E clean and attacked, detection and identification over r, and what probabilities are worth.
 
     Args:
-        summary: Of `avsec_gym.experiments.chapter3.identification.summary.validation_summary`.
+        summary: The results of a run.
     """
     import matplotlib as mpl
 
@@ -45,58 +57,59 @@ def draw_identification(summary: Mapping[str, Any]) -> Figure:
     with mpl.rc_context(style):
         figure = Figure(figsize=(9.2, 9.0), dpi=110, facecolor="white", layout="constrained")
         panels = figure.subplots(3, 2)
-        for axes, row in zip(panels[0], summary["case_distributions"], strict=True):
+        for axes, row in zip(panels[0], summary.case_distributions, strict=True):
             _distribution(axes, row)
-        for axes, row in zip(panels[1], summary["case_distributions"], strict=True):
-            _detection(axes, row["scenario"], summary["detection"])
-        _identification(panels[2, 0], summary["identification"])
-        _reliability(panels[2, 1], summary["calibration"])
+        for axes, row in zip(panels[1], summary.case_distributions, strict=True):
+            _detection(axes, row.scenario, summary.detection)
+        _identification(panels[2, 0], summary.identification)
+        _reliability(panels[2, 1], summary.calibration)
     return figure
 
 
-def _distribution(axes: Axes, row: Mapping[str, Any]) -> None:
+def _distribution(axes: Axes, row: CaseDistribution) -> None:
     """Figures 3.5 and 3.7, all seven cases as one."""
-    edges = np.linspace(0.0, row["largest"], len(row["clean"]) + 1)
-    attacked = np.mean([*row["cases"].values()], axis=0)
-    for shares, colour, label in ((row["clean"], _BLUE, "clean"), (attacked, _OURS, "attacked")):
+    edges = np.linspace(0.0, row.largest, len(row.clean) + 1)
+    attacked = np.mean([*row.cases.values()], axis=0)
+    for shares, colour, label in ((row.clean, _BLUE, "clean"), (attacked, _OURS, "attacked")):
         axes.stairs(shares, edges, color=colour, fill=True, alpha=0.3)
         axes.stairs(shares, edges, color=colour, label=label)
-    for bound, label in zip(row["bounds"], ("thesis' bounds", ""), strict=True):
+    for bound, label in zip(row.beside.bounds, ("thesis' bounds", ""), strict=True):
         axes.axvline(bound, color=_THESIS, lw=0.8, ls="--", label=label)
-    _finish(axes, f"disparity error E of {row['scenario']}", "E", "share of frames")
-    axes.set(xlim=(0, row["largest"]), ylim=(0, None))
+    _finish(axes, f"disparity error E of {row.scenario}", "E", "share of frames")
+    axes.set(xlim=(0, row.largest), ylim=(0, None))
 
 
-def _detection(axes: Axes, scenario: str, rows: Sequence[Mapping[str, Any]]) -> None:
+def _detection(axes: Axes, scenario: str, rows: Sequence[DetectionRateRow]) -> None:
     """Figures 3.6 and 3.8, the mean of all seven cases."""
     for criterion, label, line in (("any", "all four shares", "-"), ("error", "E alone", ":")):
-        own = [r for r in rows if (r["scenario"], r["criterion"]) == (scenario, criterion)]
-        _curve(axes, own, label, _OURS, line)
+        own = [row for row in rows if (row.scenario, row.criterion) == (scenario, criterion)]
+        _curve(axes, [(row.rate, row.rates) for row in own], label, _OURS, line)
     thesis = {rate: share for (name, rate), share in DETECTION.items() if name == scenario}
     axes.plot([*thesis], [*thesis.values()], "o", mfc="none", color=_THESIS, label="thesis")
     _finish(axes, f"attacks detected by {scenario}", "r", "")
     axes.set(xlim=(-0.003, _HIGHEST_RATE), ylim=(0, 1.03))
 
 
-def _identification(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
+def _identification(axes: Axes, rows: Sequence[MethodRates]) -> None:
     """Figure 3.10, the mean of all sensors."""
     for method, (label, colour, line) in _METHODS.items():
-        _curve(axes, [row for row in rows if row["method"] == method], label, colour, line)
+        own = [row.rates for row in rows if row.method == method]
+        _curve(axes, [(rates.rate, rates) for rates in own], label, colour, line)
     thesis = [mean for *_, mean in IDENTIFICATION.values()]
     axes.plot([*IDENTIFICATION], thesis, "o", mfc="none", color=_THESIS, label="thesis")
     _finish(axes, "the attacked one of four sensors named", "r", "")
     axes.set(xlim=(-0.003, _HIGHEST_RATE), ylim=(0, 1.03))
 
 
-def _reliability(axes: Axes, calibration: Mapping[str, Any]) -> None:
+def _reliability(axes: Axes, calibration: Calibration) -> None:
     axes.plot([0, 1], [0, 1], color=FAINT, lw=0.8)
     for prior, label, colour, marker in (
-        (calibration, "the prior as it comes", _OURS, "o"),
-        (calibration["all_alike"], "all states alike", _BLUE, "s"),
+        (calibration.probabilities, "the prior as it comes", _OURS, "o"),
+        (calibration.all_alike, "all states alike", _BLUE, "s"),
     ):
-        rows = prior["reliability"]
-        predicted, observed = ([row[key] for row in rows] for key in ("predicted", "observed"))
-        spread = np.abs(np.array([row["interval"] for row in rows]).T - observed)
+        predicted = [row.predicted for row in prior.reliability]
+        observed = [row.observed for row in prior.reliability]
+        spread = np.abs(np.array([row.interval for row in prior.reliability]).T - observed)
         axes.errorbar(
             predicted, observed, spread, fmt=marker, ms=4, lw=0.8, color=colour, label=label
         )
@@ -105,10 +118,16 @@ def _reliability(axes: Axes, calibration: Mapping[str, Any]) -> None:
 
 
 def _curve(
-    axes: Axes, rows: Sequence[Mapping[str, Any]], label: str, colour: str, line: str
+    axes: Axes,
+    points: Sequence[tuple[float, CaseRates | IdentificationRates]],
+    label: str,
+    colour: str,
+    line: str,
 ) -> None:
-    rates, shares = ([row[key] for row in rows] for key in ("rate", "average"))
-    low, high = np.array([row["interval"] for row in rows]).T
+    """Averages with their intervals, over r."""
+    rates = [rate for rate, _ in points]
+    shares = [average.average for _, average in points]
+    low, high = np.array([average.interval for _, average in points]).T
     axes.fill_between(rates, low, high, color=colour, alpha=0.2, lw=0)
     axes.plot(rates, shares, line, color=colour, label=label)
 
@@ -141,7 +160,9 @@ _AGAIN = "Write one by `avsec report RUN --json`, of a run of identification."
 
 def _figure(path: Path) -> Figure:
     try:
-        return draw_identification(read_json(path, remedy=_AGAIN)["validation"])
+        return draw_identification(
+            row_of(ValidationSummary, read_json(path, remedy=_AGAIN)["validation"])
+        )
     except (ValueError, KeyError, TypeError) as error:
         raise DataError(
             "This is no report of what sensors detect, or one of an earlier version.",
