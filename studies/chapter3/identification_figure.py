@@ -126,8 +126,8 @@ def _curve(
 ) -> None:
     """Averages with their intervals, over r."""
     rates = [rate for rate, _ in points]
-    shares = [average.average for _, average in points]
-    low, high = np.array([average.interval for _, average in points]).T
+    shares = np.array([found.average for _, found in points], dtype=float)
+    low, high = np.array([found.interval for _, found in points], dtype=float).T
     axes.fill_between(rates, low, high, color=colour, alpha=0.2, lw=0)
     axes.plot(rates, shares, line, color=colour, label=label)
 
