@@ -34,6 +34,8 @@ ALLOWED = ("read", "refused")
 FAULTS = ("traceback", "impossible", "nameless", "memory", "hang", "died")
 PATIENCE = 30.0
 """Seconds for a file of a few kilobytes; the slowest sound one takes a tenth of one."""
+FIRST_PATIENCE = 10 * PATIENCE
+"""Seconds for a process's first file, with its imports, on a machine that does other things too."""
 _LARGE = 500_000
 """Bytes; a file that has grown so large is not changed further."""
 _REPLACED = 0.06
@@ -105,7 +107,7 @@ def fuzz(
         for index in range(files):
             if reader is None:
                 reader = _Reader(kind)
-                first = reader.read(_copied(sound, Path(place) / "first"))
+                first = reader.read(_copied(sound, Path(place) / "first"), FIRST_PATIENCE)
                 if first["outcome"] != "read":
                     raise SystemExit(f"a sound {kind.name} is not read: {first}")
             folder = _copied(sound, Path(place) / f"case{index}")
@@ -160,8 +162,8 @@ class _Reader:
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
         )  # fmt: skip
 
-    def read(self, folder: Path) -> dict[str, Any]:
-        """The outcome of a folder."""
+    def read(self, folder: Path, patience: float = PATIENCE) -> dict[str, Any]:
+        """The outcome of a folder; no answer in `patience` seconds is a hang."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         try:
@@ -169,8 +171,8 @@ class _Reader:
             self._process.stdin.flush()
         except BrokenPipeError:
             return {"outcome": "died", "detail": f"exit code {self._process.wait()}"}
-        if not select.select([self._process.stdout], [], [], PATIENCE)[0]:
-            return {"outcome": "hang", "detail": f"no answer in {PATIENCE:.0f} s"}
+        if not select.select([self._process.stdout], [], [], patience)[0]:
+            return {"outcome": "hang", "detail": f"no answer in {patience:.0f} s"}
         line = self._process.stdout.readline()
         if not line:
             return {"outcome": "died", "detail": f"exit code {self._process.wait()}"}
