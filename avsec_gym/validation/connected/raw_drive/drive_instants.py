@@ -121,16 +121,16 @@ def _instant(drive: Drive, frames: tuple[int, ...], poses_by: PosesBy | None) ->
     return DriveInstant(
         f"{drive.name}/{frames[middle]:010d}",
         tuple(VehicleScan(scan, pose) for scan, pose in zip(points, poses, strict=True)),
-        None,
-        frames,
-        poses_by,
-        registrations,
+        frames=frames,
+        poses_by=poses_by,
+        registrations=registrations,
     )
 
 
-def _starts(steps: int) -> Floats:
+def _starts(steps: int) -> list[float]:
     """Where registration begins to search: ahead for later scans, behind for earlier ones."""
-    return np.sign(steps) * np.arange(-2.0, 12.0 * abs(steps) + 1.0)
+    ahead = np.sign(steps) * np.arange(-2.0, 12.0 * abs(steps) + 1.0)
+    return [float(start) for start in ahead]
 
 
 def _measured_poses(drive: Drive, frames: Sequence[int], middle: int) -> list[Floats]:
