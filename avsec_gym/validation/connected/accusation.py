@@ -1,0 +1,121 @@
+"""Two independent vehicles accuse a third, or none is named: what a single liar cannot get round.
+
+A vehicle that lies sides with whoever contradicts an honest one. Honest vehicles contradict each
+other hardly ever in the box of an object, but often enough in boxes that were made for it: beside
+an object, across its corner, at a wrong heading. Hence the *lone author* of a region, which alone
+proposed it, is none of those that accuse in it. What is left are the contradictions of honest
+vehicles in honest regions: the rate of false alarms, which a liar can use and not raise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avsec_gym.box_overlap import rectangle_overlap
+from avsec_gym.geometry import Floats
+from avsec_gym.validation.connected.merging import seen_from_above
+from avsec_gym.validation.connected.rays.decision import CANNOT_TELL, Decision, DecisionRule
+from avsec_gym.validation.connected.rays.rates import RayRates, decidable, log_likelihood_ratio
+from avsec_gym.validation.connected.regions import Regions
+
+ACCUSERS = 2
+"""Vehicles that accuse a third; one of them may lie."""
+SAME_REGION = 0.4
+"""Intersection over union of volumes from which a proposal is about the same object."""
+NO_LONE_AUTHOR = -1
+
+
+def lone_authors(
+    regions: Regions, proposals: Mapping[int, Regions], same: float = SAME_REGION
+) -> NDArray[np.int64]:
+    """Which vehicle proposed each region alone.
+
+    Args:
+        regions: The complete set, world frame, R of them.
+        proposals: What each vehicle proposed, by its number, world frame.
+        same: Intersection over union of volumes from which a proposal is of the same region.
+
+    Returns:
+        Number of the vehicle, or `NO_LONE_AUTHOR`, shape (R,).
+    """
+    senders = np.array(sorted(proposals), np.int64)
+    proposed = np.array(
+        [(_volume_iou(regions, proposals[sender]) >= same).any(axis=1) for sender in senders], bool
+    ).reshape(len(senders), len(regions))
+    authors = np.full(len(regions), NO_LONE_AUTHOR)
+    alone = proposed.sum(axis=0) == 1
+    authors[alone] = senders[proposed[:, alone].argmax(axis=0)]
+    return authors
+
+
+def upheld_by_rays(
+    decision: Decision,
+    counts: NDArray[np.int64],
+    authors: NDArray[np.int64],
+    rates: RayRates,
+    rule: DecisionRule,
+) -> NDArray[np.int64]:
+    """The victims that two independent vehicles accuse by their rays.
+
+    Args:
+        decision: What was decided of R regions.
+        counts: What witness ``k`` says of the claim of ``j``, shape (R, V, V, 3).
+        authors: Lone author of each region, shape (R,).
+        rates: The chances of rays.
+        rule: From which ratio a vehicle accuses.
+
+    Returns:
+        The victim, `CANNOT_TELL` or `NO_ATTACK`, shape (R,).
+    """
+    named = decision.named.copy()
+    contradicts = decidable(counts, rates) & (log_likelihood_ratio(counts, rates) >= rule.accuser)
+    for index in np.flatnonzero(named >= 0):
+        victim = named[index]
+        of_ghost = decision.ghost[index, victim] >= decision.removal[index, victim]
+        # Witnesses of what it claims, or those whose claims its own rays deny.
+        accuses = contradicts[index, victim] if of_ghost else contradicts[index, :, victim]
+        if _independent(accuses, int(victim), int(authors[index])) < ACCUSERS:
+            named[index] = CANNOT_TELL
+    return named
+
+
+def upheld_by_distances(
+    named: frozenset[int], distances: Floats, threshold: float, author: int
+) -> frozenset[int]:
+    """Of the vehicles named in a region, those whose surface two independent others contradict.
+
+    Args:
+        named: The vehicles that were named, see `attacked_vehicles`.
+        distances: Distances of the surfaces of all pairs, metres, shape (n, n), NaN where nothing
+            was compared.
+        threshold: Theta, metres.
+        author: Lone author of the region, or `NO_LONE_AUTHOR`.
+    """
+    contradicts = distances > threshold
+    # What is accused together is one party: it gives no witness against its own members.
+    party = np.isin(np.arange(len(distances)), list(named))
+    return frozenset(
+        vehicle
+        for vehicle in named
+        if _independent(contradicts[vehicle] & ~party, vehicle, author) >= ACCUSERS
+    )
+
+
+def _independent(accuses: NDArray[np.bool_], victim: int, author: int) -> int:
+    """How many vehicles accuse, without the lone author of the region."""
+    numbers = np.arange(len(accuses))
+    return int((accuses & (numbers != victim) & (numbers != author)).sum())
+
+
+def _volume_iou(regions: Regions, others: Regions) -> Floats:
+    """Intersection over union of the boxes of every pair, shape (N, M)."""
+    bottom, top = regions.centre[:, 2], regions.centre[:, 2] + regions.size[:, 2]
+    other_bottom, other_top = others.centre[:, 2], others.centre[:, 2] + others.size[:, 2]
+    height = np.minimum(top[:, None], other_top) - np.maximum(bottom[:, None], other_bottom)
+    common = rectangle_overlap(seen_from_above(regions), seen_from_above(others))
+    common = common * np.maximum(height, 0.0)
+    volumes = regions.size.prod(axis=1)[:, None] + others.size.prod(axis=1)
+    return np.asarray(common / (volumes - common))

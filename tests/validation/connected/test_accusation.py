@@ -1,0 +1,278 @@
+"""One vehicle that lies convicts no honest one, whatever it sends: drawn, and searched."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from avsec_gym.validation.connected.accusation import (
+    NO_LONE_AUTHOR,
+    lone_authors,
+    upheld_by_distances,
+    upheld_by_rays,
+)
+from avsec_gym.validation.connected.admission import admitted_counts, admitted_proposals
+from avsec_gym.validation.connected.base_station import complete_set_of_regions
+from avsec_gym.validation.connected.merging import regions_in_world
+from avsec_gym.validation.connected.messages.region_message import RegionMessage
+from avsec_gym.validation.connected.naming import attacked_vehicles
+from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
+from avsec_gym.validation.connected.rays.claim_message import decode_claims, encode_claims
+from avsec_gym.validation.connected.rays.claims import (
+    MARGIN,
+    MOST_VOXELS_OF_ONE,
+    Claims,
+    claim,
+    grid_shapes,
+)
+from avsec_gym.validation.connected.rays.decision import Decision, DecisionRule, decide
+from avsec_gym.validation.connected.rays.observer import Observer, observe
+from avsec_gym.validation.connected.rays.rates import RayRates
+from avsec_gym.validation.connected.rays.witness import (
+    MISSING,
+    SUPPORT,
+    THROUGH,
+    Margins,
+    outcomes,
+)
+from avsec_gym.validation.connected.rays.witness_counts import (
+    WitnessCounts,
+    count_rays,
+    decode_counts,
+    encode_counts,
+)
+from avsec_gym.validation.connected.regions import Regions
+from avsec_gym.validation.connected.vehicle import propose_regions
+from avsec_gym.validation.connected.vehicle_scan import VehicleScan
+from tests.validation.connected.conftest import Box, car_regions, pose_at, scan_of
+
+_LIAR = 3
+_CARS: tuple[Box, ...] = (
+    (14, 3, -0.1),
+    (22, -3, 0.3),
+    (8, -6, 1.2),
+    (30, 7, -0.5),
+    (18, 9, 0.2),
+)
+_POSES = (pose_at(0, 0, 0), pose_at(34, 2, np.pi), pose_at(14, -14, np.pi / 2))
+_RATES, _RULE = RayRates(), DecisionRule()
+_THETA = 0.8
+
+
+@pytest.fixture(scope="module")
+def scans() -> list[VehicleScan]:
+    """Three honest vehicles that all see the same cars; their own poses are a little off."""
+    random = np.random.default_rng(0)
+    found = []
+    for pose in _POSES:
+        measured = pose.copy()
+        measured[:2, 3] += random.normal(0, 0.2, 2)
+        found.append(VehicleScan(scan_of(pose, *_CARS).points, measured))
+    return found
+
+
+@pytest.fixture(scope="module")
+def honest(scans: list[VehicleScan]) -> list[Observer]:
+    return [observe(scan) for scan in scans]
+
+
+def _honest_counts(honest: list[Observer], claims: list[Claims], regions: Regions) -> np.ndarray:
+    """What the honest say of each other, shape (R, 4, 4, 3)."""
+    counts = np.zeros((len(regions), 4, 4, 3), np.int64)
+    for j, k in product(range(3), range(3)):
+        if j != k:
+            said = count_rays(honest[k], claims[j], regions, Margins())
+            counts[said.region, j, k] = said.counts
+    return counts
+
+
+def _lies(honest: list[Observer], region: Regions) -> tuple[Decision, np.ndarray]:
+    """Decisions over all that the liar can say of one region, with the counts behind them.
+
+    It denies or confirms each honest claim, or is silent; it claims nothing, or those voxels that
+    one honest vehicle sees through and no other, that one sees and another does not, and so on.
+    """
+    claims = [claim(observer, region) for observer in honest]
+    truth = _honest_counts(honest, claims, region)[0]
+    room = int(grid_shapes(region.grown(MARGIN, MARGIN).size).prod())
+    voxels = np.arange(0, room, max(1, room // 1500))
+    everywhere = Claims(np.array([0]), np.zeros((1, 2)), np.array([len(voxels)]), voxels)
+    seen = np.stack([outcomes(each, everywhere, region, Margins()) for each in honest])
+    of_liar = [np.zeros((3, 3), np.int64)]
+    for k in range(3):
+        through, others = seen[k] == THROUGH, np.delete(seen, k, axis=0)
+        for chosen in (
+            through & ~np.isin(others, (SUPPORT, THROUGH, MISSING)).any(axis=0),
+            through & (others != THROUGH).all(axis=0),
+            through & (others == SUPPORT).any(axis=0),
+            seen[k] == SUPPORT,
+        ):
+            kept = voxels[chosen][:MOST_VOXELS_OF_ONE]
+            if len(kept):
+                lie = Claims(np.array([0]), np.zeros((1, 2)), np.array([len(kept)]), kept)
+                lie = decode_claims(encode_claims(lie), region)
+                said = [count_rays(each, lie, region, Margins()) for each in honest]
+                of_liar.append(np.concatenate([each.counts for each in said]))
+    cases = []
+    for row, says in product(of_liar, product((SUPPORT, THROUGH, None), repeat=3)):
+        counts = truth.copy()
+        counts[_LIAR, :3] = row
+        for j, outcome in enumerate(says):
+            if outcome is not None and len(claims[j]):
+                lie_of = np.zeros((1, 3), np.int64)
+                lie_of[0, outcome] = MOST_VOXELS_OF_ONE
+                sent = encode_counts(WitnessCounts(np.array([0]), lie_of))
+                # More than was claimed is not taken: the best that is taken is all of it.
+                assert not len(admitted_counts(decode_counts(sent, region), claims[j]).region) or (
+                    claims[j].count[0] == MOST_VOXELS_OF_ONE
+                )
+                counts[j, _LIAR, outcome] = claims[j].count[0]
+        cases.append(counts)
+    every = np.array(cases)
+    return decide(every, _RATES, _RULE), every
+
+
+def _convicts(honest: list[Observer], region: Regions, author: int) -> bool:
+    decision, counts = _lies(honest, region)
+    authors = np.full(len(counts), author)
+    named = upheld_by_rays(decision, counts, authors, _RATES, _RULE)
+    return bool(((named >= 0) & (named != _LIAR)).any())
+
+
+def _region(numbers: np.ndarray) -> Regions:
+    """A region that the liar makes up, near a car, of eight numbers from 0 to 1."""
+    x, y, _ = _CARS[int(numbers[0] * 0.999 * len(_CARS))]
+    centre = np.array([[x, y, 0.0]]) + (numbers[1:4] - 0.5) * np.array([6, 6, 1.5])
+    size = 0.1 + numbers[4:7] * [6, 6, 3]
+    return Regions(centre, size[None], np.array([numbers[7] * 2 * np.pi]))
+
+
+def _contradiction(honest: list[Observer], region: Regions) -> float:
+    """How strongly some honest vehicle contradicts another in a region."""
+    claims = [claim(observer, region) for observer in honest]
+    counts = _honest_counts(honest, claims, region)[0].astype(float)
+    return float((counts[..., THROUGH] - 2 * counts[..., SUPPORT]).max())
+
+
+_FOUND = (
+    (5.78, -4.99, -0.41, 1.09, 5.32, 0.63, 3.7),
+    (20.95, 11.36, -0.63, 0.96, 5.55, 2.88, 0.36),
+    (17.77, 9.16, -0.38, 4.6, 1.55, 1.99, 0.2),
+)
+"""Regions in which honest vehicles contradict each other, found by search."""
+
+
+@pytest.mark.parametrize("numbers", _FOUND)
+def test_a_region_made_for_it_convicts_only_if_its_author_accuses(
+    honest: list[Observer], numbers: tuple[float, ...]
+) -> None:
+    place = np.array(numbers)
+    region = Regions(place[None, :3], place[None, 3:6], place[6:])
+    assert not _convicts(honest, region, _LIAR)
+    assert _convicts(honest, region, NO_LONE_AUTHOR)
+
+
+def test_the_worst_of_many_regions_convict_no_honest_vehicle(honest: list[Observer]) -> None:
+    drawn = [_region(numbers) for numbers in np.random.default_rng(0).random((400, 8))]
+    drawn.sort(key=lambda region: -_contradiction(honest, region))
+    assert _contradiction(honest, drawn[0]) > 0
+    for region in drawn[:30]:
+        assert not _convicts(honest, region, _LIAR)
+
+
+@pytest.mark.slow
+def test_cma_es_over_the_liars_message_convicts_no_honest_vehicle(honest: list[Observer]) -> None:
+    """It climbs the strongest contradiction among the honest, which is what a liar can use."""
+    cma = pytest.importorskip("cma")
+    random = np.random.default_rng(1)
+
+    def climbed(numbers: np.ndarray) -> float:
+        return _contradiction(honest, _region(np.asarray(numbers)))
+
+    for seed in range(4):
+        start = max(random.random((100, 8)), key=climbed)
+        options = {"bounds": [0, 1], "seed": seed + 1, "verbose": -9, "maxfevals": 250}
+        search = cma.CMAEvolutionStrategy(start, 0.2, options)
+        while not search.stop():
+            drawn = search.ask()
+            search.tell(drawn, [-climbed(each) for each in drawn])
+        assert not _convicts(honest, _region(np.asarray(search.result.xbest)), _LIAR)
+
+
+def test_honest_regions_convict_no_honest_vehicle_even_with_the_liars_voice(
+    scans: list[VehicleScan], honest: list[Observer]
+) -> None:
+    proposer = ClusterProposer()
+    messages = [propose_regions(number, scan, proposer) for number, scan in enumerate(scans)]
+    # It proposes every car as well, a third of its length and width off.
+    shifted = car_regions(*_CARS)
+    shifted = Regions(
+        shifted.centre + np.array([1.2, 0.5, 0.2]), shifted.size * 0.9, shifted.heading + 0.2
+    )
+    messages.append(RegionMessage(_LIAR, np.eye(4), shifted))
+    taken = admitted_proposals(messages)
+    complete = complete_set_of_regions(taken)
+    regions = regions_in_world(complete.regions, complete.pose)
+    proposals = {each.sender: regions_in_world(each.regions, each.pose) for each in taken}
+    authors = lone_authors(regions, proposals)
+    assert len(regions) >= len(_CARS)
+    for index, author in enumerate(authors):
+        assert not _convicts(honest, regions[np.array([index])], int(author))
+
+
+def test_the_lone_author_is_who_proposed_a_region_alone() -> None:
+    one, two = car_regions((0, 0, 0), (20, 0, 0)), car_regions((0.2, 0.1, 0.05))
+    raised = Regions(two.centre + np.array([20, 0, 1.2]), two.size, two.heading)
+    assert lone_authors(one, {4: one, 7: two}).tolist() == [NO_LONE_AUTHOR, 4]
+    # At another height it is another object.
+    assert lone_authors(one, {4: one, 7: raised}).tolist() == [4, 4]
+    assert lone_authors(Regions.empty(), {4: one}).shape == (0,)
+
+
+@settings(deadline=None, max_examples=300)
+@given(
+    vehicles=st.integers(3, 6),
+    honest=arrays(np.float64, (6, 6), elements=st.floats(0, _THETA) | st.just(np.nan)),
+    lies=arrays(np.float64, 6, elements=st.floats(0, 2) | st.just(np.nan)),
+    author=st.integers(-1, 5),
+)
+def test_distances_of_one_liar_convict_no_honest_vehicle(
+    vehicles: int, honest: np.ndarray, lies: np.ndarray, author: int
+) -> None:
+    distances = np.minimum(honest, honest.T)[:vehicles, :vehicles]
+    distances[0], distances[:, 0] = lies[:vehicles], lies[:vehicles]
+    np.fill_diagonal(distances, np.nan)
+    named = attacked_vehicles(distances, _THETA)
+    assert upheld_by_distances(named, distances, _THETA, author) <= {0}
+
+
+def test_four_vehicles_of_which_one_lies_name_an_honest_one_by_lemma_1_alone() -> None:
+    # All honest ones agree. The liar, 0, agrees with 2 and 3 and contradicts 1: the first element
+    # of e that is 0 holds the liar.
+    distances = np.full((4, 4), 0.2)
+    distances[0, 1] = distances[1, 0] = 1.8
+    np.fill_diagonal(distances, np.nan)
+    assert attacked_vehicles(distances, _THETA) == {1}
+    assert upheld_by_distances(frozenset({1}), distances, _THETA, NO_LONE_AUTHOR) == frozenset()
+
+
+def test_in_a_region_of_its_own_a_liar_convicts_none_by_distances() -> None:
+    # A and B contradict each other at a wrong heading; the liar sends what B sees.
+    distances = np.array([[np.nan, 1.2, 1.2], [1.2, np.nan, 0.0], [1.2, 0.0, np.nan]])
+    assert attacked_vehicles(distances, _THETA) == {0}
+    assert upheld_by_distances(frozenset({0}), distances, _THETA, author=2) == frozenset()
+    assert upheld_by_distances(frozenset({0}), distances, _THETA, author=NO_LONE_AUTHOR) == {0}
+
+
+def test_a_victim_with_two_witnesses_stays_named() -> None:
+    counts = np.zeros((1, 3, 3, 3), np.int64)
+    counts[0, 1, 0], counts[0, 1, 2] = (0, 30, 0), (0, 30, 0)
+    decision = decide(counts, _RATES, _RULE)
+    for author, expected in ((1, 1), (NO_LONE_AUTHOR, 1), (0, -1)):
+        named = upheld_by_rays(decision, counts, np.array([author]), _RATES, _RULE)
+        assert named.tolist() == [expected]
