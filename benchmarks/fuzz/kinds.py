@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import connected_files
 import impossible
 import sound_files
 import tiny_run
@@ -334,6 +335,22 @@ KINDS = {
              BYTES | SAFETENSORS, impossible.finite),
         Kind("patch card", "patch.json", _at(sound_files.patch, "patch.safetensors"), _patch,
              _LINES | JSON),
+        Kind("error model", "dsgn.json", _at(connected_files.error_model, "dsgn.json"),
+             connected_files.read_error_model, _LINES | JSON, impossible.finite),
+        Kind("region message", connected_files.MESSAGE, connected_files.region_message,
+             connected_files.read_region_message, BYTES, impossible.finite),
+        Kind("crop message", connected_files.MESSAGE, connected_files.crop_message,
+             connected_files.read_crop_message, BYTES, impossible.finite),
+        Kind("claim message", connected_files.MESSAGE, connected_files.claim_message,
+             connected_files.read_claim_message, BYTES, impossible.finite),
+        Kind("count message", connected_files.MESSAGE, connected_files.count_message,
+             connected_files.read_count_message, BYTES, impossible.finite),
+        Kind("opv2v annotations", f"{connected_files.SCENARIO}.yaml", connected_files.opv2v,
+             connected_files.read_opv2v, _LINES, impossible.finite),
+        Kind("opv2v points", f"{connected_files.SCENARIO}.pcd", connected_files.opv2v,
+             connected_files.read_opv2v, _LINES, impossible.finite),
+        Kind("opv2v binary points", f"{connected_files.SCENARIO}.pcd",
+             connected_files.opv2v_binary, connected_files.read_opv2v, BYTES, impossible.finite),
         Kind("object scan", "car.npz", _at(sound_files.object_scan, "car.npz"), _object_scan,
              BYTES | NPZ, impossible.finite),
     )

@@ -45,10 +45,8 @@ def lone_authors(
     proposed = np.array(
         [(_volume_iou(regions, proposals[sender]) >= same).any(axis=1) for sender in senders], bool
     ).reshape(len(senders), len(regions))
-    authors = np.full(len(regions), NO_LONE_AUTHOR)
     alone = proposed.sum(axis=0) == 1
-    authors[alone] = senders[proposed[:, alone].argmax(axis=0)]
-    return authors
+    return np.where(alone, (proposed * senders[:, None]).sum(axis=0), NO_LONE_AUTHOR)
 
 
 def upheld_by_rays(

@@ -232,6 +232,7 @@ def test_the_lone_author_is_who_proposed_a_region_alone() -> None:
     # At another height it is another object.
     assert lone_authors(one, {4: one, 7: raised}).tolist() == [4, 4]
     assert lone_authors(Regions.empty(), {4: one}).shape == (0,)
+    assert lone_authors(one, {}).tolist() == [NO_LONE_AUTHOR] * 2
 
 
 @settings(deadline=None, max_examples=300)
