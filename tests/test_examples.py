@@ -36,6 +36,17 @@ def test_two_ghosts_make_most_drives_unsafe(tmp_path: Path) -> None:
     assert cv2.imread(str(tmp_path / "new" / "sheet.png")).std() > 5
 
 
+def test_a_ghost_is_named_over_bad_lines() -> None:
+    command = [sys.executable, str(EXAMPLES / "connected_sockets.py"), "--doubled", "0.3"]
+    done = subprocess.run(
+        [*command, "--malformed", "0.03"], check=True, capture_output=True, text=True, timeout=300
+    )
+    *instants, left_out = done.stdout.splitlines()
+    assert len(instants) == 5
+    assert sum(line.endswith("named at the ghost [1]") for line in instants) >= 3
+    assert "doubled" in left_out
+
+
 def test_the_readmes_python_runs() -> None:
     """The blocks of the first screen, as a newcomer copies them."""
     text = (EXAMPLES.parent / "README.md").read_text()

@@ -88,9 +88,9 @@ def judge_instant(
         Step.COUNTS, instant, lambda sent: decode_counts(sent, regions), seconds, claimed
     )
     counts = np.zeros((len(regions), port.vehicles, port.vehicles, 3), np.int64)
-    for (witness, about), each in said.items():
-        of_claims = admitted_counts(each, claimed[about])
-        counts[of_claims.region, about, witness] = of_claims.counts
+    for (witness, about), seen in said.items():
+        kept = admitted_counts(seen, claimed[about])
+        counts[kept.region, about, witness] = kept.counts
     proposals = {each.sender: regions_in_world(each.regions, each.pose) for each in taken}
     named = upheld_by_rays(
         decide(counts, rates, rule), counts, lone_authors(regions, proposals), rates, rule

@@ -11,6 +11,10 @@ import pytest
 
 from avsec_gym.errors import ConfigurationError, DataError
 from avsec_gym.validation.connected.proposals.clusters import ClusterProposer
+from avsec_gym.validation.connected.rays.claims import claim
+from avsec_gym.validation.connected.rays.observer import observe
+from avsec_gym.validation.connected.rays.witness import Margins
+from avsec_gym.validation.connected.rays.witness_counts import count_rays
 from avsec_gym.validation.connected.transport.exchange import (
     InstantOutcome,
     judge_instant,
@@ -38,6 +42,10 @@ def scans() -> list[VehicleScan]:
     """Four vehicles; one of them has a ghost in its scan."""
     seen: list[tuple[Box, ...]] = [(_CAR,)] * 4
     seen[_VICTIM] = (_CAR, _GHOST)
+    # What is compiled when it is called first is so before clocks run.
+    scan = scan_of(_POSES[0], _CAR)
+    regions = ClusterProposer()(scan.points)
+    count_rays(observe(scan), claim(observe(scan), regions), regions, Margins())
     return [scan_of(pose, *boxes) for pose, boxes in zip(_POSES, seen, strict=True)]
 
 
@@ -126,7 +134,7 @@ def _noise_in_packets(port: VehiclePort, scan: VehicleScan) -> None:
 def test_what_one_vehicle_does_changes_no_decision_about_the_others(
     scans: list[VehicleScan], odd: Behaviour, faults: Faults
 ) -> None:
-    outcome, _ = _run(scans, odd, faults, seconds=0.7)
+    outcome, _ = _run(scans, odd, faults, seconds=1.2)
     assert outcome.heard[0] >= 3
     assert _named_at(outcome, _GHOST) == _VICTIM
     assert _named_at(outcome, _CAR) < 0
@@ -136,8 +144,30 @@ def test_what_came_twice_or_late_is_counted(scans: list[VehicleScan]) -> None:
     outcome, tally = _run(scans, faults=Faults(doubled=1.0))
     assert outcome.heard == (4, 4, 4)
     assert tally["doubled"] + tally["late"] >= 1
-    outcome, tally = _run(scans, faults=Faults(malformed=1.0), seconds=0.7)
+    outcome, tally = _run(scans, faults=Faults(malformed=1.0), seconds=1.2)
     assert tally.keys() <= {"malformed", "late", "doubled"}
+
+
+def test_what_comes_too_early_is_kept_and_what_comes_late_is_not() -> None:
+    with StationPort(1) as station:
+        joining = threading.Thread(target=station.join, args=(5.0,))
+        joining.start()
+        port = VehiclePort(station.number)
+        joining.join()
+        for step, instant in ((Step.CLAIMS, 4), (Step.PROPOSALS, 5), (Step.PROPOSALS, 4)):
+            port.send(Packet(step, instant, b"abc"))
+        assert station.gather(Step.PROPOSALS, 4, len, 5.0) == {(0, 0): 3}
+        assert station.gather(Step.CLAIMS, 4, len, 5.0) == {(0, 0): 3}
+        port.send(Packet(Step.CLAIMS, 4, b"late"))
+        assert station.gather(Step.PROPOSALS, 5, len, 5.0) == {(0, 0): 3}
+        assert station.gather(Step.CLAIMS, 5, len, 0.2) == {}
+        assert station.tally == {"late": 1}
+        # A flood of later packets is not kept.
+        for _ in range(50):
+            port.send(Packet(Step.CLAIMS, 99, b"abc"))
+        station.gather(Step.CLAIMS, 6, len, 0.2)
+        assert station.tally["too early"] == 42
+        port.close()
 
 
 def test_no_vehicles_end_in_no_regions() -> None:
