@@ -196,8 +196,8 @@ def _check(model: ErrorModel) -> None:
     of_any_sign += [
         part for spread in model.spreads.values() for part in (spread.bias, spread.growth)
     ]
-    if not all(abs(value) < 1e3 for value in of_any_sign):
-        raise ValueError("weights, biases and growths are below 1000")
+    if not all(abs(value) < 1e6 for value in of_any_sign):
+        raise ValueError("weights, biases and growths are below a million")
     if not 0 <= model.turned_round <= 1 or not 0 <= ghosts.rate < 1e3:
         raise ValueError("a probability lies in [0, 1], a rate of ghosts in [0, 1000)")
     if ghosts.rate > 0 and not ghosts.seen:
