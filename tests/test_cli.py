@@ -399,6 +399,7 @@ def test_plan_takes_files_in_the_order_given(
 def test_plan_ends_at_a_limit(problems: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (row,) = planned(capsys, problems / "b_wall.xml", "--node-limit", "2")
     assert (row["status"], row["reason"], row["expanded"]) == ("limit", "limit", 2)
+    assert row["lower_bound"] > 0
 
 
 def test_plan_goes_on_after_a_broken_file(
@@ -412,7 +413,12 @@ def test_plan_goes_on_after_a_broken_file(
     rows = [as_json(line) for line in output.out.splitlines()]
     assert [row["status"] for row in rows] == ["found", "error", "error", "found"]
     for row, path in zip(rows[1:3], (broken, gone), strict=True):
-        assert set(rows[0]) - set(row) <= {"reason", "goal_occupied", "start_speed"}
+        assert set(rows[0]) - set(row) <= {
+            "reason",
+            "goal_occupied",
+            "lower_bound",
+            "start_speed",
+        }
         assert (row["file"], row["found"], row["cost"]) == (path.name, False, None)
         assert str(path) in row["error"]
         assert str(path) in output.err

@@ -152,6 +152,7 @@ def _row(file: Path, plan: Plan) -> dict[str, Any]:
         "reason": None if plan.reason is None else str(plan.reason),
         # A planner of another package may not report it.
         "goal_occupied": None if math.isnan(plan.goal_occupied) else plan.goal_occupied,
+        "lower_bound": None if math.isnan(plan.lower_bound) else round(plan.lower_bound, 9),
     }
 
 

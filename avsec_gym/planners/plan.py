@@ -52,6 +52,8 @@ class Plan:
         reason: Why nothing was found; None where something was.
         goal_occupied: Time within the goal's window in which believed objects leave no room in the
             goal region, seconds; nan unless nothing was found.
+        lower_bound: Time that any sequence of the primitives needs to the goal at least, seconds,
+            where a limit ended a complete A* search; else nan.
         tree: Node states as centres x, y and their parents' numbers, shape (N, 3), where asked for.
     """
 
@@ -64,6 +66,7 @@ class Plan:
     seconds: float = 0.0
     reason: Reason | None = None
     goal_occupied: float = float("nan")
+    lower_bound: float = float("nan")
     tree: Floats | None = None
 
     @property
@@ -76,13 +79,14 @@ class Plan:
         """One sentence for people."""
         if self.found:
             return f"reached the goal after {self.cost:.1f} s ({self.expanded} nodes)"
-        occupied = self.goal_occupied
+        occupied, bound = self.goal_occupied, self.lower_bound
         why = {
             Reason.START_OCCUPIED: "the ego vehicle overlaps an object at the start",
             Reason.OFF_ROAD: "the start or the goal region is not on the road",
             Reason.GOAL_OCCUPIED: f"the goal region is occupied for all its {occupied:.1f} s",
             Reason.UNREACHABLE: "no sequence of motion primitives reaches the goal"
             + (f", occupied for {occupied:.1f} s" if occupied >= 0.05 else ""),
-            Reason.LIMIT: f"the limit was reached after {self.expanded} nodes",
+            Reason.LIMIT: f"the limit was reached after {self.expanded} nodes"
+            + (f"; no plan takes less than {bound:.1f} s" if bound > 0 else ""),
         }
         return why[self.reason] if self.reason else self.status.value

@@ -174,7 +174,10 @@ class MotionPrimitivePlanner:
         ):
             # What the search could not try to the end has no end: there is no place to end at.
             status = Status.EXHAUSTED
-        occupied, reason = math.nan, None
+        occupied, bound, reason = math.nan, math.nan, None
+        if status == Status.LIMIT and self.algorithm == Algorithm.ASTAR and not problem.reference:
+            # Every way to a goal leads through a node that is still in the queue.
+            bound = max(0.0, (math.floor(state.key[0]) - start.step) * scenario.dt)
         if explain:
             steps, reason = why_nothing_was_found(status, scenario, believed, vehicle)
             occupied = steps * scenario.dt
@@ -185,6 +188,7 @@ class MotionPrimitivePlanner:
             seconds=seconds,
             reason=reason,
             goal_occupied=occupied,
+            lower_bound=bound,
             tree=tree,
         )
 

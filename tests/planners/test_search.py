@@ -308,6 +308,36 @@ def test_node_limit() -> None:
     assert math.isnan(limited.cost)
 
 
+def test_a_limit_leaves_a_lower_bound_of_the_time() -> None:
+    primitives, speed, last = SETS["two speeds"]
+    bounded = 0
+    for seed in range(24):
+        scenario = random_scenario(seed, speed, last)
+        cost = MotionPrimitivePlanner(primitives=primitives).plan(scenario).cost
+        for limit in (1, 4, 16, 64):
+            plan = MotionPrimitivePlanner(primitives=primitives, node_limit=limit).plan(scenario)
+            assert math.isnan(plan.lower_bound) == (plan.status != Status.LIMIT)
+            if plan.status == Status.LIMIT and not math.isnan(cost):
+                assert 0.0 < plan.lower_bound <= cost + 1e-9
+                bounded += 1
+    assert bounded > 5
+
+
+@pytest.mark.parametrize(("algorithm", "mode"), [("gbfs", "complete"), ("astar", "reference")])
+def test_other_searches_know_no_lower_bound(algorithm: str, mode: str) -> None:
+    plan = MotionPrimitivePlanner(algorithm, mode, node_limit=1).plan(lane_change())
+    assert plan.status == Status.LIMIT
+    assert math.isnan(plan.lower_bound)
+
+
+def test_a_goal_in_front_of_the_queue_is_the_lower_bound() -> None:
+    found = MotionPrimitivePlanner().plan(lane_change())
+    plan = MotionPrimitivePlanner(node_limit=found.expanded).plan(lane_change())
+    assert plan.status == Status.LIMIT
+    assert plan.lower_bound == pytest.approx(found.cost)
+    assert plan.explanation.endswith(f"nodes; no plan takes less than {found.cost:.1f} s")
+
+
 class Clock:
     """Every look at it takes the same time."""
 
