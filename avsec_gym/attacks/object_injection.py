@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,16 +51,20 @@ class GhostRange:
             Which are on (above 0), shape (...), and poses in the ego frame, shape (..., 3).
         """
         actions = np.maximum(np.minimum(np.asarray(actions, float), 1.0), -1.0)
-        low = np.array([self.x[0], self.y[0], self.heading[0]])
-        high = np.array([self.x[1], self.y[1], self.heading[1]])
-        return actions[..., 0] > 0, low + 0.5 * (actions[..., 1:] + 1.0) * (high - low)
+        low, size = self._low_and_size
+        return actions[..., 0] > 0, low + 0.5 * (actions[..., 1:] + 1.0) * size
 
     def encode(self, on: NDArray[np.bool_], poses: Floats) -> Floats:
         """The inverse of `decode`, shape (..., 4)."""
-        low = np.array([self.x[0], self.y[0], self.heading[0]])
-        high = np.array([self.x[1], self.y[1], self.heading[1]])
-        scaled = 2.0 * (np.asarray(poses, float) - low) / (high - low) - 1.0
+        low, size = self._low_and_size
+        scaled = 2.0 * (np.asarray(poses, float) - low) / size - 1.0
         return np.concatenate([np.where(on, 1.0, -1.0)[..., None], scaled], axis=-1)
+
+    @cached_property
+    def _low_and_size(self) -> tuple[Floats, Floats]:
+        """The lower ends of x, y, heading, and how far it is to the upper ones, shape (3,) each."""
+        low, high = np.array([self.x, self.y, self.heading]).T
+        return low, high - low
 
 
 GHOSTS = {

@@ -242,8 +242,12 @@ class GhostGame:
                 RectangleTracks(half_sizes, tracks),
                 self.victim.node_limit,
             )
-            # Check the trajectories for collisions in the real one, and measure them there.
-            planned, found = np.array(members)[plans.found], plans.found
+            if not plans.found.any():
+                continue
+            # Check the trajectories for collisions in the real one, and measure them there; where
+            # all were found, nothing has to be copied.
+            found: Any = slice(None) if plans.found.all() else plans.found
+            planned = np.array(members)[found]
             driven = plans.trajectories[found], plans.lengths[found]
             there = real[found], half_sizes[found, : real.shape[1]]
             collided = batch_collides(*driven, *there, BMW_320I)
@@ -293,18 +297,17 @@ class GhostGame:
         self, group: list[Round], on: NDArray[np.bool_], ghosts: Floats
     ) -> tuple[Floats, Floats, Floats]:
         """Half sizes, what is believed (ghosts last) and what is real, padded with far objects."""
-        rows = max(len(each.poses) for each in group)
-        steps = max(each.poses.shape[1] for each in group)
+        counts = [len(each.poses) for each in group]
+        rows, steps = max(counts), group[0].poses.shape[1]
         half_sizes = np.zeros((len(group), rows + ghosts.shape[1], 2))
         tracks = np.full((len(group), rows + ghosts.shape[1], steps, 4), FAR)
-        real = np.full((len(group), rows, steps, 4), FAR)
-        for b, each in enumerate(group):
-            n = len(each.poses)
-            half_sizes[b, :n], real[b, :n], tracks[b, :n] = (
-                each.half_sizes,
-                each.poses,
-                each.believed,
-            )
+        for b, (each, n) in enumerate(zip(group, counts, strict=True)):
+            half_sizes[b, :n], tracks[b, :n] = each.half_sizes, each.believed
+        # What is real differs from that only where something moves.
+        real = tracks[:, :rows].copy()
+        if steps > 1:
+            for b, (each, n) in enumerate(zip(group, counts, strict=True)):
+                real[b, :n] = each.poses
         half_sizes[:, rows:] = 0.5 * np.array(self.range.dimensions[:0:-1])
         tracks[:, rows:, :, :2] = np.where(on[..., None], ghosts[..., :2], FAR)[:, :, None]
         tracks[:, rows:, :, 2] = np.cos(ghosts[..., 2])[..., None]

@@ -70,7 +70,7 @@ class Round:
     """The same as the planner believes them to move, shape (N, T, 4)."""
     half_sizes: Floats
     """Shape (N, 2)."""
-    features: Floats
+    features: NDArray[np.float32]
     """The observation's part on start, goal and objects."""
     kind: tuple[Any, ...]
     """Rounds of one kind differ in their obstacles only."""
@@ -110,7 +110,7 @@ def round_of(index: int, scene: Scene, intention: Intention, motion: Motion) -> 
         poses,
         _tracks(problem.obstacles.poses[order], steps),
         half_sizes,
-        np.concatenate([head, np.clip(rows / _SCALE, -1.0, 1.0).ravel()]),
+        np.concatenate([head, np.clip(rows / _SCALE, -1.0, 1.0).ravel()]).astype(np.float32),
         kind=(scene.road_type, intention, start.velocity, steps),
     )
 

@@ -102,14 +102,19 @@ def _measure(
     measured = np.empty((trajectories.shape[0], 3))
     moves = poses.shape[2] > 1
     radius = np.hypot(own[0], own[1])
+    reaches = np.empty(poses.shape[1])
+    along = ends - starts
+    squares = along[:, 0] ** 2 + along[:, 1] ** 2
     for b in range(trajectories.shape[0]):
+        for i in range(poses.shape[1]):
+            reaches[i] = radius + np.sqrt(half_sizes[b, i, 0] ** 2 + half_sizes[b, i, 1] ** 2)
         path = cost = 0.0
         nearest = np.inf
         count = min(lengths[b], trajectories.shape[1])
         for t in range(count):
             x, y, v, heading, steering = trajectories[b, t]
             # The terms of SM1 at a state, and those between it and the next one.
-            off = heading - _lane_heading(x, y, starts, ends)
+            off = heading - _lane_heading(x, y, starts, along, squares)
             off = (off + np.pi) % (2.0 * np.pi) - np.pi
             term = STEERING_ANGLE * steering**2 + LENGTH * v + HEADING * off**2
             if not np.isnan(wanted):
@@ -126,15 +131,14 @@ def _measure(
             for i in range(poses.shape[1]):
                 k = t if moves else 0
                 dx, dy = poses[b, i, k, 0] - x, poses[b, i, k, 1] - y
-                half_length, half_width = half_sizes[b, i, 0], half_sizes[b, i, 1]
-                reach = radius + np.sqrt(half_length**2 + half_width**2) + nearest
+                reach = reaches[i] + nearest
                 if dx * dx + dy * dy >= reach * reach:
                     continue
                 # The obstacle in the vehicle's frame, its centre, cosine and sine.
                 other_cos, other_sin = poses[b, i, k, 2], poses[b, i, k, 3]
                 distance = _rectangle_distance(
                     own,
-                    (half_length, half_width),
+                    (half_sizes[b, i, 0], half_sizes[b, i, 1]),
                     cos * dx + sin * dy,
                     cos * dy - sin * dx,
                     cos * other_cos + sin * other_sin,
@@ -147,18 +151,25 @@ def _measure(
 
 
 @kernel(nogil=True)
-def _lane_heading(x: float, y: float, starts: Floats, ends: Floats) -> float:
-    """Direction of the nearest segment of a lane's centre line, rad; 0 where there is no road."""
-    best, heading = np.inf, 0.0
+def _lane_heading(x: float, y: float, starts: Floats, along: Floats, squares: Floats) -> float:
+    """Direction of the nearest segment of a lane's centre line, rad; 0 where there is no road.
+
+    Args:
+        x: The place, m.
+        y: The place, m.
+        starts: Where the segments start, shape (K, 2).
+        along: From their starts to their ends, shape (K, 2).
+        squares: Squares of their lengths, shape (K,).
+    """
+    best, nearest = np.inf, -1
     for k in range(starts.shape[0]):
-        along_x, along_y = ends[k, 0] - starts[k, 0], ends[k, 1] - starts[k, 1]
         dx, dy = x - starts[k, 0], y - starts[k, 1]
-        share = (dx * along_x + dy * along_y) / (along_x**2 + along_y**2)
+        share = (dx * along[k, 0] + dy * along[k, 1]) / squares[k]
         share = min(max(share, 0.0), 1.0)
-        away = (dx - share * along_x) ** 2 + (dy - share * along_y) ** 2
+        away = (dx - share * along[k, 0]) ** 2 + (dy - share * along[k, 1]) ** 2
         if away < best:
-            best, heading = away, np.arctan2(along_y, along_x)
-    return heading
+            best, nearest = away, k
+    return float(np.arctan2(along[nearest, 1], along[nearest, 0])) if nearest >= 0 else 0.0
 
 
 @kernel(nogil=True)
