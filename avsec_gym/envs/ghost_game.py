@@ -29,7 +29,7 @@ from avsec_gym.envs.reset_options import reset_options
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.geometry import Floats
 from avsec_gym.metrics.batch_measures import batch_measures
-from avsec_gym.metrics.collision_check import batch_collides
+from avsec_gym.metrics.collision_check import TrajectoryBatch, batch_collides
 from avsec_gym.metrics.safety import COLLISION, SAFE, UNPLANNED
 from avsec_gym.planners.batch import RectangleTracks, plan_batch
 from avsec_gym.planners.planner import Mode, MotionPrimitivePlanner
@@ -248,10 +248,14 @@ class GhostGame:
             # all were found, nothing has to be copied.
             found: Any = slice(None) if plans.found.all() else plans.found
             planned = np.array(members)[found]
-            driven = plans.trajectories[found], plans.lengths[found]
-            there = real[found], half_sizes[found, : real.shape[1]]
-            collided = batch_collides(*driven, *there, BMW_320I)
-            measures = batch_measures(*driven, *there, BMW_320I, problem)
+            batch = TrajectoryBatch(
+                plans.trajectories[found],
+                plans.lengths[found],
+                real[found],
+                half_sizes[found, : real.shape[1]],
+            )
+            collided = batch_collides(batch, BMW_320I)
+            measures = batch_measures(batch, BMW_320I, problem)
             answer.outcome[planned] = np.where(collided, _COLLISION, _SAFE)
             measured[:, planned] = (plans.cost[found], *measures)
         return answer

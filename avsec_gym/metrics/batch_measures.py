@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from avsec_gym.geometry import Floats
 from avsec_gym.kernels import kernel
+from avsec_gym.metrics.collision_check import TrajectoryBatch
 from avsec_gym.metrics.trajectory_cost import (
     ACCELERATION,
     HEADING,
@@ -41,36 +42,24 @@ class Measures(NamedTuple):
 
 
 def batch_measures(
-    trajectories: Floats,
-    lengths: NDArray[np.int64],
-    poses: Floats,
-    half_sizes: Floats,
-    vehicle: Vehicle,
-    scenario: PlanningScenario,
+    batch: TrajectoryBatch, vehicle: Vehicle, scenario: PlanningScenario
 ) -> Measures:
     """What trajectories through scenarios of one kind measure.
 
     Args:
-        trajectories: States from time step 0 on, shape (B, T, 5).
-        lengths: Number of states of each; what stands behind them is not looked at, shape (B,).
-        poses: Poses x, y, cos, sin of the headings of N rectangles at the same steps, (B, N, T, 4),
-            or at all of them, (B, N, 1, 4).
-        half_sizes: Half length and half width, shape (B, N, 2).
+        batch: The trajectories, and what is really there.
         vehicle: Its size.
         scenario: Goal, road and time step, which all share.
     """
     wanted = [goal.velocity[0] for goal in scenario.goals if goal.velocity]
     starts, ends = scenario.road.centre_segments
     measured = _measure(
-        trajectories,
-        lengths,
-        poses,
-        half_sizes,
+        *batch,
         (0.5 * vehicle.length, 0.5 * vehicle.width),
         starts,
         ends,
         min(wanted) if wanted else np.nan,
-        _simpson_table(trajectories.shape[1], scenario.dt),
+        _simpson_table(batch.trajectories.shape[1], scenario.dt),
         scenario.dt,
     )
     return Measures(*measured.T)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 import shapely
@@ -95,26 +96,31 @@ def present_poses(
     return present, truth.poses[np.arange(len(truth)), index]
 
 
-def batch_collides(
-    trajectories: Floats,
-    lengths: NDArray[np.int64],
-    poses: Floats,
-    half_sizes: Floats,
-    vehicle: Vehicle,
-) -> NDArray[np.bool_]:
+class TrajectoryBatch(NamedTuple):
+    """B trajectories, each among N rectangles that are really there."""
+
+    trajectories: Floats
+    """States from time step 0 on, shape (B, T, 5)."""
+    lengths: NDArray[np.int64]
+    """Number of states of each; what stands behind them is not looked at, shape (B,)."""
+    poses: Floats
+    """Poses x, y, cos, sin of the headings of the rectangles at the same steps, shape
+    (B, N, T, 4), or at all of them, (B, N, 1, 4)."""
+    half_sizes: Floats
+    """Half length and half width of the rectangles, shape (B, N, 2)."""
+
+
+def batch_collides(batch: TrajectoryBatch, vehicle: Vehicle) -> NDArray[np.bool_]:
     """Whether trajectories touch rectangles: `first_contact` for many scenarios at once.
 
     Args:
-        trajectories: States from time step 0 on, shape (B, T, 5).
-        lengths: Number of states of each; what stands behind them is not looked at, shape (B,).
-        poses: Poses x, y, cos, sin of the headings of N rectangles at the same steps, (B, N, T, 4),
-            or at all of them, (B, N, 1, 4).
-        half_sizes: Half length and half width, shape (B, N, 2).
+        batch: The trajectories, and what is really there.
         vehicle: Its size.
 
     Returns:
         Shape (B,).
     """
+    trajectories, lengths, poses, half_sizes = batch
     reach = np.hypot(half_sizes[..., 0], half_sizes[..., 1])
     b, i, t = _near(trajectories, lengths, poses, reach, 0.5 * vehicle.length, 0.5 * vehicle.width)
     if not len(b):

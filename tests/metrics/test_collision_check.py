@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 import shapely
 
-from avsec_gym.metrics.collision_check import Contact, batch_collides, first_contact, footprints
+from avsec_gym.metrics.collision_check import (
+    Contact,
+    TrajectoryBatch,
+    batch_collides,
+    first_contact,
+    footprints,
+)
 from avsec_gym.planners.vehicle import BMW_320I
 from avsec_gym.scenario.planning_scenario import Obstacles
 from avsec_gym.scenario.shapes import Disc, Group, Polygon, Rectangle, Shape
@@ -170,7 +176,7 @@ def test_batches_are_judged_like_single_drives() -> None:
         tracks[b] = np.stack(
             [*np.moveaxis(poses[..., :2], -1, 0), np.cos(poses[..., 2]), np.sin(poses[..., 2])], -1
         )
-    found = batch_collides(drives, lengths, tracks, sizes / 2, BMW_320I)
+    found = batch_collides(TrajectoryBatch(drives, lengths, tracks, sizes / 2), BMW_320I)
     np.testing.assert_array_equal(found, expected)
     assert 5 < found.sum() < batch - 5
 
@@ -181,8 +187,9 @@ def test_after_its_end_a_drive_of_a_batch_touches_nothing() -> None:
     track = np.zeros((1, 1, 20, 4))
     track[..., 0], track[..., 2] = 20.0 - np.arange(20), 1.0
     sizes = np.full((1, 1, 2), 0.5)
-    assert not batch_collides(drive, np.array([17]), track, sizes, BMW_320I).any()
-    assert batch_collides(drive, np.array([19]), track, sizes, BMW_320I).all()
+    early, late = (TrajectoryBatch(drive, np.array([n]), track, sizes) for n in (17, 19))
+    assert not batch_collides(early, BMW_320I).any()
+    assert batch_collides(late, BMW_320I).all()
 
 
 def test_obstacles_that_stand_need_one_time_step() -> None:
@@ -190,7 +197,8 @@ def test_obstacles_that_stand_need_one_time_step() -> None:
     drive[:, :, 0] = np.arange(10)
     track = np.zeros((2, 1, 1, 4))
     track[..., 0], track[..., 2] = np.array([9.0, 15.0])[:, None, None], 1.0
-    found = batch_collides(drive, np.array([10, 10]), track, np.full((2, 1, 2), 0.5), BMW_320I)
+    batch = TrajectoryBatch(drive, np.array([10, 10]), track, np.full((2, 1, 2), 0.5))
+    found = batch_collides(batch, BMW_320I)
     assert found.tolist() == [True, False]
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from avsec_gym.geometry import rectangle_polygons
 from avsec_gym.metrics.batch_measures import batch_measures
-from avsec_gym.metrics.collision_check import first_contact, present_poses
+from avsec_gym.metrics.collision_check import TrajectoryBatch, first_contact, present_poses
 from avsec_gym.metrics.smallest_distance import smallest_distance
 from avsec_gym.metrics.trajectory_cost import path_length, sm1_cost
 from avsec_gym.planners.planner import MotionPrimitivePlanner
@@ -66,7 +66,7 @@ def test_a_batch_measures_what_single_trajectories_do(moving: bool) -> None:
         sizes = np.zeros((1, len(truth) + 2, 2))
         sizes[0, :-2] = [(0.5 * s.length, 0.5 * s.width) for s in truth.shapes]  # type: ignore[union-attr]
         measured = batch_measures(
-            trajectory[None], np.array([states]), poses, sizes, BMW_320I, blind
+            TrajectoryBatch(trajectory[None], np.array([states]), poses, sizes), BMW_320I, blind
         )
         expected = smallest_distance(plan.trajectory, truth, BMW_320I)
         assert measured.smallest_distance[0] == pytest.approx(expected, abs=1e-9)
@@ -89,10 +89,7 @@ def test_random_rectangles_are_as_far_apart_as_shapely_finds() -> None:
     laid = np.column_stack([poses[:, :2], np.cos(poses[:, 2]), np.sin(poses[:, 2])])
     scenario = procedural_scenes(1).labelled[0].problem(Intention.STRAIGHT)
     measured = batch_measures(
-        states,
-        alone,
-        laid[:, None, None],
-        0.5 * sizes[:, None],
+        TrajectoryBatch(states, alone, laid[:, None, None], 0.5 * sizes[:, None]),
         BMW_320I,
         scenario,
     )
