@@ -6,6 +6,11 @@ import signal
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# A busy machine is no fault of the code: no example has a time limit of its own.
+settings.register_profile("avsec", deadline=None)
+settings.load_profile("avsec")
 
 # A shell that starts the tests in the background has them ignore Ctrl-C, nohup has them ignore that
 # their terminal is gone, and what they start ignores it, too.

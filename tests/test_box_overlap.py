@@ -32,7 +32,7 @@ def polygons(rectangles: np.ndarray) -> np.ndarray:
     )
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(RECTANGLES, RECTANGLES)
 def test_common_areas_are_those_of_shapely(one: np.ndarray, other: np.ndarray) -> None:
     expected = shapely.area(shapely.intersection(polygons(one)[:, None], polygons(other)[None, :]))
@@ -42,7 +42,7 @@ def test_common_areas_are_those_of_shapely(one: np.ndarray, other: np.ndarray) -
     assert turned == pytest.approx(areas, abs=1e-12)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(RECTANGLES, st.floats(-1e4, 1e4), st.floats(-3, 3))
 def test_moving_both_changes_nothing(rectangles: np.ndarray, far: float, turn: float) -> None:
     cos, sin = np.cos(turn), np.sin(turn)

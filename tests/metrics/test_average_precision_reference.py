@@ -221,7 +221,7 @@ def random_boxes(random: np.random.Generator, count: int) -> Boxes3D:
 
 
 @pytest.mark.parametrize("min_iou", [STANDARD_IOU, LOW_IOU], ids=["standard", "low"])
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 20), crowd=st.integers(1, 12))
 def test_every_figure_agrees_with_the_slow_reading(
     min_iou: Any, seed: int, count: int, crowd: int

@@ -75,7 +75,7 @@ def nearly_touching(one: shapely.Geometry, two: shapely.Geometry) -> bool:
     return bool(grown.intersects(two)) and not bool(shrunk.intersects(two))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(shapes, places, places, angles, places, places, angles)
 def test_every_shape_against_shapely(
     shape: Shape, ox: float, oy: float, turn: float, x: float, y: float, heading: float
@@ -187,7 +187,7 @@ ROADS = {
 
 
 @pytest.mark.parametrize("name", ROADS)
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(x=st.floats(-12, 32), y=st.floats(-6, 16), heading=angles)
 def test_road_edge_against_shapely(name: str, x: float, y: float, heading: float) -> None:
     road, car = ROADS[name], ego(x, y, heading)

@@ -25,7 +25,7 @@ def test_parameters_are_commonroads_vehicle_2() -> None:
     )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     st.floats(1, 20), st.floats(-0.8, 0.8), st.floats(-6, 6), st.floats(-0.4, 0.4), st.floats(-3, 3)
 )

@@ -125,9 +125,7 @@ def assert_equal(one: PlanningScenario, two: PlanningScenario) -> None:
         )
 
 
-@settings(
-    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(scenario=scenarios)
 def test_what_is_written_is_read(tmp_path: Path, scenario: PlanningScenario) -> None:
     path = tmp_path / "scenario.xml"

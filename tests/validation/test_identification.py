@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import chain, combinations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from avsec_gym.errors import ConfigurationError
@@ -89,7 +89,6 @@ def test_what_does_not_fit_together_is_reported() -> None:
     assert found.doubtful == {1, 2, 3}
 
 
-@settings(deadline=None)
 @given(st.integers(3, 5).flatmap(lambda n: st.tuples(st.just(n), st.integers(0, 2 ** (n * n)))))
 def test_zeros_disagree_only_where_something_is_unexplained(case: tuple[int, int]) -> None:
     n, bits = case

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from avsec_gym.errors import ConfigurationError, DataError
@@ -76,7 +76,6 @@ def test_the_thesis_looks_at_the_error_alone(kitti_on: FittedOn) -> None:
     assert table.thresholds(0.02)[0, 1, 3].exceeded(DisparityError(0, 100, 9000))
 
 
-@settings(deadline=None)
 @given(
     st.lists(st.tuples(*4 * [st.integers(0, 4)]), min_size=1, max_size=30),
     st.floats(0, 1),

@@ -63,7 +63,7 @@ def test_actors_are_the_ego_vehicle_and_everything_labelled() -> None:
 places = st.tuples(st.floats(2, 80), st.floats(-20, 20), st.floats(-1.5, 1.5))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.lists(places, max_size=20))
 def test_the_ground_passes_below_all_actors(rows: list[tuple[float, float, float]]) -> None:
     kept: list[tuple[float, float, float]] = []

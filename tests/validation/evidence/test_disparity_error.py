@@ -43,7 +43,6 @@ def by_loop(first: np.ndarray, second: np.ndarray, sparse: bool) -> tuple[int, i
 
 
 # The kernel may have to be compiled.
-@settings(deadline=None)
 @given(DISPARITIES, DISPARITIES, st.booleans())
 def test_counts_are_those_of_the_equation(
     first: np.ndarray, second: np.ndarray, sparse: bool
@@ -53,7 +52,7 @@ def test_counts_are_those_of_the_equation(
     assert found.holes == found.pixels - found.valid
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1), st.floats(0, 0.3))
 def test_the_densest_window_is_that_of_a_plain_search(seed: int, share: float) -> None:
     shape = 2 * WINDOW, 2 * WINDOW + 30

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from avsec_gym.frame import SensorFrame
@@ -27,7 +27,6 @@ def by_loop(row: list[float]) -> list[bool]:
     return seen
 
 
-@settings(deadline=None)
 @given(
     st.lists(
         st.one_of(st.just(float("nan")), st.integers(0, 120).map(float)), min_size=1, max_size=60

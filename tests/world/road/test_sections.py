@@ -59,7 +59,7 @@ def test_sections_are_consistent(style, seed):
     st.sampled_from(list(Style)),
     st.integers(0, 1000),
 )
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_sections_reach_given_lanes_and_parked_cars(steps, right, left, style, seed):
     offsets = [0.0, *np.cumsum(steps).tolist()]
     parked_right = None if right is None else -right

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 import torch
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from torch import Tensor
 from torch.nn import functional
@@ -39,7 +39,6 @@ def test_columns_are_the_published_ones() -> None:
     assert [part[0, 0].item() for part in vars(parts).values()] == [0, 12, 24, 36, 48, 49, 61, 73]
 
 
-@settings(deadline=None)
 @given(st.data())
 def test_there_and_back(data: st.DataObject) -> None:
     for coding, place, turn in ((COARSE, 2.99, 3.14), (FINE, 1.49, 0.78)):
