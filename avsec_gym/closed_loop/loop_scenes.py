@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
 
 from avsec_gym.closed_loop.traffic_scene import (
     TrafficScene,
@@ -14,6 +16,7 @@ from avsec_gym.closed_loop.traffic_scene import (
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.scenario.frame_scenes import frame_scenes
 from avsec_gym.scenario.given_scene import GivenScene
+from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.scene import Scene
 from avsec_gym.scenario.scene_sets import LAYOUTS, SceneSet, scene_set
 from avsec_gym.storage.regular_files import is_folder
@@ -50,6 +53,32 @@ class LoopScenes:
             problem = f"there is no scenario {id!r} among the {len(self.ids)} of this set"
             raise ConfigurationError(unknown_name(problem, str(id), self.ids))
         return self.make(id)
+
+    def draw(
+        self, generator: np.random.Generator, id: str | None, intentions: Sequence[Intention]
+    ) -> tuple[TrafficScene, Intention]:
+        """A scene, and an intention that it has a lane for.
+
+        Args:
+            generator: Draws both.
+            id: Id of the scene; None: it is drawn.
+            intentions: The intentions to draw from.
+
+        Raises:
+            ConfigurationError: There is no such scene, or no lane for any of the intentions.
+        """
+        unfit = set[int]()
+        while len(unfit) < len(self.ids):
+            # Both are drawn in any case, so that a given id does not change what is drawn later.
+            row, share = int(generator.integers(len(self.ids))), float(generator.random())
+            scene = self.scene(self.ids[row] if id is None else id)
+            fitting = [each for each in intentions if each in scene.intentions]
+            if fitting:
+                return scene, fitting[int(share * len(fitting))]
+            unfit.add(row)
+            if id is not None:
+                scene.target_lane(intentions[0])
+        raise ConfigurationError(f"no scene has a lane for the intention {str(intentions[0])!r}")
 
 
 def loop_scenes(

@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 
 from avsec_gym.boxes import Boxes3D
 from avsec_gym.closed_loop.relative_poses import Pose, seen_from
+from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.closed_loop.traffic_scene import TrafficScene
 from avsec_gym.closed_loop.vehicles import ReactingVehicle, RecordedVehicle
 from avsec_gym.geometry import Floats, ego_to_camera
+from avsec_gym.scenario.intention import Intention
+from avsec_gym.scenario.planning_scenario import EgoState
 
 RECORDED, REACTING = "recorded", "reacting"
 """What actors do: play their tracks, or, where they drive in a lane, drive by highway-env's IDM."""
@@ -108,4 +111,32 @@ class Traffic:
             score=np.ones(count),
             category=tracks.categories[there],
             moving=np.abs(self.speeds()[there]) > 0,
+        )
+
+    def around(self, state: EgoState, elapsed: float, intention: Intention) -> Surroundings:
+        """The truth at this instant, as it lies around a car.
+
+        Args:
+            state: The car's state.
+            elapsed: Seconds since the start of the drive.
+            intention: Where the car wants to go.
+        """
+        scene, there, sensors = self.scene, self.present, self.scene.sensors
+        pose = (state.x, state.y, state.heading)
+        ids, poses = scene.tracks.ids[there], self.poses()[there]
+        others: dict[int, Pose] = {
+            int(id): (float(x), float(y), float(heading))
+            for id, (x, y, heading) in zip(ids, poses, strict=True)
+        }
+        return Surroundings(
+            time=elapsed,
+            pose=pose,
+            speed=state.velocity,
+            boxes=self.boxes(pose),
+            speeds=self.speeds()[there],
+            actors=ids,
+            road_type=scene.road_type,
+            intention=intention,
+            scenario=scene.id,
+            frame=None if sensors is None else lambda: sensors(elapsed, pose, others),
         )

@@ -7,32 +7,25 @@ from collections.abc import Mapping
 from typing import Any
 
 import gymnasium as gym
-import numpy as np
-import shapely
 from highway_env.envs.common.abstract import AbstractEnv
 from highway_env.envs.common.action import action_factory
 from highway_env.road.road import Road
 
 from avsec_gym.argument_checks import number, one_of
 from avsec_gym.closed_loop.belief import Belief, belief_of
-from avsec_gym.closed_loop.drive_log import DriveLog, touched
+from avsec_gym.closed_loop.drive_log import DriveLog
 from avsec_gym.closed_loop.drive_record import (
-    DriveRecord,
     Outcome,
-    goal_distance,
-    outcome_of_time,
-    reaches_goal,
-    record_of,
 )
+from avsec_gym.closed_loop.drive_recorder import DriveRecorder
 from avsec_gym.closed_loop.loop_scenes import LoopScenes, loop_scenes
 from avsec_gym.closed_loop.perception import DrivePerception
-from avsec_gym.closed_loop.relative_poses import Pose
-from avsec_gym.closed_loop.road_frame import mirrored_angle, mirrored_points
+from avsec_gym.closed_loop.road_frame import mirrored_angle
 from avsec_gym.closed_loop.road_network import network_of
 from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.closed_loop.traffic import REACTING, RECORDED, Traffic
-from avsec_gym.closed_loop.traffic_scene import DURATION, TrafficScene
-from avsec_gym.closed_loop.vehicles import Car, CarWithMetaActions
+from avsec_gym.closed_loop.traffic_scene import DURATION
+from avsec_gym.envs.closed_loop_actions import car_on_road, checked_driving
 from avsec_gym.envs.closed_loop_info import SoFar, drive_info
 from avsec_gym.envs.closed_loop_observation import observation_of
 from avsec_gym.envs.closed_loop_parts import checked_scenarios, perception_of
@@ -231,63 +224,37 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
 
     def _reset(self) -> None:
         """Choose a scene, build its road, and put car and traffic on it."""
-        self.scene, self.intention = self._chosen()
+        self.scene, self.intention = self.scenes.draw(
+            self.np_random,
+            self._options.get("scenario"),
+            intentions_named(self._options.get("intention")),
+        )
         network = network_of(self.scene.lanes, speed_limit=self.scene.cruise[1])
         self.road = Road(
             network=network,
             np_random=self.np_random,
             record_history=self.config["show_trajectories"],
         )
-        start = self.scene.start
-        car_class = Car
-        more: dict[str, Any] = {}
-        if self.config["action"]["type"] == "DiscreteMetaAction":
-            car_class = CarWithMetaActions
-            low, high = self.scene.cruise
-            more = {"target_speed": low, "target_speeds": np.linspace(0.0, high, 5)}
-            speeds = self.config["action"].get("target_speeds")
-            if speeds is not None:
-                more["target_speeds"] = np.asarray(speeds, float)
-        elif self.config["action"]["type"] not in ("ContinuousAction", "DiscreteAction"):
-            raise ConfigurationError("one car is driven: multi-agent actions have none to drive")
-        car = car_class(
-            self.road,
-            mirrored_points([start.x, start.y]),
-            mirrored_angle(start.heading),
-            start.velocity,
-            **more,
-        )
-        car.steering_angle = mirrored_angle(start.steering_angle)
+        car = car_on_road(self.scene, self.road, self.config["action"])
         self.vehicle = car
         self.road.vehicles = [car]
         self.traffic = Traffic(self.scene, self.road, self.traffic_behaviour)
-        self.goal_distance = goal_distance(self.scene, self.duration)
-        self.outcome: Outcome | None = None
-        self.record: DriveRecord | None = None
-        self._rows: list[tuple[Any, ...]] = []
+        self._recorder = DriveRecorder(
+            self.traffic,
+            self.intention,
+            self.state,
+            dt=1.0 / self.config["simulation_frequency"],
+            duration=self.duration,
+        )
         self._elapsed = 0
-        self._progress = self._before = self._driven = 0.0
-        self._note()
-        self._begun = None if not len(self.traffic.actors) else touched(*self._instant())
+        self._progress = self._before = 0.0
         self.perception.begin(int(self.np_random.integers(2**31)))
         self._perceive()
 
-    def _chosen(self) -> tuple[TrafficScene, Intention]:
-        wanted = self._options.get("intention")
-        given = intentions_named(wanted)
-        id = self._options.get("scenario")
-        ids, unfit = self.scenes.ids, set[int]()
-        while len(unfit) < len(ids):
-            # Both are drawn in any case, so that options do not change what is drawn later.
-            row, share = int(self.np_random.integers(len(ids))), float(self.np_random.random())
-            scene = self.scenes.scene(ids[row] if id is None else id)
-            fitting = [each for each in given if each in scene.intentions]
-            if fitting:
-                return scene, fitting[int(share * len(fitting))]
-            unfit.add(row)
-            if id is not None:
-                scene.target_lane(given[0])
-        raise ConfigurationError(f"no scene has a lane for the intention {str(given[0])!r}")
+    @property
+    def outcome(self) -> Outcome | None:
+        """How the drive ended; None: it goes on."""
+        return self._recorder.outcome
 
     @property
     def state(self) -> EgoState:
@@ -309,30 +276,11 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     @property
     def remaining(self) -> tuple[float, float]:
         """Metres to the goal, and the share of the time that is left."""
-        return self.goal_distance - self._progress, 1.0 - self.elapsed / self.duration
+        return self._recorder.goal_distance - self._progress, 1.0 - self.elapsed / self.duration
 
     def surroundings(self) -> Surroundings:
         """The truth at this instant."""
-        state = self.state
-        pose, elapsed, sensors = (state.x, state.y, state.heading), self.elapsed, self.scene.sensors
-        there = self.traffic.present
-        ids, poses = self.scene.tracks.ids[there], self.traffic.poses()[there]
-        others: dict[int, Pose] = {
-            int(id): (float(x), float(y), float(heading))
-            for id, (x, y, heading) in zip(ids, poses, strict=True)
-        }
-        return Surroundings(
-            time=elapsed,
-            pose=pose,
-            speed=state.velocity,
-            boxes=self.traffic.boxes(pose),
-            speeds=self.traffic.speeds()[there],
-            actors=ids,
-            road_type=self.scene.road_type,
-            intention=self.intention,
-            scenario=self.scene.id,
-            frame=None if sensors is None else lambda: sensors(elapsed, pose, others),
-        )
+        return self.traffic.around(self.state, self.elapsed, self.intention)
 
     def _perceive(self) -> None:
         surroundings = self.surroundings()
@@ -348,26 +296,10 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         """
         if self.road is None:
             raise gym.error.ResetNeeded("call reset before step")
-        observation, reward, terminated, truncated, info = super().step(self._checked(action))
+        observation, reward, terminated, truncated, info = super().step(
+            checked_driving(action, self.action_space)
+        )
         return observation, float(reward), bool(terminated), bool(truncated), info
-
-    def _checked(self, action: Any) -> Any:
-        if isinstance(self.action_space, gym.spaces.Discrete):
-            if np.shape(action) != () or not self.action_space.contains(int(action)):
-                raise ConfigurationError(
-                    f"an action is a number from 0 to {self.action_space.n - 1}, got {action!r}"
-                )
-            return int(action)
-        shape = self.action_space.shape
-        try:
-            array = np.array(action, np.float64)
-        except (TypeError, ValueError):
-            array = np.full((0, 0), np.nan)
-        if array.shape != shape or not np.isfinite(array).all():
-            raise ConfigurationError(
-                f"an action has shape {shape} and finite values in [-1, 1], got {action!r}"
-            )
-        return array
 
     def _simulate(self, action: Any = None) -> None:
         """Simulate until the next action, or until the car touches something."""
@@ -383,65 +315,24 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
             self.steps += 1
             self._elapsed += 1
             self.traffic.show(self.elapsed)
-            self._note()
-            self._judge()
+            self._recorder.note(self.state)
             if self.outcome is not None:
                 break
             if frame < frames - 1:
                 self._automatic_rendering()
         self.enable_auto_render = False
-        state = self.state
-        line = self.scene.lanes.line(self.scene.start_lane)
-        begun, _ = line.coordinates(self.scene.start.x, self.scene.start.y)
-        self._progress = line.coordinates(state.x, state.y)[0] - begun
-        if self.outcome is None and self.elapsed >= self.duration - 1e-9:
-            self.outcome = outcome_of_time(self.log())
-        if self.outcome is not None and self.record is None:
-            self.record = record_of(self.log(), self.scene, self.intention, self.outcome)
+        self.vehicle.crashed |= self.outcome == Outcome.COLLISION
+        self._progress = self._recorder.progress(self.state)
+        self._recorder.close(self.elapsed)
         self._perceive()
-
-    def _note(self) -> None:
-        """Write down where everything is."""
-        state = self.state
-        car = (state.x, state.y, state.velocity, state.heading, state.steering_angle)
-        traffic = self.traffic
-        if self._rows:
-            before = self._rows[-1][0]
-            self._driven += math.hypot(car[0] - before[0], car[1] - before[1])
-        self._rows.append((car, traffic.poses(), traffic.speeds(), traffic.present.copy()))
-
-    def _instant(self) -> tuple[Any, ...]:
-        car, poses, _, present = self._rows[-1]
-        return np.array(car), self.traffic.sizes, poses, present
-
-    def _judge(self) -> None:
-        """Whether the drive is over."""
-        car, sizes, poses, present = self._instant()
-        if self._begun is not None:
-            present[self._begun] = False
-        if len(sizes) and touched(car, sizes, poses, present) is not None:
-            self.outcome = Outcome.COLLISION
-            self.vehicle.crashed = True
-        elif not shapely.contains_xy(self.scene.drivable, car[0], car[1]):
-            self.outcome = Outcome.OFF_ROAD
-        elif reaches_goal(self.scene, self.intention, (car[0], car[1], car[3]), self.goal_distance):
-            self.outcome = Outcome.GOAL
 
     def log(self) -> DriveLog:
         """What happened so far."""
-        cars, poses, speeds, present = zip(*self._rows, strict=True)
-        return DriveLog(
-            dt=1.0 / self.config["simulation_frequency"],
-            car=np.array(cars),
-            sizes=self.traffic.sizes,
-            poses=np.array(poses),
-            speeds=np.array(speeds),
-            present=np.array(present),
-        )
+        return self._recorder.log()
 
     def _rewards(self, action: Any) -> dict[str, float]:
         return {
-            "progress": (self._progress - self._before) / self.goal_distance,
+            "progress": (self._progress - self._before) / self._recorder.goal_distance,
             "goal": float(self.outcome == Outcome.GOAL),
             "collision": -float(self.outcome == Outcome.COLLISION),
             "off_road": -float(self.outcome == Outcome.OFF_ROAD),
@@ -457,9 +348,9 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         return self.outcome in (Outcome.STOPPED, Outcome.TIME)
 
     def _info(self, obs: Any, action: Any = None) -> dict[str, Any]:
-        so_far = SoFar(self.elapsed, self._driven, self._progress)
+        so_far = SoFar(self.elapsed, self._recorder.path_length, self._progress)
         return {
-            **drive_info(self.record, self.scene.id, str(self.intention), so_far),
+            **drive_info(self._recorder.record, self.scene.id, str(self.intention), so_far),
             "speed": float(self.vehicle.speed),
             "crashed": bool(self.vehicle.crashed),
         }
