@@ -67,7 +67,9 @@ def belief_of(perception: Perception, surroundings: Surroundings, motion: Motion
     boxes = perception.believed
     boxes = boxes[np.all(boxes.dimensions[:, 1:] > 0, axis=1)]
     road_type = perception.road_type or surroundings.road_type
-    if motion == Motion.TRUTH:
+    if perception.stops:  # A car that trusts nothing has classified nothing.
+        speeds = np.zeros(len(boxes))
+    elif motion == Motion.TRUTH:
         speeds = matched_speeds(boxes, surroundings.boxes, surroundings.speeds)
     elif motion == Motion.CLASSIFIER:
         if boxes.moving is None:
