@@ -33,6 +33,7 @@ class Kind(StrEnum):
     VALIDATOR = "validator"
     OPTICAL_ATTACK = "optical_attack"
     IMAGE_DETECTOR = "image_detector"
+    DRIVE_ATTACK = "drive_attack"
 
 
 _BUILT_IN = {
@@ -106,6 +107,15 @@ _BUILT_IN = {
     (Kind.OPTICAL_ATTACK, "lidar_spoofing"): ("avsec_gym.attacks.lidar_spoofing:LidarSpoofing", {}),
     (Kind.OPTICAL_ATTACK, "pasted_scan"): ("avsec_gym.attacks.pasted_scan:PastedScan", {}),
     (Kind.OPTICAL_ATTACK, "thesis"): ("avsec_gym.attacks.sensor_combination:thesis_attack", {}),
+    (Kind.DRIVE_ATTACK, "ghost"): ("avsec_gym.closed_loop.attack.lasting_ghosts:LastingGhosts", {}),
+    (Kind.DRIVE_ATTACK, "facula"): (
+        "avsec_gym.closed_loop.attack.tracking_facula:TrackingFacula",
+        {},
+    ),
+    (Kind.DRIVE_ATTACK, "spoofed_scan"): (
+        "avsec_gym.closed_loop.attack.spoofed_scan:SpoofedScan",
+        {},
+    ),
 }
 AMBIGUOUS_ATTACKS = {
     "pgd": "in this version no attack is named 'pgd', since the name changes its meaning: the"
@@ -122,6 +132,7 @@ _METHODS = {
     Kind.VALIDATOR: "validate",
     Kind.OPTICAL_ATTACK: "attack",
     Kind.IMAGE_DETECTOR: "detect_image",
+    Kind.DRIVE_ATTACK: "act",
 }
 """What an object of each kind can do."""
 _REGISTERED: dict[tuple[Kind, str], Callable[..., Any]] = {}

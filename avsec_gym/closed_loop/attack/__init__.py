@@ -1,0 +1,1 @@
+"""Attacks on a car that drives on: one kind, one file; they last from frame to frame."""

@@ -1,0 +1,50 @@
+"""The perception of a car that is under attack while it drives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from avsec_gym.closed_loop.attack.drive_attack import DriveAttack
+from avsec_gym.closed_loop.perception import DrivePerception
+from avsec_gym.closed_loop.surroundings import Surroundings
+from avsec_gym.pipeline import Perception
+
+
+class AttackedPerception:
+    """A `DrivePerception` between whose world and whose beliefs an attack stands.
+
+    Args:
+        make: Makes the perception without the attack, when it is first needed.
+        attack: The attack.
+    """
+
+    def __init__(self, make: Callable[[], DrivePerception], attack: DriveAttack) -> None:
+        self._make, self._attack = make, attack
+        self._perception: DrivePerception | None = None
+        self.alarm = False
+        """Whether a validator raised an alarm about the last frame."""
+        self.around: Surroundings
+        """The truth around the car at the last frame."""
+
+    @property
+    def unattacked(self) -> DrivePerception:
+        """The same perception without the attack."""
+        if self._perception is None:
+            self._perception = self._make()
+        return self._perception
+
+    def begin(self, seed: int) -> None:
+        """Forget the last drive, and the attack on it."""
+        self._attack.begin()
+        self.unattacked.begin(seed)
+
+    def perceive(self, surroundings: Surroundings) -> Perception:
+        """What the car believes under the attack."""
+        self.around = seen = surroundings
+        read = surroundings.frame
+        if read is not None and self._attack.needs_sensors:
+            seen = replace(seen, frame=lambda: self._attack.tampered(read(), surroundings))
+        perception = self.unattacked.perceive(seen)
+        self.alarm = perception.validation is not None and perception.validation.alarm
+        return self._attack.believed(perception, surroundings)
