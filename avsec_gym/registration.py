@@ -68,6 +68,11 @@ CATALOGUE = (
         entry_point="avsec_gym.envs.closed_loop:ClosedLoopEnv",
         max_episode_steps=None,  # Its own duration.
     ),
+    EnvironmentEntry(
+        id="avsec/ClosedLoopAttack-v0",
+        entry_point="avsec_gym.envs.closed_loop_attack:ClosedLoopAttackEnv",
+        max_episode_steps=None,  # Its drive's duration.
+    ),
 )
 
 

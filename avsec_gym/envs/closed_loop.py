@@ -15,6 +15,7 @@ from avsec_gym.argument_checks import number, one_of
 from avsec_gym.closed_loop.belief import Belief, belief_of
 from avsec_gym.closed_loop.drive_log import DriveLog
 from avsec_gym.closed_loop.drive_record import (
+    DriveRecord,
     Outcome,
 )
 from avsec_gym.closed_loop.drive_recorder import DriveRecorder
@@ -257,6 +258,11 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
         return self._recorder.outcome
 
     @property
+    def record(self) -> DriveRecord | None:
+        """Metrics of the drive; None: it goes on."""
+        return self._recorder.record
+
+    @property
     def state(self) -> EgoState:
         """The car's state in this project's plane: y and angles to the left."""
         car = self.vehicle
@@ -350,7 +356,7 @@ class ClosedLoopEnv(AbstractEnv):  # type: ignore[misc]
     def _info(self, obs: Any, action: Any = None) -> dict[str, Any]:
         so_far = SoFar(self.elapsed, self._recorder.path_length, self._progress)
         return {
-            **drive_info(self._recorder.record, self.scene.id, str(self.intention), so_far),
+            **drive_info(self.record, self.scene.id, str(self.intention), so_far),
             "speed": float(self.vehicle.speed),
             "crashed": bool(self.vehicle.crashed),
         }

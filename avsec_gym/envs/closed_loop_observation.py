@@ -49,21 +49,21 @@ class DriverObservation(ObservationType):  # type: ignore[misc]
             return np.zeros(self.space().shape, np.float32)
         vector = np.concatenate(
             [
-                _own(env.scene, env.intention, env.state, env.remaining, env.belief),
-                _objects(env.state, env.belief, self.objects).ravel(),
+                about_the_car(env.scene, env.intention, env.state, env.remaining, env.belief),
+                nearest_objects(env.state, env.belief, self.objects).ravel(),
             ]
         )
         return np.clip(vector, -1.0, 1.0).astype(np.float32)
 
 
-def _own(
+def about_the_car(
     scene: TrafficScene,
     intention: Intention,
     state: EgoState,
     remaining: tuple[float, float],
     belief: Belief,
 ) -> NDArray[np.float64]:
-    """The first 13 numbers, in the order in which the environment lists them."""
+    """The first 13 numbers, in the order in which `avsec/ClosedLoop-v0` lists them, shape (13,)."""
     lanes = scene.lanes
     values = [state.velocity / 25.0, state.steering_angle / (math.pi / 4)]
     for lane in (lanes.at(state.x, state.y, state.heading), scene.target_lane(intention)):
@@ -78,7 +78,7 @@ def _own(
     return np.array(values)
 
 
-def _objects(state: EgoState, belief: Belief, count: int) -> NDArray[np.float64]:
+def nearest_objects(state: EgoState, belief: Belief, count: int) -> NDArray[np.float64]:
     """The nearest objects: present, x, y, vx, vy, cos, sin, length, width; shape (count, 9)."""
     rows = np.zeros((count, EACH))
     if not len(belief.poses):

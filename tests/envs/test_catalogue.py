@@ -53,10 +53,12 @@ HAS_IMAGES = {"avsec/DetectorBenchmark-v0", *WITHOUT_A_DRIVE, *ATTACKS_SENSORS}
 LOADS = {
     **{id: ["cv2"] for id in HAS_IMAGES},
     "avsec/PatchAttack-v0": ["torch", "cv2"],
-    "avsec/ClosedLoop-v0": ["matplotlib", "pygame"],  # highway-env imports them.
+    # highway-env imports them.
+    "avsec/ClosedLoop-v0": ["matplotlib", "pygame"],
+    "avsec/ClosedLoopAttack-v0": ["matplotlib", "pygame"],
 }
 """Heavy modules that an environment needs to be played."""
-DRIVES = {"avsec/ClosedLoop-v0"}
+DRIVES = {"avsec/ClosedLoop-v0", "avsec/ClosedLoopAttack-v0"}
 """Go on over time: other outcomes, and `driving` before the end."""
 ENDS_DRIVES = {"goal", "collision", "off_road"}
 OUTCOMES_OF_DRIVES = ENDS_DRIVES | {"stopped", "time", "driving", "reset"}
@@ -76,6 +78,8 @@ def arguments(id: str) -> dict[str, Any]:
         return {"scenarios": given["scenarios"], **by_error, **near}
     if id == "avsec/FaculaAttack-v0":
         return given | by_error
+    if id == "avsec/ClosedLoopAttack-v0":  # Every drive is made once without the attack.
+        return {"scenarios": {"source": "layouts", "count": 4}}
     return given if id in ATTACKS_IMAGES else {}
 
 
