@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -12,11 +13,20 @@ import numpy as np
 import pytest
 
 import avsec_gym  # noqa: F401
+from avsec_gym.closed_loop.loop_scenes import LoopScenes
+from avsec_gym.closed_loop.procedural_drives import procedural_drive
+from avsec_gym.closed_loop.traffic_scene import TrafficScene
+from avsec_gym.envs.planner_driver import PlannerDriver
 from avsec_gym.envs.stereo_profile import FARTHEST, SECTORS, stereo_profile
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.frame import SensorFrame
 from avsec_gym.pipeline import Pipeline
+from avsec_gym.rig import kitti_rig, resized_rig
 from avsec_gym.validation.compromised_sensors import Untrusted
+from avsec_gym.validation.detection import LIDAR_AND_TWO_CAMERAS
+from avsec_gym.validation.evidence.pair_depth import PairDepth
+from avsec_gym.validation.fitting import CleanFrames, fit_threshold_table
+from avsec_gym.validation.recordings import RecordedFrame
 from avsec_gym.validation.response import Response
 from tests.envs.test_facula_attack import Watchman
 
@@ -115,6 +125,149 @@ def test_a_validator_is_judged_by_the_drive_too(scenes: dict[str, Any]) -> None:
         outcomes.append(info["outcome"])
     assert outcomes == ["safe", "unplanned"]
     assert np.isnan(info["smallest_distance"])
+
+
+@pytest.fixture(scope="module")
+def small_drive() -> tuple[TrafficScene, SensorFrame]:
+    """A procedural drive whose frames are rendered small, and its first frame."""
+    scene = procedural_drive(0, 3, rig=resized_rig(kitti_rig(), 414))
+    start = scene.start
+    assert scene.sensors is not None
+    return scene, scene.sensors(0.0, (start.x, start.y, start.heading), {})
+
+
+@pytest.fixture
+def drive(small_drive: tuple[TrafficScene, SensorFrame], tmp_path: Path) -> dict[str, Any]:
+    """What a car with every part is made of, half a second long; its thresholds are in a file."""
+    scene, frame = small_drive
+    clean = [RecordedFrame("start", lambda: frame)]
+    table = fit_threshold_table(CleanFrames(clean, LIDAR_AND_TWO_CAMERAS, PairDepth(), {}))
+    # One frame shows little of what others are like: thresholds far beyond it.
+    table = replace(table, shares=0.1 + 0.9 * table.shares)
+    table.write(tmp_path / "thresholds.json")
+    return {
+        "scenarios": LoopScenes((scene.id,), lambda id: scene),
+        "perception": "sensors",
+        "duration": 0.5,
+        **PARTS,
+        "validator": {"name": "thresholds", "thresholds": str(tmp_path / "thresholds.json")},
+    }
+
+
+LASER = {"name": "facula", "camera": 3, "radius": 200.0, "centre": (207.0, 60.0)}
+IN_THE_LOOP = {
+    "detector": "DsgnDetector",
+    "attack": "Facula",
+    "classifier": "MovingObjectClassifier",
+    "selector": "DrivingConstraintSelector",
+    "planner": "MotionPrimitivePlanner",
+    "validator": "ThresholdValidator",
+}
+
+
+@pytest.mark.slow
+def test_a_car_drives_on_with_every_part(drive: dict[str, Any]) -> None:
+    """The laser is detected and reported, and the car drives on by what all parts make of it."""
+    env = gym.make("avsec/ClosedLoop-v0", attack=LASER, **(drive | {"response": None}))
+    played: Any = env.unwrapped
+    driver = PlannerDriver(env)
+    observation, _ = env.reset(seed=0)
+    ended = False
+    while not ended:
+        observation, _, terminated, truncated, info = env.step(driver.predict(observation)[0])
+        ended = terminated or truncated
+    assert info["outcome"] in ("goal", "time", "stopped", "collision")
+    assert parts_in(played.perception.pipeline) == IN_THE_LOOP
+    seen = played.perception.perceive(played.surroundings())
+    assert seen.validation.alarm
+    assert {"validator", "detector", "classifier", "selector"} <= set(seen.seconds)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("part", "without"),
+    [
+        ("attack", {"attack": None}),
+        ("validator", {"validator": None}),
+        ("classifier", {"classifier": None, "motion": "static"}),
+        ("selector", {"selector": None}),
+    ],
+)
+def test_one_line_takes_a_part_out_of_the_car(
+    part: str,
+    without: dict[str, Any],
+    drive: dict[str, Any],
+    small_drive: tuple[TrafficScene, SensorFrame],
+) -> None:
+    """All others stay, and the car is driven; its sensors deliver the same frame all the time."""
+    scene, frame = small_drive
+    scene = replace(scene, sensors=lambda *_: frame)
+    whole = {
+        **drive,
+        "attack": LASER,
+        "response": None,
+        "scenarios": LoopScenes((scene.id,), lambda id: scene),
+    }
+    env = gym.make("avsec/ClosedLoop-v0", **(whole | without))
+    played: Any = env.unwrapped
+    observation, _ = env.reset(seed=0)
+    *_, info = env.step(PlannerDriver(env).predict(observation)[0])
+    assert info["outcome"] == "driving"
+    assert parts_in(played.perception.pipeline) == IN_THE_LOOP | {part: "NoneType"}
+    seen = played.perception.perceive(played.surroundings())
+    judged = seen.validation is not None and seen.validation.alarm
+    assert judged == (part not in ("attack", "validator"))
+    assert (seen.believed.moving is None) == (part == "classifier")
+    assert (seen.road_type is None) == (part == "selector")
+
+
+def test_one_line_takes_the_sensors_out_of_the_car() -> None:
+    """It then knows the truth, and nothing is rendered; the planner drives on."""
+    env = gym.make("avsec/ClosedLoop-v0", scenarios={"source": "drives", "count": 1})
+    observation, _ = env.reset(seed=0)
+    *_, info = env.step(PlannerDriver(env).predict(observation)[0])
+    played: Any = env.unwrapped
+    assert info["outcome"] == "driving"
+    assert len(played.belief.poses) == len(played.surroundings().boxes)
+
+
+def played_in_the_loop(env: Any, action: list[float]) -> dict[str, Any]:
+    """The last info of a drive straight on under one action."""
+    ids = env.unwrapped.drive.scenes.ids
+    env.reset(seed=0, options={"scenario": ids[0], "intention": "straight"})
+    ended = False
+    while not ended:
+        *_, terminated, truncated, info = env.step(np.array(action, np.float32))
+        ended = terminated or truncated
+    return dict(info)
+
+
+@pytest.mark.slow
+def test_a_laser_plays_against_a_driving_car_with_every_part(drive: dict[str, Any]) -> None:
+    """Its light reaches the cameras: the validator detects it, and nothing without it."""
+    env = gym.make("avsec/ClosedLoopAttack-v0", kind="facula", **drive)
+    pipeline = env.unwrapped.perception.pipeline  # type: ignore[attr-defined]
+    assert parts_in(pipeline) == IN_THE_LOOP | {"attack": "NoneType"}
+    dark = played_in_the_loop(env, [-1.0, 1.0, 0.0, 0.0, 1.0])
+    lit = played_in_the_loop(env, [1.0, 1.0, 0.0, 0.0, 1.0])
+    assert (dark["frames"], dark["alarms"]) == (0, 0)
+    assert lit["frames"] == lit["alarms"] > 0
+    assert lit["camera"] == 3
+
+
+@pytest.mark.slow
+def test_a_spoofer_plays_against_a_car_that_drives_by_its_scan(drive: dict[str, Any]) -> None:
+    """What stands in the scan at the place, 10 m ahead at first, is there for the car."""
+    parts = drive | {"detector": "scan_obstacles", "validator": None}
+    env = gym.make("avsec/ClosedLoopAttack-v0", kind="spoofed_scan", **parts)
+    found = []
+    for up in (-1.0, 1.0):
+        played_in_the_loop(env, [up, -0.7, 0.0, 1.0, 1.0])
+        drive_: Any = env.unwrapped.drive  # type: ignore[attr-defined]
+        start, belief = drive_.scene.start, drive_.belief
+        ahead = start.x + 10.25 * np.cos(start.heading), start.y + 10.25 * np.sin(start.heading)
+        found.append(np.hypot(*(belief.poses[:, :2] - ahead).T).min(initial=np.inf) < 2.0)
+    assert found == [False, True]
 
 
 def attacked_pixels(scenes: dict[str, Any], **given: Any) -> np.ndarray:
