@@ -23,6 +23,17 @@ def test_a_trained_attacker_beats_rules_on_held_out_layouts() -> None:
     assert result["ppo"]["interval"][0] > max(rules)
 
 
+@pytest.mark.slow
+def test_an_attacker_on_a_driving_car_is_trained_and_judged() -> None:
+    script = EXAMPLES / "train_closed_loop_attacker.py"
+    assert len(script.read_text().splitlines()) <= 40
+    command = [sys.executable, str(script), "--steps", "64", "--held-out", "2"]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    result = json.loads(done.stdout)
+    assert list(result) == ["ppo", "random"]
+    assert all(0 <= won <= 2 for won in result.values())
+
+
 def test_two_ghosts_make_most_drives_unsafe(tmp_path: Path) -> None:
     command = [sys.executable, str(EXAMPLES / "attack_detections.py")]
     command += ["--scenes", "6", "--out", str(tmp_path / "new")]
