@@ -34,6 +34,16 @@ def test_an_attacker_on_a_driving_car_is_trained_and_judged() -> None:
     assert all(0 <= won <= 2 for won in result.values())
 
 
+@pytest.mark.slow
+def test_rules_that_attack_a_driving_car_are_chosen_and_judged() -> None:
+    script = EXAMPLES.parent / "benchmarks/closed_loop_attackers.py"
+    command = [sys.executable, str(script), "--episodes", "1", "--held-out", "2"]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    held_out = json.loads(done.stdout)["held_out"]
+    assert list(held_out) == ["nothing", "random", "constant", "waits"]
+    assert held_out["nothing"]["won"] == 0
+
+
 def test_two_ghosts_make_most_drives_unsafe(tmp_path: Path) -> None:
     command = [sys.executable, str(EXAMPLES / "attack_detections.py")]
     command += ["--scenes", "6", "--out", str(tmp_path / "new")]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,8 +11,10 @@ import numpy as np
 import pytest
 
 import avsec_gym  # noqa: F401 - registers the environments
+from avsec_gym import registry
 from avsec_gym.closed_loop.attack.drive_attack import DriveAttack
 from avsec_gym.closed_loop.loop_scenes import LoopScenes
+from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.closed_loop.tracks import Tracks
 from avsec_gym.closed_loop.traffic_scene import TrafficScene, thesis_road
 from avsec_gym.envs.planner_driver import PlannerDriver
@@ -217,6 +220,41 @@ def test_an_attack_that_the_perception_does_not_read_is_refused() -> None:
             made(kind=kind)
     with pytest.raises(ConfigurationError, match='perception="truth"'):
         made(perception="sensors", scenarios="drives")
+
+
+class Fog(DriveAttack):
+    """Hides everything: an attack of a package of its own."""
+
+    action_size, state_size = 1, 1
+
+    def begin(self) -> None:
+        self.up = False
+
+    def act(self, action: np.ndarray, around: Surroundings) -> float:
+        self.up = bool(action[0] > 0)
+        return float(self.up)
+
+    def state(self, around: Surroundings) -> np.ndarray:
+        return np.array([float(self.up)])
+
+    @property
+    def facts(self) -> dict[str, float]:
+        return {"fog": float(self.up)}
+
+    def believed(self, perception: Perception, around: Surroundings) -> Perception:
+        return replace(perception, believed=perception.believed[:0]) if self.up else perception
+
+
+def test_a_kind_of_another_package_plays_by_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fog for the whole time is a blind car's drive, from the first frame after the start on."""
+    monkeypatch.setattr(registry, "_REGISTERED", dict(registry._REGISTERED))
+    registry.register("drive_attack", "fog", Fog)
+    env = made(kind="fog", scenarios=LEAD, **WHOLE_TIME)
+    assert env.observation_space.shape == (162 + 1 + 1,)
+    _, info = play(env, np.ones(1), intention="straight")
+    assert (info["outcome"], info["is_success"], info["fog"]) == ("collision", True, 1.0)
+    with pytest.raises(ConfigurationError, match='mean "fog"'):
+        made(kind="fogg")
 
 
 def test_the_observation_has_the_documented_size() -> None:
