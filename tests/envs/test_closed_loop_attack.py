@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,6 +14,7 @@ import pytest
 import avsec_gym  # noqa: F401 - registers the environments
 from avsec_gym import registry
 from avsec_gym.closed_loop.attack.drive_attack import DriveAttack
+from avsec_gym.closed_loop.error_model.model import ErrorModel, write_error_model
 from avsec_gym.closed_loop.loop_scenes import LoopScenes
 from avsec_gym.closed_loop.surroundings import Surroundings
 from avsec_gym.closed_loop.tracks import Tracks
@@ -21,6 +23,7 @@ from avsec_gym.envs.planner_driver import PlannerDriver
 from avsec_gym.errors import ConfigurationError
 from avsec_gym.pipeline import Perception
 from avsec_gym.road_type import RoadType
+from avsec_gym.scenario.intention import Intention
 from avsec_gym.scenario.planning_scenario import EgoState
 
 FEW = {"source": "layouts", "count": 4}
@@ -162,6 +165,26 @@ def test_a_ghost_is_believed_in_the_frame_after_the_action_and_stays() -> None:
         np.testing.assert_allclose(pose, seen[0], atol=1e-9)
     env.step(OFF)
     assert len(played.drive.belief.poses) == before
+
+
+def test_an_error_model_errs_alike_with_and_without_the_attack(tmp_path: Path) -> None:
+    """Up to the attack the drives are one; a ghost comes on top of what the model makes up."""
+    write_error_model(tmp_path / "half.json", ErrorModel(found=(0.5, 0.0, 0.0, 0.0, 0.0, 0.0)))
+    perception = {"name": "error_model", "model": str(tmp_path / "half.json")}
+    env = made(scenarios=LEAD, perception=perception)
+    played: Any = env.unwrapped
+    where = {"scenario": "lead", "intention": "straight"}
+    _, info = play(env, OFF, **where)
+    known = played.unattacked.record("lead", Intention.STRAIGHT)
+    assert info["outcome"] == known.outcome
+    assert info["path_length"] == known.path_length
+    believed = []
+    for action in (OFF, GHOST_AHEAD):
+        env.reset(seed=0, options=where)
+        env.step(action)
+        believed.append(played.drive.belief.poses)
+    np.testing.assert_array_equal(believed[1][:-1], believed[0])
+    np.testing.assert_allclose(believed[1][-1, :2], [15.0, 0.0], atol=1e-6)
 
 
 class Watched:
