@@ -28,6 +28,8 @@ SCHEMAS: Mapping[str, int] = {
     "world.twin": 1,
     "world.verify": 1,
     "train": 1,
+    "drive": 1,
+    "drive.row": 1,
     "error-model.fit": 1,
     "error-model.check": 1,
     "weights.import": 1,

@@ -22,14 +22,7 @@ def html_page(report: RunReport) -> str:
     Args:
         report: What the run has to say.
     """
-    environment = Environment(
-        loader=PackageLoader("avsec_gym.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["kind"] = _kind
+    environment = page_environment()
     data = report.data
     sections = [*report.sections, *_other(data)]
     shown: dict[str, Any] = {
@@ -46,10 +39,36 @@ def html_page(report: RunReport) -> str:
         "inputs": inputs(data),
         "bars": _bars(data),
         "time": time_table(data, report.attack_names),
-        "css": _joined(environment, "report.css", (found.style for found in report.findings)),
-        "js": _joined(environment, "report.js", (found.script for found in report.findings)),
+        "css": joined(environment, "report.css", (found.style for found in report.findings)),
+        "js": joined(environment, "report.js", (found.script for found in report.findings)),
     }
     return environment.get_template("report.html.j2").render(shown)
+
+
+def page_environment() -> Environment:
+    """What renders pages: `Section`s, tables and figures."""
+    environment = Environment(
+        loader=PackageLoader("avsec_gym.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["kind"] = _kind
+    return environment
+
+
+def joined(environment: Environment, name: str, own: Iterable[str] = ()) -> Markup:
+    """The style or script of all pages, and what one page has of its own.
+
+    Args:
+        environment: What renders pages.
+        name: The file, ``report.css`` or ``report.js``.
+        own: Texts of the page.
+    """
+    assert environment.loader is not None
+    source, *_ = environment.loader.get_source(environment, name)
+    return Markup("\n".join(dict.fromkeys([source, *(text for text in own if text)])))
 
 
 def _other(data: Mapping[str, Any]) -> list[Section]:
@@ -80,10 +99,3 @@ def _bars(data: Mapping[str, Any]) -> list[tuple[str, int, str]]:
         )
         for name in order
     ]
-
-
-def _joined(environment: Environment, name: str, own: Iterable[str]) -> Markup:
-    """The page's own style or script, and those of the sections."""
-    assert environment.loader is not None
-    source, *_ = environment.loader.get_source(environment, name)
-    return Markup("\n".join(dict.fromkeys([source, *(text for text in own if text)])))

@@ -211,6 +211,7 @@ PLACES: dict[str, dict[str, str]] = {
     "run": {"--scenarios": "unattacked --out {out}"},
     "report": {"": ""},
     "plan": {"": "", "--primitives": "{problem}"},
+    "drive": {"--scenarios": "--out {out}", "--error-model": "--out {out}"},
     "draw": {
         "--scenarios": "000001",
         "--kitti": "000001 --scenarios {labels}",

@@ -1,0 +1,344 @@
+"""`avsec drive`: sets of scenes in closed loop, under several settings side by side."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, field
+from itertools import count
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from avsec_gym import console
+from avsec_gym.errors import ConfigurationError, DataError
+
+if TYPE_CHECKING:
+    from avsec_gym.drives.drive_folder import DriveFolder
+    from avsec_gym.drives.one_drive import DriveTask
+    from avsec_gym.drives.setting import DriveSetting
+    from avsec_gym.drives.summary import Mean, SettingSummary
+
+_USUAL_OUT = Path("runs/drive")
+_LAYOUTS, _DRIVES = "layouts", "drives"
+_USUAL_COUNT = {_LAYOUTS: 30, _DRIVES: 10}
+PAGE, SUMMARY, CLIP = "drives.html", "summary.json", "drive"
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Drive on in traffic, by what the car believes, under several settings side by side.
+
+    The planner replans every half second from where the car has really come to. Without options:
+    procedural scenes, by a car that knows the truth and by one that sees nothing. Prints a table;
+    writes a row and a film for each drive, and a page with film strips of what went wrong.
+    """
+
+    scenarios: str | None = None
+    """Which scenes: `layouts` (procedural, straight lanes), `drives` (procedural, the world's own
+    road, with sensors), a folder of labelled scenarios, of KITTI labels or of CommonRoad files; or
+    JSON with arguments.  Default: layouts; drives where a setting has sensors."""
+    ids: tuple[str, ...] = ()
+    """Only these scenes, by their ids."""
+    limit: int | None = None
+    """Only the first scenes.  Default: 30 layouts, 10 drives, all of a folder."""
+    intention: Literal["straight", "left", "right", "all"] = "straight"
+    """Where to go; all: each way that a scene has a lane for."""
+    settings: tuple[str, ...] = ()
+    """What the car is: truth, blind, error-model, detector, attacked, defended; or JSON with a
+    name and arguments of avsec/ClosedLoop-v0, such as '{"name": "far", "perception": "blind"}'.
+    Default: truth and blind, and those that the options below are for."""
+    detector: str | None = None
+    """Of the settings detector, attacked and defended: a name, or JSON with arguments.  Default:
+    the environment's."""
+    attack: str | None = None
+    """Of the settings attacked and defended, likewise."""
+    validator: str | None = None
+    """Of the setting defended, likewise."""
+    classifier: str | None = None
+    """Of the cars with sensors: finds what moves; likewise."""
+    selector: str | None = None
+    """Of the cars with sensors: finds the road's type; likewise."""
+    response: Literal["stop", "drop", "repair"] = "stop"
+    """Of the setting defended: what the car does at an alarm."""
+    error_model: Path | None = None
+    """Of the setting error-model: a file of `avsec error-model fit`."""
+    planner: str = "astar"
+    """Of all settings: a name, or JSON with arguments."""
+    motion: Literal["truth", "static", "classifier"] = "truth"
+    """Of all settings: how the planner takes believed objects to move."""
+    traffic: Literal["recorded", "reacting"] = "recorded"
+    """Others play their tracks, or vehicles in a lane are driven by highway-env's IDM."""
+    duration: float = 8.0
+    """Seconds that a drive takes at most."""
+    people: bool = field(default=True, metadata={"help": "Without pedestrians and cyclists."})
+    """Whether pedestrians and cyclists are there."""
+    seed: int = 0
+    """Of the scenes, of what is drawn in them, and of attacks."""
+    out: Path | None = None
+    """Folder of the results: new or empty, or see --resume.  Default: runs/drive, or
+    runs/drive_2 and so on if there is something."""
+    resume: bool = False
+    """Go on with the same drives where they were stopped."""
+    jobs: int = 1
+    """Processes; the results are the same."""
+    pictures: int = 20
+    """Most scenes with a bad end that the page shows as film strips; 0: no strips, no clip."""
+    video: Literal["gif", "mp4"] = "gif"
+    """The clip of the most telling scene; mp4 needs the extra `video`."""
+    rrd: bool = False
+    """Also write that scene as a recording for Rerun (extra `rerun`)."""
+    json: bool = False
+    """Print the summary as JSON instead of a table."""
+
+    def run(self) -> int:
+        """Do it; the exit code."""
+        from avsec_gym.drives.driving import make_drives
+        from avsec_gym.drives.summary import summaries
+        from avsec_gym.storage.folder_lock import folder_lock
+        from avsec_gym.storage.folders import make_folder
+
+        self._check()
+        settings = self._settings()
+        scenarios = self._scenarios(settings)
+        # All settings are made once, so that what cannot work is refused before anything is done.
+        environments = [setting.environment(scenarios) for setting in settings]
+        tasks = self._tasks(environments[0], settings)
+        record = self._record(scenarios, settings)
+        out = self._out(record)
+        make_folder(out)
+        with folder_lock(out), console.progress("driving") as shown:
+            folder = self._folder(out, record)
+            make_drives(tasks, settings, scenarios, folder, jobs=self.jobs, on_progress=shown)
+            summary = summaries(folder.rows.values(), [setting.name for setting in settings])
+            self._write(folder, summary, record)
+        speeds = _speeds(folder, summary)
+        if self.json:
+            console.print_json("drive", _report(out, summary, speeds))
+        else:
+            _print(summary, speeds)
+            console.say(f"avsec: {out / PAGE} shows the drives, {out} holds them")
+        return console.DONE
+
+    def _check(self) -> None:
+        for name, good in (
+            ("limit", self.limit is None or self.limit >= 1),
+            ("seed", self.seed >= 0),
+            ("jobs", self.jobs >= 1),
+            ("pictures", self.pictures >= 0),
+        ):
+            if not good:
+                raise ConfigurationError(f"--{name} cannot be {getattr(self, name)}")
+        if self.ids and self.limit is not None:
+            raise ConfigurationError("--ids and --limit: give one")
+        if self.out is not None and self.out.exists() and not self.out.is_dir():
+            raise DataError("This is a file.", path=self.out, remedy="Name a folder with --out.")
+        if self.video == "mp4":
+            from avsec_gym.drawing.video import check_video
+
+            check_video()
+        if self.rrd:
+            from avsec_gym.drawing.rerun_recording import check_rerun
+
+            check_rerun()
+
+    def _settings(self) -> list[DriveSetting]:
+        from avsec_gym.commands.drive_settings import DriveParts
+        from avsec_gym.commands.named_part import named_part
+
+        named = {
+            name: named_part(text, f"--{name}")
+            for name in ("detector", "attack", "validator", "classifier", "selector", "planner")
+            if (text := getattr(self, name)) is not None
+        }
+        sensing: dict[str, Any] = {
+            name: part for name, part in named.items() if name in ("classifier", "selector")
+        }
+        if self.validator is not None:
+            sensing["response"] = self.response
+        shared = {
+            "planner": named["planner"],
+            "motion": self.motion,
+            "traffic": self.traffic,
+            "duration": self.duration,
+        }
+        parts = DriveParts(
+            named.get("detector"),
+            named.get("attack"),
+            named.get("validator"),
+            self.error_model,
+            sensing,
+            shared,
+        )
+        return parts.settings(self.settings)
+
+    def _scenarios(self, settings: list[DriveSetting]) -> Any:
+        """The scenes as the environment takes them."""
+        from avsec_gym.commands.named_part import named_part
+
+        usual = _DRIVES if any(setting.has_sensors for setting in settings) else _LAYOUTS
+        given = named_part(self.scenarios or usual, "--scenarios")
+        arguments = given if isinstance(given, dict) else {"source": given}
+        arguments = {"seed": self.seed, "people": self.people, **arguments}
+        number = self.limit
+        if number is None and not self.ids:
+            number = _USUAL_COUNT.get(str(arguments.get("source")))
+        return arguments if number is None else {"count": number, **arguments}
+
+    def _tasks(self, environment: Any, settings: list[DriveSetting]) -> list[DriveTask]:
+        """Scene after scene, all settings of each; the seed is the same under every setting."""
+        from avsec_gym.drives.one_drive import DriveTask
+
+        scenes = environment.unwrapped.scenes
+        ways: list[tuple[str, str]] = []
+        with console.progress("looking at scenes") as shown:
+            wanted = self.ids or scenes.ids
+            for number, id in enumerate(wanted, start=1):
+                if self.ids or self.intention != "straight":
+                    there = [str(each) for each in scenes.scene(id).intentions]
+                else:
+                    there = ["straight"]
+                own = there if self.intention == "all" else [self.intention]
+                ways += [(id, way) for way in own if way in there]
+                shown(number, len(wanted))
+        if not ways:
+            raise ConfigurationError(
+                f"no scene has a lane for the intention {self.intention}: name another --intention"
+            )
+        return [
+            DriveTask(setting.name, id, way, self.seed + number)
+            for number, (id, way) in enumerate(ways)
+            for setting in settings
+        ]
+
+    def _record(self, scenarios: Any, settings: list[DriveSetting]) -> dict[str, Any]:
+        """Everything that decides the results."""
+        from avsec_gym import __version__
+        from avsec_gym.storage.regular_files import read_bytes
+
+        record: dict[str, Any] = {
+            "version": __version__,
+            "scenarios": scenarios,
+            "ids": list(self.ids),
+            "intention": self.intention,
+            "seed": self.seed,
+            "settings": {setting.name: dict(setting.arguments) for setting in settings},
+        }
+        if self.error_model is not None:
+            content = read_bytes(self.error_model, most=2**30)
+            record["error_model"] = hashlib.sha256(content).hexdigest()
+        return record
+
+    def _out(self, record: dict[str, Any]) -> Path:
+        """The folder that was named, or the first that is free, or that is to be gone on with."""
+        from avsec_gym.drives.drive_folder import differences, has_drives
+
+        if self.out is not None:
+            return self.out
+        for number in count(1):
+            out = _USUAL_OUT.with_name(_USUAL_OUT.name + (f"_{number}" if number > 1 else ""))
+            if not has_drives(out) or (self.resume and not differences(out, record)):
+                break
+        return out
+
+    def _folder(self, out: Path, record: dict[str, Any]) -> DriveFolder:
+        from avsec_gym.drives.drive_folder import DriveFolder, has_drives
+
+        if has_drives(out) and not self.resume:
+            raise DataError(
+                "There are drives here already.",
+                path=out,
+                remedy="Go on with the same ones by --resume, or name another --out.",
+            )
+        return DriveFolder(out, record)
+
+    def _write(
+        self, folder: DriveFolder, summary: list[SettingSummary], record: dict[str, Any]
+    ) -> None:
+        """The summary, the page, and the clip of the most telling scene."""
+        from avsec_gym.drives.telling import by_scene, good, telling
+        from avsec_gym.json_schemas import with_schema
+        from avsec_gym.report.drives_page import drives_page, shown_drives
+        from avsec_gym.storage.atomic_write import write_bytes
+        from avsec_gym.storage.text_files import write_text
+
+        report = with_schema("drive", {"settings": [each.to_json() for each in summary]})
+        text = json.dumps(report, indent=1, allow_nan=False) + "\n"
+        write_text(folder.out / SUMMARY, text, overwrite=True)
+        page = drives_page(folder, summary, record, self.pictures)
+        write_text(folder.out / PAGE, page, overwrite=True)
+        if not self.pictures:
+            return
+        from avsec_gym.drawing.film_strip import RATE, clip, gif
+
+        scenes = by_scene(folder.rows.values())
+        drives = shown_drives(folder, [*telling(scenes), *good(scenes)][0])
+        if self.video == "mp4":
+            from avsec_gym.drawing.video import mp4
+
+            content = mp4(clip(drives), RATE)
+        else:
+            content = gif(clip(drives))
+        write_bytes(folder.out / f"{CLIP}.{self.video}", content, overwrite=True)
+        if self.rrd:
+            from avsec_gym.drawing.rerun_recording import write_recording
+
+            write_recording(drives, folder.out / f"{CLIP}.rrd")
+
+
+def _speeds(folder: DriveFolder, summary: list[SettingSummary]) -> dict[str, float | None]:
+    """Steps of each setting in a second of one process, planner included."""
+    taken = dict.fromkeys((each.setting for each in summary), 0.0)
+    for id, row in folder.rows.items():
+        taken[row["setting"]] += folder.seconds.get(id, 0.0)
+    return {
+        each.setting: each.steps / taken[each.setting] if taken[each.setting] else None
+        for each in summary
+    }
+
+
+def _report(
+    out: Path, summary: list[SettingSummary], speeds: dict[str, float | None]
+) -> dict[str, Any]:
+    return {
+        "out": str(out),
+        "settings": [
+            {**each.to_json(), "steps_per_second": speeds[each.setting]} for each in summary
+        ],
+    }
+
+
+def _print(summary: list[SettingSummary], speeds: dict[str, float | None]) -> None:
+    console.print_table(
+        f"{summary[0].drives} drives under each setting, % with 95 % intervals",
+        [
+            "setting",
+            "drives",
+            "at-fault collisions",
+            "goal reached",
+            "brakes hard",
+            "NAVSIM score",
+            f"score against {summary[0].setting}",
+            "steps/s",
+        ],
+        [
+            [
+                each.setting,
+                str(each.drives),
+                *(
+                    console.percent(share.rate, list(share.interval or ()) or None)
+                    for share in (each.rates[name] for name in ("at_fault", "goal", "hard_braking"))
+                ),
+                _number(each.navsim_score),
+                _number(each.differences.get("navsim_score")),
+                "–" if (speed := speeds[each.setting]) is None else f"{speed:.0f}",
+            ]
+            for each in summary
+        ],
+    )
+
+
+def _number(mean: Mean | None) -> str:
+    if mean is None:
+        return "–"
+    low, high = mean.interval
+    return f"{mean.value:.3f} ({low:.3f} to {high:.3f})"

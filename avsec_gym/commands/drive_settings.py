@@ -1,0 +1,110 @@
+"""The settings of `avsec drive`: those that its options ask for, known ones by name, own ones."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from avsec_gym.commands.named_part import named_part
+from avsec_gym.drives.setting import DriveSetting, check_names
+from avsec_gym.errors import ConfigurationError
+from avsec_gym.suggestions import unknown_name
+
+TRUTH, BLIND, ERROR_MODEL = "truth", "blind", "error-model"
+DETECTOR, ATTACKED, DEFENDED = "detector", "attacked", "defended"
+KNOWN = (TRUTH, BLIND, ERROR_MODEL, DETECTOR, ATTACKED, DEFENDED)
+
+
+@dataclass(frozen=True)
+class DriveParts:
+    """The parts that options name.
+
+    Args:
+        detector: The detector; None: the environment's own.
+        attack: The attack; None: none is named.
+        validator: The validator; None: none is named.
+        error_model: The file of an error model; None: none is named.
+        sensing: Other arguments of cars with sensors, such as a classifier.
+        shared: Arguments of every setting, such as the planner.
+    """
+
+    detector: Any = None
+    attack: Any = None
+    validator: Any = None
+    error_model: Path | None = None
+    sensing: Mapping[str, Any] | None = None
+    shared: Mapping[str, Any] | None = None
+
+    def settings(self, asked: tuple[str, ...]) -> list[DriveSetting]:
+        """The settings by what was typed; none: all that the parts suffice for.
+
+        Args:
+            asked: Names of `KNOWN`, or JSON with a ``name`` and arguments of the environment.
+
+        Raises:
+            ConfigurationError: A name is unknown, two are equal, or a part is missing.
+        """
+        found = [self._setting(named_part(text, "--settings")) for text in asked or self._usual()]
+        check_names(found)
+        used = {name for setting in found for name in setting.arguments}
+        for part in ("detector", "attack", "validator"):
+            if getattr(self, part) is not None and part not in used:
+                raise ConfigurationError(
+                    f"--{part} is used by none of the settings {' '.join(s.name for s in found)}:"
+                    f" add {_SETTING_WITH[part]}, or leave it out"
+                )
+        return found
+
+    def _usual(self) -> list[str]:
+        names = [TRUTH, BLIND]
+        names += [ERROR_MODEL] if self.error_model is not None else []
+        if self.detector is not None or self.attack is not None or self.validator is not None:
+            names.append(DETECTOR)
+        names += [ATTACKED] if self.attack is not None else []
+        names += [DEFENDED] if self.validator is not None else []
+        return names
+
+    def _setting(self, what: Any) -> DriveSetting:
+        if isinstance(what, Mapping):
+            own = {key: value for key, value in what.items() if key != "name"}
+            if not isinstance(what.get("name"), str):
+                raise ConfigurationError(f"a setting as JSON needs a name, got {dict(what)}")
+            return DriveSetting(what["name"], {**(self.shared or {}), **own})
+        if what not in KNOWN:
+            problem = f"there is no setting {what}"
+            raise ConfigurationError(
+                f"{unknown_name(problem, what, KNOWN)}; or JSON, such as "
+                """'{"name": "far", "perception": "blind"}'"""
+            )
+        return DriveSetting(what, {**(self.shared or {}), **self._arguments(what)})
+
+    def _arguments(self, name: str) -> dict[str, Any]:
+        """The arguments of a known setting that other settings do not share."""
+        if name in (TRUTH, BLIND):
+            return {"perception": name}
+        if name == ERROR_MODEL:
+            file = self._needed("error_model", name)
+            return {"perception": {"name": "error_model", "model": str(file)}}
+        arguments = {"perception": "sensors", **(self.sensing or {})}
+        if self.detector is not None:
+            arguments["detector"] = self.detector
+        if name == ATTACKED:
+            arguments["attack"] = self._needed("attack", name)
+        if name == DEFENDED:
+            arguments["validator"] = self._needed("validator", name)
+            if self.attack is not None:
+                arguments["attack"] = self.attack
+        return arguments
+
+    def _needed(self, part: str, setting: str) -> Any:
+        value = getattr(self, part)
+        if value is None:
+            raise ConfigurationError(
+                f"the setting {setting} needs --{part.replace('_', '-')}: name one"
+            )
+        return value
+
+
+_SETTING_WITH = {"detector": DETECTOR, "attack": ATTACKED, "validator": DEFENDED}

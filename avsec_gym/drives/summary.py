@@ -1,0 +1,132 @@
+"""What drives come to, setting by setting: rates and means with intervals, and differences."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from avsec_gym.closed_loop.drive_record import Outcome
+from avsec_gym.drives.one_drive import HARD_BRAKING
+from avsec_gym.geometry import Floats
+from avsec_gym.metrics.clustered_shares import Share, share_of
+
+Row = Mapping[str, Any]
+_RESAMPLES = 10_000
+RATES: Mapping[str, Callable[[Row], bool]] = {
+    "at_fault": lambda row: bool(row["at_fault"]),
+    "collision": lambda row: bool(row["collision"]),
+    "goal": lambda row: row["outcome"] == Outcome.GOAL,
+    "hard_braking": lambda row: row["hardest_braking"] > HARD_BRAKING,
+}
+"""Rates, and which drives each counts."""
+
+
+@dataclass(frozen=True)
+class Mean:
+    """A mean over drives.
+
+    Args:
+        value: The mean.
+        interval: The 95 % interval, low and high.
+    """
+
+    value: float
+    interval: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class SettingSummary:
+    """What the drives of one setting come to.
+
+    Args:
+        setting: The setting's name.
+        drives: How many.
+        scenes: In how many scenes; drives of one are alike, which intervals heed.
+        rates: Shares of the drives, by the names of `RATES`.
+        navsim_score: Mean of NAVSIM's score.
+        outcomes: How many drives ended in each way.
+        steps: Steps of all drives.
+        differences: Differences to the first setting on the same drives: of ``at_fault`` (in
+            shares of the drives) and of ``navsim_score``; empty for the first one.
+    """
+
+    setting: str
+    drives: int
+    scenes: int
+    rates: Mapping[str, Share]
+    navsim_score: Mean
+    outcomes: Mapping[str, int]
+    steps: int
+    differences: Mapping[str, Mean]
+
+    def to_json(self) -> dict[str, Any]:
+        """All of it, as JSON."""
+        return asdict(self)
+
+
+def summaries(rows: Iterable[Row], settings: Sequence[str]) -> list[SettingSummary]:
+    """The summary of each setting that has drives.
+
+    Args:
+        rows: Rows of drives.
+        settings: Names, in the order of the table; differences are to the first one.
+    """
+    by_setting: dict[str, list[Row]] = {name: [] for name in settings}
+    for row in rows:
+        by_setting[row["setting"]].append(row)
+    first = by_setting[settings[0]]
+    return [
+        _summary(name, own, [] if name == settings[0] else first)
+        for name, own in by_setting.items()
+        if own
+    ]
+
+
+def _summary(name: str, rows: list[Row], first: list[Row]) -> SettingSummary:
+    scenes = [row["scenario"] for row in rows]
+    return SettingSummary(
+        setting=name,
+        drives=len(rows),
+        scenes=len(set(scenes)),
+        rates={
+            rate: share_of([counts(row) for row in rows], scenes) for rate, counts in RATES.items()
+        },
+        navsim_score=_mean(np.array([row["navsim_score"] for row in rows]), scenes),
+        outcomes={
+            str(each): sum(row["outcome"] == each for row in rows)
+            for each in Outcome
+            if any(row["outcome"] == each for row in rows)
+        },
+        steps=sum(row["steps"] for row in rows),
+        differences=_differences(rows, first),
+    )
+
+
+def _differences(rows: list[Row], first: list[Row]) -> dict[str, Mean]:
+    """Over the drives that both have made."""
+    before = {(row["scenario"], row["intention"]): row for row in first}
+    pairs = [
+        (row, before[key]) for row in rows if (key := (row["scenario"], row["intention"])) in before
+    ]
+    if not pairs:
+        return {}
+    scenes = [row["scenario"] for row, _ in pairs]
+    return {
+        name: _mean(
+            np.array([float(row[name]) - float(other[name]) for row, other in pairs]), scenes
+        )
+        for name in ("at_fault", "navsim_score")
+    }
+
+
+def _mean(values: Floats, scenes: Sequence[str]) -> Mean:
+    """A mean with the 95 % percentile interval of a bootstrap that draws whole scenes."""
+    _, scene = np.unique(np.array(scenes), return_inverse=True)
+    counts, sums = np.bincount(scene), np.bincount(scene, values)
+    drawn = np.random.default_rng(0).integers(len(counts), size=(_RESAMPLES, len(counts)))
+    means = sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1)
+    low, high = np.quantile(means, [0.025, 0.975]).tolist()
+    return Mean(float(values.mean()), (low, high))

@@ -1,0 +1,196 @@
+"""`avsec drive`: its figures, and that nothing is lost or changed by who makes the drives, when."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import sys
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import pytest
+
+from avsec_gym.cli import run
+from avsec_gym.closed_loop.error_model.model import ErrorModel, Ghosts, write_error_model
+from avsec_gym.envs.planner_driver import PlannerDriver
+from avsec_gym.metrics.intervals import wilson_interval
+
+SCENES = 4
+TIMES = "seconds.jsonl"
+"""The only file that is another one each time."""
+
+
+def drive(out: Path, *more: str, code: int = 0) -> None:
+    words = ["drive", "--out", str(out), "--limit", str(SCENES), "--duration", "3", *more]
+    assert run(words) == code
+
+
+def content(out: Path) -> dict[str, bytes]:
+    return {
+        path.relative_to(out).as_posix(): path.read_bytes()
+        for path in sorted(out.rglob("*"))
+        if path.is_file() and path.name != TIMES
+    }
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("drive") / "out"
+    drive(out)
+    return out
+
+
+def by_hand(perception: str) -> list[dict[str, Any]]:
+    """The drives once more, by the environment alone."""
+    scenarios = {"source": "layouts", "count": SCENES}
+    env = gym.make("avsec/ClosedLoop-v0", scenarios=scenarios, perception=perception, duration=3.0)
+    played: Any = env.unwrapped
+    driver, found = PlannerDriver(env), []
+    for seed, id in enumerate(played.scenes.ids):
+        options = {"scenario": id, "intention": "straight"}
+        observation, info = env.reset(seed=seed, options=options)
+        ended, steps, speeds = False, 0, [played.vehicle.speed]
+        while not ended:
+            action, _ = driver.predict(observation)
+            observation, _, terminated, truncated, info = env.step(action)
+            ended, steps = terminated or truncated, steps + 1
+            speeds.append(played.vehicle.speed)
+        slowed = max(a - b for a, b in pairwise(speeds)) / 0.1
+        found.append({**info, "steps": steps, "slowed": slowed})
+    return found
+
+
+@pytest.mark.parametrize("perception", ["truth", "blind"])
+def test_the_figures_are_those_counted_by_hand(made: Path, perception: str) -> None:
+    drives = by_hand(perception)
+    report = json.loads((made / "summary.json").read_text())
+    (own,) = [each for each in report["settings"] if each["setting"] == perception]
+    assert own["drives"] == SCENES
+    assert own["steps"] == sum(each["steps"] for each in drives)
+    counted = {
+        "at_fault": sum(bool(each["at_fault"]) for each in drives),
+        "collision": sum(each["collision"] for each in drives),
+        "goal": sum(each["outcome"] == "goal" for each in drives),
+        "hard_braking": sum(each["slowed"] > 4.05 for each in drives),
+    }
+    assert {name: share["count"] for name, share in own["rates"].items()} == counted
+    for share in own["rates"].values():
+        assert share["rate"] == share["count"] / SCENES
+        assert share["interval"] == pytest.approx(wilson_interval(share["count"], SCENES))
+    mean = sum(each["navsim_score"] for each in drives) / SCENES
+    assert own["navsim_score"]["value"] == pytest.approx(mean)
+
+
+def test_what_was_killed_goes_on_to_the_same_bytes(made: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    shutil.copytree(made, out)
+    for name in ("summary.json", "drives.html", "drive.gif"):
+        (out / name).unlink()
+    # Killed in the middle of the fourth line.
+    lines = (out / "drives.jsonl").read_text().splitlines(keepends=True)
+    (out / "drives.jsonl").write_text("".join(lines[:3]) + lines[3][:40])
+    for line in lines[4:]:
+        (out / "films" / f"{json.loads(line)['id'].replace('/', '_')}.npz").unlink()
+    drive(out, code=1)
+    drive(out, "--resume")
+    assert content(out) == content(made)
+
+
+def test_two_processes_make_the_same_drives(made: Path, tmp_path: Path) -> None:
+    drive(tmp_path / "out", "--jobs", "2")
+    assert content(tmp_path / "out") == content(made)
+
+
+def test_a_line_for_each_drive_and_a_picture_of_each_second(made: Path) -> None:
+    rows = [json.loads(line) for line in (made / "drives.jsonl").read_text().splitlines()]
+    assert len(rows) == 2 * SCENES
+    assert {row["schema"] for row in rows} == {"avsec.drive.row/1"}
+    assert len({(row["scenario"], row["seed"]) for row in rows}) == SCENES
+    assert len(list((made / "films").iterdir())) == len(rows)
+    assert (made / "drive.gif").read_bytes().startswith(b"GIF89a")
+    page = (made / "drives.html").read_text()
+    assert page.count("data:image/webp") >= 2
+    assert all(row["scenario"] in page for row in rows)
+
+
+def test_an_error_model_and_own_settings(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = tmp_path / "ghosts.json"
+    ghost = (12.0, 0.0, 0.0, 1.5, 1.8, 4.0)
+    write_error_model(model, ErrorModel(ghosts=Ghosts(50.0, (ghost,), 5.0)))
+    words = ["--error-model", str(model), "--pictures", "0", "--json"]
+    own = '{"name": "late", "perception": "truth", "planner": "gbfs"}'
+    drive(tmp_path / "out", *words, "--settings", "truth", "error-model", own)
+    report = json.loads(capsys.readouterr().out)
+    assert [each["setting"] for each in report["settings"]] == ["truth", "error-model", "late"]
+    truth, ghosts, _ = report["settings"]
+    # A ghost 12 m ahead in every frame is braked for.
+    assert ghosts["rates"]["hard_braking"]["count"] > truth["rates"]["hard_braking"]["count"]
+    assert not list((tmp_path / "out").glob("drive.*"))
+    model.unlink()
+    write_error_model(model, ErrorModel())
+    drive(tmp_path / "out", *words, "--resume", "--settings", "truth", "error-model", own, code=1)
+    assert "error_model" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "said"),
+    [
+        ("--scenarios layuots", 2, 'Did you mean "layouts"?'),
+        ("--settings truht", 2, 'Did you mean "truth"?'),
+        ("--settings truth truth", 2, "two settings are called truth"),
+        ("--settings attacked", 2, "needs --attack"),
+        ("--settings error-model", 2, "needs --error-model"),
+        ('--settings {"name":"a/b"}', 2, "letters, digits"),
+        ('--settings {"name":"a","perceptoin":"blind"}', 2, 'setting a: .*"perception"'),
+        ("--settings truth --attack thesis_pgd", 2, "add attacked"),
+        ("--attack facual", 2, 'Did you mean "facula"?'),
+        ("--planner astr", 2, 'Did you mean "astar"?'),
+        ("--ids nothing", 2, "there is no scenario 'nothing'"),
+        ("--limit 0", 2, "--limit cannot be 0"),
+        ("--jobs 0", 2, "--jobs cannot be 0"),
+        ("--out {file}", 1, "Name a folder"),
+    ],
+)
+def test_what_cannot_work_is_refused_at_once(
+    words: str, code: int, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("")
+    out = tmp_path / "out"
+    typed = [word.replace("{file}", str(tmp_path / "file")) for word in words.split()]
+    assert run(["drive", "--out", str(out), *typed]) == code
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.search(said, line), line
+    assert not out.exists()
+
+
+def test_drives_of_something_else_are_left_alone(
+    made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    shutil.copytree(made, out)
+    drive(out, "--seed", "1", "--resume", code=1)
+    assert "seed 0, not 1" in capsys.readouterr().err
+    drive(out, code=1)
+    assert "--resume" in capsys.readouterr().err
+    assert content(out) == content(made)
+
+
+@pytest.mark.parametrize(
+    ("words", "module", "extra"), [("--video mp4", "av", "video"), ("--rrd", "rerun", "rerun")]
+)
+def test_a_missing_package_is_named(
+    words: str,
+    module: str,
+    extra: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setitem(sys.modules, module, None)
+    drive(tmp_path / "out", *words.split(), code=2)
+    assert f"pip install 'avsec-gym[{extra}]'" in capsys.readouterr().err
