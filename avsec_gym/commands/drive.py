@@ -309,7 +309,7 @@ def _report(
 
 def _print(summary: list[SettingSummary], speeds: dict[str, float | None]) -> None:
     console.print_table(
-        f"{summary[0].drives} drives under each setting, % with 95 % intervals",
+        f"drives under each setting: {summary[0].drives}; % and means with 95 % intervals",
         [
             "setting",
             "drives",
@@ -330,7 +330,7 @@ def _print(summary: list[SettingSummary], speeds: dict[str, float | None]) -> No
                 ),
                 _number(each.navsim_score),
                 _number(each.differences.get("navsim_score")),
-                "–" if (speed := speeds[each.setting]) is None else f"{speed:.0f}",
+                "–" if (speed := speeds[each.setting]) is None else f"{speed:.1f}",
             ]
             for each in summary
         ],
@@ -340,5 +340,7 @@ def _print(summary: list[SettingSummary], speeds: dict[str, float | None]) -> No
 def _number(mean: Mean | None) -> str:
     if mean is None:
         return "–"
+    if mean.interval is None:
+        return f"{mean.value:.2f}"
     low, high = mean.interval
-    return f"{mean.value:.3f} ({low:.3f} to {high:.3f})"
+    return f"{mean.value:.2f} ({low:.2f} to {high:.2f})"

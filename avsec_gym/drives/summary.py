@@ -30,11 +30,11 @@ class Mean:
 
     Args:
         value: The mean.
-        interval: The 95 % interval, low and high.
+        interval: The 95 % interval, low and high; None of a single scene.
     """
 
     value: float
-    interval: tuple[float, float]
+    interval: tuple[float, float] | None
 
 
 @dataclass(frozen=True)
@@ -126,6 +126,8 @@ def _mean(values: Floats, scenes: Sequence[str]) -> Mean:
     """A mean with the 95 % percentile interval of a bootstrap that draws whole scenes."""
     _, scene = np.unique(np.array(scenes), return_inverse=True)
     counts, sums = np.bincount(scene), np.bincount(scene, values)
+    if len(counts) < 2:
+        return Mean(float(values.mean()), None)
     drawn = np.random.default_rng(0).integers(len(counts), size=(_RESAMPLES, len(counts)))
     means = sums[drawn].sum(axis=1) / counts[drawn].sum(axis=1)
     low, high = np.quantile(means, [0.025, 0.975]).tolist()
