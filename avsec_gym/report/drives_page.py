@@ -29,6 +29,8 @@ from avsec_gym.runs.section import Section
 _QUESTION = "How does the car drive on, by what it believes?"
 _GOOD = 2
 """Scenes in which all goes well that are shown, too."""
+_LEAST_PANELS = 8
+"""Pictures that a strip has room for, so that those of short drives are not blown up."""
 _NOTE = (
     "A picture for each second and one of the end, ahead is up. Blue: the car, its way and its "
     "plan; grey: what is there and the car believes in; white: what is there and it does not "
@@ -154,7 +156,7 @@ def _scene_figure(folder: DriveFolder, scene: DrivenScene) -> Figure:
     drives = shown_drives(folder, scene)
     length = max(float(shown.film.times[-1]) for shown in drives)
     every = math.ceil(length / 8.0)
-    panels = math.floor(length / every) + 2
+    panels = max(math.floor(length / every) + 2, _LEAST_PANELS)
     return Figure(
         f"{scene.scenario}, {scene.intention}",
         pictures=[
