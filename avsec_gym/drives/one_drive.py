@@ -11,7 +11,7 @@ import numpy as np
 
 from avsec_gym.closed_loop.drive_film import DriveFilm
 from avsec_gym.closed_loop.drive_log import first_contact
-from avsec_gym.closed_loop.drive_record import Outcome
+from avsec_gym.closed_loop.drive_record import Outcome, goal_distance
 from avsec_gym.closed_loop.navsim_score import COMFORT
 from avsec_gym.closed_loop.planner_policy import Ambition, Decision
 from avsec_gym.envs.one_thread import one_thread
@@ -119,7 +119,7 @@ def drive(environment: Any, task: DriveTask) -> Driven:
         "duration": played.elapsed,
         **{name: _plain(info[name]) for name in _OF_INFO},
         "at_fault": bool(info["at_fault"]),
-        "touched": played.record.other,
+        "touched": _touched(played, film),
         "hardest_braking": round(float(film.braking.max()), 6),
         "emergency_stops": len(stops),
     }
@@ -129,6 +129,12 @@ def drive(environment: Any, task: DriveTask) -> Driven:
 def _plain(value: Any) -> Any:
     """None where a number is not finite: there is no such thing, or never one near."""
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _touched(played: Any, film: DriveFilm) -> str:
+    """The category of what the car has collided with; empty: with nothing."""
+    row = int(film.contact[0])
+    return "" if row < 0 else str(played.scene.tracks.categories[row])
 
 
 def _film(
@@ -148,7 +154,7 @@ def _film(
         np.array(bound, float) for lane in scene.road.lanelets for bound in (lane.left, lane.right)
     ]
     points = [_points(each) for each in decisions]
-    contact = first_contact(log) if played.record.outcome == Outcome.COLLISION else None
+    contact = first_contact(log) if played.outcome == Outcome.COLLISION else None
     return DriveFilm(
         times=np.array(elapsed),
         car=car,
@@ -183,5 +189,7 @@ def _goal_line(played: Any) -> Floats:
     scene = played.scene
     lane = scene.target_lane(played.intention)
     line, half = scene.lanes.line(lane), 0.5 * scene.lanes.width(lane)
-    along = line.coordinates(scene.start.x, scene.start.y)[0] + played.goal_distance
+    along = line.coordinates(scene.start.x, scene.start.y)[0] + goal_distance(
+        scene, played.duration
+    )
     return np.array([line.place(along, half), line.place(along, -half)])
